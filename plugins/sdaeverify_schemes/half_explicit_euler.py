@@ -1,0 +1,112 @@
+"""The half-explicit drift-truncated Euler scheme of Lindner & Stroot (2017), section 3.1."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from sdaeverify import Array, Claim, HolonomicSDAE, HolonomicState, Increment, ParameterError, Scheme, Step, hookimpl
+from sdaeverify.numerics import apply, apply_transposed, determinant, newton, norm, solve
+
+# Newton's last update is below this, so its error is of the size of the square: rounding.
+TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True)
+class HalfExplicitEuler(Scheme):
+    """Position along the old normal onto the constraint, velocity along the old normal onto the tangent space.
+
+    With eta = min(1, C_eta / (h max(|v|, |v|^2, |a|))), (3.11), and the Brownian increment dw,
+
+        r+ = r + eta h v + M^{-1} grad g(r) kappa,                     g(r+) = 0              (3.10a)
+        v+ = v + M^{-1} [ eta h a + B dw + grad g(r) lambda ],         Dg(r+) v+ = 0          (3.10b)
+        mu+ = mu + lambda
+
+    where kappa is the root that Newton's method reaches from 0 with det[Dg(r+) M^{-1} grad g(r)] > 0.
+
+    Attributes
+    ----------
+    truncation : str or float
+        ``theory``: C_eta = 1/(4 C_g^3), and roots must satisfy |kappa| < C_kappa = 1/(8 C_g^4);
+        ``none``: eta = 1; a number: C_eta.
+    no_root : str
+        What happens on a path without admissible root, which is counted either way:
+        ``hold`` keeps its state, ``fail`` makes it NaN.
+    """
+
+    truncation: str | float = "theory"
+    no_root: str = "hold"
+
+    name: ClassVar[str] = "half-explicit-euler"
+    form: ClassVar[type[HolonomicSDAE]] = HolonomicSDAE
+    claims: ClassVar[tuple[Claim, ...]] = (
+        Claim(measure="strong", value=0.5, source="measured; Theorem 4.1 gives convergence without rate"),
+        Claim(
+            measure="strong",
+            value=1.0,
+            when=frozenset({"vanishing-milstein-term"}),
+            source="measured; Theorem 4.1 gives convergence without rate",
+        ),
+        Claim(measure="drift", value="round-off", source="Lindner & Stroot 2017, (3.10)"),
+    )
+    source: ClassVar[str] = "Lindner & Stroot 2017, (3.10)-(3.11)"
+
+    def __post_init__(self) -> None:
+        number = isinstance(self.truncation, (int, float)) and 0.0 < self.truncation < np.inf
+        if not (number or self.truncation in {"theory", "none"}):
+            raise ParameterError(f"truncation must be theory, none or a positive C_eta, got {self.truncation!r}")
+        if self.no_root not in {"hold", "fail"}:
+            raise ParameterError(f"no_root must be hold or fail, got {self.no_root!r}")
+
+    def refuses(self, problem: HolonomicSDAE) -> str:
+        """Refuse the theoretical truncation where C_g is not known."""
+        if self.truncation == "theory" and problem.constraint_bound is None:
+            return "truncation=theory needs the problem's constraint_bound C_g; use truncation=none or a number"
+        return ""
+
+    def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        r, v, mu = state
+        a = problem.force(t, r, v)
+        eta = self._truncation_factor(problem, v, a, h)
+        Dg = problem.dg(r)
+        r_new, kappa, failed, A = self._position(problem, r + eta * h * v, Dg)
+        x = v + problem.inverse_mass(eta * h * a + apply(problem.diffusion(t, r, v), noise.dW))
+        lam = -solve(A, apply(problem.dg(r_new), x))
+        v_new = x + problem.inverse_mass(apply_transposed(Dg, lam))
+        new = HolonomicState(r_new, v_new, mu + lam)
+        if failed.any():
+            new = self._without_root(state, new, failed)
+        truncated = None if self.truncation == "none" else eta < 1.0
+        return Step(new, failed, truncated, {"kappa": kappa, "lambda": lam})
+
+    def _truncation_factor(self, problem: HolonomicSDAE, v: Array, a: Array, h: float) -> Array | float:
+        if self.truncation == "none":
+            return 1.0
+        C_g = problem.constraint_bound
+        C_eta = 1.0 / (4.0 * C_g**3) if self.truncation == "theory" else self.truncation
+        speed = norm(v)
+        return C_eta / np.maximum(C_eta, h * np.maximum(np.maximum(speed, speed**2), norm(a)))
+
+    def _position(self, problem: HolonomicSDAE, y: Array, Dg: Array) -> tuple[Array, Array, Array, Array]:
+        def linearised(kappa: Array) -> tuple[Array, Array]:
+            x = y + problem.inverse_mass(apply_transposed(Dg, kappa))
+            return problem.constraint(x), problem.gram(problem.dg(x), Dg)
+
+        root = newton(linearised, np.zeros((len(Dg), y.shape[-1])), TOLERANCE)
+        r_new = y + problem.inverse_mass(apply_transposed(Dg, root.x))
+        A = problem.gram(problem.dg(r_new), Dg)
+        admissible = root.converged & (determinant(A) > 0.0)
+        if self.truncation == "theory":
+            admissible &= norm(root.x) < 1.0 / (8.0 * problem.constraint_bound**4)
+        return r_new, root.x, ~admissible, A
+
+    def _without_root(self, old: HolonomicState, new: HolonomicState, failed: Array) -> HolonomicState:
+        kept = old if self.no_root == "hold" else HolonomicState(*(np.full_like(part, np.nan) for part in old))
+        return HolonomicState(*(np.where(failed, o, n) for o, n in zip(kept, new, strict=True)))
+
+
+@hookimpl
+def sdaeverify_schemes() -> list[Scheme]:
+    """Register the scheme with the truncation of the theory and without truncation."""
+    return [HalfExplicitEuler(), HalfExplicitEuler(truncation="none")]

@@ -1,0 +1,85 @@
+"""The unit circle g(r) = (1 - |r|^2)/2 and motion on it in angle form, shared by the pendulums.
+
+r = (sin theta, -cos theta), t = (cos theta, sin theta), v = omega t: theta is the angle from the lowest point.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from sdaeverify import Array, Increment, Parts, Pathwise
+
+# C_g of Lindner & Stroot (2.7) on the eps-neighbourhood of the circle is 1/(1 - eps)^2 for any eps in (0, 1).
+EPS = 0.01
+CONSTRAINT_BOUND = 1.0 / (1.0 - EPS) ** 2
+
+
+def constraint(r: Array) -> Array:
+    """Return g(r) = (1 - |r|^2)/2, shape (1, P)."""
+    return 0.5 * (1.0 - r[0] * r[0] - r[1] * r[1])[None]
+
+
+def jacobian(r: Array) -> Array:
+    """Return Dg(r) = -r^T, shape (1, 2, P)."""
+    return -r[None]
+
+
+def curvature(r: Array, y: Array, z: Array) -> Array:  # noqa: ARG001 - g is quadratic
+    """Return D^2 g(r)(y, z) = -<y, z>, shape (1, P)."""
+    return -(y[0] * z[0] + y[1] * z[1])[None]
+
+
+def normal(theta: Array | float) -> Array:
+    """Return r, shape (2, P)."""
+    return np.stack([np.sin(theta), -np.cos(theta)])
+
+
+def tangent(theta: Array | float) -> Array:
+    """Return t, shape (2, P)."""
+    return np.stack([np.cos(theta), np.sin(theta)])
+
+
+def start(theta_0: float, omega_0: float) -> dict[str, Array]:
+    """Return the initial position and velocity of an angle and an angular velocity."""
+    return {"position": normal(theta_0), "velocity": omega_0 * tangent(theta_0)}
+
+
+def parts(t: float, z: Array) -> Parts:  # noqa: ARG001 - the map does not depend on time
+    """Return r, v and mu of the rows z = (theta, omega, mu)."""
+    theta, omega, mu = z
+    return {"r": normal(theta), "v": omega * tangent(theta), "mu": mu[None]}
+
+
+def angle_truth(
+    theta_0: float,
+    omega_0: float,
+    advance: Callable[[Array, float, float, Increment], Array],
+    source: str,
+) -> Pathwise:
+    """Return the fine reference of strong order 3/2 with rows (theta, omega, mu)."""
+
+    def begin(paths: int) -> Array:
+        return np.repeat([[theta_0], [omega_0], [0.0]], paths, axis=1)
+
+    return Pathwise(start=begin, advance=advance, parts=parts, order=1.5, source=source)
+
+
+def square_integral(h: float, noise: Increment) -> Array:
+    """Return E[ int_0^h W(s)^2 ds | dW, H ] = h (dW^2/3 + dW H + 6 H^2/5) + h^2/15, shape (l, P).
+
+    Given dW and H, W(s) has mean q dW + 6 q (1 - q) H, q = s/h, and what remains has int_0^h E[.^2] ds = h^2/15.
+    """
+    W, H = noise.dW, noise.H
+    return h * (W * W / 3.0 + W * H + 1.2 * H * H) + h * h / 15.0
+
+
+OBSERVABLES = {
+    "r_1": lambda t, s: s["r"][0],
+    "r_2": lambda t, s: s["r"][1],
+    "v_1": lambda t, s: s["v"][0],
+    "v_2": lambda t, s: s["v"][1],
+    "|v|^2": lambda t, s: (s["v"] ** 2).sum(axis=0),
+    "|v|^4": lambda t, s: (s["v"] ** 2).sum(axis=0) ** 2,
+    "mu": lambda t, s: s["mu"][0],
+    "mu^2": lambda t, s: s["mu"][0] ** 2,
+}

@@ -1,0 +1,122 @@
+"""The stochastic pendulum: the unit circle, gravity and isotropic noise."""
+
+import numpy as np
+
+from sdaeverify import Array, HolonomicSDAE, Increment, Moment, Truth, hookimpl
+
+from . import _circle as circle
+
+SHEET = "Lindner & Stroot 2017, section 5.1"
+
+
+def pendulum(
+    c_g: float = 1.0, theta_0: float = 0.5, omega_0: float = 0.5, horizon: float = 0.5
+) -> HolonomicSDAE:
+    """Pendulum: dr = v dt, dv = (0, -c_g) dt + dw - r dmu, (1 - |r|^2)/2 = 0, w in R^2.
+
+    With r = (sin theta, -cos theta), t = (cos theta, sin theta) and v = omega t,
+
+        dtheta = omega dt,  domega = -c_g sin(theta) dt + <t, dw>,  dmu = (c_g cos(theta) + omega^2) dt + <r, dw>.
+
+    Parameters
+    ----------
+    c_g : float
+        Gravity, unit length/time^2, the length of the pendulum being 1.
+    theta_0 : float
+        Initial angle from the lowest point, radian.
+    omega_0 : float
+        Initial angular velocity, unit 1/time.
+    horizon : float
+        Final time.
+
+    Source
+    ------
+    Lindner & Stroot (2017), section 5.1, (5.77).
+    """
+
+    def advance(z: Array, t: float, h: float, noise: Increment) -> Array:
+        return order_three_halves(c_g, z, h, noise)
+
+    def energy(t: float, s: dict[str, Array]) -> Array:
+        return 0.5 * (s["v"] ** 2).sum(axis=0) + c_g * s["r"][1]
+
+    H_0 = 0.5 * omega_0**2 - c_g * np.cos(theta_0)
+    balance = Moment(observable="energy", value=lambda t: H_0 + 0.5 * t, source="Ito's formula for the energy")
+    pathwise = circle.angle_truth(theta_0, omega_0, advance, "order 3/2 Ito-Taylor step of the angle form")
+    return HolonomicSDAE(
+        force=lambda t, r, v: np.array([[0.0], [-c_g]]),
+        diffusion=lambda t, r, v: np.eye(2)[..., None],
+        constraint=circle.constraint,
+        jacobian=circle.jacobian,
+        curvature=circle.curvature,
+        constraint_bound=circle.CONSTRAINT_BOUND,
+        **circle.start(theta_0, omega_0),
+        horizon=horizon,
+        noise_dim=2,
+        traits=frozenset({"additive-noise"}),
+        observables={**circle.OBSERVABLES, "energy": energy},
+        truths=(pathwise, balance, *(free_moments(theta_0, omega_0, 1.0) if c_g == 0.0 else ())),
+        units="length of the pendulum 1, time so that the noise has unit strength",
+        source=SHEET,
+    )
+
+
+def order_three_halves(c_g: float, z: Array, h: float, noise: Increment) -> Array:
+    """Make one Ito-Taylor step of strong order 3/2 of (theta, omega, mu), shape (3, P).
+
+    With I = int (w - w_n) ds, J = h dw - I and a = -c_g sin(theta).
+    """
+    theta, omega, mu = z
+    r, t = circle.normal(theta), circle.tangent(theta)
+    I = noise.time_integral(h)  # noqa: E741 - the sheet's symbol
+    J = h * noise.dW - I
+    a, b = -c_g * np.sin(theta), c_g * np.cos(theta)
+    rJ, tJ, tI = (r * J).sum(axis=0), (t * J).sum(axis=0), (t * I).sum(axis=0)
+    return np.stack(
+        [
+            theta + omega * h + 0.5 * a * h**2 + tI,
+            omega + a * h + (t * noise.dW).sum(axis=0) - omega * rJ - 0.5 * h**2 * omega * b,
+            mu
+            + (b + omega**2) * h
+            + (r * noise.dW).sum(axis=0)
+            + omega * tJ
+            + 2.0 * omega * tI
+            + 0.5 * h**2 * (1.0 + 3.0 * omega * a),
+        ]
+    )
+
+
+def free_moments(theta_0: float, omega_0: float, radial: float) -> tuple[Truth, ...]:
+    """Return the moments without gravity; `radial` is the variance rate of the noise along r.
+
+    theta and omega are Gaussian: with m = theta_0 + omega_0 t, E e^{i theta} = e^{im - t^3/6}.
+    """
+
+    def r(t: float) -> Array:
+        return np.exp(-(t**3) / 6) * circle.normal(theta_0 + omega_0 * t)
+
+    def v(t: float) -> Array:
+        return np.exp(-(t**3) / 6) * omega_0 * circle.tangent(theta_0 + omega_0 * t) - 0.5 * t**2 * r(t)
+
+    def mu_squared(t: float) -> float:
+        variance = radial * t + t**4 / 3 + 4 / 3 * omega_0**2 * t**3
+        return (omega_0**2 * t + 0.5 * t**2) ** 2 + variance
+
+    values = {
+        "r_1": lambda t: r(t)[0],
+        "r_2": lambda t: r(t)[1],
+        "v_1": lambda t: v(t)[0],
+        "v_2": lambda t: v(t)[1],
+        "|v|^2": lambda t: omega_0**2 + t,
+        "|v|^4": lambda t: omega_0**4 + 6 * omega_0**2 * t + 3 * t**2,
+        "mu": lambda t: omega_0**2 * t + 0.5 * t**2,
+        "mu^2": mu_squared,
+    }
+    source = "Gaussian angle and angular velocity"
+    return tuple(Moment(observable=name, value=value, source=source) for name, value in values.items())
+
+
+@hookimpl
+def sdaeverify_problems() -> list[object]:
+    """Register the problem."""
+    return [pendulum]

@@ -1,0 +1,56 @@
+"""sdaeverify tells whether a numerical scheme for stochastic differential-algebraic equations keeps its promises."""
+
+from typing import TYPE_CHECKING
+
+from .arrays import Array, Mask, Parts
+from .errors import ParameterError, PluginError, ProblemError, SchemeError, SdaeverifyError, UsageError
+from .forms import SDE, HolonomicSDAE, HolonomicState, Problem, Residual
+from .hookspecs import hookimpl
+from .noise import Increment
+from .scheme import Claim, Scheme, Step
+from .settings import Settings
+from .truths import MeanSquareStability, Moment, Pathwise, Truth
+
+if TYPE_CHECKING:
+    from .api import Result, verify
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "SDE",
+    "Array",
+    "Claim",
+    "HolonomicSDAE",
+    "HolonomicState",
+    "Increment",
+    "Mask",
+    "MeanSquareStability",
+    "Moment",
+    "ParameterError",
+    "Parts",
+    "Pathwise",
+    "PluginError",
+    "Problem",
+    "ProblemError",
+    "Residual",
+    "Result",
+    "Scheme",
+    "SchemeError",
+    "SdaeverifyError",
+    "Settings",
+    "Step",
+    "Truth",
+    "UsageError",
+    "__version__",
+    "hookimpl",
+    "verify",
+]
+
+
+def __getattr__(name: str) -> object:
+    # Tables need pandas, which workers and plugins do not: it is imported by whoever asks for a table.
+    if name in {"Result", "verify"}:
+        from . import api  # noqa: PLC0415
+
+        return getattr(api, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

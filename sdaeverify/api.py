@@ -1,0 +1,151 @@
+"""The Python interface: `verify` crosses schemes with problems and returns tables."""
+
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypedDict, Unpack
+
+import pandas as pd
+
+from .errors import UsageError
+from .forms import Problem
+from .measure import Measure
+from .registry import Registry, load_registry
+from .report.files import require_writable, write_json, write_table
+from .report.provenance import provenance
+from .report.tables import level_table, verdict_table
+from .scheme import Scheme
+from .selection import select_measures, select_problems, select_schemes
+from .settings import Settings
+from .specs import ProblemSpec
+from .study import CellResult, Plan, Study, plan
+from .study.workers import BLOCKS_A_WORKER, worker_pool
+
+Schemes = str | Sequence[str | Scheme]
+Problems = str | Sequence[str | ProblemSpec | Callable[..., Problem]]
+Measures = str | Sequence[str | Measure]
+
+
+class SettingsOptions(TypedDict, total=False):
+    """Keywords of `Settings`."""
+
+    paths: int
+    coarsest: int
+    levels: int
+    seed: int
+    confidence: float
+    block: int
+
+
+@dataclass(frozen=True)
+class Result:
+    """Tables of a study.
+
+    Attributes
+    ----------
+    results : tuple of CellResult
+    settings : Settings
+    run : dict
+        Versions, platform, arguments, seed, stream fingerprint and plugins.
+    files : tuple of str
+        Plugin files that were named by path.
+    """
+
+    results: tuple[CellResult, ...]
+    settings: Settings
+    run: dict[str, object]
+    files: tuple[str, ...] = ()
+
+    @cached_property
+    def verdicts(self) -> pd.DataFrame:
+        """One row for each quantity of each cell: claim, estimate, interval, verdict, reason, command."""
+        return verdict_table(self.results, self.settings, self.files)
+
+    @cached_property
+    def levels(self) -> pd.DataFrame:
+        """One row for each quantity of each cell at each step size."""
+        return level_table(self.results, self.settings)
+
+    def save(self, folder: str | Path) -> None:
+        """Write ``verdicts.csv``, ``levels.csv`` and ``run.json`` into a folder.
+
+        Raises
+        ------
+        UsageError
+            If the folder cannot be written into.
+        """
+        target = Path(folder)
+        require_writable(target)
+        write_table(self.verdicts, target / "verdicts.csv")
+        write_table(self.levels, target / "levels.csv")
+        write_json(self.run, target / "run.json")
+
+
+def verify(
+    schemes: Schemes = (),
+    problems: Problems = (),
+    measures: Measures = (),
+    jobs: int = 1,
+    **settings: Unpack[SettingsOptions],
+) -> Result:
+    """Cross schemes with problems and judge every claim.
+
+    Parameters
+    ----------
+    schemes, problems, measures : str or sequence, optional
+        Names with parameters or globs as on the command line, or scheme instances, problem functions and
+        measures themselves, mixed; everything registered if left out.
+    jobs : int, optional
+        Worker processes. With more than one, a script needs the usual ``if __name__ == "__main__":``.
+    **settings
+        Keywords of `Settings`: paths, coarsest, levels, seed, confidence, block.
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    UsageError
+        If a name is unknown or a value is out of its range.
+    """
+    registry, chosen = load_registry(), settings_from(**settings)
+    todo = plan_of(registry, schemes, problems, measures)
+    study = Study(todo, chosen)
+    if jobs < 1:
+        raise UsageError(f"jobs must be at least 1, got {jobs}")
+    with worker_pool(jobs, registry.files) if jobs > 1 else nullcontext() as executor:
+        for _ in study.run(executor, BLOCKS_A_WORKER * jobs):
+            pass
+    return result_of(study, registry, ["sdaeverify.verify"])
+
+
+def settings_from(**settings: Unpack[SettingsOptions]) -> Settings:
+    """Return settings from keywords.
+
+    Raises
+    ------
+    UsageError
+        If a keyword is unknown or a value out of its range.
+    """
+    known = SettingsOptions.__annotations__
+    if unknown := sorted(set(settings) - set(known)):
+        raise UsageError(f"unknown setting {', '.join(unknown)}; known are {', '.join(known)}")
+    return Settings(**settings)
+
+
+def plan_of(registry: Registry, schemes: Schemes, problems: Problems, measures: Measures) -> Plan:
+    """Select and cross; see `verify` for the parameters."""
+    return plan(
+        select_schemes(registry, schemes),
+        select_problems(registry, problems),
+        select_measures(registry, measures),
+    )
+
+
+def result_of(study: Study, registry: Registry, arguments: Sequence[str]) -> Result:
+    """Return what is known of a study, finished or not."""
+    run: dict[str, Any] = provenance(registry, study.settings, arguments)
+    return Result(tuple(study.results()), study.settings, run, registry.files)

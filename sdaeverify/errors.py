@@ -1,0 +1,51 @@
+"""Errors a user can cause, one line each; anything else that is raised is a defect of sdaeverify.
+
+::
+
+    SdaeverifyError
+    ├── UsageError            wrong words: unknown names, contradictory options      exit code 2
+    │   └── ParameterError    a parameter of a scheme or problem has a wrong value   exit code 2
+    ├── ProblemError          a problem contradicts itself                           its cells: error
+    ├── SchemeError           a scheme breaks its contract                           its cells: error
+    └── PluginError           a plugin cannot be loaded                              exit code 6
+"""
+
+
+class SdaeverifyError(Exception):
+    """Base of all errors with a message meant for the user."""
+
+
+class UsageError(SdaeverifyError, ValueError):
+    """The request itself is wrong."""
+
+
+class ParameterError(UsageError):
+    """A parameter of a scheme or problem has a wrong name or value."""
+
+
+class ProblemError(SdaeverifyError, ValueError):
+    """A problem's data contradict each other or have the wrong shape."""
+
+
+class SchemeError(SdaeverifyError, ValueError):
+    """A scheme returned something its contract does not allow."""
+
+
+class PluginError(SdaeverifyError, ImportError):
+    """A plugin could not be loaded or registers something unusable."""
+
+
+def one_line(error: BaseException) -> str:
+    """Return the type and first line of an error, for a cell of a table.
+
+    Parameters
+    ----------
+    error : BaseException
+
+    Returns
+    -------
+    str
+        ``message`` for an error of this package, ``Type: message`` for any other.
+    """
+    text = " ".join(str(error).split()) or "no message"
+    return text if isinstance(error, SdaeverifyError) else f"{type(error).__name__}: {text}"

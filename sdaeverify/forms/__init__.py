@@ -1,0 +1,7 @@
+"""Forms: the mathematical shapes a problem can have, and the views between them."""
+
+from .holonomic import HolonomicSDAE, HolonomicState
+from .problem import TRAITS, Problem, Residual
+from .sde import SDE
+
+__all__ = ["SDE", "TRAITS", "HolonomicSDAE", "HolonomicState", "Problem", "Residual"]

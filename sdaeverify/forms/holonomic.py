@@ -1,0 +1,196 @@
+"""The form M dv = a dt + B dw + grad g dmu, dr = v dt, g(r) = 0: constrained stochastic mechanics.
+
+Symbols as in Lindner & Stroot (2017), section 2.1: positions r and velocities v in R^n, Brownian motion w in
+R^l, constraint g : R^n -> R^m with Jacobian Dg (m x n) and grad g = Dg^T, multiplier mu in R^m with mu(0) = 0.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import Array, Parts
+from ..errors import ProblemError
+from ..numerics import (
+    apply,
+    directional,
+    is_analytic,
+    jacobian,
+    norm,
+    product_transposed,
+    second_directional,
+    solve,
+)
+from .inherent import inherent_sde
+from .problem import PROBES, Problem, Residual, check_shape, columns, vector
+from .sde import SDE
+
+# Rounding alone leaves a few eps; a start further off the manifold is a mistake, not a rounding.
+CONSISTENCY = 1e4 * np.finfo(float).eps
+
+
+class HolonomicState(NamedTuple):
+    """State of a scheme that keeps the multiplier.
+
+    Attributes
+    ----------
+    r, v : ndarray, shape (n, P)
+        Position and velocity.
+    mu : ndarray, shape (m, P)
+        Sum of the multiplier's increments.
+    """
+
+    r: Array
+    v: Array
+    mu: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HolonomicSDAE(Problem):
+    """Mechanics with a holonomic constraint: dr = v dt, M dv = a dt + B dw + grad g(r) dmu, g(r) = 0 (Ito).
+
+    Attributes
+    ----------
+    force : callable, (t, r, v) -> ndarray, shape (n, P) or (n, 1)
+        a.
+    diffusion : callable, (t, r, v) -> ndarray, shape (n, l, P) or (n, l, 1)
+        B.
+    constraint : callable, r -> ndarray, shape (m, P)
+        g.
+    position, velocity : array_like, shape (n,)
+        Initial data, with g(r) = 0 and Dg(r) v = 0.
+    mass : array_like, shape (n, n), optional
+        M, symmetric positive definite; the identity if left out.
+    jacobian : callable, r -> ndarray, shape (m, n, P), optional
+        Dg; by complex step if left out, and g must then be analytic.
+    curvature : callable, (r, y, z) -> ndarray, shape (m, P), optional
+        D^2 g(r)(y, z); by complex step if left out.
+    constraint_bound : float, optional
+        C_g of Lindner & Stroot (2.7), at least 1.
+
+    Raises
+    ------
+    ProblemError
+        If shapes, the mass matrix or the initial data are inconsistent.
+    """
+
+    force: Callable[[float, Array, Array], Array]
+    diffusion: Callable[[float, Array, Array], Array]
+    constraint: Callable[[Array], Array]
+    position: ArrayLike
+    velocity: ArrayLike
+    mass: ArrayLike | None = None
+    jacobian: Callable[[Array], Array] | None = None
+    curvature: Callable[[Array, Array, Array], Array] | None = None
+    constraint_bound: float | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("position", "velocity"):
+            object.__setattr__(self, name, vector(name, getattr(self, name)))
+        object.__setattr__(self, "_inverse_mass", _inverse_mass(self.mass, self.dimension))
+        self._check_functions()
+        self._check_start()
+
+    @property
+    def dimension(self) -> int:
+        """Number n of positions."""
+        return len(cast("Array", self.position))
+
+    @property
+    def constraints(self) -> int:
+        """Number m of constraints."""
+        return len(self.constraint(columns(cast("Array", self.position), 1)))
+
+    @property
+    def has_constraints(self) -> bool:
+        """Whether there are constraints: always."""
+        return True
+
+    def initial(self, paths: int) -> HolonomicState:
+        """Return consistent initial data with mu = 0 on every path."""
+        r, v = cast("Array", self.position), cast("Array", self.velocity)
+        return HolonomicState(columns(r, paths), columns(v, paths), np.zeros((self.constraints, paths)))
+
+    def inverse_mass(self, y: Array) -> Array:
+        """Return M^{-1} y for y of shape (n, P) or (n, l, P)."""
+        inverse = cast("Array | None", getattr(self, "_inverse_mass"))  # noqa: B009 - set in __post_init__
+        return y if inverse is None else np.einsum("ij,j...->i...", inverse, y)
+
+    def dg(self, r: Array) -> Array:
+        """Return Dg(r), shape (m, n, P)."""
+        return self.jacobian(r) if self.jacobian is not None else jacobian(self.constraint, r)
+
+    def d2g(self, r: Array, y: Array, z: Array) -> Array:
+        """Return D^2 g(r)(y, z), shape (m, P)."""
+        if self.curvature is not None:
+            return self.curvature(r, y, z)
+        if self.jacobian is not None:
+            return apply(directional(self.jacobian, r, z), y)
+        return second_directional(self.constraint, r, y, z)
+
+    def gram(self, left: Array, right: Array) -> Array:
+        """Return left M^{-1} right^T for two Jacobians of shape (m, n, P): G_M where they are equal."""
+        return product_transposed(left, np.moveaxis(self.inverse_mass(np.moveaxis(right, 1, 0)), 0, 1))
+
+    def inherent_multiplier(self, r: Array, v: Array, impulse: Array) -> Array:
+        """Return -G_M^{-1} { Dg M^{-1} impulse + D^2 g(v, v) }, shape (m, P): the integrand of (2.8)."""
+        Dg = self.dg(r)
+        return -solve(self.gram(Dg, Dg), apply(Dg, self.inverse_mass(impulse)) + self.d2g(r, v, v))
+
+    def residuals(self, parts: Parts) -> Mapping[str, Residual]:
+        """Return the defects g(r) and Dg(r) v."""
+        r, v = parts["r"], parts["v"]
+        Dg = self.dg(r)
+        size = norm(Dg.reshape(-1, Dg.shape[-1]))
+        return {
+            "g": Residual(self.constraint(r), size * norm(r)),
+            "Dg v": Residual(apply(Dg, v), size * norm(v)),
+        }
+
+    def view(self, form: type[Problem]) -> Problem | None:
+        """Return the problem itself, or its inherent SDE (2.9) where an `SDE` is asked for."""
+        return inherent_sde(self) if form is SDE else super().view(form)
+
+    def _check_functions(self) -> None:
+        n, l, m = self.dimension, self.noise_dim, self.constraints
+        r, v, _ = self.initial(PROBES)
+        if v.shape != r.shape:
+            raise ProblemError(f"velocity has {len(v)} components, position has {n}")
+        if not 0 < m < n:
+            raise ProblemError(f"constraint(r) has {m} components, expected between 1 and {n - 1}")
+        check_shape("constraint(r)", self.constraint(r), (m, PROBES))
+        check_shape("force(t, r, v)", self.force(0.0, r, v), (n, PROBES))
+        check_shape("diffusion(t, r, v)", self.diffusion(0.0, r, v), (n, l, PROBES))
+        if self.jacobian is None and not is_analytic(self.constraint, r):
+            raise ProblemError("constraint is not analytic, so Dg cannot be taken by complex step; give jacobian")
+        check_shape("jacobian(r)", self.dg(r), (m, n, PROBES))
+        check_shape("curvature(r, y, z)", self.d2g(r, v, v), (m, PROBES))
+
+    def _check_start(self) -> None:
+        r, v, _ = self.initial(1)
+        Dg = self.dg(r)
+        if np.linalg.matrix_rank(Dg[..., 0]) < self.constraints:
+            raise ProblemError(f"Dg does not have full rank at the initial position {r[:, 0].tolist()}")
+        for name, (value, scale) in self.residuals({"r": r, "v": v}).items():
+            if np.abs(value).max() > CONSISTENCY * max(1.0, scale.max()):
+                text = f"initial data violate {name} = 0: {name} = {value[:, 0].tolist()}"
+                raise ProblemError(f"{text} at r = {r[:, 0].tolist()}, v = {v[:, 0].tolist()}")
+        if self.constraint_bound is not None and not self.constraint_bound >= 1.0:
+            raise ProblemError(f"constraint_bound C_g must be at least 1, got {self.constraint_bound!r}")
+
+
+def _inverse_mass(mass: ArrayLike | None, n: int) -> Array | None:
+    if mass is None:
+        return None
+    M = np.array(mass, dtype=float)
+    if M.shape != (n, n) or not np.isfinite(M).all():
+        raise ProblemError(f"mass must be a finite matrix of shape ({n}, {n}), got shape {M.shape}")
+    if not np.allclose(M, M.T, rtol=1e-14, atol=0.0):
+        raise ProblemError("mass must be symmetric")
+    smallest = np.linalg.eigvalsh(M)[0]
+    if smallest <= 0.0:
+        raise ProblemError(f"mass must be positive definite, its smallest eigenvalue is {smallest:.3g}")
+    return np.linalg.inv(M)

@@ -1,0 +1,138 @@
+"""What problems of every form have in common.
+
+Traits are facts a claim may ask for; the conformance tests check each of them by evaluating the problem:
+
+``scalar-noise``
+    One Brownian motion (set by the form itself).
+``diagonal-noise``
+    The diffusion matrix is diagonal and its j-th entry depends on component j alone.
+``additive-noise``
+    The diffusion matrix depends neither on the state nor on time.
+``vanishing-milstein-term``
+    DB_j(x) B_k(x) = 0 for all columns of the diffusion of the SDE (of the inherent SDE, for a constrained
+    problem), so that Euler-Maruyama is Milstein's scheme.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import Array, Parts
+from ..errors import ProblemError
+from ..truths import Pathwise, Truth
+
+Observable = Callable[[float, Parts], Array]
+
+TRAITS = frozenset({"scalar-noise", "diagonal-noise", "additive-noise", "vanishing-milstein-term"})
+PROBES = 3
+
+
+class Residual(NamedTuple):
+    """A constraint's defect and the size of the terms that cancel in it.
+
+    Attributes
+    ----------
+    value : ndarray, shape (m, P)
+    scale : ndarray, shape (P,)
+        Rounding errors of `value` are a few eps times this.
+    """
+
+    value: Array
+    scale: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Problem:
+    """Data, observables and truths of a problem of any form.
+
+    Attributes
+    ----------
+    horizon : float
+        Final time T, in the problem's unit of time.
+    noise_dim : int
+        Number l of independent Brownian motions.
+    source : str
+        Where the problem is from, with equation number.
+    units : str
+    traits : frozenset of str
+    observables : mapping of str to callable, (t, parts) -> ndarray, shape (P,)
+    truths : tuple of Truth
+    """
+
+    horizon: float
+    noise_dim: int
+    source: str
+    units: str = "dimensionless"
+    traits: frozenset[str] = frozenset()
+    observables: Mapping[str, Observable] = field(default_factory=dict)
+    truths: tuple[Truth, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.horizon) and self.horizon > 0):
+            raise ProblemError(f"horizon must be a positive time, got {self.horizon!r}")
+        if self.noise_dim < 1:
+            raise ProblemError(f"noise_dim must be at least 1, got {self.noise_dim!r}")
+        traits = frozenset(self.traits) | ({"scalar-noise"} if self.noise_dim == 1 else frozenset())
+        if unknown := traits - TRAITS:
+            raise ProblemError(f"unknown traits {sorted(unknown)}; known are {sorted(TRAITS)}")
+        if "additive-noise" in traits:
+            traits |= {"vanishing-milstein-term"}
+        object.__setattr__(self, "traits", traits)
+
+    @property
+    def pathwise(self) -> Pathwise | None:
+        """The truth on a given Brownian path, if one is attached."""
+        return next((truth for truth in self.truths if isinstance(truth, Pathwise)), None)
+
+    def view(self, form: "type[Problem]") -> "Problem | None":
+        """Return this problem as one of another form, or None where it has no such view."""
+        return self if isinstance(self, form) else None
+
+    @property
+    def has_constraints(self) -> bool:
+        """Whether `residuals` has anything to return."""
+        return False
+
+    def residuals(self, parts: Parts) -> Mapping[str, Residual]:  # noqa: ARG002 - forms with constraints use it
+        """Return the defect of each constraint by name; a problem without constraints has none."""
+        return {}
+
+
+def vector(name: str, values: ArrayLike) -> Array:
+    """Return a finite vector as an array, or say what is wrong with it.
+
+    Raises
+    ------
+    ProblemError
+        If `values` is no finite one-dimensional array.
+    """
+    array = np.array(values, dtype=float)
+    if array.ndim != 1 or not array.size or not np.isfinite(array).all():
+        raise ProblemError(f"{name} must be a vector of finite numbers, got {values!r}")
+    return array
+
+
+def columns(x: Array, paths: int = PROBES) -> Array:
+    """Repeat a vector (n,) as the columns of an array (n, P)."""
+    return np.repeat(x[:, None], paths, axis=1)
+
+
+def check_shape(name: str, value: object, expected: tuple[int, ...]) -> None:
+    """Check what an author's function returned on `PROBES` paths.
+
+    The last axis may be 1 where the value is the same on every path.
+
+    Raises
+    ------
+    ProblemError
+        If the value is no finite array of the expected shape.
+    """
+    array = np.asarray(value)
+    if array.shape not in {expected, (*expected[:-1], 1)}:
+        text = f"{name} returned shape {array.shape}, expected {expected}"
+        raise ProblemError(f"{text} for {expected[-1]} paths (paths last)")
+    if not np.isfinite(array).all():
+        raise ProblemError(f"{name} is not finite at the initial state: {array[..., 0].tolist()}")

@@ -1,0 +1,86 @@
+"""The form dx = f(t, x) dt + B(t, x) dW in Ito's sense."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import Array, Parts
+from ..errors import ProblemError
+from ..numerics import directional, is_analytic
+from .problem import PROBES, Problem, check_shape, columns, vector
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SDE(Problem):
+    """A stochastic differential equation dx = f dt + B dW (Ito).
+
+    Attributes
+    ----------
+    drift : callable, (t, x) -> ndarray, shape (d, P)
+        f, for states x of shape (d, P).
+    diffusion : callable, (t, x) -> ndarray, shape (d, l, P) or (d, l, 1)
+        B, one column for each Brownian motion.
+    start : array_like, shape (d,)
+        x at time 0.
+    diffusion_derivative : callable, (t, x, y) -> ndarray, shape (d, l, P), optional
+        DB(x) y, the derivative of B in the direction y of shape (d, P); by complex step if left out, and B
+        must then be analytic.
+    names : mapping of str to slice, optional
+        Named components; ``x`` for the whole state if left out.
+
+    Raises
+    ------
+    ProblemError
+        If a function returns the wrong shape or something not finite at the initial state, or if B is not
+        analytic and no derivative is given.
+    """
+
+    drift: Callable[[float, Array], Array]
+    diffusion: Callable[[float, Array], Array]
+    start: ArrayLike
+    diffusion_derivative: Callable[[float, Array, Array], Array] | None = None
+    names: Mapping[str, slice] | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "start", vector("start", self.start))
+        d, x = self.dimension, self.initial(PROBES)
+        check_shape("drift(t, x)", self.drift(0.0, x), (d, PROBES))
+        check_shape("diffusion(t, x)", self.diffusion(0.0, x), (d, self.noise_dim, PROBES))
+        if self.diffusion_derivative is not None:
+            derivative = self.diffusion_derivative(0.0, x, x)
+            check_shape("diffusion_derivative(t, x, y)", derivative, (d, self.noise_dim, PROBES))
+
+    @property
+    def dimension(self) -> int:
+        """Number d of components."""
+        return len(cast("Array", self.start))
+
+    def initial(self, paths: int) -> Array:
+        """Return the initial state on every path, shape (d, P)."""
+        return columns(cast("Array", self.start), paths)
+
+    def parts(self, x: Array) -> Parts:
+        """Return the named components of a state of shape (d, P)."""
+        return {name: x[rows] for name, rows in (self.names or {"x": slice(None)}).items()}
+
+    def derivative_of_diffusion(self, t: float, x: Array, y: Array) -> Array:
+        """Return DB(x) y, shape (d, l, P)."""
+        if self.diffusion_derivative is not None:
+            return self.diffusion_derivative(t, x, y)
+        return directional(lambda z: self.diffusion(t, z), x, y)
+
+    def no_derivative_of_diffusion(self) -> str:
+        """Return why DB can neither be had from the author nor by complex step, or an empty string."""
+        if self.diffusion_derivative is None and not is_analytic(lambda z: self.diffusion(0.0, z), self.initial(1)):
+            text = "diffusion is not analytic (abs, real buffers?), so that its derivative cannot be taken"
+            return f"{text} by complex step; give diffusion_derivative"
+        return ""
+
+
+def zero_columns(blocks: Array, above: int) -> Array:
+    """Put `above` rows of zeros on top of a matrix of shape (n, l, P)."""
+    return np.concatenate([np.zeros((above, *blocks.shape[1:]), dtype=blocks.dtype), blocks])

@@ -1,0 +1,45 @@
+"""Which scheme can be put to which problem, and in which view."""
+
+from typing import NamedTuple
+
+from .forms import Problem
+from .scheme import Scheme
+
+
+class Match(NamedTuple):
+    """A problem in the form a scheme solves, or the reason why there is none.
+
+    Attributes
+    ----------
+    problem : Problem or None
+    view : str
+        Name of the view, empty for the problem itself.
+    reason : str
+        Empty if the two match.
+    """
+
+    problem: Problem | None
+    view: str = ""
+    reason: str = ""
+
+
+def match(scheme: Scheme, problem: Problem) -> Match:
+    """Offer a problem to a scheme.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    problem : Problem
+
+    Returns
+    -------
+    Match
+    """
+    seen = problem.view(scheme.form)
+    form = scheme.form.__name__
+    if seen is None:
+        return Match(None, reason=f"solves the form {form}; a {type(problem).__name__} has no such view")
+    view = "" if seen is problem else f"inherent {form}"
+    if reason := scheme.refuses(seen):
+        return Match(None, view, reason)
+    return Match(seen, view)

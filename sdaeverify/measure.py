@@ -1,0 +1,138 @@
+"""The contract of a measure: what it notes while a scheme runs, and how it judges what was noted."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any, ClassVar, NamedTuple
+
+from .arrays import Parts
+from .forms import Problem
+from .lanes import Observer
+from .scheme import Claim, Scheme
+from .settings import Settings
+from .tally import Tally
+
+
+class Verdict(StrEnum):
+    """What can be said of a claim, or why nothing can."""
+
+    VERIFIED = "verified"
+    REFUTED = "refuted"
+    INCONCLUSIVE = "inconclusive"
+    DIVERGED = "diverged"
+    ERROR = "error"
+    NOT_RUN = "not_run"
+    OUT_OF_SCOPE = "out_of_scope"
+    NOT_APPLICABLE = "not_applicable"
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What a measurement of one cell produced.
+
+    Attributes
+    ----------
+    scheme : Scheme
+    problem : Problem
+        As registered, with its truths.
+    view : Problem
+        As the scheme saw it; its traits decide which claims apply.
+    settings : Settings
+    tally : Tally
+    health : Tally
+        Sums ``failed``, ``lost``, ``truncated`` and ``steps`` of each level.
+    """
+
+    scheme: Scheme
+    problem: Problem
+    view: Problem
+    settings: Settings
+    tally: Tally
+    health: Tally
+
+    @property
+    def step_sizes(self) -> list[float]:
+        """Step size h of each level, coarsest first, in the problem's unit of time."""
+        return [self.problem.horizon / n for n in self.settings.steps]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """One quantity of a cell: a row of the verdicts.
+
+    Attributes
+    ----------
+    quantity : str
+    verdict : Verdict
+    reason : str
+    claim : Claim or None
+        None if no claim covers the quantity here.
+    estimate, low, high : float
+        Order or residual, with its interval at the run's confidence.
+    method : str
+        How it was found.
+    details : mapping of str to object
+        Further columns.
+    """
+
+    quantity: str
+    verdict: Verdict
+    reason: str = ""
+    claim: Claim | None = None
+    estimate: float = float("nan")
+    low: float = float("nan")
+    high: float = float("nan")
+    method: str = ""
+    details: Mapping[str, object] = field(default_factory=dict)
+
+
+class LevelFinding(NamedTuple):
+    """One quantity at one step size: a row of the levels.
+
+    Attributes
+    ----------
+    quantity : str
+    level : int
+    estimate, std_error : float
+    details : mapping of str to object
+        Further columns.
+    """
+
+    quantity: str
+    level: int
+    estimate: float
+    std_error: float
+    details: Mapping[str, object] = {}
+
+
+class Judgement(NamedTuple):
+    """All rows of a cell."""
+
+    findings: tuple[Finding, ...]
+    levels: tuple[LevelFinding, ...]
+
+
+class Measure:
+    """Base of all measures: a subclass sets `name` and overrides what it needs; it must be picklable.
+
+    A measure that samples returns an observer; one that evaluates the one-step map overrides `probe`; one may do
+    both. Evidence is a `Tally`, so that blocks, machines and runs can be merged before they are judged.
+    """
+
+    name: ClassVar[str]
+
+    def refuses(self, scheme: Scheme, problem: Problem) -> str:  # noqa: ARG002 - most measures refuse nothing
+        """Return why the question makes no sense for this pair, or an empty string."""
+        return ""
+
+    def observer(self, problem: Problem, parts: Parts, settings: Settings) -> Observer | None:  # noqa: ARG002
+        """Return the notebook for one block, given the initial components; None to sample nothing."""
+        return None
+
+    def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:  # noqa: ARG002
+        """Evaluate the one-step map and return evidence without sampling error; run once a cell."""
+        return Tally()
+
+    def judge(self, evidence: Evidence) -> Judgement:
+        """Turn evidence into rows; a pure function."""
+        raise NotImplementedError

@@ -1,0 +1,75 @@
+"""What the strong measure notes on one block: pathwise errors at T and as maximum over the coarsest grid."""
+
+from collections.abc import Sequence
+from math import isqrt
+
+import numpy as np
+
+from ..arrays import Array, Parts
+from ..lanes import Moments
+from ..settings import Settings
+from ..statistics import group_sums
+from ..tally import Tally, largest
+
+POWERS = np.array([0.5, 1.0, 2.0])
+AT_T = "@T"
+
+
+class ErrorObserver:
+    """Notes, for each component c and the full state,
+
+    e_l = |x_l - x| and d_l = |x_l - x_{l+1}| (levels l, truth x), and what two resolutions of the truth differ by.
+    """
+
+    def __init__(self, parts: Parts, settings: Settings) -> None:
+        self.settings = settings
+        self.wanted: Sequence[frozenset[int]] = [frozenset()] * settings.levels
+        self.start = parts
+        self.names: list[str] = []
+
+    def after_step(self, level: int, step: int, parts: Parts) -> None:
+        """Note nothing: errors are compared on the coarsest grid."""
+
+    def after_coarsest_step(self, moments: Moments) -> None:
+        """Note the errors at this time and their maximum so far."""
+        if not self.names:
+            self._begin(moments)
+        levels = moments.levels
+        now = {
+            "error": [self._distances(level, moments.truth) for level in levels],
+            "difference": [self._distances(a, b) for a, b in zip(levels[:-1], levels[1:], strict=True)],
+            "reference": [self._distances(moments.truth, moments.coarser_truth or moments.truth)],
+        }
+        self.final = {name: np.stack(values, axis=1) for name, values in now.items()}
+        self.worst = {name: np.maximum(self.worst.get(name, 0.0), value) for name, value in self.final.items()}
+        sizes = [np.abs(moments.truth[name]).max(initial=0.0) for name in self.names]
+        self.size = np.maximum(self.size, [*sizes, max(sizes)])
+
+    def tally(self) -> Tally:
+        """Return sums of the errors' powers over groups of paths, with what the tail diagnostics need."""
+        sums: dict[str, Array] = {}
+        tops: dict[str, Array] = {}
+        keep = isqrt(self.settings.paths - 1) + 1
+        for index, name in enumerate(self._quantities()):
+            for suffix, values in (("", self.worst), (AT_T, self.final)):
+                for kind, value in values.items():
+                    powers = value[index][None] ** POWERS[:, None, None]
+                    sums[f"{kind} {name}{suffix}"] = np.moveaxis(group_sums(powers), 1, -1)
+                tops[f"{name}{suffix}"] = largest(values["error"][index], keep)
+        paths = self.final["error"].shape[-1]
+        sums["paths"] = group_sums(np.ones(paths))
+        return Tally(sums=sums, maxima={"size": self.size}, largest=tops)
+
+    def _begin(self, moments: Moments) -> None:
+        self.names = [name for name in self.start if name in moments.truth]
+        self.size = np.zeros(len(self.names) + 1)
+        self.worst: dict[str, Array] = {}
+
+    def _quantities(self) -> list[str]:
+        return self.names if len(self.names) == 1 else [*self.names, "state"]
+
+    def _distances(self, a: Parts, b: Parts) -> Array:
+        squares = [((a[name] - b[name]) ** 2).sum(axis=0) for name in self.names]
+        if len(squares) > 1:
+            squares.append(sum(squares[1:], squares[0]))
+        return np.sqrt(np.stack(squares))

@@ -1,0 +1,206 @@
+"""Constraint drift: how far the constraint and the hidden constraint are violated, and how that depends on h and t.
+
+The supremum over time of the root mean square of |g| is classified against h:
+
+``round-off``
+    at most 64 eps scale sqrt(N) at every level, on every path;
+``tolerance-limited``
+    it does not depend on h (|slope| < 0.35) and is below 1e-3 of the scale: a solver's tolerance;
+``order p``
+    slope p >= 0.35, with the jackknife interval and the growth exponent in time;
+``growing``
+    slope <= -0.35: errors accumulate as h tends to 0, always flagged;
+``constant``
+    it does not depend on h and is not small.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..arrays import Array, Parts
+from ..forms import Problem
+from ..hookspecs import hookimpl
+from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..scheme import Claim, Scheme
+from ..settings import Settings
+from ..statistics import EPS, Estimate, jackknife, slope_weights
+from ..verdicts import FEWEST, ROUND_OFF, Opinion, claim_for, judge_order, unfitted
+from ._residuals import ResidualObserver, log_spaced, quantile
+
+FITTED = 4
+FLAT = 0.35
+
+
+@dataclass(frozen=True)
+class Defect:
+    """The evidence on one constraint.
+
+    Attributes
+    ----------
+    name : str
+    h : ndarray, shape (L,)
+    squares : tuple of ndarray, shape (G, times of the level)
+        Sums of |g|^2 over groups.
+    counts : ndarray, shape (G,)
+    histogram : ndarray, shape (L, bins)
+        Of each path's largest |g|.
+    worst, scale : ndarray, shape (L,)
+        Largest |g| of all paths and times, and the size of the terms that cancel in it.
+    """
+
+    name: str
+    h: Array
+    squares: tuple[Array, ...]
+    counts: Array
+    histogram: Array
+    worst: Array
+    scale: Array
+
+    def sup_rms(self, level: int) -> Estimate:
+        """Return log2 of sup_t RMS |g| at a level."""
+        return jackknife(self.squares[level], self.counts, _log_sup)
+
+    def slope(self, levels: Array) -> Estimate:
+        """Return the slope of log2 sup_t RMS |g| against log2 h on some levels."""
+        weights = slope_weights(np.log2(self.h[levels]))
+        lengths = np.cumsum([self.squares[level].shape[1] for level in levels])[:-1]
+
+        def statistic(means: Array) -> float:
+            return float(sum(w * _log_sup(part) for w, part in zip(weights, np.split(means, lengths), strict=True)))
+
+        return jackknife(np.concatenate([self.squares[level] for level in levels], axis=1), self.counts, statistic)
+
+    def growth(self, level: int, times: Array) -> float:
+        """Return the slope of log RMS against log t over the second half of the log-time axis."""
+        late = times**2 >= times[0] * times[-1]
+        rms = np.sqrt(self.squares[level].sum(axis=0) / self.counts.sum())
+        if np.count_nonzero(late) < 3 or not (rms[late] > 0.0).all():
+            return float("nan")
+        return float(slope_weights(np.log2(times[late])) @ np.log2(rms[late]))
+
+
+class Drift(Measure):
+    """Violation of each constraint along the paths."""
+
+    name: ClassVar[str] = "drift"
+
+    def refuses(self, scheme: Scheme, problem: Problem) -> str:  # noqa: ARG002
+        """Refuse problems without constraints."""
+        return "" if problem.has_constraints else "the problem has no constraint"
+
+    def observer(self, problem: Problem, parts: Parts, settings: Settings) -> ResidualObserver:
+        """Return the notebook for one block."""
+        return ResidualObserver(problem, parts, settings)
+
+    def judge(self, evidence: Evidence) -> Judgement:
+        """Return a finding for each constraint, and its levels."""
+        defects = list(_defects(evidence))
+        findings = tuple(_finding(evidence, defect) for defect in defects)
+        return Judgement(findings, tuple(row for defect in defects for row in _levels(defect)))
+
+
+@hookimpl
+def sdaeverify_measures() -> list[Measure]:
+    """Register the measure."""
+    return [Drift()]
+
+
+def _log_sup(means: Array) -> float:
+    return 0.5 * float(np.log2(means.max()))
+
+
+def _defects(evidence: Evidence) -> Iterator[Defect]:
+    sums, maxima = evidence.tally.sums, evidence.tally.maxima
+    for name in (key.removeprefix("histogram ") for key in sums if key.startswith("histogram ")):
+        yield Defect(
+            name=name,
+            h=np.array(evidence.step_sizes),
+            squares=tuple(sums[f"squares {name} {level}"] for level in range(evidence.settings.levels)),
+            counts=sums["paths"],
+            histogram=sums[f"histogram {name}"],
+            worst=maxima[f"worst {name}"],
+            scale=maxima[f"scale {name}"],
+        )
+
+
+def _finding(evidence: Evidence, defect: Defect) -> Finding:
+    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Drift.name, defect.name)
+    failed = evidence.health.sums["failed"] > 0
+    levels = np.flatnonzero(~failed)
+    if len(levels) < FEWEST:
+        return unfitted(evidence, defect.name, claim, f"failed paths at {np.count_nonzero(failed)} levels")
+    steps = np.array(evidence.settings.steps)[levels]
+    bound = 64.0 * EPS * defect.scale[levels] * np.sqrt(steps)
+    if np.all(defect.worst[levels] <= bound):
+        return _round_off(defect, claim, no_claim)
+    return _ordered(evidence, defect, levels[-FITTED:], claim, no_claim)
+
+
+def _round_off(defect: Defect, claim: Claim | None, no_claim: str) -> Finding:
+    # An exact constraint keeps a promise of any order.
+    return Finding(
+        quantity=defect.name,
+        claim=claim,
+        estimate=float(np.nanmax(defect.worst)),
+        verdict=Verdict.VERIFIED if claim else Verdict.OUT_OF_SCOPE,
+        reason="; ".join(text for text in ("round-off at every level", no_claim) if text),
+        method="paths, largest residual",
+        details={"class": ROUND_OFF},
+    )
+
+
+def _ordered(
+    evidence: Evidence, defect: Defect, levels: Array, claim: Claim | None, no_claim: str
+) -> Finding:
+    slope = defect.slope(levels)
+    low, high = slope.interval(evidence.settings.confidence)
+    sup = 2.0 ** defect.sup_rms(levels[-1]).value
+    kind = _classify(slope.value, sup, defect.scale[levels[-1]])
+    growth = defect.growth(levels[-1], np.array(log_spaced(evidence.settings.steps[levels[-1]]), dtype=float))
+    opinion = _opinion(claim, low, high, kind)
+    size = f"{kind}: sup over t of RMS {sup:.2g} at the finest h, growing like t^{growth:.1f}"
+    return Finding(
+        quantity=defect.name,
+        claim=claim,
+        estimate=slope.value,
+        low=low,
+        high=high,
+        verdict=opinion.verdict,
+        reason="; ".join(text for text in (opinion.reason if claim else no_claim, size) if text),
+        method="paths, order of the residual",
+        details={"class": kind, "std_error": slope.se, "growth": growth, "fitted_levels": len(levels)},
+    )
+
+
+def _classify(slope: float, sup: float, scale: float) -> str:
+    if slope >= FLAT:
+        return f"order {slope:.2f}"
+    if slope <= -FLAT:
+        return "growing as h tends to 0"
+    return "tolerance-limited" if sup < 1e-3 * scale else "constant"
+
+
+def _opinion(claim: Claim | None, low: float, high: float, kind: str) -> Opinion:
+    if claim is None:
+        return Opinion(Verdict.OUT_OF_SCOPE, "")
+    if claim.value == ROUND_OFF:
+        return Opinion(Verdict.REFUTED, "residuals exceed 64 eps scale sqrt(N)")
+    if not np.isfinite([low, high]).all():
+        return Opinion(Verdict.INCONCLUSIVE, f"no finite interval for a residual that is {kind}")
+    return judge_order(claim, low, high)
+
+
+def _levels(defect: Defect) -> Iterator[LevelFinding]:
+    for level in range(len(defect.h)):
+        log_rms = defect.sup_rms(level)
+        rms = 2.0**log_rms.value
+        details = {
+            "max": float(defect.worst[level]),
+            "median": quantile(defect.histogram[level], 0.5),
+            "q99": quantile(defect.histogram[level], 0.99),
+            "scale": float(defect.scale[level]),
+        }
+        yield LevelFinding(defect.name, level, rms, float(np.log(2.0) * rms * log_rms.se), details)

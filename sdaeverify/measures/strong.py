@@ -1,0 +1,278 @@
+"""Strong order: pathwise errors at T and as maximum over the coarsest grid times.
+
+y_l = (1/p) log2 mean e_l^p against log2 h_l, p = 1 for the verdict, 1/2 and 2 beside it; the slope on the finest
+four levels with a delete-a-group jackknife interval, widened by a bound of the reference's bias.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..arrays import Array, Parts
+from ..forms import Problem
+from ..hookspecs import hookimpl
+from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..scheme import Claim
+from ..settings import Settings
+from ..statistics import (
+    EPS,
+    Estimate,
+    Tail,
+    corrected_slope_weights,
+    jackknife,
+    log_norms,
+    slope_weights,
+    tail,
+)
+from ..verdicts import FEWEST, Opinion, claim_for, judge_order, unfitted
+from ._errors import AT_T, POWERS, ErrorObserver
+from ._reference_bias import Bias, reference_bias
+
+FITTED = 4
+# A wrong limit shows as errors that stop falling while successive differences go on.
+WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15
+HEAVY_TAIL_PATHS = 800
+CALIBRATED_PATHS = 100
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """The evidence on one component.
+
+    Attributes
+    ----------
+    name : str
+    h : ndarray, shape (L,)
+        Step sizes.
+    error : ndarray, shape (G, L, 3)
+        Sums of e_l^p over groups, p = 1/2, 1, 2.
+    difference : ndarray, shape (G, L - 1, 3)
+        The same of |x_l - x_{l+1}|.
+    reference : ndarray, shape (3,)
+        Means of the difference of the truth at two resolutions.
+    counts : ndarray, shape (G,)
+    largest : ndarray, shape (L, k)
+    size : float
+        Largest value of the component.
+    """
+
+    name: str
+    h: Array
+    error: Array
+    difference: Array
+    reference: Array
+    counts: Array
+    largest: Array
+    size: float
+
+    @property
+    def paths(self) -> int:
+        """Number of paths."""
+        return int(self.counts.sum())
+
+    def means(self, power: int = 1) -> Array:
+        """Return E e_l^p, shape (L,)."""
+        return np.asarray(self.error[..., power].sum(axis=0) / self.paths)
+
+    def slope(self, levels: Array, power: int = 1) -> Estimate:
+        """Return the least-squares slope of log2 (E e^p)^(1/p) against log2 h on some levels."""
+        return self.linear(levels, slope_weights(np.log2(self.h[levels])), power)
+
+    def linear(self, levels: Array, weights: Array, power: int = 1) -> Estimate:
+        """Return a linear functional of y on some levels."""
+        return jackknife(self.error[:, levels, power], self.counts, partial(_functional, weights, POWERS[power]))
+
+    def contrast(self, levels: Array) -> Estimate:
+        """Return slope of log2 E e_{l+1} minus slope of log2 E d_l over the same levels l: 0 in the right limit."""
+        coarse, fine = levels[:-1], levels[1:]
+        weights = slope_weights(np.log2(self.h[coarse]))
+        both = np.concatenate([self.error[:, fine, 1], self.difference[:, coarse, 1]], axis=1)
+        return jackknife(both, self.counts, partial(_functional, np.concatenate([weights, -weights]), 1.0))
+
+    def tail(self, level: int) -> Tail:
+        """Return the tail diagnostics of a level."""
+        sums = self.error[:, level].sum(axis=0)
+        return tail(float(sums[1]), float(sums[2]), self.largest[level], self.paths)
+
+
+class Strong(Measure):
+    """Strong order of convergence for each named component and the full state."""
+
+    name: ClassVar[str] = "strong"
+
+    def observer(self, problem: Problem, parts: Parts, settings: Settings) -> ErrorObserver:  # noqa: ARG002
+        """Return the notebook for one block."""
+        return ErrorObserver(parts, settings)
+
+    def judge(self, evidence: Evidence) -> Judgement:
+        """Return a finding for each component at grid times and at T, and their levels."""
+        quantities = list(_quantities(evidence))
+        findings = tuple(_finding(evidence, quantity) for quantity in quantities)
+        return Judgement(findings, tuple(row for quantity in quantities for row in _levels(evidence, quantity)))
+
+
+@hookimpl
+def sdaeverify_measures() -> list[Measure]:
+    """Register the measure."""
+    return [Strong()]
+
+
+def _functional(weights: Array, p: float, means: Array) -> float:
+    # einsum, not a BLAS product: the same bits on every number of threads.
+    return float(np.einsum("l,l->", weights, log_norms(means, p)))
+
+
+def _quantities(evidence: Evidence) -> Iterator[Quantity]:
+    sums, h = evidence.tally.sums, np.array(evidence.step_sizes)
+    names = [name.removeprefix("error ") for name in sums if name.startswith("error ")]
+    paths = sums["paths"].sum()
+    for index, name in enumerate(names):
+        yield Quantity(
+            name=name,
+            h=h,
+            error=sums[f"error {name}"],
+            difference=sums[f"difference {name}"],
+            reference=sums[f"reference {name}"].sum(axis=0)[0] / paths,
+            counts=sums["paths"],
+            largest=evidence.tally.largest[name],
+            size=float(evidence.tally.maxima["size"][index // 2]),
+        )
+
+
+def _usable(evidence: Evidence, quantity: Quantity) -> tuple[Array, str]:
+    """Return the finest levels without failures, truncated steps or rounding, and why others are left out."""
+    steps = np.array(evidence.settings.steps)
+    health = evidence.health.sums
+    # Measured rounding stays below 2 eps sqrt(N) of the state's size; 30 times that leaves the fit alone.
+    rounding = quantity.means() <= 60.0 * EPS * max(quantity.size, 1.0) * np.sqrt(steps)
+    reasons = {
+        "failed paths": health["failed"] > 0,
+        "truncated steps": health["truncated"] > 0,
+        "rounding": rounding,
+    }
+    out = np.any(list(reasons.values()), axis=0)
+    left_out = [f"{name} at {np.count_nonzero(mask)} levels" for name, mask in reasons.items() if mask.any()]
+    return np.flatnonzero(~out)[-FITTED:], "; ".join(left_out)
+
+
+def _finding(evidence: Evidence, quantity: Quantity) -> Finding:
+    claim, no_claim = claim_for(
+        evidence.scheme, evidence.view.traits, Strong.name, quantity.name.removesuffix(AT_T)
+    )
+    steps = np.array(evidence.settings.steps)
+    if np.all(quantity.means() <= 64.0 * EPS * max(quantity.size, 1.0) * np.sqrt(steps)):
+        verdict = Verdict.VERIFIED if claim else Verdict.OUT_OF_SCOPE
+        reason = "exact to round-off at every level"
+        return Finding(quantity=quantity.name, verdict=verdict, reason=reason, claim=claim, method="paths")
+    levels, left_out = _usable(evidence, quantity)
+    if len(levels) < FEWEST:
+        return unfitted(evidence, quantity.name, claim, left_out)
+    bias = reference_bias(evidence.problem.pathwise, quantity, levels)
+    slope = quantity.slope(levels)
+    low, high = slope.interval(evidence.settings.confidence, bias.bound)
+    opinion = _opinion(evidence, quantity, levels, claim, (low, high, bias))
+    reason = "; ".join(text for text in (opinion.reason if claim else no_claim, left_out) if text)
+    return Finding(
+        quantity=quantity.name,
+        claim=claim,
+        estimate=slope.value,
+        low=low,
+        high=high,
+        verdict=opinion.verdict,
+        reason=reason,
+        method=f"paths, {bias.reference}",
+        details=_details(evidence, quantity, levels, slope, bias),
+    )
+
+
+def _opinion(
+    evidence: Evidence, quantity: Quantity, levels: Array, claim: Claim | None, order: tuple[float, float, Bias]
+) -> Opinion:
+    low, high, bias = order
+    if claim is None:
+        return Opinion(Verdict.OUT_OF_SCOPE, "")
+    if not np.isfinite([low, high]).all():
+        return Opinion(Verdict.INCONCLUSIVE, f"no finite interval: {bias.reference} is too coarse or not finite")
+    opinion = judge_order(claim, low, high)
+    if bias.knows_limit:
+        opinion = _with_limit(opinion, quantity.contrast(levels).interval(evidence.settings.confidence))
+    elif opinion.verdict is Verdict.VERIFIED:
+        opinion = Opinion(Verdict.INCONCLUSIVE, f"{opinion.reason}, but towards its own limit: no truth to compare")
+    return _with_sample(opinion, quantity, levels)
+
+
+def _with_limit(opinion: Opinion, contrast: tuple[float, float]) -> Opinion:
+    low, high = contrast
+    if high < WRONG_LIMIT:
+        return Opinion(Verdict.REFUTED, f"wrong limit: errors level off (contrast at most {high:.3f})")
+    if opinion.verdict is Verdict.VERIFIED and low <= RIGHT_LIMIT:
+        return Opinion(Verdict.INCONCLUSIVE, f"limit not confirmed (contrast at least {low:.3f}); add paths or levels")
+    return opinion
+
+
+def _with_sample(opinion: Opinion, quantity: Quantity, levels: Array) -> Opinion:
+    if opinion.verdict is Verdict.INCONCLUSIVE:
+        return opinion
+    if quantity.paths < CALIBRATED_PATHS:
+        return Opinion(Verdict.INCONCLUSIVE, f"intervals are calibrated from {CALIBRATED_PATHS} paths on")
+    heavy = quantity.tail(levels[0]).heavy or quantity.tail(levels[-1]).heavy
+    if opinion.verdict is Verdict.REFUTED and heavy and quantity.paths < HEAVY_TAIL_PATHS:
+        return Opinion(Verdict.INCONCLUSIVE, f"heavy tails: at least {HEAVY_TAIL_PATHS} paths are needed to refute")
+    return opinion
+
+
+def _details(
+    evidence: Evidence, quantity: Quantity, levels: Array, slope: Estimate, bias: Bias
+) -> dict[str, object]:
+    confidence = evidence.settings.confidence
+    contrast = quantity.contrast(levels)
+    finest, coarsest = quantity.tail(levels[-1]), quantity.tail(levels[0])
+    return {
+        "std_error": slope.se,
+        "order_L1/2": quantity.slope(levels, 0).value,
+        "order_L2": quantity.slope(levels, 2).value,
+        "fitted_levels": len(levels),
+        "contrast": contrast.value,
+        "contrast_low": contrast.interval(confidence)[0],
+        "contrast_high": contrast.interval(confidence)[1],
+        **_asymptotic(quantity, levels, confidence),
+        "bias_bound": bias.bound,
+        "effective_share": min(finest.effective, coarsest.effective),
+        "largest_share": max(finest.share, coarsest.share),
+        "hill_index": min(finest.hill, coarsest.hill),
+        "heavy_tails": finest.heavy or coarsest.heavy,
+    }
+
+
+def _asymptotic(quantity: Quantity, levels: Array, confidence: float) -> dict[str, object]:
+    # y = a + p x + c h on all levels but the coarsest; what the coarsest would change is part of the interval.
+    last = levels[-1] + 1
+    if last < 5 or len(levels) < FITTED or not (quantity.means()[:last] > 0.0).all():
+        return {"asymptotic_order": float("nan"), "asymptotic_half_width": float("nan")}
+    x = np.log2(quantity.h)
+    finer, every = np.arange(1, last), np.arange(last)
+    order = quantity.linear(finer, corrected_slope_weights(x[finer]))
+    gap = abs(order.value - quantity.linear(every, corrected_slope_weights(x[every])).value)
+    half = order.interval(confidence)[1] - order.value + gap
+    return {"asymptotic_order": order.value, "asymptotic_half_width": max(half, 0.05)}
+
+
+def _levels(evidence: Evidence, quantity: Quantity) -> Iterator[LevelFinding]:
+    fitted = set(_usable(evidence, quantity)[0])
+    half, one, two = (quantity.means(power) for power in range(3))
+    for level in range(len(quantity.h)):
+        spread = np.sqrt(max(two[level] - one[level] ** 2, 0.0) / quantity.paths)
+        local: Any = Estimate(float("nan"), float("nan"))
+        if level and one[level - 1 : level + 1].all():
+            local = quantity.slope(np.array([level - 1, level]))
+        details = {
+            "estimate_L1/2": half[level] ** 2,
+            "estimate_L2": np.sqrt(two[level]),
+            "local_order": local.value,
+            "local_order_std_error": local.se,
+            "fitted": level in fitted,
+        }
+        yield LevelFinding(quantity.name, level, float(one[level]), float(spread), details)

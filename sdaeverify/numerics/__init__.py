@@ -1,0 +1,21 @@
+"""Numerical tools with paths last: derivatives, small linear algebra, Newton's method."""
+
+from .derivatives import directional, is_analytic, jacobian, second_directional
+from .linalg import all_finite, apply, apply_transposed, determinant, norm, product_transposed, solve
+from .newton import Root, newton
+
+__all__ = [
+    "Root",
+    "all_finite",
+    "apply",
+    "apply_transposed",
+    "determinant",
+    "directional",
+    "is_analytic",
+    "jacobian",
+    "newton",
+    "norm",
+    "product_transposed",
+    "second_directional",
+    "solve",
+]

@@ -1,0 +1,64 @@
+"""Newton's method for small systems on every path at once: failure is a value, not an exception."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array, Mask
+from .linalg import solve
+
+Linearisation = Callable[[Array], tuple[Array, Array]]
+
+
+class Root(NamedTuple):
+    """What Newton's method reached.
+
+    Attributes
+    ----------
+    x : ndarray, shape (m, P)
+        Last iterate of each path.
+    converged : ndarray of bool, shape (P,)
+        Whether the last update of the path was below its tolerance.
+    iterations : ndarray of int, shape (P,)
+        Updates made on the path.
+    """
+
+    x: Array
+    converged: Mask
+    iterations: Array
+
+
+def newton(f: Linearisation, x: Array, tolerance: float, max_iterations: int = 30) -> Root:
+    """Solve F(x) = 0 from a starting point on every path.
+
+    A path stops when an update changes it by at most `tolerance` in every component, and stays as it is while
+    the others go on, so that no path depends on its neighbours. The accepted iterate includes that last
+    update: Newton converges quadratically, its error is then far below the tolerance.
+
+    Parameters
+    ----------
+    f : callable
+        Gives F(x), shape (m, P), and DF(x), shape (m, m, P).
+    x : ndarray, shape (m, P)
+        Starting point.
+    tolerance : float
+        Largest accepted update, in units of x.
+    max_iterations : int, optional
+
+    Returns
+    -------
+    Root
+    """
+    iterations = np.zeros(x.shape[1], dtype=np.int64)
+    active = np.ones(x.shape[1], dtype=bool)
+    for _ in range(max_iterations):
+        value, matrix = f(x)
+        update = solve(matrix, value)
+        x = np.where(active, x - update, x)
+        iterations += active
+        # Written so that a NaN stays active and ends as a failure.
+        active &= ~(np.abs(update).max(axis=0) <= tolerance)
+        if not active.any():
+            break
+    return Root(x, ~active, iterations)

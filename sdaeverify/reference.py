@@ -1,0 +1,77 @@
+"""The truth on one block of paths, advanced once for all schemes."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .arrays import Parts
+from .forms import Problem
+from .noise import Increment, LevelNoise
+from .settings import Settings
+from .truths import Pathwise
+
+# Halvings between the finest level and a scheme's own fine reference (at least 4 for orders up to 1).
+OWN_REFERENCE = 4
+
+
+class Reference:
+    """The pathwise truth of a problem, or the plan for each scheme to be its own.
+
+    An exact truth steps over the coarsest grid, or over the finest where it needs further normals; one of finite
+    order runs one level finer than the finest, and once more at the finest to tell its own error.
+
+    Attributes
+    ----------
+    own : int or None
+        Number of steps of the track that serves a scheme as its own reference, where there is no truth.
+    finest : int
+        Finest level of noise that is needed.
+    level : int
+        Level the truth steps at.
+    """
+
+    def __init__(self, problem: Problem, settings: Settings, paths: int) -> None:
+        self.truth, self.paths, self.drawn = problem.pathwise, paths, settings.block
+        last = settings.levels - 1
+        self.level, self.finest = _resolution(self.truth, last)
+        self.own = settings.steps[-1] * 2**OWN_REFERENCE if self.truth is None else None
+        self.h = [problem.horizon / (settings.coarsest * 2 ** (self.level - k)) for k in range(2)]
+        self.states: list[Any] = []
+        if self.truth is not None:
+            self.states = [self.truth.start(paths) for _ in range(1 if self.truth.exact else 2)]
+        self.t = 0.0
+
+    def advance(self, noise: Sequence[LevelNoise], t: float, extra: np.random.Generator) -> None:
+        """Make one coarsest step from time t."""
+        for index in range(len(self.states)):
+            self.states[index] = self._advanced(index, noise[self.level - index], t, extra)
+        self.t = t + self.h[0] * 2**self.level
+
+    def parts(self) -> list[Parts]:
+        """Return the components it knows, at full and, if it has an error, at half resolution."""
+        return [self.truth.parts(self.t, state) for state in self.states] if self.truth else []
+
+    def _advanced(self, index: int, noise: LevelNoise, t: float, extra: np.random.Generator) -> Any:
+        assert self.truth is not None
+        state, h = self.states[index], self.h[index]
+        for step in range(len(noise.dW)):
+            increment = noise.increment(step)
+            if self.truth.extra_normals:
+                increment = self._with_extra(increment, extra)
+            state = self.truth.advance(state, t + step * h, h, increment)
+        return state
+
+    def _with_extra(self, increment: Increment, extra: np.random.Generator) -> Increment:
+        assert self.truth is not None
+        # A full block is drawn, as for W, so that a path's numbers do not depend on how many follow it.
+        xi = extra.standard_normal((self.truth.extra_normals, self.drawn))
+        return increment._replace(xi=xi[:, : self.paths])
+
+
+def _resolution(truth: Pathwise | None, last: int) -> tuple[int, int]:
+    if truth is None:
+        return 0, last + OWN_REFERENCE
+    if not truth.exact:
+        return last + 1, last + 1
+    return (last if truth.extra_normals else 0), last

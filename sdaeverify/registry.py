@@ -1,0 +1,222 @@
+"""The registry: entry points and files in, immutable sorted maps out.
+
+A plugin that fails in any way is left out as a whole; its row says why.
+"""
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from types import MappingProxyType
+from typing import NamedTuple, TypeVar
+
+from .contributions import Contribution, MeasureEntry, ProblemEntry, SchemeEntry, collect, hooks_of
+from .discovery import (
+    DISABLED,
+    Origin,
+    entry_points,
+    is_disabled,
+    load_file,
+    normalized,
+    origin_of,
+    read_settings,
+    submodules,
+    unmatched,
+)
+from .errors import PluginError, one_line
+
+Entry = TypeVar("Entry")
+
+
+class PluginRow(NamedTuple):
+    """What became of a plugin.
+
+    Attributes
+    ----------
+    name, distribution, version, module : str
+        As in `Origin`.
+    status : str
+        ``loaded``, ``disabled`` or ``broken``.
+    reason : str
+        Why it is not loaded, in one line.
+    schemes, problems, measures : int
+        How many names it registers.
+    """
+
+    name: str
+    distribution: str
+    version: str
+    module: str
+    status: str
+    reason: str = ""
+    schemes: int = 0
+    problems: int = 0
+    measures: int = 0
+
+
+class Outcome(NamedTuple):
+    """A plugin's row and what it registers: nothing if it is disabled or broken."""
+
+    row: PluginRow
+    contribution: Contribution = Contribution()
+
+
+@dataclass(frozen=True)
+class Registry:
+    """All that is registered, by name and sorted by name.
+
+    Attributes
+    ----------
+    schemes : mapping of str to SchemeEntry
+    problems : mapping of str to ProblemEntry
+    measures : mapping of str to MeasureEntry
+    plugins : tuple of PluginRow
+        In the order they were loaded.
+    warnings : tuple of str
+        What is odd about the environment, one line each.
+    files : tuple of str
+        Plugin files, absolute: a worker process loads them by `load_file` before it unpickles anything.
+    reports : tuple of (str, callable)
+        Plugins with a report hook.
+    """
+
+    schemes: Mapping[str, SchemeEntry]
+    problems: Mapping[str, ProblemEntry]
+    measures: Mapping[str, MeasureEntry]
+    plugins: tuple[PluginRow, ...] = ()
+    warnings: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
+    reports: tuple[tuple[str, Callable[..., object]], ...] = ()
+
+    def report(self, folder: Path) -> tuple[str, ...]:
+        """Let each plugin write beside the report; return one line for each that failed."""
+        failures = []
+        for plugin, write in self.reports:
+            try:
+                write(folder=folder)
+            except (Exception, SystemExit) as error:
+                failures.append(f"report of plugin {plugin}: {one_line(error)}")
+        return tuple(failures)
+
+
+def load_registry(paths: Sequence[str | Path] = (), environ: Mapping[str, str] | None = None) -> Registry:
+    """Load all plugins: those of this distribution, then other entry points by name, then files.
+
+    Parameters
+    ----------
+    paths : sequence of str or Path
+        Plugin files; as they were asked for, they may not fail.
+    environ : mapping of str to str
+        By default that of the process. ``SDAEVERIFY_DISABLED_PLUGINS`` names plugins, entry points or
+        distributions that are left out; with ``SDAEVERIFY_STRICT_PLUGINS`` no plugin may be broken.
+
+    Raises
+    ------
+    PluginError
+        If a file cannot be used, or a plugin is broken and that is not allowed.
+    """
+    settings = read_settings(os.environ if environ is None else environ)
+    entries, outcomes = entry_points(), list[Outcome]()
+    for entry in entries:
+        outcomes += _from_entry_point(entry, settings.disabled, outcomes)
+    if settings.strict:
+        _refuse_broken([outcome.row for outcome in outcomes])
+    files = tuple(dict.fromkeys(str(Path(path).expanduser().resolve()) for path in paths))
+    for file in files:
+        outcomes.append(_from_file(file, outcomes))
+    known = {entry.name for entry in entries} | {outcome.row.name for outcome in outcomes}
+    known |= {normalized(origin_of(entry).distribution) for entry in entries}
+    return _assemble(outcomes, settings.warnings + unmatched(settings.disabled, known), files)
+
+
+def _assemble(outcomes: Sequence[Outcome], warnings: tuple[str, ...], files: tuple[str, ...]) -> Registry:
+    def merged(maps: Iterable[Mapping[str, Entry]]) -> Mapping[str, Entry]:
+        return MappingProxyType(dict(sorted((name, entry) for one in maps for name, entry in one.items())))
+
+    parts = [outcome.contribution for outcome in outcomes]
+    return Registry(
+        merged(part.schemes for part in parts),
+        merged(part.problems for part in parts),
+        merged(part.measures for part in parts),
+        tuple(outcome.row for outcome in outcomes),
+        warnings,
+        files,
+        tuple((row.name, part.report) for row, part in outcomes if part.report),
+    )
+
+
+def _refuse_broken(rows: Iterable[PluginRow]) -> None:
+    broken = [
+        f"{row.name} ({row.distribution} {row.version}): {row.reason}"
+        for row in rows
+        if row.status == "broken"
+    ]
+    if broken:
+        raise PluginError(f"broken plugins: {'; '.join(broken)}")
+
+
+def _from_file(path: str, before: Sequence[Outcome]) -> Outcome:
+    plugin = load_file(path)
+    try:
+        return _loaded(plugin, Origin(Path(path).stem, "", "", path), before)
+    except (Exception, SystemExit) as error:
+        raise PluginError(f"plugin file {path}: {one_line(error)}") from error
+
+
+def _from_entry_point(
+    entry: EntryPoint, disabled: frozenset[str], before: Sequence[Outcome]
+) -> list[Outcome]:
+    origin = origin_of(entry)
+    if is_disabled(origin, disabled):
+        return [_disabled(origin)]
+    try:
+        plugin = entry.load()
+        modules = [] if hooks_of(plugin) else submodules(plugin, origin)
+        if not modules:
+            return [_loaded(plugin, origin, before)]
+    except (Exception, SystemExit) as error:
+        return [_broken(origin, error)]
+    outcomes: list[Outcome] = []
+    for module in modules:
+        outcomes += _from_module(module, disabled, [*before, *outcomes])
+    return outcomes or [
+        _broken(origin, PluginError("neither the package nor one of its modules implements a hook"))
+    ]
+
+
+def _from_module(origin: Origin, disabled: frozenset[str], before: Sequence[Outcome]) -> list[Outcome]:
+    if is_disabled(origin, disabled):
+        return [_disabled(origin)]
+    try:
+        plugin = import_module(origin.module)
+        # A module without hooks is a helper of its neighbours.
+        return [_loaded(plugin, origin, before)] if hooks_of(plugin) else []
+    except (Exception, SystemExit) as error:
+        return [_broken(origin, error)]
+
+
+def _disabled(origin: Origin) -> Outcome:
+    return Outcome(PluginRow(*origin, "disabled", f"named in {DISABLED}"))
+
+
+def _broken(origin: Origin, error: BaseException) -> Outcome:
+    return Outcome(PluginRow(*origin, "broken", one_line(error)))
+
+
+def _loaded(plugin: object, origin: Origin, before: Sequence[Outcome]) -> Outcome:
+    part = collect(plugin, origin)
+    for _, other in before:
+        _refuse_taken(part, other, origin)
+    counts = (len(entries) for entries in part.by_kind().values())
+    return Outcome(PluginRow(*origin, "loaded", "", *counts), part)
+
+
+def _refuse_taken(part: Contribution, other: Contribution, origin: Origin) -> None:
+    taken = other.by_kind()
+    for kind, entries in part.by_kind().items():
+        for name in sorted(entries.keys() & taken[kind].keys()):
+            raise PluginError(
+                f"{kind} {name!r} of {origin} is already registered by {taken[kind][name].origin}"
+            )

@@ -1,0 +1,180 @@
+"""Results as tables in long form: one row a quantity, and one row a quantity and step size."""
+
+import shlex
+from collections.abc import Iterable, Iterator, Sequence
+
+import pandas as pd
+
+from ..measure import Finding
+from ..scheme import Claim
+from ..settings import Settings
+from ..study import CellResult
+
+VERDICT_COLUMNS = (
+    "scheme",
+    "problem",
+    "measure",
+    "quantity",
+    "claim",
+    "estimate",
+    "ci_low",
+    "ci_high",
+    "verdict",
+    "reason",
+    "method",
+    "paths",
+    "seconds",
+    "seed",
+    "reproduce",
+    "view",
+    "confidence",
+    "margin",
+    "claim_source",
+)
+LEVEL_COLUMNS = (
+    "scheme",
+    "problem",
+    "measure",
+    "quantity",
+    "h",
+    "estimate",
+    "std_error",
+    "paths",
+    "failed_paths",
+    "truncated_share",
+    "steps",
+    "lost_paths",
+    "seed",
+)
+
+
+def verdict_table(results: Iterable[CellResult], settings: Settings, plugins: Sequence[str] = ()) -> pd.DataFrame:
+    """Return one row for each quantity of each cell.
+
+    Parameters
+    ----------
+    results : iterable of CellResult
+    settings : Settings
+    plugins : sequence of str
+        Plugin files named by path: the command that reproduces a row names them, too.
+
+    Returns
+    -------
+    DataFrame
+        `VERDICT_COLUMNS` first, then the details of the measures.
+    """
+    rows = [row for result in results for row in _verdict_rows(result, settings, plugins)]
+    return _frame(rows, VERDICT_COLUMNS)
+
+
+def level_table(results: Iterable[CellResult], settings: Settings) -> pd.DataFrame:
+    """Return one row for each quantity of each cell at each step size.
+
+    Parameters
+    ----------
+    results : iterable of CellResult
+    settings : Settings
+
+    Returns
+    -------
+    DataFrame
+        `LEVEL_COLUMNS` first, then the details of the measures.
+    """
+    return _frame([row for result in results for row in _level_rows(result, settings)], LEVEL_COLUMNS)
+
+
+def reproduce(result: CellResult, settings: Settings, plugins: Sequence[str] = ()) -> str:
+    """Return the command that computes a cell again, to the last bit.
+
+    Parameters
+    ----------
+    result : CellResult
+    settings : Settings
+    plugins : sequence of str
+
+    Returns
+    -------
+    str
+    """
+    cell, default = result.cell, Settings()
+    words = ["python", "-m", "sdaeverify", "matrix"]
+    words += ["-s", cell.scheme.label, "-p", cell.spec.label, "-m", cell.measure.name]
+    words += ["--paths", str(settings.paths), "--levels", f"{settings.steps[0]}..{settings.steps[-1]}"]
+    words += ["--seed", str(settings.seed)]
+    if settings.confidence != default.confidence:
+        words += ["--confidence", str(settings.confidence)]
+    if settings.block != default.block:
+        words += ["--block", str(settings.block)]
+    for plugin in plugins:
+        words += ["--plugin", plugin]
+    return shlex.join(words)
+
+
+def claim_text(claim: Claim | None) -> str:
+    """Return a claim for a cell of a table; empty where there is none."""
+    return "" if claim is None else str(claim)
+
+
+def _verdict_rows(result: CellResult, settings: Settings, plugins: Sequence[str]) -> Iterator[dict[str, object]]:
+    command = reproduce(result, settings, plugins)
+    for finding in result.findings:
+        yield {**_names(result, finding.quantity), **_judged(finding), **_measured(result, settings, command)}
+
+
+def _names(result: CellResult, quantity: str) -> dict[str, object]:
+    cell = result.cell
+    return {
+        "scheme": cell.scheme.label,
+        "problem": cell.spec.label,
+        "measure": cell.measure.name,
+        "quantity": quantity,
+    }
+
+
+def _judged(finding: Finding) -> dict[str, object]:
+    return {
+        "claim": claim_text(finding.claim),
+        "estimate": finding.estimate,
+        "ci_low": finding.low,
+        "ci_high": finding.high,
+        "verdict": str(finding.verdict),
+        "reason": finding.reason,
+        "method": finding.method,
+        "margin": finding.claim.margin if finding.claim else float("nan"),
+        "claim_source": finding.claim.source if finding.claim else "",
+        **finding.details,
+    }
+
+
+def _measured(result: CellResult, settings: Settings, command: str) -> dict[str, object]:
+    return {
+        "paths": result.paths,
+        "seconds": round(result.seconds, 3),
+        "seed": settings.seed,
+        "reproduce": command,
+        "view": result.cell.view,
+        "confidence": settings.confidence,
+    }
+
+
+def _level_rows(result: CellResult, settings: Settings) -> Iterator[dict[str, object]]:
+    health = result.health.sums
+    for row in result.levels:
+        yield {
+            **_names(result, row.quantity),
+            "h": result.horizon / settings.steps[row.level],
+            "estimate": row.estimate,
+            "std_error": row.std_error,
+            "paths": result.paths,
+            "failed_paths": int(health["failed"][row.level]),
+            "truncated_share": health["truncated"][row.level] / health["steps"][row.level],
+            "steps": settings.steps[row.level],
+            "lost_paths": int(health["lost"][row.level]),
+            "seed": settings.seed,
+            **row.details,
+        }
+
+
+def _frame(rows: Sequence[dict[str, object]], columns: Sequence[str]) -> pd.DataFrame:
+    further = dict.fromkeys(name for row in rows for name in row if name not in columns)
+    return pd.DataFrame(rows, columns=[*columns, *further])

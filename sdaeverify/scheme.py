@@ -1,0 +1,167 @@
+"""The contract of a scheme: one time step and what its author claims of it.
+
+A scheme is a frozen dataclass; its fields are its parameters. It never draws numbers and never loops over
+time; a step is a pure function that accepts any batch of paths.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from .arrays import Array, Mask
+from .errors import SchemeError
+from .forms import Problem
+from .labels import dataclass_parameters, make_label
+from .noise import Increment
+
+# One array (k, P), or a NamedTuple of arrays with the same P whose field names are component names.
+State = Any
+
+
+class Step(NamedTuple):
+    """What a step returns.
+
+    Attributes
+    ----------
+    state : ndarray or NamedTuple of ndarray
+        The new state, of the same kind as the old one: all the memory the scheme has.
+    failed : ndarray of bool, shape (P,), or None
+        Paths that found no admissible root; the scheme says in its docstring what it did with them.
+    truncated : ndarray of bool, shape (P,), or None
+        Paths on which the step was changed for stability, so that its order does not show.
+    outputs : mapping of str to ndarray
+        Further results that are no memory, for example the multipliers of this step.
+    """
+
+    state: State
+    failed: Mask | None = None
+    truncated: Mask | None = None
+    outputs: Mapping[str, Array] = {}
+
+
+Stepper = Callable[[State, float, Increment], Step]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Claim:
+    """What a scheme's author asserts.
+
+    Attributes
+    ----------
+    measure : str
+        Name of the measure that can verify it.
+    quantities : tuple of str
+        Components or residuals it is about; empty for all of them.
+    value : float or str
+        Least order, or ``round-off``.
+    when : frozenset of str
+        Traits a problem must have; a claim is only tested where they hold.
+    margin : float
+        How far below `value` an order may be: part of the claim, in units of order.
+    source : str
+        Theorem or equation, or ``measured`` for a conjecture.
+    """
+
+    measure: str
+    value: float | str
+    source: str
+    quantities: tuple[str, ...] = ()
+    when: frozenset[str] = frozenset()
+    margin: float = 0.2
+
+    def covers(self, measure: str, quantity: str) -> bool:
+        """Tell whether the claim is about this quantity of this measure."""
+        return measure == self.measure and (not self.quantities or quantity in self.quantities)
+
+    def __str__(self) -> str:
+        return f"order >= {self.value}" if isinstance(self.value, float) else str(self.value)
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """Base of all schemes: a subclass sets the class variables and writes `step`.
+
+    Attributes
+    ----------
+    name : str
+        Registered name, in lower case with hyphens.
+    form : type
+        The form it solves; a problem is offered to it in this form or in its view of this form.
+    claims : tuple of Claim
+    source : str
+    """
+
+    name: ClassVar[str]
+    form: ClassVar[type[Problem]]
+    claims: ClassVar[tuple[Claim, ...]] = ()
+    source: ClassVar[str] = ""
+
+    @property
+    def label(self) -> str:
+        """Canonical label: the name and the parameters that differ from their defaults."""
+        parameters = dataclass_parameters(type(self))
+        return make_label(self.name, parameters, {p.name: getattr(self, p.name) for p in parameters})
+
+    def refuses(self, problem: Any) -> str:  # noqa: ARG002 - most schemes refuse nothing
+        """Return why the scheme cannot solve a problem of its form, or an empty string."""
+        return ""
+
+    def start(self, problem: Any, paths: int) -> State:
+        """Return the initial state on a number of paths."""
+        return problem.initial(paths)
+
+    def prepare(self, problem: Any, h: float) -> Stepper:
+        """Return the step for one problem and step size; override it to compute constants once."""
+
+        def stepper(state: State, t: float, noise: Increment) -> Step:
+            return self.step(problem, state, t, h, noise)
+
+        return stepper
+
+    def step(self, problem: Any, state: State, t: float, h: float, noise: Increment) -> Step:
+        """Make one step of size h from time t.
+
+        Parameters
+        ----------
+        problem : Problem
+            Of the scheme's form.
+        state : ndarray or NamedTuple of ndarray, P paths
+            Must not be written into.
+        t, h : float
+            Time and step size, in the problem's unit of time.
+        noise : Increment
+            Must not be written into.
+
+        Returns
+        -------
+        Step
+        """
+        raise NotImplementedError
+
+
+def flatten(state: State) -> Array:
+    """Return all memory of a scheme as one array, shape (k, P)."""
+    return np.concatenate(state) if isinstance(state, tuple) else state
+
+
+def same_kind(before: State, after: State) -> None:
+    """Check that a step returned a state like the one it was given.
+
+    Raises
+    ------
+    SchemeError
+        If the type, the fields or the shapes differ.
+    """
+    old = before if isinstance(before, tuple) else (before,)
+    new = after if isinstance(after, tuple) else (after,)
+    if type(before) is not type(after) or [np.shape(x) for x in old] != [np.shape(x) for x in new]:
+        raise SchemeError(
+            f"step returned {_describe(after)}, expected a state like the one it was given, {_describe(before)}"
+        )
+
+
+def _describe(state: State) -> str:
+    arrays = state if isinstance(state, tuple) else (state,)
+    return f"{type(state).__name__} of shapes {[np.shape(x) for x in arrays]}"

@@ -1,0 +1,135 @@
+"""Order estimates with honest intervals: the delete-a-group jackknife on sums over groups of paths.
+
+Every statistic here is a smooth function of mean values that were taken on the same paths at all levels, so
+one jackknife over groups of paths carries the correlation between levels by itself.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import stdtrit
+
+from .arrays import Array
+
+GROUPS = 20
+EPS = float(np.finfo(float).eps)
+
+
+class Estimate(NamedTuple):
+    """A number with its standard error.
+
+    Attributes
+    ----------
+    value, se : float
+    """
+
+    value: float
+    se: float
+
+    def interval(self, confidence: float, bias: float = 0.0) -> tuple[float, float]:
+        """Return the two-sided interval t_{G-1} se, widened by a bound of the bias on either side."""
+        half = float(stdtrit(GROUPS - 1, 0.5 + 0.5 * confidence)) * self.se + bias
+        return self.value - half, self.value + half
+
+
+def group_sums(values: Array) -> Array:
+    """Sum over groups of paths, path i being in group i mod G.
+
+    Parameters
+    ----------
+    values : ndarray, shape (..., P)
+
+    Returns
+    -------
+    ndarray, shape (G, ...)
+    """
+    return np.stack([values[..., group::GROUPS].sum(axis=-1) for group in range(GROUPS)])
+
+
+def jackknife(sums: Array, counts: Array, statistic: Callable[[Array], float]) -> Estimate:
+    """Estimate a function of means, bias-corrected, with its standard error.
+
+    With the value b_n on all paths and b_(g) without group g, the pseudo-values are
+    G b_n - (G - 1) b_(g); the estimate is their mean, its error their standard deviation over sqrt(G).
+
+    Parameters
+    ----------
+    sums : ndarray, shape (G, ...)
+        Sums over each group.
+    counts : ndarray, shape (G,)
+        Paths of each group.
+    statistic : callable, ndarray of shape (...) -> float
+        Function of the means.
+
+    Returns
+    -------
+    Estimate
+    """
+    total, n = sums.sum(axis=0), counts.sum()
+    full = statistic(total / n)
+    left_out = np.array([statistic((total - sums[g]) / (n - counts[g])) for g in range(GROUPS)])
+    pseudo = GROUPS * full - (GROUPS - 1) * left_out
+    return Estimate(float(pseudo.mean()), float(pseudo.std(ddof=1) / np.sqrt(GROUPS)))
+
+
+def slope_weights(x: Array) -> Array:
+    """Return the weights w of the least-squares slope sum_l w_l y_l over abscissae x."""
+    centred = x - x.mean()
+    return centred / (centred @ centred)
+
+
+def corrected_slope_weights(x: Array) -> Array:
+    """Return the weights of p in the fit y = a + p x + c 2^x: the asymptotic order, x = log2 h."""
+    design = np.stack([np.ones_like(x), x, 2.0 ** (x - x.max())], axis=1)
+    return np.linalg.pinv(design)[1]
+
+
+def log_norms(means: Array, p: float) -> Array:
+    """Return log2 (E e^p)^(1/p)."""
+    return np.log2(means) / p
+
+
+class Tail(NamedTuple):
+    """How much of a mean rests on few paths.
+
+    Attributes
+    ----------
+    effective : float
+        (sum e)^2 / (M sum e^2), 1 for equal errors.
+    share : float
+        Share of the largest path in the sum.
+    hill : float
+        Index of the tail from the largest sqrt(M) values.
+    """
+
+    effective: float
+    share: float
+    hill: float
+
+    @property
+    def heavy(self) -> bool:
+        """Whether intervals of the mean cannot be trusted."""
+        return self.effective < 0.2 or self.share > 0.05 or self.hill < 1.8
+
+
+def tail(total: float, total_of_squares: float, largest: Array, paths: int) -> Tail:
+    """Return the tail diagnostics of a sum of errors.
+
+    Parameters
+    ----------
+    total, total_of_squares : float
+        Sums of e and e^2 over all paths.
+    largest : ndarray, shape (k,)
+        The k largest errors, descending.
+    paths : int
+
+    Returns
+    -------
+    Tail
+    """
+    top = largest[largest > 0.0]
+    excess = np.log(top[:-1] / top[-1]).mean() if len(top) > 1 else 0.0
+    effective = total**2 / (paths * total_of_squares) if total_of_squares > 0.0 else 1.0
+    share = largest[0] / total if total > 0.0 else 0.0
+    return Tail(float(effective), float(share), float(1.0 / excess) if excess > 0.0 else float("inf"))

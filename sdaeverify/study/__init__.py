@@ -1,0 +1,7 @@
+"""A study in three steps: plan the cells, run their blocks, judge the evidence."""
+
+from .judging import CellResult
+from .plan import Cell, Plan, ProblemPlan, plan
+from .run import Advanced, Finished, Study
+
+__all__ = ["Advanced", "Cell", "CellResult", "Finished", "Plan", "ProblemPlan", "Study", "plan"]

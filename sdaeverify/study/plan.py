@@ -1,0 +1,132 @@
+"""The product schemes x problems x measures, split into cells that can be run and reasons why not."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..ensemble import Entry, Task
+from ..errors import SdaeverifyError, UsageError, one_line
+from ..forms import Problem
+from ..matching import Match, match
+from ..measure import Measure, Verdict
+from ..scheme import Scheme
+from ..settings import Settings
+from ..specs import ProblemSpec
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One scheme, one problem, one measure.
+
+    Attributes
+    ----------
+    scheme : Scheme
+    spec : ProblemSpec
+    measure : Measure
+    view : str
+        Name of the view the scheme gets, empty for the problem itself.
+    verdict : Verdict or None
+        Why it cannot be run; None if it can.
+    reason : str
+    """
+
+    scheme: Scheme
+    spec: ProblemSpec
+    measure: Measure
+    view: str = ""
+    verdict: Verdict | None = None
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class ProblemPlan:
+    """All cells of one problem; those that can be run share one task.
+
+    Attributes
+    ----------
+    spec : ProblemSpec
+    problem : Problem or None
+        None if it could not be built.
+    cells : tuple of Cell
+    """
+
+    spec: ProblemSpec
+    problem: Problem | None
+    cells: tuple[Cell, ...]
+
+    def task(self, settings: Settings) -> Task:
+        """Return what determines the evidence on this problem."""
+        measures: dict[Scheme, tuple[Measure, ...]] = {}
+        for cell in self.runnable:
+            measures[cell.scheme] = (*measures.get(cell.scheme, ()), cell.measure)
+        return Task(self.spec, tuple(Entry(scheme, which) for scheme, which in measures.items()), settings)
+
+    @property
+    def runnable(self) -> tuple[Cell, ...]:
+        """Cells that can be run."""
+        return tuple(cell for cell in self.cells if cell.verdict is None)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything a study will do.
+
+    Attributes
+    ----------
+    problems : tuple of ProblemPlan
+    """
+
+    problems: tuple[ProblemPlan, ...]
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """All cells."""
+        return tuple(cell for problem in self.problems for cell in problem.cells)
+
+
+def plan(schemes: Sequence[Scheme], specs: Sequence[ProblemSpec], measures: Sequence[Measure]) -> Plan:
+    """Cross schemes, problems and measures.
+
+    Parameters
+    ----------
+    schemes : sequence of Scheme
+    specs : sequence of ProblemSpec
+    measures : sequence of Measure
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    UsageError
+        If a problem does not accept the parameters that were asked for.
+    """
+    return Plan(tuple(_problem_plan(spec, schemes, measures) for spec in specs))
+
+
+def _problem_plan(spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure]) -> ProblemPlan:
+    try:
+        problem = spec.build()
+    except Exception as error:
+        if spec.parameters and isinstance(error, SdaeverifyError):
+            raise UsageError(f"problem {spec.label}: {error}") from error
+        reason = f"problem {spec.label} cannot be built: {one_line(error)}"
+        cells = [Cell(s, spec, m, "", Verdict.ERROR, reason) for s in schemes for m in measures]
+        return ProblemPlan(spec, None, tuple(cells))
+    cells = [cell for scheme in schemes for cell in _scheme_cells(scheme, spec, problem, measures)]
+    return ProblemPlan(spec, problem, tuple(cells))
+
+
+def _scheme_cells(
+    scheme: Scheme, spec: ProblemSpec, problem: Problem, measures: Sequence[Measure]
+) -> list[Cell]:
+    try:
+        matched = match(scheme, problem)
+        refusals = [matched.reason or measure.refuses(scheme, problem) for measure in measures]
+    except Exception as error:  # noqa: BLE001 - a scheme or view that raises loses its own cells only
+        return [Cell(scheme, spec, m, "", Verdict.ERROR, one_line(error)) for m in measures]
+    return [_cell(scheme, spec, measure, matched, reason) for measure, reason in zip(measures, refusals, strict=True)]
+
+
+def _cell(scheme: Scheme, spec: ProblemSpec, measure: Measure, matched: Match, reason: str) -> Cell:
+    return Cell(scheme, spec, measure, matched.view, Verdict.NOT_APPLICABLE if reason else None, reason)

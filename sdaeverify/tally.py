@@ -1,0 +1,47 @@
+"""Mergeable evidence: sums, maxima and largest values over paths, block by block."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .arrays import Array
+
+
+@dataclass(frozen=True)
+class Tally:
+    """Sufficient statistics of some paths, by name.
+
+    Attributes
+    ----------
+    sums, maxima : mapping of str to ndarray
+        Merged by addition and by elementwise maximum (a NaN stays).
+    largest : mapping of str to ndarray, shape (..., k)
+        Descending along the last axis; merging keeps as many as the longer one has.
+    """
+
+    sums: Mapping[str, Array] = field(default_factory=dict)
+    maxima: Mapping[str, Array] = field(default_factory=dict)
+    largest: Mapping[str, Array] = field(default_factory=dict)
+
+    def merged(self, other: "Tally") -> "Tally":
+        """Return the evidence of both sets of paths; names of either are kept."""
+        return Tally(
+            _merge(self.sums, other.sums, np.add),
+            _merge(self.maxima, other.maxima, np.maximum),
+            _merge(self.largest, other.largest, _join),
+        )
+
+
+def largest(values: Array, k: int) -> Array:
+    """Return the k largest values along the last axis, descending; a NaN counts as largest."""
+    return np.sort(values, axis=-1)[..., ::-1][..., :k]
+
+
+def _join(a: Array, b: Array) -> Array:
+    return largest(np.concatenate([a, b], axis=-1), max(a.shape[-1], b.shape[-1]))
+
+
+def _merge(a: Mapping[str, Array], b: Mapping[str, Array], operation: np.ufunc) -> dict[str, Array]:
+    both = {name: operation(a[name], b[name]) for name in a if name in b}
+    return {**a, **b, **both}

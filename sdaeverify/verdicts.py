@@ -1,0 +1,85 @@
+"""Three-valued verdicts on orders: a claim is verified, refuted, or the evidence does not decide."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from .measure import Evidence, Finding, Verdict
+from .scheme import Claim, Scheme
+
+ROUND_OFF = "round-off"
+# Fewer levels than this tell no slope.
+FEWEST = 3
+
+
+class Opinion(NamedTuple):
+    """A verdict with its reason."""
+
+    verdict: Verdict
+    reason: str
+
+
+def claim_for(scheme: Scheme, traits: Iterable[str], measure: str, quantity: str) -> tuple[Claim | None, str]:
+    """Return the strongest claim that covers a quantity on a problem with these traits.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    traits : iterable of str
+        Of the problem as the scheme sees it.
+    measure, quantity : str
+
+    Returns
+    -------
+    Claim or None
+    str
+        Why there is none; empty if there is one.
+    """
+    covering = [claim for claim in scheme.claims if claim.covers(measure, quantity)]
+    in_scope = [claim for claim in covering if claim.when <= set(traits)]
+    if in_scope:
+        return max(in_scope, key=_strength), ""
+    if not covering:
+        return None, f"{scheme.name} claims nothing about {quantity}"
+    missing = sorted(set().union(*(claim.when for claim in covering)) - set(traits))
+    return None, f"claimed only for problems with {', '.join(missing)}"
+
+
+def judge_order(claim: Claim, low: float, high: float) -> Opinion:
+    """Compare an interval of the order with a claimed least order.
+
+    Verified needs the whole interval above value - margin and no wider than the margin on either side; refuted
+    needs the whole interval below it.
+
+    Parameters
+    ----------
+    claim : Claim
+        With a number as its value.
+    low, high : float
+        Interval of the order at the run's confidence.
+
+    Returns
+    -------
+    Opinion
+    """
+    bound, half = float(claim.value) - claim.margin, 0.5 * (high - low)
+    if high < bound:
+        return Opinion(Verdict.REFUTED, f"order at most {high:.3f}, claimed {claim.value} with margin {claim.margin}")
+    if low > bound and half <= claim.margin:
+        return Opinion(Verdict.VERIFIED, f"order at least {low:.3f}")
+    if low > bound:
+        return Opinion(Verdict.INCONCLUSIVE, f"interval of half width {half:.2f} is wider than the margin; add paths")
+    return Opinion(Verdict.INCONCLUSIVE, f"interval [{low:.3f}, {high:.3f}] contains {bound:.3f}; add paths or levels")
+
+
+def unfitted(evidence: Evidence, quantity: str, claim: Claim | None, left_out: str) -> Finding:
+    """Return the finding on a quantity that has too few levels for a slope, and why they were left out."""
+    if evidence.health.sums["lost"][-1] > 0:
+        verdict = Verdict.DIVERGED
+    else:
+        verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
+    reason = f"fewer than {FEWEST} levels can be fitted: {left_out}"
+    return Finding(quantity=quantity, verdict=verdict, reason=reason, claim=claim, method="paths")
+
+
+def _strength(claim: Claim) -> float:
+    return float("inf") if claim.value == ROUND_OFF else float(claim.value)
