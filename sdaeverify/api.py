@@ -87,7 +87,9 @@ def verify(
     schemes: Schemes = (),
     problems: Problems = (),
     measures: Measures = (),
+    *,
     jobs: int = 1,
+    plugins: Sequence[str | Path] = (),
     **settings: Unpack[SettingsOptions],
 ) -> Result:
     """Cross schemes with problems and judge every claim.
@@ -99,6 +101,8 @@ def verify(
         measures themselves, mixed; everything registered if left out.
     jobs : int, optional
         Worker processes. With more than one, a script needs the usual ``if __name__ == "__main__":``.
+    plugins : sequence of str or Path, optional
+        Plugin files, beside the installed plugins.
     **settings
         Keywords of `Settings`: paths, coarsest, levels, seed, confidence, block.
 
@@ -110,8 +114,10 @@ def verify(
     ------
     UsageError
         If a name is unknown or a value is out of its range.
+    PluginError
+        If a plugin file cannot be used.
     """
-    registry, chosen = load_registry(), settings_from(**settings)
+    registry, chosen = load_registry(plugins), settings_from(**settings)
     todo = plan_of(registry, schemes, problems, measures)
     study = Study(todo, chosen)
     if jobs < 1:

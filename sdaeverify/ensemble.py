@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .errors import one_line
+from .errors import SchemeError, one_line
 from .forms import Problem
 from .lanes import Lane, Moments, Observer, parts_of
 from .matching import match
@@ -88,7 +88,7 @@ def run_block(task: Task, block: int) -> tuple[LaneEvidence, ...]:
         # Non-finite numbers are evidence here: they are counted, not warned about.
         with np.errstate(all="ignore"):
             return _run_block(task, block)
-    except Exception as error:  # noqa: BLE001 - what a problem raises is the reason of its own cells
+    except Exception as error:
         reason = f"problem {task.spec.label}: {one_line(error)}"
         return tuple(_without_evidence(entry, 0.0, reason) for entry in task.entries)
 
@@ -132,7 +132,10 @@ class _Run:
 
     def _begin(self, problem: Problem) -> None:
         scheme, paths = self.entry.scheme, self.reference.paths
-        self.view: Any = match(scheme, problem).problem
+        matched = match(scheme, problem)
+        if matched.problem is None:
+            raise SchemeError(matched.reason)
+        self.view = matched.problem
         parts = parts_of(scheme.start(self.view, paths), self.view)
         self.noted = [measure.observer(problem, parts, self.settings) for measure in self.entry.measures]
         self.observers = [observer for observer in self.noted if observer is not None]
@@ -183,5 +186,3 @@ class _Guard:
             self.run.error = one_line(error)
             return True
         return False
-
-

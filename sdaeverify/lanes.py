@@ -94,7 +94,7 @@ class Track:
 
     def _lost(self) -> Mask:
         memory = flatten(self.state)
-        return ~(all_finite(memory) & (np.abs(memory).max(axis=0) <= self.limit))
+        return np.asarray(~(all_finite(memory) & (np.abs(memory).max(axis=0) <= self.limit)))
 
     def _one(self, noise: LevelNoise, index: int) -> Step:
         if self.step:
@@ -115,7 +115,9 @@ class Lane:
         self.tracks = [Track(scheme, problem, level, n, paths) for level, n in enumerate(every)]
         self.levels, self.paths = len(steps), paths
 
-    def advance(self, noise: Sequence[LevelNoise], observers: Sequence[Observer]) -> tuple[list[Parts], Parts | None]:
+    def advance(
+        self, noise: Sequence[LevelNoise], observers: Sequence[Observer]
+    ) -> tuple[list[Parts], Parts | None]:
         """Make one coarsest step; return the components at every level and of the lane's own reference."""
         for level, track in enumerate(self.tracks[: self.levels]):
             track.advance(noise[level], observers)
@@ -128,7 +130,10 @@ class Lane:
         """Return failed and lost paths, truncated steps and steps of each level; a lost reference fails them all."""
         tracks, own = self.tracks[: self.levels], self.tracks[self.levels :]
         counts = {
-            "failed": [np.count_nonzero(np.any([x.failed | x.lost for x in (track, *own)], axis=0)) for track in tracks],
+            "failed": [
+                np.count_nonzero(np.any([x.failed | x.lost for x in (track, *own)], axis=0))
+                for track in tracks
+            ],
             "lost": [np.count_nonzero(track.lost) for track in tracks],
             "truncated": [track.truncated_steps for track in tracks],
             "steps": [track.step * self.paths for track in tracks],

@@ -33,7 +33,7 @@ class Settings:
         If a value is out of its range.
     """
 
-    paths: int = 4096
+    paths: int = 8192
     coarsest: int = 8
     levels: int = 6
     seed: int = 20170601

@@ -75,19 +75,19 @@ def jackknife(sums: Array, counts: Array, statistic: Callable[[Array], float]) -
 
 def slope_weights(x: Array) -> Array:
     """Return the weights w of the least-squares slope sum_l w_l y_l over abscissae x."""
-    centred = x - x.mean()
-    return centred / (centred @ centred)
+    centred: Array = x - x.mean()
+    return np.asarray(centred / (centred @ centred))
 
 
 def corrected_slope_weights(x: Array) -> Array:
     """Return the weights of p in the fit y = a + p x + c 2^x: the asymptotic order, x = log2 h."""
     design = np.stack([np.ones_like(x), x, 2.0 ** (x - x.max())], axis=1)
-    return np.linalg.pinv(design)[1]
+    return np.asarray(np.linalg.pinv(design)[1])
 
 
 def log_norms(means: Array, p: float) -> Array:
     """Return log2 (E e^p)^(1/p)."""
-    return np.log2(means) / p
+    return np.asarray(np.log2(means) / p)
 
 
 class Tail(NamedTuple):

@@ -1,6 +1,6 @@
 """Mergeable evidence: sums, maxima and largest values over paths, block by block."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -42,6 +42,8 @@ def _join(a: Array, b: Array) -> Array:
     return largest(np.concatenate([a, b], axis=-1), max(a.shape[-1], b.shape[-1]))
 
 
-def _merge(a: Mapping[str, Array], b: Mapping[str, Array], operation: np.ufunc) -> dict[str, Array]:
+def _merge(
+    a: Mapping[str, Array], b: Mapping[str, Array], operation: Callable[[Array, Array], Array]
+) -> dict[str, Array]:
     both = {name: operation(a[name], b[name]) for name in a if name in b}
     return {**a, **b, **both}

@@ -5,7 +5,17 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import Array, Claim, HolonomicSDAE, HolonomicState, Increment, ParameterError, Scheme, Step, hookimpl
+from sdaeverify import (
+    Array,
+    Claim,
+    HolonomicSDAE,
+    HolonomicState,
+    Increment,
+    ParameterError,
+    Scheme,
+    Step,
+    hookimpl,
+)
 from sdaeverify.numerics import apply, apply_transposed, determinant, newton, norm, solve
 
 # Newton's last update is below this, so its error is of the size of the square: rounding.
@@ -54,17 +64,23 @@ class HalfExplicitEuler(Scheme):
     def __post_init__(self) -> None:
         number = isinstance(self.truncation, (int, float)) and 0.0 < self.truncation < np.inf
         if not (number or self.truncation in {"theory", "none"}):
-            raise ParameterError(f"truncation must be theory, none or a positive C_eta, got {self.truncation!r}")
+            raise ParameterError(
+                f"truncation must be theory, none or a positive C_eta, got {self.truncation!r}"
+            )
         if self.no_root not in {"hold", "fail"}:
             raise ParameterError(f"no_root must be hold or fail, got {self.no_root!r}")
 
     def refuses(self, problem: HolonomicSDAE) -> str:
         """Refuse the theoretical truncation where C_g is not known."""
         if self.truncation == "theory" and problem.constraint_bound is None:
-            return "truncation=theory needs the problem's constraint_bound C_g; use truncation=none or a number"
+            return (
+                "truncation=theory needs the problem's constraint_bound C_g; use truncation=none or a number"
+            )
         return ""
 
-    def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:
+    def step(
+        self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment
+    ) -> Step:
         """Make one step."""
         r, v, mu = state
         a = problem.force(t, r, v)
@@ -102,7 +118,9 @@ class HalfExplicitEuler(Scheme):
         return r_new, root.x, ~admissible, A
 
     def _without_root(self, old: HolonomicState, new: HolonomicState, failed: Array) -> HolonomicState:
-        kept = old if self.no_root == "hold" else HolonomicState(*(np.full_like(part, np.nan) for part in old))
+        kept = (
+            old if self.no_root == "hold" else HolonomicState(*(np.full_like(part, np.nan) for part in old))
+        )
         return HolonomicState(*(np.where(failed, o, n) for o, n in zip(kept, new, strict=True)))
 
 

@@ -24,7 +24,7 @@ def jacobian(r: Array) -> Array:
     return -r[None]
 
 
-def curvature(r: Array, y: Array, z: Array) -> Array:  # noqa: ARG001 - g is quadratic
+def curvature(r: Array, y: Array, z: Array) -> Array:
     """Return D^2 g(r)(y, z) = -<y, z>, shape (1, P)."""
     return -(y[0] * z[0] + y[1] * z[1])[None]
 
@@ -44,7 +44,7 @@ def start(theta_0: float, omega_0: float) -> dict[str, Array]:
     return {"position": normal(theta_0), "velocity": omega_0 * tangent(theta_0)}
 
 
-def parts(t: float, z: Array) -> Parts:  # noqa: ARG001 - the map does not depend on time
+def parts(t: float, z: Array) -> Parts:
     """Return r, v and mu of the rows z = (theta, omega, mu)."""
     theta, omega, mu = z
     return {"r": normal(theta), "v": omega * tangent(theta), "mu": mu[None]}

@@ -6,7 +6,7 @@ from sdaeverify import SDE, Array, Increment, MeanSquareStability, Moment, Param
 
 
 def ou(a: float = 1.0, sigma: float = 0.7, x_0: float = 1.0, horizon: float = 1.0) -> SDE:
-    """dx = -a x dt + sigma dW, with x(t) = e^{-at} x_0 + sigma int_0^t e^{-a(t-s)} dW(s).
+    """Dx = -a x dt + sigma dW, with x(t) = e^{-at} x_0 + sigma int_0^t e^{-a(t-s)} dW(s).
 
     Parameters
     ----------

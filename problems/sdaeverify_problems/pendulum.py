@@ -41,7 +41,9 @@ def pendulum(
         return 0.5 * (s["v"] ** 2).sum(axis=0) + c_g * s["r"][1]
 
     H_0 = 0.5 * omega_0**2 - c_g * np.cos(theta_0)
-    balance = Moment(observable="energy", value=lambda t: H_0 + 0.5 * t, source="Ito's formula for the energy")
+    balance = Moment(
+        observable="energy", value=lambda t: H_0 + 0.5 * t, source="Ito's formula for the energy"
+    )
     pathwise = circle.angle_truth(theta_0, omega_0, advance, "order 3/2 Ito-Taylor step of the angle form")
     return HolonomicSDAE(
         force=lambda t, r, v: np.array([[0.0], [-c_g]]),
@@ -68,7 +70,7 @@ def order_three_halves(c_g: float, z: Array, h: float, noise: Increment) -> Arra
     """
     theta, omega, mu = z
     r, t = circle.normal(theta), circle.tangent(theta)
-    I = noise.time_integral(h)  # noqa: E741 - the sheet's symbol
+    I = noise.time_integral(h)
     J = h * noise.dW - I
     a, b = -c_g * np.sin(theta), c_g * np.cos(theta)
     rJ, tJ, tI = (r * J).sum(axis=0), (t * J).sum(axis=0), (t * I).sum(axis=0)

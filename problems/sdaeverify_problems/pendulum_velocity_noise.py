@@ -8,7 +8,7 @@ from . import _circle as circle
 
 
 def pendulum_velocity_noise(
-    sigma: float = 0.5, gamma: float = 0.0, theta_0: float = 0.5, omega_0: float = 1.0, horizon: float = 0.5
+    sigma: float = 1.0, gamma: float = 0.0, theta_0: float = 0.5, omega_0: float = 0.5, horizon: float = 0.25
 ) -> HolonomicSDAE:
     """Free pendulum with noise along v: dr = v dt, dv = -gamma v dt + sigma v dW - r dmu, (1 - |r|^2)/2 = 0.
 

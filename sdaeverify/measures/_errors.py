@@ -1,6 +1,7 @@
 """What the strong measure notes on one block: pathwise errors at T and as maximum over the coarsest grid."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from math import isqrt
 
 import numpy as np
@@ -16,9 +17,10 @@ AT_T = "@T"
 
 
 class ErrorObserver:
-    """Notes, for each component c and the full state,
+    """Notes errors and successive differences of each component c and of the full state.
 
-    e_l = |x_l - x| and d_l = |x_l - x_{l+1}| (levels l, truth x), and what two resolutions of the truth differ by.
+    e_l = |x_l - x| and d_l = |x_l - x_{l+1}| (levels l, truth x); where the truth has an error of its own, also
+    the blurred errors that its half resolution gives.
     """
 
     def __init__(self, parts: Parts, settings: Settings) -> None:
@@ -26,6 +28,9 @@ class ErrorObserver:
         self.wanted: Sequence[frozenset[int]] = [frozenset()] * settings.levels
         self.start = parts
         self.names: list[str] = []
+        self.size: Array = np.zeros(0)
+        self.final: dict[str, Array] = {}
+        self.worst: dict[str, Array] = {}
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
         """Note nothing: errors are compared on the coarsest grid."""
@@ -37,9 +42,10 @@ class ErrorObserver:
         levels = moments.levels
         now = {
             "error": [self._distances(level, moments.truth) for level in levels],
-            "difference": [self._distances(a, b) for a, b in zip(levels[:-1], levels[1:], strict=True)],
-            "reference": [self._distances(moments.truth, moments.coarser_truth or moments.truth)],
+            "difference": [self._distances(a, b) for a, b in pairwise(levels)],
         }
+        if moments.coarser_truth is not None:
+            now["blurred"] = [self._distances(level, moments.coarser_truth) for level in levels]
         self.final = {name: np.stack(values, axis=1) for name, values in now.items()}
         self.worst = {name: np.maximum(self.worst.get(name, 0.0), value) for name, value in self.final.items()}
         sizes = [np.abs(moments.truth[name]).max(initial=0.0) for name in self.names]
@@ -63,7 +69,6 @@ class ErrorObserver:
     def _begin(self, moments: Moments) -> None:
         self.names = [name for name in self.start if name in moments.truth]
         self.size = np.zeros(len(self.names) + 1)
-        self.worst: dict[str, Array] = {}
 
     def _quantities(self) -> list[str]:
         return self.names if len(self.names) == 1 else [*self.names, "state"]
@@ -72,4 +77,5 @@ class ErrorObserver:
         squares = [((a[name] - b[name]) ** 2).sum(axis=0) for name in self.names]
         if len(squares) > 1:
             squares.append(sum(squares[1:], squares[0]))
-        return np.sqrt(np.stack(squares))
+        roots: Array = np.sqrt(np.stack(squares))
+        return roots

@@ -38,7 +38,7 @@ class ResidualObserver:
         self.worst = {name: np.zeros((settings.levels, self.paths)) for name in self.names}
         self.scale = {name: np.zeros(settings.levels) for name in self.names}
 
-    def after_step(self, level: int, step: int, parts: Parts) -> None:  # noqa: ARG002 - part of the contract
+    def after_step(self, level: int, step: int, parts: Parts) -> None:
         """Note the defects after one of the wanted steps."""
         for name, residual in self.problem.residuals(parts).items():
             size = norm(residual.value)

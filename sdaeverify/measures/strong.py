@@ -5,8 +5,6 @@ four levels with a delete-a-group jackknife interval, widened by a bound of the 
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,18 +15,10 @@ from ..hookspecs import hookimpl
 from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
 from ..scheme import Claim
 from ..settings import Settings
-from ..statistics import (
-    EPS,
-    Estimate,
-    Tail,
-    corrected_slope_weights,
-    jackknife,
-    log_norms,
-    slope_weights,
-    tail,
-)
+from ..statistics import EPS, Estimate, corrected_slope_weights
 from ..verdicts import FEWEST, Opinion, claim_for, judge_order, unfitted
-from ._errors import AT_T, POWERS, ErrorObserver
+from ._errors import AT_T, ErrorObserver
+from ._quantity import Quantity, quantities_of
 from ._reference_bias import Bias, reference_bias
 
 FITTED = 4
@@ -38,78 +28,18 @@ HEAVY_TAIL_PATHS = 800
 CALIBRATED_PATHS = 100
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """The evidence on one component.
-
-    Attributes
-    ----------
-    name : str
-    h : ndarray, shape (L,)
-        Step sizes.
-    error : ndarray, shape (G, L, 3)
-        Sums of e_l^p over groups, p = 1/2, 1, 2.
-    difference : ndarray, shape (G, L - 1, 3)
-        The same of |x_l - x_{l+1}|.
-    reference : ndarray, shape (3,)
-        Means of the difference of the truth at two resolutions.
-    counts : ndarray, shape (G,)
-    largest : ndarray, shape (L, k)
-    size : float
-        Largest value of the component.
-    """
-
-    name: str
-    h: Array
-    error: Array
-    difference: Array
-    reference: Array
-    counts: Array
-    largest: Array
-    size: float
-
-    @property
-    def paths(self) -> int:
-        """Number of paths."""
-        return int(self.counts.sum())
-
-    def means(self, power: int = 1) -> Array:
-        """Return E e_l^p, shape (L,)."""
-        return np.asarray(self.error[..., power].sum(axis=0) / self.paths)
-
-    def slope(self, levels: Array, power: int = 1) -> Estimate:
-        """Return the least-squares slope of log2 (E e^p)^(1/p) against log2 h on some levels."""
-        return self.linear(levels, slope_weights(np.log2(self.h[levels])), power)
-
-    def linear(self, levels: Array, weights: Array, power: int = 1) -> Estimate:
-        """Return a linear functional of y on some levels."""
-        return jackknife(self.error[:, levels, power], self.counts, partial(_functional, weights, POWERS[power]))
-
-    def contrast(self, levels: Array) -> Estimate:
-        """Return slope of log2 E e_{l+1} minus slope of log2 E d_l over the same levels l: 0 in the right limit."""
-        coarse, fine = levels[:-1], levels[1:]
-        weights = slope_weights(np.log2(self.h[coarse]))
-        both = np.concatenate([self.error[:, fine, 1], self.difference[:, coarse, 1]], axis=1)
-        return jackknife(both, self.counts, partial(_functional, np.concatenate([weights, -weights]), 1.0))
-
-    def tail(self, level: int) -> Tail:
-        """Return the tail diagnostics of a level."""
-        sums = self.error[:, level].sum(axis=0)
-        return tail(float(sums[1]), float(sums[2]), self.largest[level], self.paths)
-
-
 class Strong(Measure):
     """Strong order of convergence for each named component and the full state."""
 
     name: ClassVar[str] = "strong"
 
-    def observer(self, problem: Problem, parts: Parts, settings: Settings) -> ErrorObserver:  # noqa: ARG002
+    def observer(self, problem: Problem, parts: Parts, settings: Settings) -> ErrorObserver:
         """Return the notebook for one block."""
         return ErrorObserver(parts, settings)
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component at grid times and at T, and their levels."""
-        quantities = list(_quantities(evidence))
+        quantities = list(quantities_of(evidence))
         findings = tuple(_finding(evidence, quantity) for quantity in quantities)
         return Judgement(findings, tuple(row for quantity in quantities for row in _levels(evidence, quantity)))
 
@@ -118,28 +48,6 @@ class Strong(Measure):
 def sdaeverify_measures() -> list[Measure]:
     """Register the measure."""
     return [Strong()]
-
-
-def _functional(weights: Array, p: float, means: Array) -> float:
-    # einsum, not a BLAS product: the same bits on every number of threads.
-    return float(np.einsum("l,l->", weights, log_norms(means, p)))
-
-
-def _quantities(evidence: Evidence) -> Iterator[Quantity]:
-    sums, h = evidence.tally.sums, np.array(evidence.step_sizes)
-    names = [name.removeprefix("error ") for name in sums if name.startswith("error ")]
-    paths = sums["paths"].sum()
-    for index, name in enumerate(names):
-        yield Quantity(
-            name=name,
-            h=h,
-            error=sums[f"error {name}"],
-            difference=sums[f"difference {name}"],
-            reference=sums[f"reference {name}"].sum(axis=0)[0] / paths,
-            counts=sums["paths"],
-            largest=evidence.tally.largest[name],
-            size=float(evidence.tally.maxima["size"][index // 2]),
-        )
 
 
 def _usable(evidence: Evidence, quantity: Quantity) -> tuple[Array, str]:
@@ -159,9 +67,7 @@ def _usable(evidence: Evidence, quantity: Quantity) -> tuple[Array, str]:
 
 
 def _finding(evidence: Evidence, quantity: Quantity) -> Finding:
-    claim, no_claim = claim_for(
-        evidence.scheme, evidence.view.traits, Strong.name, quantity.name.removesuffix(AT_T)
-    )
+    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Strong.name, quantity.name.removesuffix(AT_T))
     steps = np.array(evidence.settings.steps)
     if np.all(quantity.means() <= 64.0 * EPS * max(quantity.size, 1.0) * np.sqrt(steps)):
         verdict = Verdict.VERIFIED if claim else Verdict.OUT_OF_SCOPE
@@ -170,7 +76,7 @@ def _finding(evidence: Evidence, quantity: Quantity) -> Finding:
     levels, left_out = _usable(evidence, quantity)
     if len(levels) < FEWEST:
         return unfitted(evidence, quantity.name, claim, left_out)
-    bias = reference_bias(evidence.problem.pathwise, quantity, levels)
+    bias = reference_bias(evidence.problem.pathwise, quantity, levels, evidence.settings.confidence)
     slope = quantity.slope(levels)
     low, high = slope.interval(evidence.settings.confidence, bias.bound)
     opinion = _opinion(evidence, quantity, levels, claim, (low, high, bias))
@@ -189,7 +95,11 @@ def _finding(evidence: Evidence, quantity: Quantity) -> Finding:
 
 
 def _opinion(
-    evidence: Evidence, quantity: Quantity, levels: Array, claim: Claim | None, order: tuple[float, float, Bias]
+    evidence: Evidence,
+    quantity: Quantity,
+    levels: Array,
+    claim: Claim | None,
+    order: tuple[float, float, Bias],
 ) -> Opinion:
     low, high, bias = order
     if claim is None:
@@ -208,8 +118,10 @@ def _with_limit(opinion: Opinion, contrast: tuple[float, float]) -> Opinion:
     low, high = contrast
     if high < WRONG_LIMIT:
         return Opinion(Verdict.REFUTED, f"wrong limit: errors level off (contrast at most {high:.3f})")
-    if opinion.verdict is Verdict.VERIFIED and low <= RIGHT_LIMIT:
-        return Opinion(Verdict.INCONCLUSIVE, f"limit not confirmed (contrast at least {low:.3f}); add paths or levels")
+    if opinion.verdict is Verdict.VERIFIED and not low > RIGHT_LIMIT:
+        return Opinion(
+            Verdict.INCONCLUSIVE, f"limit not confirmed (contrast at least {low:.3f}); add paths or levels"
+        )
     return opinion
 
 
@@ -224,9 +136,7 @@ def _with_sample(opinion: Opinion, quantity: Quantity, levels: Array) -> Opinion
     return opinion
 
 
-def _details(
-    evidence: Evidence, quantity: Quantity, levels: Array, slope: Estimate, bias: Bias
-) -> dict[str, object]:
+def _details(evidence: Evidence, quantity: Quantity, levels: Array, slope: Estimate, bias: Bias) -> dict[str, object]:
     confidence = evidence.settings.confidence
     contrast = quantity.contrast(levels)
     finest, coarsest = quantity.tail(levels[-1]), quantity.tail(levels[0])

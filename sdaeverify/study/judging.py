@@ -1,7 +1,9 @@
 """From the evidence on a problem to the results of its cells."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from ..ensemble import LaneEvidence, Task
 from ..errors import one_line
@@ -33,7 +35,7 @@ class CellResult:
     cell: Cell
     findings: tuple[Finding, ...]
     levels: tuple[LevelFinding, ...] = ()
-    health: Tally = Tally()
+    health: Tally = field(default_factory=Tally)
     paths: int = 0
     seconds: float = 0.0
     horizon: float = float("nan")
@@ -61,12 +63,16 @@ def judge_problem(plan: ProblemPlan, task: Task, lanes: tuple[LaneEvidence, ...]
         yield _result(plan, cell, task.settings, lane, tally)
 
 
-def _result(plan: ProblemPlan, cell: Cell, settings: Settings, lane: LaneEvidence, tally: Tally) -> CellResult:
+def _result(
+    plan: ProblemPlan, cell: Cell, settings: Settings, lane: LaneEvidence, tally: Tally
+) -> CellResult:
     if lane.error:
         return unmeasured(cell, Verdict.ERROR, lane.error)
     try:
-        judgement = _judged(plan, cell, settings, lane, tally)
-    except Exception as error:  # noqa: BLE001 - a measure that raises loses its own cells only
+        # The logarithm of an error that is exactly zero is not a defect; the measures look at what comes out.
+        with np.errstate(all="ignore"):
+            judgement = _judged(plan, cell, settings, lane, tally)
+    except Exception as error:
         return unmeasured(cell, Verdict.ERROR, f"measure {cell.measure.name}: {one_line(error)}")
     assert plan.problem is not None
     return CellResult(cell, *judgement, lane.health, settings.paths, lane.seconds, plan.problem.horizon)

@@ -1,0 +1,101 @@
+"""The evidence on one component's pathwise errors, and the statistics that are taken from it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ..arrays import Array
+from ..measure import Evidence
+from ..statistics import Estimate, Tail, jackknife, log_norms, slope_weights, tail
+from ._errors import POWERS
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """The evidence on one component.
+
+    Attributes
+    ----------
+    name : str
+    h : ndarray, shape (L,)
+        Step sizes.
+    error : ndarray, shape (G, L, 3)
+        Sums of e_l^p over groups, p = 1/2, 1, 2.
+    difference : ndarray, shape (G, L - 1, 3)
+        The same of |x_l - x_{l+1}|.
+    blurred : ndarray, shape (G, L, 3), or None
+        The same as `error` against the truth at half its resolution, where it has an error of its own.
+    counts : ndarray, shape (G,)
+    largest : ndarray, shape (L, k)
+    size : float
+        Largest value of the component.
+    """
+
+    name: str
+    h: Array
+    error: Array
+    difference: Array
+    blurred: Array | None
+    counts: Array
+    largest: Array
+    size: float
+
+    @property
+    def paths(self) -> int:
+        """Number of paths."""
+        return int(self.counts.sum())
+
+    def means(self, power: int = 1) -> Array:
+        """Return E e_l^p, shape (L,)."""
+        return np.asarray(self.error[..., power].sum(axis=0) / self.paths)
+
+    def slope(self, levels: Array, power: int = 1) -> Estimate:
+        """Return the least-squares slope of log2 (E e^p)^(1/p) against log2 h on some levels."""
+        return self.linear(levels, slope_weights(np.log2(self.h[levels])), power)
+
+    def linear(self, levels: Array, weights: Array, power: int = 1) -> Estimate:
+        """Return a linear functional of y on some levels."""
+        return jackknife(self.error[:, levels, power], self.counts, partial(_functional, weights, POWERS[power]))
+
+    def contrast(self, levels: Array) -> Estimate:
+        """Return slope of log2 E e_{l+1} minus slope of log2 E d_l over the same levels l: 0 in the right limit."""
+        coarse, fine = levels[:-1], levels[1:]
+        weights = slope_weights(np.log2(self.h[coarse]))
+        both = np.concatenate([self.error[:, fine, 1], self.difference[:, coarse, 1]], axis=1)
+        return jackknife(both, self.counts, partial(_functional, np.concatenate([weights, -weights]), 1.0))
+
+    def blur(self, levels: Array) -> Estimate:
+        """Return by how much the slope changes if the truth is taken at half its resolution."""
+        assert self.blurred is not None
+        weights = slope_weights(np.log2(self.h[levels]))
+        both = np.concatenate([self.error[:, levels, 1], self.blurred[:, levels, 1]], axis=1)
+        return jackknife(both, self.counts, partial(_functional, np.concatenate([-weights, weights]), 1.0))
+
+    def tail(self, level: int) -> Tail:
+        """Return the tail diagnostics of a level."""
+        sums = self.error[:, level].sum(axis=0)
+        return tail(float(sums[1]), float(sums[2]), self.largest[level], self.paths)
+
+
+def quantities_of(evidence: Evidence) -> Iterator[Quantity]:
+    """Yield the quantities of a cell in the order in which they were noted."""
+    sums, h = evidence.tally.sums, np.array(evidence.step_sizes)
+    names = [name.removeprefix("error ") for name in sums if name.startswith("error ")]
+    for index, name in enumerate(names):
+        yield Quantity(
+            name=name,
+            h=h,
+            error=sums[f"error {name}"],
+            difference=sums[f"difference {name}"],
+            blurred=sums.get(f"blurred {name}"),
+            counts=sums["paths"],
+            largest=evidence.tally.largest[name],
+            size=float(evidence.tally.maxima["size"][index // 2]),
+        )
+
+
+def _functional(weights: Array, p: float, means: Array) -> float:
+    # einsum, not a BLAS product: the same bits on every number of threads.
+    return float(np.einsum("l,l->", weights, log_norms(means, p)))

@@ -1,0 +1,136 @@
+"""Classes and verdicts of constraint drift from residuals that are prescribed."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from sdaeverify import Claim, HolonomicSDAE, Residual, Scheme, Settings
+from sdaeverify.measure import Evidence, Verdict
+from sdaeverify.measures._residuals import EDGES, ResidualObserver, log_spaced, quantile
+from sdaeverify.measures.drift import Drift
+from sdaeverify.tally import Tally
+
+SETTINGS = Settings(paths=400, block=400)
+SIZES = np.abs(np.random.default_rng(8).normal(size=400)) + 0.5
+
+
+class Prescribed:
+    """A problem whose only residual is what the parts say."""
+
+    horizon = 1.0
+    pathwise = None
+    traits = frozenset()
+
+    def residuals(self, parts):
+        return {"g": Residual(parts["g"][None], np.ones_like(parts["g"]))}
+
+
+def scheme_with(value):
+    claim = Claim(measure="drift", value=value, source="test")
+
+    @dataclass(frozen=True)
+    class Claimant(Scheme):
+        """A scheme that claims something about drift and is never run."""
+
+        name: ClassVar[str] = "claimant"
+        form: ClassVar[type[HolonomicSDAE]] = HolonomicSDAE
+        claims: ClassVar[tuple[Claim, ...]] = (claim,)
+
+    return Claimant()
+
+
+def judge(residual, value="round-off", failed=0):
+    """Return the finding and the levels of a residual given as a function of h and t."""
+    problem = Prescribed()
+    observer = ResidualObserver(problem, {"g": np.zeros(400)}, SETTINGS)
+    for level, steps in enumerate(SETTINGS.steps):
+        for step in log_spaced(steps):
+            observer.after_step(level, step, {"g": SIZES * residual(1.0 / steps, step / steps)})
+    zeros = np.zeros(SETTINGS.levels)
+    health = {"failed": zeros + failed, "lost": zeros, "truncated": zeros, "steps": zeros + 1}
+    evidence = Evidence(scheme_with(value), problem, problem, SETTINGS, observer.tally(), Tally(sums=health))
+    (finding,), levels = Drift().judge(evidence)
+    return finding, levels
+
+
+def test_rounding_is_round_off():
+    """A few eps at every h keep the claim of an exact constraint."""
+    finding, _ = judge(lambda h, t: 1e-16)
+
+    assert finding.verdict is Verdict.VERIFIED
+    assert finding.details["class"] == "round-off"
+
+
+def test_round_off_keeps_a_claim_of_any_order():
+    """An exact constraint verifies a claimed order of its residual."""
+    finding, _ = judge(lambda h, t: 1e-16, value=1.0)
+
+    assert finding.verdict is Verdict.VERIFIED
+
+
+def test_tolerance_refutes_round_off():
+    """A residual at a solver's tolerance is told as such and refutes a claim of round-off."""
+    finding, _ = judge(lambda h, t: 1e-7)
+
+    assert finding.verdict is Verdict.REFUTED
+    assert finding.details["class"] == "tolerance-limited"
+
+
+@pytest.mark.parametrize("growth", [0.5, 1.5])
+def test_order_and_growth_are_found(growth):
+    """A residual h t^q has order 1 and growth exponent q."""
+    finding, _ = judge(lambda h, t: h * t**growth, value=1.0)
+
+    assert finding.verdict is Verdict.VERIFIED
+    assert finding.estimate == pytest.approx(1.0, abs=1e-9)
+    assert finding.details["growth"] == pytest.approx(growth, abs=1e-9)
+
+
+def test_lower_order_is_refuted():
+    """A residual of order 1/2 refutes a claim of 1."""
+    finding, _ = judge(lambda h, t: np.sqrt(h) * t, value=1.0)
+
+    assert finding.verdict is Verdict.REFUTED
+
+
+def test_accumulation_is_flagged():
+    """A residual that grows as h tends to 0 is named."""
+    finding, _ = judge(lambda h, t: 1e-12 / h)
+
+    assert finding.details["class"] == "growing as h tends to 0"
+    assert finding.verdict is Verdict.REFUTED
+
+
+def test_steps_without_root_leave_round_off_undecided():
+    """A constraint that holds only because steps were not made verifies nothing."""
+    finding, _ = judge(lambda h, t: 1e-16, failed=2)
+
+    assert finding.verdict is Verdict.INCONCLUSIVE
+    assert "failed paths" in finding.reason
+
+
+def test_levels_hold_the_supremum_and_quantiles():
+    """Each level reports sup RMS, maximum and quantiles of the largest residual of a path."""
+    _, levels = judge(lambda h, t: h * t, value=1.0)
+
+    coarsest = levels[0]
+    h = 1.0 / SETTINGS.steps[0]
+    bin_width = 2.0 ** (0.5 * (EDGES[1] - EDGES[0]))
+    assert coarsest.estimate == pytest.approx(h * np.sqrt((SIZES**2).mean()), rel=1e-3)
+    assert coarsest.details["max"] == pytest.approx(h * SIZES.max(), rel=1e-12)
+    assert 1 / bin_width <= coarsest.details["median"] / (h * np.median(SIZES)) <= bin_width * 1.01
+
+
+def test_log_spaced_steps_are_distinct_and_end_at_the_last():
+    """At most 64 different steps, the first and the last among them."""
+    for steps in (1, 8, 100, 4096):
+        times = log_spaced(steps)
+        assert times[0] == 1
+        assert times[-1] == steps
+        assert len(set(times)) == len(times) <= 64
+
+
+def test_quantile_of_an_empty_histogram_is_not_a_number():
+    """Without finite residuals there is no quantile."""
+    assert np.isnan(quantile(np.zeros(len(EDGES) - 1), 0.5))

@@ -1,0 +1,222 @@
+"""Verdicts on strong order from errors whose law is known, without any simulation."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from sdaeverify import SDE, Claim, Pathwise, Scheme, Settings
+from sdaeverify.lanes import Moments
+from sdaeverify.measure import Evidence, Verdict
+from sdaeverify.measures._errors import ErrorObserver
+from sdaeverify.measures.strong import Strong
+from sdaeverify.tally import Tally
+from sdaeverify_problems.gbm import gbm
+
+SETTINGS = Settings(paths=4000)
+H = np.array([1.0 / n for n in SETTINGS.steps])
+
+
+@dataclass(frozen=True)
+class Claimant(Scheme):
+    """A scheme that claims strong order 1 and is never run."""
+
+    name: ClassVar[str] = "claimant"
+    form: ClassVar[type[SDE]] = SDE
+    claims: ClassVar[tuple[Claim, ...]] = (Claim(measure="strong", value=1.0, source="test"),)
+
+
+@dataclass(frozen=True)
+class Modest(Claimant):
+    """A scheme that claims nothing."""
+
+    name: ClassVar[str] = "modest"
+    claims: ClassVar[tuple[Claim, ...]] = ()
+
+
+def errors(order, *, paths=4000, limit=0.0, sizes=None):
+    """Return signed errors of each level: a common size times h^order, beside a wrong limit."""
+    z = np.random.default_rng(5).normal(size=paths) if sizes is None else sizes
+    return [z * h**order + limit for h in H]
+
+
+def health(**counts):
+    """Return the counts of a run in which nothing went wrong but what is given."""
+    zeros = np.zeros(SETTINGS.levels)
+    every = {"failed": zeros, "lost": zeros, "truncated": zeros, "steps": np.full(SETTINGS.levels, 1e6)}
+    return Tally(sums={**every, **{name: np.array(value, dtype=float) for name, value in counts.items()}})
+
+
+def judge(levels, *, scheme=None, problem=None, health_of=None, settings=SETTINGS, blurred=None):
+    """Return the finding on x at T."""
+    paths = len(levels[0])
+    chosen = replace(settings, paths=paths)
+    observer = ErrorObserver({"x": np.ones((1, paths))}, chosen)
+    truth = {"x": np.ones((1, paths))}
+    coarser = None if blurred is None else {"x": 1.0 + blurred[None]}
+    observer.after_coarsest_step(Moments([{"x": 1.0 + level[None]} for level in levels], truth, coarser))
+    problem = problem or gbm()
+    evidence = Evidence(scheme or Claimant(), problem, problem, chosen, observer.tally(), health_of or health())
+    return {finding.quantity: finding for finding in Strong().judge(evidence).findings}["x@T"]
+
+
+def test_exact_power_law_gives_its_order():
+    """Errors c h with one random size a path have slope 1 to rounding, with no spread."""
+    finding = judge(errors(1.0))
+
+    assert finding.verdict is Verdict.VERIFIED
+    assert finding.estimate == pytest.approx(1.0, abs=1e-9)
+    assert finding.details["contrast"] == pytest.approx(0.0, abs=1e-9)
+    assert finding.details["asymptotic_order"] == pytest.approx(1.0, abs=1e-8)
+
+
+def test_lower_order_is_refuted():
+    """An order of 1/2 refutes a claim of 1."""
+    finding = judge(errors(0.5))
+
+    assert finding.verdict is Verdict.REFUTED
+    assert "claimed 1.0 with margin 0.2" in finding.reason
+
+
+def test_order_at_the_margin_is_inconclusive():
+    """A slope whose interval contains claim - margin decides nothing, and the reason says what would."""
+    rng = np.random.default_rng(6)
+    levels = [rng.normal(size=400) * h**0.8 for h in H]
+
+    finding = judge(levels)
+
+    assert finding.verdict is Verdict.INCONCLUSIVE
+    assert "add paths" in finding.reason
+
+
+def test_wide_interval_does_not_verify():
+    """An interval above the bound but wider than the margin is inconclusive."""
+    rng = np.random.default_rng(7)
+    levels = [np.exp(2.0 * rng.normal(size=100)) * h**3 for h in H]
+
+    finding = judge(levels)
+
+    assert finding.low > 0.8
+    assert finding.verdict is Verdict.INCONCLUSIVE
+    assert "wider than the margin" in finding.reason
+
+
+def test_wrong_limit_is_refuted_by_the_contrast():
+    """Errors that level off while successive differences fall are refuted as a wrong limit."""
+    finding = judge(errors(1.0, limit=0.02))
+
+    assert finding.verdict is Verdict.REFUTED
+
+
+def test_small_plateau_is_seen_before_the_slope_sees_it():
+    """A plateau that leaves the slope above claim - margin is still told by the contrast."""
+    finding = judge(errors(1.0, limit=5e-4, sizes=np.ones(4000)))
+
+    assert finding.low > 0.8
+    assert finding.verdict is Verdict.REFUTED
+    assert "wrong limit" in finding.reason
+
+
+@pytest.mark.parametrize("kind", ["failed", "truncated"])
+def test_levels_that_went_wrong_are_not_fitted(kind):
+    """A level with failed paths or truncated steps is left out of the fit and named."""
+    levels = errors(1.0)
+    levels[4] = levels[4] * 100.0
+
+    finding = judge(levels, health_of=health(**{kind: [0, 0, 0, 0, 3, 0]}))
+
+    assert finding.verdict is Verdict.VERIFIED
+    assert "at 1 levels" in finding.reason
+
+
+def test_too_few_levels_decide_nothing():
+    """With fewer than three levels to fit there is no slope, and the reason says why."""
+    finding = judge(errors(1.0), health_of=health(truncated=[1, 1, 1, 1, 0, 0]))
+
+    assert finding.verdict is Verdict.INCONCLUSIVE
+    assert "fewer than 3 levels can be fitted: truncated steps at 4 levels" in finding.reason
+    assert np.isnan(finding.estimate)
+
+
+def test_lost_paths_at_the_finest_level_are_a_divergence():
+    """Paths that are lost at every level give the verdict diverged."""
+    finding = judge(errors(1.0), health_of=health(failed=[1] * 6, lost=[1] * 6))
+
+    assert finding.verdict is Verdict.DIVERGED
+
+
+def test_round_off_is_exact_for_every_order():
+    """Errors at round-off level at every h verify any order."""
+    finding = judge(errors(0.0, sizes=np.full(4000, 1e-15)))
+
+    assert finding.verdict is Verdict.VERIFIED
+    assert "exact to round-off" in finding.reason
+
+
+def test_levels_at_round_off_are_not_fitted():
+    """A level whose error is rounding is left out, so that it cannot flatten the slope."""
+    levels = [np.maximum(np.abs(level), 1e-14) for level in errors(6.0)]
+
+    finding = judge(levels)
+
+    assert "rounding at" in finding.reason
+    assert finding.estimate == pytest.approx(6.0, abs=0.05)
+
+
+def test_own_reference_never_verifies():
+    """Without a truth the right slope is inconclusive: a wrong limit would not show."""
+    plain = gbm()
+    blind = SDE(drift=plain.drift, diffusion=plain.diffusion, start=[1.0], noise_dim=1, horizon=1.0, source="test")
+
+    assert judge(errors(1.0), problem=blind).verdict is Verdict.INCONCLUSIVE
+    assert judge(errors(0.5), problem=blind).verdict is Verdict.REFUTED
+
+
+def test_own_reference_bias_is_that_of_the_method():
+    """Over five levels of order 1, four halvings bias the slope by at most 0.021 (coherent errors)."""
+    plain = gbm()
+    blind = SDE(drift=plain.drift, diffusion=plain.diffusion, start=[1.0], noise_dim=1, horizon=1.0, source="test")
+
+    finding = judge(errors(1.0), problem=blind)
+
+    assert 0.01 < finding.details["bias_bound"] < 0.04
+
+
+def test_error_of_the_reference_widens_the_interval():
+    """What half the reference's resolution would change, over 2^q - 1, is added on either side."""
+    rough = Pathwise(start=np.zeros, advance=max, parts=max, source="test", order=1.5)
+    problem = replace(gbm(), truths=(rough,))
+    shift = np.full(4000, 2e-4)
+
+    finding = judge(errors(1.0), problem=problem, blurred=shift)
+
+    assert finding.details["bias_bound"] > 0.0
+    assert finding.high - finding.low > 2.0 * finding.details["bias_bound"]
+
+
+def test_heavy_tails_do_not_refute_a_small_sample():
+    """With heavy tails and fewer than 800 paths a deviation is inconclusive."""
+    sizes = np.r_[np.full(399, 1e-3), 5.0]
+    levels = errors(0.3, sizes=sizes)
+
+    finding = judge(levels)
+
+    assert finding.details["heavy_tails"]
+    assert finding.verdict is not Verdict.REFUTED
+
+
+def test_fewer_than_a_hundred_paths_decide_nothing():
+    """Intervals are not calibrated for tiny samples, so that these give no verdict."""
+    finding = judge(errors(1.0, paths=60))
+
+    assert finding.verdict is Verdict.INCONCLUSIVE
+    assert "100 paths" in finding.reason
+
+
+def test_no_claim_no_verdict():
+    """Without a claim the order is measured, and nothing is judged."""
+    finding = judge(errors(1.0), scheme=Modest())
+
+    assert finding.verdict is Verdict.OUT_OF_SCOPE
+    assert finding.estimate == pytest.approx(1.0, abs=1e-9)
+    assert finding.claim is None

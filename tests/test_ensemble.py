@@ -1,0 +1,208 @@
+"""The time loop: shared noise, isolation of what goes wrong, counts that lose nothing."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from sdaeverify import SDE, Scheme, Settings, Step
+from sdaeverify.ensemble import Entry, Task, run_block
+from sdaeverify.measures.drift import Drift
+from sdaeverify.measures.strong import Strong
+from sdaeverify.specs import problem_spec
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.ou import ou
+from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_schemes.euler_maruyama import DriftTruncatedEuler, EulerMaruyama
+from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.milstein import Milstein
+
+STRONG = Strong()
+SETTINGS = Settings(paths=60, levels=4, block=60)
+
+
+@dataclass(frozen=True)
+class Odd(Scheme):
+    """Euler-Maruyama that does something odd from the middle of the interval on."""
+
+    what: str = "nothing"
+
+    name: ClassVar[str] = "odd"
+    form: ClassVar[type[SDE]] = SDE
+
+    def step(self, problem, state, t, h, noise):
+        new = state + h * problem.drift(t, state) + problem.diffusion(t, state)[:, 0] * noise.dW
+        first = np.arange(new.shape[1]) == 0
+        if t < 0.5 * problem.horizon:
+            return Step(new)
+        return {
+            "nothing": lambda: Step(new),
+            "nan": lambda: Step(np.where(first, np.nan, new)),
+            "huge": lambda: Step(np.where(first, 1e12, new)),
+            "no root": lambda: Step(new, failed=first),
+            "truncated": lambda: Step(new, truncated=first),
+            "raise": lambda: Step(new / {}["missing"]),
+        }[self.what]()
+
+
+@dataclass(frozen=True)
+class Rude(Scheme):
+    """A scheme that breaks its contract at once."""
+
+    what: str = "writes state"
+
+    name: ClassVar[str] = "rude"
+    form: ClassVar[type[SDE]] = SDE
+
+    def step(self, problem, state, t, h, noise):
+        if self.what == "writes state":
+            state += h
+        if self.what == "writes noise":
+            noise.dW[...] = 0.0
+        return Step(state[:, :1] if self.what == "drops paths" else state)
+
+
+def lanes(family, schemes, settings=SETTINGS, measures=(STRONG,), block=0):
+    return run_block(Task(problem_spec(family), tuple(Entry(s, measures) for s in schemes), settings), block)
+
+
+def assert_same_evidence(a, b):
+    for one, other in zip(a.tallies, b.tallies, strict=True):
+        for kind in ("sums", "maxima", "largest"):
+            left, right = getattr(one, kind), getattr(other, kind)
+            assert left.keys() == right.keys()
+            assert all(np.array_equal(left[name], right[name], equal_nan=True) for name in left)
+
+
+@pytest.mark.parametrize("family", [gbm, ou, pendulum])
+def test_evidence_on_a_scheme_does_not_depend_on_the_others(family):
+    """A scheme alone and among others gives the same bits."""
+    alone = lanes(family, [EulerMaruyama()])[0]
+
+    among = lanes(family, [DriftTruncatedEuler(), EulerMaruyama()])[1]
+
+    assert_same_evidence(alone, among)
+
+
+def test_a_finer_level_leaves_coarser_ones_as_they_were():
+    """Adding a level changes no error against an exact solution at the levels there were."""
+    few = lanes(gbm, [Milstein()])[0].tallies[0].sums["error x"]
+
+    more = lanes(gbm, [Milstein()], Settings(paths=60, levels=5, block=60))[0].tallies[0].sums["error x"]
+
+    assert np.array_equal(few, more[:, :4])
+
+
+def test_blocks_are_independent_samples():
+    """Two blocks of one run see different noise."""
+    settings = Settings(paths=120, levels=4, block=60)
+
+    first, second = (lanes(gbm, [EulerMaruyama()], settings, block=block)[0] for block in range(2))
+
+    assert not np.any(first.tallies[0].sums["error x"] == second.tallies[0].sums["error x"])
+
+
+@pytest.mark.parametrize("what", ["nan", "huge"])
+def test_lost_paths_are_counted_and_kept(what):
+    """A path that is not finite, or blows up, is counted at its level and stays in the mean."""
+    health = lanes(gbm, [Odd(what)])[0].health.sums
+
+    assert (health["lost"] == 1).all()
+    assert (health["failed"] == 1).all()
+
+
+def test_a_nan_stays_in_the_sums():
+    """The group of a lost path has no finite sum: nothing was dropped."""
+    sums = lanes(gbm, [Odd("nan")])[0].tallies[0].sums["error x"]
+
+    assert np.isnan(sums[0]).all()
+    assert np.isfinite(sums[1:]).all()
+
+
+def test_steps_without_root_are_counted_by_path():
+    """A path that met steps without root counts once, and is not lost."""
+    health = lanes(gbm, [Odd("no root")])[0].health.sums
+
+    assert (health["failed"] == 1).all()
+    assert (health["lost"] == 0).all()
+
+
+def test_truncated_steps_are_counted_by_step():
+    """Each truncated step of each path counts, out of all steps of all paths."""
+    health = lanes(gbm, [Odd("truncated")])[0].health.sums
+
+    assert (health["truncated"] == np.array(SETTINGS.steps) / 2).all()
+    assert (health["steps"] == 60 * np.array(SETTINGS.steps)).all()
+
+
+def test_a_scheme_that_raises_costs_its_own_lane():
+    """What a scheme raises is the reason of its own evidence; others go on."""
+    broken, fine = lanes(gbm, [Odd("raise"), EulerMaruyama()])
+
+    assert broken.error == "KeyError: 'missing'"
+    assert not fine.error
+    assert_same_evidence(fine, lanes(gbm, [EulerMaruyama()])[0])
+
+
+@pytest.mark.parametrize(
+    ("what", "reason"),
+    [
+        ("writes state", "read-only"),
+        ("writes noise", "read-only"),
+        ("drops paths", "SchemeError|expected a state like the one it was given"),
+    ],
+)
+def test_a_scheme_that_breaks_its_contract_is_told(what, reason):
+    """Writing into arguments or dropping paths is an error of the scheme, with the reason."""
+    lane = lanes(gbm, [Rude(what)])[0]
+
+    assert any(word in lane.error for word in reason.split("|"))
+
+
+def test_a_truth_that_raises_costs_the_problem():
+    """What a problem raises while it runs is the reason of all its lanes."""
+
+    def fickle() -> SDE:
+        problem = gbm()
+        return SDE(
+            drift=problem.drift,
+            diffusion=lambda t, x: problem.diffusion(t, x) if t == 0.0 else {}["gone"],
+            start=problem.start,
+            noise_dim=1,
+            horizon=1.0,
+            source="test",
+        )
+
+    (lane,) = lanes(fickle, [EulerMaruyama()])
+
+    assert "KeyError: 'gone'" in lane.error
+
+
+def test_constraint_residuals_are_noted_at_every_level():
+    """The drift measure finds g and Dg v at round-off on the half-explicit scheme."""
+    (lane,) = lanes(pendulum, [HalfExplicitEuler("none")], measures=(Strong(), Drift()))
+
+    assert (lane.tallies[1].maxima["worst g"] < 1e-15).all()
+    assert lane.tallies[1].maxima["worst g"].shape == (4,)
+
+
+def test_own_reference_is_used_where_there_is_no_truth():
+    """Without a pathwise truth a scheme is compared with itself, four levels finer, on the same noise."""
+
+    def no_truth() -> SDE:
+        problem = gbm()
+        return SDE(
+            drift=problem.drift,
+            diffusion=problem.diffusion,
+            start=[1.0],
+            noise_dim=1,
+            horizon=1.0,
+            source="test",
+        )
+
+    (lane,) = lanes(no_truth, [EulerMaruyama()])
+
+    errors = lane.tallies[0].sums["error x"][..., 1].sum(axis=0)
+    assert (np.diff(errors) < 0.0).all()
+    assert len(lane.health.sums["failed"]) == SETTINGS.levels
