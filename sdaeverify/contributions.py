@@ -203,6 +203,5 @@ def _check_pickles(what: str, thing: object) -> None:
         pickle.dumps(thing)
     except Exception as error:
         raise PluginError(
-            f"{what} cannot be sent to worker processes ({one_line(error)}); "
-            "define it at the top level of its module"
+            f"{what} cannot be sent to worker processes ({one_line(error)}); define it at the top level of its module"
         ) from error

@@ -72,15 +72,8 @@ def read_settings(environ: Mapping[str, str]) -> Settings:
     if switch.lower() not in SWITCH:
         raise UsageError(f"{STRICT} expects 1, true, yes, 0, false or no, got {switch!r}")
     unknown = sorted(name for name in environ if name.startswith(PREFIX) and name not in {DISABLED, STRICT})
-    warnings = (f"unknown environment variable {name}{did_you_mean_variable(name)}" for name in unknown)
+    warnings = (f"unknown environment variable {name}{did_you_mean(name, (DISABLED, STRICT))}" for name in unknown)
     return Settings(disabled, SWITCH[switch.lower()], tuple(warnings))
-
-
-def did_you_mean_variable(name: str) -> str:
-    """Return the known variable that is closest to a name, in words."""
-    known = {variable.lower(): variable for variable in (DISABLED, STRICT)}
-    hint = did_you_mean(name, known)
-    return re.sub(r"sdaeverify_\w+", lambda match: known[match[0]], hint)
 
 
 def entry_points() -> list[metadata.EntryPoint]:
@@ -123,10 +116,7 @@ def submodules(package: object, origin: Origin) -> list[Origin]:
         return []
     names = sorted(found.name for found in pkgutil.iter_modules(package.__path__))
     public = [name for name in names if not name.startswith("_")]
-    return [
-        origin._replace(plugin=f"{origin.plugin}.{name}", module=f"{package.__name__}.{name}")
-        for name in public
-    ]
+    return [origin._replace(plugin=f"{origin.plugin}.{name}", module=f"{package.__name__}.{name}") for name in public]
 
 
 def load_file(path: str | Path) -> ModuleType:
@@ -142,9 +132,7 @@ def load_file(path: str | Path) -> ModuleType:
     """
     file = Path(path).expanduser().resolve()
     if file.is_dir():
-        raise PluginError(
-            f"plugin file {path}: is a folder, expected a Python file; install it as a package instead"
-        )
+        raise PluginError(f"plugin file {path}: is a folder, expected a Python file; install it as a package instead")
     if file.suffix != ".py" or not file.is_file():
         raise PluginError(f"plugin file {path}: expected an existing file that ends in .py")
     try:
@@ -157,9 +145,7 @@ def unmatched(disabled: Iterable[str], known: Iterable[str]) -> tuple[str, ...]:
     """Return a warning for each disabled name that names nothing."""
     names = set(known)
     missing = sorted(name for name in disabled if not {name, normalized(name)} & names)
-    return tuple(
-        f"{DISABLED} names {name!r}, which is no plugin{did_you_mean(name, names)}" for name in missing
-    )
+    return tuple(f"{DISABLED} names {name!r}, which is no plugin{did_you_mean(name, names)}" for name in missing)
 
 
 def _execute(file: Path, source: bytes) -> ModuleType:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .errors import SchemeError, one_line
+from .errors import FAULTS, SchemeError, one_line
 from .forms import Problem
 from .lanes import Lane, Moments, Observer, parts_of
 from .matching import match
@@ -88,7 +88,7 @@ def run_block(task: Task, block: int) -> tuple[LaneEvidence, ...]:
         # Non-finite numbers are evidence here: they are counted, not warned about.
         with np.errstate(all="ignore"):
             return _run_block(task, block)
-    except Exception as error:
+    except FAULTS as error:
         reason = f"problem {task.spec.label}: {one_line(error)}"
         return tuple(_without_evidence(entry, 0.0, reason) for entry in task.entries)
 
@@ -182,7 +182,7 @@ class _Guard:
 
     def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> bool:
         self.run.seconds += time.perf_counter() - self.begun
-        if isinstance(error, Exception):
+        if isinstance(error, FAULTS):
             self.run.error = one_line(error)
             return True
         return False

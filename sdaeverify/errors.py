@@ -35,6 +35,10 @@ class PluginError(SdaeverifyError, ImportError):
     """A plugin could not be loaded or registers something unusable."""
 
 
+# What a plugin may raise without ending the run: sys.exit() included, an interrupt of the user not.
+FAULTS = (Exception, SystemExit)
+
+
 def one_line(error: BaseException) -> str:
     """Return the type and first line of an error, for a cell of a table.
 

@@ -5,12 +5,12 @@ A value is true or false, a number, or text; text is put between double quotes (
 read as a number or holds anything but ASCII letters, digits and ``_ . + - / :``.
 """
 
-import difflib
 import inspect
 import json
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields
+from difflib import SequenceMatcher
 from numbers import Integral, Real
 from typing import Any, NamedTuple
 
@@ -26,9 +26,7 @@ KINDS: tuple[tuple[type, str], ...] = (
 )
 
 _LABEL = re.compile(r'\s*(?P<name>[^\[\]=,"\s]+)\s*(?P<brackets>\[(?P<inside>.*)\])?\s*', re.DOTALL)
-_ITEM = re.compile(
-    r'\s*(?P<key>\w+)\s*=\s*(?P<value>"(?:[^"\\]|\\.)*"|[^\[\]=,"]*[^\[\]=,"\s])\s*', re.DOTALL
-)
+_ITEM = re.compile(r'\s*(?P<key>\w+)\s*=\s*(?P<value>"(?:[^"\\]|\\.)*"|[^\[\]=,"]*[^\[\]=,"\s])\s*', re.DOTALL)
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|.', re.DOTALL)
 _BARE = re.compile(r"[\w.+/:-]+", re.ASCII)
 
@@ -150,9 +148,7 @@ def read_values(
     for key in texts:
         if key not in known:
             listing = ", ".join(known) or "none"
-            raise ParameterError(
-                f"{owner} has no parameter {key!r}{did_you_mean(key, known)} (known: {listing})"
-            )
+            raise ParameterError(f"{owner} has no parameter {key!r}{did_you_mean(key, known)} (known: {listing})")
     return {key: _read(owner, text, known[key]) for key, text in texts.items()}
 
 
@@ -162,11 +158,12 @@ def describe_kind(default: object) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return ``; did you mean a or b?`` with the known words that are close, or an empty string."""
-    candidates = sorted(known)
-    close = difflib.get_close_matches(word.lower(), candidates, n=3)
-    close = close or [other for other in candidates if word and word.lower() in other.lower()][:3]
-    return f"; did you mean {' or '.join(close)}?" if close else ""
+    """Return ``; did you mean a or b?`` with the known words that are closest, or an empty string."""
+    scores = {other: SequenceMatcher(None, word.lower(), other.lower()).ratio() for other in sorted(known)}
+    least = max(0.6, max(scores.values(), default=0.0) - 0.1)
+    close = [other for other, score in scores.items() if score >= least]
+    close = close or [other for other in scores if word and word.lower() in other.lower()]
+    return f"; did you mean {' or '.join(close[:3])}?" if close else ""
 
 
 def _default(field: "Field[Any]") -> object:
@@ -195,11 +192,7 @@ def _write(value: object, parameter: Parameter) -> str:
     if isinstance(value, Real):
         return repr(float(value)).removesuffix(".0")
     if isinstance(value, str):
-        return (
-            value
-            if _BARE.fullmatch(value) and _number(value) is None
-            else json.dumps(value, ensure_ascii=False)
-        )
+        return value if _BARE.fullmatch(value) and _number(value) is None else json.dumps(value, ensure_ascii=False)
     raise ParameterError(
         f"parameter {parameter.name} has a value of type {type(value).__name__}, "
         "expected bool, int, float or str: it must be possible to write it on a command line"

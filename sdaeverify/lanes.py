@@ -115,9 +115,7 @@ class Lane:
         self.tracks = [Track(scheme, problem, level, n, paths) for level, n in enumerate(every)]
         self.levels, self.paths = len(steps), paths
 
-    def advance(
-        self, noise: Sequence[LevelNoise], observers: Sequence[Observer]
-    ) -> tuple[list[Parts], Parts | None]:
+    def advance(self, noise: Sequence[LevelNoise], observers: Sequence[Observer]) -> tuple[list[Parts], Parts | None]:
         """Make one coarsest step; return the components at every level and of the lane's own reference."""
         for level, track in enumerate(self.tracks[: self.levels]):
             track.advance(noise[level], observers)
@@ -131,8 +129,7 @@ class Lane:
         tracks, own = self.tracks[: self.levels], self.tracks[self.levels :]
         counts = {
             "failed": [
-                np.count_nonzero(np.any([x.failed | x.lost for x in (track, *own)], axis=0))
-                for track in tracks
+                np.count_nonzero(np.any([x.failed | x.lost for x in (track, *own)], axis=0)) for track in tracks
             ],
             "lost": [np.count_nonzero(track.lost) for track in tracks],
             "truncated": [track.truncated_steps for track in tracks],

@@ -144,7 +144,9 @@ def refine(coarse: LevelNoise, h: float, xi: Array) -> LevelNoise:
 
 
 def aggregate(fine: LevelNoise) -> LevelNoise:
-    """Join neighbouring steps: the inverse of `refine`, dW = dW_1 + dW_2, H = (H_1 + H_2)/2 + (dW_1 - dW_2)/4.
+    """Join neighbouring steps, the inverse of `refine`.
+
+    dW = dW_1 + dW_2,   H = (H_1 + H_2)/2 + (dW_1 - dW_2)/4.
 
     Parameters
     ----------

@@ -149,9 +149,7 @@ def _assemble(outcomes: Sequence[Outcome], warnings: tuple[str, ...], files: tup
 
 def _refuse_broken(rows: Iterable[PluginRow]) -> None:
     broken = [
-        f"{row.name} ({row.distribution} {row.version}): {row.reason}"
-        for row in rows
-        if row.status == "broken"
+        f"{row.name} ({row.distribution} {row.version}): {row.reason}" for row in rows if row.status == "broken"
     ]
     if broken:
         raise PluginError(f"broken plugins: {'; '.join(broken)}")
@@ -165,9 +163,7 @@ def _from_file(path: str, before: Sequence[Outcome]) -> Outcome:
         raise PluginError(f"plugin file {path}: {one_line(error)}") from error
 
 
-def _from_entry_point(
-    entry: EntryPoint, disabled: frozenset[str], before: Sequence[Outcome]
-) -> list[Outcome]:
+def _from_entry_point(entry: EntryPoint, disabled: frozenset[str], before: Sequence[Outcome]) -> list[Outcome]:
     origin = origin_of(entry)
     if is_disabled(origin, disabled):
         return [_disabled(origin)]
@@ -181,9 +177,7 @@ def _from_entry_point(
     outcomes: list[Outcome] = []
     for module in modules:
         outcomes += _from_module(module, disabled, [*before, *outcomes])
-    return outcomes or [
-        _broken(origin, PluginError("neither the package nor one of its modules implements a hook"))
-    ]
+    return outcomes or [_broken(origin, PluginError("neither the package nor one of its modules implements a hook"))]
 
 
 def _from_module(origin: Origin, disabled: frozenset[str], before: Sequence[Outcome]) -> list[Outcome]:
@@ -217,6 +211,4 @@ def _refuse_taken(part: Contribution, other: Contribution, origin: Origin) -> No
     taken = other.by_kind()
     for kind, entries in part.by_kind().items():
         for name in sorted(entries.keys() & taken[kind].keys()):
-            raise PluginError(
-                f"{kind} {name!r} of {origin} is already registered by {taken[kind][name].origin}"
-            )
+            raise PluginError(f"{kind} {name!r} of {origin} is already registered by {taken[kind][name].origin}")

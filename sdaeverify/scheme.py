@@ -76,7 +76,7 @@ class Claim:
         return measure == self.measure and (not self.quantities or quantity in self.quantities)
 
     def __str__(self) -> str:
-        return f"order >= {self.value}" if isinstance(self.value, float) else str(self.value)
+        return self.value if isinstance(self.value, str) else f"order >= {float(self.value)}"
 
 
 @dataclass(frozen=True)

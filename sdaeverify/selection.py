@@ -94,9 +94,7 @@ def select_problems(
             chosen += [entry.make(texts) for entry, texts, _ in _matches("problem", item, registry.problems)]
         else:
             chosen.append(_recipe(item))
-    return sorted(
-        _unique("problem", chosen, lambda spec: spec.family), key=lambda spec: (spec.name, spec.label)
-    )
+    return sorted(_unique("problem", chosen, lambda spec: spec.family), key=lambda spec: (spec.name, spec.label))
 
 
 def select_measures(registry: Registry, wanted: str | Sequence[Any] = ()) -> list[Any]:
@@ -158,9 +156,7 @@ def _recipe(item: object) -> ProblemSpec:
     if isinstance(item, ProblemSpec):
         return item
     if isinstance(item, Problem):
-        raise UsageError(
-            f"expected a function that returns a problem, got {describe(item)}: pass it uncalled"
-        )
+        raise UsageError(f"expected a function that returns a problem, got {describe(item)}: pass it uncalled")
     return problem_spec(item)  # type: ignore[arg-type] # checked there
 
 

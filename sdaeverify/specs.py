@@ -61,9 +61,7 @@ class ProblemSpec:
         problem: object = self.family(**dict(self.parameters))
         if not isinstance(problem, Problem):
             where = f"{self.family.__module__}.{self.family.__qualname__}"
-            raise ProblemError(
-                f"{where} returned {_a(type(problem).__name__)}, expected a problem of one of the forms"
-            )
+            raise ProblemError(f"{where} returned {describe(problem)}, expected a problem of one of the forms")
         return problem
 
 
@@ -108,9 +106,7 @@ def check_scheme(scheme: object) -> None:
     if "__dataclass_params__" not in vars(kind):
         raise UsageError(f"{owner}: put @dataclass(frozen=True) above the class {kind.__name__}")
     if mistaken := {field.name for field in fields(kind)} & set(CLASS_VARIABLES):
-        raise UsageError(
-            f"{owner}: annotate {', '.join(sorted(mistaken))} as ClassVar, they are no parameters"
-        )
+        raise UsageError(f"{owner}: annotate {', '.join(sorted(mistaken))} as ClassVar, they are no parameters")
     check_parameters(owner, dataclass_parameters(kind))
     _check_declarations(owner, kind)
 
@@ -138,9 +134,7 @@ def check_name(kind: str, name: object) -> None:
         If it is no text of lower-case letters, digits, hyphens and dots.
     """
     if not (isinstance(name, str) and NAME.fullmatch(name)):
-        raise UsageError(
-            f"name of a {kind} must be lower-case letters, digits, hyphens and dots, got {name!r}"
-        )
+        raise UsageError(f"name of a {kind} must be lower-case letters, digits, hyphens and dots, got {name!r}")
 
 
 def check_parameters(owner: str, parameters: tuple[Parameter, ...]) -> None:
@@ -163,8 +157,8 @@ def check_parameters(owner: str, parameters: tuple[Parameter, ...]) -> None:
 
 
 def describe(thing: object) -> str:
-    """Return what an object is, in words for a message: ``the class X`` or ``a Y object``."""
-    return f"the class {thing.__name__}" if isinstance(thing, type) else _a(f"{type(thing).__name__} object")
+    """Return what an object is, in words for a message: ``the class X`` or ``an object of type Y``."""
+    return f"the class {thing.__name__}" if isinstance(thing, type) else f"an object of type {type(thing).__name__}"
 
 
 def unknown(kind: str, name: str, known: Mapping[str, object]) -> UsageError:
@@ -175,13 +169,7 @@ def unknown(kind: str, name: str, known: Mapping[str, object]) -> UsageError:
 def _check_declarations(owner: str, kind: type[Scheme]) -> None:
     form: object = getattr(kind, "form", None)
     if not (isinstance(form, type) and issubclass(form, Problem)):
-        raise UsageError(
-            f"{owner}: form must be the form of problem it solves, for example SDE, got {form!r}"
-        )
+        raise UsageError(f"{owner}: form must be the form of problem it solves, for example SDE, got {form!r}")
     claims: object = kind.claims
     if not (isinstance(claims, tuple) and all(isinstance(claim, Claim) for claim in claims)):
         raise UsageError(f"{owner}: claims must be a tuple of Claim, got {describe(claims)}")
-
-
-def _a(words: str) -> str:
-    return f"{'an' if words[0].lower() in 'aeiou' else 'a'} {words}"

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from .arrays import Mask
 from .measure import Evidence, Finding, Verdict
 from .scheme import Claim, Scheme
 
@@ -68,7 +69,15 @@ def judge_order(claim: Claim, low: float, high: float) -> Opinion:
         return Opinion(Verdict.VERIFIED, f"order at least {low:.3f}")
     if low > bound:
         return Opinion(Verdict.INCONCLUSIVE, f"interval of half width {half:.2f} is wider than the margin; add paths")
-    return Opinion(Verdict.INCONCLUSIVE, f"interval [{low:.3f}, {high:.3f}] contains {bound:.3f}; add paths or levels")
+    return Opinion(
+        Verdict.INCONCLUSIVE, f"interval [{low:.3f}, {high:.3f}] contains {bound:.3f}; add paths or levels"
+    )
+
+
+def at_levels(what: str, levels: Mask) -> str:
+    """Return at how many levels something happened."""
+    count = int(levels.sum())
+    return f"{what} at {count} level{'' if count == 1 else 's'}"
 
 
 def unfitted(evidence: Evidence, quantity: str, claim: Claim | None, left_out: str) -> Finding:

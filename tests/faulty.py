@@ -39,9 +39,7 @@ class NoiseScaledByH(Scheme):
     claims: ClassVar[tuple[Claim, ...]] = HALF
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        return Step(
-            state + h * problem.drift(t, state) + np.sqrt(h) * apply(problem.diffusion(t, state), noise.dW)
-        )
+        return Step(state + h * problem.drift(t, state) + np.sqrt(h) * apply(problem.diffusion(t, state), noise.dW))
 
 
 @dataclass(frozen=True)
@@ -80,9 +78,7 @@ class FixedDirection(Scheme):
     form: ClassVar[type[HolonomicSDAE]] = HolonomicSDAE
     claims: ClassVar[tuple[Claim, ...]] = EXACT
 
-    def step(
-        self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment
-    ) -> Step:
+    def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:
         r = state.r
         axis = np.broadcast_to(np.array([[[0.0], [1.0]]]), (1, *r.shape))
         return half_explicit(problem, state, axis, t, h, noise)
@@ -96,9 +92,7 @@ class VelocityNotProjected(Scheme):
     form: ClassVar[type[HolonomicSDAE]] = HolonomicSDAE
     claims: ClassVar[tuple[Claim, ...]] = EXACT
 
-    def step(
-        self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment
-    ) -> Step:
+    def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:
         r, v, mu = state
         step = half_explicit(problem, state, problem.dg(r), t, h, noise)
         x = v + h * problem.force(t, r, v) + apply(problem.diffusion(t, r, v), noise.dW)

@@ -11,9 +11,7 @@ WHOLE = arrays(float, 12, elements=st.integers(-1000, 1000).map(float))
 
 
 def note(values):
-    return Tally(
-        {"sum": values.sum(keepdims=True)}, {"max": values.max(keepdims=True)}, {"top": largest(values, 3)}
-    )
+    return Tally({"sum": values.sum(keepdims=True)}, {"max": values.max(keepdims=True)}, {"top": largest(values, 3)})
 
 
 @given(WHOLE, WHOLE)

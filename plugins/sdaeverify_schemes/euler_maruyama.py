@@ -16,9 +16,7 @@ ORDERS = (
         when=frozenset({"vanishing-milstein-term"}),
         source="Kloeden & Platen 1992, section 10.3: equal to Milstein's scheme",
     ),
-    Claim(
-        measure="drift", value=1.0, source="Lindner & Stroot 2017, Remark 3.3: no projection; order measured"
-    ),
+    Claim(measure="drift", value=1.0, source="Lindner & Stroot 2017, Remark 3.3: no projection; order measured"),
 )
 
 

@@ -5,21 +5,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import (
-    Array,
-    Claim,
-    HolonomicSDAE,
-    HolonomicState,
-    Increment,
-    ParameterError,
-    Scheme,
-    Step,
-    hookimpl,
-)
-from sdaeverify.numerics import apply, apply_transposed, determinant, newton, norm, solve
+from sdaeverify import Array, Claim, HolonomicSDAE, HolonomicState, Increment, ParameterError, Scheme, Step, hookimpl
+from sdaeverify.numerics import apply, apply_transposed, norm, solve
 
-# Newton's last update is below this, so its error is of the size of the square: rounding.
-TOLERANCE = 1e-9
+from ._old_normals import onto_constraint
 
 
 @dataclass(frozen=True)
@@ -64,29 +53,26 @@ class HalfExplicitEuler(Scheme):
     def __post_init__(self) -> None:
         number = isinstance(self.truncation, (int, float)) and 0.0 < self.truncation < np.inf
         if not (number or self.truncation in {"theory", "none"}):
-            raise ParameterError(
-                f"truncation must be theory, none or a positive C_eta, got {self.truncation!r}"
-            )
+            raise ParameterError(f"truncation must be theory, none or a positive C_eta, got {self.truncation!r}")
         if self.no_root not in {"hold", "fail"}:
             raise ParameterError(f"no_root must be hold or fail, got {self.no_root!r}")
 
     def refuses(self, problem: HolonomicSDAE) -> str:
         """Refuse the theoretical truncation where C_g is not known."""
         if self.truncation == "theory" and problem.constraint_bound is None:
-            return (
-                "truncation=theory needs the problem's constraint_bound C_g; use truncation=none or a number"
-            )
+            return "truncation=theory needs the problem's constraint_bound C_g; use truncation=none or a number"
         return ""
 
-    def step(
-        self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment
-    ) -> Step:
+    def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
         r, v, mu = state
         a = problem.force(t, r, v)
         eta = self._truncation_factor(problem, v, a, h)
         Dg = problem.dg(r)
-        r_new, kappa, failed, A = self._position(problem, r + eta * h * v, Dg)
+        r_new, kappa, A, found = onto_constraint(problem, r + eta * h * v, Dg)
+        failed = ~found
+        if self.truncation == "theory":
+            failed |= norm(kappa) >= 1.0 / (8.0 * problem.constraint_bound**4)
         x = v + problem.inverse_mass(eta * h * a + apply(problem.diffusion(t, r, v), noise.dW))
         lam = -solve(A, apply(problem.dg(r_new), x))
         v_new = x + problem.inverse_mass(apply_transposed(Dg, lam))
@@ -104,23 +90,8 @@ class HalfExplicitEuler(Scheme):
         speed = norm(v)
         return C_eta / np.maximum(C_eta, h * np.maximum(np.maximum(speed, speed**2), norm(a)))
 
-    def _position(self, problem: HolonomicSDAE, y: Array, Dg: Array) -> tuple[Array, Array, Array, Array]:
-        def linearised(kappa: Array) -> tuple[Array, Array]:
-            x = y + problem.inverse_mass(apply_transposed(Dg, kappa))
-            return problem.constraint(x), problem.gram(problem.dg(x), Dg)
-
-        root = newton(linearised, np.zeros((len(Dg), y.shape[-1])), TOLERANCE)
-        r_new = y + problem.inverse_mass(apply_transposed(Dg, root.x))
-        A = problem.gram(problem.dg(r_new), Dg)
-        admissible = root.converged & (determinant(A) > 0.0)
-        if self.truncation == "theory":
-            admissible &= norm(root.x) < 1.0 / (8.0 * problem.constraint_bound**4)
-        return r_new, root.x, ~admissible, A
-
     def _without_root(self, old: HolonomicState, new: HolonomicState, failed: Array) -> HolonomicState:
-        kept = (
-            old if self.no_root == "hold" else HolonomicState(*(np.full_like(part, np.nan) for part in old))
-        )
+        kept = old if self.no_root == "hold" else HolonomicState(*(np.full_like(part, np.nan) for part in old))
         return HolonomicState(*(np.where(failed, o, n) for o, n in zip(kept, new, strict=True)))
 
 

@@ -6,7 +6,7 @@ from sdaeverify import SDE, Array, Increment, MeanSquareStability, Moment, Pathw
 
 
 def gbm(a: float = 0.5, b: float = 0.6, x_0: float = 1.0, horizon: float = 1.0) -> SDE:
-    """Dx = a x dt + b x dW, with x(t) = x_0 exp((a - b^2/2) t + b W(t)).
+    """Geometric growth: dx = a x dt + b x dW, x(t) = x_0 exp((a - b^2/2) t + b W(t)).
 
     Parameters
     ----------

@@ -6,7 +6,7 @@ from sdaeverify import SDE, Array, Increment, MeanSquareStability, Moment, Param
 
 
 def ou(a: float = 1.0, sigma: float = 0.7, x_0: float = 1.0, horizon: float = 1.0) -> SDE:
-    """Dx = -a x dt + sigma dW, with x(t) = e^{-at} x_0 + sigma int_0^t e^{-a(t-s)} dW(s).
+    """Ornstein-Uhlenbeck: dx = -a x dt + sigma dW, x(t) = e^{-at} x_0 + sigma int_0^t e^{-a(t-s)} dW(s).
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def ou(a: float = 1.0, sigma: float = 0.7, x_0: float = 1.0, horizon: float = 1.
                 value=lambda t: x_0**2 * np.exp(-2 * a * t) + variance(t),
                 source=source,
             ),
-            MeanSquareStability(stable=False, source="stationary variance sigma^2/(2a) is not zero"),
+            MeanSquareStability(stable=a > 0.0 and sigma == 0.0, source="limit sigma^2/(2a) of the variance"),
         ),
         units="x in units of its choice, time in the unit of 1/a",
         source=source,

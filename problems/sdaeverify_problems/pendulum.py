@@ -2,16 +2,15 @@
 
 import numpy as np
 
-from sdaeverify import Array, HolonomicSDAE, Increment, Moment, Truth, hookimpl
+from sdaeverify import Array, HolonomicSDAE, Increment, Moment, hookimpl
 
 from . import _circle as circle
+from ._free_moments import free_moments
 
 SHEET = "Lindner & Stroot 2017, section 5.1"
 
 
-def pendulum(
-    c_g: float = 1.0, theta_0: float = 0.5, omega_0: float = 0.5, horizon: float = 0.5
-) -> HolonomicSDAE:
+def pendulum(c_g: float = 1.0, theta_0: float = 0.5, omega_0: float = 0.5, horizon: float = 0.5) -> HolonomicSDAE:
     """Pendulum: dr = v dt, dv = (0, -c_g) dt + dw - r dmu, (1 - |r|^2)/2 = 0, w in R^2.
 
     With r = (sin theta, -cos theta), t = (cos theta, sin theta) and v = omega t,
@@ -41,9 +40,7 @@ def pendulum(
         return 0.5 * (s["v"] ** 2).sum(axis=0) + c_g * s["r"][1]
 
     H_0 = 0.5 * omega_0**2 - c_g * np.cos(theta_0)
-    balance = Moment(
-        observable="energy", value=lambda t: H_0 + 0.5 * t, source="Ito's formula for the energy"
-    )
+    balance = Moment(observable="energy", value=lambda t: H_0 + 0.5 * t, source="Ito's formula for the energy")
     pathwise = circle.angle_truth(theta_0, omega_0, advance, "order 3/2 Ito-Taylor step of the angle form")
     return HolonomicSDAE(
         force=lambda t, r, v: np.array([[0.0], [-c_g]]),
@@ -86,36 +83,6 @@ def order_three_halves(c_g: float, z: Array, h: float, noise: Increment) -> Arra
             + 0.5 * h**2 * (1.0 + 3.0 * omega * a),
         ]
     )
-
-
-def free_moments(theta_0: float, omega_0: float, radial: float) -> tuple[Truth, ...]:
-    """Return the moments without gravity; `radial` is the variance rate of the noise along r.
-
-    theta and omega are Gaussian: with m = theta_0 + omega_0 t, E e^{i theta} = e^{im - t^3/6}.
-    """
-
-    def r(t: float) -> Array:
-        return np.exp(-(t**3) / 6) * circle.normal(theta_0 + omega_0 * t)
-
-    def v(t: float) -> Array:
-        return np.exp(-(t**3) / 6) * omega_0 * circle.tangent(theta_0 + omega_0 * t) - 0.5 * t**2 * r(t)
-
-    def mu_squared(t: float) -> float:
-        variance = radial * t + t**4 / 3 + 4 / 3 * omega_0**2 * t**3
-        return (omega_0**2 * t + 0.5 * t**2) ** 2 + variance
-
-    values = {
-        "r_1": lambda t: r(t)[0],
-        "r_2": lambda t: r(t)[1],
-        "v_1": lambda t: v(t)[0],
-        "v_2": lambda t: v(t)[1],
-        "|v|^2": lambda t: omega_0**2 + t,
-        "|v|^4": lambda t: omega_0**4 + 6 * omega_0**2 * t + 3 * t**2,
-        "mu": lambda t: omega_0**2 * t + 0.5 * t**2,
-        "mu^2": mu_squared,
-    }
-    source = "Gaussian angle and angular velocity"
-    return tuple(Moment(observable=name, value=value, source=source) for name, value in values.items())
 
 
 @hookimpl

@@ -5,7 +5,7 @@ import numpy as np
 from sdaeverify import Array, HolonomicSDAE, Increment, Moment, hookimpl
 
 from . import _circle as circle
-from .pendulum import free_moments
+from ._free_moments import free_moments
 
 
 def pendulum_tangential(theta_0: float = 0.5, omega_0: float = 0.5, horizon: float = 0.5) -> HolonomicSDAE:

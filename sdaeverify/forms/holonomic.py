@@ -1,7 +1,7 @@
 """The form M dv = a dt + B dw + grad g dmu, dr = v dt, g(r) = 0: constrained stochastic mechanics.
 
-Symbols as in Lindner & Stroot (2017), section 2.1: positions r and velocities v in R^n, Brownian motion w in
-R^l, constraint g : R^n -> R^m with Jacobian Dg (m x n) and grad g = Dg^T, multiplier mu in R^m with mu(0) = 0.
+Symbols as in Lindner & Stroot (2017), section 2.1: positions r and velocities v in R^n, Brownian motion w
+in R^l, constraint g : R^n -> R^m with Jacobian Dg (m x n) and grad g = Dg^T, multiplier mu in R^m, mu(0) = 0.
 """
 
 from collections.abc import Callable, Mapping
@@ -24,7 +24,7 @@ from ..numerics import (
     solve,
 )
 from .inherent import inherent_sde
-from .problem import PROBES, Problem, Residual, check_shape, columns, vector
+from .problem import PROBES, Problem, Residual, check_shape, columns, numbers, shown, vector
 from .sde import SDE
 
 # Rounding alone leaves a few eps; a start further off the manifold is a mistake, not a rounding.
@@ -66,14 +66,15 @@ class HolonomicSDAE(Problem):
     jacobian : callable, r -> ndarray, shape (m, n, P), optional
         Dg; by complex step if left out, and g must then be analytic.
     curvature : callable, (r, y, z) -> ndarray, shape (m, P), optional
-        D^2 g(r)(y, z); by complex step if left out.
+        D^2 g(r)(y, z); by complex step of Dg if left out, and a given Dg must then be analytic.
     constraint_bound : float, optional
-        C_g of Lindner & Stroot (2.7), at least 1.
+        C_g of Lindner & Stroot (2.7), finite and at least 1.
 
     Raises
     ------
     ProblemError
-        If shapes, the mass matrix or the initial data are inconsistent.
+        If shapes, the mass matrix or the initial data are inconsistent, or if a derivative can neither be had
+        from the author nor by complex step.
     """
 
     force: Callable[[float, Array, Array], Array]
@@ -164,10 +165,20 @@ class HolonomicSDAE(Problem):
         check_shape("constraint(r)", self.constraint(r), (m, PROBES))
         check_shape("force(t, r, v)", self.force(0.0, r, v), (n, PROBES))
         check_shape("diffusion(t, r, v)", self.diffusion(0.0, r, v), (n, l, PROBES))
-        if self.jacobian is None and not is_analytic(self.constraint, r):
-            raise ProblemError("constraint is not analytic, so Dg cannot be taken by complex step; give jacobian")
+        self._check_complex_steps(r)
         check_shape("jacobian(r)", self.dg(r), (m, n, PROBES))
         check_shape("curvature(r, y, z)", self.d2g(r, v, v), (m, PROBES))
+
+    def _check_complex_steps(self, r: Array) -> None:
+        if self.jacobian is None and not is_analytic(self.constraint, r):
+            text = "constraint is not analytic (abs, real buffers?), so that Dg cannot be taken"
+            raise ProblemError(f"{text} by complex step; give jacobian")
+        if self.jacobian is None or self.curvature is not None:
+            return
+        # A Jacobian written into a real buffer would pass for one whose derivative is zero.
+        if not is_analytic(self.jacobian, r):
+            text = "jacobian is not analytic (abs, real buffers?), so that D^2 g cannot be taken"
+            raise ProblemError(f"{text} by complex step; give curvature")
 
     def _check_start(self) -> None:
         r, v, _ = self.initial(1)
@@ -178,19 +189,20 @@ class HolonomicSDAE(Problem):
             if np.abs(value).max() > CONSISTENCY * max(1.0, scale.max()):
                 text = f"initial data violate {name} = 0: {name} = {value[:, 0].tolist()}"
                 raise ProblemError(f"{text} at r = {r[:, 0].tolist()}, v = {v[:, 0].tolist()}")
-        if self.constraint_bound is not None and not self.constraint_bound >= 1.0:
-            raise ProblemError(f"constraint_bound C_g must be at least 1, got {self.constraint_bound!r}")
+        if self.constraint_bound is not None and not 1.0 <= self.constraint_bound < np.inf:
+            raise ProblemError(f"constraint_bound C_g must be finite and at least 1, got {self.constraint_bound!r}")
 
 
 def _inverse_mass(mass: ArrayLike | None, n: int) -> Array | None:
     if mass is None:
         return None
-    M = np.array(mass, dtype=float)
-    if M.shape != (n, n) or not np.isfinite(M).all():
-        raise ProblemError(f"mass must be a finite matrix of shape ({n}, {n}), got shape {M.shape}")
-    if not np.allclose(M, M.T, rtol=1e-14, atol=0.0):
-        raise ProblemError("mass must be symmetric")
-    smallest = np.linalg.eigvalsh(M)[0]
-    if smallest <= 0.0:
-        raise ProblemError(f"mass must be positive definite, its smallest eigenvalue is {smallest:.3g}")
+    M = numbers(mass)
+    if M is None or M.shape != (n, n) or not np.isfinite(M).all():
+        raise ProblemError(f"mass must be a finite matrix of shape ({n}, {n}), got {shown(mass)}")
+    if not np.allclose(M, M.T, rtol=0.0, atol=1e-14 * np.abs(M).max()):
+        raise ProblemError(f"mass must be symmetric, got {M.tolist()}")
+    eigenvalues = np.linalg.eigvalsh(M)
+    if not eigenvalues[0] > n * np.finfo(float).eps * eigenvalues[-1]:
+        text = "mass must be positive definite beyond rounding"
+        raise ProblemError(f"{text}, its eigenvalues are {eigenvalues.tolist()}")
     return np.linalg.inv(M)

@@ -63,7 +63,5 @@ def projected(problem: "HolonomicSDAE", r: Array, B: Array) -> Array:
     """Return P_M(r) B, shape (n, l, P)."""
     Dg = problem.dg(r)
     G = problem.gram(Dg, Dg)
-    columns = [
-        b - apply_transposed(Dg, solve(G, apply(Dg, problem.inverse_mass(b)))) for b in np.moveaxis(B, 1, 0)
-    ]
+    columns = [b - apply_transposed(Dg, solve(G, apply(Dg, problem.inverse_mass(b)))) for b in np.moveaxis(B, 1, 0)]
     return np.stack(columns, axis=1)

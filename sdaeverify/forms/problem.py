@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, Parts
 from ..errors import ProblemError
-from ..truths import Pathwise, Truth
+from ..truths import Moment, Pathwise, Truth
 
 Observable = Callable[[float, Parts], Array]
 
@@ -73,14 +73,19 @@ class Problem:
     def __post_init__(self) -> None:
         if not (np.isfinite(self.horizon) and self.horizon > 0):
             raise ProblemError(f"horizon must be a positive time, got {self.horizon!r}")
-        if self.noise_dim < 1:
-            raise ProblemError(f"noise_dim must be at least 1, got {self.noise_dim!r}")
+        if not (np.issubdtype(type(self.noise_dim), np.integer) and self.noise_dim >= 1):
+            raise ProblemError(f"noise_dim must be a whole number of at least 1, got {self.noise_dim!r}")
+        object.__setattr__(self, "traits", self._all_traits())
+        for truth in self.truths:
+            if isinstance(truth, Moment) and truth.observable not in self.observables:
+                known = sorted(self.observables)
+                raise ProblemError(f"a truth is about observable {truth.observable!r}; known are {known}")
+
+    def _all_traits(self) -> frozenset[str]:
         traits = frozenset(self.traits) | ({"scalar-noise"} if self.noise_dim == 1 else frozenset())
         if unknown := traits - TRAITS:
             raise ProblemError(f"unknown traits {sorted(unknown)}; known are {sorted(TRAITS)}")
-        if "additive-noise" in traits:
-            traits |= {"vanishing-milstein-term"}
-        object.__setattr__(self, "traits", traits)
+        return traits | {"vanishing-milstein-term"} if "additive-noise" in traits else traits
 
     @property
     def pathwise(self) -> Pathwise | None:
@@ -109,10 +114,24 @@ def vector(name: str, values: ArrayLike) -> Array:
     ProblemError
         If `values` is no finite one-dimensional array.
     """
-    array = np.array(values, dtype=float)
-    if array.ndim != 1 or not array.size or not np.isfinite(array).all():
-        raise ProblemError(f"{name} must be a vector of finite numbers, got {values!r}")
+    array = numbers(values)
+    if array is None or array.ndim != 1 or not array.size or not np.isfinite(array).all():
+        raise ProblemError(f"{name} must be a vector of finite numbers, got {shown(values)}")
+    array.flags.writeable = False
     return array
+
+
+def shown(values: object) -> str:
+    """Return the representation of a value in one line."""
+    return " ".join(repr(values).split())
+
+
+def numbers(values: ArrayLike) -> Array | None:
+    """Return an author's numbers as a new array of floats, or None if they are no real numbers."""
+    try:
+        return np.array(values).astype(float, casting="safe")
+    except (TypeError, ValueError):
+        return None
 
 
 def columns(x: Array, paths: int = PROBES) -> Array:
@@ -128,11 +147,13 @@ def check_shape(name: str, value: object, expected: tuple[int, ...]) -> None:
     Raises
     ------
     ProblemError
-        If the value is no finite array of the expected shape.
+        If the value is no finite array of real numbers of the expected shape.
     """
-    array = np.asarray(value)
-    if array.shape not in {expected, (*expected[:-1], 1)}:
-        text = f"{name} returned shape {array.shape}, expected {expected}"
+    if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiu":
+        given = f"an array of {value.dtype}" if isinstance(value, np.ndarray) else type(value).__name__
+        raise ProblemError(f"{name} returned {given}, expected an array of real numbers, shape {expected}")
+    if value.shape not in {expected, (*expected[:-1], 1)}:
+        text = f"{name} returned shape {value.shape}, expected {expected}"
         raise ProblemError(f"{text} for {expected[-1]} paths (paths last)")
-    if not np.isfinite(array).all():
-        raise ProblemError(f"{name} is not finite at the initial state: {array[..., 0].tolist()}")
+    if not np.isfinite(value).all():
+        raise ProblemError(f"{name} is not finite at the initial state: {value[..., 0].tolist()}")

@@ -34,8 +34,8 @@ class SDE(Problem):
     Raises
     ------
     ProblemError
-        If a function returns the wrong shape or something not finite at the initial state, or if B is not
-        analytic and no derivative is given.
+        If a function returns the wrong shape or something not finite at the initial state, or if a name
+        selects no component.
     """
 
     drift: Callable[[float, Array], Array]
@@ -53,6 +53,9 @@ class SDE(Problem):
         if self.diffusion_derivative is not None:
             derivative = self.diffusion_derivative(0.0, x, x)
             check_shape("diffusion_derivative(t, x, y)", derivative, (d, self.noise_dim, PROBES))
+        for name, rows in (self.names or {}).items():
+            if not (isinstance(rows, slice) and range(d)[rows]):
+                raise ProblemError(f"names[{name!r}] must be a slice of the {d} components, got {rows!r}")
 
     @property
     def dimension(self) -> int:
@@ -75,10 +78,12 @@ class SDE(Problem):
 
     def no_derivative_of_diffusion(self) -> str:
         """Return why DB can neither be had from the author nor by complex step, or an empty string."""
-        if self.diffusion_derivative is None and not is_analytic(lambda z: self.diffusion(0.0, z), self.initial(1)):
-            text = "diffusion is not analytic (abs, real buffers?), so that its derivative cannot be taken"
-            return f"{text} by complex step; give diffusion_derivative"
-        return ""
+        if self.diffusion_derivative is not None:
+            return ""
+        if is_analytic(lambda z: self.diffusion(0.0, z), self.initial(1)):
+            return ""
+        text = "diffusion is not analytic (abs, real buffers?), so that its derivative cannot be taken"
+        return f"{text} by complex step; give diffusion_derivative"
 
 
 def zero_columns(blocks: Array, above: int) -> Array:

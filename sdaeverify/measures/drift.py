@@ -27,7 +27,7 @@ from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdi
 from ..scheme import Claim, Scheme
 from ..settings import Settings
 from ..statistics import EPS, Estimate, jackknife, slope_weights
-from ..verdicts import FEWEST, ROUND_OFF, Opinion, claim_for, judge_order, unfitted
+from ..verdicts import FEWEST, ROUND_OFF, Opinion, at_levels, claim_for, judge_order, unfitted
 from ._residuals import ResidualObserver, log_spaced, quantile
 
 FITTED = 4
@@ -129,7 +129,7 @@ def _defects(evidence: Evidence) -> Iterator[Defect]:
 def _finding(evidence: Evidence, defect: Defect) -> Finding:
     claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Drift.name, defect.name)
     failed = evidence.health.sums["failed"] > 0
-    left_out = f"failed paths at {np.count_nonzero(failed)} levels" if failed.any() else ""
+    left_out = at_levels("failed paths", failed) if failed.any() else ""
     # Paths without root are part of the picture: a residual they leave behind counts.
     bound = 64.0 * EPS * defect.scale * np.sqrt(evidence.settings.steps)
     if not np.any(defect.worst > bound):

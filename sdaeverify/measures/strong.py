@@ -16,7 +16,7 @@ from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdi
 from ..scheme import Claim
 from ..settings import Settings
 from ..statistics import EPS, Estimate, corrected_slope_weights
-from ..verdicts import FEWEST, Opinion, claim_for, judge_order, unfitted
+from ..verdicts import FEWEST, Opinion, at_levels, claim_for, judge_order, unfitted
 from ._errors import AT_T, ErrorObserver
 from ._quantity import Quantity, quantities_of
 from ._reference_bias import Bias, reference_bias
@@ -62,7 +62,7 @@ def _usable(evidence: Evidence, quantity: Quantity) -> tuple[Array, str]:
         "rounding": rounding,
     }
     out = np.any(list(reasons.values()), axis=0)
-    left_out = [f"{name} at {np.count_nonzero(mask)} levels" for name, mask in reasons.items() if mask.any()]
+    left_out = [at_levels(name, mask) for name, mask in reasons.items() if mask.any()]
     return np.flatnonzero(~out)[-FITTED:], "; ".join(left_out)
 
 

@@ -4,6 +4,7 @@ Functions take and return arrays with paths last, ``(n, P) -> (..., P)``, and mu
 comparisons and assignment into real arrays break them (`is_analytic` tells).
 """
 
+import warnings
 from collections.abc import Callable
 
 import numpy as np
@@ -12,9 +13,11 @@ from ..arrays import Array
 
 Function = Callable[[Array], Array]
 
+EPS = float(np.finfo(float).eps)
 # f(x + i s y) has its derivative in the imaginary part, without subtraction: s may be as small as one likes.
 TINY = 1e-100
 # Second derivatives do subtract first-order parts: rounding eps/s and truncation s^4 balance near 1e-3.
+# The step is s in units of x, whatever the size of the direction: x should be of order one.
 SECOND = 1e-3
 DIAGONAL = SECOND * np.exp(0.25j * np.pi)
 
@@ -35,36 +38,61 @@ def directional(f: Function, x: Array, y: Array) -> Array:
 
 
 def jacobian(f: Function, x: Array) -> Array:
-    """Return Df(x), shape (m, n, P), for f : (n, P) -> (m, P)."""
-    units = np.eye(len(x)).reshape(len(x), len(x), *(1,) * (x.ndim - 1))
-    return np.stack([directional(f, x, np.broadcast_to(unit, x.shape)) for unit in units], axis=1)
+    """Return Df(x), shape (m, n, P), for f : (n, P) -> (m, P).
+
+    An infinitesimal imaginary part y of x is a complex step of the caller's: the result is then
+    Df(x) + i D^2 f(x)(y, .), so that a Jacobian taken here can be differentiated once more.
+    """
+    columns = np.eye(len(x)).reshape(len(x), len(x), *(1,) * (x.ndim - 1))
+    units, point = [np.broadcast_to(column, x.shape) for column in columns], np.real(x)
+    first = np.stack([directional(f, point, unit) for unit in units], axis=1)
+    if not np.iscomplexobj(x):
+        return first
+    step = np.imag(x)
+    return first + 1j * np.stack([second_directional(f, point, step, unit) for unit in units], axis=1)
 
 
 def second_directional(f: Function, x: Array, y: Array, z: Array) -> Array:
     """Return D^2 f(x)(y, z), shape (..., P).
 
-    With s = 1e-3 e^{i pi/4} and w = y + z or y - z,
+    With s = 1e-3 e^{i pi/4}, directions y and z scaled to size 1, and w = y + z or y - z,
     Im[f(x + s w) + f(x - s w)] = 1e-6 D^2 f(x)(w, w) + O(1e-18), and (y, z) follows by polarisation.
     """
 
     def square(w: Array) -> Array:
         return np.imag(f(x + DIAGONAL * w) + f(x - DIAGONAL * w)) / SECOND**2
 
-    return 0.25 * (square(y + z) - square(y - z))
+    a, b = _size(y), _size(z)
+    value: Array = 0.25 * a * b * (square(y / a + z / b) - square(y / a - z / b))
+    return value
 
 
 def is_analytic(f: Function, x: Array) -> bool:
-    """Tell whether complex steps of f agree with central differences at x.
+    """Tell whether complex steps of f agree with central differences at x and at a point nearby.
 
-    The difference of step s = eps^(1/3) is off by about 1e-10 of the function's scale; a function that is
-    not analytic is off by as much as its derivative.
+    The second point is for kinks: an even function like abs has both derivatives zero on its kink.
     """
-    step = np.finfo(float).eps ** (1 / 3)
     y = np.broadcast_to(np.cos(np.arange(1.0, len(x) + 1)).reshape(-1, *(1,) * (x.ndim - 1)), x.shape)
-    try:
-        exact = directional(f, x, y)
-    except (TypeError, np.exceptions.ComplexWarning):
-        return False
+    size = max(1.0, float(np.abs(x).max()))
+    return all(_steps_agree(f, point, size * y) for point in (x, x + 1e-3 * size * y))
+
+
+def _steps_agree(f: Function, x: Array, y: Array) -> bool:
+    # The difference of step s = eps^(1/3) is off by s^2/6 of the third derivative and by eps/s of f;
+    # a function that is not analytic is off by as much as its derivative.
+    step = EPS ** (1 / 3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", np.exceptions.ComplexWarning)
+        try:
+            exact = directional(f, x, y)
+        except (TypeError, np.exceptions.ComplexWarning):
+            return False
     central = (f(x + step * y) - f(x - step * y)) / (2 * step)
-    scale = 1.0 + np.max(np.abs(central), initial=0.0)
-    return bool(np.all(np.abs(exact - central) < 1e-6 * scale))
+    tolerance = 1e-6 * (1.0 + np.max(np.abs(central))) + 10 * EPS / step * np.max(np.abs(f(x)))
+    return bool(np.all(np.abs(exact - central) < tolerance))
+
+
+def _size(y: Array) -> Array:
+    # Largest component of each path's direction, 1 where all of them vanish; shape (P,).
+    largest = np.abs(y).max(axis=0)
+    return np.where(largest > 0.0, largest, 1.0)

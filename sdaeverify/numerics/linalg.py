@@ -17,17 +17,20 @@ def apply(A: Array, x: Array) -> Array:
     -------
     ndarray, shape (m, P)
     """
-    return np.einsum("mnp,np->mp", A, x)
+    product: Array = np.einsum("mnp,np->mp", A, x)
+    return product
 
 
 def apply_transposed(A: Array, y: Array) -> Array:
     """Return A^T y on every path; shapes (m, n, P), (m, P) -> (n, P)."""
-    return np.einsum("mnp,mp->np", A, y)
+    product: Array = np.einsum("mnp,mp->np", A, y)
+    return product
 
 
 def product_transposed(A: Array, B: Array) -> Array:
     """Return A B^T on every path; shapes (m, n, P), (k, n, P) -> (m, k, P)."""
-    return np.einsum("mnp,knp->mkp", A, B)
+    product: Array = np.einsum("mnp,knp->mkp", A, B)
+    return product
 
 
 def solve(A: Array, b: Array) -> Array:
@@ -42,34 +45,44 @@ def solve(A: Array, b: Array) -> Array:
     -------
     ndarray, shape (m, P)
     """
-    if len(b) == 1:
-        return b / A[0]
-    if len(b) == 2:
-        return np.stack([A[1, 1] * b[0] - A[0, 1] * b[1], A[0, 0] * b[1] - A[1, 0] * b[0]]) / determinant(A)
-    matrices = np.ascontiguousarray(np.moveaxis(A, -1, 0))
-    try:
-        x = np.linalg.solve(matrices, b.T[..., None])
-    except np.linalg.LinAlgError:
-        singular = np.linalg.det(matrices) == 0.0
-        x = np.linalg.solve(np.where(singular[:, None, None], np.nan, matrices), b.T[..., None])
-    return x[..., 0].T
+    if len(b) > 2:
+        return _lapack_solve(A, b)
+    x: Array = b / A[0] if len(b) == 1 else _adjugate_times(A, b) / determinant(A)
+    return x
 
 
 def determinant(A: Array) -> Array:
     """Return det A on every path; shape (m, m, P) -> (P,)."""
-    if len(A) == 1:
-        return A[0, 0]
-    if len(A) == 2:
-        return A[0, 0] * A[1, 1] - A[0, 1] * A[1, 0]
-    return np.linalg.det(np.moveaxis(A, -1, 0))
+    if len(A) > 2:
+        return np.asarray(np.linalg.det(np.moveaxis(A, -1, 0)))
+    value: Array = A[0, 0] if len(A) == 1 else A[0, 0] * A[1, 1] - A[0, 1] * A[1, 0]
+    return value
 
 
 def norm(x: Array) -> Array:
     """Return the Euclidean norm of every path; shape (n, P) -> (P,)."""
-    return np.sqrt(np.einsum("np,np->p", x, x))
+    length: Array = np.sqrt(np.einsum("np,np->p", x, x))
+    return length
 
 
 def all_finite(x: Array) -> Mask:
     """Tell which paths are finite in every component; shape (n, P) -> (P,)."""
-    # The sum of a row's components is finite only if all of them are (or if they overflow, which is as bad).
-    return np.isfinite(x.sum(axis=0))
+    # A path's sum is finite only if all of its components are (or if it overflows, which is as bad).
+    finite: Mask = np.isfinite(x.sum(axis=0))
+    return finite
+
+
+def _adjugate_times(A: Array, b: Array) -> Array:
+    return np.stack([A[1, 1] * b[0] - A[0, 1] * b[1], A[0, 0] * b[1] - A[1, 0] * b[0]])
+
+
+def _lapack_solve(A: Array, b: Array) -> Array:
+    matrices, right = np.ascontiguousarray(np.moveaxis(A, -1, 0)), b.T[..., None]
+    try:
+        x = np.linalg.solve(matrices, right)
+    except np.linalg.LinAlgError:
+        # The sign is 0 where elimination met a zero pivot, which is what made `solve` raise; a determinant
+        # may also underflow, or be 0 * inf.
+        singular = np.linalg.slogdet(matrices).sign == 0.0
+        x = np.linalg.solve(np.where(singular[:, None, None], np.nan, matrices), right)
+    return x[..., 0].T

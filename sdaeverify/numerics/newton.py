@@ -29,7 +29,7 @@ class Root(NamedTuple):
     iterations: Array
 
 
-def newton(f: Linearisation, x: Array, tolerance: float, max_iterations: int = 30) -> Root:
+def newton(f: Linearisation, x: Array, tolerance: float | Array, max_iterations: int = 30) -> Root:
     """Solve F(x) = 0 from a starting point on every path.
 
     A path stops when an update changes it by at most `tolerance` in every component, and stays as it is while
@@ -42,7 +42,7 @@ def newton(f: Linearisation, x: Array, tolerance: float, max_iterations: int = 3
         Gives F(x), shape (m, P), and DF(x), shape (m, m, P).
     x : ndarray, shape (m, P)
         Starting point.
-    tolerance : float
+    tolerance : float or ndarray, shape (P,)
         Largest accepted update, in units of x.
     max_iterations : int, optional
 

@@ -38,7 +38,20 @@ def write_json(values: Mapping[str, object], path: Path) -> None:
 
 
 def write_text(text: str, path: Path) -> None:
-    """Write a file beside its place and move it there, so that no reader ever finds half of it."""
+    """Write a file beside its place and move it there, so that no reader ever finds half of it.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be written, for example because the disk is full.
+    """
+    try:
+        _replace(text, path)
+    except OSError as error:
+        raise UsageError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def _replace(text: str, path: Path) -> None:
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
         with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:

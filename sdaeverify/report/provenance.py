@@ -31,7 +31,11 @@ def provenance(registry: Registry, settings: Settings, arguments: Sequence[str])
     return {
         "schema_version": SCHEMA,
         "versions": {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}},
-        "platform": {"system": platform.platform(), "machine": platform.machine(), "byteorder": sys.byteorder},
+        "platform": {
+            "system": platform.platform(),
+            "machine": platform.machine(),
+            "byteorder": sys.byteorder,
+        },
         "arguments": list(arguments),
         "seed": settings.seed,
         "settings": {**asdict(settings), "steps": list(settings.steps)},

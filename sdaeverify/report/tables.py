@@ -99,6 +99,7 @@ def reproduce(result: CellResult, settings: Settings, plugins: Sequence[str] = (
     cell, default = result.cell, Settings()
     words = ["python", "-m", "sdaeverify", "matrix"]
     words += ["-s", cell.scheme.label, "-p", cell.spec.label, "-m", cell.measure.name]
+    words += ["--out", "reports/reproduced"]
     words += ["--paths", str(settings.paths), "--levels", f"{settings.steps[0]}..{settings.steps[-1]}"]
     words += ["--seed", str(settings.seed)]
     if settings.confidence != default.confidence:
@@ -177,4 +178,7 @@ def _level_rows(result: CellResult, settings: Settings) -> Iterator[dict[str, ob
 
 def _frame(rows: Sequence[dict[str, object]], columns: Sequence[str]) -> pd.DataFrame:
     further = dict.fromkeys(name for row in rows for name in row if name not in columns)
-    return pd.DataFrame(rows, columns=[*columns, *further])
+    table = pd.DataFrame(rows, columns=[*columns, *further])
+    # A column of whole numbers reads the same whether or not other rows leave it empty.
+    whole = [name for name in further if all(type(row[name]) is int for row in rows if name in row)]
+    return table.astype(dict.fromkeys(whole, "Int64"))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..ensemble import LaneEvidence, Task
-from ..errors import one_line
+from ..errors import FAULTS, one_line
 from ..matching import match
 from ..measure import Evidence, Finding, Judgement, LevelFinding, Verdict
 from ..settings import Settings
@@ -63,16 +63,14 @@ def judge_problem(plan: ProblemPlan, task: Task, lanes: tuple[LaneEvidence, ...]
         yield _result(plan, cell, task.settings, lane, tally)
 
 
-def _result(
-    plan: ProblemPlan, cell: Cell, settings: Settings, lane: LaneEvidence, tally: Tally
-) -> CellResult:
+def _result(plan: ProblemPlan, cell: Cell, settings: Settings, lane: LaneEvidence, tally: Tally) -> CellResult:
     if lane.error:
         return unmeasured(cell, Verdict.ERROR, lane.error)
     try:
         # The logarithm of an error that is exactly zero is not a defect; the measures look at what comes out.
         with np.errstate(all="ignore"):
             judgement = _judged(plan, cell, settings, lane, tally)
-    except Exception as error:
+    except FAULTS as error:
         return unmeasured(cell, Verdict.ERROR, f"measure {cell.measure.name}: {one_line(error)}")
     assert plan.problem is not None
     return CellResult(cell, *judgement, lane.health, settings.paths, lane.seconds, plan.problem.horizon)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..ensemble import Entry, Task
-from ..errors import SdaeverifyError, UsageError, one_line
+from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
 from ..forms import Problem
 from ..matching import Match, match
 from ..measure import Measure, Verdict
@@ -107,7 +107,7 @@ def plan(schemes: Sequence[Scheme], specs: Sequence[ProblemSpec], measures: Sequ
 def _problem_plan(spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure]) -> ProblemPlan:
     try:
         problem = spec.build()
-    except Exception as error:
+    except FAULTS as error:
         if spec.parameters and isinstance(error, SdaeverifyError):
             raise UsageError(f"problem {spec.label}: {error}") from error
         reason = f"problem {spec.label} cannot be built: {one_line(error)}"
@@ -117,13 +117,11 @@ def _problem_plan(spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequen
     return ProblemPlan(spec, problem, tuple(cells))
 
 
-def _scheme_cells(
-    scheme: Scheme, spec: ProblemSpec, problem: Problem, measures: Sequence[Measure]
-) -> list[Cell]:
+def _scheme_cells(scheme: Scheme, spec: ProblemSpec, problem: Problem, measures: Sequence[Measure]) -> list[Cell]:
     try:
         matched = match(scheme, problem)
         refusals = [matched.reason or measure.refuses(scheme, problem) for measure in measures]
-    except Exception as error:  # noqa: BLE001 - a scheme or view that raises loses its own cells only
+    except FAULTS as error:
         return [Cell(scheme, spec, m, "", Verdict.ERROR, one_line(error)) for m in measures]
     return [_cell(scheme, spec, measure, matched, reason) for measure, reason in zip(measures, refusals, strict=True)]
 

@@ -45,12 +45,19 @@ class Study:
     ----------
     plan : Plan
     settings : Settings
+
+    Attributes
+    ----------
+    finished : dict of str to tuple of CellResult
+        By the label of the problem.
+    stopped : str
+        Why the other cells were not run.
     """
 
     def __init__(self, plan: Plan, settings: Settings) -> None:
         self.plan, self.settings = plan, settings
         self.finished: dict[str, tuple[CellResult, ...]] = {}
-        self.interrupted = False
+        self.stopped = "not reached"
 
     @property
     def total(self) -> int:
@@ -89,7 +96,7 @@ class Study:
     def _of(self, problem: ProblemPlan) -> tuple[CellResult, ...]:
         if problem.spec.label in self.finished:
             return self.finished[problem.spec.label]
-        left = [unmeasured(cell, Verdict.NOT_RUN, "interrupted before it was finished") for cell in problem.runnable]
+        left = [unmeasured(cell, Verdict.NOT_RUN, self.stopped) for cell in problem.runnable]
         return (*left, *planned_out(problem))
 
     def _finish(self, problem: ProblemPlan, judged: list[CellResult]) -> Finished:
@@ -123,7 +130,9 @@ def _require_picklable(task: Task) -> None:
         pickle.dumps(task)
     except (pickle.PicklingError, AttributeError, TypeError) as error:
         what = f"problem {task.spec.label} or a scheme on it cannot be sent to worker processes"
-        raise UsageError(f"{what}: {one_line(error)}; define it at the top level of a module, or use one job") from error
+        raise UsageError(
+            f"{what}: {one_line(error)}; define it at the top level of a module, or use one job"
+        ) from error
 
 
 def _collect(

@@ -3,9 +3,11 @@
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
+from multiprocessing.context import SpawnContext, SpawnProcess
 
 from ..discovery import load_file
 
@@ -34,18 +36,47 @@ def worker_pool(jobs: int, files: Sequence[str] = ()) -> Iterator[Executor]:
     files : sequence of str
         Plugin files to load.
     """
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin, initargs=(tuple(files),))
+    before = set(multiprocessing.active_children())
+    pool = ProcessPoolExecutor(jobs, mp_context=_Context(), initializer=_begin, initargs=(tuple(files),))
     try:
         yield pool
     except BaseException:
+        for worker in set(multiprocessing.active_children()) - before:
+            worker.terminate()
         pool.shutdown(wait=True, cancel_futures=True)
         raise
     pool.shutdown()
 
 
+class _Worker(SpawnProcess):
+    """A process that never hears an interrupt: it is for the process that collects the results."""
+
+    def start(self) -> None:
+        if not hasattr(signal, "pthread_sigmask"):
+            super().start()
+            return
+        # The mask is inherited, so that not even the start of the interpreter can be interrupted.
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            super().start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+class _Context(SpawnContext):
+    Process = _Worker
+
+
 def _begin(files: Sequence[str]) -> None:
-    # An interrupt is for the process that collects the results; workers end when it tells them to.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     for file in files:
         load_file(file)
+
+
+def _end_with_parent() -> None:
+    # A parent that is killed cannot tell its workers to end.
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+
 from sdaeverify import Claim, HolonomicSDAE, Residual, Scheme, Settings
 from sdaeverify.measure import Evidence, Verdict
 from sdaeverify.measures._residuals import EDGES, ResidualObserver, log_spaced, quantile

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+
 from sdaeverify import SDE, Claim, Pathwise, Scheme, Settings
 from sdaeverify.lanes import Moments
 from sdaeverify.measure import Evidence, Verdict
@@ -126,7 +127,7 @@ def test_levels_that_went_wrong_are_not_fitted(kind):
     finding = judge(levels, health_of=health(**{kind: [0, 0, 0, 0, 3, 0]}))
 
     assert finding.verdict is Verdict.VERIFIED
-    assert "at 1 levels" in finding.reason
+    assert "at 1 level" in finding.reason
 
 
 def test_too_few_levels_decide_nothing():

@@ -1,0 +1,61 @@
+"""Where words go: results to stdout; errors, warnings and progress to stderr, one line each."""
+
+import os
+from typing import IO
+
+from rich.console import Console
+from rich.text import Text
+
+from ..report.terminal import visible
+
+PROGRAM = "sdaeverify"
+# Wider than any table: a line that is piped into another program is not broken.
+UNBROKEN = 10_000
+
+
+class _Output(Console):
+    """A console that ends quietly where nobody reads on."""
+
+    def on_broken_pipe(self) -> None:
+        self.quiet = True
+        silence(self.file)
+
+
+def output(*, unbroken: bool = False) -> Console:
+    """Return the console on stdout: plain text where it is no terminal or ``NO_COLOR`` is set.
+
+    Parameters
+    ----------
+    unbroken : bool
+        Whether a table may be wider than 80 columns where it is no terminal.
+    """
+    console = _Output(highlight=False, markup=False, emoji=False)
+    if unbroken and not console.is_terminal:
+        console.width = UNBROKEN
+    return console
+
+
+def errors() -> Console:
+    """Return the console on stderr."""
+    return _Output(stderr=True, highlight=False, markup=False, emoji=False)
+
+
+def complain(kind: str, message: str) -> None:
+    """Write one line to stderr.
+
+    Parameters
+    ----------
+    kind : str
+        ``error``, ``warning``, or empty for neither.
+    message : str
+        Anything; what cannot be shown on one line is escaped.
+    """
+    style = {"error": "bold red", "warning": "yellow"}.get(kind, "")
+    label = f"{kind}: " if kind else ""
+    line = Text.assemble(f"{PROGRAM}: ", (label, style), visible(" ".join(message.split())))
+    errors().print(line, soft_wrap=True)
+
+
+def silence(stream: IO[str]) -> None:
+    """Let whatever is still written to a stream vanish, at the end of the process too."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

@@ -1,0 +1,102 @@
+"""``list`` and ``info``: what is registered, and all that is known of it."""
+
+import json
+from collections.abc import Mapping
+
+import click
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from ..errors import UsageError
+from ..labels import did_you_mean, parse_label
+from ..registry import Registry, load_registry
+from ..report.terminal import visible
+from .catalogue import Record, catalogue
+from .console import output
+from .describe import describe_entry, describe_plugin
+from .exit_codes import ExitCode
+from .options import plugins
+
+KINDS = ("schemes", "problems", "measures", "plugins")
+COLUMNS = {
+    "schemes": ("name", "parameters", "form", "summary", "plugin"),
+    "problems": ("name", "parameters", "summary", "plugin"),
+    "measures": ("name", "summary", "plugin"),
+    "plugins": ("name", "distribution", "version", "status", "registers", "reason"),
+}
+
+
+@click.command(name="list", short_help="List what is registered.")
+@click.argument("kind", metavar="[KIND]", type=click.Choice(KINDS), required=False)
+@click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, or one list for each kind.")
+@plugins
+def listing(kind: str | None, as_json: bool, plugins: tuple[str, ...]) -> ExitCode:
+    """List what is registered: schemes, problems, measures or plugins; everything without KIND."""
+    records = catalogue(load_registry(plugins))
+    if as_json:
+        click.echo(json.dumps(records[kind] if kind else records, indent=2))
+        return ExitCode.OK
+    console = output(unbroken=True)
+    for name in [kind] if kind else KINDS:
+        console.print(_table(name, records[name]))
+        if not kind:
+            console.print()
+    return ExitCode.OK
+
+
+@click.command(short_help="Tell all about one of them.")
+@click.argument("name", metavar="NAME[PARAMETERS]")
+@plugins
+def info(name: str, plugins: tuple[str, ...]) -> ExitCode:
+    """Tell all about a scheme, a problem, a measure or a plugin: equations, claims, truths, sources."""
+    registry, label = load_registry(plugins), parse_label(name)
+    kinds: tuple[Mapping[str, object], ...] = (registry.schemes, registry.problems, registry.measures)
+    rows = {row.name: row for row in registry.plugins}
+    if not any(label.name in kind for kind in (*kinds, rows)):
+        known = {other for kind in (*kinds, rows) for other in kind}
+        raise UsageError(
+            f"no scheme, problem, measure or plugin is named {label.name!r}{did_you_mean(label.name, known)}"
+        )
+    sections = _sections(registry, label.name, label.parameters or {})
+    if label.name in rows:
+        sections.append(describe_plugin(rows[label.name]))
+    _print(output(), sections)
+    return ExitCode.OK
+
+
+def _sections(registry: Registry, name: str, texts: Mapping[str, str]) -> list[list[str]]:
+    found = (kind.get(name) for kind in (registry.schemes, registry.problems, registry.measures))
+    return [describe_entry(entry, texts) for entry in found if entry is not None]
+
+
+def _print(console: Console, sections: list[list[str]]) -> None:
+    for number, lines in enumerate(sections):
+        if number:
+            console.print()
+        console.print(Text(visible(lines[0]), style="bold"), soft_wrap=True)
+        for line in lines[1:]:
+            console.print(Text(visible(line)), soft_wrap=True)
+
+
+def _table(kind: str, records: list[Record]) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
+    for column in COLUMNS[kind]:
+        table.add_column(Text(kind if column == "name" else column), overflow="fold")
+    for record in records:
+        table.add_row(*(Text(visible(_text(record, column))) for column in COLUMNS[kind]))
+    return table
+
+
+def _text(record: Record, column: str) -> str:
+    if column == "parameters":
+        return ", ".join(f"{name}={_word(default)}" for name, default in record["parameters"].items())
+    if column == "registers":
+        counts = ((record[kind], kind.removesuffix("s")) for kind in KINDS[:3])
+        return ", ".join(f"{count} {kind}{'s' * (count > 1)}" for count, kind in counts if count)
+    return str(record[column])
+
+
+def _word(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)

@@ -1,0 +1,106 @@
+"""``matrix``: cross schemes with problems and judge every claim."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+from rich.text import Text
+
+from ..registry import Registry, load_registry
+from ..report.terminal import plan_table, visible
+from ..settings import Settings
+from ..study import Plan
+from ..study.workers import available_cores
+from .console import complain, output
+from .exit_codes import WORDS, ExitCode
+from .options import levels_text, once, plugins, read_levels
+from .progress import KINDS
+
+DEFAULTS = Settings()
+FOLDER = Path("reports", "latest")
+SELECTION = (
+    "Names with parameters, name[key=value,...], or globs, separated by commas. Repeatable; everything if left out."
+)
+CODES = "Exit codes: " + "; ".join(f"{code.value} {words}" for code, words in WORDS.items()) + "."
+
+
+@click.command(epilog=CODES, short_help="Cross schemes with problems and judge every claim.")
+@click.option("-s", "--schemes", multiple=True, metavar="PATTERN", help=f"Schemes. {SELECTION}")
+@click.option("-p", "--problems", multiple=True, metavar="PATTERN", help="Problems, in the same way.")
+@click.option("-m", "--measures", multiple=True, metavar="PATTERN", help="Measures, in the same way.")
+@plugins
+@once("--paths", type=int, default=DEFAULTS.paths, help="Number of paths.")
+@once(
+    "--levels",
+    metavar="LEVELS",
+    default=levels_text(DEFAULTS),
+    help=f"Steps as COARSEST..FINEST, doubling; or a number of levels, from {DEFAULTS.coarsest} steps on.",
+)
+@once("--seed", type=int, default=DEFAULTS.seed, help="Seed of all noise.")
+@once("--confidence", type=float, default=DEFAULTS.confidence, help="Level of the intervals verdicts are taken from.")
+@once(
+    "--block", type=int, default=DEFAULTS.block, help="Paths simulated together; part of what determines the noise."
+)
+@once("--out", type=click.Path(path_type=Path), default=FOLDER, help="Folder of the report.")
+@once("-j", "--jobs", type=click.IntRange(min=1), help="Worker processes.  [default: all available cores]")
+@once(
+    "--progress", type=click.Choice(KINDS), default=KINDS[0], help="On stderr: a bar, a line for each cell, nothing."
+)
+@click.option("--dry-run", is_flag=True, help="Show every cell and why it cannot be run; run and write nothing.")
+@click.pass_context
+def matrix(context: click.Context, /, **options: Any) -> ExitCode:
+    """Cross schemes with problems, measure every cell, judge every claim.
+
+    With no options: everything that is registered, at a small budget.
+    """
+    # Tables need pandas, which takes longer to load than all other commands need in all.
+    from ..api import plan_of  # noqa: PLC0415
+    from .running import Run, carry_out  # noqa: PLC0415
+
+    settings = _settings(options)
+    registry = load_registry(options["plugins"])
+    _warn(registry)
+    if not registry.plugins:
+        return _nothing("no plugin is found; is sdaeverify installed? Run pip install . in its folder")
+    todo = plan_of(registry, options["schemes"], options["problems"], options["measures"])
+    if not todo.cells:
+        return _nothing(_missing(registry))
+    if options["dry_run"]:
+        return _shown(todo, settings)
+    run = Run(todo, settings, registry, tuple(context.obj), options["out"])
+    return carry_out(run, options["jobs"] or available_cores(), options["progress"])
+
+
+def _settings(options: dict[str, Any]) -> Settings:
+    coarsest, levels = read_levels(options["levels"])
+    numbers = {name: options[name] for name in ("paths", "seed", "confidence", "block")}
+    return Settings(coarsest=coarsest, levels=levels, **numbers)
+
+
+def _warn(registry: Registry) -> None:
+    for warning in registry.warnings:
+        complain("warning", warning)
+    for row in registry.plugins:
+        if row.status == "broken":
+            where = f"{row.distribution} {row.version}".strip() or row.module
+            complain("warning", f"plugin {row.name} ({where}) is broken and left out: {row.reason}")
+
+
+def _missing(registry: Registry) -> str:
+    kinds = {"scheme": registry.schemes, "problem": registry.problems, "measure": registry.measures}
+    missing = " and no ".join(kind for kind, entries in kinds.items() if not entries)
+    return f"no {missing} is registered; sdaeverify list plugins says why"
+
+
+def _nothing(reason: str) -> ExitCode:
+    complain("error", f"nothing to measure: {reason}")
+    return ExitCode.NOTHING
+
+
+def _shown(todo: Plan, settings: Settings) -> ExitCode:
+    console = output(unbroken=True)
+    console.print(plan_table(todo))
+    runnable = sum(cell.verdict is None for cell in todo.cells)
+    budget = f"{settings.paths} paths, {levels_text(settings)} steps, seed {settings.seed}"
+    console.print(Text(visible(f"{runnable} of {len(todo.cells)} cells would be run: {budget}")), soft_wrap=True)
+    return ExitCode.OK if runnable else ExitCode.NOTHING

@@ -1,0 +1,205 @@
+"""Results for a terminal: a table of schemes and problems, then the verdicts in words."""
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from ..measure import Verdict
+from ..study import CellResult, Plan
+
+Cells = dict[tuple[str, str], dict[str, Counter[Verdict]]]
+
+# Worst first: the order in which verdicts stand in a cell and in a sentence.
+SYMBOLS = {
+    Verdict.REFUTED: ("✗", "X", "bold red"),
+    Verdict.DIVERGED: ("!", "!", "bold magenta"),
+    Verdict.ERROR: ("!", "!", "bold magenta"),
+    Verdict.INCONCLUSIVE: ("?", "?", "yellow"),
+    Verdict.NOT_RUN: ("…", "~", "dim"),
+    Verdict.VERIFIED: ("✓", "v", "green"),
+    Verdict.OUT_OF_SCOPE: ("○", "o", "dim"),
+    Verdict.NOT_APPLICABLE: ("·", ".", "dim"),
+}
+WORDS = {Verdict.OUT_OF_SCOPE: "without a claim", Verdict.NOT_RUN: "not run", Verdict.ERROR: "in error"}
+TOLD = (Verdict.REFUTED, Verdict.DIVERGED, Verdict.ERROR, Verdict.INCONCLUSIVE)
+DRIFTS = {
+    "growing as h tends to 0": "{scheme} drifts off {quantity} on {where}, the more the smaller h is",
+    "tolerance-limited": "{scheme} keeps {quantity} on {where} to a tolerance only",
+    "constant": "{scheme} drifts off {quantity} on {where} by as much at every h",
+}
+MOST_INCONCLUSIVE = 20
+GAP = 2
+NARROW = 20
+
+
+def visible(text: str) -> str:
+    """Return a text with everything that cannot be seen, control characters above all, as escapes."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def summary_tables(results: Iterable[CellResult], width: int, *, plain: bool = False) -> list[Table]:
+    """Return the matrix: a row for each scheme, a column for each problem, several tables where it is too wide.
+
+    Parameters
+    ----------
+    results : iterable of CellResult
+    width : int
+        Columns of the terminal.
+    plain : bool
+        Whether only ASCII can be shown.
+    """
+    cells = _counted(results)
+    schemes, problems = sorted({scheme for scheme, _ in cells}), list(dict.fromkeys(problem for _, problem in cells))
+    texts = {place: _cell(measures, plain=plain) for place, measures in cells.items()}
+    widths = [_column_width(problem, [texts[scheme, problem] for scheme in schemes]) for problem in problems]
+    longest = max(map(len, schemes))
+    label = longest if longest + sum(GAP + column for column in widths) <= width else min(longest, NARROW)
+    tables = []
+    for chunk in _chunks(list(zip(problems, widths, strict=True)), width - label):
+        table = _table()
+        table.add_column("", width=label)
+        for problem, column in chunk:
+            table.add_column(broken(problem, column), width=column)
+        for scheme in schemes:
+            table.add_row(broken(scheme, label), *(texts[scheme, problem] for problem, _ in chunk))
+        tables.append(table)
+    return tables
+
+
+def legend(*, plain: bool = False) -> Text:
+    """Return what the symbols of the table mean."""
+    words = {
+        Verdict.VERIFIED: "verified",
+        Verdict.REFUTED: "refuted",
+        Verdict.INCONCLUSIVE: "inconclusive",
+        Verdict.DIVERGED: "failed",
+        Verdict.OUT_OF_SCOPE: "no claim",
+        Verdict.NOT_APPLICABLE: "not applicable",
+    }
+    return Text("  ").join(
+        Text.assemble(_symbol(verdict, plain=plain), f" {word}") for verdict, word in words.items()
+    )
+
+
+def verdicts_in_words(results: Sequence[CellResult]) -> Iterator[Text]:
+    """Give the findings that need attention, the drift of constraints, and the counts, a line each."""
+    for verdict in TOLD:
+        lines = list(_told(results, verdict))
+        most = MOST_INCONCLUSIVE if verdict is Verdict.INCONCLUSIVE else len(lines)
+        yield from lines[:most]
+        if len(lines) > most:
+            yield Text(f"and {len(lines) - most} more inconclusive, see verdicts.csv", style="yellow")
+    yield from map(Text, drifts(results))
+    yield Text(counts(results), style="bold")
+
+
+def counts(results: Iterable[CellResult]) -> str:
+    """Return in one sentence how many quantities got which verdict."""
+    found = Counter(finding.verdict for result in results for finding in result.findings)
+    absent = found.pop(Verdict.NOT_APPLICABLE, 0)
+    order = (Verdict.VERIFIED, Verdict.REFUTED, *(v for v in SYMBOLS if v in found and v is not Verdict.VERIFIED))
+    parts = [f"{found[verdict] or 'none'} {WORDS.get(verdict, verdict)}" for verdict in dict.fromkeys(order)]
+    total = found.total()
+    tail = f"; {absent} cells do not apply" if absent else ""
+    return f"{total} {'quantity' if total == 1 else 'quantities'}: {', '.join(parts)}{tail}"
+
+
+def drifts(results: Iterable[CellResult]) -> list[str]:
+    """Return in words which scheme leaves which constraint on which problem, and how that depends on h."""
+    return [visible(line) for result in results for line in _drifts(result)]
+
+
+def plan_table(plan: Plan) -> Table:
+    """Return a row for each cell: what would be run, in which view, and why not."""
+    table = _table()
+    for heading in ("", "scheme", "problem", "measure", "view or reason"):
+        table.add_column(heading)
+    for cell in plan.cells:
+        state = Text("run", style="green") if cell.verdict is None else Text(cell.verdict, style="dim")
+        names = (cell.scheme.label, cell.spec.label, cell.measure.name, cell.reason or cell.view)
+        table.add_row(state, *(Text(visible(name)) for name in names))
+    return table
+
+
+def broken(label: str, width: int) -> Text:
+    """Return a label in lines of at most some width, broken after hyphens and commas and before brackets."""
+    lines = [""]
+    for piece in re.split(r"(?<=[-,])|(?=\[)", visible(label)):
+        if lines[-1] and len(lines[-1] + piece) > width:
+            lines.append("")
+        lines[-1] += piece
+    return Text("\n".join(lines), overflow="fold")
+
+
+def _drifts(result: CellResult) -> Iterator[str]:
+    cell = result.cell
+    where = f"{cell.spec.label} ({cell.view})" if cell.view else cell.spec.label
+    kinds = [(str(finding.details.get("class", "")), finding) for finding in result.findings]
+    if ordered := [finding for kind, finding in kinds if kind.startswith("order")]:
+        names = " and ".join(finding.quantity for finding in ordered)
+        orders = " and ".join(f"{finding.estimate:.2f}" for finding in ordered)
+        yield f"{cell.scheme.label} drifts off {names} on {where} at order {orders} in h"
+    for kind, finding in kinds:
+        if kind in DRIFTS:
+            yield DRIFTS[kind].format(scheme=cell.scheme.label, quantity=finding.quantity, where=where)
+
+
+def _told(results: Iterable[CellResult], verdict: Verdict) -> Iterator[Text]:
+    # What is wrong with a scheme as a whole is said once.
+    grouped: dict[tuple[str, str, str], dict[str, list[str]]] = {}
+    for cell, finding in ((result.cell, finding) for result in results for finding in result.findings):
+        if finding.verdict is verdict:
+            measures = grouped.setdefault((cell.scheme.label, cell.spec.label, finding.reason), {})
+            measures.setdefault(cell.measure.name, []).append(finding.quantity)
+    for (scheme, problem, reason), measures in grouped.items():
+        what = ", ".join(f"{measure} {', '.join(names)}".strip() for measure, names in measures.items())
+        words = visible(f": {scheme} on {problem}, {what}: {reason}")
+        yield Text.assemble((verdict.value, SYMBOLS[verdict][2]), words)
+
+
+def _counted(results: Iterable[CellResult]) -> Cells:
+    cells: Cells = {}
+    for result in results:
+        place = cells.setdefault((result.cell.scheme.label, result.cell.spec.label), {})
+        count = place.setdefault(result.cell.measure.name, Counter())
+        count.update(finding.verdict for finding in result.findings)
+    return cells
+
+
+def _cell(measures: dict[str, Counter[Verdict]], *, plain: bool) -> Text:
+    lines = []
+    for measure, found in sorted(measures.items()):
+        if set(found) != {Verdict.NOT_APPLICABLE}:
+            parts = [(_symbol(v, plain=plain), str(found[v])) for v in SYMBOLS if v in found]
+            lines.append(Text(" ").join([Text(visible(measure)), *(Text.assemble(*part) for part in parts)]))
+    return Text("\n").join(lines) if lines else _symbol(Verdict.NOT_APPLICABLE, plain=plain)
+
+
+def _symbol(verdict: Verdict, *, plain: bool) -> Text:
+    symbol, letter, style = SYMBOLS[verdict]
+    return Text(letter if plain else symbol, style=style)
+
+
+def _column_width(problem: str, cells: Iterable[Text]) -> int:
+    pieces = re.split(r"(?<=[-,])|(?=\[)", visible(problem))
+    lines = [line for cell in cells for line in cell.plain.split("\n")]
+    return min(max(map(len, [*pieces, *lines])), NARROW)
+
+
+def _chunks(columns: Sequence[tuple[str, int]], width: int) -> Iterator[list[tuple[str, int]]]:
+    chunk: list[tuple[str, int]] = []
+    for problem, column in columns:
+        if chunk and sum(GAP + other for _, other in chunk) + GAP + column > width:
+            yield chunk
+            chunk = []
+        chunk.append((problem, column))
+    yield chunk
+
+
+def _table() -> Table:
+    # One space of padding and one for the divider: GAP.
+    return Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")

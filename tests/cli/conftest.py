@@ -1,0 +1,100 @@
+"""The command line called in this process, and plugin files that misbehave."""
+
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from sdaeverify.cli.main import execute
+
+HEADER = """
+import multiprocessing, os, sys, time
+from dataclasses import dataclass
+from typing import ClassVar
+import numpy as np
+from sdaeverify import SDE, Claim, HolonomicSDAE, Scheme, Step, hookimpl
+"""
+SCHEME = """
+@dataclass(frozen=True)
+class Odd(Scheme):
+    name: ClassVar[str] = "odd"
+    form: ClassVar[type] = SDE
+    claims: ClassVar[tuple] = (Claim(measure="strong", value=1.0, source="nowhere"),)
+
+    def step(self, problem, state, t, h, noise):
+        {step}
+
+@hookimpl
+def sdaeverify_schemes():
+    return [Odd()]
+"""
+PROBLEM = """
+def zz_odd() -> SDE:
+    return {problem}
+
+@hookimpl
+def sdaeverify_problems():
+    return [zz_odd]
+"""
+
+
+class Outcome(NamedTuple):
+    """What a command line came to."""
+
+    code: int
+    out: str
+    err: str
+
+
+Call = Callable[..., Outcome]
+Write = Callable[[str], str]
+
+
+@pytest.fixture
+def call(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Call]:
+    """Run a command line in an empty folder, 80 columns wide."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "80")
+    for name in ("FORCE_COLOR", "NO_COLOR", "SDAEVERIFY_DISABLED_PLUGINS", "SDAEVERIFY_STRICT_PLUGINS"):
+        monkeypatch.delenv(name, raising=False)
+
+    def execute_it(*arguments: str) -> Outcome:
+        code = execute(arguments)
+        return Outcome(code, *capsys.readouterr())
+
+    yield execute_it
+    for name in [name for name in sys.modules if name.startswith("sdaeverify_file_")]:
+        del sys.modules[name]
+
+
+@pytest.fixture
+def quick(call: Call) -> Call:
+    """Run ``matrix`` at the smallest budget."""
+    budget = ("--paths", "40", "--levels", "8..32", "-j", "1", "--progress", "none")
+    return lambda *arguments: call("matrix", *budget, *arguments)
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Write:
+    """Write a plugin file."""
+
+    def put(text: str) -> str:
+        path = tmp_path / "odd_plugin.py"
+        path.write_text(HEADER + text)
+        return str(path)
+
+    return put
+
+
+@pytest.fixture
+def odd_scheme(write: Write) -> Write:
+    """Write a plugin with the scheme ``odd`` that makes this step."""
+    return lambda step: write(SCHEME.format(step=step))
+
+
+@pytest.fixture
+def odd_problem(write: Write) -> Write:
+    """Write a plugin with the problem ``zz-odd``."""
+    return lambda problem: write(PROBLEM.format(problem=problem))

@@ -1,0 +1,237 @@
+"""Whatever a user gets wrong: one line on stderr, the documented exit code, no traceback."""
+
+from pathlib import Path
+
+import pytest
+
+UNREADABLE = "cannot read"
+WRONG_WORDS = [
+    (["-s", "milstien"], "unknown scheme 'milstien'; did you mean milstein?"),
+    (["-p", "pendlum"], "unknown problem 'pendlum'; did you mean pendulum"),
+    (["-m", "stong"], "unknown measure 'stong'; did you mean strong?"),
+    (["-s", "nothing-*"], "unknown scheme 'nothing-*'"),
+    (["-s", ""], "empty selection of schemes"),
+    (["-m", "strong[h=1]"], "measure 'strong' takes no parameters"),
+    (["-s", "half-explicit-euler[trunc=none]"], "has no parameter 'trunc'; did you mean truncation?"),
+    (["-s", "half-explicit-euler[truncation=maybe]"], "truncation must be theory, none or a positive C_eta"),
+    (["-p", "pendulum[c_g=abc]"], "parameter c_g of problem 'pendulum' expects a number, got 'abc'"),
+    (["-p", "ou[a=0]"], "a must not be zero"),
+    (["-p", "pendulum[horizon=-1]"], "horizon must be a positive time, got -1.0"),
+    (["-p", "pendulum[c_g=1"], UNREADABLE),
+    (["-p", "pendulum]c_g=1["], UNREADABLE),
+    (["-p", "pendulum[c_g]"], UNREADABLE),
+    (["-p", "pendulum[c_g=1,c_g=2]"], "parameter 'c_g' is given twice"),
+    (["-s", "mil\x1b[31mstein"], UNREADABLE),
+    (["--levels", "0"], "levels must be at least 3"),
+    (["--levels", "2"], "levels must be at least 3"),
+    (["--levels", "8..100"], "--levels expects"),
+    (["--levels", "8..48"], "--levels expects"),
+    (["--levels", "16..8"], "--levels expects"),
+    (["--levels", "0..8"], "--levels expects"),
+    (["--levels", "x"], "--levels expects"),
+    (["--levels", "-3"], "--levels expects"),
+    (["--levels", "99"], "finest number of steps must be at most"),
+    (["--paths", "0"], "paths must be at least"),
+    (["--paths", "-5"], "paths must be at least"),
+    (["--paths", "abc"], "'abc' is not a valid integer"),
+    (["--paths"], "option '--paths' requires an argument"),
+    (["--seed", "-1"], "seed must be between 0"),
+    (["--confidence", "2"], "confidence must be between"),
+    (["--confidence", "nan"], "confidence must be between"),
+    (["--block", "1"], "block must be at least"),
+    (["-j", "0"], "0 is not in the range"),
+    (["--progress", "loud"], "'loud' is not one of"),
+    (["--pahts", "50"], "no such option --pahts; did you mean --paths?"),
+    (["-x"], "no such option -x"),
+    (["pendulum"], "unexpected extra argument"),
+    (["--paths", "50", "--paths", "60"], "contradictory options: --paths is given as 50 and 60"),
+    (["-j", "1", "--jobs", "2"], "contradictory options: --jobs is given as 1 and 2"),
+]
+
+
+def one_line(err: str) -> str:
+    """Return the only line there is."""
+    (line,) = err.splitlines()
+    assert err.endswith("\n")
+    assert "Traceback" not in err
+    assert line.isprintable()
+    return line
+
+
+@pytest.mark.parametrize(("arguments", "words"), WRONG_WORDS, ids=repr)
+def test_wrong_words(call, tmp_path, arguments, words):
+    """A wrong name, value or option is one line that says what was expected, with exit code 2; nothing is written."""
+    outcome = call("matrix", *arguments)
+
+    assert one_line(outcome.err).startswith("sdaeverify: error: ")
+    assert words in outcome.err
+    assert (outcome.code, outcome.out) == (2, "")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["matrx"], "unknown command 'matrx'; did you mean matrix?"),
+        (["--jsn"], "no such option --jsn"),
+        (["list", "scheme"], "'scheme' is not one of"),
+        (["list", "--jsno"], "no such option --jsno; did you mean --json?"),
+        (["info"], "missing argument"),
+        (["info", "milstien"], "no scheme, problem, measure or plugin is named 'milstien'; did you mean milstein?"),
+        (["info", "pendulum[x=1]"], "problem 'pendulum' has no parameter 'x'"),
+        (["info", "pendulum[horizon=-1]"], "horizon must be a positive time"),
+        (["info", "strong[x=1]"], "measure 'strong' takes no parameters"),
+    ],
+    ids=repr,
+)
+def test_wrong_words_elsewhere(call, arguments, words):
+    """The other commands and the program itself answer in the same way."""
+    outcome = call(*arguments)
+
+    assert words in one_line(outcome.err)
+    assert outcome.code == 2
+
+
+@pytest.mark.parametrize("folder", ["in-the-way", "in-the-way/below"])
+def test_folder_that_cannot_be_written_into(quick, tmp_path, folder):
+    """It is found out before anything runs."""
+    (tmp_path / "in-the-way").write_text("a file")
+
+    outcome = quick("-p", "gbm", "--out", folder)
+
+    assert outcome.code == 2
+    assert f"cannot write into {folder}" in one_line(outcome.err)
+
+
+def test_file_that_cannot_be_replaced(quick, tmp_path):
+    """A folder where a table is to be written is no traceback either."""
+    (tmp_path / "out" / "verdicts.csv").mkdir(parents=True)
+
+    outcome = quick("-p", "gbm", "-s", "milstein", "--out", "out")
+
+    assert outcome.code == 2
+    assert "cannot write out/verdicts.csv" in one_line(outcome.err)
+
+
+def test_missing_plugin_file(quick):
+    """A requested plugin that does not exist has the exit code of plugins."""
+    outcome = quick("--plugin", "missing.py")
+
+    assert outcome.code == 6
+    assert "missing.py: expected an existing file" in one_line(outcome.err)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("raise RuntimeError('two\\nlines \\x1b[31m')", "RuntimeError: two lines"),
+        ("def broken(:", "SyntaxError"),
+        ("sys.exit(0)", "SystemExit"),
+        ("import no_such_module", "No module named 'no_such_module'"),
+        ("@hookimpl\ndef sdaeverify_shemes(): return []", "unknown hook sdaeverify_shemes; did you mean"),
+        ("def sdaeverify_schemes(): return []", "not marked as a hook"),
+        ("x = 1", "implements no hook"),
+        ("@hookimpl\ndef sdaeverify_schemes(): return None", "returned None"),
+        ("def gbm(): pass\n@hookimpl\ndef sdaeverify_problems(): return [gbm]", "already registered by plugin"),
+    ],
+)
+def test_broken_plugin_file(quick, write, text, words):
+    """A requested plugin that fails in any way is one line that names the file."""
+    outcome = quick("--plugin", write(text))
+
+    assert outcome.code == 6
+    assert words in one_line(outcome.err)
+    assert "odd_plugin.py" in outcome.err
+
+
+def test_problem_that_cannot_be_built(quick, odd_problem):
+    """A problem whose initial state violates its constraint loses its cells, with the reason in the verdicts."""
+    problem = """HolonomicSDAE(
+        force=lambda t, r, v: 0 * r, diffusion=lambda t, r, v: np.eye(2)[..., None], noise_dim=2, horizon=1.0,
+        constraint=lambda r: 1.0 - (r**2).sum(axis=0, keepdims=True), position=[2.0, 0.0], velocity=[0.0, 1.0],
+        source="nowhere")"""
+
+    outcome = quick("--plugin", odd_problem(problem), "-p", "zz-odd,gbm", "-s", "milstein", "-m", "strong")
+
+    assert (outcome.code, outcome.err) == (3, "")
+    (line,) = [line for line in outcome.out.splitlines() if line.startswith("error: ")]
+    assert line.startswith("error: milstein on zz-odd, strong: problem zz-odd cannot be built: initial data violate")
+    assert "exit code 3: cells could not be measured" in outcome.out
+
+
+@pytest.mark.parametrize(
+    ("step", "verdict", "reason"),
+    [
+        ("return Step(state * np.nan)", "diverged", "fewer than 3 levels can be fitted: failed paths at 3 levels"),
+        ("raise ValueError('two\\nlines \\x1b[31m')", "error", "ValueError: two lines \\x1b[31m"),
+        ("state += 1.0; return Step(state)", "error", "read-only"),
+        ("noise.dW[:] = 0.0; return Step(state)", "error", "read-only"),
+        ("return Step(state[:, :1])", "error", "expected a state like the one it was given"),
+        ("return None", "error", "no attribute"),
+    ],
+)
+def test_scheme_that_misbehaves(quick, odd_scheme, step, verdict, reason):
+    """It loses its own cells, with the reason in words; another scheme on the same noise does not notice."""
+    alone = quick("-s", "milstein", "-p", "gbm", "--out", "alone")
+    outcome = quick("--plugin", odd_scheme(step), "-s", "odd,milstein", "-p", "gbm", "-m", "strong", "--out", "both")
+
+    assert (alone.code, outcome.code, outcome.err) == (0, 3, "")
+    (line,) = [line for line in outcome.out.splitlines() if line.startswith(f"{verdict}: odd on gbm, strong")]
+    assert reason in line
+    assert "\x1b" not in outcome.out
+    assert milstein_estimates("both") == milstein_estimates("alone")
+
+
+def test_scheme_that_ends_the_program(quick, odd_scheme):
+    """Its status never passes for the outcome of the run."""
+    outcome = quick("--plugin", odd_scheme("sys.exit(0)"), "-s", "odd", "-p", "gbm", "-m", "strong")
+
+    assert outcome.code == 3
+    assert "exit" in (outcome.err + outcome.out).lower()
+
+
+def milstein_estimates(folder: str) -> list[list[str]]:
+    """Return scheme, problem, measure, quantity, claim, estimate and interval of the rows of one scheme."""
+    lines = (Path(folder) / "verdicts.csv").read_text().splitlines()
+    return [line.split(",")[:8] for line in lines if line.startswith("milstein,gbm,strong")]
+
+
+def test_wrong_scheme(call, odd_scheme):
+    """A scheme that leaves out the noise is refuted, and the exit code says so."""
+    plugin = odd_scheme("return Step(state + h * problem.drift(t, state))")
+
+    outcome = call(
+        "matrix", "--plugin", plugin, "-s", "odd", "-p", "gbm", "-m", "strong", "--paths", "400", "-j", "1"
+    )
+
+    assert outcome.code == 1
+    assert "refuted: odd on gbm, strong x" in outcome.out
+    assert outcome.out.endswith("exit code 1: a claim is refuted\n")
+
+
+def test_nothing_that_can_be_run(quick):
+    """A selection without any cell that applies is an exit code of its own, with the first reason."""
+    outcome = quick("-s", "half-explicit-euler", "-p", "gbm")
+
+    assert outcome.code == 5
+    assert "no cell can be run (half-explicit-euler on gbm, drift: solves the form" in one_line(outcome.err)
+
+
+def test_no_plugin_at_all(call, monkeypatch):
+    """Where nothing is installed the way out is told."""
+    monkeypatch.setattr("sdaeverify.registry.entry_points", list)
+
+    outcome = call("matrix")
+
+    assert outcome.code == 5
+    assert "is sdaeverify installed?" in one_line(outcome.err)
+
+
+def test_everything_disabled(call, monkeypatch):
+    """Where all plugins are disabled, nothing is to be measured."""
+    monkeypatch.setenv("SDAEVERIFY_DISABLED_PLUGINS", "sdaeverify")
+
+    outcome = call("matrix")
+
+    assert outcome.code == 5
+    assert "no scheme and no problem and no measure is registered" in one_line(outcome.err)

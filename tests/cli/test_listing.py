@@ -1,0 +1,126 @@
+"""The commands ``list`` and ``info``."""
+
+import json
+
+import pytest
+
+KEYS = {"kind", "name", "parameters", "summary", "plugin", "distribution", "version"}
+PLUGIN_KEYS = {
+    "kind", "name", "distribution", "version", "module", "status", "reason", "schemes", "problems", "measures",
+}  # fmt: skip
+
+
+def test_version(call):
+    """The version is that of the package."""
+    assert call("--version").out == "sdaeverify 0.1.0\n"
+
+
+def test_no_command(call):
+    """Without a command there is the help."""
+    assert call().out == call("--help").out
+
+
+def test_list_of_everything(call):
+    """All four kinds are listed, each thing on one line where the output is no terminal."""
+    outcome = call("list")
+
+    assert (outcome.code, outcome.err) == (0, "")
+    (line,) = [line for line in outcome.out.splitlines() if line.startswith("half-explicit-euler ")]
+    assert "truncation=theory, no_root=hold  HolonomicSDAE  Position along the old normal" in line
+    assert line.rstrip().endswith("sdaeverify-schemes.half_explicit_euler")
+    assert "sdaeverify-schemes.milstein" in outcome.out
+
+
+def test_list_on_a_terminal(call, monkeypatch):
+    """On a terminal nothing is wider than the terminal."""
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.setenv("TERM", "dumb")
+
+    assert max(map(len, call("list").out.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("kind", ["schemes", "problems", "measures"])
+def test_json_of_one_kind(call, kind):
+    """One kind is a list of objects with stable keys."""
+    records = json.loads(call("list", kind, "--json").out)
+
+    assert all(set(record) - {"form"} == KEYS for record in records)
+    assert {record["kind"] for record in records} == {kind.removesuffix("s")}
+    assert [record["name"] for record in records] == sorted(record["name"] for record in records)
+
+
+def test_json_of_everything(call):
+    """All kinds are an object of lists, the same as one by one."""
+    everything = json.loads(call("list", "--json").out)
+
+    assert list(everything) == ["schemes", "problems", "measures", "plugins"]
+    for kind, records in everything.items():
+        assert json.loads(call("list", kind, "--json").out) == records
+    assert all(set(record) == PLUGIN_KEYS for record in everything["plugins"])
+    (pendulum,) = [record for record in everything["problems"] if record["name"] == "pendulum"]
+    assert pendulum["parameters"]["c_g"] == 1.0
+    assert pendulum["plugin"] == "sdaeverify-problems.pendulum"
+
+
+def test_plugin_file_is_listed(call, odd_scheme):
+    """A plugin file is listed with its path, its scheme without docstring with an empty summary."""
+    plugin = odd_scheme("return Step(state)")
+    records = json.loads(call("list", "--json", "--plugin", plugin).out)
+
+    (scheme,) = [record for record in records["schemes"] if record["name"] == "odd"]
+    assert (scheme["summary"], scheme["plugin"], scheme["distribution"]) == ("", "odd_plugin", "")
+    assert records["plugins"][-1]["module"] == plugin
+
+
+def test_status_of_plugins(call, monkeypatch):
+    """The list of plugins gives status and reason."""
+    monkeypatch.setenv("SDAEVERIFY_DISABLED_PLUGINS", "sdaeverify-schemes.milstein")
+
+    outcome = call("list", "plugins")
+
+    (line,) = [line for line in outcome.out.splitlines() if "milstein" in line]
+    assert "disabled" in line
+    assert "named in SDAEVERIFY_DISABLED_PLUGINS" in line
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        (
+            "half-explicit-euler[truncation=none]",
+            [
+                "scheme half-explicit-euler[truncation=none]",
+                "    v+ = v + M^{-1} [ eta h a + B dw + grad g(r) lambda ],         Dg(r+) v+ = 0          (3.10b)",
+                "  truncation = theory  (a word or a number)",
+                "form: HolonomicSDAE",
+                "  drift: round-off",
+                "source: Lindner & Stroot 2017",
+                "from plugin sdaeverify-schemes.half_explicit_euler (sdaeverify ",
+            ],
+        ),
+        (
+            "pendulum[c_g=2]",
+            [
+                "problem pendulum[c_g=2]",
+                "    dtheta = omega dt,",
+                "  c_g = 1.0  (a number)",
+                "horizon: 0.5",
+                "units: length of the pendulum 1",
+                "traits: additive-noise, vanishing-milstein-term",
+                "observables: r_1, r_2, v_1",
+                "  the path, by a reference of strong order 1.5 (order 3/2",
+                "  E energy at every time (Ito's formula",
+            ],
+        ),
+        ("ou", ["  the path, exact (Kloeden", "  mean-square "]),
+        ("strong", ["measure strong", "from plugin sdaeverify-measures.strong"]),
+        ("sdaeverify-schemes.milstein", ["plugin sdaeverify-schemes.milstein", "status: loaded"]),
+    ],
+)
+def test_info(call, name, words):
+    """All that is known of a thing, equations as they were written."""
+    outcome = call("info", name)
+
+    assert (outcome.code, outcome.err) == (0, "")
+    assert [line for line in words if not any(found.startswith(line) for found in outcome.out.splitlines())] == []

@@ -1,0 +1,161 @@
+"""The program as a process: interrupts, dead workers, closed pipes, any number of workers."""
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from sdaeverify.cli.main import run
+
+PROGRAM = (sys.executable, "-m", "sdaeverify")
+BUDGET = ("--paths", "80", "--block", "40", "--levels", "8..32")
+# Far longer than any of these tests may take.
+SLOW = """SDE(
+    drift=lambda t, x: (time.sleep(300.0) if x.shape[-1] > 3 else None, x)[1],
+    diffusion=lambda t, x: x[:, None], start=[1.0], noise_dim=1, horizon=1.0, source="nowhere")"""
+PATIENCE = 60.0
+
+Start = Callable[..., "subprocess.Popen[str]"]
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Start]:
+    """Start the program in a session of its own; end what is left of it."""
+    running: list[subprocess.Popen[str]] = []
+
+    def launch(*arguments: str) -> "subprocess.Popen[str]":
+        pipe = subprocess.PIPE
+        process = subprocess.Popen(
+            [*PROGRAM, *arguments], cwd=tmp_path, stdout=pipe, stderr=pipe, text=True, start_new_session=True
+        )
+        running.append(process)
+        return process
+
+    yield launch
+    for process in running:
+        process.kill()
+        process.communicate()
+
+
+def wait_for(process: "subprocess.Popen[str]", beginning: str) -> None:
+    """Read stderr up to a line with this beginning."""
+    line = next(line for line in process.stderr if line.startswith(beginning))
+    assert line
+
+
+def verdicts(folder: Path) -> list[dict[str, str]]:
+    """Return the verdicts of a report."""
+    with (folder / "verdicts.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def signal_group(process: "subprocess.Popen[str]", number: int) -> None:
+    """Send a signal to a process and all its children."""
+    os.killpg(process.pid, number)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals to a group of processes are a matter of POSIX")
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_interrupt(start, odd_problem, tmp_path, jobs):
+    """An interrupt of the whole group ends everything at once, in one line, and keeps what is finished."""
+    plugin = odd_problem(SLOW)
+    process = start("matrix", "-s", "milstein", "-p", "gbm,zz-odd", "--plugin", plugin, *BUDGET, "-j", jobs)
+    wait_for(process, "milstein  gbm")
+
+    # As a terminal does it; the pipes end when all processes that hold them have ended.
+    signal_group(process, signal.SIGINT)
+    out, err = process.communicate(timeout=PATIENCE)
+
+    assert (process.returncode, out) == (130, "")
+    assert err == "sdaeverify: interrupted; 1 of 2 problems are finished and saved in reports/latest\n"
+    rows = verdicts(tmp_path / "reports" / "latest")
+    assert {row["verdict"] for row in rows if row["problem"] == "gbm"} <= {
+        "verified",
+        "inconclusive",
+        "not_applicable",
+    }
+    left = [row for row in rows if row["problem"] == "zz-odd" and row["measure"] == "strong"]
+    assert [(row["verdict"], row["reason"]) for row in left] == [("not_run", "interrupted")]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals to a group of processes are a matter of POSIX")
+def test_workers_end_with_a_killed_parent(start, odd_problem, tmp_path):
+    """A program that is killed leaves no workers behind, and what was finished is on disk."""
+    plugin = odd_problem(SLOW)
+    process = start("matrix", "-s", "milstein", "-p", "gbm,zz-odd", "--plugin", plugin, *BUDGET, "-j", "2")
+    wait_for(process, "milstein  gbm")
+
+    process.kill()
+    process.communicate(timeout=PATIENCE)
+
+    verdict = {row["problem"]: row["verdict"] for row in verdicts(tmp_path / "reports" / "latest") if row["claim"]}
+    assert verdict["gbm"] in {"verified", "inconclusive"}
+
+
+def test_dead_worker(start, odd_scheme, tmp_path):
+    """A worker that dies is one line and its exit code; what was finished is saved."""
+    plugin = odd_scheme("os._exit(9)")
+    process = start("matrix", "-s", "odd", "-p", "gbm", "--plugin", plugin, *BUDGET, "-j", "2")
+
+    out, err = process.communicate(timeout=PATIENCE)
+
+    assert (process.returncode, out) == (3, "")
+    assert err.startswith("sdaeverify: error: a worker process died, perhaps for want of memory; 0 of 1 problems")
+    assert len(err.splitlines()) == 1
+    (row,) = [row for row in verdicts(tmp_path / "reports" / "latest") if row["measure"] == "strong"]
+    assert (row["verdict"], row["reason"][:23]) == ("not_run", "a worker process died, ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (("list",), 0),
+        (("list", "--json"), 0),
+        (("matrix", "-s", "odd", "-p", "gbm", *BUDGET, "-j", "1", "--progress", "none"), 3),
+    ],
+    ids=["list", "json", "matrix"],
+)
+def test_closed_pipe(start, odd_scheme, arguments, code):
+    """Nobody reading on is no error, and does not change what a run came to."""
+    process = start(*arguments, "--plugin", odd_scheme("raise ValueError"))
+    process.stdout.close()
+
+    assert process.stderr.read() == ""
+    assert process.wait(timeout=PATIENCE) == code
+
+
+def test_any_number_of_workers(start, tmp_path):
+    """One worker and two give the same rows, bit by bit."""
+    for jobs in ("1", "2"):
+        process = start("matrix", "-p", "gbm,pendulum", *BUDGET, "-j", jobs, "--out", jobs, "--progress", "none")
+        assert process.communicate(timeout=PATIENCE)[1] == ""
+
+    one, two = verdicts(tmp_path / "1"), verdicts(tmp_path / "2")
+    assert [{**row, "seconds": ""} for row in one] == [{**row, "seconds": ""} for row in two]
+    assert (tmp_path / "1" / "levels.csv").read_text() == (tmp_path / "2" / "levels.csv").read_text()
+
+
+def test_console_script_and_module_are_the_same():
+    """The console script calls what ``python -m`` calls."""
+    script = "from importlib.metadata import entry_points as e; print(e(group='console_scripts')['sdaeverify'].value)"
+    value = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+
+    assert value == "sdaeverify.cli.main:run\n"
+
+
+def test_defect_of_the_program(capsys, monkeypatch):
+    """What nobody expected keeps its traceback, and does not end like a refuted claim."""
+    monkeypatch.setattr("sdaeverify.cli.main.execute", lambda _: 1 / 0)
+
+    with pytest.raises(SystemExit) as ending:
+        run()
+
+    err = capsys.readouterr().err
+    assert ending.value.code == 3
+    assert "ZeroDivisionError" in err
+    assert err.endswith("sdaeverify: error: this is a defect of sdaeverify; please report it with the lines above\n")

@@ -1,0 +1,142 @@
+"""What the conformance tests are run over: the registry, crossed by the rule the program itself uses."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from sdaeverify.arrays import Array, Mask
+from sdaeverify.forms import HolonomicSDAE, Problem
+from sdaeverify.matching import match
+from sdaeverify.noise import Increment, Source, brownian_steps
+from sdaeverify.registry import Registry
+from sdaeverify.scheme import Scheme, State, Step
+from sdaeverify.specs import ProblemSpec
+from sdaeverify.truths import Moment
+
+# Parameters that switch truths or terms on which the defaults leave off.
+VARIANTS = {
+    "ou": ({"a": "-0.8"},),
+    "pendulum": ({"c_g": "0.0"}, {"c_g": "0.0", "omega_0": "-1.5", "theta_0": "2.0"}),
+    "pendulum-velocity-noise": ({"gamma": "0.7", "sigma": "0.3"}, {"gamma": "0.5", "sigma": "1.0"}),
+}
+
+
+class Cell(NamedTuple):
+    """A scheme and a problem of the form it solves."""
+
+    scheme: Scheme
+    problem: Problem
+    label: str
+
+
+class Promise(NamedTuple):
+    """A problem and the expectation it knows of one of its observables."""
+
+    spec: ProblemSpec
+    moment: Moment
+    label: str
+
+
+class Trait(NamedTuple):
+    """A problem and a trait it declares."""
+
+    spec: ProblemSpec
+    name: str
+    label: str
+
+
+def schemes(registry: Registry) -> list[Scheme]:
+    """Return every default variant of every scheme."""
+    return [scheme for entry in registry.schemes.values() for scheme in entry.variants]
+
+
+def specs(registry: Registry) -> list[ProblemSpec]:
+    """Return every problem with its defaults, and some with other parameters."""
+    defaults = [entry.make() for entry in registry.problems.values()]
+    entries = registry.problems.items()
+    return defaults + [entry.make(texts) for name, entry in entries for texts in VARIANTS.get(name, ())]
+
+
+def constrained(registry: Registry) -> list[ProblemSpec]:
+    """Return the problems with constraints."""
+    return [spec for spec in specs(registry) if isinstance(spec.build(), HolonomicSDAE)]
+
+
+def cells(registry: Registry) -> Iterator[Cell]:
+    """Yield every scheme variant with every problem that matches."""
+    for scheme in schemes(registry):
+        for spec in (entry.make() for entry in registry.problems.values()):
+            found = match(scheme, spec.build()).problem
+            if found is not None:
+                yield Cell(scheme, found, f"{scheme.label} on {spec.label}")
+
+
+def shipped(registry: Registry) -> list[Cell]:
+    """Return the cells of the schemes that come with the program."""
+    entries = registry.schemes
+    return [cell for cell in cells(registry) if entries[cell.scheme.name].origin.distribution == "sdaeverify"]
+
+
+def promises(registry: Registry) -> Iterator[Promise]:
+    """Yield every expectation a problem knows."""
+    for spec in specs(registry):
+        for truth in spec.build().truths:
+            if isinstance(truth, Moment):
+                yield Promise(spec, truth, f"{spec.label} {truth.observable}")
+
+
+def declared(registry: Registry) -> Iterator[Trait]:
+    """Yield every trait a problem declares."""
+    for spec in specs(registry):
+        for name in sorted(spec.build().traits):
+            yield Trait(spec, name, f"{spec.label} {name}")
+
+
+def spread(scheme: Scheme, problem: Problem, paths: int) -> State:
+    """Return read-only states along a pilot trajectory over the horizon: path p is stopped after p steps."""
+    h = problem.horizon / paths
+    state = scheme.start(problem, paths)
+    for n in range(paths):
+        new = step(Cell(scheme, problem, ""), state, h, draw(problem.noise_dim, paths, h, n)).state
+        state = _chosen(np.arange(paths) > n, new, state)
+    for array in fields(state):
+        array.flags.writeable = False
+    return state
+
+
+def draw(dimension: int, paths: int, h: float, block: int = 0) -> Increment:
+    """Return the noise of one step."""
+    (level,) = next(brownian_steps(Source(1, "conformance", block, paths), dimension, h, 0))
+    return level.increment(0)
+
+
+def step(cell: Cell, state: State, h: float, noise: Increment) -> Step:
+    """Make one step as the harness does: non-finite numbers are evidence, no warning."""
+    with np.errstate(all="ignore"):
+        return cell.scheme.prepare(cell.problem, h)(state, 0.3 * cell.problem.horizon, noise)
+
+
+def fields(state: State) -> tuple[Array, ...]:
+    """Return the arrays of a state."""
+    return state if isinstance(state, tuple) else (state,)
+
+
+def take(thing: State, paths: Array | slice) -> State:
+    """Return a state, or the noise, of some of the paths."""
+    if not isinstance(thing, tuple):
+        return thing[..., paths]
+    return type(thing)(*(None if x is None else x[..., paths] for x in thing))
+
+
+def copied(thing: State) -> State:
+    """Return a copy that can be written into."""
+    if not isinstance(thing, tuple):
+        return thing.copy()
+    return type(thing)(*(None if x is None else x.copy() for x in thing))
+
+
+def _chosen(mask: Mask, new: State, old: State) -> State:
+    if not isinstance(new, tuple):
+        return np.where(mask, new, old)
+    return type(new)(*(np.where(mask, a, b) for a, b in zip(new, old, strict=True)))

@@ -1,0 +1,67 @@
+"""The contract of problems refuses wrong derivatives, wrong starts and wrong truths."""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from conformance import test_problem_contract as problems
+from conformance import test_truth_contract as truths
+from conformance.cells import Promise
+from sdaeverify.forms import Problem
+from sdaeverify.specs import ProblemSpec
+from sdaeverify.truths import Moment
+from sdaeverify_problems import _circle as circle
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.pendulum import pendulum
+
+CHANGED: dict[str, tuple[Callable[[], Problem], dict[str, object], Callable[[ProblemSpec], None]]] = {
+    "DB": (
+        gbm,
+        {"diffusion_derivative": lambda t, x, y: 0.61 * y[:, None]},
+        problems.test_the_derivative_of_the_diffusion_is_one,
+    ),
+    "sign of Dg": (
+        pendulum,
+        {"jacobian": lambda r: r[None]},
+        problems.test_the_jacobian_of_the_constraint_is_one,
+    ),
+    "sign of D2g": (
+        pendulum,
+        {"curvature": lambda r, y, z: -circle.curvature(r, y, z)},
+        problems.test_the_curvature_of_the_constraint_is_one,
+    ),
+    "shape of an observable": (
+        gbm,
+        {"observables": {"x": lambda t, s: s["x"]}, "truths": ()},
+        lambda spec: problems.test_observables_are_numbers_on_each_path(spec, 3),
+    ),
+    "mean over paths": (
+        gbm,
+        {"drift": lambda t, x: x - x.mean()},
+        problems.test_functions_are_the_same_on_one_path_and_on_many,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CHANGED)
+def test_a_planted_fault_is_noticed(name: str) -> None:
+    """A shipped problem with one function changed fails the test of this function."""
+    family, change, check = CHANGED[name]
+    check(ProblemSpec("right", family))
+    changed = dataclasses.replace(family(), **change)
+
+    with pytest.raises(AssertionError):
+        check(ProblemSpec("wrong", lambda: changed))
+
+
+@pytest.mark.parametrize("value", [lambda t: 0.25 + 1.05 * t, lambda t: 0.25 + t**2, lambda t: 0.25 * np.exp(t)])
+def test_a_wrong_rate_of_a_moment_is_noticed(value: Callable[[float], float]) -> None:
+    """Expectations that start at the right value but not with the right rate fail."""
+    moment = Moment(observable="|v|^2", value=value, source="planted")
+
+    with pytest.raises(AssertionError):
+        truths.test_promised_moments_start_with_the_rate_of_the_generator(
+            Promise(ProblemSpec("pendulum", lambda: pendulum(c_g=0.0)), moment, "planted")
+        )

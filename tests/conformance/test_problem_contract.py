@@ -1,0 +1,231 @@
+"""What every registered problem says of itself is true."""
+
+import inspect
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from conformance.cells import Trait, spread
+from conformance.differences import FIRST_ERROR, SECOND_ERROR, first, second
+from sdaeverify.arrays import Array
+from sdaeverify.forms import SDE, TRAITS, HolonomicSDAE, Problem
+from sdaeverify.lanes import parts_of
+from sdaeverify.numerics import directional, jacobian, second_directional
+from sdaeverify.specs import ProblemSpec
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+
+PATHS = 12
+EPS = np.finfo(float).eps
+TIMES = (0.0, 0.37, 0.91)
+
+
+def states(problem: Problem) -> Array:
+    """Return states of the problem's view as an SDE along a pilot trajectory, shape (d, P)."""
+    return spread(EulerMaruyama(), problem.view(SDE), PATHS)
+
+
+def directions(x: Array, count: int = 3) -> list[Array]:
+    """Return unit vectors in random directions on each path."""
+    vectors = np.random.default_rng(5).standard_normal((count, *x.shape))
+    return list(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+
+
+def assert_small(value: Array, bound: float, *terms: Array) -> None:
+    """Assert that a number is a rounding error of terms that cancel."""
+    assert np.max(np.abs(value), initial=0.0) <= bound * max(1.0, *(np.max(np.abs(term)) for term in terms))
+
+
+def test_a_problem_describes_itself(spec: ProblemSpec) -> None:
+    """The function's docstring has every parameter and a source with units; so has the problem."""
+    text, problem = inspect.getdoc(spec.family) or "", spec.build()
+
+    assert "Source\n------" in text
+    assert "unit" in text
+    for parameter in inspect.signature(spec.family).parameters:
+        assert f"\n{parameter} : " in text
+    assert problem.source.strip()
+    assert problem.units.strip()
+
+
+def test_a_problem_starts_where_its_constraints_hold(spec: ProblemSpec) -> None:
+    """All residuals vanish at the initial state to rounding."""
+    problem = spec.build()
+    residuals = problem.residuals(parts_of(problem.initial(1), problem))
+
+    assert bool(residuals) == problem.has_constraints
+    for value, scale in residuals.values():
+        assert_small(value, 8 * EPS, scale)
+
+
+@pytest.mark.parametrize("paths", [1, 3])
+def test_observables_are_numbers_on_each_path(spec: ProblemSpec, paths: int) -> None:
+    """Each observable gives one finite number for each path."""
+    problem = spec.build()
+    parts = parts_of(problem.initial(paths), problem)
+
+    assert problem.observables
+    for observable in problem.observables.values():
+        value = observable(0.0, parts)
+        assert value.shape == (paths,)
+        assert np.isfinite(value).all()
+
+
+def test_functions_are_the_same_on_one_path_and_on_many(spec: ProblemSpec) -> None:
+    """Drift and diffusion of a path do not depend on the paths beside it."""
+    view = spec.build().view(SDE)
+    x = states(view)
+    for f in (view.drift, view.diffusion):
+        together = np.broadcast_to(f(0.2, x), (*f(0.2, x).shape[:-1], PATHS))
+        for p in range(PATHS):
+            alone = f(0.2, x[:, p : p + 1])
+            assert_small(alone[..., 0] - together[..., p], 8 * EPS, together)
+
+
+def test_the_derivative_of_the_diffusion_is_one(spec: ProblemSpec) -> None:
+    """DB(x) y agrees with complex steps and with differences."""
+    view = spec.build().view(SDE)
+    x = states(view)
+    for y in directions(x):
+        DB, B = view.derivative_of_diffusion(0.2, x, y), view.diffusion(0.2, x)
+        assert_small(DB - first(lambda z: view.diffusion(0.2, z), x, y), FIRST_ERROR, B, DB)
+        assert_small(DB - directional(lambda z: view.diffusion(0.2, z), x, y), 64 * EPS, DB)
+
+
+def test_the_jacobian_of_the_constraint_is_one(constrained: ProblemSpec) -> None:
+    """Dg agrees with complex steps and with differences, on the manifold and beside it."""
+    problem = constrained.build()
+    r = states(problem)[: problem.dimension]
+    Dg, g = problem.dg(r), problem.constraint(r)
+
+    assert_small(Dg - jacobian(problem.constraint, r), 16 * EPS, Dg)
+    for y in directions(r):
+        change = np.einsum("mnp,np->mp", Dg, y)
+        assert_small(change - first(problem.constraint, r, y), FIRST_ERROR, g, change)
+
+
+def test_the_curvature_of_the_constraint_is_one(constrained: ProblemSpec) -> None:
+    """D^2 g(y, z) agrees with complex steps and with differences, and is symmetric."""
+    problem = constrained.build()
+    r = states(problem)[: problem.dimension]
+    y, z, _ = directions(r)
+    bend = problem.d2g(r, y, z)
+
+    assert_small(bend - problem.d2g(r, z, y), 16 * EPS, bend)
+    # Truncation and rounding balance at 1e-12 there, times fourth derivatives along y and z of size 3.
+    assert_small(bend - second_directional(problem.constraint, r, y, z), 1e-9, bend)
+    for w in (y, z, y + z):
+        assert_small(problem.d2g(r, w, w) - second(problem.constraint, r, w), SECOND_ERROR, bend)
+
+
+def test_the_view_keeps_the_constraints(constrained: ProblemSpec) -> None:
+    """Drift and diffusion of the inherent SDE leave Dg v unchanged, and dr = v dt, on and off the manifold."""
+    problem = constrained.build()
+    view, n = problem.view(SDE), problem.dimension
+    x = states(problem)
+    f, B = view.drift(0.2, x), np.broadcast_to(view.diffusion(0.2, x), (2 * n, problem.noise_dim, PATHS))
+    Dg, v = problem.dg(x[:n]), x[n:]
+    turning = problem.d2g(x[:n], v, v)
+
+    assert np.array_equal(f[:n], v)
+    assert not B[:n].any()
+    assert_small(np.einsum("mnp,np->mp", Dg, f[n:]) + turning, 64 * EPS, turning, f)
+    assert_small(np.einsum("mnp,nlp->mlp", Dg, B[n:]), 64 * EPS, B)
+
+
+def test_the_view_moves_along_the_normals_only(constrained: ProblemSpec) -> None:
+    """What the inherent SDE adds to force and noise is a combination of the constraints' gradients."""
+    problem = constrained.build()
+    n, l = problem.dimension, problem.noise_dim
+    x = states(problem)
+    r, v = x[:n], x[n:]
+    mass = np.linalg.inv(problem.inverse_mass(np.eye(n)))
+    view = problem.view(SDE)
+    impulse = np.einsum("ij,jp->ip", mass, view.drift(0.2, x)[n:]) - problem.force(0.2, r, v)
+    kicks = np.einsum("ij,jlp->ilp", mass, view.diffusion(0.2, x)[n:]) - problem.diffusion(0.2, r, v)
+    gradients = np.moveaxis(problem.dg(r), -1, 0).swapaxes(1, 2)
+    normal = gradients @ np.linalg.pinv(gradients)
+
+    for added in (impulse[:, None], kicks.reshape(n, l, PATHS)):
+        rest = np.einsum("pij,jlp->ilp", np.eye(n) - normal, added)
+        assert_small(rest, 64 * EPS, added)
+
+
+def is_scalar(problem: Problem) -> None:
+    assert problem.noise_dim == 1
+
+
+def is_additive(problem: Problem) -> None:
+    x = states(problem)
+    count = len(x) // 2
+    arguments = (x[:count], x[count:]) if isinstance(problem, HolonomicSDAE) else (x,)
+    values = [problem.diffusion(t, *arguments) for t in TIMES]
+    assert all(np.array_equal(B, np.broadcast_to(values[0][..., :1], B.shape)) for B in values)
+
+
+def is_diagonal(problem: Problem) -> None:
+    view = problem.view(SDE)
+    x = states(view)
+    B = np.broadcast_to(view.diffusion(0.2, x), (len(x), len(x), PATHS))
+    off = ~np.eye(len(x), dtype=bool)
+    assert not B[off].any()
+    for k in range(len(x)):
+        unit = np.broadcast_to(np.eye(len(x))[:, k : k + 1], x.shape)
+        change = np.einsum("jjp->jp", first(lambda z: view.diffusion(0.2, z), x, unit) + 0.0 * B)
+        assert_small(np.delete(change, k, axis=0), FIRST_ERROR, B)
+
+
+def has_no_milstein_term(problem: Problem) -> None:
+    view = problem.view(SDE)
+    x = states(view)
+    B = np.broadcast_to(view.diffusion(0.2, x), (len(x), view.noise_dim, PATHS))
+    for k in range(view.noise_dim):
+        assert_small(first(lambda z: view.diffusion(0.2, z), x, B[:, k]), FIRST_ERROR, B)
+
+
+CHECKS: dict[str, Callable[[Problem], None]] = {
+    "scalar-noise": is_scalar,
+    "additive-noise": is_additive,
+    "diagonal-noise": is_diagonal,
+    "vanishing-milstein-term": has_no_milstein_term,
+}
+
+
+def test_declared_traits_are_true(trait: Trait) -> None:
+    """The problem's diffusion has the structure that the problem declares."""
+    CHECKS[trait.name](trait.spec.build())
+
+
+def test_every_trait_has_its_check() -> None:
+    """No trait can be declared that is not checked here."""
+    assert CHECKS.keys() == TRAITS
+
+
+def two_noises(diffusion: Callable[[float, Array], Array], trait: str) -> SDE:
+    return SDE(
+        drift=lambda t, x: -x,
+        diffusion=diffusion,
+        start=[1.0, 2.0],
+        noise_dim=2,
+        horizon=1.0,
+        source="planted",
+        traits=frozenset({trait}),
+    )
+
+
+FALSE = {
+    "additive, moves with time": (lambda t, x: (1.0 + t) * np.eye(2)[..., None], "additive-noise"),
+    "additive, moves with the state": (lambda t, x: x * np.eye(2)[..., None], "additive-noise"),
+    "diagonal, but full": (lambda t, x: np.stack([x, x], axis=1), "diagonal-noise"),
+    "diagonal, but crossed": (lambda t, x: x[::-1] * np.eye(2)[..., None], "diagonal-noise"),
+    "milstein, but diagonal": (lambda t, x: x * np.eye(2)[..., None], "vanishing-milstein-term"),
+}
+
+
+@pytest.mark.parametrize("name", FALSE)
+def test_false_traits_are_noticed(name: str) -> None:
+    """A problem that declares a trait it has not fails the check of this trait."""
+    problem = two_noises(*FALSE[name])
+
+    with pytest.raises(AssertionError):
+        CHECKS[FALSE[name][1]](problem)

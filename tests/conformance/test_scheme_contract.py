@@ -1,0 +1,160 @@
+"""Every registered scheme keeps the contract of a step, on every problem it can be put to."""
+
+import dataclasses
+import pickle
+
+import numpy as np
+import pytest
+
+from conformance.cells import Cell, copied, draw, fields, spread, step, take
+from sdaeverify.forms import TRAITS
+from sdaeverify.noise import Increment
+from sdaeverify.registry import load_registry
+from sdaeverify.scheme import Scheme, State, flatten, same_kind
+
+PATHS = 64
+EPS = np.finfo(float).eps
+
+
+@pytest.fixture(params=[64, 2], ids=["fine", "coarse"], scope="module")
+def h(request: pytest.FixtureRequest, cell: Cell) -> float:
+    """Return a step size at which nothing special happens, and one at which truncation does."""
+    return cell.problem.horizon / request.param
+
+
+@pytest.fixture(scope="module")
+def state(cell: Cell) -> State:
+    return spread(cell.scheme, cell.problem, PATHS)
+
+
+@pytest.fixture(scope="module")
+def noise(cell: Cell, h: float) -> Increment:
+    return draw(cell.problem.noise_dim, PATHS, h, block=PATHS)
+
+
+def equal(left: State, right: State) -> bool:
+    pairs = zip(fields(left), fields(right), strict=True)
+    return all(np.array_equal(a, b, equal_nan=True) for a, b in pairs)
+
+
+def assert_close(left: State, right: State) -> None:
+    """Assert that two states agree within 8 eps of the largest component of each path."""
+    a, b = flatten(left), flatten(right)
+    scale = np.maximum(1.0, np.abs(b).max(axis=0))
+
+    assert np.isfinite(b).all()
+    assert np.all(np.abs(a - b) <= 8 * EPS * scale)
+
+
+def test_a_step_is_a_function(cell: Cell, state: State, h: float, noise: Increment) -> None:
+    """The same input gives the same bits."""
+    once, again = (step(cell, state, h, noise) for _ in range(2))
+
+    assert equal(once.state, again.state)
+    assert once.outputs.keys() == again.outputs.keys()
+    assert all(np.array_equal(once.outputs[name], again.outputs[name]) for name in once.outputs)
+
+
+def test_a_step_leaves_its_inputs_alone(cell: Cell, state: State, h: float, noise: Increment) -> None:
+    """Nothing is written into the state or the noise."""
+    mine, its = copied(state), copied(noise)
+
+    step(cell, mine, h, its)
+
+    assert equal(mine, state)
+    assert equal(its[:2], noise[:2])
+
+
+def test_a_step_accepts_read_only_inputs(cell: Cell, state: State, h: float, noise: Increment) -> None:
+    """A step works on arrays that cannot be written into."""
+    assert not any(array.flags.writeable for array in (*fields(state), *noise[:2]))
+
+    step(cell, state, h, noise)
+
+
+def test_a_new_state_is_no_view_of_the_noise(cell: Cell, state: State, h: float, noise: Increment) -> None:
+    """The new state does not share memory with the noise, which is drawn afresh."""
+    new = step(cell, state, h, noise).state
+
+    assert not any(np.may_share_memory(a, b) for a in fields(new) for b in noise[:2])
+
+
+@pytest.mark.parametrize("size", [1, 5])
+def test_paths_do_not_see_their_neighbours(cell: Cell, state: State, h: float, noise: Increment, size: int) -> None:
+    """A path in a small batch goes where it goes in a large one."""
+    together = step(cell, state, h, noise).state
+    for first in range(0, PATHS, size):
+        some = slice(first, first + size)
+        assert_close(step(cell, take(state, some), h, take(noise, some)).state, take(together, some))
+
+
+def test_paths_can_be_reordered(cell: Cell, state: State, h: float, noise: Increment) -> None:
+    """Permuting the paths permutes the results."""
+    order = np.random.default_rng(3).permutation(PATHS)
+
+    permuted = step(cell, take(state, order), h, take(noise, order)).state
+
+    assert_close(permuted, take(step(cell, state, h, noise).state, order))
+
+
+@pytest.mark.parametrize("paths", [1, 3])
+def test_a_step_returns_a_state_like_the_one_given(cell: Cell, h: float, paths: int) -> None:
+    """State, flags and outputs have the number of paths that was given."""
+    given = cell.scheme.start(cell.problem, paths)
+
+    result = step(cell, given, h, draw(cell.problem.noise_dim, paths, h))
+
+    same_kind(given, result.state)
+    assert all(array.shape[-1] == paths for array in (*fields(result.state), *result.outputs.values()))
+    masks = [mask for mask in (result.failed, result.truncated) if mask is not None]
+    assert all(mask.shape == (paths,) and mask.dtype == np.bool_ for mask in masks)
+
+
+def test_a_step_uses_the_increment_of_the_brownian_motion(cell: Cell, state: State, h: float) -> None:
+    """Other noise gives another state, on every path."""
+    new, other = (
+        flatten(step(cell, state, h, draw(cell.problem.noise_dim, PATHS, h, block)).state) for block in (1, 2)
+    )
+
+    assert np.all(np.any(new != other, axis=0))
+
+
+def test_a_shipped_scheme_uses_nothing_but_the_increment(shipped: Cell) -> None:
+    """Space-time areas and further normals that are not numbers leave the result of a shipped scheme as it is."""
+    h, dimension = shipped.problem.horizon / PATHS, shipped.problem.noise_dim
+    state = spread(shipped.scheme, shipped.problem, PATHS)
+    noise = draw(dimension, PATHS, h, block=PATHS)
+    nothing = np.full((dimension, PATHS), np.nan)
+
+    result = step(shipped, state, h, Increment(noise.dW, nothing, nothing))
+
+    assert equal(result.state, step(shipped, state, h, noise).state)
+
+
+def test_a_scheme_says_where_it_is_from(scheme: Scheme) -> None:
+    """Class and step are described, and the scheme has a source."""
+    assert (type(scheme).__doc__ or "").strip()
+    assert (type(scheme).step.__doc__ or "").strip()
+    assert scheme.source.strip()
+
+
+def test_claims_can_be_verified(scheme: Scheme) -> None:
+    """Each claim has a source, names a registered measure, and asks for traits that exist."""
+    measures = load_registry(environ={}).measures
+
+    assert scheme.claims
+    for claim in scheme.claims:
+        assert claim.source.strip()
+        assert claim.measure in measures
+        assert claim.when <= TRAITS
+
+
+def test_a_scheme_is_a_value(scheme: Scheme) -> None:
+    """A scheme survives pickling, equals its copy, and cannot be changed."""
+    copy = pickle.loads(pickle.dumps(scheme))
+
+    assert copy == scheme
+    assert hash(copy) == hash(scheme)
+    assert copy.label == scheme.label
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        scheme.name = "other"  # type: ignore[misc]

@@ -1,0 +1,277 @@
+"""The inherent SDE (2.9) against hand-written derivatives and the identities that characterise it."""
+
+import numpy as np
+import pytest
+
+from sdaeverify import SDE, HolonomicSDAE
+from sdaeverify.forms.inherent import projected
+
+EPS = np.finfo(float).eps
+PATHS = 6
+
+# ---------------------------------------------------------------- pendulum: everything in closed form
+
+
+def pendulum(c_g):
+    """Return the pendulum, its derivatives left to the complex step."""
+    return HolonomicSDAE(
+        force=lambda t, r, v: np.array([[0.0], [-c_g]]),
+        diffusion=lambda t, r, v: np.eye(2)[..., None],
+        constraint=lambda r: (0.5 - 0.5 * (r[0] ** 2 + r[1] ** 2))[None],
+        position=[0.6, -0.8],
+        velocity=[0.8, 0.6],
+        horizon=1.0,
+        noise_dim=2,
+        source="Lindner & Stroot 2017, section 5.1",
+    )
+
+
+def plane_points():
+    """Return positions around the circle, not on it, and velocities in all directions."""
+    angle = np.arange(PATHS)
+    r = (0.8 + 0.1 * angle) * np.array([np.sin(angle), -np.cos(angle)])
+    return r, np.array([np.cos(3.0 * angle), 2.0 * np.sin(angle + 1.0)])
+
+
+@pytest.mark.parametrize("c_g", [0.0, 1.0, 9.81])
+def test_pendulum_has_its_closed_form(c_g):
+    """The velocity has dv = (P a - |v|^2/|r|^2 r) dt + P dw, P = Id - r r^T/|r|^2, on the circle and off it."""
+    r, v = plane_points()
+    sde = pendulum(c_g).view(SDE)
+    P = np.eye(2)[..., None] - np.einsum("ip,jp->ijp", r, r) / (r**2).sum(axis=0)
+    acceleration = -c_g * P[:, 1] - (v**2).sum(axis=0) / (r**2).sum(axis=0) * r
+    x = np.concatenate([r, v])
+    # D^2 g comes from g by `second_directional`; g is quadratic, so that only eps/s = 2e-13 of it is left.
+    bound = 1e-11 * (1.0 + (v**2).sum(axis=0)) + 64 * EPS * c_g
+    assert np.array_equal(sde.drift(0.0, x)[:2], v)
+    assert (np.abs(sde.drift(0.0, x)[2:] - acceleration) <= bound).all()
+    assert np.array_equal(sde.diffusion(0.0, x)[:2], np.zeros((2, 2, PATHS)))
+    assert np.abs(sde.diffusion(0.0, x)[2:] - P).max() <= 32 * EPS
+
+
+def test_multiplier_is_the_tension_of_the_pendulum():
+    """With r = (sin theta, -cos theta) and v = omega t, dmu = (c_g cos(theta) + omega^2) dt."""
+    theta, omega = np.linspace(-3.0, 3.0, PATHS), np.linspace(-2.0, 2.0, PATHS)
+    r, t = np.array([np.sin(theta), -np.cos(theta)]), np.array([np.cos(theta), np.sin(theta)])
+    a = np.broadcast_to(np.array([[0.0], [-9.81]]), r.shape)
+    tension = pendulum(9.81).inherent_multiplier(r, omega * t, a)
+    assert (np.abs(tension - (9.81 * np.cos(theta) + omega**2)) <= 1e-11 * (1.0 + omega**2) + 64 * EPS * 9.81).all()
+
+
+# ---------------------------------------------------------------- general mass and constraints in R^3
+
+MASS = np.array([[2.0, 0.5, 0.1], [0.5, 1.0, 0.2], [0.1, 0.2, 3.0]])
+SIGMA = 0.7
+START = np.array([0.5, -0.4, 0.3])
+
+
+def all_constraints(x):
+    """Return x_0^2 + x_1^2 x_2/2 + sin x_2 and x_0 x_1 + exp x_2."""
+    return np.stack([x[0] ** 2 + 0.5 * x[1] ** 2 * x[2] + np.sin(x[2]), x[0] * x[1] + np.exp(x[2])])
+
+
+def gradients(x):
+    """Return their first derivatives, shape (2, 3, P)."""
+    first = [2.0 * x[0], x[1] * x[2], 0.5 * x[1] ** 2 + np.cos(x[2])]
+    return np.stack([np.stack(first), np.stack([x[1], x[0], np.exp(x[2])])])
+
+
+def second_derivatives(x, y):
+    """Return their second derivatives in the direction (y, y), shape (2, P)."""
+    first = 2.0 * y[0] ** 2 + x[2] * y[1] ** 2 + 2.0 * x[1] * y[1] * y[2] - np.sin(x[2]) * y[2] ** 2
+    return np.stack([first, 2.0 * y[0] * y[1] + np.exp(x[2]) * y[2] ** 2])
+
+
+def force(t, r, v):
+    """Return a force that depends on everything."""
+    return np.stack([np.sin(r[1]) - v[0], r[0] * v[2], -1.0 + v[1] ** 2 + t])
+
+
+def tangent(m, r, y):
+    """Return the part of y that the first m constraints allow at r, by least squares on every path."""
+    return np.stack([b - np.linalg.pinv(A) @ (A @ b) for A, b in paths(gradients(r)[:m], y)], axis=-1)
+
+
+def paths(A, y):
+    """Return the pairs of matrix and vector of every path."""
+    return [(A[..., p], y[..., p]) for p in range(y.shape[-1])]
+
+
+def general(m):
+    """Return a problem in R^3 with a full mass matrix and m constraints; noise with B B^T = sigma^2 M."""
+    offset = all_constraints(START[:, None])[:m]
+    B = SIGMA * np.linalg.cholesky(MASS)
+    return HolonomicSDAE(
+        force=force,
+        diffusion=lambda t, r, v: B[..., None],
+        constraint=lambda r: all_constraints(r)[:m] - offset,
+        jacobian=lambda r: gradients(r)[:m],
+        position=START,
+        velocity=tangent(m, START[:, None], np.array([[1.0], [-1.0], [0.5]]))[:, 0],
+        mass=MASS,
+        horizon=1.0,
+        noise_dim=3,
+        source="made up",
+    )
+
+
+def points():
+    """Return positions around the manifold and arbitrary velocities: the identities hold for all of them."""
+    wave = np.sin(np.arange(6 * PATHS).reshape(6, PATHS) ** 2.0)
+    return START[:, None] + 0.2 * wave[:3], wave[3:]
+
+
+def hidden_acceleration(m, r, v, dv):
+    """Return d(Dg v)/dt = Dg dv + D^2 g(v, v), shape (m, P), and a bound of its rounding errors."""
+    Dg = gradients(r)[:m]
+    value = np.einsum("mnp,np->mp", Dg, dv) + second_derivatives(r, v)[:m]
+    return value, rounding(m, r) * (1.0 + np.abs(dv).max())
+
+
+def rounding(m, r):
+    """Return 64 eps times the condition numbers of mass and Gram matrix, the size of all errors below."""
+    Dg = gradients(r)[:m]
+    grams = [Dg[..., p] @ np.linalg.solve(MASS, Dg[..., p].T) for p in range(r.shape[-1])]
+    return 64 * EPS * np.linalg.cond(MASS) * max(np.linalg.cond(G) for G in grams)
+
+
+both = pytest.mark.parametrize("m", [1, 2])
+
+
+@both
+def test_the_drift_keeps_the_hidden_constraint(m):
+    """Dg M^{-1} (M drift_v) + D^2 g(v, v) = 0 at every point, with derivatives written by hand."""
+    r, v = points()
+    x = np.concatenate([r, v])
+    value, bound = hidden_acceleration(m, r, v, general(m).view(SDE).drift(0.3, x)[3:])
+    assert np.abs(value).max() <= bound
+
+
+@both
+def test_the_wrong_sign_of_the_curvature_is_noticed(m):
+    """With + grad g G^{-1} D^2 g(v, v) the same check finds 2 D^2 g(v, v)."""
+    r, v = points()
+    problem = general(m)
+    a = force(0.3, r, v)
+    lam = problem.inherent_multiplier(r, v, a)
+    curvature = problem.inherent_multiplier(r, v, a) - problem.inherent_multiplier(r, 0.0 * v, a)
+    planted = lam - 2.0 * curvature
+    dv = problem.inverse_mass(a + np.einsum("mnp,mp->np", gradients(r)[:m], planted))
+    value, bound = hidden_acceleration(m, r, v, dv)
+    assert np.abs(value - 2.0 * second_derivatives(r, v)[:m]).max() <= 2 * bound
+    assert np.abs(value).max() > 0.1
+
+
+@both
+def test_the_drift_differs_from_the_free_motion_by_a_constraint_force(m):
+    """M drift_v - a lies in the range of grad g, with the multiplier of (2.8) as its coefficients."""
+    r, v = points()
+    problem = general(m)
+    drift = problem.view(SDE).drift(0.3, np.concatenate([r, v]))
+    reaction = MASS @ drift[3:] - force(0.3, r, v)
+    lam = problem.inherent_multiplier(r, v, force(0.3, r, v))
+    expected = np.einsum("mnp,mp->np", gradients(r)[:m], lam)
+    assert np.array_equal(drift[:3], v)
+    assert np.abs(reaction - expected).max() <= rounding(m, r) * (1.0 + np.abs(expected).max())
+
+
+@both
+def test_the_noise_is_tangential(m):
+    """Dg B_v = 0, and the positions have no noise."""
+    r, v = points()
+    B = general(m).view(SDE).diffusion(0.3, np.concatenate([r, v]))
+    assert np.array_equal(B[:3], np.zeros((3, 3, PATHS)))
+    assert np.abs(np.einsum("mnp,nlp->mlp", gradients(r)[:m], B[3:])).max() <= rounding(m, r)
+
+
+@both
+def test_the_projector_is_a_projector(m):
+    """P^2 = P, P grad g = 0, Dg M^{-1} P = 0, and P has rank n - m."""
+    r, _ = points()
+    problem, Dg = general(m), gradients(r)[:m]
+    P = projected(problem, r, np.repeat(np.eye(3)[..., None], PATHS, axis=2))
+    bound = rounding(m, r)
+    assert np.abs(np.einsum("ijp,jkp->ikp", P, P) - P).max() <= bound
+    assert np.abs(np.einsum("ijp,mjp->imp", P, Dg)).max() <= bound
+    assert np.abs(np.einsum("mip,ijp->mjp", Dg, problem.inverse_mass(P))).max() <= bound
+    assert np.abs(np.einsum("iip->p", P) - (3 - m)).max() <= bound
+
+
+@both
+def test_noise_is_projected_along_the_constraint_forces(m):
+    """P_M B is B less grad g G_M^{-1} Dg M^{-1} B, computed on every path with dense matrices."""
+    r, _ = points()
+    B = np.sin(np.arange(3.0 * 2 * PATHS)).reshape(3, 2, PATHS)
+    result, Dg = projected(general(m), r, B), gradients(r)[:m]
+    for p, (D, b) in enumerate(paths(Dg, B)):
+        G = D @ np.linalg.solve(MASS, D.T)
+        expected = b - D.T @ np.linalg.solve(G, D @ np.linalg.solve(MASS, b))
+        assert np.abs(result[..., p] - expected).max() <= rounding(m, r)
+
+
+@both
+def test_constraint_forces_do_no_work(m):
+    """For tangential v the energy v^T M v/2 has drift <v, a> + tr(B_v^T M B_v)/2, the trace being sigma^2 (n - m)."""
+    r, w = points()
+    v = tangent(m, r, w)
+    sde, x = general(m).view(SDE), np.concatenate([r, v])
+    power = np.einsum("np,np->p", v, MASS @ sde.drift(0.3, x)[3:])
+    assert np.abs(power - (v * force(0.3, r, v)).sum(axis=0)).max() <= rounding(m, r) * 10
+    B = sde.diffusion(0.3, x)[3:]
+    trace = np.einsum("nlp,nk,klp->p", B, MASS, B)
+    assert np.abs(trace - SIGMA**2 * (3 - m)).max() <= rounding(m, r)
+
+
+# ---------------------------------------------------------------- what the view takes over
+
+
+def test_the_view_keeps_what_is_known_of_the_problem():
+    """Start, names, horizon, noise and units are those of the constrained problem; its source says so."""
+    problem = general(2)
+    sde = problem.view(SDE)
+    assert np.array_equal(sde.start, np.concatenate([problem.position, problem.velocity]))
+    assert (sde.horizon, sde.noise_dim, sde.units) == (problem.horizon, problem.noise_dim, problem.units)
+    assert (sde.observables, sde.truths) == (problem.observables, problem.truths)
+    assert "(2.9)" in sde.source
+    parts = sde.parts(np.arange(12.0).reshape(6, 2))
+    assert {name: rows.tolist() for name, rows in parts.items()} == {
+        "r": [[0, 1], [2, 3], [4, 5]],
+        "v": [[6, 7], [8, 9], [10, 11]],
+    }
+
+
+def test_additive_noise_is_not_additive_in_the_view():
+    """The projector depends on r; but as only v is driven, the Milstein term vanishes."""
+    problem = HolonomicSDAE(**{**fields_of(pendulum(1.0)), "traits": frozenset({"additive-noise"})})
+    sde = problem.view(SDE)
+    assert sde.traits == {"vanishing-milstein-term"}
+    r, v = plane_points()
+    x = np.concatenate([r, v])
+    B = sde.diffusion(0.0, x)
+    corrections = [sde.derivative_of_diffusion(0.0, x, B[:, j]) for j in range(2)]
+    assert np.array_equal(corrections, np.zeros((2, 4, 2, PATHS)))
+
+
+def test_the_diffusion_can_be_differentiated_without_a_given_jacobian():
+    """DB of the view is the same whether Dg was given or taken by complex step."""
+    given = general(2)
+    taken = HolonomicSDAE(**{**fields_of(given), "jacobian": None}).view(SDE)
+    r, v = points()
+    x, y = np.concatenate([r, v]), np.concatenate([v, r])
+    assert taken.no_derivative_of_diffusion() == ""
+    expected = given.view(SDE).derivative_of_diffusion(0.0, x, y)
+    difference = np.abs(taken.derivative_of_diffusion(0.0, x, y) - expected)
+    # Second derivatives without Dg are good to 5e-11, which the condition of the projector enlarges.
+    assert np.abs(expected).max() > 0.1
+    assert difference.max() <= 5e-11 * rounding(2, r) / EPS
+
+
+def fields_of(problem):
+    """Return the arguments a problem was made of."""
+    return {name: getattr(problem, name) for name in problem.__dataclass_fields__}
+
+
+def test_the_problem_itself_is_its_view_as_constrained_mechanics():
+    """Asked for its own form it returns itself."""
+    problem = pendulum(1.0)
+    assert problem.view(HolonomicSDAE) is problem

@@ -1,0 +1,177 @@
+"""The SDE form: what it refuses, its derivative of the diffusion, its named components."""
+
+import numpy as np
+import pytest
+
+from sdaeverify import SDE, HolonomicSDAE, Moment, Pathwise, ProblemError
+
+EPS = np.finfo(float).eps
+
+
+def drift(t, x):
+    """Return a linear drift."""
+    return -x
+
+
+def diffusion(t, x):
+    """Return a diffusion matrix of shape (2, 2, P) that mixes the components."""
+    zero = 0.0 * x[0]
+    return np.stack([np.stack([x[0] * x[1], zero]), np.stack([np.sin(x[0]), np.exp(x[1])])])
+
+
+def derivative(t, x, y):
+    """Return DB(x) y of `diffusion`."""
+    zero = 0.0 * x[0]
+    return np.stack(
+        [
+            np.stack([x[0] * y[1] + y[0] * x[1], zero]),
+            np.stack([np.cos(x[0]) * y[0], np.exp(x[1]) * y[1]]),
+        ]
+    )
+
+
+def make(**changes):
+    """Return a valid problem with some of its arguments changed."""
+    valid = {"drift": drift, "diffusion": diffusion, "start": [0.5, -0.3], "horizon": 1.0, "noise_dim": 2}
+    return SDE(**{**valid, "source": "made up", **changes})
+
+
+def moment(observable):
+    """Return a truth about an observable."""
+    return Moment(observable=observable, value=lambda t: 1.0, source="made up")
+
+
+REFUSED = [
+    ({"horizon": 0.0}, "horizon must be a positive time, got 0.0"),
+    ({"horizon": -1.0}, "horizon must be a positive time, got -1.0"),
+    ({"horizon": np.nan}, "horizon must be a positive time, got nan"),
+    ({"horizon": np.inf}, "horizon must be a positive time, got inf"),
+    ({"noise_dim": 0}, "noise_dim must be a whole number of at least 1, got 0"),
+    ({"noise_dim": 2.0}, "noise_dim must be a whole number of at least 1, got 2.0"),
+    ({"traits": {"white-noise"}}, "unknown traits ['white-noise']; known are ['additive-noise',"),
+    ({"truths": (moment("energy"),)}, "a truth is about observable 'energy'; known are []"),
+    ({"start": [[0.5, -0.3]]}, "start must be a vector of finite numbers, got [[0.5, -0.3]]"),
+    ({"start": np.eye(2)}, "start must be a vector of finite numbers, got array([[1., 0.], [0., 1.]])"),
+    ({"start": []}, "start must be a vector of finite numbers, got []"),
+    ({"start": [0.5, np.nan]}, "start must be a vector of finite numbers, got [0.5, nan]"),
+    ({"start": ["a", "b"]}, "start must be a vector of finite numbers, got ['a', 'b']"),
+    ({"start": [0.5, 1j]}, "start must be a vector of finite numbers, got [0.5, 1j]"),
+    ({"start": [[0.5], [1.0, 2.0]]}, "start must be a vector of finite numbers, got [[0.5], [1.0, 2.0]]"),
+    ({"drift": lambda t, x: x.T}, "drift(t, x) returned shape (3, 2), expected (2, 3) for 3 paths (paths last)"),
+    ({"drift": lambda t, x: [x[0], 1.0]}, "drift(t, x) returned list, expected an array of real numbers"),
+    ({"drift": lambda t, x: x + 0j}, "drift(t, x) returned an array of complex128, expected an array of real"),
+    ({"drift": lambda t, x: x + np.inf}, "drift(t, x) is not finite at the initial state: [inf, inf]"),
+    ({"diffusion": lambda t, x: x}, "diffusion(t, x) returned shape (2, 3), expected (2, 2, 3)"),
+    ({"diffusion": lambda t, x: None}, "diffusion(t, x) returned NoneType, expected an array of real numbers"),
+    ({"noise_dim": 1}, "diffusion(t, x) returned shape (2, 2, 3), expected (2, 1, 3)"),
+    (
+        {"diffusion_derivative": lambda t, x, y: x},
+        "diffusion_derivative(t, x, y) returned shape (2, 3), expected (2, 2, 3)",
+    ),
+    ({"names": {"x": slice(2, 3)}}, "names['x'] must be a slice of the 2 components, got slice(2, 3, None)"),
+    ({"names": {"x": 0}}, "names['x'] must be a slice of the 2 components, got 0"),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), REFUSED, ids=[text for _, text in REFUSED])
+def test_contradictory_problems_are_refused_in_one_line(changes, message):
+    """The message says what was expected and what was given."""
+    with pytest.raises(ProblemError) as caught:
+        make(**changes)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_complex_step_agrees_with_the_given_derivative():
+    """DB(x) y by complex step is exact to a few roundings."""
+    x = np.array([[0.3, -1.0, 2.0], [0.5, 0.1, -0.7]])
+    y = np.array([[1.0, 0.5, -2.0], [-1.0, 3.0, 0.2]])
+    by_step = make().derivative_of_diffusion(0.0, x, y)
+    given = make(diffusion_derivative=derivative).derivative_of_diffusion(0.0, x, y)
+    assert (np.abs(by_step - given) <= 8 * EPS * (1.0 + np.abs(given))).all()
+
+
+def test_a_given_derivative_is_used():
+    """An author's derivative is not replaced by a complex step."""
+    marked = make(diffusion_derivative=lambda t, x, y: np.full((2, 2, x.shape[-1]), 7.0))
+    assert (marked.derivative_of_diffusion(0.0, np.ones((2, 4)), np.ones((2, 4))) == 7.0).all()
+
+
+def absolute(t, x):
+    """Return a diffusion with a kink."""
+    return np.abs(x)[:, None]
+
+
+def test_a_diffusion_without_derivative_says_so():
+    """A diffusion with a kink is a valid problem, for schemes that need no derivative; the reason is given."""
+    kinked = make(diffusion=absolute, noise_dim=1)
+    assert "diffusion is not analytic" in kinked.no_derivative_of_diffusion()
+    assert "give diffusion_derivative" in kinked.no_derivative_of_diffusion()
+    given = make(diffusion=absolute, noise_dim=1, diffusion_derivative=lambda t, x, y: (np.sign(x) * y)[:, None])
+    assert given.no_derivative_of_diffusion() == ""
+    assert make().no_derivative_of_diffusion() == ""
+
+
+def test_a_kink_at_the_start_is_noticed():
+    """At x = 0 both derivatives of |x| vanish, and still it is not analytic."""
+    assert make(diffusion=absolute, noise_dim=1, start=[0.0, 0.0]).no_derivative_of_diffusion()
+
+
+def test_the_initial_state_is_repeated_on_every_path():
+    """The start (d,) becomes the columns of (d, P)."""
+    assert make().initial(3).tolist() == [[0.5] * 3, [-0.3] * 3]
+    assert make().dimension == 2
+
+
+def test_the_start_is_a_read_only_copy():
+    """Neither the caller's array nor the problem's can change the problem later."""
+    mine = np.array([0.5, -0.3])
+    problem = make(start=mine)
+    mine[0] = 9.0
+    assert problem.start.tolist() == [0.5, -0.3]
+    assert not problem.start.flags.writeable
+
+
+def test_components_have_names():
+    """Names select rows; without names the whole state is x."""
+    x = np.arange(6.0).reshape(2, 3)
+    assert np.array_equal(make().parts(x)["x"], x)
+    named = make(names={"q": slice(0, 1), "p": slice(1, 2)}).parts(x)
+    assert {name: rows.tolist() for name, rows in named.items()} == {"q": [[0, 1, 2]], "p": [[3, 4, 5]]}
+
+
+def test_constant_diffusions_may_have_one_column_of_paths():
+    """A value that is the same on every path may have a last axis of length 1."""
+    assert make(diffusion=lambda t, x: np.eye(2)[..., None]).noise_dim == 2
+
+
+@pytest.mark.parametrize(
+    ("changes", "traits"),
+    [
+        ({}, set()),
+        ({"noise_dim": 1, "diffusion": lambda t, x: x[:, None]}, {"scalar-noise"}),
+        ({"traits": {"additive-noise"}}, {"additive-noise", "vanishing-milstein-term"}),
+        ({"traits": {"diagonal-noise"}}, {"diagonal-noise"}),
+    ],
+)
+def test_traits_that_follow_are_added(changes, traits):
+    """One motion is scalar noise; additive noise has no Milstein term."""
+    assert make(**changes).traits == traits
+
+
+def test_views_are_of_its_own_form_only():
+    """An SDE is offered as an SDE and as nothing else; it has no constraints."""
+    problem = make()
+    assert problem.view(SDE) is problem
+    assert problem.view(HolonomicSDAE) is None
+    assert not problem.has_constraints
+    assert problem.residuals({}) == {}
+
+
+def test_the_pathwise_truth_is_found_among_the_truths():
+    """Other truths do not count as a solution on a path."""
+    path = Pathwise(start=np.zeros, advance=lambda z, t, h, dw: z, parts=lambda t, z: {"x": z}, source="made up")
+    truths = (moment("energy"), path)
+    assert make(truths=truths, observables={"energy": lambda t, s: s["x"][0]}).pathwise is path
+    assert path.exact
+    assert make().pathwise is None

@@ -1,0 +1,239 @@
+"""The pendulums' solutions in angle form, against an independent scheme on finely refined noise."""
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from sdaeverify import HolonomicSDAE, Increment
+from sdaeverify.arrays import Array
+from sdaeverify.forms import SDE
+from sdaeverify.noise import LevelNoise, Source, aggregate, brownian_steps
+from sdaeverify.statistics import Estimate, group_sums, jackknife, log_norms, slope_weights
+from sdaeverify_problems import _circle as circle
+from sdaeverify_problems import pendulum_velocity_noise as velocity_noise
+from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulum_tangential import pendulum_tangential
+
+EPS = np.finfo(float).eps
+PATHS, COARSEST, LEVELS, DEPTH, HORIZON = 240, 4, 4, 11, 0.5
+# Halfway between order 3/2 and order 1, which is what any one missing term of the step would leave.
+BETWEEN = 1.25
+CONFIDENCE = 0.999
+ROWS = {"theta": 0, "omega": 1, "mu": 2}
+
+Advance = Callable[[Array, float, float, Increment], Array]
+
+
+class Case(NamedTuple):
+    """A pendulum, and its angle form dz = f(z) dt + b(z, o dW) in Stratonovich's sense."""
+
+    problem: HolonomicSDAE
+    drift: Callable[[Array], Array]
+    noise: Callable[[Array, Array], Array]
+    exact: tuple[str, ...] = ()
+
+
+def gravity(c_g: float) -> Case:
+    def drift(z: Array) -> Array:
+        return np.stack([z[1], -c_g * np.sin(z[0]), c_g * np.cos(z[0]) + z[1] ** 2])
+
+    def noise(z: Array, dW: Array) -> Array:
+        c, s = np.cos(z[0]), np.sin(z[0])
+        return np.stack([0.0 * c, c * dW[0] + s * dW[1], s * dW[0] - c * dW[1]])
+
+    return Case(pendulum(c_g=c_g, horizon=HORIZON), drift, noise)
+
+
+def tangential() -> Case:
+    def drift(z: Array) -> Array:
+        return np.stack([z[1], 0.0 * z[1], z[1] ** 2])
+
+    def noise(z: Array, dW: Array) -> Array:
+        return np.stack([0.0 * dW[0], dW[0], 0.0 * dW[0]])
+
+    return Case(pendulum_tangential(horizon=HORIZON), drift, noise, ("theta", "omega"))
+
+
+def proportional(sigma: float, gamma: float) -> Case:
+    def drift(z: Array) -> Array:
+        return np.stack([z[1], -(gamma + 0.5 * sigma**2) * z[1], z[1] ** 2])
+
+    def noise(z: Array, dW: Array) -> Array:
+        return np.stack([0.0 * z[1], sigma * z[1] * dW[0], 0.0 * z[1]])
+
+    problem = velocity_noise.pendulum_velocity_noise(sigma=sigma, gamma=gamma, horizon=HORIZON)
+    return Case(problem, drift, noise, ("omega",))
+
+
+CASES: dict[str, Callable[[], Case]] = {
+    "c_g=1": lambda: gravity(1.0),
+    "c_g=0": lambda: gravity(0.0),
+    "tangential": tangential,
+    "sigma=0.6": lambda: proportional(0.6, 0.0),
+    "sigma=0.3,gamma=0.7": lambda: proportional(0.3, 0.7),
+}
+
+
+def without_turning_noise(z: Array, h: float, noise: Increment) -> Array:
+    """Return the term -omega <r, J> of omega."""
+    J = h * noise.dW - noise.time_integral(h)
+    return np.stack([0.0 * z[0], -z[1] * (circle.normal(z[0]) * J).sum(axis=0), 0.0 * z[0]])
+
+
+def without_square_of_tangential_noise(z: Array, h: float, noise: Increment) -> Array:
+    """Return the term h^2/2 of mu."""
+    return np.stack([0.0 * z[0], 0.0 * z[0], np.full_like(z[0], 0.5 * h**2)])
+
+
+def without_rest_of_square(z: Array, h: float, noise: Increment) -> Array:
+    """Return the term h^2/15 of mu."""
+    return np.stack([0.0 * z[0], 0.0 * z[0], np.full_like(z[0], h**2 / 15)])
+
+
+def without_square(z: Array, h: float, noise: Increment) -> Array:
+    """Return the terms with int W^2 of theta and mu, sigma = 0.6."""
+    square = 0.6**2 * circle.square_integral(h, noise)[0]
+    return np.stack([0.5 * z[1] * square, 0.0 * z[0], 2.0 * z[1] ** 2 * square])
+
+
+# What is left out, and the rows where that shows.
+PLANTED: dict[str, tuple[str, Callable[[Array, float, Increment], Array], tuple[str, ...]]] = {
+    "turning noise, c_g=1": ("c_g=1", without_turning_noise, ("omega",)),
+    "turning noise, c_g=0": ("c_g=0", without_turning_noise, ("omega",)),
+    "square of noise, c_g=1": ("c_g=1", without_square_of_tangential_noise, ("mu",)),
+    "square of noise, c_g=0": ("c_g=0", without_square_of_tangential_noise, ("mu",)),
+    "rest of the square": ("tangential", without_rest_of_square, ("mu",)),
+    "square": ("sigma=0.6", without_square, ("theta", "mu")),
+}
+
+
+def lacking(advance: Advance, term: Callable[[Array, float, Increment], Array]) -> Advance:
+    return lambda z, t, h, noise: advance(z, t, h, noise) - term(z, h, noise)
+
+
+def heun(case: Case, z: Array, h: float, noise: LevelNoise) -> Array:
+    """Make all steps of one level by the trapezoidal rule with a predictor, from the increments dW alone."""
+    for dW in noise.dW:
+        f, b = case.drift(z), case.noise(z, dW)
+        guess = z + h * f + b
+        z = z + 0.5 * (h * (f + case.drift(guess)) + b + case.noise(guess, dW))
+    return z
+
+
+def errors(case: Case, solutions: Mapping[str, Advance]) -> dict[str, Array]:
+    """Return the errors of solutions at the end, shape (level, row, path), the finest scheme being the truth."""
+    truth, h = case.problem.pathwise, HORIZON / COARSEST
+    assert truth is not None
+    fine = truth.start(PATHS)
+    tracks = {name: [truth.start(PATHS)] * LEVELS for name in solutions}
+    source = Source(11, "angle", 0, PATHS)
+    steps = zip(range(COARSEST), brownian_steps(source, case.problem.noise_dim, h, DEPTH), strict=False)
+    for n, levels in steps:
+        fine = heun(case, fine, h / 2**DEPTH, levels[DEPTH])
+        for name, advance in solutions.items():
+            for level in range(LEVELS):
+                for k in range(2**level):
+                    length, noise = h / 2**level, levels[level].increment(k)
+                    tracks[name][level] = advance(tracks[name][level], n * h + k * length, length, noise)
+    return {name: np.abs(np.stack(track) - fine) for name, track in tracks.items()}
+
+
+def order(distances: Array) -> Estimate:
+    """Return the order in the mean of distances of shape (level, path)."""
+    weights = -slope_weights(np.arange(LEVELS, dtype=float))
+    counts = group_sums(np.ones(PATHS))
+    return jackknife(group_sums(distances), counts, lambda means: float(weights @ log_norms(means, 1.0)))
+
+
+@pytest.fixture(scope="module")
+def orders() -> dict[str, dict[str, Estimate]]:
+    """Return the order of each case and of each planted fault, row by row."""
+    found: dict[str, Array] = {}
+    for name, make in CASES.items():
+        case = make()
+        assert case.problem.pathwise is not None
+        advance = case.problem.pathwise.advance
+        faulty = {fault: lacking(advance, term) for fault, (where, term, _) in PLANTED.items() if where == name}
+        found |= errors(case, {name: advance, **faulty})
+    return {name: {row: order(e[:, i]) for row, i in ROWS.items()} for name, e in found.items()}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_angle_solutions_converge_at_order_three_halves(orders: dict[str, dict[str, Estimate]], name: str) -> None:
+    """What is not exact approaches the solution of the angle form nearer to order 3/2 than to order 1."""
+    for row in ROWS.keys() - set(CASES[name]().exact):
+        assert orders[name][row].interval(CONFIDENCE)[0] > BETWEEN, (row, orders[name][row])
+
+
+@pytest.mark.parametrize("fault", PLANTED)
+def test_a_missing_term_of_the_angle_solution_is_noticed(orders: dict[str, dict[str, Estimate]], fault: str) -> None:
+    """A step that lacks one term of size h^(3/2), or of size h^2 and of one sign, is of order 1."""
+    for row in PLANTED[fault][2]:
+        assert orders[fault][row].interval(CONFIDENCE)[1] < BETWEEN, (row, orders[fault][row])
+
+
+@pytest.mark.parametrize("name", [name for name, make in CASES.items() if make().exact])
+def test_exact_rows_compose(name: str) -> None:
+    """Two steps on refined noise give the exact rows of one step on the joined noise."""
+    case = CASES[name]()
+    truth, h = case.problem.pathwise, HORIZON / COARSEST
+    assert truth is not None
+    *_, halves = next(brownian_steps(Source(2, name, 0, 50), 1, h, 1))
+
+    once = truth.advance(truth.start(50), 0.0, h, aggregate(halves).increment(0))
+    twice = truth.advance(truth.start(50), 0.0, h / 2, halves.increment(0))
+    twice = truth.advance(twice, h / 2, h / 2, halves.increment(1))
+
+    for row in case.exact:
+        assert np.abs(once - twice)[ROWS[row]].max() <= 16 * EPS
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_angle_form_is_the_inherent_equation(name: str) -> None:
+    """With r = n(theta), v = omega t(theta), Ito's formula turns the angle form into the inherent SDE and multiplier.
+
+    dr = omega t dt, dv = t o domega - omega r dtheta, since dt/dtheta = -r; dmu is the multiplier's equation.
+    """
+    case = CASES[name]()
+    rng = np.random.default_rng(8)
+    z = rng.standard_normal((3, 20))
+    r, t, omega = circle.normal(z[0]), circle.tangent(z[0]), z[1]
+    x, l = np.concatenate([r, omega * t]), case.problem.noise_dim
+    units = np.eye(l)[:, :, None] * np.ones(20)
+    kicks = np.stack([case.noise(z, unit) for unit in units])
+    # From Stratonovich's sense to Ito's: half of Db b, a difference because b is linear in omega.
+    turns = [case.noise(z + b, unit) - b for b, unit in zip(kicks, units, strict=True)]
+    rate = case.drift(z) + 0.5 * sum(turns)
+    view = case.problem.view(SDE)
+    assert isinstance(view, SDE)
+    multiplier = case.problem.inherent_multiplier(r, omega * t, case.problem.force(0.0, r, omega * t))
+    B = np.broadcast_to(view.diffusion(0.0, x), (4, l, 20))
+
+    size = 64 * EPS * (1.0 + np.abs(z).max() ** 2)
+    assert np.abs(view.drift(0.0, x) - np.concatenate([omega * t, rate[1] * t - omega**2 * r])).max() <= size
+    assert np.abs(B[2:] - np.stack([kick[1] * t for kick in kicks], axis=1)).max() <= size
+    assert np.abs(multiplier[0] - rate[2]).max() <= size
+
+
+def test_the_square_of_noise_is_expected_from_its_increments() -> None:
+    """The expectation of int W^2 given dW and H agrees with regression on the Gaussian vector (W(s), dW, int W).
+
+    Cov(W(s), dW) = s, Cov(W(s), int W) = s h - s^2/2, Var int W = h^3/3, Cov(dW, int W) = h^2/2; the integrand
+    of degree four in s is integrated exactly.
+    """
+    h = 0.3
+    nodes, weights = np.polynomial.legendre.leggauss(5)
+    s, weights = 0.5 * h * (1.0 + nodes), 0.5 * h * weights
+    covariance = np.array([[h, h**2 / 2], [h**2 / 2, h**3 / 3]])
+    with_them = np.stack([s, s * h - s**2 / 2], axis=1)
+    regression = np.linalg.solve(covariance, with_them.T).T
+    rest = s - np.einsum("ij,ij->i", regression, with_them)
+    noise = Increment(np.array([[0.4, -1.3, 0.0]]), np.array([[0.2, 0.1, -0.3]]))
+    known = np.concatenate([noise.dW, noise.time_integral(h)])
+
+    expected = weights @ ((regression @ known) ** 2 + rest[:, None])
+
+    # The covariance matrix has a condition number below 200.
+    assert np.abs(circle.square_integral(h, noise)[0] - expected).max() <= 200 * 8 * EPS

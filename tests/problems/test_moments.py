@@ -1,0 +1,231 @@
+"""Expectations that problems know, against quadrature of Gaussian laws and against samples of the solution."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from scipy.special import ndtri
+
+from sdaeverify.arrays import Array
+from sdaeverify.forms import HolonomicSDAE, Problem
+from sdaeverify.noise import Source, brownian_steps
+from sdaeverify.reference import Reference
+from sdaeverify.settings import Settings
+from sdaeverify.truths import MeanSquareStability, Moment
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.ou import ou
+from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulum_tangential import pendulum_tangential
+from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise
+
+EPS = np.finfo(float).eps
+PROBLEMS: dict[str, Callable[[], Problem]] = {
+    "gbm": gbm,
+    "gbm, decaying": lambda: gbm(a=-1.0, b=0.4, x_0=-2.0),
+    "ou": ou,
+    "ou, growing": lambda: ou(a=-0.8, sigma=0.3, x_0=0.5),
+    "pendulum": pendulum,
+    "pendulum, free": lambda: pendulum(c_g=0.0, horizon=1.0),
+    "pendulum, free and fast": lambda: pendulum(c_g=0.0, theta_0=2.0, omega_0=-1.5),
+    "tangential": lambda: pendulum_tangential(horizon=1.0),
+    "velocity noise": lambda: pendulum_velocity_noise(sigma=0.4, omega_0=1.0, horizon=0.5),
+    "velocity noise with friction": lambda: pendulum_velocity_noise(sigma=0.3, gamma=0.7, omega_0=1.5),
+    "velocity noise, steady": lambda: pendulum_velocity_noise(sigma=0.4, gamma=0.08),
+}
+# Of one wrong rejection in the whole family, two-sided, for samples whose means are close to normal.
+LEVEL = 1e-6
+PATHS = 20_000
+
+
+def moments(problem: Problem) -> dict[str, Moment]:
+    return {truth.observable: truth for truth in problem.truths if isinstance(truth, Moment)}
+
+
+CASES = [(name, observable) for name, make in PROBLEMS.items() for observable in moments(make())]
+BOUND = float(-ndtri(LEVEL / (2 * 2 * len(CASES))))
+# A deviation of so many standard errors is missed with a probability of 1e-4.
+VISIBLE = BOUND + float(-ndtri(1e-4))
+
+
+class Sample(NamedTuple):
+    """Values of each observable on all paths, at half the horizon and at its end."""
+
+    times: tuple[float, float]
+    values: dict[str, tuple[Array, Array]]
+
+
+def sample(name: str) -> Sample:
+    problem = PROBLEMS[name]()
+    settings = Settings(paths=PATHS, block=PATHS, coarsest=8, levels=3)
+    reference, source = Reference(problem, settings, PATHS), Source(5, name, 0, PATHS)
+    h, extra, found = problem.horizon / 8, source.stream("truth", 0), []
+    for n, noise in zip(range(8), brownian_steps(source, problem.noise_dim, h, reference.finest), strict=False):
+        reference.advance(noise, n * h, extra)
+        found.append({key: q(reference.t, reference.parts()[0]) for key, q in problem.observables.items()})
+    return Sample((4 * h, 8 * h), {key: (found[3][key], found[7][key]) for key in problem.observables})
+
+
+@pytest.fixture(scope="module")
+def samples() -> dict[str, Sample]:
+    return {name: sample(name) for name in PROBLEMS}
+
+
+def scores(drawn: Sample, moment: Moment, factor: float = 1.0) -> list[float]:
+    """Return the difference of sample mean and expectation in standard errors, at both times."""
+    pairs = zip(drawn.times, drawn.values[moment.observable], strict=True)
+    return [(x.mean() - factor * moment.value(t)) / (x.std(ddof=1) / np.sqrt(PATHS) + 8 * EPS) for t, x in pairs]
+
+
+@pytest.mark.parametrize(("name", "observable"), CASES)
+def test_expectations_are_those_of_the_solution(samples: dict[str, Sample], name: str, observable: str) -> None:
+    """The mean over paths of the solution agrees with the expectation."""
+    for score in scores(samples[name], moments(PROBLEMS[name]())[observable]):
+        assert abs(score) < BOUND
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_expectations_wrong_by_a_twentieth_are_noticed(samples: dict[str, Sample], name: str) -> None:
+    """Moments 5 % off are refuted wherever the sample can see 5 % of them, which is the case in each problem."""
+    drawn, visible = samples[name], 0
+    for observable, moment in moments(PROBLEMS[name]()).items():
+        planted = scores(drawn, moment, factor=1.05)
+        for t, x, score in zip(drawn.times, drawn.values[observable], planted, strict=True):
+            if 0.05 * abs(moment.value(t)) > VISIBLE * x.std(ddof=1) / np.sqrt(PATHS):
+                visible += 1
+                assert abs(score) > BOUND
+
+    assert visible
+
+
+TIMES = (0.0, 0.3, 1.0, 2.0)
+
+
+def gaussian(theta_0: float, omega_0: float, t: float) -> tuple[Array, Array]:
+    """Return mean and covariance of (theta, omega) for dtheta = omega dt, domega = dW.
+
+    The covariance is int_0^t k k^T ds with the response k = (t - s, 1) to a kick at s, exact with two nodes.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(2)
+    s = 0.5 * t * (1 + nodes)
+    kicks = np.stack([t - s, np.ones(2)])
+    return np.array([theta_0 + omega_0 * t, omega_0]), (kicks * 0.5 * t * weights) @ kicks.T
+
+
+def expectation(f: Callable[[Array, Array], Array], theta_0: float, omega_0: float, t: float) -> float:
+    """Return E f(theta(t), omega(t)) by Gauss-Hermite quadrature with 40 by 40 nodes."""
+    mean, covariance = gaussian(theta_0, omega_0, t)
+    nodes, weights = np.polynomial.hermite_e.hermegauss(40)
+    u = np.stack(np.meshgrid(nodes, nodes)).reshape(2, -1)
+    w = np.outer(weights, weights).ravel() / (2 * np.pi)
+    # Lower triangular, and zero at time 0 where there is nothing to factorise.
+    root = np.linalg.cholesky(covariance) if t > 0.0 else np.zeros((2, 2))
+    return float(w @ f(*(mean[:, None] + root @ u)))
+
+
+GAUSSIAN: dict[str, Callable[[Array, Array], Array]] = {
+    "r_1": lambda theta, omega: np.sin(theta),
+    "r_2": lambda theta, omega: -np.cos(theta),
+    "v_1": lambda theta, omega: omega * np.cos(theta),
+    "v_2": lambda theta, omega: omega * np.sin(theta),
+    "|v|^2": lambda theta, omega: omega**2,
+    "|v|^4": lambda theta, omega: omega**4,
+}
+FREE: dict[str, Callable[[float, float], HolonomicSDAE]] = {
+    "isotropic": lambda theta_0, omega_0: pendulum(c_g=0.0, theta_0=theta_0, omega_0=omega_0),
+    "tangential": lambda theta_0, omega_0: pendulum_tangential(theta_0=theta_0, omega_0=omega_0),
+}
+
+
+@pytest.mark.parametrize("noise", FREE)
+@pytest.mark.parametrize("observable", GAUSSIAN)
+@pytest.mark.parametrize("start", [(0.5, 0.5), (2.0, -1.5)])
+def test_moments_of_the_free_pendulum_are_those_of_a_gaussian(
+    noise: str, observable: str, start: tuple[float, float]
+) -> None:
+    """Moments of position and velocity agree with quadrature of the Gaussian law of angle and angular velocity."""
+    moment = moments(FREE[noise](*start))[observable]
+    for t in TIMES:
+        value = expectation(GAUSSIAN[observable], *start, t)
+        # 1600 positive weights that sum to one, of values up to about (1.5 + 9 sqrt 2)^4 weighted by their moments.
+        assert moment.value(t) == pytest.approx(value, rel=1e-12, abs=1e-13)
+
+
+def multiplier_moments(omega_0: float, radial: float, t: float) -> tuple[float, float]:
+    """Return E mu and E mu^2 for mu = int omega^2 dt + sqrt(radial) W', W' independent of the Gaussian omega.
+
+    Cov(omega_s^2, omega_u^2) = 2 C^2 + 4 omega_0^2 C with C = Cov(omega_s, omega_u) = min(s, u) (Isserlis); the
+    double integral is twice that over the triangle s < u, exact with four nodes a side.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    q, w = 0.5 + 0.5 * nodes, 0.5 * weights
+    mean = t * float(w @ (omega_0**2 + t * q))
+    u, s = t * q[:, None], t * q[:, None] * q[None]
+    inner = 2 * s**2 + 4 * omega_0**2 * s
+    variance = radial * t + 2 * float(np.sum(t * w[:, None] * u * w[None] * inner))
+    return mean, mean**2 + variance
+
+
+@pytest.mark.parametrize(("noise", "radial"), [("isotropic", 1.0), ("tangential", 0.0)])
+@pytest.mark.parametrize("omega_0", [0.5, -1.5])
+def test_moments_of_the_multiplier_are_those_of_a_gaussian(noise: str, radial: float, omega_0: float) -> None:
+    """Mean and mean square of mu agree with integrals of the moments of a Gaussian angular velocity."""
+    known = moments(FREE[noise](0.5, omega_0))
+    for t in TIMES:
+        mean, square = multiplier_moments(omega_0, radial, t)
+        assert known["mu"].value(t) == pytest.approx(mean, rel=32 * EPS)
+        assert known["mu^2"].value(t) == pytest.approx(square, rel=32 * EPS)
+
+
+@pytest.mark.parametrize(("sigma", "gamma"), [(0.5, 0.0), (0.3, 0.7), (1.0, 0.5), (0.4, 0.08)])
+def test_moments_with_velocity_noise_are_those_of_a_lognormal(sigma: float, gamma: float) -> None:
+    """Moments of |v| agree with quadrature over W(t), and E mu with that of its rate E |v|^2 over time."""
+    known = moments(pendulum_velocity_noise(sigma=sigma, gamma=gamma, omega_0=1.3))
+    nodes, weights = np.polynomial.hermite_e.hermegauss(60)
+    weights = weights / np.sqrt(2 * np.pi)
+
+    def speed(power: int, t: float) -> float:
+        k = gamma + 0.5 * sigma**2
+        return float(weights @ (1.3 * np.exp(-k * t + sigma * np.sqrt(t) * nodes)) ** power)
+
+    q, w = np.polynomial.legendre.leggauss(12)
+    for t in TIMES[:3]:
+        rates = [speed(2, 0.5 * t * (1 + x)) for x in q]
+        # Sixty positive terms, each an exponential whose argument, at most 40, is rounded.
+        error = 60 * EPS * 4
+        assert known["|v|^2"].value(t) == pytest.approx(speed(2, t), rel=error)
+        assert known["|v|^4"].value(t) == pytest.approx(speed(4, t), rel=error)
+        assert known["mu"].value(t) == pytest.approx(0.5 * t * float(w @ rates), rel=error)
+
+
+@pytest.mark.parametrize("make", [lambda: pendulum(c_g=0.0), pendulum_tangential], ids=["isotropic", "tangential"])
+def test_the_free_pendulum_gains_half_a_unit_of_energy(make: Callable[[], HolonomicSDAE]) -> None:
+    """Energy balance and E |v|^2 = omega_0^2 + t say the same where there is no potential."""
+    known = moments(make())
+    for t in TIMES:
+        assert known["|v|^2"].value(t) == pytest.approx(2 * known["energy"].value(t), rel=8 * EPS)
+
+
+STABILITY: dict[str, tuple[Callable[[], Problem], str]] = {
+    "gbm, growing": (gbm, "x^2"),
+    "gbm, pathwise stable only": (lambda: gbm(a=-0.1, b=0.6), "x^2"),
+    "gbm, stable": (lambda: gbm(a=-0.2, b=0.6), "x^2"),
+    "ou": (ou, "x^2"),
+    "ou, growing": (lambda: ou(a=-0.5), "x^2"),
+    "ou without noise": (lambda: ou(sigma=0.0), "x^2"),
+    "ou without noise, growing": (lambda: ou(a=-0.5, sigma=0.0), "x^2"),
+    "velocity noise": (pendulum_velocity_noise, "|v|^2"),
+    "velocity noise, damped": (lambda: pendulum_velocity_noise(sigma=0.5, gamma=0.15), "|v|^2"),
+    "velocity noise, not enough damped": (lambda: pendulum_velocity_noise(sigma=0.5, gamma=0.1), "|v|^2"),
+}
+
+
+@pytest.mark.parametrize("name", STABILITY)
+def test_mean_square_stability_is_that_of_the_second_moment(name: str) -> None:
+    """A problem says it is mean-square stable exactly if its known second moment tends to zero."""
+    make, observable = STABILITY[name]
+    problem = make()
+    (truth,) = [truth for truth in problem.truths if isinstance(truth, MeanSquareStability)]
+    second = moments(problem)[observable]
+
+    assert truth.stable == (second.value(300.0) < 1e-3 * second.value(0.0))

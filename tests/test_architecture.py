@@ -1,0 +1,236 @@
+"""The cut of the code, read from its source: layers, who may import whom, sizes of files and functions."""
+
+import ast
+from graphlib import TopologicalSorter
+from pathlib import Path
+from statistics import median
+
+import pytest
+
+import sdaeverify
+import sdaeverify.numerics
+
+ROOT = Path(__file__).resolve().parents[1]
+FRAMEWORK = ROOT / "sdaeverify"
+CONTRIBUTED = (ROOT / "plugins", ROOT / "problems")
+
+# The layer of every top-level module or package of the framework: it imports its own layer and lower ones.
+LAYERS = {
+    "errors": 0,
+    "arrays": 0,
+    "labels": 0,
+    "noise": 1,
+    "numerics": 1,
+    "statistics": 1,
+    "truths": 2,
+    "forms": 2,
+    "scheme": 2,
+    "specs": 2,
+    "settings": 2,
+    "lanes": 3,
+    "matching": 3,
+    "tally": 3,
+    "reference": 3,
+    "measure": 3,  # the contract of a measure: the ensemble runs its observers
+    "ensemble": 3,
+    "verdicts": 4,
+    "measures": 4,
+    "study": 5,
+    "report": 6,
+    "cli": 7,
+    "api": 7,
+    "__main__": 7,
+    "__init__": 7,
+}
+# Beside the layers: the registry and what it is made of. It knows forms and schemes, and is known from the study on.
+SIDE = {"hookspecs", "registry", "discovery", "contributions", "selection"}
+HIGHEST_KNOWN, LOWEST_USER = 2, 5
+# Measures are contributions like any other, and mark their hooks.
+MARKERS = {"hookspecs"}
+PLUGGY = {"hookspecs", "registry", "discovery", "contributions"}
+# What a scheme or problem may import: the public names of the package and of its numerical tools.
+PUBLIC = {f"{module.__name__}.{public}" for module in (sdaeverify, sdaeverify.numerics) for public in module.__all__}
+SHIPPED = {"sdaeverify_schemes", "sdaeverify_problems"}
+
+FRAMEWORK_LINES, CONTRIBUTED_LINES = 300, 120
+LONGEST, LONG, SHORT_SHARE, MEDIAN = 50, 25, 0.9, 8
+PARAMETERS = 6
+
+
+def sources(*folders):
+    """Return the Python files below some folders."""
+    return sorted(path for folder in folders for path in folder.rglob("*.py"))
+
+
+def name(path):
+    """Return a path below the root, for messages and test ids."""
+    return path.relative_to(ROOT).as_posix()
+
+
+def top(path):
+    """Return the top-level module or package of the framework a file belongs to."""
+    return path.relative_to(FRAMEWORK).with_suffix("").parts[0]
+
+
+def nodes(tree, with_typing=True):
+    """Yield all nodes below a node, those under ``if TYPE_CHECKING`` only if asked for."""
+    for child in ast.iter_child_nodes(tree):
+        hidden = isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING"
+        if with_typing or not hidden:
+            yield child
+            yield from nodes(child, with_typing)
+
+
+def imported_names(path, with_typing=True):
+    """Return the absolute dotted names a file imports; ``from a import b`` gives a.b, whatever b is."""
+    found = set()
+    for node in nodes(ast.parse(path.read_text(encoding="utf-8")), with_typing):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            package = path.parent.relative_to(ROOT).parts
+            start = package[: len(package) - node.level + 1] if node.level else ()
+            stem = [*start, *([node.module] if node.module else [])]
+            found |= {".".join([*stem, alias.name]) for alias in node.names}
+    return found
+
+
+def module_file(dotted):
+    """Return the file of the longest part of a dotted name that is a module of the framework, or None."""
+    parts = dotted.split(".")
+    for length in range(len(parts), 0, -1):
+        stem = ROOT.joinpath(*parts[:length])
+        for candidate in (stem.with_suffix(".py"), stem / "__init__.py"):
+            if parts[0] == FRAMEWORK.name and candidate.is_file():
+                return candidate
+    return None
+
+
+def imported_files(path, with_typing=True):
+    """Return the files of the framework that a file imports."""
+    return {file for file in map(module_file, imported_names(path, with_typing)) if file is not None}
+
+
+def allowed(importer, imported):
+    """Tell whether one top-level module may import another."""
+    if importer in SIDE:
+        return imported in SIDE or LAYERS[imported] <= HIGHEST_KNOWN
+    if imported in SIDE:
+        marks = importer == "measures" and imported in MARKERS
+        return marks or LAYERS[importer] >= LOWEST_USER
+    return LAYERS[imported] <= LAYERS[importer]
+
+
+def functions(*folders):
+    """Yield (where, function) for every function and method."""
+    for path in sources(*folders):
+        for node in nodes(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef):
+                yield f"{name(path)}:{node.lineno} {node.name}", node
+
+
+def length(function):
+    """Return the lines of a function without its docstring."""
+    docstring = function.body[0] if ast.get_docstring(function) is not None else None
+    lines = function.end_lineno - function.lineno + 1
+    return lines - (docstring.end_lineno - docstring.lineno + 1 if docstring else 0)
+
+
+def parameters(function):
+    """Return the names of a function's parameters besides self and cls."""
+    given = function.args
+    names = [argument.arg for argument in (*given.posonlyargs, *given.args, *given.kwonlyargs)]
+    return [argument for argument in names if argument not in {"self", "cls"}]
+
+
+def test_every_module_has_its_place():
+    """A new top-level module is put into the table of layers on purpose, not by accident."""
+    unknown = {top(path) for path in sources(FRAMEWORK)} - set(LAYERS) - SIDE
+    assert not unknown, f"put {sorted(unknown)} into LAYERS or SIDE of {name(Path(__file__))}"
+
+
+@pytest.mark.parametrize("path", sources(FRAMEWORK), ids=name)
+def test_lower_layers_never_import_higher_ones(path):
+    """Imports point downwards, also those for type checkers only."""
+    upwards = {name(file) for file in imported_files(path) if not allowed(top(path), top(file))}
+    assert not upwards, f"{name(path)} imports {sorted(upwards)} from a layer above it"
+
+
+def test_modules_import_each_other_in_no_circle():
+    """Within a layer, too, there is an order in which the modules can be read."""
+    graph = {path: imported_files(path, with_typing=False) for path in sources(FRAMEWORK)}
+    TopologicalSorter({name(a): {name(b) for b in others} for a, others in graph.items()}).prepare()
+
+
+def test_only_the_registry_imports_pluggy():
+    """The plugin manager is hidden behind the registry."""
+    using = {top(path) for path in sources(FRAMEWORK) if "pluggy" in str(imported_names(path))}
+    assert using <= PLUGGY
+
+
+@pytest.mark.parametrize("path", sources(FRAMEWORK), ids=name)
+def test_the_framework_knows_no_scheme_and_no_problem(path):
+    """The shipped packages enter through entry points, never through an import."""
+    assert not {dotted.split(".")[0] for dotted in imported_names(path)} & SHIPPED
+
+
+@pytest.mark.parametrize("path", sources(*CONTRIBUTED), ids=name)
+def test_shipped_schemes_and_problems_use_the_public_names_only(path):
+    """They import from `sdaeverify` and `sdaeverify.numerics`, as anybody else's would."""
+    ours = {dotted for dotted in imported_names(path) if dotted.split(".")[0] == FRAMEWORK.name}
+    deep = ours - PUBLIC
+    assert not deep, f"{name(path)} imports {sorted(deep)}; what it needs should be public in sdaeverify"
+
+
+def test_files_are_short():
+    """A file holds one concept: below 300 lines in the framework, below 120 for a scheme or problem."""
+    limits = [(FRAMEWORK, FRAMEWORK_LINES), *((folder, CONTRIBUTED_LINES) for folder in CONTRIBUTED)]
+    lines = {
+        name(path): (len(path.read_text(encoding="utf-8").splitlines()), limit)
+        for folder, limit in limits
+        for path in sources(folder)
+    }
+    assert not {path: counted for path, (counted, limit) in lines.items() if counted >= limit}
+
+
+def test_functions_are_short():
+    """No function has more than 50 lines, nine of ten have fewer than 25, half of them fewer than 8."""
+    lengths = {where: length(function) for where, function in functions(FRAMEWORK, *CONTRIBUTED)}
+    assert not {where: counted for where, counted in lengths.items() if counted > LONGEST}
+    assert sum(counted < LONG for counted in lengths.values()) >= SHORT_SHARE * len(lengths)
+    assert median(lengths.values()) < MEDIAN
+
+
+def test_functions_have_few_parameters():
+    """More than a handful of parameters want to be one record."""
+    counts = {where: len(parameters(function)) for where, function in functions(FRAMEWORK, *CONTRIBUTED)}
+    assert not {where: count for where, count in counts.items() if count > PARAMETERS}
+
+
+@pytest.mark.parametrize(
+    ("importer", "imported", "verdict"),
+    [
+        ("noise", "arrays", True),
+        ("noise", "numerics", True),
+        ("noise", "forms", False),
+        ("errors", "noise", False),
+        ("measures", "hookspecs", True),
+        ("measures", "registry", False),
+        ("study", "registry", True),
+        ("registry", "scheme", True),
+        ("registry", "study", False),
+        ("study", "__init__", False),
+    ],
+)
+def test_the_rule_of_imports_is_the_drawn_one(importer, imported, verdict):
+    """The table is read in the right direction, so that a wrong import would be noticed."""
+    assert allowed(importer, imported) is verdict
+
+
+def test_imports_are_read_from_the_source():
+    """Relative, absolute and type-checking imports all count; those for type checkers can be left out."""
+    path = FRAMEWORK / "forms" / "inherent.py"
+    everything = {name(file) for file in imported_files(path)}
+    at_run_time = {name(file) for file in imported_files(path, with_typing=False)}
+    assert everything - at_run_time == {"sdaeverify/forms/holonomic.py"}
+    assert {"sdaeverify/arrays.py", "sdaeverify/numerics/__init__.py", "sdaeverify/forms/sde.py"} <= at_run_time

@@ -1,0 +1,668 @@
+"""The registry: discovery, isolation of broken plugins, files, and the environment."""
+
+import pickle
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+import pytest
+
+from sdaeverify.discovery import load_file
+from sdaeverify.errors import ParameterError, PluginError, ProblemError, UsageError
+from sdaeverify.registry import PluginRow, Registry, load_registry
+
+Install = Callable[..., None]
+
+HEADER = """
+from dataclasses import dataclass, field
+from typing import ClassVar
+from sdaeverify.forms import SDE
+from sdaeverify.hookspecs import hookimpl
+from sdaeverify.scheme import Claim, Scheme
+"""
+SCHEME = (
+    HEADER
+    + """
+@dataclass(frozen=True)
+class Fake(Scheme):
+    order: float = 1.0
+    mode: str = "plain"
+    name: ClassVar[str] = "fake-scheme"
+    form: ClassVar[type] = SDE
+
+    def __post_init__(self):
+        if self.order < 0:
+            raise ValueError("negative order")
+
+@hookimpl
+def sdaeverify_schemes():
+    return [Fake(order=2.0), Fake()]
+"""
+)
+PROBLEM = (
+    HEADER
+    + """
+def fake_problem(a: float = 1.0, label: str = "x") -> SDE:
+    return SDE(drift=lambda t, x: a * x, diffusion=lambda t, x: x[:, None], start=[1.0], noise_dim=1,
+               horizon=1.0, source="made up")
+
+def no_problem():
+    return {}
+
+@hookimpl
+def sdaeverify_problems():
+    yield fake_problem
+    yield no_problem
+"""
+)
+MEASURE = (
+    HEADER
+    + """
+class Question:
+    name = "fake-question"
+
+@hookimpl
+def sdaeverify_measures():
+    return (Question(),)
+"""
+)
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
+    """Put distributions on the path, and forget what was imported from them."""
+
+    def put(name: str, files: Mapping[str, str], entries: Mapping[str, str], version: str = "1.0") -> None:
+        site = tmp_path / name
+        information = site / f"{name.replace('-', '_')}-{version}.dist-info"
+        information.mkdir(parents=True)
+        (information / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
+        lines = [f"{key} = {value}" for key, value in entries.items()]
+        (information / "entry_points.txt").write_text("\n".join(["[sdaeverify]", *lines]))
+        for path, text in files.items():
+            (site / path).parent.mkdir(parents=True, exist_ok=True)
+            (site / path).write_text(text)
+        monkeypatch.syspath_prepend(str(site))
+
+    yield put
+    for name in [name for name in sys.modules if name.startswith(("fake_", "sdaeverify_file_"))]:
+        del sys.modules[name]
+
+
+@pytest.fixture
+def one(install: Install) -> Callable[[str], PluginRow]:
+    """Load a plugin of one module and return its row."""
+
+    def load(text: str) -> PluginRow:
+        install("fake-dist", {"fake_plugin.py": text}, {"fake": "fake_plugin"}, version="2.5")
+        return row(load_registry(environ={}), "fake")
+
+    return load
+
+
+def row(registry: Registry, name: str) -> PluginRow:
+    (found,) = (row for row in registry.plugins if row.name == name)
+    return found
+
+
+def hook(name: str, body: str) -> str:
+    return f"{HEADER}\n@hookimpl\ndef {name}():\n    {body}\n"
+
+
+# Discovery
+
+
+def test_entry_point_of_a_module(install: Install) -> None:
+    """A module named by an entry point is one plugin, and its row counts what it registers."""
+    install("fake-dist", {"fake_all.py": SCHEME + PROBLEM + MEASURE}, {"fake": "fake_all"}, version="2.5")
+
+    registry = load_registry(environ={})
+
+    expected = PluginRow("fake", "fake-dist", "2.5", "fake_all", "loaded", "", 1, 2, 1)
+    assert row(registry, "fake") == expected
+    assert [scheme.label for scheme in registry.schemes["fake-scheme"].variants] == [
+        "fake-scheme[order=2]",
+        "fake-scheme",
+    ]
+    assert registry.problems["fake-problem"].make({}).label == "fake-problem"
+    assert registry.measures["fake-question"].measure.name == "fake-question"
+
+
+def test_entry_point_of_a_package(install: Install) -> None:
+    """Each module of a package is a plugin; one that is broken costs its own names only."""
+    files = {
+        "fake_package/__init__.py": "",
+        "fake_package/good.py": SCHEME,
+        "fake_package/bad.py": "1 / 0",
+        "fake_package/helper.py": "def helper(): ...",
+        "fake_package/_private.py": "1 / 0",
+        "fake_package/more/__init__.py": PROBLEM,
+    }
+    install("fake-dist", files, {"fake": "fake_package"})
+
+    registry = load_registry(environ={})
+
+    rows = [(row.name, row.module, row.status) for row in registry.plugins if row.distribution == "fake-dist"]
+    assert rows == [
+        ("fake.bad", "fake_package.bad", "broken"),
+        ("fake.good", "fake_package.good", "loaded"),
+        ("fake.more", "fake_package.more", "loaded"),
+    ]
+    assert row(registry, "fake.bad").reason == "ZeroDivisionError: division by zero"
+    assert {"fake-scheme"} <= registry.schemes.keys()
+
+
+def test_package_with_hooks_of_its_own_is_one_plugin(install: Install) -> None:
+    """A package that implements hooks itself is not expanded."""
+    files = {"fake_package/__init__.py": SCHEME, "fake_package/bad.py": "1 / 0"}
+    install("fake-dist", files, {"fake": "fake_package"})
+
+    registry = load_registry(environ={})
+
+    assert [row.name for row in registry.plugins if row.distribution == "fake-dist"] == ["fake"]
+
+
+@pytest.mark.parametrize("more", [{}, {"fake_package/a.py": ""}])
+def test_package_without_any_hook_is_broken(install: Install, more: Mapping[str, str]) -> None:
+    """An entry point that brings nothing at all is shown."""
+    install("fake-dist", {"fake_package/__init__.py": "", **more}, {"fake": "fake_package"})
+
+    found = row(load_registry(environ={}), "fake")
+
+    assert found.status == "broken"
+    assert "hook" in found.reason
+
+
+def test_entry_point_of_an_object(install: Install) -> None:
+    """An entry point may name an object inside a module; then the module's own hooks do not count."""
+    methods = "class Plugin:\n    @hookimpl\n    def sdaeverify_schemes(self): return [Fake()]\n"
+    text = f"{SCHEME}\n{methods}\nit = Plugin()"
+    install("fake-dist", {"fake_object.py": text}, {"fake": "fake_object:it"})
+
+    registry = load_registry(environ={})
+
+    assert row(registry, "fake")[3:5] == ("fake_object:it", "loaded")
+    assert [scheme.label for scheme in registry.schemes["fake-scheme"].variants] == ["fake-scheme"]
+
+
+def test_maps_are_sorted_and_read_only(install: Install) -> None:
+    """Names come sorted, and nobody can register anything later."""
+    text = SCHEME.replace("fake-scheme", "a-scheme")
+    install("fake-b", {"fake_b.py": SCHEME}, {"b": "fake_b"})
+    install("fake-a", {"fake_a.py": text}, {"z": "fake_a"})
+
+    registry = load_registry(environ={})
+
+    assert list(registry.schemes) == sorted(registry.schemes)
+    with pytest.raises(TypeError):
+        registry.schemes["x"] = registry.schemes["a-scheme"]  # type: ignore[index]
+
+
+def test_shipped_plugins_come_first(install: Install) -> None:
+    """A third party cannot take a name that sdaeverify itself registers, whatever it is called."""
+    install("sdaeverify", {"fake_shipped.py": SCHEME}, {"zz-shipped": "fake_shipped"}, version="9.9")
+    install("aaa", {"fake_shadow.py": SCHEME}, {"aa-shadow": "fake_shadow"})
+
+    registry = load_registry(environ={})
+
+    assert registry.schemes["fake-scheme"].origin.distribution == "sdaeverify"
+    assert row(registry, "aa-shadow").reason == (
+        "scheme 'fake-scheme' of plugin aa-shadow (aaa 1.0) is already registered by "
+        "plugin zz-shipped (sdaeverify 9.9)"
+    )
+
+
+# Isolation
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("import fake_missing", "ModuleNotFoundError: No module named 'fake_missing'"),
+        ("x = = 1", "SyntaxError: invalid syntax (fake_plugin.py, line 1)"),
+        ("raise SystemExit(3)", "SystemExit: 3"),
+        ("raise RuntimeError('two\\nlines')", "RuntimeError: two lines"),
+        ("", "implements no hook; expected one of sdaeverify_measures"),
+        (hook("sdaeverify_schemes", "raise KeyError('x')"), "KeyError: 'x'"),
+        (hook("sdaeverify_schemes", "raise SystemExit(1)"), "SystemExit: 1"),
+        (hook("sdaeverify_schemes", "yield 1 / 0"), "ZeroDivisionError: division by zero"),
+        (hook("sdaeverify_schemes", "pass"), "sdaeverify_schemes returned None, expected an iterable"),
+        (hook("sdaeverify_problems", "return 3"), "sdaeverify_problems returned 3, expected an iterable"),
+        (
+            hook("sdaeverify_scheme", "return []"),
+            "unknown hook sdaeverify_scheme; did you mean sdaeverify_schemes?",
+        ),
+        (hook("schemes", "return []"), "unknown hook schemes; did you mean sdaeverify_schemes?"),
+        (
+            "def sdaeverify_schemes(): return []",
+            "function sdaeverify_schemes is not marked as a hook; put @hookimpl",
+        ),
+        (
+            "def sdaeverify_sceme(): return []",
+            "function sdaeverify_sceme is not marked as a hook; put @hookimpl",
+        ),
+        (
+            f"{HEADER}\n@hookimpl\ndef sdaeverify_schemes(registry): return []",
+            "PluginValidationError: Plugin 'fake' for hook 'sdaeverify_schemes'",
+        ),
+    ],
+)
+def test_broken_plugin(one: Callable[[str], PluginRow], text: str, reason: str) -> None:
+    """Whatever goes wrong in a plugin is one line in its row."""
+    found = one(text)
+
+    assert found[:5] == ("fake", "fake-dist", "2.5", "fake_plugin", "broken")
+    assert found.reason.startswith(reason)
+    assert "\n" not in found.reason
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (
+            ("return [Fake(order=2.0), Fake()]", "return [Fake]"),
+            "expected a scheme, got the class Fake; write Fake()",
+        ),
+        (("return [Fake(order=2.0), Fake()]", "return [3]"), "expected a scheme, got an object of type int"),
+        (("return [Fake(order=2.0), Fake()]", "return 'ab'"), "expected a scheme, got an object of type str"),
+        (("return [Fake(order=2.0), Fake()]", "return Fake()"), "sdaeverify_schemes returned Fake(order=1.0"),
+        (
+            ("Fake(order=2.0), Fake()", "Fake(), Fake()"),
+            "scheme 'fake-scheme' is registered twice by this plugin",
+        ),
+        (("Fake(order=2.0), Fake()", "Fake(order=-1)"), "ValueError: negative order"),
+        (("fake-scheme", "Fake_Scheme"), "name of a scheme (class Fake) must be lower-case letters"),
+        (("fake-scheme", "fake[a=1]"), "name of a scheme (class Fake) must be lower-case letters"),
+        (
+            ('name: ClassVar[str] = "fake-scheme"', ""),
+            "name of a scheme (class Fake) must be lower-case letters",
+        ),
+        (("name: ClassVar[str]", "name: str"), "scheme 'fake-scheme': annotate name as ClassVar"),
+        (("= SDE\n", "= 3\n"), "scheme 'fake-scheme': form must be the form of problem it solves"),
+        (
+            ("form: ClassVar[type] = SDE", ""),
+            "scheme 'fake-scheme': form must be the form of problem it solves",
+        ),
+        (("= SDE\n", "= SDE\n    claims = (3,)\n"), "scheme 'fake-scheme': claims must be a tuple of Claim"),
+        (
+            ("order: float = 1.0", "order: float = field(kw_only=True)"),
+            "parameter order of scheme 'fake-scheme' has no default",
+        ),
+        (
+            ('mode: str = "plain"', "mode: tuple = (1,)"),
+            "parameter mode of scheme 'fake-scheme' has a default of type tuple",
+        ),
+        (
+            ("schemes():\n", "schemes():\n    class Bare(Fake): ...\n    return [Bare()]\n"),
+            "scheme 'fake-scheme': put @dataclass(frozen=True) above the class Bare",
+        ),
+        (
+            ("Fake(order=2.0), Fake()", "Fake(mode=(1, 2))"),
+            "parameter mode has a value of type tuple, expected bool, int, float or str",
+        ),
+        (
+            ("schemes():\n", "schemes():\n    global Fake\n    old, Fake = Fake(), None\n    return [old]\n"),
+            "scheme 'fake-scheme' cannot be sent to worker processes",
+        ),
+    ],
+)
+def test_unusable_scheme(one: Callable[[str], PluginRow], change: tuple[str, str], reason: str) -> None:
+    """A scheme that does not keep the contract breaks its plugin, and the reason says what to do."""
+    assert change[0] in SCHEME
+
+    found = one(SCHEME.replace(*change).replace("Fake(order=2.0), Fake()", "Fake(order=2.0)"))
+
+    assert found.status == "broken"
+    assert found.reason.startswith(reason)
+
+
+def test_two_classes_of_one_name(one: Callable[[str], PluginRow]) -> None:
+    """Variants of a name are instances of one class."""
+    other = "\n@dataclass(frozen=True)\nclass Other(Fake):\n    more: int = 1\n"
+    found = one(SCHEME.replace("Fake()]", "Other()]").replace("\n@hookimpl", other + "\n@hookimpl"))
+
+    assert found.reason == "scheme 'fake-scheme' is registered twice by this plugin: Fake and Other"
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (
+            ("yield no_problem", "yield fake_problem()"),
+            "expected a function that returns a problem, got an object of type SDE",
+        ),
+        (("yield no_problem", "yield SDE"), "expected a function that returns a problem, got the class SDE"),
+        (
+            ("yield no_problem", "yield fake_problem"),
+            "problem 'fake-problem' is registered twice by this plugin",
+        ),
+        (("yield no_problem", "yield lambda: 3"), "name of a problem function must be lower-case letters"),
+        (("a: float = 1.0", "a: float"), "parameter a of problem 'fake-problem' has no default; give it one"),
+        (
+            ('label: str = "x"', "**rest"),
+            "parameter rest of problem 'fake-problem' has no default; give it one",
+        ),
+        (
+            ("a: float = 1.0", "a=None"),
+            "parameter a of problem 'fake-problem' has a default of type NoneType",
+        ),
+        (
+            ("    yield fake_problem\n", "    def local(): ...\n    yield local\n"),
+            "problem 'local' cannot be sent to worker processes",
+        ),
+    ],
+)
+def test_unusable_problem(one: Callable[[str], PluginRow], change: tuple[str, str], reason: str) -> None:
+    """A problem function that does not keep the contract breaks its plugin; the reason says what to do."""
+    assert change[0] in PROBLEM
+
+    found = one(PROBLEM.replace(*change).replace('a: float, label: str = "x"', "a: float"))
+
+    assert found.status == "broken"
+    assert found.reason.startswith(reason)
+
+
+@pytest.mark.parametrize(
+    ("returned", "reason"),
+    [
+        ("[Question]", "expected a measure, got the class Question; write Question()"),
+        ("[3]", "name of a measure must be lower-case letters, digits, hyphens and dots, got None"),
+        ("[Question(), Question()]", "measure 'fake-question' is registered twice by this plugin"),
+    ],
+)
+def test_unusable_measure(one: Callable[[str], PluginRow], returned: str, reason: str) -> None:
+    """A measure that does not keep the contract breaks its plugin."""
+    assert one(MEASURE.replace("(Question(),)", returned)).reason == reason
+
+
+def test_broken_plugin_is_rolled_back(install: Install) -> None:
+    """A plugin whose last hook fails registers nothing, and the next one may take its names."""
+    install("fake-a", {"fake_a.py": SCHEME + hook("sdaeverify_problems", "1 / 0")}, {"a": "fake_a"})
+    install("fake-b", {"fake_b.py": SCHEME}, {"b": "fake_b"})
+
+    registry = load_registry(environ={})
+
+    assert row(registry, "a").status == "broken"
+    assert row(registry, "a")[-3:] == (0, 0, 0)
+    assert registry.schemes["fake-scheme"].origin.plugin == "b"
+
+
+def test_plugin_with_one_taken_name_is_refused_as_a_whole(install: Install) -> None:
+    """Nothing of a plugin is registered if one of its names is taken; both origins are named."""
+    install("fake-a", {"fake_a.py": PROBLEM}, {"a": "fake_a"}, version="1.1")
+    install("fake-b", {"fake_b.py": SCHEME + PROBLEM}, {"b": "fake_b"}, version="2.2")
+
+    registry = load_registry(environ={})
+
+    assert row(registry, "b").reason == (
+        "problem 'fake-problem' of plugin b (fake-b 2.2) is already registered by plugin a (fake-a 1.1)"
+    )
+    assert "fake-scheme" not in registry.schemes
+
+
+def test_keyboard_interrupt_passes(install: Install) -> None:
+    """The user's interrupt is no fault of a plugin."""
+    install("fake-dist", {"fake_plugin.py": "raise KeyboardInterrupt"}, {"fake": "fake_plugin"})
+
+    with pytest.raises(KeyboardInterrupt):
+        load_registry(environ={})
+
+
+def test_bad_entry_point_is_isolated(install: Install) -> None:
+    """An entry point that names no object breaks its own row only."""
+    install(
+        "fake-dist",
+        {"fake_plugin.py": SCHEME},
+        {"a": "fake_plugin:nothing", "b": "no module!", "c": "fake_plugin"},
+    )
+
+    registry = load_registry(environ={})
+
+    assert [row(registry, name).status for name in "abc"] == ["broken", "broken", "loaded"]
+
+
+# Files
+
+
+def test_file(tmp_path: Path, install: Install) -> None:
+    """A file is a plugin named after it, and is listed for worker processes."""
+    file = tmp_path / "mine.py"
+    file.write_text(SCHEME)
+
+    registry = load_registry([str(file), str(file)], environ={})
+
+    assert row(registry, "mine") == PluginRow("mine", "", "", str(file), "loaded", "", 1, 0, 0)
+    assert registry.files == (str(file),)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("1 / 0", "ZeroDivisionError: division by zero"),
+        ("raise SystemExit(3)", "SystemExit: 3"),
+        ("x = = 1", "SyntaxError: invalid syntax (mine.py, line 1)"),
+        ("", "implements no hook"),
+        ("def sdaeverify_schemes(): ...", "function sdaeverify_schemes is not marked as a hook"),
+    ],
+)
+def test_broken_file_is_refused(tmp_path: Path, install: Install, text: str, reason: str) -> None:
+    """A file was asked for: if it is broken, nothing is run."""
+    file = tmp_path / "mine.py"
+    file.write_text(text)
+
+    with pytest.raises(PluginError) as caught:
+        load_registry([str(file)], environ={})
+
+    assert str(caught.value).startswith(f"plugin file {file}: {reason}")
+
+
+def test_file_with_a_taken_name_is_refused(tmp_path: Path, install: Install) -> None:
+    """Both origins are named where a file registers a name that is taken."""
+    file = tmp_path / "mine.py"
+    file.write_text(SCHEME)
+    install("fake-dist", {"fake_plugin.py": SCHEME}, {"fake": "fake_plugin"})
+
+    with pytest.raises(PluginError) as caught:
+        load_registry([file], environ={})
+
+    assert str(caught.value) == (
+        f"plugin file {file}: scheme 'fake-scheme' of plugin mine ({file}) is already registered by "
+        "plugin fake (fake-dist 1.0)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("", "is a folder, expected a Python file"),
+        ("missing.py", "expected an existing file that ends in .py"),
+        ("notes.txt", "expected an existing file that ends in .py"),
+    ],
+)
+def test_no_python_file(tmp_path: Path, name: str, reason: str) -> None:
+    """What is no Python file is refused."""
+    (tmp_path / "notes.txt").write_text("")
+
+    with pytest.raises(PluginError, match=reason):
+        load_registry([tmp_path / name], environ={})
+
+
+def test_broken_file_leaves_no_module(tmp_path: Path) -> None:
+    """What a broken file defined before it failed is forgotten."""
+    file = tmp_path / "mine.py"
+    file.write_text("x = 1\n1 / 0")
+    before = set(sys.modules)
+
+    with pytest.raises(PluginError):
+        load_file(file)
+
+    assert set(sys.modules) == before
+
+
+def test_files_of_one_name_do_not_collide(tmp_path: Path, install: Install) -> None:
+    """Two files of the same name in different folders are two modules."""
+    paths = [tmp_path / folder / "mine.py" for folder in "ab"]
+    for path in paths:
+        path.parent.mkdir()
+        path.write_text(SCHEME)
+
+    assert load_file(paths[0]) is load_file(paths[0])
+    assert load_file(paths[0]) is not load_file(paths[1])
+
+
+def test_edited_file_is_loaded_anew(tmp_path: Path, install: Install) -> None:
+    """An edit is seen at once, and what the old text defined can still be pickled."""
+    file = tmp_path / "mine.py"
+    file.write_text("x = 1")
+    old = load_file(file)
+    file.write_text("x = 2")
+
+    assert (old.x, load_file(file).x) == (1, 2)
+    assert old.__name__ in sys.modules
+
+
+def test_other_process_unpickles_after_loading_the_file(tmp_path: Path, install: Install) -> None:
+    """A process that loads the file can read the schemes and problems pickled elsewhere."""
+    file = tmp_path / "mine.py"
+    file.write_text(SCHEME + PROBLEM)
+    registry = load_registry([file], environ={})
+    scheme = registry.schemes["fake-scheme"].make({"order": "3"})
+    problem = registry.problems["fake-problem"].make({"a": "2"})
+    message = pickle.dumps((scheme, problem))
+    del sys.modules[type(scheme).__module__]
+
+    for path in registry.files:
+        load_file(path)
+
+    assert [thing.label for thing in pickle.loads(message)] == ["fake-scheme[order=3]", "fake-problem[a=2]"]
+
+
+# Entries
+
+
+def test_scheme_with_parameters(install: Install) -> None:
+    """Texts become a scheme; what it does not accept is a parameter error that names it."""
+    install("fake-dist", {"fake_plugin.py": SCHEME}, {"fake": "fake_plugin"})
+    entry = load_registry(environ={}).schemes["fake-scheme"]
+
+    assert entry.make({"mode": "2"}).label == 'fake-scheme[mode="2"]'
+    with pytest.raises(ParameterError, match=r"^scheme 'fake-scheme': ValueError: negative order$"):
+        entry.make({"order": "-1"})
+    with pytest.raises(ParameterError, match=r"^parameter order of scheme 'fake-scheme' expects a number, got 'x'$"):
+        entry.make({"order": "x"})
+
+
+def test_problem_with_parameters(install: Install) -> None:
+    """Texts become a recipe, equal to another one exactly if the labels are; it builds the problem."""
+    install("fake-dist", {"fake_plugin.py": PROBLEM}, {"fake": "fake_plugin"})
+    entry = load_registry(environ={}).problems["fake-problem"]
+
+    assert entry.make({"a": "1", "label": "x"}) == entry.make()
+    assert entry.make({"a": "2"}).label == "fake-problem[a=2]"
+    assert entry.make({"a": "2"}).build().source == "made up"
+    with pytest.raises(ParameterError, match="problem 'fake-problem' has no parameter 'b'"):
+        entry.make({"b": "2"})
+
+
+def test_problem_function_that_returns_no_problem(install: Install) -> None:
+    """The error names the function and its module."""
+    install("fake-dist", {"fake_plugin.py": PROBLEM}, {"fake": "fake_plugin"})
+    spec = load_registry(environ={}).problems["no-problem"].make()
+
+    with pytest.raises(
+        ProblemError, match=r"^fake_plugin\.no_problem returned an object of type dict, expected a problem"
+    ):
+        spec.build()
+
+
+# Reports
+
+
+def test_report_hooks_are_isolated(tmp_path: Path, install: Install) -> None:
+    """Each report hook gets the folder; one that fails is one line, and the others go on."""
+    writer = f"{HEADER}\n@hookimpl\ndef sdaeverify_report(folder): (folder / 'more.txt').write_text('x')\n"
+    files = {"fake_a.py": hook("sdaeverify_report", "1 / 0"), "fake_b.py": writer}
+    install("fake-dist", files, {"a": "fake_a", "b": "fake_b"})
+
+    failures = load_registry(environ={}).report(tmp_path)
+
+    assert failures == ("report of plugin a: ZeroDivisionError: division by zero",)
+    assert (tmp_path / "more.txt").read_text() == "x"
+
+
+# Environment
+
+
+@pytest.mark.parametrize("name", ["fake", "Fake_Dist"])
+def test_disabled_by_entry_point_or_distribution(install: Install, name: str) -> None:
+    """A disabled plugin is not even imported, and its row says why."""
+    install("fake-dist", {"fake_plugin.py": "raise KeyboardInterrupt"}, {"fake": "fake_plugin"})
+
+    registry = load_registry(environ={"SDAEVERIFY_DISABLED_PLUGINS": f" {name}, "})
+
+    assert row(registry, "fake")[4:6] == ("disabled", "named in SDAEVERIFY_DISABLED_PLUGINS")
+    assert registry.warnings == ()
+
+
+def test_disabled_module_of_a_package(install: Install) -> None:
+    """One module of a package can be left out."""
+    files = {"fake_package/__init__.py": "", "fake_package/a.py": SCHEME, "fake_package/b.py": PROBLEM}
+    install("fake-dist", files, {"fake": "fake_package"})
+
+    registry = load_registry(environ={"SDAEVERIFY_DISABLED_PLUGINS": "fake.a"})
+
+    assert (row(registry, "fake.a").status, row(registry, "fake.b").status) == ("disabled", "loaded")
+    assert registry.warnings == ()
+
+
+def test_disabled_name_that_is_no_plugin(install: Install) -> None:
+    """A name that disables nothing gives a warning with what is close."""
+    install("fake-dist", {"fake_plugin.py": SCHEME}, {"fakeplug": "fake_plugin"})
+
+    registry = load_registry(environ={"SDAEVERIFY_DISABLED_PLUGINS": "fakepluk"})
+
+    assert registry.warnings == (
+        "SDAEVERIFY_DISABLED_PLUGINS names 'fakepluk', which is no plugin; did you mean fakeplug?",
+    )
+
+
+@pytest.mark.parametrize("switch", ["1", "true", "YES"])
+def test_strict_refuses_broken_plugins(install: Install, switch: str) -> None:
+    """All broken plugins are named."""
+    files = {"fake_a.py": "1 / 0", "fake_b.py": ""}
+    install("fake-dist", files, {"a": "fake_a", "b": "fake_b"})
+
+    with pytest.raises(PluginError, match=r"a \(fake-dist 1\.0\): ZeroDivisionError.*; b \(fake-dist 1\.0\): impl"):
+        load_registry(environ={"SDAEVERIFY_STRICT_PLUGINS": switch})
+
+
+@pytest.mark.parametrize("switch", ["", "0", "no"])
+def test_strict_switched_off(install: Install, switch: str) -> None:
+    """Without the switch a broken plugin is a row."""
+    install("fake-dist", {"fake_a.py": "1 / 0"}, {"a": "fake_a"})
+
+    assert row(load_registry(environ={"SDAEVERIFY_STRICT_PLUGINS": switch}), "a").status == "broken"
+
+
+def test_strict_is_no_switch() -> None:
+    """A value that is neither on nor off is refused: a typing error must not switch a check off."""
+    with pytest.raises(
+        UsageError, match="SDAEVERIFY_STRICT_PLUGINS expects 1, true, yes, 0, false or no, got 'ture'"
+    ):
+        load_registry(environ={"SDAEVERIFY_STRICT_PLUGINS": "ture"})
+
+
+def test_unknown_variable() -> None:
+    """A variable with the prefix that means nothing gives a warning."""
+    registry = load_registry(environ={"SDAEVERIFY_STRICT_PLUGIN": "1", "SDAE": "1"})
+
+    assert registry.warnings == (
+        "unknown environment variable SDAEVERIFY_STRICT_PLUGIN; did you mean SDAEVERIFY_STRICT_PLUGINS?",
+    )
+
+
+def test_process_environment_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without an argument the variables of the process count."""
+    monkeypatch.setenv("SDAEVERIFY_FOO", "1")
+
+    assert "unknown environment variable SDAEVERIFY_FOO" in " ".join(load_registry().warnings)

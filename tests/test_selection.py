@@ -1,0 +1,216 @@
+"""Selections: what a request for schemes, problems and measures means."""
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any, ClassVar
+
+import pytest
+
+from sdaeverify.contributions import MeasureEntry, ProblemEntry, SchemeEntry
+from sdaeverify.discovery import Origin
+from sdaeverify.errors import ParameterError, UsageError
+from sdaeverify.forms import SDE, Problem
+from sdaeverify.registry import Registry
+from sdaeverify.scheme import Scheme
+from sdaeverify.selection import select_measures, select_problems, select_schemes
+from sdaeverify.specs import ProblemSpec
+
+ORIGIN = Origin("test", "test", "1", "test")
+
+
+@dataclass(frozen=True)
+class HalfExplicit(Scheme):
+    truncation: str | float = "theory"
+    name: ClassVar[str] = "half-explicit"
+    form: ClassVar[type[Problem]] = SDE
+
+
+@dataclass(frozen=True)
+class HalfOther(Scheme):
+    truncation: str | float = "none"
+    name: ClassVar[str] = "half-other"
+    form: ClassVar[type[Problem]] = SDE
+
+
+@dataclass(frozen=True)
+class Euler(Scheme):
+    name: ClassVar[str] = "euler"
+    form: ClassVar[type[Problem]] = SDE
+
+
+@dataclass(frozen=True)
+class AnotherEuler(Scheme):
+    name: ClassVar[str] = "euler"
+    form: ClassVar[type[Problem]] = SDE
+
+
+def pendulum(c_g: float = 1.0) -> SDE:
+    return SDE(
+        drift=lambda t, x: -x,
+        diffusion=lambda t, x: x[:, None],
+        start=[c_g],
+        noise_dim=1,
+        horizon=1.0,
+        source="made up",
+    )
+
+
+def pendulum_long(c_g: float = 2.0) -> SDE:
+    return pendulum(c_g)
+
+
+@pytest.fixture
+def registry() -> Registry:
+    """Three schemes, two problems and two measures."""
+    schemes: dict[str, tuple[Scheme, ...]] = {
+        "euler": (Euler(),),
+        "half-explicit": (HalfExplicit(), HalfExplicit("none")),
+        "half-other": (HalfOther("theory"),),
+    }
+    families = {"pendulum": pendulum, "pendulum-long": pendulum_long}
+    measures = {name: SimpleNamespace(name=name) for name in ("drift", "strong")}
+    return Registry(
+        {name: SchemeEntry(name, variants, ORIGIN) for name, variants in schemes.items()},
+        {name: ProblemEntry(name, family, ORIGIN) for name, family in families.items()},
+        {name: MeasureEntry(name, measure, ORIGIN) for name, measure in measures.items()},
+    )
+
+
+@pytest.mark.parametrize(
+    ("patterns", "labels"),
+    [
+        ([], ["euler", "half-explicit", "half-explicit[truncation=none]", "half-other[truncation=theory]"]),
+        (["euler,"], ["euler"]),
+        ("half-explicit,euler", ["euler", "half-explicit"]),
+        (["half-explicit", "euler"], ["euler", "half-explicit"]),
+        (["half-explicit[truncation=none]"], ["half-explicit[truncation=none]"]),
+        (["half-explicit[truncation=0.5],euler"], ["euler", "half-explicit[truncation=0.5]"]),
+        (["half-explicit[truncation=theory]", "half-explicit"], ["half-explicit"]),
+        (["half-other"], ["half-other"]),
+        (["half-*"], ["half-explicit", "half-explicit[truncation=none]", "half-other[truncation=theory]"]),
+        (["half-*[]"], ["half-explicit", "half-other"]),
+        (["half-*[truncation=2]"], ["half-explicit[truncation=2]", "half-other[truncation=2]"]),
+        (["?uler"], ["euler"]),
+        ([HalfExplicit(0.25), "euler", Euler()], ["euler", "half-explicit[truncation=0.25]"]),
+        ([AnotherEuler()], ["euler"]),
+    ],
+)
+def test_schemes(registry: Registry, patterns: Any, labels: list[str]) -> None:
+    """A name is the default scheme, a glob all variants, brackets set parameters; the registry orders."""
+    assert [scheme.label for scheme in select_schemes(registry, patterns)] == labels
+
+
+@pytest.mark.parametrize(
+    ("patterns", "message"),
+    [
+        (["half-explict"], "unknown scheme 'half-explict'; did you mean half-explicit?"),
+        (["half"], "unknown scheme 'half'; did you mean half-explicit or half-other?"),
+        (["xyz-*"], "unknown scheme 'xyz-*'"),
+        ([""], "empty selection of schemes: ''"),
+        ("", "empty selection of schemes: ''"),
+        ([","], "empty selection of schemes: ','"),
+        (["euler[a=1"], "cannot read 'euler[a=1': expected name[key=value,...]"),
+        ([Euler], "expected a scheme, got the class Euler; write Euler()"),
+        ([3], "expected a scheme, got an object of type int"),
+        (["euler", AnotherEuler()], "two different schemes are labelled 'euler'; select one of them"),
+    ],
+)
+def test_refused_schemes(registry: Registry, patterns: Any, message: str) -> None:
+    """A selection that means nothing is one line with the kind, the name and what is close."""
+    with pytest.raises(UsageError) as caught:
+        select_schemes(registry, patterns)
+
+    assert str(caught.value) == message
+
+
+def test_unknown_parameter(registry: Registry) -> None:
+    """Parameters are checked for every match of a glob."""
+    with pytest.raises(ParameterError, match=r"^scheme 'euler' has no parameter 'truncation' \(known: none\)$"):
+        select_schemes(registry, ["*[truncation=none]"])
+
+
+@pytest.mark.parametrize(
+    ("wanted", "labels"),
+    [
+        ([], ["pendulum", "pendulum-long"]),
+        (["pendulum"], ["pendulum"]),
+        ("pendulum*[c_g=2]", ["pendulum[c_g=2]", "pendulum-long"]),
+        (["pendulum[c_g=3]", "pendulum", "pendulum[c_g=1]"], ["pendulum", "pendulum[c_g=3]"]),
+        ([pendulum_long, "pendulum", pendulum], ["pendulum", "pendulum-long"]),
+        ([ProblemSpec("pendulum", pendulum, (("c_g", 5.0),))], ["pendulum[c_g=5]"]),
+    ],
+)
+def test_problems(registry: Registry, wanted: Any, labels: list[str]) -> None:
+    """Patterns, functions and recipes may be mixed."""
+    assert [spec.label for spec in select_problems(registry, wanted)] == labels
+
+
+@pytest.mark.parametrize(
+    ("wanted", "message"),
+    [
+        (["pendulun"], "unknown problem 'pendulun'; did you mean pendulum?"),
+        ([""], "empty selection of problems: ''"),
+        (
+            [pendulum()],
+            "expected a function that returns a problem, got an object of type SDE: pass it uncalled",
+        ),
+        ([3], "expected a function that returns a problem, got an object of type int"),
+        (
+            ["pendulum", ProblemSpec("pendulum", pendulum_long)],
+            "two different problems are labelled 'pendulum'; select one of them",
+        ),
+    ],
+)
+def test_refused_problems(registry: Registry, wanted: Any, message: str) -> None:
+    """A selection that means nothing is one line."""
+    with pytest.raises(UsageError) as caught:
+        select_problems(registry, wanted)
+
+    assert str(caught.value) == message
+
+
+def test_recipes_are_hashable_and_equal_by_label(registry: Registry) -> None:
+    """The same problem asked for twice is one recipe."""
+    first, second = (select_problems(registry, [text])[0] for text in ("pendulum[c_g=1.0]", "pendulum"))
+
+    assert len({first, second}) == 1
+
+
+@pytest.mark.parametrize(
+    ("wanted", "names"),
+    [([], ["drift", "strong"]), ("strong,drift", ["drift", "strong"]), (["s*"], ["strong"])],
+)
+def test_measures(registry: Registry, wanted: Any, names: list[str]) -> None:
+    """Measures are selected by name and by glob."""
+    assert [measure.name for measure in select_measures(registry, wanted)] == names
+
+
+def test_measure_objects(registry: Registry) -> None:
+    """A measure that is not registered may be given as it is."""
+    mine = SimpleNamespace(name="mine")
+
+    assert select_measures(registry, [mine, "drift"]) == [registry.measures["drift"].measure, mine]
+
+
+@pytest.mark.parametrize(
+    ("wanted", "message"),
+    [
+        (["strang"], "unknown measure 'strang'; did you mean strong?"),
+        (["strong[a=1]"], "measure 'strong' takes no parameters, got 'strong[a=1]'"),
+        (
+            ["strong", SimpleNamespace(name="strong", a=1)],
+            "two different measures are named 'strong'; select one of them",
+        ),
+    ],
+)
+def test_refused_measures(registry: Registry, wanted: Any, message: str) -> None:
+    """A selection that means nothing is one line."""
+    with pytest.raises(UsageError) as caught:
+        select_measures(registry, wanted)
+
+    assert str(caught.value) == message
+
+
+def test_everything_of_an_empty_registry_is_nothing() -> None:
+    """Asking for everything is no mistake where there is nothing."""
+    assert select_schemes(Registry({}, {}, {})) == []
