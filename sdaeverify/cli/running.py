@@ -5,12 +5,13 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from rich.console import Console
 from rich.text import Text
 
 from ..api import Result, result_of
 from ..registry import Registry
 from ..report.files import require_writable
-from ..report.terminal import legend, summary_tables, verdicts_in_words, visible
+from ..report.terminal import legend, orders, summary_tables, verdicts_in_words, visible
 from ..settings import Settings
 from ..study import Finished, Plan, Study
 from ..study.workers import BLOCKS_A_WORKER, worker_pool
@@ -116,6 +117,14 @@ def _finished(run: Run) -> ExitCode:
     return code
 
 
+def _show_orders(console: Console, run: Run) -> None:
+    if lines := orders(run.study.results()):
+        title = f"orders in h at grid times, half widths of {run.settings.confidence:.4g} intervals:"
+        for line in (title, *lines):
+            console.print(Text(line), soft_wrap=True)
+        console.print()
+
+
 def _show(run: Run, code: ExitCode) -> None:
     console, results = output(), run.study.results()
     plain = console.options.ascii_only
@@ -124,6 +133,7 @@ def _show(run: Run, code: ExitCode) -> None:
         console.print()
     console.print(legend(plain=plain))
     console.print()
+    _show_orders(console, run)
     for line in verdicts_in_words(results):
         console.print(line, soft_wrap=True)
     files = f"verdicts.csv, levels.csv and run.json are in {run.folder}"

@@ -3,6 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from math import isfinite
 
 from rich import box
 from rich.table import Table
@@ -95,6 +96,18 @@ def verdicts_in_words(results: Sequence[CellResult]) -> Iterator[Text]:
             yield Text(f"and {len(lines) - most} more inconclusive, see verdicts.csv", style="yellow")
     yield from map(Text, drifts(results))
     yield Text(counts(results), style="bold")
+
+
+def orders(results: Iterable[CellResult]) -> list[str]:
+    """Return in words the orders of each cell with half the width of their intervals, as maxima over the grid."""
+    lines = []
+    for result in results:
+        found = [finding for finding in result.findings if isfinite(finding.high) and "class" not in finding.details]
+        values = [f"{f.quantity} {f.estimate:.2f} ±{0.5 * (f.high - f.low):.2f}" for f in found if "@" not in f.quantity]
+        if values:
+            cell = result.cell
+            lines.append(visible(f"{cell.scheme.label} on {cell.spec.label}: {', '.join(values)}"))
+    return lines
 
 
 def counts(results: Iterable[CellResult]) -> str:

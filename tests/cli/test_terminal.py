@@ -8,7 +8,7 @@ from rich.console import Console
 from sdaeverify.measure import Finding, Verdict
 from sdaeverify.measures.drift import _classify
 from sdaeverify.registry import load_registry
-from sdaeverify.report.terminal import broken, counts, drifts, summary_tables, verdicts_in_words, visible
+from sdaeverify.report.terminal import broken, counts, drifts, orders, summary_tables, verdicts_in_words, visible
 from sdaeverify.selection import select_measures, select_problems, select_schemes
 from sdaeverify.study import Cell, CellResult
 
@@ -154,3 +154,14 @@ def test_labels_are_broken_at_their_joints(width):
     assert "".join(lines) == label
     assert all(len(line) <= width or len(re.split(r"(?<=[-,])|(?=\[)", line.rstrip("-,"))) <= 2 for line in lines)
     assert broken(label, 60).plain == label
+
+
+def test_orders_in_words(cell):
+    """Orders at grid times are told with half the width of their interval; rows at T and residuals are not."""
+    order = Finding(quantity="x", verdict=Verdict.VERIFIED, estimate=0.5, low=0.48, high=0.52)
+    at_end = Finding(quantity="x@T", verdict=Verdict.VERIFIED, estimate=0.4, low=0.3, high=0.5)
+    unknown = Finding(quantity="y", verdict=Verdict.INCONCLUSIVE)
+
+    lines = orders([CellResult(cell("milstein", "gbm", "strong"), (order, at_end, unknown))])
+
+    assert lines == ["milstein on gbm: x 0.50 ±0.02"]
