@@ -5,6 +5,9 @@ from typing import NamedTuple
 from .forms import Problem
 from .scheme import Scheme
 
+# What the harness draws for every problem.
+SUPPLIED = frozenset({"dW", "H"})
+
 
 class Match(NamedTuple):
     """A problem in the form a scheme solves, or the reason why there is none.
@@ -36,10 +39,11 @@ def match(scheme: Scheme, problem: Problem) -> Match:
     Match
     """
     seen = problem.view(scheme.form)
-    form = scheme.form.__name__
     if seen is None:
-        return Match(None, reason=f"solves the form {form}; a {type(problem).__name__} has no such view")
-    view = "" if seen is problem else f"inherent {form}"
+        reason = f"solves the form {scheme.form.__name__}; a {type(problem).__name__} has no such view"
+        return Match(None, reason=reason)
+    if missing := scheme.noise - SUPPLIED:
+        return Match(None, seen.seen_as, f"needs noise that is not drawn: {', '.join(sorted(missing))}")
     if reason := scheme.refuses(seen):
-        return Match(None, view, reason)
-    return Match(seen, view)
+        return Match(None, seen.seen_as, reason)
+    return Match(seen, seen.seen_as)

@@ -89,12 +89,15 @@ class Scheme:
         Registered name, in lower case with hyphens.
     form : type
         The form it solves; a problem is offered to it in this form or in its view of this form.
+    noise : frozenset of str
+        Fields of `Increment` it uses, out of ``dW`` and ``H``.
     claims : tuple of Claim
     source : str
     """
 
     name: ClassVar[str]
     form: ClassVar[type[Problem]]
+    noise: ClassVar[frozenset[str]] = frozenset({"dW"})
     claims: ClassVar[tuple[Claim, ...]] = ()
     source: ClassVar[str] = ""
 

@@ -30,7 +30,7 @@ class HalfExplicitEuler(Scheme):
         ``none``: eta = 1; a number: C_eta.
     no_root : str
         What happens on a path without admissible root, which is counted either way:
-        ``hold`` keeps its state, ``fail`` makes it NaN.
+        ``hold`` keeps its state, ``fail`` makes it NaN; its kappa and lambda are what Newton's method left.
     """
 
     truncation: str | float = "theory"
@@ -51,8 +51,8 @@ class HalfExplicitEuler(Scheme):
     source: ClassVar[str] = "Lindner & Stroot 2017, (3.10)-(3.11)"
 
     def __post_init__(self) -> None:
-        number = isinstance(self.truncation, (int, float)) and 0.0 < self.truncation < np.inf
-        if not (number or self.truncation in {"theory", "none"}):
+        number = type(self.truncation) in {int, float} and 0.0 < self.truncation < np.inf
+        if not (number or self.truncation in ("theory", "none")):
             raise ParameterError(f"truncation must be theory, none or a positive C_eta, got {self.truncation!r}")
         if self.no_root not in {"hold", "fail"}:
             raise ParameterError(f"no_root must be hold or fail, got {self.no_root!r}")

@@ -56,6 +56,7 @@ def inherent_sde(problem: "HolonomicSDAE") -> SDE:
         traits=problem.traits - {"additive-noise", "diagonal-noise"},
         observables=problem.observables,
         truths=problem.truths,
+        seen_as="inherent SDE",
     )
 
 

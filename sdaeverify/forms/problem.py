@@ -60,6 +60,8 @@ class Problem:
     traits : frozenset of str
     observables : mapping of str to callable, (t, parts) -> ndarray, shape (P,)
     truths : tuple of Truth
+    seen_as : str
+        What it is a view of another problem as; empty for a problem of its own.
     """
 
     horizon: float
@@ -69,6 +71,7 @@ class Problem:
     traits: frozenset[str] = frozenset()
     observables: Mapping[str, Observable] = field(default_factory=dict)
     truths: tuple[Truth, ...] = ()
+    seen_as: str = ""
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.horizon) and self.horizon > 0):

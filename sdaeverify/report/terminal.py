@@ -103,7 +103,9 @@ def orders(results: Iterable[CellResult]) -> list[str]:
     lines = []
     for result in results:
         found = [finding for finding in result.findings if isfinite(finding.high) and "class" not in finding.details]
-        values = [f"{f.quantity} {f.estimate:.2f} ±{0.5 * (f.high - f.low):.2f}" for f in found if "@" not in f.quantity]
+        values = [
+            f"{f.quantity} {f.estimate:.2f} ±{0.5 * (f.high - f.low):.2f}" for f in found if "@" not in f.quantity
+        ]
         if values:
             cell = result.cell
             lines.append(visible(f"{cell.scheme.label} on {cell.spec.label}: {', '.join(values)}"))

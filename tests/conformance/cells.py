@@ -72,12 +72,6 @@ def cells(registry: Registry) -> Iterator[Cell]:
                 yield Cell(scheme, found, f"{scheme.label} on {spec.label}")
 
 
-def shipped(registry: Registry) -> list[Cell]:
-    """Return the cells of the schemes that come with the program."""
-    entries = registry.schemes
-    return [cell for cell in cells(registry) if entries[cell.scheme.name].origin.distribution == "sdaeverify"]
-
-
 def promises(registry: Registry) -> Iterator[Promise]:
     """Yield every expectation a problem knows."""
     for spec in specs(registry):

@@ -10,7 +10,6 @@ COLLECTIONS = {
     "spec": cells.specs,
     "constrained": cells.constrained,
     "cell": cells.cells,
-    "shipped": cells.shipped,
     "promise": cells.promises,
     "trait": cells.declared,
 }

@@ -119,16 +119,16 @@ def test_a_step_uses_the_increment_of_the_brownian_motion(cell: Cell, state: Sta
     assert np.all(np.any(new != other, axis=0))
 
 
-def test_a_shipped_scheme_uses_nothing_but_the_increment(shipped: Cell) -> None:
-    """Space-time areas and further normals that are not numbers leave the result of a shipped scheme as it is."""
-    h, dimension = shipped.problem.horizon / PATHS, shipped.problem.noise_dim
-    state = spread(shipped.scheme, shipped.problem, PATHS)
-    noise = draw(dimension, PATHS, h, block=PATHS)
-    nothing = np.full((dimension, PATHS), np.nan)
+def test_a_scheme_uses_the_noise_it_declares_and_no_other(
+    cell: Cell, state: State, h: float, noise: Increment
+) -> None:
+    """Noise that a scheme does not declare may be anything, even no number, and changes nothing."""
+    nothing = np.full_like(noise.dW, np.nan)
+    others = {name: nothing for name in noise._fields if name not in cell.scheme.noise}
 
-    result = step(shipped, state, h, Increment(noise.dW, nothing, nothing))
+    result = step(cell, state, h, noise._replace(**others))
 
-    assert equal(result.state, step(shipped, state, h, noise).state)
+    assert equal(result.state, step(cell, state, h, noise).state)
 
 
 def test_a_scheme_says_where_it_is_from(scheme: Scheme) -> None:

@@ -1,0 +1,428 @@
+"""The half-explicit scheme against closed forms, an independent solver, and the estimates of the theory."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+from sdaeverify import HolonomicSDAE, HolonomicState, Increment, ParameterError
+from sdaeverify.arrays import Array, Mask
+from sdaeverify.scheme import Step
+from sdaeverify_problems import _circle as circle
+from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+
+EPS = np.finfo(float).eps
+NONE = HalfExplicitEuler(truncation="none")
+C_G = circle.CONSTRAINT_BOUND
+
+
+def move(scheme: HalfExplicitEuler, problem: HolonomicSDAE, state: HolonomicState, h: float, dW: Array) -> Step:
+    """Make one step; on paths without root Newton's method may divide by zero, as it may in a run."""
+    with np.errstate(all="ignore"):
+        return scheme.prepare(problem, h)(state, 0.3, Increment(dW, np.full_like(dW, np.nan)))
+
+
+class Angles(NamedTuple):
+    """Paths of the pendulum in angle form."""
+
+    theta: Array
+    omega: Array
+    mu: Array
+    dW: Array
+
+    @property
+    def state(self) -> HolonomicState:
+        return HolonomicState(circle.normal(self.theta), self.omega * circle.tangent(self.theta), self.mu[None])
+
+
+def angles(omega: Array, h: float) -> Angles:
+    rng = np.random.default_rng(12)
+    n = omega.size
+    return Angles(rng.uniform(-3, 3, n), omega, rng.standard_normal(n), np.sqrt(h) * rng.standard_normal((2, n)))
+
+
+class ClosedForm(NamedTuple):
+    """One step on the circle: sheet of formulas, section 3.1."""
+
+    eta: Array
+    kappa: Array
+    theta: Array
+    omega: Array
+    lam: Array
+
+
+def closed_form(x: Angles, c_g: float, h: float, C_eta: float) -> ClosedForm:
+    """Return the step in angle form.
+
+    With sin(phi) = eta omega h: kappa = 1 - cos(phi), theta+ = theta + phi,
+    omega+ = (omega + eta a_t h + <t, dW>) / cos(phi), lambda = <y, r> + <y, t> tan(phi), y = v + eta h a + dW.
+    """
+    r, t = circle.normal(x.theta), circle.tangent(x.theta)
+    size = h * np.maximum(np.maximum(np.abs(x.omega), x.omega**2), c_g)
+    eta = np.minimum(1.0, C_eta / size)
+    phi = np.arcsin(eta * x.omega * h)
+    y = x.omega * t + eta * h * np.array([[0.0], [-c_g]]) + x.dW
+    y_r, y_t = (y * r).sum(axis=0), (y * t).sum(axis=0)
+    return ClosedForm(eta, 2 * np.sin(phi / 2) ** 2, x.theta + phi, y_t / np.cos(phi), y_r + y_t * np.tan(phi))
+
+
+OPTIONS = [("none", np.inf, 0.5), ("theory", 1 / (4 * C_G**3), 0.5), (0.05, 0.05, 0.5), (0.9, 0.9, 0.5)]
+
+
+@pytest.mark.parametrize(("truncation", "C_eta", "h"), OPTIONS)
+@pytest.mark.parametrize("c_g", [0.0, 1.0, 2.5])
+def test_a_step_on_the_circle_is_the_closed_form(truncation: str | float, C_eta: float, h: float, c_g: float) -> None:
+    """Position, velocity, multiplier and kappa agree with formulas in the angle, up to 60 degrees in one step."""
+    x = angles(np.linspace(-1.7, 1.7, 41), h)
+
+    step = move(HalfExplicitEuler(truncation=truncation), pendulum(c_g=c_g), x.state, h, x.dW)
+
+    expected = closed_form(x, c_g, h, C_eta)
+    turned = expected.omega * circle.tangent(expected.theta)
+    # The largest turn has cos(phi) > 1/2; conditions of the root and of the projection are its inverse.
+    error = 64 * EPS * (1.0 + np.abs(expected.omega) + np.abs(expected.lam))
+    assert step.failed is not None
+    assert not step.failed.any()
+    assert np.all(np.abs(step.outputs["kappa"][0] - expected.kappa) <= error)
+    assert np.all(np.abs(step.state.r - circle.normal(expected.theta)) <= error)
+    assert np.all(np.abs(step.state.v - turned) <= error)
+    assert np.all(np.abs(step.outputs["lambda"][0] - expected.lam) <= error)
+    assert np.all(np.abs(step.state.mu[0] - x.mu - expected.lam) <= error)
+
+
+@pytest.mark.parametrize(("truncation", "C_eta", "h"), OPTIONS)
+def test_truncated_paths_are_marked(truncation: str | float, C_eta: float, h: float) -> None:
+    """The paths with eta < 1 are marked; without truncation there is nothing to mark."""
+    x = angles(np.linspace(-1.7, 1.7, 41), h)
+
+    step = move(HalfExplicitEuler(truncation=truncation), pendulum(), x.state, h, x.dW)
+
+    if truncation == "none":
+        assert step.truncated is None
+    else:
+        assert np.array_equal(step.truncated, closed_form(x, 1.0, h, C_eta).eta < 1.0)
+
+
+def assert_same(step: Step, state: HolonomicState, paths: Mask) -> None:
+    for new, old in zip(step.state, state, strict=True):
+        assert np.array_equal(new[:, paths], old[:, paths], equal_nan=True)
+
+
+BEYOND = np.array([0.5, 2.001, -1.0, 5.0, -300.0, 1.99, 1e6])
+
+
+@pytest.mark.parametrize("no_root", ["hold", "fail"])
+def test_paths_without_root_are_reported(no_root: str) -> None:
+    """Where |omega| h > 1 there is no root: the path is reported, and held or lost as the parameter says."""
+    x, h = angles(BEYOND, 0.5), 0.5
+    rootless = np.abs(BEYOND) * h > 1.0
+
+    step = move(HalfExplicitEuler(truncation="none", no_root=no_root), pendulum(), x.state, h, x.dW)
+
+    lost = HolonomicState(*(np.full_like(part, np.nan) for part in x.state))
+    assert np.array_equal(step.failed, rootless)
+    assert_same(step, x.state if no_root == "hold" else lost, rootless)
+
+
+def test_paths_without_root_leave_their_neighbours_alone() -> None:
+    """The other paths go where they go alone, to the last bit of the same batch size."""
+    x, h = angles(BEYOND, 0.5), 0.5
+    rootless = np.abs(BEYOND) * h > 1.0
+    tame = x._replace(omega=np.where(rootless, 0.1, x.omega))
+
+    step = move(NONE, pendulum(), x.state, h, x.dW)
+
+    assert_same(step, move(NONE, pendulum(), tame.state, h, x.dW).state, ~rootless)
+
+
+def test_truncation_makes_every_step_solvable() -> None:
+    """With C_eta < 1 on the circle there is a root at any speed and any step."""
+    x = angles(np.geomspace(1e-3, 1e9, 60), 1.0)
+    for truncation in ("theory", 0.01, 0.9):
+        step = move(HalfExplicitEuler(truncation=truncation), pendulum(), x.state, 1.0, x.dW)
+        assert step.failed is not None
+        assert not step.failed.any()
+        assert np.abs(circle.constraint(step.state.r)).max() <= 16 * EPS
+
+
+def test_the_root_keeps_the_bounds_of_the_theory() -> None:
+    """|kappa| < C_g^2 (eta min(C_eta, h)^2 + eta^2 |v|^2 h^2) <= C_kappa, (3.21), at any speed and any step."""
+    C_eta, C_kappa = 1 / (4 * C_G**3), 1 / (8 * C_G**4)
+    for h in (1e-3, 0.1, 1.0, 50.0):
+        x = angles(np.geomspace(1e-2, 1e6, 60), h)
+        eta = closed_form(x, 1.0, h, C_eta).eta
+
+        kappa = np.abs(move(HalfExplicitEuler(), pendulum(), x.state, h, x.dW).outputs["kappa"][0])
+
+        bound = C_G**2 * (eta * min(C_eta, h) ** 2 + (eta * x.omega * h) ** 2)
+        assert np.all(kappa < bound)
+        assert np.all(bound <= C_kappa * (1 + 8 * EPS))
+
+
+def scaled(s: float, **more: Any) -> HolonomicSDAE:
+    """Return the pendulum with the constraint s g."""
+    return HolonomicSDAE(
+        force=lambda t, r, v: np.array([[0.0], [-1.0]]),
+        diffusion=lambda t, r, v: np.eye(2)[..., None],
+        constraint=lambda r: s * circle.constraint(r),
+        jacobian=lambda r: s * circle.jacobian(r),
+        curvature=lambda r, y, z: s * circle.curvature(r, y, z),
+        position=[0.0, -1.0],
+        velocity=[0.0, 0.0],
+        horizon=1.0,
+        noise_dim=2,
+        source="made up",
+        **more,
+    )
+
+
+@pytest.mark.parametrize(("C_g", "s"), [(1.0, 0.1), (1.5, 0.05)])
+def test_roots_beyond_the_bound_of_the_theory_are_not_accepted(C_g: float, s: float) -> None:
+    """A problem that understates C_g loses its paths with |kappa| >= C_kappa; a number in its place does not check.
+
+    With the constraint s g, kappa = (1 - cos(phi)) / s.
+    """
+    problem, C_eta, C_kappa = scaled(s, constraint_bound=C_g), 1 / (4 * C_g**3), 1 / (8 * C_g**4)
+    x = angles(np.linspace(0.05, 1.0, 39), 0.25)
+    kappa = closed_form(x, 1.0, 0.25, C_eta).kappa / s
+
+    checked, unchecked = (
+        move(HalfExplicitEuler(truncation=truncation), problem, x.state, 0.25, x.dW).failed
+        for truncation in ("theory", C_eta)
+    )
+
+    assert kappa.max() > C_kappa > kappa.min()
+    assert np.array_equal(checked, kappa >= C_kappa)
+    assert unchecked is not None
+    assert not unchecked.any()
+
+
+def wave_problem() -> HolonomicSDAE:
+    """Return a problem on the curve y = 3 sin(x), which a normal line meets in several points."""
+    return HolonomicSDAE(
+        force=lambda t, r, v: 0.0 * r,
+        diffusion=lambda t, r, v: np.eye(2)[..., None],
+        constraint=lambda r: (r[1] - 3.0 * np.sin(r[0]))[None],
+        position=[0.0, 0.0],
+        velocity=[1.0, 3.0],
+        horizon=1.0,
+        noise_dim=2,
+        source="made up",
+    )
+
+
+def test_far_intersections_are_not_accepted() -> None:
+    """A point that Newton's method reaches on the far side, where Dg(r+) M^{-1} grad g(r) < 0, is no root.
+
+    From the origin the velocity (c, 3 c) leads to (c h, 3 c h), and the normal is (-3, 1).
+    """
+    problem, c = wave_problem(), np.linspace(0.0, 6.0, 241)
+    state = HolonomicState(np.zeros((2, c.size)), np.stack([c, 3.0 * c]), np.zeros((1, c.size)))
+
+    step = move(NONE, problem, state, 1.0, np.zeros((2, c.size)))
+
+    kappa = step.outputs["kappa"][0]
+    x, y = c - 3.0 * kappa, 3.0 * c + kappa
+    reached = np.abs(y - 3.0 * np.sin(x)) < 1e-9
+    far = reached & (1.0 + 9.0 * np.cos(x) < 0.0)
+    assert step.failed is not None
+    assert far.any()
+    assert step.failed[far].all()
+    assert not step.failed[reached & ~far].any()
+
+
+@pytest.mark.parametrize("h", [0.5, 1e-2, 1e-5])
+@pytest.mark.parametrize("s", [1e-4, 0.3, -2.0, 1e6])
+def test_the_scale_of_the_constraint_does_not_matter(s: float, h: float) -> None:
+    """With s g in place of g the path is the same, and kappa and lambda are divided by s."""
+    x = angles(np.linspace(-1.7, 1.7, 41), h)
+    plain, other = (move(NONE, scaled(factor), x.state, h, x.dW) for factor in (1.0, s))
+
+    error = 64 * EPS * (1.0 + np.abs(plain.outputs["lambda"][0]))
+    assert np.all(np.abs(other.state.r - plain.state.r) <= error)
+    assert np.all(np.abs(other.state.v - plain.state.v) <= error)
+    for name in ("kappa", "lambda"):
+        assert np.all(np.abs(s * other.outputs[name] - plain.outputs[name]) <= error)
+
+
+def test_the_near_root_is_taken_on_the_sphere(sphere: Any) -> None:
+    """With a mass matrix kappa is the root c / (b + sqrt(b^2 - A c)) of smaller modulus, as long as there is one.
+
+    kappa solves A kappa^2 - 2 b kappa + c = 0, A = |M^{-1} r|^2, b = <M^{-1} r, r + h v>, c = |r + h v|^2 - 1.
+    """
+    r, v, _ = sphere.state
+    n = np.linalg.solve(sphere.mass, r)
+    dW = np.zeros((2, r.shape[1]))
+    outcomes = []
+    for h in np.geomspace(0.01, 3.0, 60):
+        y = r + h * v
+        A, b, c = (n * n).sum(axis=0), (n * y).sum(axis=0), (y * y).sum(axis=0) - 1.0
+        discriminant = b * b - A * c
+        solvable = (discriminant > 0.0) & (b > 0.0)
+        apart = np.abs(discriminant) > 1e-3 * b * b
+
+        step = move(NONE, sphere.problem, sphere.state, h, dW)
+
+        near = c[solvable] / (b + np.sqrt(np.where(solvable, discriminant, 0.0)))[solvable]
+        assert step.failed is not None
+        assert np.array_equal(step.failed[apart], ~solvable[apart])
+        # The root is badly conditioned where the two meet: rounding of c over sqrt(b^2 - A c).
+        error = (64 * EPS * (1.0 + c) / np.sqrt(np.abs(discriminant)))[solvable]
+        known = apart[solvable]
+        assert np.all(np.abs(step.outputs["kappa"][0, solvable] - near)[known] <= error[known])
+        outcomes += list(solvable)
+
+    assert any(outcomes)
+    assert not all(outcomes)
+
+
+def residual(body: Any, path: int, h: float, dW: Array, eta: float, z: Array) -> Array:
+    """Return the defects of (3.10) in all unknowns (r+, v+, kappa, lambda) of one path at once."""
+    n, m = len(body.mass), len(body.state.mu)
+    r, v = body.state.r[:, path], body.state.v[:, path]
+    new_r, new_v, kappa, lam = np.split(z, [n, 2 * n, 2 * n + m])
+    a = body.problem.force(0.3, r[:, None], v[:, None])[:, 0]
+    B = body.problem.diffusion(0.3, r[:, None], v[:, None])[..., 0]
+    Dg = body.jacobian(r)
+    return np.concatenate(
+        [
+            body.mass @ (new_r - r - eta * h * v) - Dg.T @ kappa,
+            body.mass @ (new_v - v) - eta * h * a - B @ dW[:, path] - Dg.T @ lam,
+            body.constraint(new_r[:, None])[:, 0],
+            body.jacobian(new_r) @ new_v,
+        ]
+    )
+
+
+def truncation_factor(body: Any, h: float, C_eta: float) -> Array:
+    r, v, _ = body.state
+    a = body.problem.force(0.3, r, v)
+    speed = np.linalg.norm(v, axis=0)
+    return np.minimum(1.0, C_eta / (h * np.max([speed, speed**2, np.linalg.norm(a, axis=0)], axis=0)))
+
+
+@pytest.mark.parametrize(("truncation", "C_eta"), [("none", np.inf), (0.04, 0.04)])
+def test_a_step_solves_the_coupled_system(body: Any, truncation: str | float, C_eta: float) -> None:
+    """Positions, velocities and both multipliers are the solution of all equations at once by another solver."""
+    h = 0.05
+    dW = np.sqrt(h) * np.random.default_rng(2).standard_normal((2, 6))
+    eta = truncation_factor(body, h, C_eta)
+
+    step = move(HalfExplicitEuler(truncation=truncation), body.problem, body.state, h, dW)
+
+    assert step.failed is not None
+    assert not step.failed.any()
+    assert np.isinf(C_eta) or (eta < 1.0).any()
+    found = np.concatenate([step.state.r, step.state.v, step.outputs["kappa"], step.outputs["lambda"]])
+    for p in range(6):
+        # Rounding of the terms, of size max |M| |v|.
+        size = np.linalg.norm(body.mass, 2) * (1.0 + np.abs(found[:, p]).max())
+        assert np.abs(residual(body, p, h, dW, eta[p], found[:, p])).max() <= 16 * EPS * size
+
+        start = np.concatenate([body.state.r[:, p], body.state.v[:, p], np.zeros(2 * len(body.state.mu))])
+        other = root(lambda z, p=p: residual(body, p, h, dW, eta[p], z), start, tol=1e-13)
+        # Powell's method stops where its last two iterates, converging superlinearly, agree in 13 digits.
+        assert np.abs(other.x - found[:, p]).max() <= 1e-11 * size
+
+
+def test_the_multiplier_is_the_sum_of_its_increments(body: Any) -> None:
+    """Over several steps mu is the sum of the lambdas, bit for bit."""
+    state, total = body.state, 0.0 * body.state.mu
+    rng = np.random.default_rng(6)
+    for _ in range(5):
+        step = move(NONE, body.problem, state, 0.02, 0.1 * rng.standard_normal((2, 6)))
+        state, total = step.state, total + step.outputs["lambda"]
+
+    assert np.array_equal(state.mu, total)
+
+
+def test_constraints_hold_after_many_steps(body: Any) -> None:
+    """After 200 steps g(r) and Dg(r) v are rounding errors of one step."""
+    state, rng = body.state, np.random.default_rng(6)
+    for _ in range(200):
+        state = move(NONE, body.problem, state, 0.01, 0.1 * rng.standard_normal((2, 6))).state
+
+    for value, scale in body.problem.residuals(state._asdict()).values():
+        assert np.all(np.abs(value) <= 16 * EPS * np.maximum(1.0, scale))
+
+
+class Parts(NamedTuple):
+    """What is left of a step beyond its leading terms, largest over paths: (3.16)-(3.17)."""
+
+    kappa: float
+    drift: float
+    noise: float
+
+
+def left_over(problem: HolonomicSDAE, state: HolonomicState, h: float) -> Parts:
+    """Split lambda = -G^{-1} { Dg M^{-1} [h a + B w] + h D^2 g(v, v) } + lambda^re + Lambda^re w.
+
+    lambda^re is what is left at w = 0, and the columns of Lambda^re are the differences at unit vectors w.
+    """
+    r, v, _ = state
+    a, B = problem.force(0.3, r, v), np.broadcast_to(problem.diffusion(0.3, r, v), (len(r), 2, r.shape[1]))
+    still = move(NONE, problem, state, h, np.zeros((2, r.shape[1])))
+    turning = problem.inherent_multiplier(r, v, 0.0 * r)
+    pushing = problem.inherent_multiplier(r, v, h * a + 0.0 * r) - turning
+    drift = still.outputs["lambda"] - pushing - h * turning
+    rest = 0.0
+    for j in range(2):
+        unit = np.broadcast_to(np.eye(2)[:, j : j + 1], (2, r.shape[1]))
+        kicked = move(NONE, problem, state, h, unit).outputs["lambda"] - still.outputs["lambda"]
+        leading = problem.inherent_multiplier(r, v, B[:, j]) - turning
+        rest = max(rest, float(np.abs(kicked - leading).max()))
+    return Parts(float(np.abs(still.outputs["kappa"]).max()), float(np.abs(drift).max()), rest)
+
+
+def exponents(problem: HolonomicSDAE, state: HolonomicState) -> list[float]:
+    """Return the exponents of kappa, lambda^re and Lambda^re between h = 2^-9 and 2^-11."""
+    coarse, fine = (left_over(problem, state, 2.0**-n) for n in (9, 11))
+    return [0.5 * float(np.log2(a / b)) for a, b in zip(coarse, fine, strict=True)]
+
+
+# The next term of an expansion in h changes an exponent by about |next/leading| h: ten times the leading term
+# would change it by 0.02.
+NEXT_TERM = 0.02
+
+
+def test_the_multiplier_splits_as_in_the_theory(body: Any) -> None:
+    """Both kappa and lambda^re are of size h^2 and Lambda^re is of size h, as in (3.17)."""
+    assert exponents(body.problem, body.state) == pytest.approx([2.0, 2.0, 1.0], abs=NEXT_TERM)
+
+
+def test_the_multiplier_on_the_circle_is_one_order_better_without_tangential_force() -> None:
+    """Without gravity lambda^re = omega (tan(phi) - sin(phi)) is of size h^3."""
+    state = angles(np.linspace(0.5, 1.5, 5), 0.0).state
+
+    assert exponents(pendulum(c_g=0.0), state) == pytest.approx([2.0, 3.0, 1.0], abs=NEXT_TERM)
+    assert exponents(pendulum(c_g=1.0), state) == pytest.approx([2.0, 2.0, 1.0], abs=NEXT_TERM)
+
+
+def test_the_theory_needs_its_constant() -> None:
+    """Without C_g the theoretical truncation is refused with a way out, the others are not."""
+    reason = HalfExplicitEuler().refuses(scaled(1.0))
+
+    assert "constraint_bound" in reason
+    assert "truncation=none" in reason
+    assert not NONE.refuses(scaled(1.0))
+    assert not HalfExplicitEuler(truncation=0.1).refuses(scaled(1.0))
+    assert not HalfExplicitEuler().refuses(pendulum())
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    [
+        {"truncation": "thoery"},
+        {"truncation": 0.0},
+        {"truncation": -1.0},
+        {"truncation": float("nan")},
+        {"truncation": float("inf")},
+        {"no_root": "redraw"},
+    ],
+)
+def test_parameters_that_make_no_sense_are_refused(parameters: dict[str, Any]) -> None:
+    """A truncation or a policy that does not exist is refused in words that name it."""
+    with pytest.raises(ParameterError, match=next(iter(parameters))):
+        HalfExplicitEuler(**parameters)
