@@ -1,7 +1,6 @@
 """The only time loop: all schemes and step sizes of a problem in lockstep on the same noise, block by block.
 
-Noise lives for one coarsest step, states for one step: memory depends neither on the number of steps nor on the
-number of paths.
+Noise lives for a few steps, states for one: memory depends neither on the number of steps nor on the number of paths.
 """
 
 import time
@@ -16,7 +15,7 @@ from .forms import Problem
 from .lanes import Lane, Moments, Observer, parts_of
 from .matching import match
 from .measure import Measure
-from .noise import LevelNoise, Source, brownian_steps
+from .noise import Brownian, Piece, Source
 from .reference import Reference
 from .scheme import Scheme
 from .settings import Settings
@@ -98,7 +97,7 @@ def _run_block(task: Task, block: int) -> tuple[LaneEvidence, ...]:
     reference = Reference(problem, task.settings, task.settings.paths_of(block))
     runs = [_Run(entry, problem, reference, task.settings) for entry in task.entries]
     if any(run.observers for run in runs):
-        source = Source(task.settings.seed, task.spec.label, block, task.settings.block)
+        source = Source(task.settings.seed, task.spec.label, block, task.settings.block, reference.paths)
         _simulate(problem, reference, runs, source)
     return tuple(run.evidence(first=block == 0) for run in runs)
 
@@ -109,14 +108,16 @@ def _without_evidence(entry: Entry, seconds: float, error: str) -> LaneEvidence:
 
 def _simulate(problem: Problem, reference: Reference, runs: "Sequence[_Run]", source: Source) -> None:
     coarsest = runs[0].settings.coarsest
-    h = problem.horizon / coarsest
     extra = source.stream("truth", reference.level)
-    brownian = brownian_steps(source, problem.noise_dim, h, reference.finest)
-    for step, levels in zip(range(coarsest), brownian, strict=False):
-        noise = [LevelNoise(W[..., : reference.paths], H[..., : reference.paths]) for W, H in levels]
-        reference.advance(noise, step * h, extra)
+    areas = "H" in problem.noise
+    brownian = Brownian(source, problem.noise_dim, problem.horizon / coarsest, reference.finest, areas)
+    for _, pieces in zip(range(coarsest), brownian.pieces(), strict=False):
+        for piece in pieces:
+            reference.advance(piece, extra)
+            for run in runs:
+                run.advance(piece)
         for run in runs:
-            run.advance(noise)
+            run.note()
 
 
 class _Run:
@@ -141,12 +142,18 @@ class _Run:
         self.observers = [observer for observer in self.noted if observer is not None]
         self.lane = Lane(scheme, self.view, self.settings.steps, paths, self.reference.own)
 
-    def advance(self, noise: Sequence[LevelNoise]) -> None:
-        """Make one coarsest step, unless something went wrong before."""
+    def advance(self, piece: Piece) -> None:
+        """Make the steps of a piece of noise, unless something went wrong before."""
+        if not self.error and self.observers:
+            with self._guard():
+                self.lane.advance(piece, self.observers)
+
+    def note(self) -> None:
+        """Show the observers where the lane and the truth are at the end of a coarsest step."""
         if self.error or not self.observers:
             return
         with self._guard():
-            levels, own = self.lane.advance(noise, self.observers)
+            levels, own = self.lane.parts()
             truth = self.reference.parts() if own is None else [own]
             moments = Moments(levels, truth[0], truth[1] if len(truth) > 1 else None)
             for observer in self.observers:

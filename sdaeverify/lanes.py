@@ -7,7 +7,7 @@ import numpy as np
 
 from .arrays import Array, Mask, Parts
 from .forms import Problem
-from .noise import LevelNoise
+from .noise import LevelNoise, Piece
 from .numerics import all_finite
 from .scheme import Scheme, State, Step, flatten, same_kind
 from .tally import Tally
@@ -74,7 +74,7 @@ class Track:
         self.step = 0
 
     def advance(self, noise: LevelNoise, observers: Sequence[Observer]) -> None:
-        """Make all steps of one coarsest step."""
+        """Make successive steps."""
         for index in range(len(noise.dW)):
             result = self._one(noise, index)
             self.state = result.state
@@ -113,16 +113,20 @@ class Lane:
     ) -> None:
         every = [*steps] if own_reference is None else [*steps, own_reference]
         self.tracks = [Track(scheme, problem, level, n, paths) for level, n in enumerate(every)]
+        # A level of noise is told by how often the coarsest step is halved.
+        self.by_level = {(n // steps[0]).bit_length() - 1: track for n, track in zip(every, self.tracks, strict=True)}
         self.levels, self.paths = len(steps), paths
 
-    def advance(self, noise: Sequence[LevelNoise], observers: Sequence[Observer]) -> tuple[list[Parts], Parts | None]:
-        """Make one coarsest step; return the components at every level and of the lane's own reference."""
-        for level, track in enumerate(self.tracks[: self.levels]):
-            track.advance(noise[level], observers)
-        own = self.tracks[self.levels :]
-        for track in own:
-            track.advance(noise[-1], ())
-        return [track.parts() for track in self.tracks[: self.levels]], own[0].parts() if own else None
+    def advance(self, piece: Piece, observers: Sequence[Observer]) -> None:
+        """Make the steps of a piece of noise, if there is a track at its level."""
+        track = self.by_level.get(piece.level)
+        if track is not None:
+            track.advance(piece.noise, observers if track.level < self.levels else ())
+
+    def parts(self) -> tuple[list[Parts], Parts | None]:
+        """Return the components at every level and of the lane's own reference."""
+        every = [track.parts() for track in self.tracks]
+        return every[: self.levels], every[self.levels] if len(every) > self.levels else None
 
     def health(self) -> Tally:
         """Return failed and lost paths, truncated steps and steps of each level; a lost reference fails them all."""

@@ -5,9 +5,6 @@ from typing import NamedTuple
 from .forms import Problem
 from .scheme import Scheme
 
-# What the harness draws for every problem.
-SUPPLIED = frozenset({"dW", "H"})
-
 
 class Match(NamedTuple):
     """A problem in the form a scheme solves, or the reason why there is none.
@@ -42,8 +39,10 @@ def match(scheme: Scheme, problem: Problem) -> Match:
     if seen is None:
         reason = f"solves the form {scheme.form.__name__}; a {type(problem).__name__} has no such view"
         return Match(None, reason=reason)
-    if missing := scheme.noise - SUPPLIED:
-        return Match(None, seen.seen_as, f"needs noise that is not drawn: {', '.join(sorted(missing))}")
+    if missing := scheme.noise - seen.noise:
+        return Match(
+            None, seen.seen_as, f"needs noise that is not drawn for the problem: {', '.join(sorted(missing))}"
+        )
     if reason := scheme.refuses(seen):
         return Match(None, seen.seen_as, reason)
     return Match(seen, seen.seen_as)

@@ -10,12 +10,16 @@ Refining a step keeps both of them, so a finer level leaves every coarser one as
 """
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from .arrays import Array
+from .errors import SchemeError
+
+# Steps of a level that are held at a time.
+LONGEST = 16
 
 
 class Increment(NamedTuple):
@@ -25,35 +29,56 @@ class Increment(NamedTuple):
     ----------
     dW : ndarray, shape (l, P)
         Brownian increments, unit sqrt(time).
-    H : ndarray, shape (l, P)
-        Space-time Levy areas, unit sqrt(time).
+    H : ndarray, shape (l, P), or None
+        Space-time Levy areas, unit sqrt(time), where the problem has them drawn.
     xi : ndarray, shape (k, P), or None
         Independent standard normals for a truth that needs functionals of W beyond dW and H.
     """
 
     dW: Array
-    H: Array
+    H: Array | None
     xi: Array | None = None
 
     def time_integral(self, h: float) -> Array:
         """Return int_t^{t+h} (W(s) - W(t)) ds = h (H + dW/2), shape (l, P)."""
-        return h * (self.H + 0.5 * self.dW)
+        if self.H is None:
+            raise SchemeError("H is not drawn for this problem; a scheme that uses it declares noise dW and H")
+        return np.asarray(h * (self.H + 0.5 * self.dW))
 
 
 class LevelNoise(NamedTuple):
-    """All increments of one level inside one coarsest step.
+    """Increments of successive steps of one level.
 
     Attributes
     ----------
-    dW, H : ndarray, shape (steps, l, P)
+    dW : ndarray, shape (steps, l, P)
+    H : ndarray, shape (steps, l, P), or None
     """
 
     dW: Array
-    H: Array
+    H: Array | None
 
     def increment(self, step: int) -> Increment:
         """Return the increment of one step."""
-        return Increment(self.dW[step], self.H[step])
+        return Increment(self.dW[step], None if self.H is None else self.H[step])
+
+    def part(self, begin: int, end: int) -> "LevelNoise":
+        """Return the steps from `begin` up to `end`."""
+        return LevelNoise(self.dW[begin:end], None if self.H is None else self.H[begin:end])
+
+
+class Piece(NamedTuple):
+    """A few successive steps of one level.
+
+    Attributes
+    ----------
+    level : int
+    noise : LevelNoise
+        At most `LONGEST` steps.
+    """
+
+    level: int
+    noise: LevelNoise
 
 
 class Source(NamedTuple):
@@ -67,13 +92,16 @@ class Source(NamedTuple):
     block : int
         Index of the block of paths.
     paths : int
-        Number of paths of a full block.
+        Number of paths of a full block: all are drawn, so that no path depends on how many are used.
+    used : int or None
+        Number of paths that are used; all of them if None.
     """
 
     seed: int
     problem: str
     block: int
     paths: int
+    used: int | None = None
 
     def stream(self, purpose: str, level: int) -> np.random.Generator:
         """Return the generator at address (seed, problem, purpose, level, block).
@@ -87,10 +115,10 @@ class Source(NamedTuple):
         return np.random.Generator(np.random.Philox(key=key, counter=counter))
 
 
-def brownian_steps(source: Source, dimension: int, h: float, finest: int) -> Iterator[tuple[LevelNoise, ...]]:
-    """Yield the noise of one coarsest step after the other, at all levels.
+class Brownian(NamedTuple):
+    """Brownian motions of one block of paths.
 
-    Parameters
+    Attributes
     ----------
     source : Source
     dimension : int
@@ -99,29 +127,63 @@ def brownian_steps(source: Source, dimension: int, h: float, finest: int) -> Ite
         Length of the coarsest step, unit time.
     finest : int
         Index of the finest level; level j has 2^j steps inside a coarsest one.
-
-    Yields
-    ------
-    tuple of LevelNoise
-        Levels 0 to `finest`.
+    areas : bool
+        Whether H is drawn beside dW. The two ways of drawing give different paths.
     """
-    streams = [source.stream("brownian", level) for level in range(finest + 1)]
-    shape = (2, 1, dimension, source.paths)
-    while True:
-        xi = streams[0].standard_normal(shape)
-        levels = [_frozen(LevelNoise(np.sqrt(h) * xi[0], np.sqrt(h / 12) * xi[1]))]
-        for level in range(1, finest + 1):
-            xi = streams[level].standard_normal((2, 2 ** (level - 1), dimension, source.paths))
-            levels.append(_frozen(refine(levels[-1], h / 2 ** (level - 1), xi)))
-        yield tuple(levels)
+
+    source: Source
+    dimension: int
+    h: float
+    finest: int
+    areas: bool = True
+
+    def pieces(self) -> Iterator[Iterator[Piece]]:
+        """Yield, for one coarsest step after the other, its pieces at all levels.
+
+        Each level's pieces come in time order, a coarse one before the finer ones inside it, and each is at most
+        `LONGEST` steps long: memory does not depend on how fine the finest level is. The pieces of a coarsest step
+        must be used up before the next one is asked for.
+        """
+        streams = [self.source.stream("brownian", level) for level in range(self.finest + 1)]
+        while True:
+            xi = self._normals(streams[0], 1)
+            H = np.sqrt(self.h / 12) * xi[1] if self.areas else None
+            yield self._descend(Piece(0, _frozen(LevelNoise(np.sqrt(self.h) * xi[0], H))), streams)
+
+    def _descend(self, piece: Piece, streams: Sequence[np.random.Generator]) -> Iterator[Piece]:
+        yield piece
+        level, steps = piece.level + 1, len(piece.noise.dW)
+        if level > self.finest:
+            return
+        for begin in range(0, steps, LONGEST // 2):
+            coarse = piece.noise.part(begin, begin + LONGEST // 2)
+            fine = refine(coarse, self.h / 2**piece.level, self._normals(streams[level], len(coarse.dW)))
+            yield from self._descend(Piece(level, _frozen(fine)), streams)
+
+    def _normals(self, stream: np.random.Generator, steps: int) -> Array:
+        # Drawn in time order, so that pieces of any length give the same numbers.
+        xi = stream.standard_normal((steps, 2 if self.areas else 1, self.dimension, self.source.paths))
+        return np.moveaxis(xi[..., : self.source.used], 1, 0)
+
+
+def brownian_steps(source: Source, dimension: int, h: float, finest: int) -> Iterator[tuple[LevelNoise, ...]]:
+    """Yield the noise of one coarsest step after the other, each level in one array.
+
+    For studies of a few steps, whose memory does not matter; see `Brownian` for the parameters.
+    """
+    for pieces in Brownian(source, dimension, h, finest).pieces():
+        levels: list[list[LevelNoise]] = [[] for _ in range(finest + 1)]
+        for piece in pieces:
+            levels[piece.level].append(piece.noise)
+        yield tuple(_frozen(LevelNoise(*map(np.concatenate, zip(*level, strict=True)))) for level in levels)
 
 
 def refine(coarse: LevelNoise, h: float, xi: Array) -> LevelNoise:
-    """Halve every step of length h, given its dW and H.
+    """Halve every step of length h, given its dW and, if there is one, its H.
 
     With D = dW_1 - dW_2 and S = H_1 + H_2, E = H_1 - H_2 of the two halves,
 
-        D = 3 H + (sqrt(h)/2) xi_1,   S = 2 H - D/2,   E = sqrt(h/12) xi_2.
+        D = 3 H + (sqrt(h)/2) xi_1,   S = 2 H - D/2,   E = sqrt(h/12) xi_2;   without H:   D = sqrt(h) xi_1.
 
     Parameters
     ----------
@@ -129,7 +191,7 @@ def refine(coarse: LevelNoise, h: float, xi: Array) -> LevelNoise:
         Arrays of shape (n, l, P).
     h : float
         Length of the steps that are halved, unit time.
-    xi : ndarray, shape (2, n, l, P)
+    xi : ndarray, shape (2, n, l, P), or (1, n, l, P) without H
         Independent standard normals.
 
     Returns
@@ -137,6 +199,8 @@ def refine(coarse: LevelNoise, h: float, xi: Array) -> LevelNoise:
     LevelNoise
         Arrays of shape (2 n, l, P).
     """
+    if coarse.H is None:
+        return LevelNoise(_halves(coarse.dW, np.sqrt(h) * xi[0]), None)
     D = 3.0 * coarse.H + (0.5 * np.sqrt(h)) * xi[0]
     S = 2.0 * coarse.H - 0.5 * D
     E = np.sqrt(h / 12) * xi[1]
@@ -158,8 +222,10 @@ def aggregate(fine: LevelNoise) -> LevelNoise:
     LevelNoise
         Arrays of shape (n, l, P).
     """
-    W1, W2, H1, H2 = fine.dW[0::2], fine.dW[1::2], fine.H[0::2], fine.H[1::2]
-    return LevelNoise(W1 + W2, 0.5 * (H1 + H2) + 0.25 * (W1 - W2))
+    W1, W2 = fine.dW[0::2], fine.dW[1::2]
+    if fine.H is None:
+        return LevelNoise(W1 + W2, None)
+    return LevelNoise(W1 + W2, 0.5 * (fine.H[0::2] + fine.H[1::2]) + 0.25 * (W1 - W2))
 
 
 def fingerprint(seed: int) -> str:
@@ -181,5 +247,6 @@ def _halves(total: Array, difference: Array) -> Array:
 def _frozen(noise: LevelNoise) -> LevelNoise:
     # A scheme that writes into its noise would change what the next scheme sees: let it fail instead.
     noise.dW.flags.writeable = False
-    noise.H.flags.writeable = False
+    if noise.H is not None:
+        noise.H.flags.writeable = False
     return noise

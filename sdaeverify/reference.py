@@ -1,13 +1,12 @@
 """The truth on one block of paths, advanced once for all schemes."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from .arrays import Parts
 from .forms import Problem
-from .noise import Increment, LevelNoise
+from .noise import Increment, LevelNoise, Piece
 from .settings import Settings
 from .truths import Pathwise
 
@@ -40,26 +39,30 @@ class Reference:
         self.states: list[Any] = []
         if self.truth is not None:
             self.states = [self.truth.start(paths) for _ in range(1 if self.truth.exact else 2)]
-        self.t = 0.0
+        self.steps = [0 for _ in self.states]
 
-    def advance(self, noise: Sequence[LevelNoise], t: float, extra: np.random.Generator) -> None:
-        """Make one coarsest step from time t."""
-        for index in range(len(self.states)):
-            self.states[index] = self._advanced(index, noise[self.level - index], t, extra)
-        self.t = t + self.h[0] * 2**self.level
+    def advance(self, piece: Piece, extra: np.random.Generator) -> None:
+        """Make the steps of a piece of noise, if it is of a level the truth steps at."""
+        index = self.level - piece.level
+        if 0 <= index < len(self.states):
+            self.states[index] = self._advanced(index, piece.noise, extra)
+            self.steps[index] += len(piece.noise.dW)
 
     def parts(self) -> list[Parts]:
         """Return the components it knows, at full and, if it has an error, at half resolution."""
-        return [self.truth.parts(self.t, state) for state in self.states] if self.truth else []
+        if self.truth is None:
+            return []
+        t = self.steps[0] * self.h[0]
+        return [self.truth.parts(t, state) for state in self.states]
 
-    def _advanced(self, index: int, noise: LevelNoise, t: float, extra: np.random.Generator) -> Any:
+    def _advanced(self, index: int, noise: LevelNoise, extra: np.random.Generator) -> Any:
         assert self.truth is not None
         state, h = self.states[index], self.h[index]
         for step in range(len(noise.dW)):
             increment = noise.increment(step)
             if self.truth.extra_normals:
                 increment = self._with_extra(increment, extra)
-            state = self.truth.advance(state, t + step * h, h, increment)
+            state = self.truth.advance(state, (self.steps[index] + step) * h, h, increment)
         return state
 
     def _with_extra(self, increment: Increment, extra: np.random.Generator) -> Increment:

@@ -38,7 +38,7 @@ class Settings:
     levels: int = 6
     seed: int = 20170601
     confidence: float = 0.99
-    block: int = 2048
+    block: int = 4096
 
     def __post_init__(self) -> None:
         _require(self.paths >= FEWEST_PATHS, "paths", f"at least {FEWEST_PATHS}", self.paths)

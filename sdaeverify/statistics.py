@@ -44,7 +44,12 @@ def group_sums(values: Array) -> Array:
     -------
     ndarray, shape (G, ...)
     """
-    return np.stack([values[..., group::GROUPS].sum(axis=-1) for group in range(GROUPS)])
+    whole = values.shape[-1] // GROUPS * GROUPS
+    rounds = values[..., :whole].reshape(*values.shape[:-1], -1, GROUPS)
+    sums = rounds.sum(axis=-2)
+    rest = values[..., whole:]
+    sums[..., : rest.shape[-1]] += rest
+    return np.moveaxis(sums, -1, 0)
 
 
 def jackknife(sums: Array, counts: Array, statistic: Callable[[Array], float]) -> Estimate:

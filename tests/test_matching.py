@@ -65,7 +65,7 @@ def test_a_form_without_the_view_is_refused():
 
 def test_noise_that_is_not_drawn_is_refused():
     """A scheme that declares other noise is refused with its name."""
-    assert match(Bounded(), gbm()).reason == "needs noise that is not drawn: three-point"
+    assert match(Bounded(), gbm()).reason == "needs noise that is not drawn for the problem: three-point"
 
 
 def test_a_scheme_may_refuse():

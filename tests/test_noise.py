@@ -1,5 +1,7 @@
 """Noise by address: what refinement keeps, what the covariances are, and which numbers share a stream."""
 
+from itertools import pairwise
+
 import hypothesis.extra.numpy as hnp
 import numpy as np
 import pytest
@@ -7,7 +9,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from sdaeverify.noise import Increment, LevelNoise, Source, aggregate, brownian_steps, fingerprint, refine
+from sdaeverify.errors import SchemeError
+from sdaeverify.noise import (
+    LONGEST,
+    Brownian,
+    Increment,
+    LevelNoise,
+    Source,
+    aggregate,
+    brownian_steps,
+    fingerprint,
+    refine,
+)
 
 EPS = np.finfo(float).eps
 SOURCE = Source(seed=7, problem="gbm[sigma=0.5]", block=3, paths=5)
@@ -186,3 +199,51 @@ def test_a_variance_five_per_cent_off_is_refuted(row):
     z = sample()
     z[row] *= np.sqrt(1.05)
     assert smallest_p_value(z) < 1e-6
+
+
+def test_pieces_are_short_and_come_in_time_order():
+    """No piece is longer than the limit, however fine the level, and those of a level join without a gap."""
+    finest = 9
+    pieces = list(next(Brownian(SOURCE, 1, 0.25, finest).pieces()))
+
+    assert max(len(piece.noise.dW) for piece in pieces) == LONGEST
+    for level in range(finest + 1):
+        joined = np.concatenate([piece.noise.dW for piece in pieces if piece.level == level])
+        assert len(joined) == 2**level
+        assert joined.sum(axis=0) == pytest.approx(pieces[0].noise.dW[0], abs=2**finest * EPS)
+
+
+def test_a_piece_comes_before_the_finer_ones_inside_it():
+    """Depth first: when a level has come to some time, no finer level is behind by more than a piece."""
+    done = [0.0] * 8
+    for piece in next(Brownian(SOURCE, 1, 1.0, 7).pieces()):
+        done[piece.level] += len(piece.noise.dW) / 2**piece.level
+        assert all(coarse >= fine for coarse, fine in pairwise(done))
+    assert done == [1.0] * 8
+
+
+def test_using_fewer_paths_leaves_them_as_they_are():
+    """A block of which only some paths are used gives these the same numbers."""
+    few = next(Brownian(SOURCE._replace(used=2), 2, 0.25, 3).pieces())
+    every = next(Brownian(SOURCE, 2, 0.25, 3).pieces())
+
+    for one, other in zip(few, every, strict=True):
+        assert np.array_equal(one.noise.dW, other.noise.dW[..., :2])
+        assert np.array_equal(one.noise.H, other.noise.H[..., :2])
+
+
+def test_without_areas_increments_are_independent_with_the_right_variances():
+    """Halving dW alone gives two independent increments: (W + D)/2 and (W - D)/2 with D of variance h."""
+    h, normals = 0.3, np.eye(2)
+    fine = refine(LevelNoise(np.sqrt(h) * normals[0].reshape(1, 1, 2), None), h, normals[1].reshape(1, 1, 1, 2))
+
+    A = fine.dW[:, 0]
+    assert pytest.approx(np.diag([h / 2, h / 2]), abs=8 * EPS) == A @ A.T
+    assert fine.H is None
+    assert aggregate(fine).dW == pytest.approx(np.sqrt(h) * normals[0].reshape(1, 1, 2), abs=8 * EPS)
+
+
+def test_areas_that_are_not_drawn_are_asked_for_in_vain():
+    """The time integral needs H, and says so in one line."""
+    with pytest.raises(SchemeError, match="H is not drawn for this problem"):
+        Increment(np.ones((1, 1)), None).time_integral(0.1)

@@ -36,6 +36,7 @@ def gbm(a: float = 0.5, b: float = 0.6, x_0: float = 1.0, horizon: float = 1.0) 
         noise_dim=1,
         horizon=horizon,
         traits=frozenset({"diagonal-noise"}),
+        noise=frozenset({"dW"}),
         observables={"x": lambda t, s: s["x"][0], "x^2": lambda t, s: s["x"][0] ** 2},
         truths=(
             Pathwise(

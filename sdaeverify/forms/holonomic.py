@@ -6,6 +6,7 @@ in R^l, constraint g : R^n -> R^m with Jacobian Dg (m x n) and grad g = Dg^T, mu
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -91,7 +92,7 @@ class HolonomicSDAE(Problem):
         super().__post_init__()
         for name in ("position", "velocity"):
             object.__setattr__(self, name, vector(name, getattr(self, name)))
-        object.__setattr__(self, "_inverse_mass", _inverse_mass(self.mass, self.dimension))
+        _inverse_mass(self.mass, self.dimension)
         self._check_functions()
         self._check_start()
 
@@ -117,8 +118,7 @@ class HolonomicSDAE(Problem):
 
     def inverse_mass(self, y: Array) -> Array:
         """Return M^{-1} y for y of shape (n, P) or (n, l, P)."""
-        inverse = cast("Array | None", getattr(self, "_inverse_mass"))  # noqa: B009 - set in __post_init__
-        return y if inverse is None else np.einsum("ij,j...->i...", inverse, y)
+        return y if self._inverse is None else np.einsum("ij,j...->i...", self._inverse, y)
 
     def dg(self, r: Array) -> Array:
         """Return Dg(r), shape (m, n, P)."""
@@ -134,11 +134,16 @@ class HolonomicSDAE(Problem):
 
     def gram(self, left: Array, right: Array) -> Array:
         """Return left M^{-1} right^T for two Jacobians of shape (m, n, P): G_M where they are equal."""
-        return product_transposed(left, np.moveaxis(self.inverse_mass(np.moveaxis(right, 1, 0)), 0, 1))
+        return product_transposed(
+            left, right if self._inverse is None else np.einsum("ij,mjp->mip", self._inverse, right)
+        )
 
     def inherent_multiplier(self, r: Array, v: Array, impulse: Array) -> Array:
         """Return -G_M^{-1} { Dg M^{-1} impulse + D^2 g(v, v) }, shape (m, P): the integrand of (2.8)."""
-        Dg = self.dg(r)
+        return self.multiplier_of(self.dg(r), r, v, impulse)
+
+    def multiplier_of(self, Dg: Array, r: Array, v: Array, impulse: Array) -> Array:
+        """Return the same from Dg = Dg(r), for callers that need it themselves."""
         return -solve(self.gram(Dg, Dg), apply(Dg, self.inverse_mass(impulse)) + self.d2g(r, v, v))
 
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:
@@ -154,6 +159,10 @@ class HolonomicSDAE(Problem):
     def view(self, form: type[Problem]) -> Problem | None:
         """Return the problem itself, or its inherent SDE (2.9) where an `SDE` is asked for."""
         return inherent_sde(self) if form is SDE else super().view(form)
+
+    @cached_property
+    def _inverse(self) -> Array | None:
+        return _inverse_mass(self.mass, self.dimension)
 
     def _check_functions(self) -> None:
         n, l, m = self.dimension, self.noise_dim, self.constraints

@@ -35,12 +35,13 @@ def inherent_sde(problem: "HolonomicSDAE") -> SDE:
     def drift(t: float, x: Array) -> Array:
         r, v = x[:n], x[n:]
         a = np.broadcast_to(problem.force(t, r, v), r.shape)
-        lam = problem.inherent_multiplier(r, v, a)
-        return np.concatenate([v, problem.inverse_mass(a + apply_transposed(problem.dg(r), lam))])
+        Dg = problem.dg(r)
+        lam = problem.multiplier_of(Dg, r, v, a)
+        return np.concatenate([v, problem.inverse_mass(a + apply_transposed(Dg, lam))])
 
     def diffusion(t: float, x: Array) -> Array:
         r, v = x[:n], x[n:]
-        B = np.broadcast_to(problem.diffusion(t, r, v), (n, problem.noise_dim, x.shape[-1]))
+        B = problem.diffusion(t, r, v)
         return zero_columns(problem.inverse_mass(projected(problem, r, B)), n)
 
     start = np.concatenate([np.asarray(problem.position), np.asarray(problem.velocity)])
@@ -51,6 +52,7 @@ def inherent_sde(problem: "HolonomicSDAE") -> SDE:
         names={"r": slice(0, n), "v": slice(n, None)},
         horizon=problem.horizon,
         noise_dim=problem.noise_dim,
+        noise=problem.noise,
         source=f"inherent SDE (Lindner & Stroot 2017, (2.9)) of: {problem.source}",
         units=problem.units,
         traits=problem.traits - {"additive-noise", "diagonal-noise"},
@@ -63,6 +65,5 @@ def inherent_sde(problem: "HolonomicSDAE") -> SDE:
 def projected(problem: "HolonomicSDAE", r: Array, B: Array) -> Array:
     """Return P_M(r) B, shape (n, l, P)."""
     Dg = problem.dg(r)
-    G = problem.gram(Dg, Dg)
-    columns = [b - apply_transposed(Dg, solve(G, apply(Dg, problem.inverse_mass(b)))) for b in np.moveaxis(B, 1, 0)]
-    return np.stack(columns, axis=1)
+    # B may be constant on all paths; what is taken from it is not.
+    return B - apply_transposed(Dg, solve(problem.gram(Dg, Dg), apply(Dg, problem.inverse_mass(B))))

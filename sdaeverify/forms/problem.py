@@ -27,6 +27,7 @@ from ..truths import Moment, Pathwise, Truth
 Observable = Callable[[float, Parts], Array]
 
 TRAITS = frozenset({"scalar-noise", "diagonal-noise", "additive-noise", "vanishing-milstein-term"})
+NOISE = frozenset({"dW", "H"})
 PROBES = 3
 
 
@@ -58,6 +59,9 @@ class Problem:
         Where the problem is from, with equation number.
     units : str
     traits : frozenset of str
+    noise : frozenset of str
+        What is drawn for it: ``dW``, and ``H`` unless it is left out to save half of the random numbers. It belongs
+        to the problem, so that no scheme's paths depend on which other schemes take part.
     observables : mapping of str to callable, (t, parts) -> ndarray, shape (P,)
     truths : tuple of Truth
     seen_as : str
@@ -69,6 +73,7 @@ class Problem:
     source: str
     units: str = "dimensionless"
     traits: frozenset[str] = frozenset()
+    noise: frozenset[str] = NOISE
     observables: Mapping[str, Observable] = field(default_factory=dict)
     truths: tuple[Truth, ...] = ()
     seen_as: str = ""
@@ -78,6 +83,8 @@ class Problem:
             raise ProblemError(f"horizon must be a positive time, got {self.horizon!r}")
         if not (np.issubdtype(type(self.noise_dim), np.integer) and self.noise_dim >= 1):
             raise ProblemError(f"noise_dim must be a whole number of at least 1, got {self.noise_dim!r}")
+        if not {"dW"} <= self.noise <= NOISE:
+            raise ProblemError(f"noise must be dW or dW and H, got {sorted(self.noise)}")
         object.__setattr__(self, "traits", self._all_traits())
         for truth in self.truths:
             if isinstance(truth, Moment) and truth.observable not in self.observables:

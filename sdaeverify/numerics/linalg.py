@@ -11,19 +11,19 @@ def apply(A: Array, x: Array) -> Array:
     Parameters
     ----------
     A : ndarray, shape (m, n, P) or (m, n, 1)
-    x : ndarray, shape (n, P)
+    x : ndarray, shape (n, P) or (n, k, P)
 
     Returns
     -------
-    ndarray, shape (m, P)
+    ndarray, shape (m, P) or (m, k, P)
     """
-    product: Array = np.einsum("mnp,np->mp", A, x)
+    product: Array = np.einsum("mnp,n...p->m...p", A, x)
     return product
 
 
 def apply_transposed(A: Array, y: Array) -> Array:
-    """Return A^T y on every path; shapes (m, n, P), (m, P) -> (n, P)."""
-    product: Array = np.einsum("mnp,mp->np", A, y)
+    """Return A^T y on every path; shapes (m, n, P), (m, ..., P) -> (n, ..., P)."""
+    product: Array = np.einsum("mnp,m...p->n...p", A, y)
     return product
 
 
@@ -39,11 +39,11 @@ def solve(A: Array, b: Array) -> Array:
     Parameters
     ----------
     A : ndarray, shape (m, m, P)
-    b : ndarray, shape (m, P)
+    b : ndarray, shape (m, P) or (m, k, P)
 
     Returns
     -------
-    ndarray, shape (m, P)
+    ndarray, shape of b
     """
     if len(b) > 2:
         return _lapack_solve(A, b)
@@ -77,7 +77,8 @@ def _adjugate_times(A: Array, b: Array) -> Array:
 
 
 def _lapack_solve(A: Array, b: Array) -> Array:
-    matrices, right = np.ascontiguousarray(np.moveaxis(A, -1, 0)), b.T[..., None]
+    matrices = np.ascontiguousarray(np.moveaxis(A, -1, 0))
+    right = np.moveaxis(b, -1, 0).reshape(b.shape[-1], len(b), -1)
     try:
         x = np.linalg.solve(matrices, right)
     except np.linalg.LinAlgError:
@@ -85,4 +86,4 @@ def _lapack_solve(A: Array, b: Array) -> Array:
         # may also underflow, or be 0 * inf.
         singular = np.linalg.slogdet(matrices).sign == 0.0
         x = np.linalg.solve(np.where(singular[:, None, None], np.nan, matrices), right)
-    return x[..., 0].T
+    return np.moveaxis(x, 0, -1).reshape(b.shape)

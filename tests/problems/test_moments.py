@@ -9,7 +9,7 @@ from scipy.special import ndtri
 
 from sdaeverify.arrays import Array
 from sdaeverify.forms import HolonomicSDAE, Problem
-from sdaeverify.noise import Source, brownian_steps
+from sdaeverify.noise import Brownian, Source
 from sdaeverify.reference import Reference
 from sdaeverify.settings import Settings
 from sdaeverify.truths import MeanSquareStability, Moment
@@ -60,9 +60,11 @@ def sample(name: str) -> Sample:
     settings = Settings(paths=PATHS, block=PATHS, coarsest=8, levels=3)
     reference, source = Reference(problem, settings, PATHS), Source(5, name, 0, PATHS)
     h, extra, found = problem.horizon / 8, source.stream("truth", 0), []
-    for n, noise in zip(range(8), brownian_steps(source, problem.noise_dim, h, reference.finest), strict=False):
-        reference.advance(noise, n * h, extra)
-        found.append({key: q(reference.t, reference.parts()[0]) for key, q in problem.observables.items()})
+    brownian = Brownian(source, problem.noise_dim, h, reference.finest, "H" in problem.noise)
+    for n, pieces in zip(range(1, 9), brownian.pieces(), strict=False):
+        for piece in pieces:
+            reference.advance(piece, extra)
+        found.append({key: q(n * h, reference.parts()[0]) for key, q in problem.observables.items()})
     return Sample((4 * h, 8 * h), {key: (found[3][key], found[7][key]) for key in problem.observables})
 
 
