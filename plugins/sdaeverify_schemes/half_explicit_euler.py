@@ -68,15 +68,14 @@ class HalfExplicitEuler(Scheme):
         r, v, mu = state
         a = problem.force(t, r, v)
         eta = self._truncation_factor(problem, v, a, h)
-        Dg = problem.dg(r)
-        r_new, kappa, A, found = onto_constraint(problem, r + eta * h * v, Dg)
+        normals = problem.normals(problem.dg(r))
+        r_new, Dg, kappa, A, found = onto_constraint(problem, r + eta * h * v, normals)
         failed = ~found
         if self.truncation == "theory":
             failed |= norm(kappa) >= 1.0 / (8.0 * problem.constraint_bound**4)
         x = v + problem.inverse_mass(eta * h * a + apply(problem.diffusion(t, r, v), noise.dW))
-        lam = -solve(A, apply(problem.dg(r_new), x))
-        v_new = x + problem.inverse_mass(apply_transposed(Dg, lam))
-        new = HolonomicState(r_new, v_new, mu + lam)
+        lam = -solve(A, apply(Dg, x))
+        new = HolonomicState(r_new, x + apply_transposed(normals, lam), mu + lam)
         if failed.any():
             new = self._without_root(state, new, failed)
         truncated = None if self.truncation == "none" else eta < 1.0
@@ -88,7 +87,7 @@ class HalfExplicitEuler(Scheme):
         C_g = problem.constraint_bound
         C_eta = 1.0 / (4.0 * C_g**3) if self.truncation == "theory" else self.truncation
         speed = norm(v)
-        return C_eta / np.maximum(C_eta, h * np.maximum(np.maximum(speed, speed**2), norm(a)))
+        return C_eta / np.maximum(C_eta, h * np.maximum(speed * np.maximum(speed, 1.0), norm(a)))
 
     def _without_root(self, old: HolonomicState, new: HolonomicState, failed: Array) -> HolonomicState:
         kept = old if self.no_root == "hold" else HolonomicState(*(np.full_like(part, np.nan) for part in old))

@@ -132,11 +132,13 @@ class HolonomicSDAE(Problem):
             return apply(directional(self.jacobian, r, z), y)
         return second_directional(self.constraint, r, y, z)
 
+    def normals(self, Dg: Array) -> Array:
+        """Return the rows of Dg M^{-1}, shape (m, n, P): the directions in which multipliers push."""
+        return Dg if self._inverse is None else np.einsum("ij,mjp->mip", self._inverse, Dg)
+
     def gram(self, left: Array, right: Array) -> Array:
         """Return left M^{-1} right^T for two Jacobians of shape (m, n, P): G_M where they are equal."""
-        return product_transposed(
-            left, right if self._inverse is None else np.einsum("ij,mjp->mip", self._inverse, right)
-        )
+        return product_transposed(left, self.normals(right))
 
     def inherent_multiplier(self, r: Array, v: Array, impulse: Array) -> Array:
         """Return -G_M^{-1} { Dg M^{-1} impulse + D^2 g(v, v) }, shape (m, P): the integrand of (2.8)."""

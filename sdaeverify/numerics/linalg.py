@@ -59,6 +59,12 @@ def determinant(A: Array) -> Array:
     return value
 
 
+def largest(x: Array) -> Array:
+    """Return the largest absolute component of every path; shape (n, P) -> (P,)."""
+    sizes: Array = np.abs(x)
+    return sizes[0] if len(x) == 1 else np.asarray(sizes.max(axis=0))
+
+
 def norm(x: Array) -> Array:
     """Return the Euclidean norm of every path; shape (n, P) -> (P,)."""
     length: Array = np.sqrt(np.einsum("np,np->p", x, x))

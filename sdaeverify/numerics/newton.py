@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array, Mask
-from .linalg import solve
+from .linalg import largest, solve
 
 Linearisation = Callable[[Array], tuple[Array, Array]]
 
@@ -58,7 +58,7 @@ def newton(f: Linearisation, x: Array, tolerance: float | Array, max_iterations:
         x = np.where(active, x - update, x)
         iterations += active
         # Written so that a NaN stays active and ends as a failure.
-        active &= ~(np.abs(update).max(axis=0) <= tolerance)
+        active &= ~(largest(update) <= tolerance)
         if not active.any():
             break
     return Root(x, ~active, iterations)
