@@ -71,6 +71,12 @@ class Claim:
     when: frozenset[str] = frozenset()
     margin: float = 0.2
 
+    def __post_init__(self) -> None:
+        if not (self.value == "round-off" or (isinstance(self.value, (int, float)) and self.value > 0)):
+            raise SchemeError(f"a claim's value must be a positive order or 'round-off', got {self.value!r}")
+        if not self.margin > 0:
+            raise SchemeError(f"a claim's margin must be positive, got {self.margin!r}")
+
     def covers(self, measure: str, quantity: str) -> bool:
         """Tell whether the claim is about this quantity of this measure."""
         return measure == self.measure and (not self.quantities or quantity in self.quantities)

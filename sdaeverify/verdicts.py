@@ -54,7 +54,7 @@ def judge_order(claim: Claim, low: float, high: float) -> Opinion:
     Parameters
     ----------
     claim : Claim
-        With a number as its value.
+        One that claims exactness is refuted: whoever asks for an order has seen more than rounding.
     low, high : float
         Interval of the order at the run's confidence.
 
@@ -62,6 +62,8 @@ def judge_order(claim: Claim, low: float, high: float) -> Opinion:
     -------
     Opinion
     """
+    if claim.value == ROUND_OFF:
+        return Opinion(Verdict.REFUTED, "claimed exact, and not so to round-off")
     bound, half = float(claim.value) - claim.margin, 0.5 * (high - low)
     if high < bound:
         return Opinion(Verdict.REFUTED, f"order at most {high:.3f}, claimed {claim.value} with margin {claim.margin}")

@@ -156,3 +156,17 @@ def test_a_step_reports_nothing_by_default():
     """Failures, truncations and further outputs are optional."""
     step = Step(np.ones((1, 3)))
     assert (step.failed, step.truncated, dict(step.outputs)) == (None, None, {})
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"value": "fast"}, "positive order"),
+        ({"value": -1.0}, "positive order"),
+        ({"margin": 0.0}, "margin must be positive"),
+    ],
+)
+def test_claims_that_say_nothing_are_refused(changes, words):
+    """A claim needs a positive order or round-off, and a positive margin."""
+    with pytest.raises(SchemeError, match=words):
+        Claim(**{"measure": "strong", "value": 1.0, "source": "test", **changes})

@@ -51,7 +51,7 @@ def sdaeverify_measures() -> list[Measure]:
 
 
 def _usable(evidence: Evidence, quantity: Quantity) -> tuple[Array, str]:
-    """Return the finest levels without failures, truncated steps or rounding, and why others are left out."""
+    """Return the levels without failures, truncated steps or rounding, and why others are left out."""
     steps = np.array(evidence.settings.steps)
     health = evidence.health.sums
     # Measured rounding stays below 2 eps sqrt(N) of the state's size; 30 times that leaves the fit alone.
@@ -63,17 +63,26 @@ def _usable(evidence: Evidence, quantity: Quantity) -> tuple[Array, str]:
     }
     out = np.any(list(reasons.values()), axis=0)
     left_out = [at_levels(name, mask) for name, mask in reasons.items() if mask.any()]
-    return np.flatnonzero(~out)[-FITTED:], "; ".join(left_out)
+    return np.flatnonzero(~out), "; ".join(left_out)
+
+
+def _is_exact(evidence: Evidence, quantity: Quantity) -> bool:
+    # A scheme that is its own reference may do nothing at all, and agree with itself.
+    health = evidence.health.sums
+    if evidence.problem.pathwise is None or health["failed"].any() or health["truncated"].any():
+        return False
+    rounding = 64.0 * EPS * max(quantity.size, 1.0) * np.sqrt(evidence.settings.steps)
+    return bool(np.all(quantity.means() <= rounding))
 
 
 def _finding(evidence: Evidence, quantity: Quantity) -> Finding:
     claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Strong.name, quantity.name.removesuffix(AT_T))
-    steps = np.array(evidence.settings.steps)
-    if np.all(quantity.means() <= 64.0 * EPS * max(quantity.size, 1.0) * np.sqrt(steps)):
+    if _is_exact(evidence, quantity):
         verdict = Verdict.VERIFIED if claim else Verdict.OUT_OF_SCOPE
         reason = "exact to round-off at every level"
         return Finding(quantity=quantity.name, verdict=verdict, reason=reason, claim=claim, method="paths")
-    levels, left_out = _usable(evidence, quantity)
+    usable, left_out = _usable(evidence, quantity)
+    levels = usable[-FITTED:]
     if len(levels) < FEWEST:
         return unfitted(evidence, quantity.name, claim, left_out)
     bias = reference_bias(evidence.problem.pathwise, quantity, levels, evidence.settings.confidence)
@@ -90,7 +99,11 @@ def _finding(evidence: Evidence, quantity: Quantity) -> Finding:
         verdict=opinion.verdict,
         reason=reason,
         method=f"paths, {bias.reference}",
-        details=_details(evidence, quantity, levels, slope, bias),
+        details={
+            **_details(evidence, quantity, levels, slope),
+            **_asymptotic(quantity, usable, evidence.settings.confidence),
+            "bias_bound": bias.bound,
+        },
     )
 
 
@@ -136,7 +149,7 @@ def _with_sample(opinion: Opinion, quantity: Quantity, levels: Array) -> Opinion
     return opinion
 
 
-def _details(evidence: Evidence, quantity: Quantity, levels: Array, slope: Estimate, bias: Bias) -> dict[str, object]:
+def _details(evidence: Evidence, quantity: Quantity, levels: Array, slope: Estimate) -> dict[str, object]:
     confidence = evidence.settings.confidence
     contrast = quantity.contrast(levels)
     finest, coarsest = quantity.tail(levels[-1]), quantity.tail(levels[0])
@@ -148,8 +161,6 @@ def _details(evidence: Evidence, quantity: Quantity, levels: Array, slope: Estim
         "contrast": contrast.value,
         "contrast_low": contrast.interval(confidence)[0],
         "contrast_high": contrast.interval(confidence)[1],
-        **_asymptotic(quantity, levels, confidence),
-        "bias_bound": bias.bound,
         "effective_share": min(finest.effective, coarsest.effective),
         "largest_share": max(finest.share, coarsest.share),
         "hill_index": min(finest.hill, coarsest.hill),
@@ -157,21 +168,19 @@ def _details(evidence: Evidence, quantity: Quantity, levels: Array, slope: Estim
     }
 
 
-def _asymptotic(quantity: Quantity, levels: Array, confidence: float) -> dict[str, object]:
+def _asymptotic(quantity: Quantity, usable: Array, confidence: float) -> dict[str, object]:
     # y = a + p x + c h on all levels but the coarsest; what the coarsest would change is part of the interval.
-    last = levels[-1] + 1
-    if last < 5 or len(levels) < FITTED or not (quantity.means()[:last] > 0.0).all():
+    if len(usable) <= FITTED:
         return {"asymptotic_order": float("nan"), "asymptotic_half_width": float("nan")}
-    x = np.log2(quantity.h)
-    finer, every = np.arange(1, last), np.arange(last)
+    x, finer = np.log2(quantity.h), usable[1:]
     order = quantity.linear(finer, corrected_slope_weights(x[finer]))
-    gap = abs(order.value - quantity.linear(every, corrected_slope_weights(x[every])).value)
+    gap = abs(order.value - quantity.linear(usable, corrected_slope_weights(x[usable])).value)
     half = order.interval(confidence)[1] - order.value + gap
     return {"asymptotic_order": order.value, "asymptotic_half_width": max(half, 0.05)}
 
 
 def _levels(evidence: Evidence, quantity: Quantity) -> Iterator[LevelFinding]:
-    fitted = set(_usable(evidence, quantity)[0])
+    fitted = set(_usable(evidence, quantity)[0][-FITTED:])
     half, one, two = (quantity.means(power) for power in range(3))
     for level in range(len(quantity.h)):
         spread = np.sqrt(max(two[level] - one[level] ** 2, 0.0) / quantity.paths)

@@ -154,6 +154,14 @@ def test_round_off_is_exact_for_every_order():
     assert "exact to round-off" in finding.reason
 
 
+def test_doing_nothing_is_not_exact():
+    """A scheme that is its own reference and differs from it by nothing has shown nothing."""
+    plain = gbm()
+    blind = SDE(drift=plain.drift, diffusion=plain.diffusion, start=[1.0], noise_dim=1, horizon=1.0, source="test")
+
+    assert judge(errors(0.0, sizes=np.zeros(4000)), problem=blind).verdict is Verdict.INCONCLUSIVE
+
+
 def test_levels_at_round_off_are_not_fitted():
     """A level whose error is rounding is left out, so that it cannot flatten the slope."""
     levels = [np.maximum(np.abs(level), 1e-14) for level in errors(6.0)]
