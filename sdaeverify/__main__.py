@@ -1,6 +1,11 @@
-"""``python -m sdaeverify``: the same as the console script."""
+"""``python -m sdaeverify``: the same program as the console script."""
 
-from .cli.main import run
+import sys
 
 if __name__ == "__main__":
+    try:
+        from .cli.main import run
+    except KeyboardInterrupt:
+        # An interrupt while the libraries are loading ends the program like a later one.
+        sys.exit(130)
     run()

@@ -51,17 +51,20 @@ class Result:
         Versions, platform, arguments, seed, stream fingerprint and plugins.
     files : tuple of str
         Plugin files that were named by path.
+    unnamed : frozenset of str
+        Labels of schemes and problems that are not registered: no command can reproduce their rows.
     """
 
     results: tuple[CellResult, ...]
     settings: Settings
     run: dict[str, object]
     files: tuple[str, ...] = ()
+    unnamed: frozenset[str] = frozenset()
 
     @cached_property
     def verdicts(self) -> pd.DataFrame:
         """One row for each quantity of each cell: claim, estimate, interval, verdict, reason, command."""
-        return verdict_table(self.results, self.settings, self.files)
+        return verdict_table(self.results, self.settings, self.files, self.unnamed)
 
     @cached_property
     def levels(self) -> pd.DataFrame:
@@ -153,5 +156,17 @@ def plan_of(registry: Registry, schemes: Schemes, problems: Problems, measures: 
 
 def result_of(study: Study, registry: Registry, arguments: Sequence[str]) -> Result:
     """Return what is known of a study, finished or not."""
-    run: dict[str, Any] = provenance(registry, study.settings, arguments)
-    return Result(tuple(study.results()), study.settings, run, registry.files)
+    run: dict[str, Any] = provenance(registry, study, arguments)
+    results = tuple(study.results())
+    return Result(results, study.settings, run, registry.files, _unnamed(results, registry))
+
+
+def _unnamed(results: Sequence[CellResult], registry: Registry) -> frozenset[str]:
+    labels = set()
+    for cell in (result.cell for result in results):
+        scheme, problem = registry.schemes.get(cell.scheme.name), registry.problems.get(cell.spec.name)
+        if scheme is None or type(scheme.variants[0]) is not type(cell.scheme):
+            labels.add(cell.scheme.label)
+        if problem is None or problem.family is not cell.spec.family:
+            labels.add(cell.spec.label)
+    return frozenset(labels)

@@ -43,7 +43,7 @@ class Origin(NamedTuple):
         return f"plugin {self.plugin} ({where})"
 
 
-class Settings(NamedTuple):
+class PluginEnvironment(NamedTuple):
     """What the environment says about plugins.
 
     Attributes
@@ -59,7 +59,7 @@ class Settings(NamedTuple):
     warnings: tuple[str, ...] = ()
 
 
-def read_settings(environ: Mapping[str, str]) -> Settings:
+def read_settings(environ: Mapping[str, str]) -> PluginEnvironment:
     """Read the variables ``SDAEVERIFY_*``.
 
     Raises
@@ -73,7 +73,7 @@ def read_settings(environ: Mapping[str, str]) -> Settings:
         raise UsageError(f"{STRICT} expects 1, true, yes, 0, false or no, got {switch!r}")
     unknown = sorted(name for name in environ if name.startswith(PREFIX) and name not in {DISABLED, STRICT})
     warnings = (f"unknown environment variable {name}{did_you_mean(name, (DISABLED, STRICT))}" for name in unknown)
-    return Settings(disabled, SWITCH[switch.lower()], tuple(warnings))
+    return PluginEnvironment(disabled, SWITCH[switch.lower()], tuple(warnings))
 
 
 def entry_points() -> list[metadata.EntryPoint]:

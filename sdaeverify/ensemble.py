@@ -5,14 +5,16 @@ Noise lives for a few steps, states for one: memory depends neither on the numbe
 
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from .arrays import Parts
 from .errors import FAULTS, SchemeError, one_line
 from .forms import Problem
-from .lanes import Lane, Moments, Observer, parts_of
+from .lanes import Lane, Observer, Snapshot
 from .matching import match
 from .measure import Measure
 from .noise import Brownian, Piece, Source
@@ -50,22 +52,22 @@ class LaneEvidence(NamedTuple):
     health : Tally
         Failed paths, lost paths, truncated steps and steps of each level.
     seconds : float
-    error : str
-        Why there is no evidence; empty if there is.
+    errors : tuple of str
+        Why there is no evidence, one for each measure; empty if there is.
     """
 
     tallies: tuple[Tally, ...]
     health: Tally
     seconds: float
-    error: str
+    errors: tuple[str, ...]
 
     def merged(self, other: "LaneEvidence") -> "LaneEvidence":
-        """Return the evidence of both; the first error stays."""
+        """Return the evidence of both; the first error of a measure stays."""
         return LaneEvidence(
             tuple(a.merged(b) for a, b in zip(self.tallies, other.tallies, strict=True)),
             self.health.merged(other.health),
             self.seconds + other.seconds,
-            self.error or other.error,
+            tuple(a or b for a, b in zip(self.errors, other.errors, strict=True)),
         )
 
 
@@ -96,14 +98,16 @@ def _run_block(task: Task, block: int) -> tuple[LaneEvidence, ...]:
     problem = task.spec.build()
     reference = Reference(problem, task.settings, task.settings.paths_of(block))
     runs = [_Run(entry, problem, reference, task.settings) for entry in task.entries]
-    if any(run.observers for run in runs):
+    if any(run.sampled for run in runs):
         source = Source(task.settings.seed, task.spec.label, block, task.settings.block, reference.paths)
         _simulate(problem, reference, runs, source)
     return tuple(run.evidence(first=block == 0) for run in runs)
 
 
 def _without_evidence(entry: Entry, seconds: float, error: str) -> LaneEvidence:
-    return LaneEvidence(tuple(Tally() for _ in entry.measures), Tally(), seconds, error)
+    return LaneEvidence(
+        tuple(Tally() for _ in entry.measures), Tally(), seconds, tuple(error for _ in entry.measures)
+    )
 
 
 def _simulate(problem: Problem, reference: Reference, runs: "Sequence[_Run]", source: Source) -> None:
@@ -120,15 +124,57 @@ def _simulate(problem: Problem, reference: Reference, runs: "Sequence[_Run]", so
             run.note()
 
 
+class _Watch:
+    """One measure on one lane; what goes wrong in it costs this measure only."""
+
+    def __init__(self, measure: Measure, problem: Problem, parts: Parts, settings: Settings) -> None:
+        self.measure, self.levels, self.error = measure, settings.levels, ""
+        self.observer: Observer | None = None
+        with self.guarded():
+            self.observer = measure.observer(problem, parts, settings)
+
+    @contextmanager
+    def guarded(self) -> Iterator[None]:
+        """Keep what the measure raises as its reason."""
+        try:
+            yield
+        except FAULTS as error:
+            self.error = self.error or f"measure {self.measure.name}: {one_line(error)}"
+
+    @property
+    def wanted(self) -> Sequence[frozenset[int]]:
+        """Steps of each level that are noted."""
+        return self.observer.wanted if self.observer is not None else [frozenset()] * self.levels
+
+    def after_step(self, level: int, step: int, parts: Parts) -> None:
+        """Pass on what is noted, unless something went wrong before."""
+        if self.observer is not None and not self.error:
+            with self.guarded():
+                self.observer.after_step(level, step, parts)
+
+    def after_coarsest_step(self, snapshot: Snapshot) -> None:
+        """Pass on what is noted, unless something went wrong before."""
+        if self.observer is not None and not self.error:
+            with self.guarded():
+                self.observer.after_coarsest_step(snapshot)
+
+    def tally(self) -> Tally:
+        """Return what was noted; nothing if something went wrong."""
+        noted = Tally()
+        if self.observer is not None and not self.error:
+            with self.guarded():
+                noted = self.observer.tally()
+        return noted
+
+
 class _Run:
-    """A lane with its observers; what goes wrong in it costs this lane only."""
+    """A scheme on one block; what goes wrong in it costs this scheme only."""
 
     def __init__(self, entry: Entry, problem: Problem, reference: Reference, settings: Settings) -> None:
         self.entry, self.reference, self.settings = entry, reference, settings
         self.error, self.seconds = "", 0.0
-        self.noted: list[Observer | None] = []
-        self.observers: list[Observer] = []
-        with self._guard():
+        self.watches: list[_Watch] = []
+        with self._guarded():
             self._begin(problem)
 
     def _begin(self, problem: Problem) -> None:
@@ -137,59 +183,54 @@ class _Run:
         if matched.problem is None:
             raise SchemeError(matched.reason)
         self.view = matched.problem
-        parts = parts_of(scheme.start(self.view, paths), self.view)
-        self.noted = [measure.observer(problem, parts, self.settings) for measure in self.entry.measures]
-        self.observers = [observer for observer in self.noted if observer is not None]
-        self.lane = Lane(scheme, self.view, self.settings.steps, paths, self.reference.own)
+        self.lane = Lane(scheme, self.view, self.settings, paths, self.reference.own)
+        parts = self.lane.tracks[0].parts()
+        self.watches = [_Watch(measure, problem, parts, self.settings) for measure in self.entry.measures]
+
+    @property
+    def sampled(self) -> bool:
+        """Whether there is something to note and nothing has gone wrong."""
+        return not self.error and any(watch.observer for watch in self.watches)
 
     def advance(self, piece: Piece) -> None:
-        """Make the steps of a piece of noise, unless something went wrong before."""
-        if not self.error and self.observers:
-            with self._guard():
-                self.lane.advance(piece, self.observers)
+        """Make the steps of a piece of noise."""
+        if self.sampled:
+            with self._guarded():
+                self.lane.advance(piece, self.watches)
 
     def note(self) -> None:
         """Show the observers where the lane and the truth are at the end of a coarsest step."""
-        if self.error or not self.observers:
-            return
-        with self._guard():
-            levels, own = self.lane.parts()
-            truth = self.reference.parts() if own is None else [own]
-            moments = Moments(levels, truth[0], truth[1] if len(truth) > 1 else None)
-            for observer in self.observers:
-                observer.after_coarsest_step(moments)
+        if self.sampled:
+            with self._guarded():
+                snapshot = self.lane.snapshot(self.reference.parts())
+                for watch in self.watches:
+                    watch.after_coarsest_step(snapshot)
 
     def evidence(self, *, first: bool) -> LaneEvidence:
         """Return what was noted; the first block also evaluates the one-step map where a measure asks for it."""
-        tallies: tuple[Tally, ...] = ()
+        tallies: list[Tally] = []
         if not self.error:
-            with self._guard():
-                tallies = tuple(self._tallies(first=first))
+            with self._guarded():
+                tallies = [self._tally(watch, first=first) for watch in self.watches]
         if self.error:
             return _without_evidence(self.entry, self.seconds, self.error)
-        return LaneEvidence(tallies, self.lane.health(), self.seconds, "")
+        errors = tuple(watch.error for watch in self.watches)
+        return LaneEvidence(tuple(tallies), self.lane.health(), self.seconds, errors)
 
-    def _tallies(self, *, first: bool) -> Iterator[Tally]:
-        for measure, observer in zip(self.entry.measures, self.noted, strict=True):
-            noted = Tally() if observer is None else observer.tally()
-            yield noted.merged(measure.probe(self.entry.scheme, self.view, self.settings)) if first else noted
+    def _tally(self, watch: _Watch, *, first: bool) -> Tally:
+        probed = Tally()
+        if first:
+            with watch.guarded():
+                probed = watch.measure.probe(self.entry.scheme, self.view, self.settings)
+        return watch.tally().merged(probed)
 
-    def _guard(self) -> "_Guard":
-        return _Guard(self)
-
-
-class _Guard:
-    """Time a piece of work and keep what a plugin raises as the reason of its own cells."""
-
-    def __init__(self, run: _Run) -> None:
-        self.run = run
-
-    def __enter__(self) -> None:
-        self.begun = time.perf_counter()
-
-    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> bool:
-        self.run.seconds += time.perf_counter() - self.begun
-        if isinstance(error, FAULTS):
-            self.run.error = one_line(error)
-            return True
-        return False
+    @contextmanager
+    def _guarded(self) -> Iterator[None]:
+        """Time a piece of work and keep what the scheme raises as the reason of its cells."""
+        begun = time.perf_counter()
+        try:
+            yield
+        except FAULTS as error:
+            self.error = one_line(error)
+        finally:
+            self.seconds += time.perf_counter() - begun

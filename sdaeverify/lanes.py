@@ -1,22 +1,25 @@
 """One scheme on one problem at all step sizes: advanced over a coarsest step at a time, watched by measures."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from .arrays import Array, Mask, Parts
+from .arrays import Mask, Parts
+from .errors import SchemeError
 from .forms import Problem
-from .noise import LevelNoise, Piece
+from .noise import Increment, LevelNoise, Piece
 from .numerics import all_finite
 from .scheme import Scheme, State, Step, flatten, same_kind
+from .settings import Settings
 from .tally import Tally
 
 # A finite state this much larger than the initial one is a moment explosion on its way to overflow.
 BLOW_UP = 1e8
+COST = "cost "
 
 
-class Moments(NamedTuple):
+class Snapshot(NamedTuple):
     """What is known at the end of a coarsest step.
 
     Attributes
@@ -37,40 +40,32 @@ class Moments(NamedTuple):
 class Observer(Protocol):
     """A measure's notebook for one scheme on one block of paths."""
 
-    wanted: Sequence[frozenset[int]]
-    """Steps of each level after which `after_step` is called."""
+    @property
+    def wanted(self) -> Sequence[frozenset[int]]:
+        """Steps of each level after which `after_step` is called."""
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
         """Note the named components after a wanted step."""
 
-    def after_coarsest_step(self, moments: Moments) -> None:
+    def after_coarsest_step(self, snapshot: Snapshot) -> None:
         """Note the named components of all levels and of the truth."""
 
     def tally(self) -> Tally:
         """Return what was noted."""
 
 
-def parts_of(state: State, problem: Any) -> Parts:
-    """Return the named components of a scheme's state."""
-    if not isinstance(state, tuple):
-        named: Parts = problem.parts(state)
-        return named
-    fields: Mapping[str, Array] = state._asdict()  # type: ignore[attr-defined]
-    return fields
-
-
 class Track:
     """A scheme at one step size on one block: its state, and the paths that went wrong."""
 
-    def __init__(self, scheme: Scheme, problem: Problem, level: int, steps: int, paths: int) -> None:
-        self.problem, self.level = problem, level
-        self.h = problem.horizon / steps
-        self.stepper = scheme.prepare(problem, self.h)
-        self.state = scheme.start(problem, paths)
-        self.limit = BLOW_UP * (1.0 + float(np.abs(flatten(self.state)).max()))
+    def __init__(self, scheme: Scheme, problem: Problem, level: int, h: float, paths: int) -> None:
+        self.scheme, self.problem, self.level, self.h = scheme, problem, level, h
+        self.stepper = scheme.prepare(problem, h)
+        self.state = scheme.start(problem, paths, h)
+        self.size = 1.0 + float(np.abs(flatten(self.state)).max())
         self.failed: Mask = np.zeros(paths, dtype=bool)
         self.lost: Mask = np.zeros(paths, dtype=bool)  # not finite, or blown up
         self.truncated_steps = 0
+        self.costs: dict[str, float] = {}
         self.step = 0
 
     def advance(self, noise: LevelNoise, observers: Sequence[Observer]) -> None:
@@ -79,58 +74,77 @@ class Track:
             result = self._one(noise, index)
             self.state = result.state
             self.step += 1
-            if result.failed is not None:
-                self.failed |= result.failed
-            if result.truncated is not None:
-                self.truncated_steps += int(np.count_nonzero(result.truncated))
+            self._count(result)
             for observer in observers:
                 if self.step in observer.wanted[self.level]:
                     observer.after_step(self.level, self.step, self.parts())
-        self.lost |= self._lost()
 
     def parts(self) -> Parts:
         """Return the named components of the state."""
-        return parts_of(self.state, self.problem)
+        return self.scheme.parts(self.problem, self.state)
 
-    def _lost(self) -> Mask:
+    def find_lost(self, size: float) -> None:
+        """Note the paths that are not finite or have blown up, given the size of the solution."""
         memory = flatten(self.state)
-        return np.asarray(~(all_finite(memory) & (np.abs(memory).max(axis=0) <= self.limit)))
+        limit = BLOW_UP * max(self.size, size)
+        self.lost |= ~(all_finite(memory) & (np.abs(memory).max(axis=0) <= limit))
+
+    def _count(self, result: Step) -> None:
+        if result.failed is not None:
+            self.failed |= result.failed
+        if result.truncated is not None:
+            self.truncated_steps += int(np.count_nonzero(result.truncated))
+        for name, value in result.costs.items():
+            self.costs[name] = self.costs.get(name, 0.0) + float(value.sum())
 
     def _one(self, noise: LevelNoise, index: int) -> Step:
         if self.step:
             return self.stepper(self.state, self.step * self.h, noise.increment(index))
+        return self._first(noise.increment(index))
+
+    def _first(self, increment: Increment) -> Step:
         _freeze(self.state)
-        result = self.stepper(self.state, 0.0, noise.increment(index))
-        same_kind(self.state, result.state)
+        result, again = (self.stepper(self.state, 0.0, increment) for _ in range(2))
+        same_kind(self.state, result)
+        if not np.array_equal(flatten(result.state), flatten(again.state), equal_nan=True):
+            raise SchemeError("the same step gave another result when it was repeated: it depends on hidden state")
         return result
 
 
 class Lane:
     """A scheme on one block of paths: one track a level, and one more where it has to be its own reference."""
 
-    def __init__(
-        self, scheme: Scheme, problem: Problem, steps: Sequence[int], paths: int, own_reference: int | None
-    ) -> None:
-        every = [*steps] if own_reference is None else [*steps, own_reference]
-        self.tracks = [Track(scheme, problem, level, n, paths) for level, n in enumerate(every)]
-        # A level of noise is told by how often the coarsest step is halved.
-        self.by_level = {(n // steps[0]).bit_length() - 1: track for n, track in zip(every, self.tracks, strict=True)}
-        self.levels, self.paths = len(steps), paths
+    def __init__(self, scheme: Scheme, problem: Problem, settings: Settings, paths: int, own: int | None) -> None:
+        self.levels, self.paths = settings.levels, paths
+        levels = [*range(settings.levels)] if own is None else [*range(settings.levels), own]
+        h = problem.horizon / settings.coarsest
+        self.tracks = {level: Track(scheme, problem, level, h / 2**level, paths) for level in levels}
+        self.own = own
 
     def advance(self, piece: Piece, observers: Sequence[Observer]) -> None:
         """Make the steps of a piece of noise, if there is a track at its level."""
-        track = self.by_level.get(piece.level)
-        if track is not None:
-            track.advance(piece.noise, observers if track.level < self.levels else ())
+        if piece.level in self.tracks:
+            self.tracks[piece.level].advance(piece.noise, () if piece.level == self.own else observers)
 
-    def parts(self) -> tuple[list[Parts], Parts | None]:
-        """Return the components at every level and of the lane's own reference."""
-        every = [track.parts() for track in self.tracks]
-        return every[: self.levels], every[self.levels] if len(every) > self.levels else None
+    def snapshot(self, truths: Sequence[Parts]) -> Snapshot:
+        """Return where the lane and the truth are, and note the paths that are lost.
+
+        Parameters
+        ----------
+        truths : sequence of mapping
+            The truth at full and, if it has an error, at half resolution; empty where the lane is its own.
+        """
+        known = truths if self.own is None else [self.tracks[self.own].parts()]
+        size = max(float(np.fmax.reduce(np.abs(part), axis=None)) for part in known[0].values())
+        for track in self.tracks.values():
+            track.find_lost(size)
+        levels = [self.tracks[level].parts() for level in range(self.levels)]
+        return Snapshot(levels, known[0], known[1] if len(known) > 1 else None)
 
     def health(self) -> Tally:
-        """Return failed and lost paths, truncated steps and steps of each level; a lost reference fails them all."""
-        tracks, own = self.tracks[: self.levels], self.tracks[self.levels :]
+        """Return what went wrong at each level, and what its steps took; a lost reference fails every level."""
+        tracks = [self.tracks[level] for level in range(self.levels)]
+        own = [] if self.own is None else [self.tracks[self.own]]
         counts = {
             "failed": [
                 np.count_nonzero(np.any([x.failed | x.lost for x in (track, *own)], axis=0)) for track in tracks
@@ -138,6 +152,7 @@ class Lane:
             "lost": [np.count_nonzero(track.lost) for track in tracks],
             "truncated": [track.truncated_steps for track in tracks],
             "steps": [track.step * self.paths for track in tracks],
+            **{f"{COST}{name}": [track.costs.get(name, 0.0) for track in tracks] for name in tracks[0].costs},
         }
         return Tally(sums={name: np.array(values, dtype=float) for name, values in counts.items()})
 

@@ -23,7 +23,7 @@ class Reference:
     Attributes
     ----------
     own : int or None
-        Number of steps of the track that serves a scheme as its own reference, where there is no truth.
+        Level of the track that serves a scheme as its own reference, where there is no truth.
     finest : int
         Finest level of noise that is needed.
     level : int
@@ -34,7 +34,7 @@ class Reference:
         self.truth, self.paths, self.drawn = problem.pathwise, paths, settings.block
         last = settings.levels - 1
         self.level, self.finest = _resolution(self.truth, last)
-        self.own = settings.steps[-1] * 2**OWN_REFERENCE if self.truth is None else None
+        self.own = self.finest if self.truth is None else None
         self.h = [problem.horizon / (settings.coarsest * 2 ** (self.level - k)) for k in range(2)]
         self.states: list[Any] = []
         if self.truth is not None:

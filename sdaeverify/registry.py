@@ -4,7 +4,9 @@ A plugin that fails in any way is left out as a whole; its row says why.
 """
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import EntryPoint
@@ -26,6 +28,7 @@ from .discovery import (
     unmatched,
 )
 from .errors import PluginError, one_line
+from .labels import did_you_mean
 
 Entry = TypeVar("Entry")
 
@@ -117,7 +120,13 @@ def load_registry(paths: Sequence[str | Path] = (), environ: Mapping[str, str] |
     PluginError
         If a file cannot be used, or a plugin is broken and that is not allowed.
     """
-    settings = read_settings(os.environ if environ is None else environ)
+    # What a plugin prints as it loads is no result.
+    with redirect_stdout(sys.stderr):
+        return _load(paths, os.environ if environ is None else environ)
+
+
+def _load(paths: Sequence[str | Path], environ: Mapping[str, str]) -> Registry:
+    settings = read_settings(environ)
     entries, outcomes = entry_points(), list[Outcome]()
     for entry in entries:
         outcomes += _from_entry_point(entry, settings.disabled, outcomes)
@@ -136,15 +145,25 @@ def _assemble(outcomes: Sequence[Outcome], warnings: tuple[str, ...], files: tup
         return MappingProxyType(dict(sorted((name, entry) for one in maps for name, entry in one.items())))
 
     parts = [outcome.contribution for outcome in outcomes]
+    schemes, measures = merged(part.schemes for part in parts), merged(part.measures for part in parts)
     return Registry(
-        merged(part.schemes for part in parts),
+        schemes,
         merged(part.problems for part in parts),
-        merged(part.measures for part in parts),
+        measures,
         tuple(outcome.row for outcome in outcomes),
-        warnings,
+        (*warnings, *_idle_claims(schemes, measures)),
         files,
         tuple((row.name, part.report) for row, part in outcomes if part.report),
     )
+
+
+def _idle_claims(schemes: Mapping[str, SchemeEntry], measures: Mapping[str, object]) -> Iterator[str]:
+    """Yield a warning for each measure that a claim names and that is not registered."""
+    for name, entry in schemes.items():
+        claimed = {claim.measure for variant in entry.variants for claim in variant.promises}
+        for measure in sorted(claimed - set(measures)):
+            hint = did_you_mean(measure, measures)
+            yield f"scheme {name} claims about measure {measure!r}, which is not registered{hint}"
 
 
 def _refuse_broken(rows: Iterable[PluginRow]) -> None:

@@ -6,13 +6,14 @@ time; a step is a pure function that accepts any batch of paths.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import inf
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from .arrays import Array, Mask
+from .arrays import Array, Mask, Parts
 from .errors import SchemeError
-from .forms import Problem
+from .forms import TRAITS, Problem
 from .labels import dataclass_parameters, make_label
 from .noise import Increment
 
@@ -33,12 +34,15 @@ class Step(NamedTuple):
         Paths on which the step was changed for stability, so that its order does not show.
     outputs : mapping of str to ndarray
         Further results that are no memory, for example the multipliers of this step.
+    costs : mapping of str to ndarray, shape (P,)
+        What the step took, for example iterations; reported as means over all steps and paths.
     """
 
     state: State
     failed: Mask | None = None
     truncated: Mask | None = None
     outputs: Mapping[str, Array] = {}
+    costs: Mapping[str, Array] = {}
 
 
 Stepper = Callable[[State, float, Increment], Step]
@@ -72,10 +76,16 @@ class Claim:
     margin: float = 0.2
 
     def __post_init__(self) -> None:
-        if not (self.value == "round-off" or (isinstance(self.value, (int, float)) and self.value > 0)):
-            raise SchemeError(f"a claim's value must be a positive order or 'round-off', got {self.value!r}")
-        if not self.margin > 0:
-            raise SchemeError(f"a claim's margin must be positive, got {self.margin!r}")
+        if isinstance(self.value, str):
+            if not self.value:
+                raise SchemeError("a claim's value must be an order or words such as round-off, got an empty text")
+        elif not 0 < self.margin < self.value < inf:
+            given = f"value {self.value!r} with margin {self.margin!r}"
+            raise SchemeError(
+                f"a claimed order must be finite and larger than its margin, which is positive; got {given}"
+            )
+        if unknown := sorted(self.when - TRAITS):
+            raise SchemeError(f"a claim holds for unknown traits {unknown}; known are {sorted(TRAITS)}")
 
     def covers(self, measure: str, quantity: str) -> bool:
         """Tell whether the claim is about this quantity of this measure."""
@@ -117,9 +127,26 @@ class Scheme:
         """Return why the scheme cannot solve a problem of its form, or an empty string."""
         return ""
 
-    def start(self, problem: Any, paths: int) -> State:
-        """Return the initial state on a number of paths."""
+    @property
+    def promises(self) -> tuple[Claim, ...]:
+        """The claims with these parameters: `claims`, unless a scheme's promise depends on its parameters."""
+        return self.claims
+
+    def start(self, problem: Any, paths: int, h: float) -> State:  # noqa: ARG002 - memory may depend on h
+        """Return the initial state on a number of paths, for steps of size h."""
         return problem.initial(paths)
+
+    def parts(self, problem: Any, state: State) -> Parts:
+        """Return what of a state can be compared with other states, under the problem's names.
+
+        A bare array is split by the problem; of a NamedTuple, the fields are the components. A scheme with
+        further memory overrides this and leaves it out.
+        """
+        if not isinstance(state, tuple):
+            named: Parts = problem.parts(state)
+            return named
+        fields: Parts = state._asdict()  # type: ignore[attr-defined]
+        return fields
 
     def prepare(self, problem: Any, h: float) -> Stepper:
         """Return the step for one problem and step size; override it to compute constants once."""
@@ -155,22 +182,27 @@ def flatten(state: State) -> Array:
     return np.concatenate(state) if isinstance(state, tuple) else state
 
 
-def same_kind(before: State, after: State) -> None:
-    """Check that a step returned a state like the one it was given.
+def same_kind(before: State, result: object) -> None:
+    """Check that a step returned a `Step` whose state is like the one it was given.
 
     Raises
     ------
     SchemeError
-        If the type, the fields or the shapes differ.
+        If it is no `Step`, or if the type, the fields, the shapes or the kind of numbers of its state differ.
     """
-    old = before if isinstance(before, tuple) else (before,)
-    new = after if isinstance(after, tuple) else (after,)
-    if type(before) is not type(after) or [np.shape(x) for x in old] != [np.shape(x) for x in new]:
+    if not isinstance(result, Step):
+        raise SchemeError(f"step returned {type(result).__name__}, expected Step(state)")
+    after = result.state
+    if type(before) is not type(after) or _arrays(before) != _arrays(after):
         raise SchemeError(
             f"step returned {_describe(after)}, expected a state like the one it was given, {_describe(before)}"
         )
 
 
-def _describe(state: State) -> str:
+def _arrays(state: State) -> list[tuple[tuple[int, ...], str]]:
     arrays = state if isinstance(state, tuple) else (state,)
-    return f"{type(state).__name__} of shapes {[np.shape(x) for x in arrays]}"
+    return [(np.shape(x), np.asarray(x).dtype.name) for x in arrays]
+
+
+def _describe(state: State) -> str:
+    return f"{type(state).__name__} of {', '.join(f'{name} {shape}' for shape, name in _arrays(state))}"

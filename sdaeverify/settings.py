@@ -7,6 +7,7 @@ from .errors import UsageError
 
 FEWEST_PATHS = 40
 FINEST_STEPS = 2**20
+LARGEST_BLOCK = 2**20
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +48,7 @@ class Settings:
         _require(self.steps[-1] <= FINEST_STEPS, "the finest number of steps", "at most 2^20", self.steps[-1])
         _require(0 <= self.seed < 2**63, "seed", "between 0 and 2^63 - 1", self.seed)
         _require(0.5 <= self.confidence < 1, "confidence", "between 0.5 and 1", self.confidence)
-        _require(self.block >= FEWEST_PATHS, "block", f"at least {FEWEST_PATHS}", self.block)
+        _require(FEWEST_PATHS <= self.block <= LARGEST_BLOCK, "block", f"between {FEWEST_PATHS} and 2^20", self.block)
 
     @cached_property
     def steps(self) -> tuple[int, ...]:

@@ -15,7 +15,7 @@ class Tally:
     Attributes
     ----------
     sums, maxima : mapping of str to ndarray
-        Merged by addition and by elementwise maximum (a NaN stays).
+        Merged by addition (a NaN stays) and by elementwise maximum (a NaN gives way to a number).
     largest : mapping of str to ndarray, shape (..., k)
         Descending along the last axis; merging keeps as many as the longer one has.
     """
@@ -28,7 +28,7 @@ class Tally:
         """Return the evidence of both sets of paths; names of either are kept."""
         return Tally(
             _merge(self.sums, other.sums, np.add),
-            _merge(self.maxima, other.maxima, np.maximum),
+            _merge(self.maxima, other.maxima, np.fmax),
             _merge(self.largest, other.largest, _join),
         )
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from math import inf
 
 from .arrays import Array, Parts
+from .errors import ProblemError
 from .noise import Increment
 
 
@@ -33,6 +34,14 @@ class Pathwise:
     source: str
     order: float = inf
     extra_normals: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.order > 0.0:
+            raise ProblemError(f"the order of a pathwise truth must be positive, got {self.order!r}")
+        if self.extra_normals and not self.exact:
+            raise ProblemError(
+                "a pathwise truth of finite order cannot use extra normals: two resolutions must agree"
+            )
 
     @property
     def exact(self) -> bool:

@@ -1,15 +1,19 @@
 """Three-valued verdicts on orders: a claim is verified, refuted, or the evidence does not decide."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from .arrays import Mask
+import numpy as np
+
+from .arrays import Array, Mask
 from .measure import Evidence, Finding, Verdict
 from .scheme import Claim, Scheme
 
 ROUND_OFF = "round-off"
 # Fewer levels than this tell no slope.
 FEWEST = 3
+CALIBRATED_PATHS = 100
+HEAVY_TAIL_PATHS = 800
 
 
 class Opinion(NamedTuple):
@@ -35,7 +39,7 @@ def claim_for(scheme: Scheme, traits: Iterable[str], measure: str, quantity: str
     str
         Why there is none; empty if there is one.
     """
-    covering = [claim for claim in scheme.claims if claim.covers(measure, quantity)]
+    covering = [claim for claim in scheme.promises if claim.covers(measure, quantity)]
     in_scope = [claim for claim in covering if claim.when <= set(traits)]
     if in_scope:
         return max(in_scope, key=_strength), ""
@@ -64,7 +68,9 @@ def judge_order(claim: Claim, low: float, high: float) -> Opinion:
     """
     if claim.value == ROUND_OFF:
         return Opinion(Verdict.REFUTED, "claimed exact, and not so to round-off")
-    bound, half = float(claim.value) - claim.margin, 0.5 * (high - low)
+    if isinstance(claim.value, str):
+        return Opinion(Verdict.INCONCLUSIVE, f"this measure does not know what {claim.value!r} means")
+    bound, half = claim.value - claim.margin, 0.5 * (high - low)
     if high < bound:
         return Opinion(Verdict.REFUTED, f"order at most {high:.3f}, claimed {claim.value} with margin {claim.margin}")
     if low > bound and half <= claim.margin:
@@ -74,6 +80,40 @@ def judge_order(claim: Claim, low: float, high: float) -> Opinion:
     return Opinion(
         Verdict.INCONCLUSIVE, f"interval [{low:.3f}, {high:.3f}] contains {bound:.3f}; add paths or levels"
     )
+
+
+def with_sample(opinion: Opinion, paths: int, *, heavy: bool) -> Opinion:
+    """Take a verdict back where the sample does not carry it: too small, or resting on a few paths."""
+    if opinion.verdict not in {Verdict.VERIFIED, Verdict.REFUTED}:
+        return opinion
+    if paths < CALIBRATED_PATHS:
+        return Opinion(Verdict.INCONCLUSIVE, f"intervals are calibrated from {CALIBRATED_PATHS} paths on")
+    if opinion.verdict is Verdict.REFUTED and heavy and paths < HEAVY_TAIL_PATHS:
+        return Opinion(Verdict.INCONCLUSIVE, f"heavy tails: at least {HEAVY_TAIL_PATHS} paths are needed to refute")
+    return opinion
+
+
+def sound_levels(health: Mapping[str, Array]) -> tuple[Array, list[str]]:
+    """Return the levels finer than every one that went wrong, and what went wrong.
+
+    An order is about h tending to 0: coarse levels may fail, but what fails on a finer level than another that
+    does not is no matter of too coarse a step.
+
+    Parameters
+    ----------
+    health : mapping of str to ndarray, shape (L,)
+        Counts ``failed`` of paths and ``truncated`` of steps.
+
+    Returns
+    -------
+    ndarray of int
+    list of str
+    """
+    wrong = {"failed paths": health["failed"] > 0, "truncated steps": health["truncated"] > 0}
+    bad = np.flatnonzero(np.any(list(wrong.values()), axis=0))
+    first = int(bad[-1]) + 1 if len(bad) else 0
+    remarks = [at_levels(name, levels) for name, levels in wrong.items() if levels.any()]
+    return np.arange(first, len(health["failed"])), remarks
 
 
 def at_levels(what: str, levels: Mask) -> str:

@@ -140,8 +140,8 @@ def test_a_scheme_that_raises_costs_its_own_lane():
     """What a scheme raises is the reason of its own evidence; others go on."""
     broken, fine = lanes(gbm, [Odd("raise"), EulerMaruyama()])
 
-    assert broken.error == "KeyError: 'missing'"
-    assert not fine.error
+    assert broken.errors[0] == "KeyError: 'missing'"
+    assert not fine.errors[0]
     assert_same_evidence(fine, lanes(gbm, [EulerMaruyama()])[0])
 
 
@@ -157,7 +157,7 @@ def test_a_scheme_that_breaks_its_contract_is_told(what, reason):
     """Writing into arguments or dropping paths is an error of the scheme, with the reason."""
     lane = lanes(gbm, [Rude(what)])[0]
 
-    assert any(word in lane.error for word in reason.split("|"))
+    assert any(word in lane.errors[0] for word in reason.split("|"))
 
 
 def test_a_truth_that_raises_costs_the_problem():
@@ -176,7 +176,7 @@ def test_a_truth_that_raises_costs_the_problem():
 
     (lane,) = lanes(fickle, [EulerMaruyama()])
 
-    assert "KeyError: 'gone'" in lane.error
+    assert "KeyError: 'gone'" in lane.errors[0]
 
 
 def test_constraint_residuals_are_noted_at_every_level():
@@ -206,3 +206,82 @@ def test_own_reference_is_used_where_there_is_no_truth():
     errors = lane.tallies[0].sums["error x"][..., 1].sum(axis=0)
     assert (np.diff(errors) < 0.0).all()
     assert len(lane.health.sums["failed"]) == SETTINGS.levels
+
+
+@dataclass(frozen=True)
+class Moody(Scheme):
+    """A scheme whose steps depend on how often it was asked."""
+
+    name: ClassVar[str] = "moody"
+    form: ClassVar[type[SDE]] = SDE
+
+    def step(self, problem, state, t, h, noise):
+        return Step(state + np.random.default_rng().normal(size=state.shape))
+
+
+def test_a_scheme_with_hidden_state_is_told():
+    """A step that gives something else when it is repeated is no function of its arguments."""
+    assert "depends on hidden state" in lanes(gbm, [Moody()])[0].errors[0]
+
+
+class Clumsy(Strong):
+    """A measure that fails while it notes."""
+
+    name = "clumsy"
+
+    def observer(self, problem, parts, settings):
+        return None if settings is None else {}["missing"]
+
+
+def test_a_measure_that_raises_costs_only_its_own_cells():
+    """What one measure raises leaves the others' evidence as it is."""
+    (lane,) = lanes(gbm, [EulerMaruyama()], measures=(Clumsy(), STRONG))
+
+    assert lane.errors == ("measure clumsy: KeyError: 'missing'", "")
+    assert np.array_equal(
+        lane.tallies[1].sums["error x"], lanes(gbm, [EulerMaruyama()])[0].tallies[0].sums["error x"]
+    )
+
+
+@dataclass(frozen=True)
+class Counting(Scheme):
+    """Euler-Maruyama that says what it took."""
+
+    name: ClassVar[str] = "counting"
+    form: ClassVar[type[SDE]] = SDE
+
+    def step(self, problem, state, t, h, noise):
+        return Step(
+            EulerMaruyama().step(problem, state, t, h, noise).state, costs={"work": np.full(state.shape[1], 2)}
+        )
+
+
+def test_costs_are_summed_over_steps_and_paths():
+    """What steps take is counted at every level."""
+    health = lanes(gbm, [Counting()])[0].health.sums
+
+    assert (health["cost work"] == 2 * health["steps"]).all()
+
+
+def test_memory_that_is_no_component_is_kept_apart():
+    """A scheme with further memory says which parts of its state can be compared."""
+
+    @dataclass(frozen=True)
+    class Remembering(Scheme):
+        """Euler-Maruyama that remembers its last state."""
+
+        name: ClassVar[str] = "remembering"
+        form: ClassVar[type[SDE]] = SDE
+
+        def start(self, problem, paths, h):
+            return np.concatenate([problem.initial(paths)] * 2)
+
+        def parts(self, problem, state):
+            return problem.parts(state[:1])
+
+        def step(self, problem, state, t, h, noise):
+            return Step(np.concatenate([EulerMaruyama().step(problem, state[:1], t, h, noise).state, state[:1]]))
+
+    remembering, plain = lanes(gbm, [Remembering(), EulerMaruyama()])
+
+    assert_same_evidence(remembering, plain)

@@ -63,39 +63,38 @@ def test_all_memory_of_a_state_is_one_array():
 
 def test_a_state_of_the_same_kind_is_accepted():
     """Equal types and shapes pass without a word."""
-    same_kind(parts(), parts())
-    same_kind(np.ones((2, 3)), np.zeros((2, 3)))
+    same_kind(parts(), Step(parts()))
+    same_kind(np.ones((2, 3)), Step(np.zeros((2, 3))))
 
 
 @pytest.mark.parametrize(
     ("before", "after", "given"),
     [
-        (np.ones((2, 3)), np.ones((2, 1)), "ndarray of shapes [(2, 1)]"),
-        (np.ones((2, 3)), np.ones((1, 3)), "ndarray of shapes [(1, 3)]"),
-        (np.ones((2, 3)), parts(), "TwoParts of shapes [(2, 3), (1, 3)]"),
-        (parts(), np.ones((3, 3)), "ndarray of shapes [(3, 3)]"),
-        (parts(), tuple(parts()), "tuple of shapes [(2, 3), (1, 3)]"),
-        (parts(), OtherParts(*parts()), "OtherParts of shapes [(2, 3), (1, 3)]"),
-        (parts(), parts(rows=1), "TwoParts of shapes [(1, 3), (1, 3)]"),
-        (np.ones((2, 3)), None, "NoneType of shapes [()]"),
+        (np.ones((2, 3)), np.ones((2, 1)), "ndarray of float64 (2, 1)"),
+        (np.ones((2, 3)), np.ones((1, 3)), "ndarray of float64 (1, 3)"),
+        (np.ones((2, 3)), parts(), "TwoParts of float64 (2, 3), float64 (1, 3)"),
+        (parts(), np.ones((3, 3)), "ndarray of float64 (3, 3)"),
+        (parts(), tuple(parts()), "tuple of float64 (2, 3), float64 (1, 3)"),
+        (parts(), OtherParts(*parts()), "OtherParts of float64 (2, 3), float64 (1, 3)"),
+        (parts(), parts(rows=1), "TwoParts of float64 (1, 3), float64 (1, 3)"),
+        (np.ones((2, 3)), np.ones((2, 3)) + 0j, "ndarray of complex128 (2, 3)"),
+        (np.ones((2, 3)), None, "NoneType of object ()"),
     ],
 )
 def test_a_state_of_another_kind_is_refused_in_one_line(before, after, given):
     """The message names what came back and what was expected."""
     with pytest.raises(SchemeError) as caught:
-        same_kind(before, after)
+        same_kind(before, Step(after))
     text = str(caught.value)
     assert text.startswith(f"step returned {given}, expected a state like the one it was given, ")
-    assert text.endswith(f"{type(before).__name__} of shapes {[x.shape for x in np.atleast_1d(shapes(before))]}")
+    assert type(before).__name__ in text.rpartition("given, ")[2]
     assert "\n" not in text
 
 
-def shapes(state):
-    """Return the arrays of a state as an array of objects."""
-    arrays = state if isinstance(state, tuple) else (state,)
-    out = np.empty(len(arrays), dtype=object)
-    out[:] = arrays
-    return out
+def test_a_bare_state_is_no_step():
+    """A step that forgets to wrap its state is told what to return."""
+    with pytest.raises(SchemeError, match=r"step returned ndarray, expected Step\(state\)"):
+        same_kind(np.ones((2, 3)), np.ones((2, 3)))
 
 
 @pytest.mark.parametrize(
@@ -142,7 +141,7 @@ def test_a_prepared_stepper_makes_the_scheme_s_step():
 
 def test_a_scheme_starts_where_the_problem_does_and_refuses_nothing():
     """The base class offers the problem's initial state and accepts every problem of its form."""
-    assert Damped().start(PROBLEM, 3).tolist() == [[2.0] * 3]
+    assert Damped().start(PROBLEM, 3, 0.1).tolist() == [[2.0] * 3]
     assert Damped().refuses(PROBLEM) == ""
 
 
@@ -161,9 +160,12 @@ def test_a_step_reports_nothing_by_default():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"value": "fast"}, "positive order"),
-        ({"value": -1.0}, "positive order"),
-        ({"margin": 0.0}, "margin must be positive"),
+        ({"value": ""}, "an order or words"),
+        ({"value": -1.0}, "larger than its margin"),
+        ({"margin": 0.0}, "larger than its margin"),
+        ({"margin": 1.0}, "larger than its margin"),
+        ({"value": float("inf")}, "finite"),
+        ({"when": frozenset({"no-noise"})}, "unknown traits"),
     ],
 )
 def test_claims_that_say_nothing_are_refused(changes, words):

@@ -14,7 +14,7 @@ from sdaeverify import Settings, UsageError
         ({"coarsest": 0}, "coarsest number of steps must be at least 1"),
         ({"seed": -1}, "seed must be between 0"),
         ({"confidence": 1.5}, "confidence must be between 0.5 and 1"),
-        ({"block": 1}, "block must be at least 40"),
+        ({"block": 1}, "block must be between 40 and 2\\^20"),
     ],
 )
 def test_values_out_of_range_are_refused(options, words):

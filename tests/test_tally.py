@@ -32,10 +32,14 @@ def test_names_of_either_side_are_kept():
 
 
 def test_a_nan_is_never_lost():
-    """A path that is not finite stays visible in the maximum and among the largest."""
-    bad, good = Tally({}, {"m": np.array([np.nan])}, {"t": np.array([np.nan, 1.0])}), note(np.arange(12.0))
+    """A path that is not finite stays visible in sums and among the largest, and hides no maximum."""
+    bad, good = (
+        Tally({"s": np.array([np.nan])}, {"m": np.array([np.nan])}, {"t": np.array([np.nan, 1.0])}),
+        note(np.arange(12.0)),
+    )
 
-    merged = bad.merged(Tally({}, {"m": good.maxima["max"]}, {"t": np.array([3.0, 2.0])}))
+    merged = bad.merged(Tally({"s": np.ones(1)}, {"m": good.maxima["max"]}, {"t": np.array([3.0, 2.0])}))
 
-    assert np.isnan(merged.maxima["m"][0])
+    assert np.isnan(merged.sums["s"][0])
+    assert merged.maxima["m"] == good.maxima["max"]
     assert np.isnan(merged.largest["t"][0])

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from sdaeverify import Array, HolonomicSDAE, Mask
-from sdaeverify.numerics import apply_transposed, determinant, newton, product_transposed
+from sdaeverify.numerics import apply_transposed, determinant, newton, norm, product_transposed
 
-# Newton's last update moves the position by less than this, so that its error is of the size of the square: rounding.
+# Newton's last update moves the position by less than this part of it, so that its error is rounding: the square.
 TOLERANCE = 1e-9
 
 
@@ -24,7 +24,9 @@ class Projected(NamedTuple):
     A : ndarray, shape (m, m, P)
         Dg(r) N^T.
     found : ndarray of bool, shape (P,)
-        Whether Newton's method converged from kappa = 0 to a root with det A > 0.
+        Whether Newton's method converged from kappa = 0 to a root with det A > 0. With one constraint that is the
+        root nearest to 0; with several, a far root may pass.
+    iterations : ndarray of int, shape (P,)
     """
 
     r: Array
@@ -32,6 +34,7 @@ class Projected(NamedTuple):
     kappa: Array
     A: Array
     found: Mask
+    iterations: Array
 
 
 def onto_constraint(problem: HolonomicSDAE, y: Array, normals: Array) -> Projected:
@@ -54,9 +57,10 @@ def onto_constraint(problem: HolonomicSDAE, y: Array, normals: Array) -> Project
         return problem.constraint(x), product_transposed(problem.dg(x), normals)
 
     # kappa scales like 1/g, so that its tolerance has to come from that of the position.
-    tolerance = TOLERANCE / np.sqrt(np.einsum("mnp,mnp->p", normals, normals))
+    size = norm(y)
+    tolerance = TOLERANCE * np.where(size > 0.0, size, 1.0) / np.sqrt(np.einsum("mnp,mnp->p", normals, normals))
     root = newton(linearised, np.zeros((len(normals), y.shape[-1])), tolerance)
     r = y + apply_transposed(normals, root.x)
     Dg = problem.dg(r)
     A = product_transposed(Dg, normals)
-    return Projected(r, Dg, root.x, A, root.converged & (determinant(A) > 0.0))
+    return Projected(r, Dg, root.x, A, root.converged & (determinant(A) > 0.0), root.iterations)

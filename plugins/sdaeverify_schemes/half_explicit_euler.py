@@ -69,7 +69,7 @@ class HalfExplicitEuler(Scheme):
         a = problem.force(t, r, v)
         eta = self._truncation_factor(problem, v, a, h)
         normals = problem.normals(problem.dg(r))
-        r_new, Dg, kappa, A, found = onto_constraint(problem, r + eta * h * v, normals)
+        r_new, Dg, kappa, A, found, iterations = onto_constraint(problem, r + eta * h * v, normals)
         failed = ~found
         if self.truncation == "theory":
             failed |= norm(kappa) >= 1.0 / (8.0 * problem.constraint_bound**4)
@@ -79,7 +79,8 @@ class HalfExplicitEuler(Scheme):
         if failed.any():
             new = self._without_root(state, new, failed)
         truncated = None if self.truncation == "none" else eta < 1.0
-        return Step(new, failed, truncated, {"kappa": kappa, "lambda": lam})
+        multipliers, costs = {"kappa": kappa, "lambda": lam}, {"newton_iterations": iterations}
+        return Step(new, failed, truncated, multipliers, costs)
 
     def _truncation_factor(self, problem: HolonomicSDAE, v: Array, a: Array, h: float) -> Array | float:
         if self.truncation == "none":

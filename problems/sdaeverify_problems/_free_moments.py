@@ -1,4 +1,4 @@
-"""Moments of the pendulum without gravity, whose angle and angular velocity are Gaussian."""
+"""Snapshot of the pendulum without gravity, whose angle and angular velocity are Gaussian."""
 
 import numpy as np
 

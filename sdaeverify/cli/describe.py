@@ -69,7 +69,7 @@ def _parameters(entry: AnyEntry) -> list[str]:
 
 
 def _scheme(scheme: Scheme) -> list[str]:
-    claims = [f"  {claim.measure}: {_claim(claim)}" for claim in scheme.claims]
+    claims = [f"  {claim.measure}: {_claim(claim)}" for claim in scheme.promises]
     heading = "claims:" if claims else "claims: none"
     return ["", f"form: {scheme.form.__name__}", heading, *claims, f"source: {scheme.source or 'not given'}"]
 

@@ -25,7 +25,18 @@ from ..numerics import (
     solve,
 )
 from .inherent import inherent_sde
-from .problem import PROBES, Problem, Residual, check_shape, columns, numbers, shown, vector
+from .problem import (
+    PROBES,
+    Problem,
+    Residual,
+    check_derivative,
+    check_shape,
+    check_truth,
+    columns,
+    numbers,
+    shown,
+    vector,
+)
 from .sde import SDE
 
 # Rounding alone leaves a few eps; a start further off the manifold is a mistake, not a rounding.
@@ -116,6 +127,10 @@ class HolonomicSDAE(Problem):
         r, v = cast("Array", self.position), cast("Array", self.velocity)
         return HolonomicState(columns(r, paths), columns(v, paths), np.zeros((self.constraints, paths)))
 
+    def parts(self, state: HolonomicState) -> Parts:
+        """Return the named components of a state."""
+        return state._asdict()
+
     def inverse_mass(self, y: Array) -> Array:
         """Return M^{-1} y for y of shape (n, P) or (n, l, P)."""
         return y if self._inverse is None else np.einsum("ij,j...->i...", self._inverse, y)
@@ -179,6 +194,15 @@ class HolonomicSDAE(Problem):
         self._check_complex_steps(r)
         check_shape("jacobian(r)", self.dg(r), (m, n, PROBES))
         check_shape("curvature(r, y, z)", self.d2g(r, v, v), (m, PROBES))
+        self._check_derivatives(r)
+        check_truth(self, self.initial(PROBES)._asdict())
+
+    def _check_derivatives(self, r: Array) -> None:
+        y = np.sin(np.arange(1.0, len(r) + 1))[:, None] + np.zeros_like(r)
+        if self.jacobian is not None:
+            check_derivative("jacobian", self.constraint, lambda x, z: apply(self.dg(x), z), r)
+        if self.curvature is not None:
+            check_derivative("curvature", lambda x: apply(self.dg(x), y), lambda x, z: self.d2g(x, y, z), r)
 
     def _check_complex_steps(self, r: Array) -> None:
         if self.jacobian is None and not is_analytic(self.constraint, r):

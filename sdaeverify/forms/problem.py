@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, Parts
 from ..errors import ProblemError
+from ..numerics import matches_differences
 from ..truths import Moment, Pathwise, Truth
 
 Observable = Callable[[float, Parts], Array]
@@ -167,3 +168,50 @@ def check_shape(name: str, value: object, expected: tuple[int, ...]) -> None:
         raise ProblemError(f"{text} for {expected[-1]} paths (paths last)")
     if not np.isfinite(value).all():
         raise ProblemError(f"{name} is not finite at the initial state: {value[..., 0].tolist()}")
+
+
+def check_derivative(
+    name: str, f: Callable[[Array], Array], derivative: Callable[[Array, Array], Array], x: Array
+) -> None:
+    """Check an author's derivative (x, y) -> Df(x) y against differences at x and at a point nearby.
+
+    At the initial state alone, a wrong derivative may be right by chance.
+
+    Raises
+    ------
+    ProblemError
+        If they disagree where both are finite.
+    """
+    y = np.broadcast_to(np.cos(np.arange(1.0, len(x) + 1))[:, None], x.shape)
+    for point in (x, x + 0.1 * y):
+        given = derivative(point, y)
+        if np.isfinite(f(point)).all() and not matches_differences(f, given, point, y):
+            raise ProblemError(f"{name} disagrees with a difference quotient at {point[:, 0].tolist()}")
+
+
+def check_truth(problem: Problem, initial: Parts) -> None:
+    """Check that a problem's pathwise truth starts where the problem does.
+
+    Parameters
+    ----------
+    problem : Problem
+    initial : mapping of str to ndarray, shape (n, P)
+        Named components of the initial state on `PROBES` paths.
+
+    Raises
+    ------
+    ProblemError
+        If the truth knows none of the components, or one of another shape or with another initial value.
+    """
+    if problem.pathwise is None:
+        return
+    known = problem.pathwise.parts(0.0, problem.pathwise.start(PROBES))
+    if not known.keys() & initial.keys():
+        raise ProblemError(f"the truth knows {sorted(known)}, the problem's components are {sorted(initial)}")
+    for name in known.keys() & initial.keys():
+        if np.shape(known[name]) != initial[name].shape:
+            given = f"shape {np.shape(known[name])}, expected {initial[name].shape}"
+            raise ProblemError(f"the truth gives {name} in {given} (paths last)")
+        if not np.allclose(known[name], initial[name], rtol=1e-9, atol=1e-12):
+            start = f"{known[name][:, 0].tolist()}, the problem at {initial[name][:, 0].tolist()}"
+            raise ProblemError(f"the truth starts with {name} at {start}")

@@ -2,15 +2,16 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array, Parts
-from ..errors import ProblemError
+from ..errors import ProblemError, SchemeError
 from ..numerics import directional, is_analytic
-from .problem import PROBES, Problem, check_shape, columns, vector
+from .problem import PROBES, Problem, check_derivative, check_shape, check_truth, columns, vector
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,9 +54,13 @@ class SDE(Problem):
         if self.diffusion_derivative is not None:
             derivative = self.diffusion_derivative(0.0, x, x)
             check_shape("diffusion_derivative(t, x, y)", derivative, (d, self.noise_dim, PROBES))
+            check_derivative(
+                "diffusion_derivative", partial(self.diffusion, 0.0), partial(self.diffusion_derivative, 0.0), x
+            )
         for name, rows in (self.names or {}).items():
             if not (isinstance(rows, slice) and range(d)[rows]):
                 raise ProblemError(f"names[{name!r}] must be a slice of the {d} components, got {rows!r}")
+        check_truth(self, self.parts(x))
 
     @property
     def dimension(self) -> int:
@@ -67,7 +72,16 @@ class SDE(Problem):
         return columns(cast("Array", self.start), paths)
 
     def parts(self, x: Array) -> Parts:
-        """Return the named components of a state of shape (d, P)."""
+        """Return the named components of a state of shape (d, P).
+
+        Raises
+        ------
+        SchemeError
+            If the state has another number of components: further memory is for a scheme to keep apart.
+        """
+        if len(x) != self.dimension:
+            text = f"a state of {len(x)} components, expected {self.dimension}"
+            raise SchemeError(f"{text}; a scheme with further memory overrides parts(problem, state)")
         return {name: x[rows] for name, rows in (self.names or {"x": slice(None)}).items()}
 
     def derivative_of_diffusion(self, t: float, x: Array, y: Array) -> Array:

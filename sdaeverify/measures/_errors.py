@@ -7,7 +7,7 @@ from math import isqrt
 import numpy as np
 
 from ..arrays import Array, Parts
-from ..lanes import Moments
+from ..lanes import Snapshot
 from ..settings import Settings
 from ..statistics import group_sums
 from ..tally import Tally, largest
@@ -28,28 +28,27 @@ class ErrorObserver:
         self.wanted: Sequence[frozenset[int]] = [frozenset()] * settings.levels
         self.start = parts
         self.names: list[str] = []
-        self.size: Array = np.zeros(0)
+        self.size: dict[str, Array] = {}
+        self.moved: dict[str, Array] = {}
         self.final: dict[str, Array] = {}
         self.worst: dict[str, Array] = {}
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
         """Note nothing: errors are compared on the coarsest grid."""
 
-    def after_coarsest_step(self, moments: Moments) -> None:
+    def after_coarsest_step(self, snapshot: Snapshot) -> None:
         """Note the errors at this time and their maximum so far."""
-        if not self.names:
-            self._begin(moments)
-        levels = moments.levels
+        self.names = [name for name in self.start if name in snapshot.truth]
+        levels = snapshot.levels
         now = {
-            "error": [self._distances(level, moments.truth) for level in levels],
+            "error": [self._distances(level, snapshot.truth) for level in levels],
             "difference": [self._distances(a, b) for a, b in pairwise(levels)],
         }
-        if moments.coarser_truth is not None:
-            now["blurred"] = [self._distances(level, moments.coarser_truth) for level in levels]
+        if snapshot.coarser_truth is not None:
+            now["blurred"] = [self._distances(level, snapshot.coarser_truth) for level in levels]
         self.final = {name: np.stack(values, axis=1) for name, values in now.items()}
         self.worst = {name: np.maximum(self.worst.get(name, 0.0), value) for name, value in self.final.items()}
-        sizes = [np.abs(moments.truth[name]).max(initial=0.0) for name in self.names]
-        self.size = np.maximum(self.size, [*sizes, max(sizes)])
+        self._note_sizes(snapshot.truth)
 
     def tally(self) -> Tally:
         """Return sums of the errors' powers over groups of paths, with what the tail diagnostics need."""
@@ -64,11 +63,16 @@ class ErrorObserver:
                 tops[f"{name}{suffix}"] = largest(values["error"][index], keep)
         paths = self.final["error"].shape[-1]
         sums["paths"] = group_sums(np.ones(paths))
-        return Tally(sums=sums, maxima={"size": self.size}, largest=tops)
+        return Tally(sums=sums, maxima={**self.size, **self.moved}, largest=tops)
 
-    def _begin(self, moments: Moments) -> None:
-        self.names = [name for name in self.start if name in moments.truth]
-        self.size = np.zeros(len(self.names) + 1)
+    def _note_sizes(self, truth: Parts) -> None:
+        for name in self.names:
+            known = truth[name]
+            for kind, noted, value in (("size", self.size, known), ("moved", self.moved, known - self.start[name])):
+                largest_now = np.atleast_1d(np.fmax.reduce(np.abs(value), axis=None))
+                for quantity in {name, "state"}:
+                    key = f"{kind} {quantity}"
+                    noted[key] = np.fmax(noted.get(key, 0.0), largest_now)
 
     def _quantities(self) -> list[str]:
         return self.names if len(self.names) == 1 else [*self.names, "state"]

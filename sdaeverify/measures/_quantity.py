@@ -8,8 +8,8 @@ import numpy as np
 
 from ..arrays import Array
 from ..measure import Evidence
-from ..statistics import Estimate, Tail, jackknife, log_norms, slope_weights, tail
-from ._errors import POWERS
+from ..statistics import EPS, Estimate, Tail, jackknife, log_norms, slope_weights, tail
+from ._errors import AT_T, POWERS
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ class Quantity:
         The same as `error` against the truth at half its resolution, where it has an error of its own.
     counts : ndarray, shape (G,)
     largest : ndarray, shape (L, k)
-    size : float
-        Largest value of the component.
+    size, moved : float
+        Largest value of the true component, and how far it has moved from its initial value.
     """
 
     name: str
@@ -41,11 +41,16 @@ class Quantity:
     counts: Array
     largest: Array
     size: float
+    moved: float
 
     @property
     def paths(self) -> int:
         """Number of paths."""
         return int(self.counts.sum())
+
+    def rounding(self, steps: Array) -> Array:
+        """Return eps sqrt(N) times the component's size: what rounding accumulates to over N steps."""
+        return np.asarray(EPS * self.size * np.sqrt(steps))
 
     def means(self, power: int = 1) -> Array:
         """Return E e_l^p, shape (L,)."""
@@ -83,7 +88,8 @@ def quantities_of(evidence: Evidence) -> Iterator[Quantity]:
     """Yield the quantities of a cell in the order in which they were noted."""
     sums, h = evidence.tally.sums, np.array(evidence.step_sizes)
     names = [name.removeprefix("error ") for name in sums if name.startswith("error ")]
-    for index, name in enumerate(names):
+    for name in names:
+        component = name.removesuffix(AT_T)
         yield Quantity(
             name=name,
             h=h,
@@ -92,7 +98,8 @@ def quantities_of(evidence: Evidence) -> Iterator[Quantity]:
             blurred=sums.get(f"blurred {name}"),
             counts=sums["paths"],
             largest=evidence.tally.largest[name],
-            size=float(evidence.tally.maxima["size"][index // 2]),
+            size=float(evidence.tally.maxima[f"size {component}"][0]),
+            moved=float(evidence.tally.maxima[f"moved {component}"][0]),
         )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..arrays import Array, Parts
 from ..forms import Problem
-from ..lanes import Moments
+from ..lanes import Snapshot
 from ..numerics import norm
 from ..settings import Settings
 from ..statistics import group_sums
@@ -43,10 +43,10 @@ class ResidualObserver:
         for name, residual in self.problem.residuals(parts).items():
             size = norm(residual.value)
             self.squares[name][level].append(group_sums(size * size))
-            self.worst[name][level] = np.maximum(self.worst[name][level], size)
-            self.scale[name][level] = np.maximum(self.scale[name][level], residual.scale.max())
+            self.worst[name][level] = np.fmax(self.worst[name][level], size)
+            self.scale[name][level] = np.fmax(self.scale[name][level], np.fmax.reduce(residual.scale))
 
-    def after_coarsest_step(self, moments: Moments) -> None:
+    def after_coarsest_step(self, snapshot: Snapshot) -> None:
         """Note nothing: the defects are noted at each level's own times."""
 
     def tally(self) -> Tally:
@@ -69,6 +69,14 @@ def quantile(histogram: Array, q: float) -> float:
         return float("nan")
     index = int(np.searchsorted(np.cumsum(histogram), q * total))
     return float(2.0 ** (0.5 * (EDGES[index] + EDGES[index + 1])))
+
+
+def effective_share(histogram: Array) -> float:
+    """Return (sum e^2)^2 / (M sum e^4) of a histogram of log2 e: how many paths a mean square rests on."""
+    squares = 2.0 ** (EDGES[:-1] + EDGES[1:])
+    total = histogram.sum()
+    fourth = total * (histogram @ squares**2)
+    return float((histogram @ squares) ** 2 / fourth) if fourth > 0.0 else 1.0
 
 
 def _histogram(values: Array) -> Array:

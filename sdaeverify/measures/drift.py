@@ -15,7 +15,7 @@ The supremum over time of the root mean square of |g| is classified against h:
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -27,11 +27,12 @@ from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdi
 from ..scheme import Claim, Scheme
 from ..settings import Settings
 from ..statistics import EPS, Estimate, jackknife, slope_weights
-from ..verdicts import FEWEST, ROUND_OFF, Opinion, at_levels, claim_for, judge_order, unfitted
-from ._residuals import ResidualObserver, log_spaced, quantile
+from ..verdicts import FEWEST, ROUND_OFF, Opinion, claim_for, judge_order, sound_levels, unfitted, with_sample
+from ._residuals import ResidualObserver, effective_share, log_spaced, quantile
 
 FITTED = 4
 FLAT = 0.35
+HEAVY = 0.2
 
 
 @dataclass(frozen=True)
@@ -128,37 +129,38 @@ def _defects(evidence: Evidence) -> Iterator[Defect]:
 
 def _finding(evidence: Evidence, defect: Defect) -> Finding:
     claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Drift.name, defect.name)
-    failed = evidence.health.sums["failed"] > 0
-    left_out = at_levels("failed paths", failed) if failed.any() else ""
+    levels, remarks = sound_levels(evidence.health.sums)
     # Paths without root are part of the picture: a residual they leave behind counts.
     bound = 64.0 * EPS * defect.scale * np.sqrt(evidence.settings.steps)
     if not np.any(defect.worst > bound):
-        return _round_off(evidence, defect, claim, (no_claim, left_out))
-    if claim is not None and claim.value == ROUND_OFF:
-        return _beyond_round_off(defect, claim, bound, left_out)
-    levels = np.flatnonzero(~failed)
-    if len(levels) < FEWEST:
-        return unfitted(evidence, defect.name, claim, left_out)
-    return _ordered(evidence, defect, levels[-FITTED:], claim, no_claim)
+        found = _round_off(evidence, defect, claim)
+    elif claim is not None and claim.value == ROUND_OFF:
+        found = _beyond_round_off(defect, claim, bound)
+    elif len(levels) < FEWEST:
+        return unfitted(evidence, defect.name, claim, "; ".join(remarks))
+    else:
+        found = _ordered(evidence, defect, levels[-FITTED:], claim)
+    return replace(found, reason="; ".join(text for text in (found.reason, *remarks, no_claim) if text))
 
 
-def _round_off(evidence: Evidence, defect: Defect, claim: Claim | None, remarks: tuple[str, str]) -> Finding:
+def _round_off(evidence: Evidence, defect: Defect, claim: Claim | None) -> Finding:
     # An exact constraint keeps a promise of any order, but only where every step could be made.
-    verdict = Verdict.INCONCLUSIVE if remarks[1] else Verdict.VERIFIED
-    if evidence.health.sums["lost"][-1] > 0:
+    health = evidence.health.sums
+    verdict = Verdict.INCONCLUSIVE if health["failed"].any() else Verdict.VERIFIED
+    if health["lost"][-1] > 0:
         verdict = Verdict.DIVERGED
     return Finding(
         quantity=defect.name,
         claim=claim,
         estimate=float(np.fmax.reduce(defect.worst)),
         verdict=verdict if claim else Verdict.OUT_OF_SCOPE,
-        reason="; ".join(text for text in ("round-off wherever finite", *remarks) if text),
+        reason="round-off wherever finite",
         method="paths, largest residual",
         details={"class": ROUND_OFF},
     )
 
 
-def _beyond_round_off(defect: Defect, claim: Claim, bound: Array, left_out: str) -> Finding:
+def _beyond_round_off(defect: Defect, claim: Claim, bound: Array) -> Finding:
     level = int(np.nanargmax(defect.worst / bound))
     text = f"residual {defect.worst[level]:.2g} at h = {defect.h[level]:.3g}, rounding explains {bound[level]:.2g}"
     kind = _classify(defect.slope(np.arange(len(defect.h))).value, defect.worst[-1], defect.scale[-1])
@@ -167,19 +169,19 @@ def _beyond_round_off(defect: Defect, claim: Claim, bound: Array, left_out: str)
         claim=claim,
         estimate=float(np.fmax.reduce(defect.worst)),
         verdict=Verdict.REFUTED,
-        reason="; ".join(part for part in (text, kind, left_out) if part),
+        reason=f"{text}; {kind}",
         method="paths, largest residual",
         details={"class": kind},
     )
 
 
-def _ordered(evidence: Evidence, defect: Defect, levels: Array, claim: Claim | None, no_claim: str) -> Finding:
+def _ordered(evidence: Evidence, defect: Defect, levels: Array, claim: Claim | None) -> Finding:
     slope = defect.slope(levels)
     low, high = slope.interval(evidence.settings.confidence)
     sup = 2.0 ** defect.sup_rms(levels[-1]).value
     kind = _classify(slope.value, sup, defect.scale[levels[-1]])
     growth = defect.growth(levels[-1], np.array(log_spaced(evidence.settings.steps[levels[-1]]), dtype=float))
-    opinion = _opinion(claim, low, high, kind)
+    opinion = _opinion(claim, low, high, defect)
     size = f"{kind}: sup over t of RMS {sup:.2g} at the finest h, growing like t^{growth:.1f}"
     return Finding(
         quantity=defect.name,
@@ -188,13 +190,15 @@ def _ordered(evidence: Evidence, defect: Defect, levels: Array, claim: Claim | N
         low=low,
         high=high,
         verdict=opinion.verdict,
-        reason="; ".join(text for text in (opinion.reason if claim else no_claim, size) if text),
+        reason="; ".join(text for text in (opinion.reason, size) if text),
         method="paths, order of the residual",
         details={"class": kind, "std_error": slope.se, "growth": growth, "fitted_levels": len(levels)},
     )
 
 
 def _classify(slope: float, sup: float, scale: float) -> str:
+    if not np.isfinite([slope, sup]).all():
+        return "not finite"
     if slope >= FLAT:
         return f"order {slope:.2f}"
     if slope <= -FLAT:
@@ -202,12 +206,18 @@ def _classify(slope: float, sup: float, scale: float) -> str:
     return "tolerance-limited" if sup < 1e-3 * scale else "constant"
 
 
-def _opinion(claim: Claim | None, low: float, high: float, kind: str) -> Opinion:
+def _opinion(claim: Claim | None, low: float, high: float, defect: Defect) -> Opinion:
     if claim is None:
         return Opinion(Verdict.OUT_OF_SCOPE, "")
     if not np.isfinite([low, high]).all():
-        return Opinion(Verdict.INCONCLUSIVE, f"no finite interval for a residual that is {kind}")
-    return judge_order(claim, low, high)
+        return Opinion(Verdict.INCONCLUSIVE, "no finite interval")
+    opinion = judge_order(claim, low, high)
+    heavy = effective_share(defect.histogram[-1]) < HEAVY
+    if opinion.verdict is Verdict.REFUTED and heavy:
+        return Opinion(
+            Verdict.INCONCLUSIVE, f"heavy tails: the interval of a root mean square refutes nothing; {opinion.reason}"
+        )
+    return with_sample(opinion, int(defect.counts.sum()), heavy=heavy)
 
 
 def _levels(defect: Defect) -> Iterator[LevelFinding]:

@@ -5,6 +5,7 @@ four levels with a delete-a-group jackknife interval, widened by a bound of the 
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,17 +16,17 @@ from ..hookspecs import hookimpl
 from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
 from ..scheme import Claim
 from ..settings import Settings
-from ..statistics import EPS, Estimate, corrected_slope_weights
-from ..verdicts import FEWEST, Opinion, at_levels, claim_for, judge_order, unfitted
+from ..statistics import Estimate, corrected_slope_weights
+from ..truths import Pathwise
+from ..verdicts import FEWEST, Opinion, at_levels, claim_for, judge_order, sound_levels, unfitted, with_sample
 from ._errors import AT_T, ErrorObserver
 from ._quantity import Quantity, quantities_of
 from ._reference_bias import Bias, reference_bias
 
 FITTED = 4
+WRONG = "wrong limit"
 # A wrong limit shows as errors that stop falling while successive differences go on.
 WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15
-HEAVY_TAIL_PATHS = 800
-CALIBRATED_PATHS = 100
 
 
 class Strong(Measure):
@@ -40,8 +41,12 @@ class Strong(Measure):
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component at grid times and at T, and their levels."""
         quantities = list(quantities_of(evidence))
-        findings = tuple(_finding(evidence, quantity) for quantity in quantities)
-        return Judgement(findings, tuple(row for quantity in quantities for row in _levels(evidence, quantity)))
+        findings = [_finding(evidence, quantity) for quantity in quantities]
+        findings = _doubted(findings)
+        findings += _unknown(evidence, {quantity.name for quantity in quantities})
+        return Judgement(
+            tuple(findings), tuple(row for quantity in quantities for row in _levels(evidence, quantity))
+        )
 
 
 @hookimpl
@@ -51,36 +56,62 @@ def sdaeverify_measures() -> list[Measure]:
 
 
 def _usable(evidence: Evidence, quantity: Quantity) -> tuple[Array, str]:
-    """Return the levels without failures, truncated steps or rounding, and why others are left out."""
-    steps = np.array(evidence.settings.steps)
-    health = evidence.health.sums
+    """Return the levels that can be fitted, and why others are left out."""
+    sound, remarks = sound_levels(evidence.health.sums)
     # Measured rounding stays below 2 eps sqrt(N) of the state's size; 30 times that leaves the fit alone.
-    rounding = quantity.means() <= 60.0 * EPS * max(quantity.size, 1.0) * np.sqrt(steps)
-    reasons = {
-        "failed paths": health["failed"] > 0,
-        "truncated steps": health["truncated"] > 0,
-        "rounding": rounding,
-    }
-    out = np.any(list(reasons.values()), axis=0)
-    left_out = [at_levels(name, mask) for name, mask in reasons.items() if mask.any()]
-    return np.flatnonzero(~out), "; ".join(left_out)
+    rounding = quantity.means() <= 60.0 * quantity.rounding(np.array(evidence.settings.steps))
+    if rounding.any():
+        remarks.append(at_levels("rounding", rounding))
+    return sound[~rounding[sound]], "; ".join(remarks)
 
 
 def _is_exact(evidence: Evidence, quantity: Quantity) -> bool:
     # A scheme that is its own reference may do nothing at all, and agree with itself.
-    health = evidence.health.sums
+    health, rounding = evidence.health.sums, quantity.rounding(np.array(evidence.settings.steps))
     if evidence.problem.pathwise is None or health["failed"].any() or health["truncated"].any():
         return False
-    rounding = 64.0 * EPS * max(quantity.size, 1.0) * np.sqrt(evidence.settings.steps)
-    return bool(np.all(quantity.means() <= rounding))
+    return bool(np.all(quantity.means() <= 64.0 * rounding))
+
+
+def _exact_finding(quantity: Quantity, steps: int, claim: Claim | None) -> Finding:
+    reason, verdict = "exact to round-off at every level", Verdict.VERIFIED
+    if quantity.moved < 1e3 * 64.0 * quantity.rounding(np.array(steps)):
+        # Who stands still is exact on a solution that does not move.
+        reason, verdict = "the solution does not move beyond rounding", Verdict.INCONCLUSIVE
+    if claim is None:
+        verdict = Verdict.OUT_OF_SCOPE
+    return Finding(quantity=quantity.name, verdict=verdict, reason=reason, claim=claim, method="paths")
+
+
+def _doubted(findings: list[Finding]) -> list[Finding]:
+    """Verify no quantity of a scheme that is known to tend to the wrong limit in another one."""
+    wrong = [f.quantity for f in findings if f.verdict is Verdict.REFUTED and f.reason.startswith(WRONG)]
+    if not wrong:
+        return findings
+    doubt = f"not confirmed: {WRONG} in {', '.join(wrong)}"
+    return [
+        replace(f, verdict=Verdict.INCONCLUSIVE, reason=f"{doubt}; {f.reason}")
+        if f.verdict is Verdict.VERIFIED
+        else f
+        for f in findings
+    ]
+
+
+def _unknown(evidence: Evidence, known: set[str]) -> Iterator[Finding]:
+    view, paths = evidence.view, 1
+    start = evidence.scheme.start(view, paths, evidence.step_sizes[0])
+    for name in evidence.scheme.parts(view, start):
+        if name not in known:
+            claim, no_claim = claim_for(evidence.scheme, view.traits, Strong.name, name)
+            verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
+            reason = f"the problem's truth does not know {name}" if claim else no_claim
+            yield Finding(quantity=name, verdict=verdict, reason=reason, claim=claim)
 
 
 def _finding(evidence: Evidence, quantity: Quantity) -> Finding:
     claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Strong.name, quantity.name.removesuffix(AT_T))
     if _is_exact(evidence, quantity):
-        verdict = Verdict.VERIFIED if claim else Verdict.OUT_OF_SCOPE
-        reason = "exact to round-off at every level"
-        return Finding(quantity=quantity.name, verdict=verdict, reason=reason, claim=claim, method="paths")
+        return _exact_finding(quantity, evidence.settings.steps[-1], claim)
     usable, left_out = _usable(evidence, quantity)
     levels = usable[-FITTED:]
     if len(levels) < FEWEST:
@@ -121,31 +152,31 @@ def _opinion(
         return Opinion(Verdict.INCONCLUSIVE, f"no finite interval: {bias.reference} is too coarse or not finite")
     opinion = judge_order(claim, low, high)
     if bias.knows_limit:
-        opinion = _with_limit(opinion, quantity.contrast(levels).interval(evidence.settings.confidence))
+        contrast = quantity.contrast(levels).interval(evidence.settings.confidence, bias.bound)
+        opinion = _with_limit(opinion, contrast, above=not isinstance(claim.value, str) and low > claim.value)
     elif opinion.verdict is Verdict.VERIFIED:
         opinion = Opinion(Verdict.INCONCLUSIVE, f"{opinion.reason}, but towards its own limit: no truth to compare")
-    return _with_sample(opinion, quantity, levels)
+    if opinion.verdict is not Verdict.INCONCLUSIVE and not _sharp(evidence.problem.pathwise, claim):
+        opinion = Opinion(Verdict.INCONCLUSIVE, f"{bias.reference}: it should be half an order above the claim")
+    heavy = quantity.tail(levels[0]).heavy or quantity.tail(levels[-1]).heavy
+    return with_sample(opinion, quantity.paths, heavy=heavy)
 
 
-def _with_limit(opinion: Opinion, contrast: tuple[float, float]) -> Opinion:
+def _sharp(truth: Pathwise | None, claim: Claim) -> bool:
+    return truth is None or isinstance(claim.value, str) or truth.order >= claim.value + 0.5
+
+
+def _with_limit(opinion: Opinion, contrast: tuple[float, float], *, above: bool) -> Opinion:
     low, high = contrast
+    if high < WRONG_LIMIT and not above:
+        return Opinion(Verdict.REFUTED, f"{WRONG}: errors level off (contrast at most {high:.3f})")
     if high < WRONG_LIMIT:
-        return Opinion(Verdict.REFUTED, f"wrong limit: errors level off (contrast at most {high:.3f})")
+        # Errors a h + b h^2 look alike while b h matters, and cannot level off above the claimed order.
+        return Opinion(Verdict.INCONCLUSIVE, f"limit not confirmed (contrast at most {high:.3f}); add finer levels")
     if opinion.verdict is Verdict.VERIFIED and not low > RIGHT_LIMIT:
         return Opinion(
             Verdict.INCONCLUSIVE, f"limit not confirmed (contrast at least {low:.3f}); add paths or levels"
         )
-    return opinion
-
-
-def _with_sample(opinion: Opinion, quantity: Quantity, levels: Array) -> Opinion:
-    if opinion.verdict is Verdict.INCONCLUSIVE:
-        return opinion
-    if quantity.paths < CALIBRATED_PATHS:
-        return Opinion(Verdict.INCONCLUSIVE, f"intervals are calibrated from {CALIBRATED_PATHS} paths on")
-    heavy = quantity.tail(levels[0]).heavy or quantity.tail(levels[-1]).heavy
-    if opinion.verdict is Verdict.REFUTED and heavy and quantity.paths < HEAVY_TAIL_PATHS:
-        return Opinion(Verdict.INCONCLUSIVE, f"heavy tails: at least {HEAVY_TAIL_PATHS} paths are needed to refute")
     return opinion
 
 

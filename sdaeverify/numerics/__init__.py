@@ -1,6 +1,6 @@
 """Numerical tools with paths last: derivatives, small linear algebra, Newton's method."""
 
-from .derivatives import directional, is_analytic, jacobian, second_directional
+from .derivatives import directional, is_analytic, jacobian, matches_differences, second_directional
 from .linalg import all_finite, apply, apply_transposed, determinant, norm, product_transposed, solve
 from .newton import Root, newton
 
@@ -13,6 +13,7 @@ __all__ = [
     "directional",
     "is_analytic",
     "jacobian",
+    "matches_differences",
     "newton",
     "norm",
     "product_transposed",

@@ -77,19 +77,26 @@ def is_analytic(f: Function, x: Array) -> bool:
     return all(_steps_agree(f, point, size * y) for point in (x, x + 1e-3 * size * y))
 
 
-def _steps_agree(f: Function, x: Array, y: Array) -> bool:
-    # The difference of step s = eps^(1/3) is off by s^2/6 of the third derivative and by eps/s of f;
-    # a function that is not analytic is off by as much as its derivative.
+def matches_differences(f: Function, derivative: Array, x: Array, y: Array) -> bool:
+    """Tell whether a derivative Df(x) y agrees with the central difference of f.
+
+    The difference of step s = eps^(1/3) is off by s^2/6 of the third derivative and by eps/s of f; a wrong
+    derivative is off by as much as the derivative itself.
+    """
     step = EPS ** (1 / 3)
+    central = (f(x + step * y) - f(x - step * y)) / (2 * step)
+    tolerance = 1e-6 * (1.0 + np.max(np.abs(central))) + 10 * EPS / step * np.max(np.abs(f(x)))
+    return bool(np.all(np.abs(derivative - central) < tolerance))
+
+
+def _steps_agree(f: Function, x: Array, y: Array) -> bool:
     with warnings.catch_warnings():
         warnings.simplefilter("error", np.exceptions.ComplexWarning)
         try:
             exact = directional(f, x, y)
         except (TypeError, np.exceptions.ComplexWarning):
             return False
-    central = (f(x + step * y) - f(x - step * y)) / (2 * step)
-    tolerance = 1e-6 * (1.0 + np.max(np.abs(central))) + 10 * EPS / step * np.max(np.abs(f(x)))
-    return bool(np.all(np.abs(exact - central) < tolerance))
+    return matches_differences(f, exact, x, y)
 
 
 def _size(y: Array) -> Array:

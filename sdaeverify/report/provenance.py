@@ -1,5 +1,6 @@
 """What a run was made with: versions, platform, arguments, stream fingerprint, plugins."""
 
+import os
 import platform
 import sys
 from collections.abc import Sequence
@@ -8,19 +9,19 @@ from importlib.metadata import PackageNotFoundError, version
 
 from ..noise import fingerprint
 from ..registry import Registry
-from ..settings import Settings
+from ..study import Study
 
 SCHEMA = 1
 PACKAGES = ("sdaeverify", "numpy", "scipy", "pandas", "pluggy")
 
 
-def provenance(registry: Registry, settings: Settings, arguments: Sequence[str]) -> dict[str, object]:
+def provenance(registry: Registry, study: Study, arguments: Sequence[str]) -> dict[str, object]:
     """Return the contents of ``run.json``.
 
     Parameters
     ----------
     registry : Registry
-    settings : Settings
+    study : Study
     arguments : sequence of str
         Words of the command line, or a description of the call.
 
@@ -28,6 +29,7 @@ def provenance(registry: Registry, settings: Settings, arguments: Sequence[str])
     -------
     dict
     """
+    settings, cells = study.settings, study.plan.cells
     return {
         "schema_version": SCHEMA,
         "versions": {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}},
@@ -37,6 +39,12 @@ def provenance(registry: Registry, settings: Settings, arguments: Sequence[str])
             "byteorder": sys.byteorder,
         },
         "arguments": list(arguments),
+        "selection": {
+            "schemes": list(dict.fromkeys(cell.scheme.label for cell in cells)),
+            "problems": list(dict.fromkeys(cell.spec.label for cell in cells)),
+            "measures": list(dict.fromkeys(cell.measure.name for cell in cells)),
+        },
+        "environment": {name: value for name, value in os.environ.items() if name.startswith("SDAEVERIFY_")},
         "seed": settings.seed,
         "settings": {**asdict(settings), "steps": list(settings.steps)},
         "stream_fingerprint": fingerprint(settings.seed),

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import pandas as pd
 
+from ..lanes import COST
 from ..measure import Finding
 from ..scheme import Claim
 from ..settings import Settings
@@ -48,7 +49,12 @@ LEVEL_COLUMNS = (
 )
 
 
-def verdict_table(results: Iterable[CellResult], settings: Settings, plugins: Sequence[str] = ()) -> pd.DataFrame:
+def verdict_table(
+    results: Iterable[CellResult],
+    settings: Settings,
+    plugins: Sequence[str] = (),
+    unnamed: frozenset[str] = frozenset(),
+) -> pd.DataFrame:
     """Return one row for each quantity of each cell.
 
     Parameters
@@ -57,13 +63,19 @@ def verdict_table(results: Iterable[CellResult], settings: Settings, plugins: Se
     settings : Settings
     plugins : sequence of str
         Plugin files named by path: the command that reproduces a row names them, too.
+    unnamed : frozenset of str
+        Labels of schemes and problems without a registered name: their rows have no command.
 
     Returns
     -------
     DataFrame
         `VERDICT_COLUMNS` first, then the details of the measures.
     """
-    rows = [row for result in results for row in _verdict_rows(result, settings, plugins)]
+    rows: list[dict[str, object]] = []
+    for result in results:
+        nameless = {result.cell.scheme.label, result.cell.spec.label} & unnamed
+        command = "" if nameless else reproduce(result, settings, plugins)
+        rows += _verdict_rows(result, settings, command)
     return _frame(rows, VERDICT_COLUMNS)
 
 
@@ -116,8 +128,7 @@ def claim_text(claim: Claim | None) -> str:
     return "" if claim is None else str(claim)
 
 
-def _verdict_rows(result: CellResult, settings: Settings, plugins: Sequence[str]) -> Iterator[dict[str, object]]:
-    command = reproduce(result, settings, plugins)
+def _verdict_rows(result: CellResult, settings: Settings, command: str) -> Iterator[dict[str, object]]:
     for finding in result.findings:
         yield {**_names(result, finding.quantity), **_judged(finding), **_measured(result, settings, command)}
 
@@ -172,6 +183,11 @@ def _level_rows(result: CellResult, settings: Settings) -> Iterator[dict[str, ob
             "steps": settings.steps[row.level],
             "lost_paths": int(health["lost"][row.level]),
             "seed": settings.seed,
+            **{
+                f"mean_{n.removeprefix(COST)}": health[n][row.level] / health["steps"][row.level]
+                for n in health
+                if n.startswith(COST)
+            },
             **row.details,
         }
 

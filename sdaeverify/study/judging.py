@@ -54,18 +54,16 @@ def planned_out(plan: ProblemPlan) -> list[CellResult]:
 def judge_problem(plan: ProblemPlan, task: Task, lanes: tuple[LaneEvidence, ...]) -> Iterator[CellResult]:
     """Judge every cell of a problem that was run."""
     evidence = {
-        (entry.scheme, measure.name): (lane, tally)
+        (entry.scheme, measure.name): (lane, tally, error)
         for entry, lane in zip(task.entries, lanes, strict=True)
-        for measure, tally in zip(entry.measures, lane.tallies, strict=True)
+        for measure, tally, error in zip(entry.measures, lane.tallies, lane.errors, strict=True)
     }
     for cell in plan.runnable:
-        lane, tally = evidence[cell.scheme, cell.measure.name]
-        yield _result(plan, cell, task.settings, lane, tally)
+        lane, tally, error = evidence[cell.scheme, cell.measure.name]
+        yield unmeasured(cell, Verdict.ERROR, error) if error else _result(plan, cell, task.settings, lane, tally)
 
 
 def _result(plan: ProblemPlan, cell: Cell, settings: Settings, lane: LaneEvidence, tally: Tally) -> CellResult:
-    if lane.error:
-        return unmeasured(cell, Verdict.ERROR, lane.error)
     try:
         # The logarithm of an error that is exactly zero is not a defect; the measures look at what comes out.
         with np.errstate(all="ignore"):
@@ -73,7 +71,18 @@ def _result(plan: ProblemPlan, cell: Cell, settings: Settings, lane: LaneEvidenc
     except FAULTS as error:
         return unmeasured(cell, Verdict.ERROR, f"measure {cell.measure.name}: {one_line(error)}")
     assert plan.problem is not None
+    judgement = judgement._replace(findings=(*judgement.findings, *_unmet(cell, judgement.findings)))
     return CellResult(cell, *judgement, lane.health, settings.paths, lane.seconds, plan.problem.horizon)
+
+
+def _unmet(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:
+    """Yield a finding for each quantity that a claim names and the cell does not have."""
+    found = {finding.quantity.partition("@")[0] for finding in findings}
+    for claim in cell.scheme.promises:
+        for quantity in claim.quantities if claim.measure == cell.measure.name else ():
+            if quantity not in found:
+                reason = f"claimed, but there is no {quantity} here; there are {', '.join(sorted(found))}"
+                yield Finding(quantity=quantity, verdict=Verdict.OUT_OF_SCOPE, reason=reason)
 
 
 def _judged(plan: ProblemPlan, cell: Cell, settings: Settings, lane: LaneEvidence, tally: Tally) -> Judgement:

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..ensemble import Entry, Task
 from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
 from ..forms import Problem
@@ -106,7 +108,9 @@ def plan(schemes: Sequence[Scheme], specs: Sequence[ProblemSpec], measures: Sequ
 
 def _problem_plan(spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure]) -> ProblemPlan:
     try:
-        problem = spec.build()
+        # A number that is not finite is said in one line, by the problem.
+        with np.errstate(all="ignore"):
+            problem = spec.build()
     except FAULTS as error:
         if spec.parameters and isinstance(error, SdaeverifyError):
             raise UsageError(f"problem {spec.label}: {error}") from error
@@ -119,7 +123,8 @@ def _problem_plan(spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequen
 
 def _scheme_cells(scheme: Scheme, spec: ProblemSpec, problem: Problem, measures: Sequence[Measure]) -> list[Cell]:
     try:
-        matched = match(scheme, problem)
+        with np.errstate(all="ignore"):
+            matched = match(scheme, problem)
         refusals = [matched.reason or measure.refuses(scheme, problem) for measure in measures]
     except FAULTS as error:
         return [Cell(scheme, spec, m, "", Verdict.ERROR, one_line(error)) for m in measures]

@@ -7,13 +7,15 @@ from concurrent.futures import Executor, Future
 from typing import NamedTuple
 
 from ..ensemble import LaneEvidence, Task, run_block
-from ..errors import UsageError, one_line
+from ..errors import FAULTS, UsageError, one_line
 from ..measure import Verdict
 from ..settings import Settings
 from .judging import CellResult, judge_problem, planned_out, unmeasured
 from .plan import Plan, ProblemPlan
 
 Lanes = tuple[LaneEvidence, ...]
+UNSENT = "a scheme, problem or measure cannot be read in a"
+ELSE = "define it at the top level of a module, or use one job"
 
 
 class Advanced(NamedTuple):
@@ -114,25 +116,37 @@ class Study:
         if executor is None:
             yield from ((problem, task, block, run_block(task, block)) for problem, task, block in jobs)
             return
-        for problem in self.plan.problems:
-            _require_picklable(problem.task(self.settings))
+        pickled = {problem.spec.label: _pickled(problem.task(self.settings)) for problem in self.plan.problems}
         waiting: deque[tuple[ProblemPlan, Task, int, Future[Lanes]]] = deque()
         for problem, task, block in jobs:
-            waiting.append((problem, task, block, executor.submit(run_block, task, block)))
+            waiting.append((problem, task, block, executor.submit(run_pickled, pickled[task.spec.label], block)))
             if len(waiting) >= window:
                 yield _collect(waiting)
         while waiting:
             yield _collect(waiting)
 
 
-def _require_picklable(task: Task) -> None:
+def run_pickled(task: bytes, block: int) -> Lanes:
+    """Run a block in a worker process.
+
+    Raises
+    ------
+    UsageError
+        If the task cannot be read there: a class or function of it is not at the top level of its module.
+    """
     try:
-        pickle.dumps(task)
-    except (pickle.PicklingError, AttributeError, TypeError) as error:
-        what = f"problem {task.spec.label} or a scheme on it cannot be sent to worker processes"
-        raise UsageError(
-            f"{what}: {one_line(error)}; define it at the top level of a module, or use one job"
-        ) from error
+        loaded: Task = pickle.loads(task)
+    except FAULTS as error:
+        raise UsageError(f"{UNSENT} worker process: {one_line(error)}; {ELSE}") from None
+    return run_block(loaded, block)
+
+
+def _pickled(task: Task) -> bytes:
+    try:
+        return pickle.dumps(task)
+    except FAULTS as error:
+        what = f"problem {task.spec.label} or a scheme or measure on it cannot be sent to worker processes"
+        raise UsageError(f"{what}: {one_line(error)}; {ELSE}") from error
 
 
 def _collect(

@@ -38,7 +38,7 @@ WRONG_WORDS = [
     (["--seed", "-1"], "seed must be between 0"),
     (["--confidence", "2"], "confidence must be between"),
     (["--confidence", "nan"], "confidence must be between"),
-    (["--block", "1"], "block must be at least"),
+    (["--block", "1"], "block must be between"),
     (["-j", "0"], "0 is not in the range"),
     (["--progress", "loud"], "'loud' is not one of"),
     (["--pahts", "50"], "no such option --pahts; did you mean --paths?"),
@@ -167,7 +167,7 @@ def test_problem_that_cannot_be_built(quick, odd_problem):
         ("state += 1.0; return Step(state)", "error", "read-only"),
         ("noise.dW[:] = 0.0; return Step(state)", "error", "read-only"),
         ("return Step(state[:, :1])", "error", "expected a state like the one it was given"),
-        ("return None", "error", "no attribute"),
+        ("return None", "error", "expected Step(state)"),
     ],
 )
 def test_scheme_that_misbehaves(quick, odd_scheme, step, verdict, reason):

@@ -90,7 +90,7 @@ def declared(registry: Registry) -> Iterator[Trait]:
 def spread(scheme: Scheme, problem: Problem, paths: int) -> State:
     """Return read-only states along a pilot trajectory over the horizon: path p is stopped after p steps."""
     h = problem.horizon / paths
-    state = scheme.start(problem, paths)
+    state = scheme.start(problem, paths, h)
     for n in range(paths):
         new = step(Cell(scheme, problem, ""), state, h, draw(problem.noise_dim, paths, h, n)).state
         state = _chosen(np.arange(paths) > n, new, state)

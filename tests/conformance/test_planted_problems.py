@@ -9,6 +9,7 @@ import pytest
 from conformance import test_problem_contract as problems
 from conformance import test_truth_contract as truths
 from conformance.cells import Promise
+from sdaeverify.errors import ProblemError
 from sdaeverify.forms import Problem
 from sdaeverify.specs import ProblemSpec
 from sdaeverify.truths import Moment
@@ -17,21 +18,6 @@ from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.pendulum import pendulum
 
 CHANGED: dict[str, tuple[Callable[[], Problem], dict[str, object], Callable[[ProblemSpec], None]]] = {
-    "DB": (
-        gbm,
-        {"diffusion_derivative": lambda t, x, y: 0.61 * y[:, None]},
-        problems.test_the_derivative_of_the_diffusion_is_one,
-    ),
-    "sign of Dg": (
-        pendulum,
-        {"jacobian": lambda r: r[None]},
-        problems.test_the_jacobian_of_the_constraint_is_one,
-    ),
-    "sign of D2g": (
-        pendulum,
-        {"curvature": lambda r, y, z: -circle.curvature(r, y, z)},
-        problems.test_the_curvature_of_the_constraint_is_one,
-    ),
     "shape of an observable": (
         gbm,
         {"observables": {"x": lambda t, s: s["x"]}, "truths": ()},
@@ -54,6 +40,23 @@ def test_a_planted_fault_is_noticed(name: str) -> None:
 
     with pytest.raises(AssertionError):
         check(ProblemSpec("wrong", lambda: changed))
+
+
+@pytest.mark.parametrize(
+    ("family", "change"),
+    [
+        (gbm, {"diffusion_derivative": lambda t, x, y: 0.61 * y[:, None]}),
+        (pendulum, {"jacobian": lambda r: r[None]}),
+        (pendulum, {"jacobian": lambda r: np.stack([-r[0], -1.5 * r[1] + 0.5 * r[1] ** 2])[None]}),
+        (pendulum, {"curvature": lambda r, y, z: -circle.curvature(r, y, z)}),
+    ],
+)
+def test_a_wrong_derivative_is_refused_where_the_problem_is_made(
+    family: Callable[[], Problem], change: dict[str, object]
+) -> None:
+    """A derivative that disagrees with differences, at the start or nearby, makes no problem at all."""
+    with pytest.raises(ProblemError, match="disagrees with a difference quotient"):
+        dataclasses.replace(family(), **change)
 
 
 @pytest.mark.parametrize("value", [lambda t: 0.25 + 1.05 * t, lambda t: 0.25 + t**2, lambda t: 0.25 * np.exp(t)])

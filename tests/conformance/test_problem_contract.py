@@ -10,7 +10,6 @@ from conformance.cells import Trait, spread
 from conformance.differences import FIRST_ERROR, SECOND_ERROR, first, second
 from sdaeverify.arrays import Array
 from sdaeverify.forms import SDE, TRAITS, HolonomicSDAE, Problem
-from sdaeverify.lanes import parts_of
 from sdaeverify.numerics import directional, jacobian, second_directional
 from sdaeverify.specs import ProblemSpec
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
@@ -51,7 +50,7 @@ def test_a_problem_describes_itself(spec: ProblemSpec) -> None:
 def test_a_problem_starts_where_its_constraints_hold(spec: ProblemSpec) -> None:
     """All residuals vanish at the initial state to rounding."""
     problem = spec.build()
-    residuals = problem.residuals(parts_of(problem.initial(1), problem))
+    residuals = problem.residuals(problem.parts(problem.initial(1)))
 
     assert bool(residuals) == problem.has_constraints
     for value, scale in residuals.values():
@@ -62,7 +61,7 @@ def test_a_problem_starts_where_its_constraints_hold(spec: ProblemSpec) -> None:
 def test_observables_are_numbers_on_each_path(spec: ProblemSpec, paths: int) -> None:
     """Each observable gives one finite number for each path."""
     problem = spec.build()
-    parts = parts_of(problem.initial(paths), problem)
+    parts = problem.parts(problem.initial(paths))
 
     assert problem.observables
     for observable in problem.observables.values():

@@ -100,11 +100,11 @@ def test_paths_can_be_reordered(cell: Cell, state: State, h: float, noise: Incre
 @pytest.mark.parametrize("paths", [1, 3])
 def test_a_step_returns_a_state_like_the_one_given(cell: Cell, h: float, paths: int) -> None:
     """State, flags and outputs have the number of paths that was given."""
-    given = cell.scheme.start(cell.problem, paths)
+    given = cell.scheme.start(cell.problem, paths, cell.problem.horizon / PATHS)
 
     result = step(cell, given, h, draw(cell.problem.noise_dim, paths, h))
 
-    same_kind(given, result.state)
+    same_kind(given, result)
     assert all(array.shape[-1] == paths for array in (*fields(result.state), *result.outputs.values()))
     masks = [mask for mask in (result.failed, result.truncated) if mask is not None]
     assert all(mask.shape == (paths,) and mask.dtype == np.bool_ for mask in masks)

@@ -10,7 +10,6 @@ from conformance.cells import Promise, draw
 from conformance.differences import SECOND_ERROR, first, second
 from sdaeverify.arrays import Array, Parts
 from sdaeverify.forms import SDE, HolonomicSDAE, Problem
-from sdaeverify.lanes import parts_of
 from sdaeverify.noise import Increment
 from sdaeverify.numerics import apply, solve
 from sdaeverify.specs import ProblemSpec
@@ -20,7 +19,7 @@ EPS = np.finfo(float).eps
 
 
 def initial_parts(problem: Problem, paths: int = 1) -> Parts:
-    return parts_of(problem.initial(paths), problem)
+    return problem.parts(problem.initial(paths))
 
 
 def flow(problem: Problem, x: Array) -> tuple[Array, Array]:

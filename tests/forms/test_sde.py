@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify import SDE, HolonomicSDAE, Moment, Pathwise, ProblemError
+from sdaeverify import SDE, HolonomicSDAE, Moment, Pathwise, ProblemError, SchemeError
 
 EPS = np.finfo(float).eps
 
@@ -93,8 +93,19 @@ def test_complex_step_agrees_with_the_given_derivative():
 
 def test_a_given_derivative_is_used():
     """An author's derivative is not replaced by a complex step."""
-    marked = make(diffusion_derivative=lambda t, x, y: np.full((2, 2, x.shape[-1]), 7.0))
-    assert (marked.derivative_of_diffusion(0.0, np.ones((2, 4)), np.ones((2, 4))) == 7.0).all()
+    kinked = make(
+        diffusion=lambda t, x: np.abs(x)[:, None] + 1.0,
+        noise_dim=1,
+        diffusion_derivative=lambda t, x, y: (np.sign(x) * y)[:, None],
+    )
+    x = np.full((2, 4), -3.0)
+    assert (kinked.derivative_of_diffusion(0.0, x, np.ones((2, 4))) == -1.0).all()
+
+
+def test_a_wrong_derivative_is_refused():
+    """An author's derivative has to agree with differences."""
+    with pytest.raises(ProblemError, match="diffusion_derivative disagrees with a difference quotient"):
+        make(diffusion_derivative=lambda t, x, y: np.full((2, 2, x.shape[-1]), 7.0))
 
 
 def absolute(t, x):
@@ -170,8 +181,30 @@ def test_views_are_of_its_own_form_only():
 
 def test_the_pathwise_truth_is_found_among_the_truths():
     """Other truths do not count as a solution on a path."""
-    path = Pathwise(start=np.zeros, advance=lambda z, t, h, dw: z, parts=lambda t, z: {"x": z}, source="made up")
+    start = make().initial
+    path = Pathwise(start=start, advance=lambda z, t, h, dw: z, parts=lambda t, z: {"x": z}, source="made up")
     truths = (moment("energy"), path)
     assert make(truths=truths, observables={"energy": lambda t, s: s["x"][0]}).pathwise is path
     assert path.exact
     assert make().pathwise is None
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        (lambda t, z: {"y": z}, r"the truth knows \['y'\], the problem's components are \['x'\]"),
+        (lambda t, z: {"x": z[:1]}, "paths last"),
+        (lambda t, z: {"x": z + 1.0}, "the truth starts with x at"),
+    ],
+)
+def test_a_truth_that_is_not_that_of_the_problem_is_refused(parts, words):
+    """A truth knows a component of the problem, in its shape, and starts where it does."""
+    path = Pathwise(start=make().initial, advance=lambda z, t, h, dw: z, parts=parts, source="made up")
+    with pytest.raises(ProblemError, match=words):
+        make(truths=(path,))
+
+
+def test_a_state_with_further_memory_is_not_split():
+    """A bare array of another length is no state of the problem."""
+    with pytest.raises(SchemeError, match="further memory"):
+        make().parts(np.ones((3, 4)))

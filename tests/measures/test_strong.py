@@ -6,8 +6,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from sdaeverify import SDE, Claim, Pathwise, Scheme, Settings
-from sdaeverify.lanes import Moments
+from sdaeverify import SDE, Claim, Scheme, Settings
+from sdaeverify.lanes import Snapshot
 from sdaeverify.measure import Evidence, Verdict
 from sdaeverify.measures._errors import ErrorObserver
 from sdaeverify.measures.strong import Strong
@@ -52,10 +52,10 @@ def judge(levels, *, scheme=None, problem=None, health_of=None, settings=SETTING
     """Return the finding on x at T."""
     paths = len(levels[0])
     chosen = replace(settings, paths=paths)
-    observer = ErrorObserver({"x": np.ones((1, paths))}, chosen)
+    observer = ErrorObserver({"x": np.zeros((1, paths))}, chosen)
     truth = {"x": np.ones((1, paths))}
     coarser = None if blurred is None else {"x": 1.0 + blurred[None]}
-    observer.after_coarsest_step(Moments([{"x": 1.0 + level[None]} for level in levels], truth, coarser))
+    observer.after_coarsest_step(Snapshot([{"x": 1.0 + level[None]} for level in levels], truth, coarser))
     problem = problem or gbm()
     evidence = Evidence(scheme or Claimant(), problem, problem, chosen, observer.tally(), health_of or health())
     return {finding.quantity: finding for finding in Strong().judge(evidence).findings}["x@T"]
@@ -119,15 +119,26 @@ def test_small_plateau_is_seen_before_the_slope_sees_it():
 
 
 @pytest.mark.parametrize("kind", ["failed", "truncated"])
-def test_levels_that_went_wrong_are_not_fitted(kind):
-    """A level with failed paths or truncated steps is left out of the fit and named."""
+def test_coarse_levels_that_went_wrong_are_not_fitted(kind):
+    """A coarse level with failed paths or truncated steps is left out of the fit and named."""
     levels = errors(1.0)
-    levels[4] = levels[4] * 100.0
+    levels[1] = levels[1] * 100.0
 
-    finding = judge(levels, health_of=health(**{kind: [0, 0, 0, 0, 3, 0]}))
+    finding = judge(levels, health_of=health(**{kind: [0, 3, 0, 0, 0, 0]}))
 
     assert finding.verdict is Verdict.VERIFIED
     assert "at 1 level" in finding.reason
+
+
+@pytest.mark.parametrize("kind", ["failed", "truncated", "lost"])
+@pytest.mark.parametrize("bad", [[0, 0, 0, 0, 0, 3], [0, 0, 0, 0, 3, 0], [0, 0, 0, 0, 1, 1]])
+def test_fine_levels_that_went_wrong_leave_nothing_to_verify(kind, bad):
+    """What goes wrong at a finer step than another is no matter of too coarse a step: no order is told."""
+    counts = {"failed": bad, "lost": bad} if kind == "lost" else {kind: bad}
+
+    finding = judge(errors(1.0), health_of=health(**counts))
+
+    assert finding.verdict is (Verdict.DIVERGED if kind == "lost" and bad[-1] else Verdict.INCONCLUSIVE)
 
 
 def test_too_few_levels_decide_nothing():
@@ -152,6 +163,52 @@ def test_round_off_is_exact_for_every_order():
 
     assert finding.verdict is Verdict.VERIFIED
     assert "exact to round-off" in finding.reason
+
+
+def test_standing_still_is_not_exact_on_a_solution_that_does_not_move():
+    """Where the true solution stays at its start, agreement shows nothing."""
+    still = replace(gbm(), start=[0.0], truths=(replace(gbm().pathwise, start=lambda paths: np.zeros((1, paths))),))
+    settings = replace(SETTINGS, paths=400)
+    observer = ErrorObserver({"x": np.ones((1, 400))}, settings)
+    same = {"x": np.ones((1, 400))}
+    observer.after_coarsest_step(Snapshot([same] * 6, same, None))
+
+    findings = Strong().judge(Evidence(Claimant(), still, still, settings, observer.tally(), health())).findings
+
+    assert {finding.verdict for finding in findings} == {Verdict.INCONCLUSIVE}
+
+
+def test_small_solutions_are_no_rounding():
+    """Rounding is told from the solution's own size: errors of a tiny solution are errors."""
+    tiny = 1e-13
+    observer = ErrorObserver({"x": np.zeros((1, 4000))}, SETTINGS)
+    truth = np.full((1, 4000), tiny)
+    levels = [{"x": truth * (1.0 + level[None])} for level in errors(0.5)]
+    observer.after_coarsest_step(Snapshot(levels, {"x": truth}, None))
+
+    findings = Strong().judge(Evidence(Claimant(), gbm(), gbm(), SETTINGS, observer.tally(), health())).findings
+
+    assert {finding.verdict for finding in findings} == {Verdict.REFUTED}
+
+
+def test_faster_than_claimed_with_a_bent_slope_is_no_wrong_limit():
+    """Errors a h + b h^2 have a negative contrast while b h matters; above the claimed order that is no level-off."""
+    bent = [h + 6.0 * h**2 for h in H]
+
+    finding = judge([np.full(4000, value) for value in bent])
+
+    assert finding.details["contrast"] < -0.05
+    assert finding.verdict is Verdict.INCONCLUSIVE
+
+
+def test_a_rough_truth_decides_nothing():
+    """A truth that is not half an order better than the claim neither verifies nor refutes."""
+    rough = replace(gbm(), truths=(replace(gbm().pathwise, order=1.0),))
+
+    finding = judge(errors(1.0), problem=rough, blurred=np.zeros(4000))
+
+    assert finding.verdict is Verdict.INCONCLUSIVE
+    assert "half an order above the claim" in finding.reason
 
 
 def test_doing_nothing_is_not_exact():
@@ -193,8 +250,7 @@ def test_own_reference_bias_is_that_of_the_method():
 
 def test_error_of_the_reference_widens_the_interval():
     """What half the reference's resolution would change, over 2^q - 1, is added on either side."""
-    rough = Pathwise(start=np.zeros, advance=max, parts=max, source="test", order=1.5)
-    problem = replace(gbm(), truths=(rough,))
+    problem = replace(gbm(), truths=(replace(gbm().pathwise, order=1.5),))
     shift = np.full(4000, 2e-4)
 
     finding = judge(errors(1.0), problem=problem, blurred=shift)

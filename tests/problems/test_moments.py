@@ -88,7 +88,7 @@ def test_expectations_are_those_of_the_solution(samples: dict[str, Sample], name
 
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_expectations_wrong_by_a_twentieth_are_noticed(samples: dict[str, Sample], name: str) -> None:
-    """Moments 5 % off are refuted wherever the sample can see 5 % of them, which is the case in each problem."""
+    """Snapshot 5 % off are refuted wherever the sample can see 5 % of them, which is the case in each problem."""
     drawn, visible = samples[name], 0
     for observable, moment in moments(PROBLEMS[name]()).items():
         planted = scores(drawn, moment, factor=1.05)
@@ -145,7 +145,7 @@ FREE: dict[str, Callable[[float, float], HolonomicSDAE]] = {
 def test_moments_of_the_free_pendulum_are_those_of_a_gaussian(
     noise: str, observable: str, start: tuple[float, float]
 ) -> None:
-    """Moments of position and velocity agree with quadrature of the Gaussian law of angle and angular velocity."""
+    """Snapshot of position and velocity agree with quadrature of the Gaussian law of angle and angular velocity."""
     moment = moments(FREE[noise](*start))[observable]
     for t in TIMES:
         value = expectation(GAUSSIAN[observable], *start, t)
@@ -181,7 +181,7 @@ def test_moments_of_the_multiplier_are_those_of_a_gaussian(noise: str, radial: f
 
 @pytest.mark.parametrize(("sigma", "gamma"), [(0.5, 0.0), (0.3, 0.7), (1.0, 0.5), (0.4, 0.08)])
 def test_moments_with_velocity_noise_are_those_of_a_lognormal(sigma: float, gamma: float) -> None:
-    """Moments of |v| agree with quadrature over W(t), and E mu with that of its rate E |v|^2 over time."""
+    """Snapshot of |v| agree with quadrature over W(t), and E mu with that of its rate E |v|^2 over time."""
     known = moments(pendulum_velocity_noise(sigma=sigma, gamma=gamma, omega_0=1.3))
     nodes, weights = np.polynomial.hermite_e.hermegauss(60)
     weights = weights / np.sqrt(2 * np.pi)

@@ -158,10 +158,12 @@ def test_milstein_with_one_brownian_motion() -> None:
 
 def test_milstein_takes_the_derivative_it_is_given() -> None:
     """An author's derivative is used in place of complex steps."""
-    problem = sde(1, single, diffusion_derivative=lambda t, x, y: np.ones((2, 1, 1)) + 0.0 * y[:, None])
-    b = np.stack([X[0] * X[1], np.sin(X[0])])
+    problem = sde(
+        1, lambda t, x: np.abs(x)[:, None] + 1.0, diffusion_derivative=lambda t, x, y: (np.sign(x) * y)[:, None]
+    )
+    b = np.abs(X) + 1.0
 
-    expected = euler(drift(), b * W[0]) + 0.5 * (W[0] ** 2 - H)
+    expected = euler(drift(), b * W[0]) + 0.5 * np.sign(X) * b * (W[0] ** 2 - H)
     assert_rounding(moved(Milstein(), problem, noise_dim=1).state, expected)
 
 
