@@ -71,6 +71,10 @@ class Quantity:
         both = np.concatenate([self.error[:, fine, 1], self.difference[:, coarse, 1]], axis=1)
         return jackknife(both, self.counts, partial(_functional, np.concatenate([weights, -weights]), 1.0))
 
+    def rise(self, levels: Array) -> Estimate:
+        """Return by how much the local order grows from the last but one pair of levels to the last."""
+        return self.linear(levels[-3:], np.array([-1.0, 2.0, -1.0]))
+
     def blur(self, levels: Array) -> Estimate:
         """Return by how much the slope changes if the truth is taken at half its resolution."""
         assert self.blurred is not None

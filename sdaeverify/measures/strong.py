@@ -27,6 +27,8 @@ FITTED = 4
 WRONG = "wrong limit"
 # A wrong limit shows as errors that stop falling while successive differences go on.
 WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15
+# Steps too coarse for the problem show as local orders that grow by more than this from one level to the next.
+RISING = 0.05
 
 
 class Strong(Measure):
@@ -151,6 +153,13 @@ def _opinion(
     if not np.isfinite([low, high]).all():
         return Opinion(Verdict.INCONCLUSIVE, f"no finite interval: {bias.reference} is too coarse or not finite")
     opinion = judge_order(claim, low, high)
+    if (
+        opinion.verdict is Verdict.REFUTED
+        and quantity.rise(levels).interval(evidence.settings.confidence)[0] > RISING
+    ):
+        opinion = Opinion(
+            Verdict.INCONCLUSIVE, f"{opinion.reason}, but it still rises with refinement; add finer levels"
+        )
     if bias.knows_limit:
         contrast = quantity.contrast(levels).interval(evidence.settings.confidence, bias.bound)
         opinion = _with_limit(opinion, contrast, above=not isinstance(claim.value, str) and low > claim.value)

@@ -201,6 +201,17 @@ def test_faster_than_claimed_with_a_bent_slope_is_no_wrong_limit():
     assert finding.verdict is Verdict.INCONCLUSIVE
 
 
+def test_an_order_that_still_rises_is_not_refuted():
+    """Errors h/(1 + 60 h) come to order 1 late: a low slope that rises with refinement says that steps are coarse."""
+    late = [np.full(4000, h / (1.0 + 60.0 * h)) for h in H]
+
+    finding = judge(late)
+
+    assert finding.high < 0.8
+    assert finding.verdict is Verdict.INCONCLUSIVE
+    assert "still rises" in finding.reason
+
+
 def test_a_rough_truth_decides_nothing():
     """A truth that is not half an order better than the claim neither verifies nor refutes."""
     rough = replace(gbm(), truths=(replace(gbm().pathwise, order=1.0),))
