@@ -25,7 +25,7 @@ def test_half_explicit_step_against_drawing_its_normals(truncation, paths, bench
     stepper = scheme.prepare(problem, h)
 
     def steps() -> None:
-        state = scheme.start(problem, paths)
+        state = scheme.start(problem, paths, h)
         for step in range(STEPS):
             state = stepper(state, step * h, Increment(dW[step], dW[step])).state
 

@@ -1,0 +1,45 @@
+"""The committed report is that of the shipped matrix, as one command writes it."""
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from sdaeverify import Settings, verify
+from sdaeverify.api import plan_of
+from sdaeverify.registry import load_registry
+
+FOLDER = Path(__file__).parents[1] / "reports" / "reference"
+CELL = ["scheme", "problem", "measure"]
+
+
+@pytest.fixture(scope="module")
+def verdicts():
+    """Return the committed verdicts."""
+    return pd.read_csv(FOLDER / "verdicts.csv")
+
+
+def test_report_covers_the_shipped_matrix(verdicts):
+    """Every shipped scheme, problem and measure is in it, and nothing else."""
+    plan = plan_of(load_registry(environ={}), (), (), ())
+
+    assert set(verdicts[CELL].itertuples(index=False, name=None)) == {
+        (cell.scheme.label, cell.spec.label, cell.measure.name) for cell in plan.cells
+    }
+
+
+def test_report_is_at_the_default_settings(verdicts):
+    """Seed and number of paths are the defaults: the command needs no options."""
+    measured = verdicts[verdicts.verdict != "not_applicable"]
+
+    assert set(measured.seed) == {Settings().seed}
+    assert set(measured.paths) == {Settings().paths}
+
+
+def test_a_cell_of_the_report_can_be_computed_again(verdicts):
+    """A cell gives the committed estimates, up to what another build's exp may change."""
+    again = verify("milstein", "gbm", "strong").verdicts.set_index("quantity")
+    of_cell = (verdicts.scheme == "milstein") & (verdicts.problem == "gbm") & (verdicts.measure == "strong")
+    committed = verdicts[of_cell].set_index("quantity")
+
+    assert again.estimate.to_dict() == pytest.approx(committed.estimate.to_dict(), rel=1e-6)
