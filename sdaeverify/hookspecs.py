@@ -74,7 +74,7 @@ def sdaeverify_measures() -> Iterable[Any]:  # type: ignore[empty-body]
     Returns
     -------
     iterable of measures
-        Objects with a ``name``; see `sdaeverify.measures`.
+        Instances of subclasses of `sdaeverify.measure.Measure`.
     """
 
 

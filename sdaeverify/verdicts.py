@@ -1,6 +1,7 @@
 """Three-valued verdicts on orders: a claim is verified, refuted, or the evidence does not decide."""
 
 from collections.abc import Iterable, Mapping
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -133,4 +134,6 @@ def unfitted(evidence: Evidence, quantity: str, claim: Claim | None, left_out: s
 
 
 def _strength(claim: Claim) -> float:
-    return float("inf") if claim.value == ROUND_OFF else float(claim.value)
+    if isinstance(claim.value, str):
+        return inf if claim.value == ROUND_OFF else 0.0
+    return claim.value

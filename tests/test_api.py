@@ -1,0 +1,128 @@
+"""The Python interface: tables of a study, and what they say of schemes nobody has registered."""
+
+import json
+import subprocess
+import sys
+from dataclasses import dataclass
+from typing import ClassVar
+
+import pytest
+
+from sdaeverify import SDE, Claim, Scheme, Step, UsageError, verify
+from sdaeverify.numerics import apply
+from sdaeverify.registry import load_registry
+
+SMALL = {"paths": 200, "levels": 4}
+
+
+@dataclass(frozen=True)
+class Mine(Scheme):
+    """Euler-Maruyama with claims about things that are not there, and a count of its work."""
+
+    name: ClassVar[str] = "mine"
+    form: ClassVar[type[SDE]] = SDE
+    claims: ClassVar[tuple[Claim, ...]] = (
+        Claim(measure="strong", value=0.5, quantities=("y",), source="test"),
+        Claim(measure="strong", value="converges", source="test"),
+    )
+
+    def step(self, problem, state, t, h, noise):
+        new = state + h * problem.drift(t, state) + apply(problem.diffusion(t, state), noise.dW)
+        return Step(new, costs={"work": 3.0 + 0.0 * new[0]})
+
+
+@pytest.fixture(scope="module")
+def result():
+    """Return a small study of an unregistered scheme beside a registered one."""
+    return verify([Mine(), "milstein"], "gbm", "strong", **SMALL)
+
+
+def test_rows_nobody_can_name_have_no_command(result):
+    """A row is reproduced by names; a scheme that is not registered has none."""
+    commands = result.verdicts.set_index("scheme").reproduce
+
+    assert set(commands["mine"]) == {""}
+    assert all("-s milstein -p gbm" in command for command in commands["milstein"])
+
+
+def test_a_claimed_quantity_that_is_not_there_is_a_row(result):
+    """A claim about a component that the problem does not have is shown as out of scope."""
+    rows = result.verdicts.set_index(["scheme", "quantity"])
+
+    assert rows.loc[("mine", "y"), "verdict"] == "out_of_scope"
+    assert "there is no y here; there are x" in rows.loc[("mine", "y"), "reason"]
+
+
+def test_a_claim_in_words_unknown_to_the_measure_is_inconclusive(result):
+    """Words that a measure does not understand are neither verified nor refuted."""
+    rows = result.verdicts.set_index(["scheme", "quantity"])
+
+    assert rows.loc[("mine", "x"), "verdict"] == "inconclusive"
+    assert "does not know what 'converges' means" in rows.loc[("mine", "x"), "reason"]
+
+
+def test_costs_are_columns_of_the_levels(result):
+    """What a step takes is reported as its mean over steps and paths."""
+    levels = result.levels.set_index("scheme")
+
+    assert set(levels.loc["mine", "mean_work"]) == {3.0}
+
+
+def test_run_says_what_was_selected(result):
+    """The record of a run holds the labels of everything that took part."""
+    assert result.run["selection"] == {"schemes": ["milstein", "mine"], "problems": ["gbm"], "measures": ["strong"]}
+
+
+def test_what_cannot_be_sent_to_workers_is_said_in_one_line():
+    """A scheme that other processes cannot find is refused before anything runs, with a way out."""
+
+    @dataclass(frozen=True)
+    class Local(Mine):
+        name: ClassVar[str] = "local"
+
+    with pytest.raises(UsageError, match="use one job") as error:
+        verify([Local()], "gbm", "strong", jobs=2, **SMALL)
+
+    assert "\n" not in str(error.value)
+
+
+def test_unknown_settings_are_refused():
+    """A misspelt keyword is named with those that are known."""
+    with pytest.raises(UsageError, match="unknown setting path; known are paths"):
+        verify("milstein", "gbm", path=200)
+
+
+def test_claims_about_unknown_measures_are_warned_of(tmp_path):
+    """A misspelt measure in a claim is not silently never tested."""
+    plugin = tmp_path / "typo.py"
+    plugin.write_text(
+        "from dataclasses import dataclass\n"
+        "from typing import ClassVar\n"
+        "from sdaeverify import SDE, Claim, Scheme, hookimpl\n"
+        "@dataclass(frozen=True)\n"
+        "class Typo(Scheme):\n"
+        "    name: ClassVar[str] = 'typo'\n"
+        "    form: ClassVar[type] = SDE\n"
+        "    claims: ClassVar = (Claim(measure='stronk', value=0.5, source='test'),)\n"
+        "@hookimpl\n"
+        "def sdaeverify_schemes(): return [Typo()]\n"
+    )
+
+    (warning,) = load_registry([plugin], environ={}).warnings
+
+    assert "'stronk', which is not registered; did you mean strong" in warning
+
+
+def test_what_a_plugin_prints_is_no_result(tmp_path):
+    """A plugin that prints as it loads leaves the JSON of a listing readable."""
+    plugin = tmp_path / "chatty.py"
+    plugin.write_text(
+        "from sdaeverify import hookimpl\nprint('hello')\n@hookimpl\ndef sdaeverify_schemes(): return []\n"
+    )
+    words = ["-m", "sdaeverify", "list", "measures", "--json", "--plugin", str(plugin)]
+
+    listing = subprocess.run([sys.executable, *words], capture_output=True, text=True, check=False, cwd=tmp_path)
+
+    assert "hello" in listing.stderr
+    assert listing.returncode == 0, listing.stderr
+    assert {entry["name"] for entry in json.loads(listing.stdout)} == {"drift", "strong"}
