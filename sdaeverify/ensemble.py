@@ -128,40 +128,39 @@ class _Watch:
     """One measure on one lane; what goes wrong in it costs this measure only."""
 
     def __init__(self, measure: Measure, problem: Problem, parts: Parts, settings: Settings) -> None:
-        self.measure, self.levels, self.error = measure, settings.levels, ""
+        self.measure, self.error = measure, ""
         self.observer: Observer | None = None
+        self.wanted: Sequence[frozenset[int]] = [frozenset()] * settings.levels
         with self.guarded():
             self.observer = measure.observer(problem, parts, settings)
+            if self.observer is not None:
+                self.wanted = self.observer.wanted
 
     @contextmanager
     def guarded(self) -> Iterator[None]:
-        """Keep what the measure raises as its reason."""
+        """Keep what the measure raises as its reason; nothing more is noted then."""
         try:
             yield
         except FAULTS as error:
             self.error = self.error or f"measure {self.measure.name}: {one_line(error)}"
-
-    @property
-    def wanted(self) -> Sequence[frozenset[int]]:
-        """Steps of each level that are noted."""
-        return self.observer.wanted if self.observer is not None else [frozenset()] * self.levels
+            self.observer = None
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
-        """Pass on what is noted, unless something went wrong before."""
-        if self.observer is not None and not self.error:
+        """Pass on what is noted."""
+        if self.observer is not None:
             with self.guarded():
                 self.observer.after_step(level, step, parts)
 
     def after_coarsest_step(self, snapshot: Snapshot) -> None:
-        """Pass on what is noted, unless something went wrong before."""
-        if self.observer is not None and not self.error:
+        """Pass on what is noted."""
+        if self.observer is not None:
             with self.guarded():
                 self.observer.after_coarsest_step(snapshot)
 
     def tally(self) -> Tally:
-        """Return what was noted; nothing if something went wrong."""
+        """Return what was noted."""
         noted = Tally()
-        if self.observer is not None and not self.error:
+        if self.observer is not None:
             with self.guarded():
                 noted = self.observer.tally()
         return noted

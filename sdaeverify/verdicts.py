@@ -11,7 +11,8 @@ from .measure import Evidence, Finding, Verdict
 from .scheme import Claim, Scheme
 
 ROUND_OFF = "round-off"
-# Fewer levels than this tell no slope.
+# A slope is fitted on so many of the finest levels; fewer than FEWEST tell none.
+FITTED = 4
 FEWEST = 3
 CALIBRATED_PATHS = 100
 HEAVY_TAIL_PATHS = 800

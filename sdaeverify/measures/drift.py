@@ -27,10 +27,9 @@ from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdi
 from ..scheme import Claim, Scheme
 from ..settings import Settings
 from ..statistics import EPS, Estimate, jackknife, slope_weights
-from ..verdicts import FEWEST, ROUND_OFF, Opinion, claim_for, judge_order, sound_levels, unfitted, with_sample
+from ..verdicts import FEWEST, FITTED, ROUND_OFF, Opinion, claim_for, judge_order, sound_levels, unfitted, with_sample
 from ._residuals import ResidualObserver, effective_share, log_spaced, quantile
 
-FITTED = 4
 FLAT = 0.35
 HEAVY = 0.2
 

@@ -18,12 +18,11 @@ from ..scheme import Claim
 from ..settings import Settings
 from ..statistics import Estimate, corrected_slope_weights
 from ..truths import Pathwise
-from ..verdicts import FEWEST, Opinion, at_levels, claim_for, judge_order, sound_levels, unfitted, with_sample
+from ..verdicts import FEWEST, FITTED, Opinion, at_levels, claim_for, judge_order, sound_levels, unfitted, with_sample
 from ._errors import AT_T, ErrorObserver
 from ._quantity import Quantity, quantities_of
 from ._reference_bias import Bias, reference_bias
 
-FITTED = 4
 WRONG = "wrong limit"
 # A wrong limit shows as errors that stop falling while successive differences go on.
 WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15

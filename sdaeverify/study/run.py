@@ -107,16 +107,12 @@ class Study:
         return Finished(results)
 
     def _blocks(self, executor: Executor | None, window: int) -> Iterator[tuple[ProblemPlan, Task, int, Lanes]]:
-        jobs = (
-            (problem, problem.task(self.settings), block)
-            for problem in self.plan.problems
-            if problem.runnable
-            for block in range(self.settings.blocks)
-        )
+        tasks = [(problem, problem.task(self.settings)) for problem in self.plan.problems if problem.runnable]
+        jobs = ((problem, task, block) for problem, task in tasks for block in range(self.settings.blocks))
         if executor is None:
             yield from ((problem, task, block, run_block(task, block)) for problem, task, block in jobs)
             return
-        pickled = {problem.spec.label: _pickled(problem.task(self.settings)) for problem in self.plan.problems}
+        pickled = {task.spec.label: _pickled(task) for _, task in tasks}
         waiting: deque[tuple[ProblemPlan, Task, int, Future[Lanes]]] = deque()
         for problem, task, block in jobs:
             waiting.append((problem, task, block, executor.submit(run_pickled, pickled[task.spec.label], block)))
