@@ -3,13 +3,15 @@
 from typing import TYPE_CHECKING
 
 from .arrays import Array, Mask, Parts
+from .chart import Angle, Chart, Line
 from .errors import ParameterError, PluginError, ProblemError, SchemeError, SdaeverifyError, UsageError
 from .forms import SDE, HolonomicSDAE, HolonomicState, Problem, Residual
 from .hookspecs import hookimpl
+from .laws import GAUSSIAN, THREE_POINT, TWO_POINT, Law
 from .noise import Increment
 from .scheme import Claim, Scheme, Step
 from .settings import Settings
-from .truths import MeanSquareStability, Moment, Pathwise, Truth
+from .truths import InvariantMean, MeanSquareStability, Moment, Pathwise, Truth
 
 if TYPE_CHECKING:
     from .api import Result, verify
@@ -17,12 +19,20 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = [
+    "GAUSSIAN",
     "SDE",
+    "THREE_POINT",
+    "TWO_POINT",
+    "Angle",
     "Array",
+    "Chart",
     "Claim",
     "HolonomicSDAE",
     "HolonomicState",
     "Increment",
+    "InvariantMean",
+    "Law",
+    "Line",
     "Mask",
     "MeanSquareStability",
     "Moment",

@@ -98,9 +98,10 @@ class Track:
             self.costs[name] = self.costs.get(name, 0.0) + float(value.sum())
 
     def _one(self, noise: LevelNoise, index: int) -> Step:
+        increment = self.scheme.law.increment(noise.increment(index), self.h)
         if self.step:
-            return self.stepper(self.state, self.step * self.h, noise.increment(index))
-        return self._first(noise.increment(index))
+            return self.stepper(self.state, self.step * self.h, increment)
+        return self._first(increment)
 
     def _first(self, increment: Increment) -> Step:
         _freeze(self.state)

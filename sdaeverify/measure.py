@@ -41,6 +41,8 @@ class Evidence:
     tally : Tally
     health : Tally
         Sums ``failed``, ``lost``, ``truncated`` and ``steps`` of each level.
+    level : float
+        Significance level of one one-sided test, all corrections for looks and for further tests made.
     """
 
     scheme: Scheme
@@ -49,6 +51,7 @@ class Evidence:
     settings: Settings
     tally: Tally
     health: Tally
+    level: float = 0.005
 
     @property
     def step_sizes(self) -> list[float]:
@@ -71,6 +74,9 @@ class Finding:
         Order or residual, with its interval at the run's confidence.
     method : str
         How it was found.
+    p_verified, p_refuted : float
+        p-values of the hypotheses that the claim fails and that it holds, which the two verdicts reject; NaN where
+        no sampling error is involved. They enter the family-wise correction of a run.
     details : mapping of str to object
         Further columns.
     """
@@ -83,6 +89,8 @@ class Finding:
     low: float = float("nan")
     high: float = float("nan")
     method: str = ""
+    p_verified: float = float("nan")
+    p_refuted: float = float("nan")
     details: Mapping[str, object] = field(default_factory=dict)
 
 
@@ -92,17 +100,21 @@ class LevelFinding(NamedTuple):
     Attributes
     ----------
     quantity : str
-    level : int
+    level : int or None
+        Index of the level of the run's paths; None for a step size of the measure's own.
     estimate, std_error : float
     details : mapping of str to object
         Further columns.
+    h : float
+        Step size where `level` is None.
     """
 
     quantity: str
-    level: int
+    level: int | None
     estimate: float
-    std_error: float
+    std_error: float = 0.0
     details: Mapping[str, object] = {}
+    h: float = float("nan")
 
 
 class Judgement(NamedTuple):

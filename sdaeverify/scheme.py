@@ -15,6 +15,7 @@ from .arrays import Array, Mask, Parts
 from .errors import SchemeError
 from .forms import TRAITS, Problem
 from .labels import dataclass_parameters, make_label
+from .laws import GAUSSIAN, Law
 from .noise import Increment
 
 # One array (k, P), or a NamedTuple of arrays with the same P whose field names are component names.
@@ -107,6 +108,8 @@ class Scheme:
         The form it solves; a problem is offered to it in this form or in its view of this form.
     noise : frozenset of str
         Fields of `Increment` it uses, out of ``dW`` and ``H``.
+    law : Law
+        Of the ``dW`` it is given: Brownian increments, or bounded variables coupled to them.
     claims : tuple of Claim
     source : str
     """
@@ -114,6 +117,7 @@ class Scheme:
     name: ClassVar[str]
     form: ClassVar[type[Problem]]
     noise: ClassVar[frozenset[str]] = frozenset({"dW"})
+    law: ClassVar[Law] = GAUSSIAN
     claims: ClassVar[tuple[Claim, ...]] = ()
     source: ClassVar[str] = ""
 
@@ -132,9 +136,16 @@ class Scheme:
         """The claims with these parameters: `claims`, unless a scheme's promise depends on its parameters."""
         return self.claims
 
-    def start(self, problem: Any, paths: int, h: float) -> State:  # noqa: ARG002 - memory may depend on h
+    def enter(self, problem: Any, state: State, t: float, h: float) -> State:  # noqa: ARG002 - most add no memory
+        """Return the scheme's state, for steps of size h, where the problem's is `state` at time t.
+
+        A scheme with further memory adds it here; what `parts` leaves out must not depend on how t was reached.
+        """
+        return state
+
+    def start(self, problem: Any, paths: int, h: float) -> State:
         """Return the initial state on a number of paths, for steps of size h."""
-        return problem.initial(paths)
+        return self.enter(problem, problem.initial(paths), 0.0, h)
 
     def parts(self, problem: Any, state: State) -> Parts:
         """Return what of a state can be compared with other states, under the problem's names.

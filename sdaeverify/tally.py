@@ -2,10 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any, TypeVar
 
 import numpy as np
 
 from .arrays import Array
+
+Record = TypeVar("Record")
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,21 @@ class Tally:
             _merge(self.maxima, other.maxima, np.fmax),
             _merge(self.largest, other.largest, _join),
         )
+
+
+def packed(prefix: str, record: Any) -> Tally:
+    """Return a NamedTuple of numbers and arrays as evidence, under names that begin with a prefix."""
+    return Tally(
+        sums={f"{prefix} {name}": np.asarray(value, dtype=float) for name, value in record._asdict().items()}
+    )
+
+
+def unpacked(prefix: str, kind: type[Record], tally: Tally) -> Record | None:
+    """Return the NamedTuple that was packed under a prefix, as arrays; None if there is none."""
+    fields = kind._fields  # type: ignore[attr-defined]
+    if not all(f"{prefix} {name}" in tally.sums for name in fields):
+        return None
+    return kind(*(tally.sums[f"{prefix} {name}"] for name in fields))
 
 
 def largest(values: Array, k: int) -> Array:

@@ -67,6 +67,23 @@ class Moment:
 
 
 @dataclass(frozen=True, kw_only=True)
+class InvariantMean:
+    """The expectation of an observable under the invariant law.
+
+    Attributes
+    ----------
+    observable : str
+        Name of one of the problem's observables.
+    value : float
+    source : str
+    """
+
+    observable: str
+    value: float
+    source: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class MeanSquareStability:
     """Whether the second moment of the solution tends to zero.
 
@@ -80,4 +97,4 @@ class MeanSquareStability:
     source: str
 
 
-Truth = Pathwise | Moment | MeanSquareStability
+Truth = Pathwise | Moment | InvariantMean | MeanSquareStability

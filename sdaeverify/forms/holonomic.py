@@ -16,16 +16,19 @@ from ..arrays import Array, Parts
 from ..errors import ProblemError
 from ..numerics import (
     apply,
+    apply_transposed,
     directional,
     is_analytic,
     jacobian,
     norm,
+    onto_manifold,
     product_transposed,
     second_directional,
     solve,
 )
 from .inherent import inherent_sde
 from .problem import (
+    CONSISTENCY,
     PROBES,
     Problem,
     Residual,
@@ -38,9 +41,6 @@ from .problem import (
     vector,
 )
 from .sde import SDE
-
-# Rounding alone leaves a few eps; a start further off the manifold is a mistake, not a rounding.
-CONSISTENCY = 1e4 * np.finfo(float).eps
 
 
 class HolonomicState(NamedTuple):
@@ -173,9 +173,27 @@ class HolonomicSDAE(Problem):
             "Dg v": Residual(apply(Dg, v), size * norm(v)),
         }
 
+    def admissible(self, x: Array) -> Array:
+        """Return states (r, v, mu) with g(r) = 0 and Dg(r) v = 0 near the columns of x."""
+        r, v, mu = self.state(x)
+        r = onto_manifold(self.constraint, self.dg, lambda y: self.normals(self.dg(y)), r)
+        Dg = self.dg(r)
+        normals = self.normals(Dg)
+        tangent = v - apply_transposed(normals, solve(product_transposed(Dg, normals), apply(Dg, v)))
+        return np.concatenate([r, tangent, mu])
+
     def view(self, form: type[Problem]) -> Problem | None:
         """Return the problem itself, or its inherent SDE (2.9) where an `SDE` is asked for."""
         return inherent_sde(self) if form is SDE else super().view(form)
+
+    def ito(self) -> SDE:
+        """Return the inherent SDE of r, v and mu."""
+        return inherent_sde(self, with_multiplier=True)
+
+    def state(self, x: Array) -> HolonomicState:
+        """Return the state whose components r, v and mu are the rows of x."""
+        n = self.dimension
+        return HolonomicState(x[:n], x[n : 2 * n], x[2 * n :])
 
     @cached_property
     def _inverse(self) -> Array | None:

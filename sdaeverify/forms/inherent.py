@@ -12,44 +12,48 @@ if TYPE_CHECKING:
     from .holonomic import HolonomicSDAE
 
 
-def inherent_sde(problem: "HolonomicSDAE") -> SDE:
+def inherent_sde(problem: "HolonomicSDAE", *, with_multiplier: bool = False) -> SDE:
     """Eliminate the multiplier.
 
     With the Gram matrix G_M = Dg M^{-1} grad g and the projector P_M = Id - grad g G_M^{-1} Dg M^{-1},
 
         dr   = v dt
         M dv = [ P_M a - grad g G_M^{-1} D^2 g(v, v) ] dt + P_M B dw                                   (2.9)
+        dmu  = -G_M^{-1} { [ Dg M^{-1} a + D^2 g(v, v) ] dt + Dg M^{-1} B dw }                         (2.8)
 
     taken with the actual Dg(r) and G_M(r) off the manifold as well. The state is (r, v), shape (2 n, P).
 
     Parameters
     ----------
     problem : HolonomicSDAE
+    with_multiplier : bool
+        Whether mu is a component, too, of a state (r, v, mu), shape (2 n + m, P).
 
     Returns
     -------
     SDE
     """
-    n = problem.dimension
+    n, m = problem.dimension, problem.constraints if with_multiplier else 0
 
     def drift(t: float, x: Array) -> Array:
-        r, v = x[:n], x[n:]
+        r, v = x[:n], x[n : 2 * n]
         a = np.broadcast_to(problem.force(t, r, v), r.shape)
         Dg = problem.dg(r)
         lam = problem.multiplier_of(Dg, r, v, a)
-        return np.concatenate([v, problem.inverse_mass(a + apply_transposed(Dg, lam))])
+        return np.concatenate([v, problem.inverse_mass(a + apply_transposed(Dg, lam)), lam[:m]])
 
     def diffusion(t: float, x: Array) -> Array:
-        r, v = x[:n], x[n:]
-        B = problem.diffusion(t, r, v)
-        return zero_columns(problem.inverse_mass(projected(problem, r, B)), n)
+        r, v = x[:n], x[n : 2 * n]
+        PB, Lam = projected(problem, r, problem.diffusion(t, r, v))
+        return zero_columns(np.concatenate([problem.inverse_mass(PB), Lam[:m]]), n)
 
-    start = np.concatenate([np.asarray(problem.position), np.asarray(problem.velocity)])
+    start = [np.asarray(problem.position), np.asarray(problem.velocity), np.zeros(m)]
+    names = {"r": slice(0, n), "v": slice(n, 2 * n), "mu": slice(2 * n, None)}
     return SDE(
         drift=drift,
         diffusion=diffusion,
-        start=start,
-        names={"r": slice(0, n), "v": slice(n, None)},
+        start=np.concatenate(start),
+        names=names if with_multiplier else {name: names[name] for name in ("r", "v")},
         horizon=problem.horizon,
         noise_dim=problem.noise_dim,
         noise=problem.noise,
@@ -62,8 +66,9 @@ def inherent_sde(problem: "HolonomicSDAE") -> SDE:
     )
 
 
-def projected(problem: "HolonomicSDAE", r: Array, B: Array) -> Array:
-    """Return P_M(r) B, shape (n, l, P)."""
+def projected(problem: "HolonomicSDAE", r: Array, B: Array) -> tuple[Array, Array]:
+    """Return P_M(r) B, shape (n, l, P), and the multipliers -G_M^{-1} Dg M^{-1} B that make it up, (m, l, P)."""
     Dg = problem.dg(r)
     # B may be constant on all paths; what is taken from it is not.
-    return B - apply_transposed(Dg, solve(problem.gram(Dg, Dg), apply(Dg, problem.inverse_mass(B))))
+    Lam = -solve(problem.gram(Dg, Dg), apply(Dg, problem.inverse_mass(B)))
+    return B + apply_transposed(Dg, Lam), Lam

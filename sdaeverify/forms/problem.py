@@ -15,21 +15,24 @@ Traits are facts a claim may ask for; the conformance tests check each of them b
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Array, Parts
+from ..chart import Chart
 from ..errors import ProblemError
 from ..numerics import matches_differences
-from ..truths import Moment, Pathwise, Truth
+from ..truths import InvariantMean, Moment, Pathwise, Truth
 
 Observable = Callable[[float, Parts], Array]
 
 TRAITS = frozenset({"scalar-noise", "diagonal-noise", "additive-noise", "vanishing-milstein-term"})
 NOISE = frozenset({"dW", "H"})
 PROBES = 3
+# Rounding alone leaves a few eps; a start further off the manifold is a mistake, not a rounding.
+CONSISTENCY = 1e4 * np.finfo(float).eps
 
 
 class Residual(NamedTuple):
@@ -65,6 +68,11 @@ class Problem:
         to the problem, so that no scheme's paths depend on which other schemes take part.
     observables : mapping of str to callable, (t, parts) -> ndarray, shape (P,)
     truths : tuple of Truth
+    chart : Chart, optional
+        One or two coordinates that all components but pure outputs are functions of.
+    relaxation : float
+        Time in which the solution forgets its start by a factor e, in the problem's unit of time; infinite where
+        it has no invariant law, or none that is known.
     seen_as : str
         What it is a view of another problem as; empty for a problem of its own.
     """
@@ -77,6 +85,8 @@ class Problem:
     noise: frozenset[str] = NOISE
     observables: Mapping[str, Observable] = field(default_factory=dict)
     truths: tuple[Truth, ...] = ()
+    chart: Chart | None = None
+    relaxation: float = np.inf
     seen_as: str = ""
 
     def __post_init__(self) -> None:
@@ -88,7 +98,7 @@ class Problem:
             raise ProblemError(f"noise must be dW or dW and H, got {sorted(self.noise)}")
         object.__setattr__(self, "traits", self._all_traits())
         for truth in self.truths:
-            if isinstance(truth, Moment) and truth.observable not in self.observables:
+            if isinstance(truth, Moment | InvariantMean) and truth.observable not in self.observables:
                 known = sorted(self.observables)
                 raise ProblemError(f"a truth is about observable {truth.observable!r}; known are {known}")
 
@@ -107,10 +117,25 @@ class Problem:
         """Return this problem as one of another form, or None where it has no such view."""
         return self if isinstance(self, form) else None
 
+    def ito(self) -> "Problem | None":
+        """Return the Ito equation that all comparable components obey, as an `SDE`, or None where there is none.
+
+        It is what one step of a scheme is compared with; its names are those of `parts`, in their order.
+        """
+        return None
+
+    def state(self, x: Array) -> Any:
+        """Return the state whose components are the rows of x, in the order of `ito`'s names."""
+        return x
+
     @property
     def has_constraints(self) -> bool:
         """Whether `residuals` has anything to return."""
         return False
+
+    def admissible(self, x: Array) -> Array:
+        """Return states that keep all constraints near the columns of x, rows in the order of `ito`'s names."""
+        return x
 
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:  # noqa: ARG002 - forms with constraints use it
         """Return the defect of each constraint by name; a problem without constraints has none."""

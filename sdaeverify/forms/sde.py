@@ -10,8 +10,18 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, Parts
 from ..errors import ProblemError, SchemeError
-from ..numerics import directional, is_analytic
-from .problem import PROBES, Problem, check_derivative, check_shape, check_truth, columns, vector
+from ..numerics import directional, is_analytic, jacobian, norm, onto_manifold
+from .problem import (
+    CONSISTENCY,
+    PROBES,
+    Problem,
+    Residual,
+    check_derivative,
+    check_shape,
+    check_truth,
+    columns,
+    vector,
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,12 +41,15 @@ class SDE(Problem):
         must then be analytic.
     names : mapping of str to slice, optional
         Named components; ``x`` for the whole state if left out.
+    constraint : callable, x -> ndarray, shape (m, P), optional
+        g, which the solution keeps at zero: an invariant of the equation. It must be analytic, Dg is taken by
+        complex step.
 
     Raises
     ------
     ProblemError
-        If a function returns the wrong shape or something not finite at the initial state, or if a name
-        selects no component.
+        If a function returns the wrong shape or something not finite at the initial state, if a name selects no
+        component, or if the initial state violates the constraint.
     """
 
     drift: Callable[[float, Array], Array]
@@ -44,6 +57,7 @@ class SDE(Problem):
     start: ArrayLike
     diffusion_derivative: Callable[[float, Array, Array], Array] | None = None
     names: Mapping[str, slice] | None = None
+    constraint: Callable[[Array], Array] | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -60,6 +74,7 @@ class SDE(Problem):
         for name, rows in (self.names or {}).items():
             if not (isinstance(rows, slice) and range(d)[rows]):
                 raise ProblemError(f"names[{name!r}] must be a slice of the {d} components, got {rows!r}")
+        self._check_constraint(x)
         check_truth(self, self.parts(x))
 
     @property
@@ -84,6 +99,33 @@ class SDE(Problem):
             raise SchemeError(f"{text}; a scheme with further memory overrides parts(problem, state)")
         return {name: x[rows] for name, rows in (self.names or {"x": slice(None)}).items()}
 
+    def ito(self) -> "SDE":
+        """Return the equation itself."""
+        return self
+
+    @property
+    def has_constraints(self) -> bool:
+        """Whether the equation has an invariant."""
+        return self.constraint is not None
+
+    def dg(self, x: Array) -> Array:
+        """Return Dg(x), shape (m, d, P), of the constraint."""
+        assert self.constraint is not None
+        return jacobian(self.constraint, x)
+
+    def admissible(self, x: Array) -> Array:
+        """Return points of the manifold g = 0 near the columns of x."""
+        assert self.constraint is not None
+        return onto_manifold(self.constraint, self.dg, self.dg, x)
+
+    def residuals(self, parts: Parts) -> Mapping[str, Residual]:
+        """Return the defect g(x), if there is a constraint."""
+        if self.constraint is None:
+            return {}
+        x = np.concatenate([parts[name] for name in self.names or ("x",)])
+        Dg = self.dg(x)
+        return {"g": Residual(self.constraint(x), norm(Dg.reshape(-1, Dg.shape[-1])) * norm(x))}
+
     def derivative_of_diffusion(self, t: float, x: Array, y: Array) -> Array:
         """Return DB(x) y, shape (d, l, P)."""
         if self.diffusion_derivative is not None:
@@ -98,6 +140,18 @@ class SDE(Problem):
             return ""
         text = "diffusion is not analytic (abs, real buffers?), so that its derivative cannot be taken"
         return f"{text} by complex step; give diffusion_derivative"
+
+    def _check_constraint(self, x: Array) -> None:
+        if self.constraint is None:
+            return
+        value = self.constraint(x)
+        m = len(value) if isinstance(value, np.ndarray) and value.ndim == 2 else 1
+        check_shape("constraint(x)", value, (m, PROBES))
+        if not is_analytic(self.constraint, x):
+            raise ProblemError("constraint is not analytic (abs, real buffers?), so that Dg cannot be taken")
+        scale = self.residuals(self.parts(x))["g"].scale.max()
+        if np.abs(value).max() > CONSISTENCY * max(1.0, scale):
+            raise ProblemError(f"the initial state violates constraint = 0: constraint = {value[:, 0].tolist()}")
 
 
 def zero_columns(blocks: Array, above: int) -> Array:

@@ -2,6 +2,7 @@
 
 from .derivatives import directional, is_analytic, jacobian, matches_differences, second_directional
 from .linalg import all_finite, apply, apply_transposed, determinant, norm, product_transposed, solve
+from .manifold import onto_manifold
 from .newton import Root, newton
 
 __all__ = [
@@ -16,6 +17,7 @@ __all__ = [
     "matches_differences",
     "newton",
     "norm",
+    "onto_manifold",
     "product_transposed",
     "second_directional",
     "solve",

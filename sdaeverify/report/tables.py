@@ -170,26 +170,29 @@ def _measured(result: CellResult, settings: Settings, command: str) -> dict[str,
 
 
 def _level_rows(result: CellResult, settings: Settings) -> Iterator[dict[str, object]]:
-    health = result.health.sums
     for row in result.levels:
         yield {
             **_names(result, row.quantity),
-            "h": result.horizon / settings.steps[row.level],
+            "h": row.h,
             "estimate": row.estimate,
             "std_error": row.std_error,
-            "paths": result.paths,
-            "failed_paths": int(health["failed"][row.level]),
-            "truncated_share": health["truncated"][row.level] / health["steps"][row.level],
-            "steps": settings.steps[row.level],
-            "lost_paths": int(health["lost"][row.level]),
             "seed": settings.seed,
-            **{
-                f"mean_{n.removeprefix(COST)}": health[n][row.level] / health["steps"][row.level]
-                for n in health
-                if n.startswith(COST)
-            },
+            **({} if row.level is None else _of_level(result, settings, row.level)),
             **row.details,
         }
+
+
+def _of_level(result: CellResult, settings: Settings, level: int) -> dict[str, object]:
+    health, steps = result.health.sums, result.health.sums["steps"][level]
+    return {
+        "h": result.horizon / settings.steps[level],
+        "paths": result.paths,
+        "failed_paths": int(health["failed"][level]),
+        "truncated_share": health["truncated"][level] / steps,
+        "steps": settings.steps[level],
+        "lost_paths": int(health["lost"][level]),
+        **{f"mean_{n.removeprefix(COST)}": health[n][level] / steps for n in health if n.startswith(COST)},
+    }
 
 
 def _frame(rows: Sequence[dict[str, object]], columns: Sequence[str]) -> pd.DataFrame:

@@ -1,0 +1,72 @@
+"""A scheme as a black-box one-step map between flat states."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import SchemeError
+from ..forms import SDE, Problem
+from ..noise import Increment
+from ..scheme import Scheme, State, flatten
+
+
+@dataclass(frozen=True)
+class OneStep:
+    """The map x -> Phi(x, t, h, noise) between states of shape (d, P): the rows of the components of `ito`.
+
+    Attributes
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form.
+    """
+
+    scheme: Scheme
+    view: Problem
+
+    @cached_property
+    def ito(self) -> SDE:
+        """The Ito equation of the comparable components."""
+        equation = self.view.ito()
+        if not isinstance(equation, SDE):
+            raise SchemeError(f"a {type(self.view).__name__} offers no Ito equation to compare one step with")
+        return equation
+
+    @property
+    def names(self) -> dict[str, slice]:
+        """Rows of each component."""
+        return dict(self.ito.names or {"x": slice(None)})
+
+    def refusal(self) -> str:
+        """Return why the map cannot be probed, or an empty string: all its memory must be set by `enter`."""
+        if self.view.ito() is None:
+            return f"a {type(self.view).__name__} offers no Ito equation to compare one step with"
+        h = self.view.horizon / 64.0
+        start, entered = self.scheme.start(self.view, 2, h), self.enter(self.ito.initial(2), 0.0, h)
+        if type(start) is not type(entered) or flatten(start).shape != flatten(entered).shape:
+            return "the scheme has memory that enter(problem, state, t, h) does not set"
+        return ""
+
+    def enter(self, x: Array, t: float, h: float) -> State:
+        """Return the scheme's state at x, for steps of size h from time t."""
+        return self.scheme.enter(self.view, self.view.state(x), t, h)
+
+    def advance(self, state: State, t: float, h: float, noise: Increment) -> State:
+        """Return the scheme's state after a step, all its memory included."""
+        return self.scheme.prepare(self.view, h)(state, t, noise).state
+
+    def read(self, state: State) -> Array:
+        """Return the comparable components of a state, shape (d, P)."""
+        parts = self.scheme.parts(self.view, state)
+        return np.concatenate([parts[name] for name in self.names])
+
+    def __call__(self, x: Array, t: float, h: float, noise: Increment) -> Array:
+        """Return Phi(x, t, h, noise), shape (d, P)."""
+        return self.read(self.advance(self.enter(x, t, h), t, h, noise))
+
+    def euler(self, x: Array, t: float, h: float, noise: Increment) -> Array:
+        """Return x + f h + B dW, shape (d, P): Euler-Maruyama of the Ito equation."""
+        B = np.broadcast_to(self.ito.diffusion(t, x), (len(x), len(noise.dW), x.shape[1]))
+        return np.asarray(x + h * self.ito.drift(t, x) + np.einsum("dlp,lp->dp", B, noise.dW))
