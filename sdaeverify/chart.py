@@ -18,8 +18,8 @@ class Line:
     Attributes
     ----------
     centre, scale : float
-        About where its law is and how wide, in its own unit: functions of it are expanded in Hermite polynomials of
-        (y - centre)/scale.
+        Mean and standard deviation of its law, roughly and in its own unit, where the law is widest: functions of it
+        are expanded in Hermite polynomials of (y - centre)/scale, up to some ten scales from the centre.
     """
 
     centre: float
@@ -35,9 +35,10 @@ class Chart:
     axes : tuple of Angle and Line
     embed : callable, ndarray of shape (k, P) -> ndarray of shape (d, P)
         The state of given coordinates: the rows of the problem's components, in the order of `ito`'s names; pure
-        outputs, on which no coefficient depends, at 0.
+        outputs, on which no coefficient depends, at 0. Analytic, so that complex steps can be made.
     read : callable, ndarray of shape (d, P) -> ndarray of shape (k, P)
-        The coordinates of a state.
+        The coordinates of a state, with embed(read(x)) = x on all rows but pure outputs: an angle that is a component
+        itself is not wrapped.
     """
 
     axes: tuple[Angle | Line, ...]

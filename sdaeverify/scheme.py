@@ -111,6 +111,10 @@ class Scheme:
     law : Law
         Of the ``dW`` it is given: Brownian increments, or bounded variables coupled to them.
     claims : tuple of Claim
+    sharp_locally : bool
+        Whether its global strong order shows in one step. It does not where the errors of single steps are taken
+        back later: effective order, processing, a projection that resets the defect. A low local order then
+        decides nothing.
     source : str
     """
 
@@ -119,6 +123,7 @@ class Scheme:
     noise: ClassVar[frozenset[str]] = frozenset({"dW"})
     law: ClassVar[Law] = GAUSSIAN
     claims: ClassVar[tuple[Claim, ...]] = ()
+    sharp_locally: ClassVar[bool] = True
     source: ClassVar[str] = ""
 
     @property

@@ -23,7 +23,7 @@ from .labels import (
 )
 from .scheme import Claim, Scheme
 
-CLASS_VARIABLES = ("name", "form", "noise", "law", "claims", "source")
+CLASS_VARIABLES = ("name", "form", "noise", "law", "claims", "sharp_locally", "source")
 NAME = re.compile(r"[a-z0-9][a-z0-9.-]*")
 
 

@@ -1,10 +1,10 @@
-"""Projection of a position onto the constraint along the normals of another one."""
+"""Projection of a point onto the constraint along normals taken elsewhere."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from sdaeverify import Array, HolonomicSDAE, Mask
+from sdaeverify import SDE, Array, HolonomicSDAE, Mask
 from sdaeverify.numerics import apply_transposed, determinant, newton, norm, product_transposed
 
 # Newton's last update moves the position by less than this part of it, so that its error is rounding: the square.
@@ -37,15 +37,16 @@ class Projected(NamedTuple):
     iterations: Array
 
 
-def onto_constraint(problem: HolonomicSDAE, y: Array, normals: Array) -> Projected:
+def onto_constraint(problem: HolonomicSDAE | SDE, y: Array, normals: Array) -> Projected:
     """Solve g(y + N^T kappa) = 0 for the root nearest kappa = 0.
 
     Parameters
     ----------
-    problem : HolonomicSDAE
+    problem : HolonomicSDAE or SDE
+        With a constraint g.
     y : ndarray, shape (n, P)
     normals : ndarray, shape (m, n, P)
-        N, the rows of Dg(r_0) M^{-1} at the other position r_0.
+        N, the rows of Dg(r_0) M^{-1} at another position r_0, or at y.
 
     Returns
     -------

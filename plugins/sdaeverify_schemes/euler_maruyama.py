@@ -1,4 +1,4 @@
-"""Explicit Euler schemes for SDEs: Euler-Maruyama and its drift-truncated variant."""
+"""Explicit Euler schemes for SDEs: Euler-Maruyama and its drift-truncated and tamed variants."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -8,16 +8,7 @@ import numpy as np
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
 from sdaeverify.numerics import apply, norm
 
-ORDERS = (
-    Claim(measure="strong", value=0.5, source="Kloeden & Platen 1992, Theorem 10.2.2"),
-    Claim(
-        measure="strong",
-        value=1.0,
-        when=frozenset({"vanishing-milstein-term"}),
-        source="Kloeden & Platen 1992, section 10.3: equal to Milstein's scheme",
-    ),
-    Claim(measure="drift", value=1.0, source="Lindner & Stroot 2017, Remark 3.3: no projection; order measured"),
-)
+from ._euler_orders import ORDERS
 
 
 @dataclass(frozen=True)
@@ -26,7 +17,16 @@ class EulerMaruyama(Scheme):
 
     name: ClassVar[str] = "euler-maruyama"
     form: ClassVar[type[SDE]] = SDE
-    claims: ClassVar[tuple[Claim, ...]] = ORDERS
+    claims: ClassVar[tuple[Claim, ...]] = (
+        *ORDERS,
+        Claim(
+            measure="invariant",
+            value=1.0,
+            when=frozenset({"unconstrained"}),
+            source="Talay & Tubaro 1990, for ergodic problems",
+        ),
+        Claim(measure="stability", value="conditional", source="Higham 2000, with theta = 0"),
+    )
     source: ClassVar[str] = "Maruyama 1955; Kloeden & Platen 1992, (10.2.4)"
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
@@ -56,7 +56,26 @@ class DriftTruncatedEuler(Scheme):
         return Step(x + eta * h * f + apply(problem.diffusion(t, x), noise.dW), truncated=length > 1.0)
 
 
+@dataclass(frozen=True)
+class TamedEuler(Scheme):
+    """x+ = x + h f(t, x) / (1 + h |f(t, x)|) + B(t, x) dW.
+
+    Every step is changed, by O(h^2) at a given state: no step is marked as truncated.
+    """
+
+    name: ClassVar[str] = "tamed-euler"
+    form: ClassVar[type[SDE]] = SDE
+    claims: ClassVar[tuple[Claim, ...]] = ORDERS
+    source: ClassVar[str] = "Hutzenthaler, Jentzen & Kloeden 2012"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (d, P)."""
+        x = state
+        f = np.broadcast_to(problem.drift(t, x), x.shape)
+        return Step(x + h * f / (1.0 + h * norm(f)) + apply(problem.diffusion(t, x), noise.dW))
+
+
 @hookimpl
 def sdaeverify_schemes() -> list[Scheme]:
-    """Register both schemes."""
-    return [EulerMaruyama(), DriftTruncatedEuler()]
+    """Register the schemes."""
+    return [EulerMaruyama(), DriftTruncatedEuler(), TamedEuler()]

@@ -46,6 +46,8 @@ class HalfExplicitEuler(Scheme):
             when=frozenset({"vanishing-milstein-term"}),
             source="measured; Theorem 4.1 gives convergence without rate",
         ),
+        Claim(measure="weak", value=1.0, source="measured"),
+        Claim(measure="invariant", value=1.0, source="measured"),
         Claim(measure="drift", value="round-off", source="Lindner & Stroot 2017, (3.10)"),
     )
     source: ClassVar[str] = "Lindner & Stroot 2017, (3.10)-(3.11)"

@@ -20,7 +20,9 @@ class Milstein(Scheme):
     form: ClassVar[type[SDE]] = SDE
     claims: ClassVar[tuple[Claim, ...]] = (
         Claim(measure="strong", value=1.0, source="Kloeden & Platen 1992, Theorem 10.3.5"),
-        Claim(measure="drift", value=1.0, source="no projection; order measured"),
+        Claim(measure="weak", value=1.0, source="Kloeden & Platen 1992, section 14.1: Euler's weak order"),
+        Claim(measure="drift", value=1.0, source="no projection; at least the strong order, g being Lipschitz"),
+        Claim(measure="stability", value="conditional", source="measured; Higham 2000 treats Euler's scheme"),
     )
     source: ClassVar[str] = "Milstein 1974; Kloeden & Platen 1992, (10.3.1) and (10.3.12)"
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sdaeverify import Array, Increment, Parts, Pathwise
+from sdaeverify import Angle, Array, Chart, Increment, Line, Parts, Pathwise
 
 # C_g of Lindner & Stroot (2.7) on the eps-neighbourhood of the circle is 1/(1 - eps)^2 for any eps in (0, 1).
 EPS = 0.01
@@ -37,6 +37,23 @@ def normal(theta: Array | float) -> Array:
 def tangent(theta: Array | float) -> Array:
     """Return t, shape (2, P)."""
     return np.stack([np.cos(theta), np.sin(theta)])
+
+
+def rotated(x: Array) -> Array:
+    """Return J x, shape (2, P), for J = [[0, -1], [1, 0]]."""
+    return np.stack([-x[1], x[0]])
+
+
+def chart(centre: float, scale: float) -> Chart:
+    """Return the coordinates theta and omega, with centre and scale of the law of omega."""
+
+    def embed(z: Array) -> Array:
+        return np.concatenate([normal(z[0]), z[1] * tangent(z[0]), 0.0 * z[:1]])
+
+    def read(x: Array) -> Array:
+        return np.stack([np.arctan2(x[0], -x[1]), x[0] * x[3] - x[1] * x[2]])
+
+    return Chart(axes=(Angle(), Line(centre, scale)), embed=embed, read=read)
 
 
 def start(theta_0: float, omega_0: float) -> dict[str, Array]:

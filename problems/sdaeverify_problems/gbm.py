@@ -1,8 +1,12 @@
-"""Geometric Brownian motion."""
+"""Geometric Brownian motion: growing, with heavy tails, and stable as the linear test equation."""
 
 import numpy as np
 
 from sdaeverify import SDE, Array, Increment, MeanSquareStability, Moment, Pathwise, hookimpl
+
+from . import _controls as controls
+
+SOURCE = "Kloeden & Platen 1992, (4.4.6)"
 
 
 def gbm(a: float = 0.5, b: float = 0.6, x_0: float = 1.0, horizon: float = 1.0) -> SDE:
@@ -23,12 +27,12 @@ def gbm(a: float = 0.5, b: float = 0.6, x_0: float = 1.0, horizon: float = 1.0) 
     ------
     Kloeden & Platen (1992), section 4.4, (4.6).
     """
-    source = "Kloeden & Platen 1992, (4.4.6)"
 
     def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
         return x * np.exp((a - 0.5 * b * b) * h + b * noise.dW)
 
     return SDE(
+        controls=controls.SCALAR,
         drift=lambda t, x: a * x,
         diffusion=lambda t, x: b * x[:, None],
         diffusion_derivative=lambda t, x, y: b * y[:, None],
@@ -37,24 +41,71 @@ def gbm(a: float = 0.5, b: float = 0.6, x_0: float = 1.0, horizon: float = 1.0) 
         horizon=horizon,
         traits=frozenset({"diagonal-noise"}),
         noise=frozenset({"dW"}),
-        observables={"x": lambda t, s: s["x"][0], "x^2": lambda t, s: s["x"][0] ** 2},
+        observables={
+            "x": lambda t, s: s["x"][0],
+            "x^2": lambda t, s: s["x"][0] ** 2,
+            "x^3": lambda t, s: s["x"][0] ** 3,
+        },
         truths=(
             Pathwise(
                 start=lambda paths: np.full((1, paths), x_0),
                 advance=advance,
                 parts=lambda t, x: {"x": x},
-                source=source,
+                source=SOURCE,
             ),
-            Moment(observable="x", value=lambda t: x_0 * np.exp(a * t), source=source),
-            Moment(observable="x^2", value=lambda t: x_0**2 * np.exp((2 * a + b * b) * t), source=source),
-            MeanSquareStability(stable=2 * a + b * b < 0, source=source),
+            *(power(name, n, x_0, a, b) for n, name in enumerate(("x", "x^2", "x^3"), start=1)),
+            MeanSquareStability(stable=2 * a + b * b < 0, source=SOURCE),
         ),
         units="x dimensionless, time in the unit of 1/a",
-        source=source,
+        source=SOURCE,
     )
+
+
+def gbm_heavy(x_0: float = 1.0, horizon: float = 1.0) -> SDE:
+    """Geometric growth with heavy tails: dx = 2 x dt + x dW.
+
+    Parameters
+    ----------
+    x_0 : float
+        Initial value.
+    horizon : float
+        Final time, in the unit of half the growth time.
+
+    Source
+    ------
+    Kloeden & Platen (1992), section 4.4, (4.6).
+    """
+    return gbm(2.0, 1.0, x_0, horizon)
+
+
+def linear_test(a: float = -2.0, b: float = 1.0, x_0: float = 1.0, horizon: float = 1.0) -> SDE:
+    """Linear test equation of mean-square stability: dx = a x dt + b x dW, stable exactly if 2a + b^2 < 0.
+
+    Parameters
+    ----------
+    a : float
+        Rate, unit 1/time.
+    b : float
+        Volatility, unit 1/sqrt(time).
+    x_0 : float
+        Initial value.
+    horizon : float
+        Final time.
+
+    Source
+    ------
+    Higham (2000); Saito & Mitsui (1996).
+    """
+    return gbm(a, b, x_0, horizon)
+
+
+def power(name: str, n: int, x_0: float, a: float, b: float) -> Moment:
+    """Return E x^n = x_0^n exp([n a + n (n - 1) b^2/2] t)."""
+    rate = n * a + 0.5 * n * (n - 1) * b * b
+    return Moment(observable=name, value=lambda t: x_0**n * np.exp(rate * t), source=SOURCE)
 
 
 @hookimpl
 def sdaeverify_problems() -> list[object]:
-    """Register the problem."""
-    return [gbm]
+    """Register the problems."""
+    return [gbm, gbm_heavy, linear_test]

@@ -2,7 +2,20 @@
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Increment, MeanSquareStability, Moment, ParameterError, Pathwise, hookimpl
+from sdaeverify import (
+    SDE,
+    Array,
+    Chart,
+    Increment,
+    Line,
+    MeanSquareStability,
+    ParameterError,
+    Pathwise,
+    hookimpl,
+)
+
+from . import _controls as controls
+from . import _normal_law as normal
 
 
 def ou(a: float = 1.0, sigma: float = 0.7, x_0: float = 1.0, horizon: float = 1.0) -> SDE:
@@ -27,8 +40,10 @@ def ou(a: float = 1.0, sigma: float = 0.7, x_0: float = 1.0, horizon: float = 1.
         raise ParameterError("a must not be zero: the process would be Brownian motion")
     source = "Kloeden & Platen 1992, (4.4.2)"
 
-    def variance(t: float) -> float:
-        return -(sigma**2) * np.expm1(-2 * a * t) / (2 * a)
+    def law(t: float) -> tuple[float, float]:
+        return x_0 * np.exp(-a * t), -(sigma**2) * np.expm1(-2 * a * t) / (2 * a)
+
+    settles, width = a > 0.0 and sigma != 0.0, abs(sigma) / np.sqrt(2 * abs(a))
 
     def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
         alpha, beta, rest = exponential_integral(a * h)
@@ -36,6 +51,7 @@ def ou(a: float = 1.0, sigma: float = 0.7, x_0: float = 1.0, horizon: float = 1.
         return np.exp(-a * h) * x + sigma * integral
 
     return SDE(
+        controls=controls.STATIONARY,
         drift=lambda t, x: -a * x,
         diffusion=lambda t, x: np.full((1, 1, 1), sigma),
         diffusion_derivative=lambda t, x, y: np.zeros((1, 1, 1)),
@@ -43,7 +59,7 @@ def ou(a: float = 1.0, sigma: float = 0.7, x_0: float = 1.0, horizon: float = 1.
         noise_dim=1,
         horizon=horizon,
         traits=frozenset({"additive-noise", "diagonal-noise"}),
-        observables={"x": lambda t, s: s["x"][0], "x^2": lambda t, s: s["x"][0] ** 2},
+        observables=normal.OBSERVABLES,
         truths=(
             Pathwise(
                 start=lambda paths: np.full((1, paths), x_0),
@@ -52,14 +68,12 @@ def ou(a: float = 1.0, sigma: float = 0.7, x_0: float = 1.0, horizon: float = 1.
                 extra_normals=1,
                 source=source,
             ),
-            Moment(observable="x", value=lambda t: x_0 * np.exp(-a * t), source=source),
-            Moment(
-                observable="x^2",
-                value=lambda t: x_0**2 * np.exp(-2 * a * t) + variance(t),
-                source=source,
-            ),
+            *normal.moments(law, source),
+            *(normal.limits(width**2, source) if settles else ()),
             MeanSquareStability(stable=a > 0.0 and sigma == 0.0, source="limit sigma^2/(2a) of the variance"),
         ),
+        chart=Chart(axes=(Line(0.0, width),), embed=lambda z: z, read=lambda x: x) if settles else None,
+        relaxation=1.0 / a if settles else np.inf,
         units="x in units of its choice, time in the unit of 1/a",
         source=source,
     )

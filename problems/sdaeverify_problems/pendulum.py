@@ -5,7 +5,9 @@ import numpy as np
 from sdaeverify import Array, HolonomicSDAE, Increment, Moment, hookimpl
 
 from . import _circle as circle
+from . import _controls as controls
 from ._free_moments import free_moments
+from ._rotor import Rotor
 
 SHEET = "Lindner & Stroot 2017, section 5.1"
 
@@ -32,9 +34,10 @@ def pendulum(c_g: float = 1.0, theta_0: float = 0.5, omega_0: float = 0.5, horiz
     ------
     Lindner & Stroot (2017), section 5.1, (5.77).
     """
+    rotor = Rotor(c_g, 0.0, 1.0)
 
     def advance(z: Array, t: float, h: float, noise: Increment) -> Array:
-        return order_three_halves(c_g, z, h, noise)
+        return rotor.on_the_circle(z, h, noise)
 
     def energy(t: float, s: dict[str, Array]) -> Array:
         return 0.5 * (s["v"] ** 2).sum(axis=0) + c_g * s["r"][1]
@@ -43,6 +46,7 @@ def pendulum(c_g: float = 1.0, theta_0: float = 0.5, omega_0: float = 0.5, horiz
     balance = Moment(observable="energy", value=lambda t: H_0 + 0.5 * t, source="Ito's formula for the energy")
     pathwise = circle.angle_truth(theta_0, omega_0, advance, "order 3/2 Ito-Taylor step of the angle form")
     return HolonomicSDAE(
+        controls=controls.VANISHING,
         force=lambda t, r, v: np.array([[0.0], [-c_g]]),
         diffusion=lambda t, r, v: np.eye(2)[..., None],
         constraint=circle.constraint,
@@ -55,33 +59,10 @@ def pendulum(c_g: float = 1.0, theta_0: float = 0.5, omega_0: float = 0.5, horiz
         traits=frozenset({"additive-noise"}),
         observables={**circle.OBSERVABLES, "energy": energy},
         truths=(pathwise, balance, *(free_moments(theta_0, omega_0, 1.0) if c_g == 0.0 else ())),
+        # Without gravity, omega - omega_0 is Brownian motion.
+        chart=circle.chart(omega_0, np.sqrt(horizon)),
         units="length of the pendulum 1, time so that the noise has unit strength",
         source=SHEET,
-    )
-
-
-def order_three_halves(c_g: float, z: Array, h: float, noise: Increment) -> Array:
-    """Make one Ito-Taylor step of strong order 3/2 of (theta, omega, mu), shape (3, P).
-
-    With I = int (w - w_n) ds, J = h dw - I and a = -c_g sin(theta).
-    """
-    theta, omega, mu = z
-    r, t = circle.normal(theta), circle.tangent(theta)
-    I = noise.time_integral(h)
-    J = h * noise.dW - I
-    a, b = -c_g * np.sin(theta), c_g * np.cos(theta)
-    rJ, tJ, tI = (r * J).sum(axis=0), (t * J).sum(axis=0), (t * I).sum(axis=0)
-    return np.stack(
-        [
-            theta + omega * h + 0.5 * a * h**2 + tI,
-            omega + a * h + (t * noise.dW).sum(axis=0) - omega * rJ - 0.5 * h**2 * omega * b,
-            mu
-            + (b + omega**2) * h
-            + (r * noise.dW).sum(axis=0)
-            + omega * tJ
-            + 2.0 * omega * tI
-            + 0.5 * h**2 * (1.0 + 3.0 * omega * a),
-        ]
     )
 
 

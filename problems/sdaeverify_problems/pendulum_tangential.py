@@ -5,6 +5,7 @@ import numpy as np
 from sdaeverify import Array, HolonomicSDAE, Increment, Moment, hookimpl
 
 from . import _circle as circle
+from . import _controls as controls
 from ._free_moments import free_moments
 
 
@@ -43,6 +44,7 @@ def pendulum_tangential(theta_0: float = 0.5, omega_0: float = 0.5, horizon: flo
     )
     truth = circle.angle_truth(theta_0, omega_0, advance, "exact for r and v, order 3/2 for mu")
     return HolonomicSDAE(
+        controls=(*controls.VANISHING, controls.SCALAR[-1]),
         force=lambda t, r, v: np.zeros((2, 1)),
         diffusion=lambda t, r, v: np.stack([-r[1], r[0]])[:, None],
         constraint=circle.constraint,
@@ -55,6 +57,8 @@ def pendulum_tangential(theta_0: float = 0.5, omega_0: float = 0.5, horizon: flo
         traits=frozenset({"vanishing-milstein-term"}),
         observables={**circle.OBSERVABLES, "energy": lambda t, s: 0.5 * (s["v"] ** 2).sum(axis=0)},
         truths=(truth, energy, *free_moments(theta_0, omega_0, 0.0)),
+        # omega - omega_0 is Brownian motion.
+        chart=circle.chart(omega_0, np.sqrt(horizon)),
         units="length of the pendulum 1, time so that the noise has unit strength",
         source="Lindner & Stroot 2017, section 5.1, B(r) = J r",
     )

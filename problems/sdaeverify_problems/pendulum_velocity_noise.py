@@ -5,6 +5,7 @@ import numpy as np
 from sdaeverify import Array, HolonomicSDAE, Increment, MeanSquareStability, Moment, hookimpl
 
 from . import _circle as circle
+from . import _controls as controls
 
 
 def pendulum_velocity_noise(
@@ -54,6 +55,7 @@ def pendulum_velocity_noise(
         "mu": mean_mu,
     }
     return HolonomicSDAE(
+        controls=controls.SCALAR,
         force=lambda t, r, v: -gamma * v,
         diffusion=lambda t, r, v: sigma * v[:, None],
         constraint=circle.constraint,

@@ -11,6 +11,12 @@ Traits are facts a claim may ask for; the conformance tests check each of them b
 ``vanishing-milstein-term``
     DB_j(x) B_k(x) = 0 for all columns of the diffusion of the SDE (of the inherent SDE, for a constrained
     problem), so that Euler-Maruyama is Milstein's scheme.
+``normal-milstein-term``
+    DB_j(x) B_k(x) is orthogonal to the manifold g = 0 of an SDE's constraint, at points x of it, so that a
+    projection supplies what Euler-Maruyama lacks.
+``unconstrained``
+    No constraint was eliminated or left to the scheme (set by the form itself): what does not project cannot leave
+    a manifold in the long run.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,13 +28,23 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, Parts
 from ..chart import Chart
+from ..controls import Control
 from ..errors import ProblemError
 from ..numerics import matches_differences
 from ..truths import InvariantMean, Moment, Pathwise, Truth
 
 Observable = Callable[[float, Parts], Array]
 
-TRAITS = frozenset({"scalar-noise", "diagonal-noise", "additive-noise", "vanishing-milstein-term"})
+TRAITS = frozenset(
+    {
+        "scalar-noise",
+        "diagonal-noise",
+        "additive-noise",
+        "vanishing-milstein-term",
+        "normal-milstein-term",
+        "unconstrained",
+    }
+)
 NOISE = frozenset({"dW", "H"})
 PROBES = 3
 # Rounding alone leaves a few eps; a start further off the manifold is a mistake, not a rounding.
@@ -68,6 +84,8 @@ class Problem:
         to the problem, so that no scheme's paths depend on which other schemes take part.
     observables : mapping of str to callable, (t, parts) -> ndarray, shape (P,)
     truths : tuple of Truth
+    controls : tuple of Control
+        One for each order of a measure that may be gated on it.
     chart : Chart, optional
         One or two coordinates that all components but pure outputs are functions of.
     relaxation : float
@@ -85,6 +103,7 @@ class Problem:
     noise: frozenset[str] = NOISE
     observables: Mapping[str, Observable] = field(default_factory=dict)
     truths: tuple[Truth, ...] = ()
+    controls: tuple[Control, ...] = ()
     chart: Chart | None = None
     relaxation: float = np.inf
     seen_as: str = ""
@@ -106,6 +125,8 @@ class Problem:
         traits = frozenset(self.traits) | ({"scalar-noise"} if self.noise_dim == 1 else frozenset())
         if unknown := traits - TRAITS:
             raise ProblemError(f"unknown traits {sorted(unknown)}; known are {sorted(TRAITS)}")
+        if not (self.has_constraints or self.seen_as):
+            traits |= {"unconstrained"}
         return traits | {"vanishing-milstein-term"} if "additive-noise" in traits else traits
 
     @property

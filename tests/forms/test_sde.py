@@ -166,8 +166,8 @@ def test_constant_diffusions_may_have_one_column_of_paths():
     ],
 )
 def test_traits_that_follow_are_added(changes, traits):
-    """One motion is scalar noise; additive noise has no Milstein term."""
-    assert make(**changes).traits == traits
+    """One motion is scalar noise; additive noise has no Milstein term; without constraint nothing can be left."""
+    assert make(**changes).traits == traits | {"unconstrained"}
 
 
 def test_views_are_of_its_own_form_only():
@@ -208,3 +208,63 @@ def test_a_state_with_further_memory_is_not_split():
     """A bare array of another length is no state of the problem."""
     with pytest.raises(SchemeError, match="further memory"):
         make().parts(np.ones((3, 4)))
+
+
+def ellipse(x):
+    """Return x_1^2/4 + x_2^2 - 1, shape (1, P)."""
+    return (0.25 * x[0] ** 2 + x[1] ** 2 - 1.0)[None]
+
+
+def on_the_ellipse(**changes):
+    """Return a problem that starts on the ellipse and claims to stay there."""
+    return make(**{"constraint": ellipse, "start": [1.2, 0.8], **changes})
+
+
+def test_a_constraint_is_a_residual():
+    """Its defect is called g, and its scale is the size of Dg times that of the state."""
+    problem, x = on_the_ellipse(), np.array([[1.2, 2.0], [0.8, 1.0]])
+    value, scale = problem.residuals(problem.parts(x))["g"]
+    assert problem.has_constraints
+    assert np.abs(value - [[0.0, 1.0]]).max() <= 8 * EPS
+    expected = np.hypot(0.5 * x[0], 2.0 * x[1]) * np.hypot(*x)
+    assert np.abs(scale - expected).max() <= 16 * EPS * expected.max()
+
+
+def test_a_constraint_sees_the_components_in_their_order():
+    """Named components are put together again before g is taken."""
+    named = on_the_ellipse(names={"u": slice(0, 1), "w": slice(1, 2)})
+    (value, _) = named.residuals({"u": np.array([[2.0]]), "w": np.array([[0.5]])})["g"]
+    assert value.tolist() == [[0.25]]
+
+
+def test_the_jacobian_of_the_constraint_is_its_derivative():
+    """Dg is (x_1/2, 2 x_2) on every path, to rounding."""
+    x = np.array([[1.2, -3.0, 0.1], [0.8, 0.5, 2.0]])
+    assert np.abs(on_the_ellipse().dg(x) - np.stack([0.5 * x[0], 2.0 * x[1]])[None]).max() <= 8 * EPS
+
+
+def test_admissible_states_are_on_the_manifold_and_near():
+    """Points beside the manifold are moved onto it, those on it stay."""
+    problem = on_the_ellipse()
+    angle = np.linspace(0.0, 6.0, 9)
+    x = np.stack([2.0 * np.cos(angle), np.sin(angle)])
+    assert np.abs(ellipse(problem.admissible(1.1 * x))).max() <= 8 * EPS
+    assert np.abs(problem.admissible(1.1 * x) - x).max() <= 0.5
+    assert np.abs(problem.admissible(x) - x).max() <= 8 * EPS
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"start": [1.2, 0.9]}, "the initial state violates constraint = 0: constraint = [0.1"),
+        ({"constraint": lambda x: np.abs(x[:1]) - 1.2}, "constraint is not analytic"),
+        ({"constraint": lambda x: 0.0 * x[0]}, "constraint(x) returned shape (3,), expected (1, 3)"),
+        ({"constraint": lambda x: None}, "constraint(x) returned NoneType"),
+    ],
+)
+def test_impossible_constraints_are_refused_in_one_line(changes, message):
+    """A constraint is an analytic function of shape (m, P) that vanishes at the start."""
+    with pytest.raises(ProblemError) as caught:
+        on_the_ellipse(**changes)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)

@@ -13,6 +13,7 @@ from sdaeverify.noise import LevelNoise, Source, aggregate, brownian_steps
 from sdaeverify.statistics import Estimate, group_sums, jackknife, log_norms, slope_weights
 from sdaeverify_problems import _circle as circle
 from sdaeverify_problems import pendulum_velocity_noise as velocity_noise
+from sdaeverify_problems.damped_pendulum import damped_pendulum
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_problems.pendulum_tangential import pendulum_tangential
 
@@ -46,6 +47,16 @@ def gravity(c_g: float) -> Case:
     return Case(pendulum(c_g=c_g, horizon=HORIZON), drift, noise)
 
 
+def damped(gamma: float, kT: float) -> Case:
+    sigma, free = np.sqrt(2 * gamma * kT), gravity(1.0)
+
+    def drift(z: Array) -> Array:
+        return free.drift(z) - np.stack([0.0 * z[0], gamma * z[1], 0.0 * z[0]])
+
+    problem = damped_pendulum(gamma=gamma, kT=kT, horizon=HORIZON)
+    return Case(problem, drift, lambda z, dW: sigma * free.noise(z, dW))
+
+
 def tangential() -> Case:
     def drift(z: Array) -> Array:
         return np.stack([z[1], 0.0 * z[1], z[1] ** 2])
@@ -70,6 +81,7 @@ def proportional(sigma: float, gamma: float) -> Case:
 CASES: dict[str, Callable[[], Case]] = {
     "c_g=1": lambda: gravity(1.0),
     "c_g=0": lambda: gravity(0.0),
+    "damped": lambda: damped(1.0, 0.5),
     "tangential": tangential,
     "sigma=0.6": lambda: proportional(0.6, 0.0),
     "sigma=0.3,gamma=0.7": lambda: proportional(0.3, 0.7),
@@ -85,6 +97,12 @@ def without_turning_noise(z: Array, h: float, noise: Increment) -> Array:
 def without_square_of_tangential_noise(z: Array, h: float, noise: Increment) -> Array:
     """Return the term h^2/2 of mu."""
     return np.stack([0.0 * z[0], 0.0 * z[0], np.full_like(z[0], 0.5 * h**2)])
+
+
+def without_friction_of_noise(z: Array, h: float, noise: Increment) -> Array:
+    """Return the term -gamma sigma <t, I> of omega, gamma = sigma = 1."""
+    integral = (circle.tangent(z[0]) * noise.time_integral(h)).sum(axis=0)
+    return np.stack([0.0 * z[0], -integral, 0.0 * z[0]])
 
 
 def without_rest_of_square(z: Array, h: float, noise: Increment) -> Array:
@@ -104,6 +122,9 @@ PLANTED: dict[str, tuple[str, Callable[[Array, float, Increment], Array], tuple[
     "turning noise, c_g=0": ("c_g=0", without_turning_noise, ("omega",)),
     "square of noise, c_g=1": ("c_g=1", without_square_of_tangential_noise, ("mu",)),
     "square of noise, c_g=0": ("c_g=0", without_square_of_tangential_noise, ("mu",)),
+    "friction of noise": ("damped", without_friction_of_noise, ("omega",)),
+    "turning noise, damped": ("damped", without_turning_noise, ("omega",)),
+    "square of noise, damped": ("damped", without_square_of_tangential_noise, ("mu",)),
     "rest of the square": ("tangential", without_rest_of_square, ("mu",)),
     "square": ("sigma=0.6", without_square, ("theta", "mu")),
 }

@@ -1,0 +1,38 @@
+"""The balanced Euler scheme, whose implicitness depends on the noise: of order 1/2 only, even weakly."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
+from sdaeverify.numerics import apply
+
+
+@dataclass(frozen=True)
+class BalancedEuler(Scheme):
+    """x+ = x + h f(t, x) + B(t, x) dW + C (x - x+) with C = |dW_1| + ... + |dW_l|, solved for x+.
+
+    x+ = x + (h f + B dW)/(1 + C): the mean of the step lacks h f C, of size h^(3/2), and its variance as much.
+    """
+
+    name: ClassVar[str] = "balanced-euler"
+    form: ClassVar[type[SDE]] = SDE
+    claims: ClassVar[tuple[Claim, ...]] = (
+        Claim(measure="strong", value=0.5, source="Milstein, Platen & Schurz 1998"),
+        Claim(measure="weak", value=0.5, source="local weak order 3/2, from E |dW| of size h^(1/2)"),
+        Claim(measure="drift", value=0.5, source="no projection; at least the strong order"),
+    )
+    source: ClassVar[str] = "Milstein, Platen & Schurz 1998, with c_0 = 0 and c_j = Id"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (d, P)."""
+        x = state
+        change = h * problem.drift(t, x) + apply(problem.diffusion(t, x), noise.dW)
+        return Step(x + change / (1.0 + np.abs(noise.dW).sum(axis=0)))
+
+
+@hookimpl
+def sdaeverify_schemes() -> list[Scheme]:
+    """Register the scheme."""
+    return [BalancedEuler()]

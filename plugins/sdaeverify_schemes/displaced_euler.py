@@ -1,0 +1,32 @@
+"""A negative control: a scheme that is known not to converge to the solution."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from sdaeverify import SDE, Array, Increment, Scheme, Step, hookimpl
+from sdaeverify.numerics import apply
+
+
+@dataclass(frozen=True)
+class DisplacedEuler(Scheme):
+    """x+ = x + f(t, y) h + B(t, y) dW with y = 1.05 x + 0.05: Euler-Maruyama, coefficients taken beside the state.
+
+    It is right where they are constant. Elsewhere it converges with every sign of an order, towards the solution of
+    another equation. It claims nothing; problems name it as their negative control of the lowest order.
+    """
+
+    name: ClassVar[str] = "displaced-euler"
+    form: ClassVar[type[SDE]] = SDE
+    source: ClassVar[str] = "negative control"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (d, P)."""
+        x = state
+        y = 1.05 * x + 0.05
+        return Step(x + h * problem.drift(t, y) + apply(problem.diffusion(t, y), noise.dW))
+
+
+@hookimpl
+def sdaeverify_schemes() -> list[Scheme]:
+    """Register the control."""
+    return [DisplacedEuler()]

@@ -1,0 +1,90 @@
+"""Heun's schemes: for Stratonovich's integral, and for additive noise where it is of weak order 2."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
+from sdaeverify.numerics import apply
+
+from ._additive import not_additive
+
+COMMUTATIVE = ("scalar-noise", "diagonal-noise", "vanishing-milstein-term")
+RUEMELIN = "Ruemelin 1982, for commutative noise"
+LIPSCHITZ = "no projection; at least the strong order, g being Lipschitz near the solution"
+
+
+@dataclass(frozen=True)
+class Heun(Scheme):
+    """Heun's scheme with the Stratonovich drift F = f - (1/2) sum_j DB_j B_j of the Ito equation.
+
+    y  = x + h F(t, x) + B(t, x) dW,
+    x+ = x + (h/2) [F(t, x) + F(t + h, y)] + (1/2) [B(t, x) + B(t + h, y)] dW.
+    """
+
+    name: ClassVar[str] = "heun"
+    form: ClassVar[type[SDE]] = SDE
+    claims: ClassVar[tuple[Claim, ...]] = (
+        Claim(measure="strong", value=0.5, source="Ruemelin 1982"),
+        *(Claim(measure="strong", value=1.0, when=frozenset({trait}), source=RUEMELIN) for trait in COMMUTATIVE),
+        Claim(measure="weak", value=1.0, source="measured"),
+        Claim(measure="weak", value=2.0, when=frozenset({"additive-noise"}), source="the scheme heun-additive there"),
+        Claim(measure="drift", value=0.5, source=LIPSCHITZ),
+        *(Claim(measure="drift", value=1.0, when=frozenset({trait}), source=LIPSCHITZ) for trait in COMMUTATIVE),
+    )
+    source: ClassVar[str] = "Ruemelin 1982; Kloeden & Platen 1992, section 11.1"
+
+    def refuses(self, problem: SDE) -> str:
+        """Refuse diffusions whose derivative, and with it the Stratonovich drift, cannot be had."""
+        return problem.no_derivative_of_diffusion()
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (d, P)."""
+        x = state
+        F, B = stratonovich(problem, t, x)
+        G, C = stratonovich(problem, t + h, x + h * F + apply(B, noise.dW))
+        return Step(x + 0.5 * (h * (F + G) + apply(B, noise.dW) + apply(C, noise.dW)))
+
+
+@dataclass(frozen=True)
+class HeunAdditive(Scheme):
+    """x+ = x + (h/2) [f(t, x) + f(t + h, x + h f(t, x) + B dW)] + B dW for a constant B."""
+
+    name: ClassVar[str] = "heun-additive"
+    form: ClassVar[type[SDE]] = SDE
+    claims: ClassVar[tuple[Claim, ...]] = (
+        Claim(measure="strong", value=1.0, source="Kloeden & Platen 1992, section 10.3: Milstein's order"),
+        Claim(measure="weak", value=2.0, source="Kloeden & Platen 1992, (15.1.1) with constant b, any moments"),
+        Claim(
+            measure="invariant",
+            value=2.0,
+            when=frozenset({"unconstrained"}),
+            source="Talay 1990: the weak order, for ergodic problems",
+        ),
+    )
+    source: ClassVar[str] = "Kloeden & Platen 1992, (15.1.1) with constant b"
+
+    def refuses(self, problem: SDE) -> str:
+        """Refuse noise that is not declared additive."""
+        return not_additive(problem)
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (d, P)."""
+        x = state
+        f, kick = problem.drift(t, x), apply(problem.diffusion(t, x), noise.dW)
+        return Step(x + 0.5 * h * (f + problem.drift(t + h, x + h * f + kick)) + kick)
+
+
+def stratonovich(problem: SDE, t: float, x: Array) -> tuple[Array, Array]:
+    """Return F(t, x) = f - (1/2) sum_j DB_j B_j, shape (d, P), and B(t, x)."""
+    B = problem.diffusion(t, x)
+    columns = [np.broadcast_to(B[:, j], x.shape) for j in range(problem.noise_dim)]
+    turning = sum(problem.derivative_of_diffusion(t, x, b)[:, j] for j, b in enumerate(columns))
+    return problem.drift(t, x) - 0.5 * turning, B
+
+
+@hookimpl
+def sdaeverify_schemes() -> list[Scheme]:
+    """Register both schemes."""
+    return [Heun(), HeunAdditive()]

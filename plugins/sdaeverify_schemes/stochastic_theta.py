@@ -1,0 +1,90 @@
+"""The stochastic theta method: implicit in the drift, explicit in the noise."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import ClassVar
+
+import numpy as np
+
+from sdaeverify import SDE, Array, Claim, Increment, ParameterError, Scheme, Step, hookimpl
+from sdaeverify.numerics import Root, apply, is_analytic, jacobian, newton
+
+from ._euler_orders import ORDERS
+
+# Newton's last update is below this part of the state, so that its error is rounding: about the square.
+TOLERANCE = 1e-9
+LYAPUNOV = "Higham 2000; on systems dx = A x dt + ..., E |(Id - theta h A) x|^2 decreases in the equation's norm"
+
+TRAPEZOIDAL = Claim(
+    measure="weak",
+    value=2.0,
+    when=frozenset({"additive-noise"}),
+    source="measured; Kloeden & Platen 1992, section 15.4",
+)
+
+
+@dataclass(frozen=True)
+class StochasticTheta(Scheme):
+    """x+ = x + h [theta f(t + h, x+) + (1 - theta) f(t, x)] + B(t, x) dW.
+
+    x+ is the root that Newton's method reaches from the Euler-Maruyama step, with Df by complex step. A path on which
+    it fails keeps its state and is counted.
+
+    Attributes
+    ----------
+    theta : float
+        Between 0 (Euler-Maruyama) and 1 (drift-implicit Euler).
+    """
+
+    theta: float = 0.5
+
+    name: ClassVar[str] = "stochastic-theta"
+    form: ClassVar[type[SDE]] = SDE
+    claims: ClassVar[tuple[Claim, ...]] = ORDERS
+    source: ClassVar[str] = "Kloeden & Platen 1992, section 12.2; Higham 2000"
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.theta <= 1.0:
+            raise ParameterError(f"theta must be between 0 and 1, got {self.theta!r}")
+
+    @property
+    def promises(self) -> tuple[Claim, ...]:
+        """The orders, and mean-square stability at every step size from theta = 1/2 on."""
+        value = "A-stable" if self.theta >= 0.5 else "conditional"
+        second = (TRAPEZOIDAL,) if self.theta == 0.5 else ()
+        return (*self.claims, *second, Claim(measure="stability", value=value, source=LYAPUNOV))
+
+    def refuses(self, problem: SDE) -> str:
+        """Refuse drifts that complex steps cannot differentiate, unless theta is 0."""
+        if self.theta == 0.0 or is_analytic(lambda x: problem.drift(0.0, x), problem.initial(1)):
+            return ""
+        return "drift is not analytic (abs, real buffers?), so that Newton's method has no Jacobian"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (d, P)."""
+        x = state
+        f, kick = problem.drift(t, x), apply(problem.diffusion(t, x), noise.dW)
+        if self.theta == 0.0:
+            return Step(x + h * f + kick)
+        known = x + h * (1.0 - self.theta) * f + kick
+        root = implicit(partial(problem.drift, t + h), self.theta * h, known, x + h * f + kick)
+        new = np.where(root.converged, root.x, x)
+        return Step(new, failed=~root.converged, costs={"newton_iterations": root.iterations})
+
+
+def implicit(f: Callable[[Array], Array], s: float, known: Array, guess: Array) -> Root:
+    """Solve y = known + s f(y) from a guess, shapes (d, P)."""
+    unit = np.eye(len(known))[..., None]
+
+    def linearised(y: Array) -> tuple[Array, Array]:
+        return y - s * f(y) - known, unit - s * jacobian(f, y)
+
+    size = np.abs(guess).max(axis=0)
+    return newton(linearised, guess, TOLERANCE * np.where(size > 0.0, size, 1.0))
+
+
+@hookimpl
+def sdaeverify_schemes() -> list[Scheme]:
+    """Register the trapezoidal rule."""
+    return [StochasticTheta()]

@@ -1,0 +1,62 @@
+"""The ellipse x = 2 cos theta, y = sin theta by its arc length s, ds = l(theta) dtheta, l^2 = 1 + 3 sin^2 theta."""
+
+import numpy as np
+from scipy.special import ellipe, ellipeinc
+
+from sdaeverify import Array, Increment, Parts, Pathwise
+from sdaeverify.numerics import directional
+
+CIRCUMFERENCE = 4.0 * float(ellipe(-3.0))
+# l is between 1 and 2, and Newton's method for s(theta) = s is quadratic from where it starts, less than 0.2 away.
+NEWTON_STEPS = 6
+
+
+def speed(theta: Array) -> Array:
+    """Return l = ds/dtheta."""
+    return np.sqrt(1.0 + 3.0 * np.sin(theta) ** 2)
+
+
+def angle(s: Array) -> Array:
+    """Return theta(s), by Newton's method from the angle of a circle with the same circumference."""
+    theta = 2 * np.pi / CIRCUMFERENCE * s
+    for _ in range(NEWTON_STEPS):
+        theta = theta - (ellipeinc(theta, -3.0) - s) / speed(theta)
+    return theta
+
+
+def drift(theta: Array) -> Array:
+    """Return beta = -(1/2) d log l/ds = -(3/4) sin 2 theta/l^3, the drift of s that is reversible for ds/l."""
+    return -0.75 * np.sin(2 * theta) / speed(theta) ** 3
+
+
+def slope(theta: Array) -> Array:
+    """Return dbeta/ds = (-(3/2) cos 2 theta + (27/8) sin^2 2 theta/l^2)/l^4."""
+    square = speed(theta) ** 2
+    return (3.375 * np.sin(2 * theta) ** 2 / square - 1.5 * np.cos(2 * theta)) / square**2
+
+
+def taylor(s: Array, t: float, h: float, noise: Increment) -> Array:
+    """Make one Ito-Taylor step of strong order 3/2 of ds = beta dt + dW, shape (1, P)."""
+    theta = angle(s)
+    beta, first = drift(theta), slope(theta)
+    second = directional(slope, theta, np.ones_like(theta)) / speed(theta)
+    curved = 0.5 * h * h * (beta * first + 0.5 * second)
+    return s + beta * h + noise.dW + first * noise.time_integral(h) + curved
+
+
+def arc_truth(theta_0: float, fixman: float) -> Pathwise:
+    """Return the solution by arc length: Brownian motion, or with the drift of the measure delta(g)."""
+    s_0 = float(ellipeinc(theta_0, -3.0))
+
+    def parts(t: float, s: Array) -> Parts:
+        theta = angle(s)
+        return {"x": np.concatenate([2.0 * np.cos(theta), np.sin(theta)])}
+
+    def start(paths: int) -> Array:
+        return np.full((1, paths), s_0)
+
+    if fixman:
+        return Pathwise(start=start, advance=taylor, parts=parts, order=1.5, source="order 3/2 in the arc length")
+    return Pathwise(
+        start=start, advance=lambda s, t, h, noise: s + noise.dW, parts=parts, source="arc length s_0 + W"
+    )

@@ -1,0 +1,34 @@
+"""Which shipped schemes tell whether a problem discriminates, for each kind of noise."""
+
+from sdaeverify import Control
+
+
+def _control(measure: str, order: float, positive: str, negative: str) -> Control:
+    return Control(measure=measure, order=order, positive=positive, negative=negative)
+
+
+STRONG_HALF = _control("strong", 0.5, "euler-maruyama", "displaced-euler")
+WEAK_HALF = _control("weak", 0.5, "balanced-euler", "displaced-euler")
+WEAK_ONE = _control("weak", 1.0, "euler-maruyama", "balanced-euler")
+
+# Any noise: no shipped scheme has strong order 1.
+GENERAL = (STRONG_HALF, WEAK_HALF, WEAK_ONE)
+# One Brownian motion whose coefficient depends on the state.
+SCALAR = (
+    *GENERAL,
+    _control("strong", 1.0, "milstein", "euler-maruyama"),
+    _control("weak", 2.0, "platen-weak-2", "euler-maruyama"),
+)
+# DB_j B_k = 0, so that Euler-Maruyama has strong order 1.
+VANISHING = (*GENERAL, _control("strong", 1.0, "euler-maruyama", "balanced-euler"))
+ADDITIVE = (
+    *VANISHING,
+    _control("strong", 1.5, "sra1", "euler-maruyama"),
+    _control("weak", 2.0, "sra1", "euler-maruyama"),
+)
+# With an invariant law that every scheme finds without sampling.
+STATIONARY = (
+    *ADDITIVE,
+    _control("invariant", 1.0, "euler-maruyama", "displaced-euler"),
+    _control("invariant", 2.0, "sra1", "euler-maruyama"),
+)

@@ -1,0 +1,100 @@
+"""Overdamped motion in a double well."""
+
+import numpy as np
+from scipy.linalg import eigh_tridiagonal
+
+from sdaeverify import SDE, Array, Chart, Increment, InvariantMean, Line, ParameterError, Pathwise, hookimpl
+
+from . import _controls as controls
+
+OBSERVABLES = {
+    "x": lambda t, s: s["x"][0],
+    "x^2": lambda t, s: s["x"][0] ** 2,
+    "x^4": lambda t, s: s["x"][0] ** 4,
+    "cos x": lambda t, s: np.cos(s["x"][0]),
+}
+
+
+def double_well(sigma: float = 1.0, x_0: float = 0.5, horizon: float = 1.0) -> SDE:
+    """Motion in the potential V = x^4/4 - x^2/2: dx = (x - x^3) dt + sigma dW, invariant density ~ e^{-2 V/sigma^2}.
+
+    Parameters
+    ----------
+    sigma : float
+        Noise amplitude, unit x/sqrt(time), at least 0.3: below, the wells hardly mix.
+    x_0 : float
+        Initial value.
+    horizon : float
+        Final time, in the unit of the growth time at the hill.
+
+    Source
+    ------
+    Pavliotis (2014), Stochastic Processes and Applications, chapter 4.
+    """
+    if not sigma >= 0.3:
+        raise ParameterError(f"sigma must be at least 0.3, got {sigma!r}")
+
+    def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
+        """Make one Ito-Taylor step of strong order 3/2."""
+        f, slope = x - x**3, 1.0 - 3.0 * x * x
+        curved = 0.5 * h * h * (f * slope - 3.0 * sigma**2 * x)
+        return x + f * h + sigma * noise.dW + sigma * slope * noise.time_integral(h) + curved
+
+    means = invariant_means(sigma)
+    return SDE(
+        controls=controls.ADDITIVE,
+        drift=lambda t, x: x - x**3,
+        diffusion=lambda t, x: np.full((1, 1, 1), sigma),
+        diffusion_derivative=lambda t, x, y: np.zeros((1, 1, 1)),
+        start=[x_0],
+        noise_dim=1,
+        horizon=horizon,
+        traits=frozenset({"additive-noise", "diagonal-noise"}),
+        observables=OBSERVABLES,
+        truths=(
+            Pathwise(
+                start=lambda paths: np.full((1, paths), x_0),
+                advance=advance,
+                parts=lambda t, x: {"x": x},
+                order=1.5,
+                source="order 3/2 Ito-Taylor step",
+            ),
+            *(InvariantMean(observable=name, value=v, source="quadrature") for name, v in means.items()),
+        ),
+        # The law falls off faster than a normal one: half its width keeps the expansion near the wells.
+        chart=Chart(axes=(Line(0.0, 0.5 * means["x^2"] ** 0.5),), embed=lambda z: z, read=lambda x: x),
+        relaxation=relaxation(sigma),
+        units="wells at -1 and 1, time in the unit of the growth time at the hill",
+        source="Pavliotis 2014, chapter 4",
+    )
+
+
+def grid(sigma: float) -> Array:
+    """Return equidistant points out to where the invariant density is below e^{-40} of its largest value."""
+    end = np.sqrt(1.0 + sigma * np.sqrt(80.0))
+    return np.linspace(-end, end, 401)
+
+
+def invariant_means(sigma: float) -> dict[str, float]:
+    """Return the means of all observables by the trapezoidal rule, exact to rounding for a density like this."""
+    x = grid(sigma)
+    density = np.exp(-0.5 * ((x * x - 1.0) / sigma) ** 2)
+    return {name: float(density @ q(0.0, {"x": x[None]}) / density.sum()) for name, q in OBSERVABLES.items()}
+
+
+def relaxation(sigma: float) -> float:
+    """Return 1/lambda for the gap lambda of -(sigma^2/2) D^2 + (V'^2/sigma^2 - V'')/2.
+
+    It is similar to minus the generator. Central differences on the grid: lambda is right to about a thousandth.
+    """
+    x = grid(sigma)
+    hop = 0.5 * (sigma / (x[1] - x[0])) ** 2
+    well = 0.5 * ((x**3 - x) ** 2 / sigma**2 - (3.0 * x * x - 1.0))
+    lowest = eigh_tridiagonal(2.0 * hop + well, np.full(400, -hop), True, "i", (0, 1))
+    return float(1.0 / lowest[1])
+
+
+@hookimpl
+def sdaeverify_problems() -> list[object]:
+    """Register the problem."""
+    return [double_well]

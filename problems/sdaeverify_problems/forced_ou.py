@@ -1,0 +1,82 @@
+"""The Ornstein-Uhlenbeck process under a periodic force: the drift depends on time."""
+
+import numpy as np
+
+from sdaeverify import SDE, Array, Increment, ParameterError, Pathwise, hookimpl
+
+from . import _controls as controls
+from . import _normal_law as normal
+from .ou import exponential_integral
+
+
+def forced_ou(
+    a: float = 1.0, amplitude: float = 1.0, omega: float = 2.0, sigma: float = 0.7, horizon: float = 1.0
+) -> SDE:
+    """Ornstein-Uhlenbeck with a force: dx = (-a x + A cos(omega t)) dt + sigma dW, x(0) = 1.
+
+    With p(t) = A (a cos(omega t) + omega sin(omega t))/(a^2 + omega^2), exactly,
+
+        x(t) = p(t) + e^{-at} (x(0) - p(0)) + sigma int_0^t e^{-a(t-s)} dW(s).
+
+    Parameters
+    ----------
+    a : float
+        Rate, unit 1/time, positive.
+    amplitude : float
+        A, unit x/time.
+    omega : float
+        Frequency of the force, unit 1/time.
+    sigma : float
+        Noise amplitude, unit x/sqrt(time).
+    horizon : float
+        Final time.
+
+    Source
+    ------
+    Kloeden & Platen (1992), section 4.4, (4.2) with a force: variation of constants.
+    """
+    if not a > 0.0:
+        raise ParameterError(f"a must be positive, got {a!r}")
+    source = "variation of constants"
+
+    def forced(t: float) -> float:
+        return float(amplitude * (a * np.cos(omega * t) + omega * np.sin(omega * t)) / (a * a + omega * omega))
+
+    def law(t: float) -> tuple[float, float]:
+        variance = -(sigma**2) * np.expm1(-2 * a * t) / (2 * a)
+        return forced(t) + np.exp(-a * t) * (1.0 - forced(0.0)), variance
+
+    def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
+        alpha, beta, rest = exponential_integral(a * h)
+        integral = alpha * noise.dW + beta * noise.H + rest * np.sqrt(h) * noise.xi
+        return forced(t + h) + np.exp(-a * h) * (x - forced(t)) + sigma * integral
+
+    return SDE(
+        controls=controls.ADDITIVE,
+        drift=lambda t, x: amplitude * np.cos(omega * t) - a * x,
+        diffusion=lambda t, x: np.full((1, 1, 1), sigma),
+        diffusion_derivative=lambda t, x, y: np.zeros((1, 1, 1)),
+        start=[1.0],
+        noise_dim=1,
+        horizon=horizon,
+        traits=frozenset({"additive-noise", "diagonal-noise"}),
+        observables=normal.OBSERVABLES,
+        truths=(
+            Pathwise(
+                start=lambda paths: np.ones((1, paths)),
+                advance=advance,
+                parts=lambda t, x: {"x": x},
+                extra_normals=1,
+                source=source,
+            ),
+            *normal.moments(law, source),
+        ),
+        units="x in units of its choice, time in the unit of 1/a",
+        source="Kloeden & Platen 1992, section 4.4",
+    )
+
+
+@hookimpl
+def sdaeverify_problems() -> list[object]:
+    """Register the problem."""
+    return [forced_ou]

@@ -1,0 +1,81 @@
+"""A linear system in the plane with two noises that do not commute."""
+
+import numpy as np
+from scipy.linalg import expm
+
+from sdaeverify import SDE, Array, MeanSquareStability, Moment, hookimpl
+
+from . import _controls as controls
+
+A = np.array([[-1.0, 0.5], [-0.5, -1.0]])
+B_1 = np.array([[0.6, 0.0], [0.0, -0.3]])
+B_2 = np.array([[0.0, 0.4], [0.4, 0.0]])
+IDENTITY = np.eye(2)
+# Of E x x^T, read row by row.
+GENERATOR = np.kron(A, IDENTITY) + np.kron(IDENTITY, A) + np.kron(B_1, B_1) + np.kron(B_2, B_2)
+SOURCE = "linear equations of the first two moments, Arnold 1974, section 8.5"
+
+
+def noncommuting(x_1: float = 1.0, x_2: float = 0.5, horizon: float = 1.0) -> SDE:
+    """Linear system dx = A x dt + B_1 x dW_1 + B_2 x dW_2 with B_1 B_2 != B_2 B_1, W in R^2.
+
+    A = [[-1, 1/2], [-1/2, -1]], B_1 = diag(0.6, -0.3), B_2 = [[0, 0.4], [0.4, 0]].
+
+    Parameters
+    ----------
+    x_1 : float
+        Initial value of the first component.
+    x_2 : float
+        Initial value of the second component.
+    horizon : float
+        Final time, in the unit of the damping time.
+
+    Source
+    ------
+    Kloeden & Platen (1992), section 10.3, (3.13): the condition of commutativity, here violated.
+    """
+    start = np.array([x_1, x_2])
+
+    def first(row: int) -> Moment:
+        return Moment(observable=f"x_{row + 1}", value=lambda t: float((expm(A * t) @ start)[row]), source=SOURCE)
+
+    def second(row: int, column: int, name: str) -> Moment:
+        square = np.outer(start, start).ravel()
+        place = 2 * row + column
+        return Moment(observable=name, value=lambda t: float((expm(GENERATOR * t) @ square)[place]), source=SOURCE)
+
+    return SDE(
+        controls=controls.GENERAL,
+        drift=lambda t, x: A @ x,
+        diffusion=diffusion,
+        diffusion_derivative=lambda t, x, y: diffusion(t, y),
+        start=start,
+        noise_dim=2,
+        horizon=horizon,
+        noise=frozenset({"dW"}),
+        observables={
+            "x_1": lambda t, s: s["x"][0],
+            "x_2": lambda t, s: s["x"][1],
+            "x_1^2": lambda t, s: s["x"][0] ** 2,
+            "x_1 x_2": lambda t, s: s["x"][0] * s["x"][1],
+            "x_2^2": lambda t, s: s["x"][1] ** 2,
+        },
+        truths=(
+            *(first(row) for row in (0, 1)),
+            *(second(i, j, name) for i, j, name in ((0, 0, "x_1^2"), (0, 1, "x_1 x_2"), (1, 1, "x_2^2"))),
+            MeanSquareStability(stable=bool(np.linalg.eigvals(GENERATOR).real.max() < 0.0), source=SOURCE),
+        ),
+        units="x dimensionless, time in the unit of the damping time",
+        source="Kloeden & Platen 1992, section 10.3",
+    )
+
+
+def diffusion(t: float, x: Array) -> Array:
+    """Return the columns B_1 x and B_2 x, shape (2, 2, P)."""
+    return np.stack([B_1 @ x, B_2 @ x], axis=1)
+
+
+@hookimpl
+def sdaeverify_problems() -> list[object]:
+    """Register the problem."""
+    return [noncommuting]

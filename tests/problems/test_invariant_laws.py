@@ -1,0 +1,201 @@
+"""Invariant laws: nodes and weights of each law, the means it gives, and that the equation leaves it as it is.
+
+A law pi is invariant if the integral of L q vanishes for all smooth q, L being the generator of the Ito equation:
+that ties means, which come from quadrature, to drift and diffusion, which do not.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.special import iv
+
+from conformance.differences import SECOND_ERROR
+from problems.generator import generator, observed
+from sdaeverify.arrays import Array
+from sdaeverify.forms import Problem
+from sdaeverify.truths import InvariantMean
+from sdaeverify_problems.angle_pendulum import angle_pendulum
+from sdaeverify_problems.circle import circle
+from sdaeverify_problems.damped_pendulum import damped_pendulum
+from sdaeverify_problems.double_well import double_well
+from sdaeverify_problems.ellipse import ellipse
+from sdaeverify_problems.ou import ou
+from sdaeverify_problems.sphere import sphere
+
+TURN = 2 * np.pi * np.arange(128) / 128
+
+
+class Law(NamedTuple):
+    """Nodes and weights of a probability measure on states, shapes (d, P) and (P,)."""
+
+    x: Array
+    weights: Array
+
+
+def normalised(x: Array, weights: Array) -> Law:
+    return Law(x, weights / weights.sum())
+
+
+def on_a_curve(problem: Problem, density: Array) -> Law:
+    assert problem.chart is not None
+    return normalised(problem.chart.embed(TURN[None]), density)
+
+
+def on_the_sphere() -> Law:
+    z, w = np.polynomial.legendre.leggauss(20)
+    z, phi, w = (part.ravel() for part in np.broadcast_arrays(z[:, None], TURN[None], w[:, None]))
+    return normalised(np.stack([np.sqrt(1 - z**2) * np.cos(phi), np.sqrt(1 - z**2) * np.sin(phi), z]), w)
+
+
+def on_the_line(density: Callable[[Array], Array], end: float) -> Law:
+    x = np.linspace(-end, end, 801)
+    return normalised(x[None], density(x))
+
+
+def of_a_rotor(problem: Problem, c: float, kT: float) -> Law:
+    """Return the nodes for von Mises' law times a normal law, embedded in the problem's states."""
+    assert problem.chart is not None
+    nodes, weights = np.polynomial.hermite_e.hermegauss(16)
+    theta, omega = np.meshgrid(TURN, np.sqrt(kT) * nodes, indexing="ij")
+    density = np.exp(c / kT * np.cos(theta)) * weights
+    return normalised(problem.chart.embed(np.stack([theta.ravel(), omega.ravel()])), density.ravel())
+
+
+def arc(theta: Array) -> Array:
+    return np.hypot(2.0 * np.sin(theta), np.cos(theta))
+
+
+CASES: dict[str, Callable[[], tuple[Problem, Law]]] = {
+    "circle": lambda: (circle(), on_a_curve(circle(), np.ones(128))),
+    "sphere": lambda: (sphere(), on_the_sphere()),
+    "ellipse, arc": lambda: (ellipse(), on_a_curve(ellipse(), arc(TURN))),
+    "ellipse, delta": lambda: (ellipse("delta"), on_a_curve(ellipse("delta"), np.ones(128))),
+    "double well": lambda: (double_well(), on_the_line(lambda x: np.exp(x**2 - 0.5 * x**4), 4.0)),
+    "double well, cold": lambda: (double_well(0.5), on_the_line(lambda x: np.exp(4 * x**2 - 2 * x**4), 3.0)),
+    "ou": lambda: (ou(1.5, 0.6), on_the_line(lambda x: np.exp(-1.5 * x**2 / 0.36), 5.0)),
+    "angle pendulum": lambda: (angle_pendulum(), of_a_rotor(angle_pendulum(), 1.0, 0.49)),
+    "damped pendulum": lambda: (damped_pendulum(), of_a_rotor(damped_pendulum(), 1.0, 0.5)),
+    "damped rotor": lambda: (damped_pendulum(0.0), of_a_rotor(damped_pendulum(0.0), 0.0, 0.5)),
+}
+WRONG: dict[str, Callable[[], tuple[Problem, Law]]] = {
+    "arc length with the drift of delta(g)": lambda: (ellipse("delta"), CASES["ellipse, arc"]()[1]),
+    "delta(g) with the drift of arc length": lambda: (ellipse(), CASES["ellipse, delta"]()[1]),
+    "another temperature": lambda: (angle_pendulum(), of_a_rotor(angle_pendulum(), 1.0, 0.5)),
+    "another friction": lambda: (damped_pendulum(gamma=1.1), of_a_rotor(damped_pendulum(), 1.0, 0.55)),
+    "another noise": lambda: (double_well(1.02), CASES["double well"]()[1]),
+}
+
+
+def rates(problem: Problem, law: Law) -> Array:
+    """Return the integral of L q for each observable with a known mean, in units of the rounding error of L q."""
+    names = [truth.observable for truth in problem.truths if isinstance(truth, InvariantMean)]
+    found = []
+    for name in names:
+        image = generator(problem, observed(problem, name), law.x)
+        found.append(law.weights @ image / (SECOND_ERROR * (1.0 + law.weights @ np.abs(image))))
+    return np.abs(found)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_equation_leaves_its_invariant_law_alone(name: str) -> None:
+    """The generator's image of every observable has mean 0 under the law, to rounding of the differences."""
+    assert rates(*CASES[name]()).max() <= 1.0
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_another_law_is_noticed(name: str) -> None:
+    """A wrong density, drift, temperature or noise shows in the generator's means."""
+    assert rates(*WRONG[name]()).max() > 1e4
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_known_means_are_those_of_the_law(name: str) -> None:
+    """Each mean that a problem promises is the mean over the nodes of its law."""
+    problem, law = CASES[name]()
+    for truth in problem.truths:
+        if isinstance(truth, InvariantMean):
+            values = observed(problem, truth.observable)(law.x)
+            assert truth.value == pytest.approx(law.weights @ values, rel=1e-12, abs=1e-13), truth.observable
+
+
+def test_means_of_the_double_well_agree_with_adaptive_quadrature() -> None:
+    """E x^2 is the quotient of two integrals over the line."""
+
+    def density(x: float) -> float:
+        return float(np.exp(x**2 - 0.5 * x**4))
+
+    values = [quad(lambda x, n=n: x**n * density(x), -6, 6, epsabs=1e-14, epsrel=1e-13)[0] for n in (0, 2, 4)]
+    known = {t.observable: t.value for t in double_well().truths if isinstance(t, InvariantMean)}
+
+    assert known["x^2"] == pytest.approx(values[1] / values[0], rel=1e-11)
+    assert known["x^4"] == pytest.approx(values[2] / values[0], rel=1e-11)
+
+
+def test_means_of_the_pendulum_are_bessel_ratios() -> None:
+    """E r_2 = -I_1(k)/I_0(k) and E r_1^2 = I_1(k)/(k I_0(k)) with k = c_g/kT."""
+    known = {t.observable: t.value for t in damped_pendulum(1.2, 1.0, 0.4).truths if isinstance(t, InvariantMean)}
+    ratio = iv(1, 3.0) / iv(0, 3.0)
+
+    assert known["r_2"] == pytest.approx(-ratio, rel=1e-14)
+    assert known["r_1^2"] == pytest.approx(ratio / 3.0, rel=1e-13)
+    assert known["|v|^4"] == pytest.approx(3 * 0.16, rel=1e-14)
+
+
+def gap(problem: Problem, basis: Callable[[Array], Array], law: Law) -> float:
+    """Return the least positive eigenvalue of -L in a space of functions (k, P), by Galerkin's method under a law."""
+    count = len(basis(law.x[:, :1]))
+    images = np.stack([generator(problem, lambda x, k=k: basis(x)[k], law.x) for k in range(count)])
+    values = basis(law.x)
+    L = np.linalg.solve((values * law.weights) @ values.T, (values * law.weights) @ images.T)
+    eigenvalues = np.sort(-np.linalg.eigvals(L).real)
+    return float(eigenvalues[eigenvalues > 1e-6][0])
+
+
+def turns(x: Array) -> Array:
+    """Return trigonometric polynomials of the eccentric angle to degree 14."""
+    theta = np.arctan2(x[1], 0.5 * x[0])
+    k = np.arange(1, 15)[:, None]
+    return np.concatenate([np.ones((1, x.shape[1])), np.cos(k * theta), np.sin(k * theta)])
+
+
+def powers(x: Array) -> Array:
+    """Return Chebyshev polynomials to degree 24 on [-2.5, 2.5], where all but 1e-9 of the laws is."""
+    return np.polynomial.chebyshev.chebvander(x[0] / 2.5, 24).T
+
+
+@pytest.mark.parametrize("name", ["ellipse, arc", "ellipse, delta"])
+def test_relaxation_on_the_ellipse_is_the_gap_of_the_generator(name: str) -> None:
+    """The relaxation time is the reciprocal of the gap, to the resolution of the trigonometric polynomials."""
+    problem, law = CASES[name]()
+
+    assert problem.relaxation == pytest.approx(1.0 / gap(problem, turns, law), rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["double well", "double well, cold"])
+def test_relaxation_in_the_double_well_is_the_gap_of_the_generator(name: str) -> None:
+    """Central differences on the grid and Galerkin's method agree to the thousandth promised."""
+    problem, law = CASES[name]()
+
+    assert problem.relaxation == pytest.approx(1.0 / gap(problem, powers, law), rel=2e-3)
+
+
+def rotor_gap(c: float, gamma: float, kT: float) -> float:
+    """Return the gap of p d_q - c sin q d_p - gamma p d_p + gamma kT d_pp in functions e^{ikq} He_n(p/sqrt(kT))."""
+    k, n, s = np.arange(-4, 5), np.arange(9), np.sqrt(kT)
+    lower = np.diag(np.sqrt(n[1:]), 1)
+    sine = (np.eye(9, k=-1) - np.eye(9, k=1)) / 2j
+    L = np.kron(1j * np.diag(k), s * (lower + lower.T)) - np.kron(c * sine, lower / s)
+    eigenvalues = np.sort(-np.linalg.eigvals(L - gamma * np.kron(np.eye(9), np.diag(n))).real)
+    return float(eigenvalues[eigenvalues > 1e-6][0])
+
+
+@pytest.mark.parametrize("c", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("gamma", [0.3, 1.0, 5.0])
+def test_relaxation_of_the_rotor_is_estimated_to_its_size(c: float, gamma: float) -> None:
+    """The estimate is between 3/4 of and 3 times the reciprocal of the generator's gap."""
+    problem = angle_pendulum(c=c, gamma=gamma, sigma=np.sqrt(gamma))
+
+    assert 0.75 <= problem.relaxation * rotor_gap(c, gamma, 0.5) <= 3.0

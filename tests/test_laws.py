@@ -1,0 +1,57 @@
+"""Bounded variables share the first moments of the normal law and are coupled to it."""
+
+from math import erf, sqrt
+
+import numpy as np
+import pytest
+
+from sdaeverify import GAUSSIAN, THREE_POINT, TWO_POINT, Increment
+
+BOUNDED = pytest.mark.parametrize("law", [THREE_POINT, TWO_POINT], ids=lambda law: law.name)
+
+
+def cdf(x):
+    """Return the standard normal distribution function."""
+    return 0.5 * (1.0 + erf(x / sqrt(2.0)))
+
+
+@pytest.mark.parametrize(("law", "matched"), [(THREE_POINT, 5), (TWO_POINT, 3)], ids=["three-point", "two-point"])
+def test_moments_are_the_normal_ones_up_to_the_promised_degree(law, matched):
+    """E xi^k is 0, 1, 0, 3, 0 up to degree 5 of the three-point law and 3 of the two-point law, and no further."""
+    values, weights = np.array(law.values), np.array(law.weights)
+    normal = {1: 0.0, 2: 1.0, 3: 0.0, 4: 3.0, 5: 0.0, 6: 15.0}
+    moments = {k: weights @ values**k for k in normal}
+
+    for k in range(1, matched + 1):
+        assert moments[k] == pytest.approx(normal[k], abs=1e-15)
+    assert abs(moments[matched + 1] - normal[matched + 1]) > 1.0
+
+
+@BOUNDED
+def test_the_coupled_variable_takes_each_atom_with_its_probability(law):
+    """The quantile map sends intervals of the normal law of the right probability to the atoms."""
+    edges = np.linspace(-6.0, 6.0, 4801)
+    found = law.couple(0.5 * (edges[:-1] + edges[1:]))
+    mass = np.diff([cdf(x) for x in edges])
+
+    for value, weight in zip(law.values, law.weights, strict=True):
+        # The edge of an atom falls into one interval of the grid: half of its probability is the error.
+        assert mass[np.isclose(found, value)].sum() == pytest.approx(weight, abs=0.5 * mass.max() + 2e-9)
+
+
+@BOUNDED
+def test_increments_have_the_size_of_the_step(law):
+    """The increment is dW = sqrt(h) xi, and there is no H with a bounded law."""
+    noise = Increment(np.sqrt(0.25) * np.array([[-2.0, 0.1, 2.0]]), np.zeros((1, 3)))
+
+    bounded = law.increment(noise, 0.25)
+
+    assert bounded.dW == pytest.approx(0.5 * law.couple(np.array([[-2.0, 0.1, 2.0]])))
+    assert bounded.H is None
+
+
+def test_gaussian_increments_are_passed_on():
+    """The normal law changes nothing."""
+    noise = Increment(np.ones((1, 3)), np.ones((1, 3)))
+
+    assert GAUSSIAN.increment(noise, 0.1) is noise
