@@ -43,6 +43,9 @@ class OneStep:
         """Return why the map cannot be probed, or an empty string: all its memory must be set by `enter`."""
         if self.view.ito() is None:
             return f"a {type(self.view).__name__} offers no Ito equation to compare one step with"
+        rows = [row for part in self.names.values() for row in range(self.ito.dimension)[part]]
+        if sorted(rows) != list(range(self.ito.dimension)):
+            return "the named components leave out rows of the state, or have some twice"
         h = self.view.horizon / 64.0
         start, entered = self.scheme.start(self.view, 2, h), self.enter(self.ito.initial(2), 0.0, h)
         if type(start) is not type(entered) or flatten(start).shape != flatten(entered).shape:
@@ -60,7 +63,10 @@ class OneStep:
     def read(self, state: State) -> Array:
         """Return the comparable components of a state, shape (d, P)."""
         parts = self.scheme.parts(self.view, state)
-        return np.concatenate([parts[name] for name in self.names])
+        x = np.empty((self.ito.dimension, flatten(state).shape[-1]))
+        for name, rows in self.names.items():
+            x[rows] = parts[name]
+        return x
 
     def __call__(self, x: Array, t: float, h: float, noise: Increment) -> Array:
         """Return Phi(x, t, h, noise), shape (d, P)."""

@@ -1,23 +1,33 @@
 """The cloud of states at which a one-step map is probed."""
 
+from typing import Any
+
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Mask
 from ..forms import SDE, Problem
+from ..numerics import all_finite, norm
 from .nodes import SEED
 
 # Points of the cloud beside the initial state, in each of its two parts.
 PILOT, SCATTERED = 6, 6
 PILOT_H = 2.0**-6
-NEWTON_STEPS = 50
+FEWEST_STEPS, MOST_STEPS = 64, 256
+# A point this close to the manifold, in parts of the terms that cancel there, is on it.
+CLOSE = 1e-10
+SIZE = 1 + PILOT + SCATTERED
 
 
 def cloud(view: Problem, ito: SDE) -> Array:
     """Return the initial state, points of a pilot trajectory, and points scattered around them.
 
-    The pilot is Euler-Maruyama with h = 2^-6, at least 64 steps, at six times on six paths. The scattered points
-    are the pilot's, moved at random by as much as it has moved; on a constrained problem all are brought onto the
-    manifold, with velocities projected onto the tangent space.
+    The pilot is Euler-Maruyama with h = 2^-6 or, on a shorter horizon, 64 steps; it ends after 256 steps. It is kept
+    at six times on six paths. The scattered points are the pilot's, moved at random by as much as it has moved; on a
+    constrained problem all are brought onto the manifold, with velocities projected onto the tangent space. The
+    initial state takes the place of a point where that fails, or where drift or diffusion are not finite.
+
+    Where the drift of a step is larger than the state, it is cut down to its size: a stiff equation would carry the
+    pilot to states that no solution has.
 
     Parameters
     ----------
@@ -32,22 +42,39 @@ def cloud(view: Problem, ito: SDE) -> Array:
     """
     rng = np.random.Generator(np.random.Philox(key=SEED + 1))
     start = ito.initial(1)
-    pilot = _pilot(ito, rng)
-    spread = np.abs(pilot - start).max(axis=1, keepdims=True)
-    scattered = pilot + np.where(spread > 0.0, spread, 1.0) * rng.uniform(-1.0, 1.0, (len(start), SCATTERED))
-    moved = np.concatenate([pilot, scattered], axis=1)
-    return np.concatenate([start, view.admissible(moved) if view.has_constraints else moved], axis=1)
+    with np.errstate(all="ignore"):
+        pilot = _pilot(ito, rng)
+        spread = np.abs(pilot - start).max(axis=1, keepdims=True)
+        scattered = pilot + np.where(spread > 0.0, spread, 1.0) * rng.uniform(-1.0, 1.0, (len(start), SCATTERED))
+        points = np.concatenate([pilot, scattered], axis=1)
+        if view.has_constraints:
+            points = view.admissible(points)
+        return np.concatenate([start, np.where(_allowed(view, ito, points), points, start)], axis=1)
+
+
+def _allowed(view: Any, ito: SDE, points: Array) -> Mask:
+    f, B = ito.drift(0.0, points), ito.diffusion(0.0, points)
+    allowed = all_finite(points) & all_finite(f) & all_finite(B.reshape(-1, B.shape[-1]))
+    if view.has_constraints:
+        for value, scale in view.residuals(view.parts(view.state(points))).values():
+            allowed &= (np.abs(value) <= CLOSE * scale).all(axis=0)
+    return allowed
 
 
 def _pilot(ito: SDE, rng: np.random.Generator) -> Array:
-    steps = max(64, int(np.ceil(ito.horizon / PILOT_H)))
-    h, x = ito.horizon / steps, ito.initial(PILOT)
+    steps = int(np.clip(np.ceil(ito.horizon / PILOT_H), FEWEST_STEPS, MOST_STEPS))
+    h, x = min(ito.horizon / steps, PILOT_H), ito.initial(PILOT)
     kept = np.linspace(steps / PILOT, steps, PILOT).astype(int)
     points = np.empty_like(x)
     for step in range(steps):
         dW = np.sqrt(h) * rng.standard_normal((ito.noise_dim, PILOT))
         B = np.broadcast_to(ito.diffusion(step * h, x), (len(x), len(dW), PILOT))
-        x = x + h * ito.drift(step * h, x) + np.einsum("dlp,lp->dp", B, dW)
+        x = x + _cut(h * ito.drift(step * h, x), x) + np.einsum("dlp,lp->dp", B, dW)
         done = kept == step + 1
         points[:, done] = x[:, done]
-    return np.where(np.isfinite(points), points, ito.initial(PILOT))
+    return np.where(all_finite(points), points, ito.initial(PILOT))
+
+
+def _cut(change: Array, x: Array) -> Array:
+    size, length = norm(x), norm(np.broadcast_to(change, x.shape))
+    return np.where((size > 0.0) & (length > size), size / length, 1.0) * change

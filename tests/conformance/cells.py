@@ -16,6 +16,9 @@ from sdaeverify.truths import Moment
 
 # Parameters that switch truths or terms on which the defaults leave off.
 VARIANTS = {
+    "damped-pendulum": ({"c_g": "0.0"}, {"c_g": "0.0", "gamma": "0.3", "kT": "1.5"}),
+    "double-well": ({"sigma": "0.5"},),
+    "ellipse": ({"measure": "delta"},),
     "ou": ({"a": "-0.8"},),
     "pendulum": ({"c_g": "0.0"}, {"c_g": "0.0", "omega_0": "-1.5", "theta_0": "2.0"}),
     "pendulum-velocity-noise": ({"gamma": "0.7", "sigma": "0.3"}, {"gamma": "0.5", "sigma": "1.0"}),
@@ -61,6 +64,16 @@ def specs(registry: Registry) -> list[ProblemSpec]:
 def constrained(registry: Registry) -> list[ProblemSpec]:
     """Return the problems with constraints."""
     return [spec for spec in specs(registry) if isinstance(spec.build(), HolonomicSDAE)]
+
+
+def solved(registry: Registry) -> list[ProblemSpec]:
+    """Return the problems whose solution on a path is known."""
+    return [spec for spec in specs(registry) if spec.build().pathwise is not None]
+
+
+def charted(registry: Registry) -> list[ProblemSpec]:
+    """Return the problems with a chart."""
+    return [spec for spec in specs(registry) if spec.build().chart is not None]
 
 
 def cells(registry: Registry) -> Iterator[Cell]:

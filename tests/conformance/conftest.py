@@ -9,6 +9,8 @@ COLLECTIONS = {
     "scheme": cells.schemes,
     "spec": cells.specs,
     "constrained": cells.constrained,
+    "solved": cells.solved,
+    "charted": cells.charted,
     "cell": cells.cells,
     "promise": cells.promises,
     "trait": cells.declared,

@@ -12,6 +12,7 @@ from sdaeverify.arrays import Array
 from sdaeverify.forms import SDE, TRAITS, HolonomicSDAE, Problem
 from sdaeverify.numerics import directional, jacobian, second_directional
 from sdaeverify.specs import ProblemSpec
+from sdaeverify.truths import InvariantMean
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 
 PATHS = 12
@@ -68,6 +69,37 @@ def test_observables_are_numbers_on_each_path(spec: ProblemSpec, paths: int) -> 
         value = observable(0.0, parts)
         assert value.shape == (paths,)
         assert np.isfinite(value).all()
+
+
+def test_a_chart_reads_what_it_embeds(charted: ProblemSpec) -> None:
+    """Coordinates are read from the state they make, angles up to a turn, and states without outputs come back."""
+    problem = charted.build()
+    chart, ito = problem.chart, problem.ito()
+    z = np.random.default_rng(2).uniform(-2.5, 2.5, (len(chart.axes), PATHS))
+    x = chart.embed(z)
+
+    assert x.shape == (ito.dimension, PATHS)
+    assert_small(chart.read(x) - z, 16 * EPS, z)
+    assert_small(chart.embed(chart.read(x)) - x, 16 * EPS, x)
+    for value, scale in problem.residuals(problem.ito().parts(x)).values():
+        assert_small(value, 16 * EPS, scale)
+
+
+def test_a_chart_covers_the_initial_state(charted: ProblemSpec) -> None:
+    """The start is embedded again from the coordinates read from it."""
+    problem = charted.build()
+    x = problem.ito().initial(1)
+
+    assert_small(problem.chart.embed(problem.chart.read(x)) - x, 16 * EPS, x)
+
+
+def test_a_relaxation_time_is_given_where_an_invariant_law_is(spec: ProblemSpec) -> None:
+    """A problem knows invariant means exactly if it says how long it takes to forget its start."""
+    problem = spec.build()
+    known = any(isinstance(truth, InvariantMean) for truth in problem.truths)
+
+    assert known == np.isfinite(problem.relaxation)
+    assert problem.relaxation > 0.0
 
 
 def test_functions_are_the_same_on_one_path_and_on_many(spec: ProblemSpec) -> None:
@@ -157,8 +189,9 @@ def is_scalar(problem: Problem) -> None:
 def is_additive(problem: Problem) -> None:
     x = states(problem)
     count = len(x) // 2
-    arguments = (x[:count], x[count:]) if isinstance(problem, HolonomicSDAE) else (x,)
-    values = [problem.diffusion(t, *arguments) for t in TIMES]
+    own = isinstance(problem, HolonomicSDAE)
+    arguments, diffusion = ((x[:count], x[count:]), problem.diffusion) if own else ((x,), problem.view(SDE).diffusion)
+    values = [diffusion(t, *arguments) for t in TIMES]
     assert all(np.array_equal(B, np.broadcast_to(values[0][..., :1], B.shape)) for B in values)
 
 
@@ -182,11 +215,31 @@ def has_no_milstein_term(problem: Problem) -> None:
         assert_small(first(lambda z: view.diffusion(0.2, z), x, B[:, k]), FIRST_ERROR, B)
 
 
+def has_normal_milstein_term(problem: Problem) -> None:
+    assert problem.has_constraints
+    view = problem.view(SDE)
+    x = view.admissible(states(problem))
+    B = np.broadcast_to(view.diffusion(0.2, x), (len(x), view.noise_dim, PATHS))
+    for k in range(view.noise_dim):
+        change = first(lambda z: view.diffusion(0.2, z), x, B[:, k])
+        for p in range(PATHS):
+            gradients = view.dg(x)[..., p]
+            rest = change[..., p] - np.linalg.pinv(gradients) @ gradients @ change[..., p]
+            assert_small(rest, 4 * FIRST_ERROR, B)
+
+
+def has_no_constraint(problem: Problem) -> None:
+    assert not problem.has_constraints
+    assert not problem.residuals({})
+
+
 CHECKS: dict[str, Callable[[Problem], None]] = {
+    "unconstrained": has_no_constraint,
     "scalar-noise": is_scalar,
     "additive-noise": is_additive,
     "diagonal-noise": is_diagonal,
     "vanishing-milstein-term": has_no_milstein_term,
+    "normal-milstein-term": has_normal_milstein_term,
 }
 
 
@@ -201,6 +254,8 @@ def test_every_trait_has_its_check() -> None:
 
 
 def two_noises(diffusion: Callable[[float, Array], Array], trait: str) -> SDE:
+    on_circle = {"constraint": lambda x: ((x * x).sum(axis=0) - 5.0)[None]}
+    circle = on_circle if trait in {"normal-milstein-term", "unconstrained"} else {}
     return SDE(
         drift=lambda t, x: -x,
         diffusion=diffusion,
@@ -209,14 +264,20 @@ def two_noises(diffusion: Callable[[float, Array], Array], trait: str) -> SDE:
         horizon=1.0,
         source="planted",
         traits=frozenset({trait}),
+        **circle,
     )
 
 
 FALSE = {
+    "unconstrained, but on a circle": (lambda t, x: np.stack([x, x], axis=1), "unconstrained"),
     "additive, moves with time": (lambda t, x: (1.0 + t) * np.eye(2)[..., None], "additive-noise"),
     "additive, moves with the state": (lambda t, x: x * np.eye(2)[..., None], "additive-noise"),
     "diagonal, but full": (lambda t, x: np.stack([x, x], axis=1), "diagonal-noise"),
     "diagonal, but crossed": (lambda t, x: x[::-1] * np.eye(2)[..., None], "diagonal-noise"),
+    "normal, but faster on one side": (
+        lambda t, x: np.stack([x[1] * x[0], -x[0] * x[0]])[:, None] * np.ones((1, 2, 1)),
+        "normal-milstein-term",
+    ),
     "milstein, but diagonal": (lambda t, x: x * np.eye(2)[..., None], "vanishing-milstein-term"),
 }
 

@@ -24,9 +24,9 @@ def initial_parts(problem: Problem, paths: int = 1) -> Parts:
 
 def flow(problem: Problem, x: Array) -> tuple[Array, Array]:
     """Return drift and diffusion of all named components at time 0, with the multiplier's where there is one."""
-    if isinstance(problem, SDE):
-        return problem.drift(0.0, x), np.broadcast_to(problem.diffusion(0.0, x), (len(x), problem.noise_dim, 1))
-    assert isinstance(problem, HolonomicSDAE)
+    if not isinstance(problem, HolonomicSDAE):
+        view = problem.view(SDE)
+        return view.drift(0.0, x), np.broadcast_to(view.diffusion(0.0, x), (len(x), view.noise_dim, 1))
     n, view = problem.dimension, problem.view(SDE)
     r, v = x[:n], x[n : 2 * n]
     Dg = problem.dg(r)
@@ -97,9 +97,9 @@ def test_promised_moments_start_with_the_rate_of_the_generator(promise: Promise)
     )
 
 
-def test_a_solution_starts_at_the_initial_state(spec: ProblemSpec) -> None:
+def test_a_solution_starts_at_the_initial_state(solved: ProblemSpec) -> None:
     """The truth on a path knows components of the problem, and has them right at time 0."""
-    problem = spec.build()
+    problem = solved.build()
     assert problem.pathwise is not None
     known = problem.pathwise.parts(0.0, problem.pathwise.start(3))
     start = initial_parts(problem, 3)
@@ -112,9 +112,9 @@ def test_a_solution_starts_at_the_initial_state(spec: ProblemSpec) -> None:
 
 
 @pytest.mark.parametrize("paths", [1, 3])
-def test_a_solution_goes_on_as_it_began(spec: ProblemSpec, paths: int) -> None:
+def test_a_solution_goes_on_as_it_began(solved: ProblemSpec, paths: int) -> None:
     """A step of the truth keeps its shape and leaves its inputs alone."""
-    problem = spec.build()
+    problem = solved.build()
     truth, h = problem.pathwise, problem.horizon / 8
     assert truth is not None
     z, noise = truth.start(paths), draw(problem.noise_dim, paths, h)
@@ -128,9 +128,9 @@ def test_a_solution_goes_on_as_it_began(spec: ProblemSpec, paths: int) -> None:
     assert all(np.array_equal(a, b) for a, b in zip((z, noise.dW, noise.H), before, strict=True))
 
 
-def test_a_solution_stands_still_without_time_and_noise(spec: ProblemSpec) -> None:
+def test_a_solution_stands_still_without_time_and_noise(solved: ProblemSpec) -> None:
     """A step of no length changes nothing."""
-    problem = spec.build()
+    problem = solved.build()
     truth, none = problem.pathwise, np.zeros((problem.noise_dim, 1))
     assert truth is not None
     z = truth.start(1)

@@ -1,0 +1,151 @@
+"""Problems of each form with a solution in closed form that a scheme has no excuse to miss.
+
+Each is offered in a few variants, from full noise to a single column and to an equation with an invariant, because
+schemes refuse what they cannot treat.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import Array, Parts
+from ..forms import SDE, HolonomicSDAE, Langevin, Problem
+
+# Two columns, then one: full, diagonal, single.
+NOISES: tuple[Array, ...] = (
+    np.array([[0.7, -0.3], [0.2, 0.9]]),
+    np.diag([0.7, 0.9]),
+    np.array([[0.7], [0.2]]),
+)
+# For schemes that ask for an invariant: x_2 = 0.
+ALONG = np.array([[0.7, -0.3], [0.0, 0.0]])
+RATE = np.array([0.6, -0.4])
+SPEED, FRICTION = 0.5, 0.5
+SOURCE = "trivial problem of the conformance checks"
+
+
+class Trivial(NamedTuple):
+    """A problem and its solution.
+
+    Attributes
+    ----------
+    name : str
+        The equation, for messages.
+    problem : Problem
+    solution : callable, (float, ndarray of shape (l, P)) -> mapping of str to ndarray
+        The components that are known at time t, given the sum of all increments of W.
+    """
+
+    name: str
+    problem: Problem
+    solution: Callable[[float, Array], Parts]
+
+
+@cache
+def trivial_problems(form: type[Any]) -> tuple[tuple[Trivial, ...], ...]:
+    """Return the problems of a form, each with its variants; none for a form that nothing is known of."""
+    for known, problems in FORMS.items():
+        if issubclass(form, known):
+            return tuple(problems())
+    return ()
+
+
+def _sdes() -> list[tuple[Trivial, ...]]:
+    noises = (*NOISES, ALONG)
+    still, moving = [0.0 * S for S in noises], [RATE, RATE, RATE, RATE * [1.0, 0.0]]
+    return [
+        tuple(_sde("dx = 0", 0.0 * RATE, S, invariant=S is still[-1]) for S in still),
+        tuple(_sde("dx = c dt", c, S, invariant=S is still[-1]) for c, S in zip(moving, still, strict=True)),
+        tuple(_sde("dx = S dW", 0.0 * RATE, S, invariant=S is ALONG) for S in noises),
+    ]
+
+
+def _sde(name: str, c: Array, S: Array, *, invariant: bool) -> Trivial:
+    start, l = np.array([1.0, 0.0 if invariant else -0.5]), S.shape[1]
+    diagonal = l == 2 and not (S - np.diag(np.diag(S))).any()
+    problem = SDE(
+        drift=lambda _t, x: c[:, None] + 0.0 * x,
+        diffusion=lambda _t, x: S[..., None] + 0.0 * x[:1, None],
+        diffusion_derivative=lambda _t, x, _y: np.zeros((2, l, x.shape[1])),
+        constraint=(lambda x: x[1:]) if invariant else None,
+        start=start,
+        noise_dim=l,
+        horizon=1.0,
+        traits=frozenset({"additive-noise", "diagonal-noise"} if diagonal else {"additive-noise"}),
+        source=SOURCE,
+    )
+
+    def solution(t: float, W: Array) -> Parts:
+        return {"x": start[:, None] + t * c[:, None] + S @ W}
+
+    return Trivial(name, problem, solution)
+
+
+def _constrained() -> list[tuple[Trivial, ...]]:
+    still = [_on_a_line("r at rest on r_2 = 0", 0.0, 0.0 * RATE, 0.0 * S) for S in NOISES]
+    free = [_on_a_line("free motion on r_2 = 0", SPEED, 0.0 * RATE, 0.0 * S) for S in NOISES]
+    kicked = [_on_a_line("dv = c dt + S dW on r_2 = 0", SPEED, RATE, S, known=("v",)) for S in NOISES]
+    return [tuple(still), tuple(free), tuple(kicked)]
+
+
+def _on_a_line(name: str, speed: float, a: Array, S: Array, known: tuple[str, ...] = ("r", "v", "mu")) -> Trivial:
+    start = np.array([0.3, 0.0])
+    problem = HolonomicSDAE(
+        force=lambda _t, r, _v: a[:, None] + 0.0 * r,
+        diffusion=lambda _t, r, _v: S[..., None] + 0.0 * r[:1, None],
+        constraint=lambda r: r[1:],
+        jacobian=lambda r: np.array([[[0.0], [1.0]]]) + 0.0 * r[:1],
+        curvature=lambda _r, y, _z: 0.0 * y[1:],
+        constraint_bound=1.0,
+        position=start,
+        velocity=[speed, 0.0],
+        noise_dim=S.shape[1],
+        horizon=1.0,
+        traits=frozenset({"additive-noise"}),
+        source=SOURCE,
+    )
+    along = np.array([[1.0], [0.0]])
+
+    def solution(t: float, W: Array) -> Parts:
+        v = along * (speed + t * a[0] + S[:1] @ W)
+        parts = {"r": start[:, None] + t * v, "v": v, "mu": 0.0 * W[:1]}
+        return {key: parts[key] for key in known}
+
+    return Trivial(name, problem, solution)
+
+
+def _langevins() -> list[tuple[Trivial, ...]]:
+    still = _damped("q at rest", 0.0, 0.0, 0.0, ("q", "p"))
+    coasting = _damped("dp = -gamma p dt", SPEED, 0.0, 0.0, ("q", "p"))
+    kicked = _damped("dp = (c - gamma p) dt + sigma dW", SPEED, 0.4, 0.7, ("p",))
+    return [(still,), (coasting,), (kicked,)]
+
+
+def _damped(name: str, speed: float, force: float, sigma: float, known: tuple[str, ...]) -> Trivial:
+    along, start = np.array([[1.0], [-0.5]]), np.array([0.3, 0.8])
+    problem = Langevin(
+        force=lambda q: force * along + 0.0 * q,
+        friction=FRICTION,
+        strength=sigma,
+        position=start,
+        momentum=speed * along[:, 0],
+        horizon=1.0,
+        source=SOURCE,
+    )
+
+    def solution(t: float, W: Array) -> Parts:
+        decayed = -np.expm1(-FRICTION * t) / FRICTION
+        p = along * (speed + decayed * (force - FRICTION * speed)) + sigma * W
+        parts = {"q": start[:, None] + decayed * speed * along + 0.0 * W, "p": p}
+        return {key: parts[key] for key in known}
+
+    return Trivial(name, problem, solution)
+
+
+FORMS: dict[type[Any], Callable[[], list[tuple[Trivial, ...]]]] = {
+    SDE: _sdes,
+    HolonomicSDAE: _constrained,
+    Langevin: _langevins,
+}

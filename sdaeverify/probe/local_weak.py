@@ -1,0 +1,157 @@
+"""Local weak defects: expectations after one step, by cubature, against those of the equation.
+
+At a state x, for a test function phi and step sizes h, with nodes xi_k and weights w_k of the noise,
+
+    D(h) = sum_k w_k phi(Phi(x, t, h, xi_k)) - E[phi(x(t + h)) | x(t) = x],
+
+the second by extrapolated trees of Euler steps, which need the coefficients alone. D = O(h^(p+1)) for all phi and x
+is a scheme of weak order p (Milstein 1986; Kloeden & Platen 1992, Theorem 14.5.2).
+
+Components are divided by a power of two near their largest value among the states, so that orders do not depend on
+units, and phi keeps its meaning for states of any size.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import ProblemError
+from ..forms import SDE, Problem
+from ..numerics import jacobian
+from ..scheme import Scheme
+from . import test_functions
+from .nodes import LARGEST, Nodes, step_nodes
+from .one_step import OneStep
+from .romberg import Romberg, depth
+from .states import cloud
+from .weak_order import LocalWeak, WeakOrder, judge_weak, weak_order
+
+__all__ = [
+    "LocalWeak",
+    "Reference",
+    "WeakOrder",
+    "judge_weak",
+    "local_weak",
+    "refusal",
+    "weak_order",
+    "weak_reference",
+]
+
+# Step sizes 2^-3, ..., 2^-18 of the horizon, or of the unit of time where that is shorter. At the finest, defects of
+# a weak order 1 meet the floor of rounding; those of order 0 that hide behind them do not yet.
+LEVELS = 2.0 ** -np.arange(3.0, 19.0)
+# Time of the step as a part of the horizon: at 0, derivatives of the coefficients in time may vanish.
+WHEN = 0.2
+# Gauss-Hermite nodes a variable, by the number of variables. Beyond, 3 nodes: exact to degree 5, enough for order 2.
+COUNTS = {1: 8, 2: 6, 3: 5, 4: 4}
+FEWEST_NODES = 3
+
+
+class Reference(NamedTuple):
+    """What the equation says, for all schemes that are compared with it.
+
+    Attributes
+    ----------
+    states : ndarray, shape (d, S)
+    units : ndarray, shape (d, 1)
+        By which the components are divided before test functions are taken.
+    t : float
+    h : ndarray, shape (H,)
+    means : ndarray, shape (F, S, H)
+        E phi(x(t + h)).
+    slopes : ndarray, shape (F, S)
+        |D phi|_1 at the states.
+    trees : int
+        Number K of extrapolated trees: the error is O(h^(K+1)).
+    """
+
+    states: Array
+    units: Array
+    t: float
+    h: Array
+    means: Array
+    slopes: Array
+    trees: int
+
+
+def refusal(scheme: Scheme, view: Problem) -> str:
+    """Return why a pair has no local weak order, or an empty string."""
+    nodes = _nodes(scheme, view.noise_dim)
+    if not nodes.exact or len(nodes.weights) > LARGEST:
+        return f"noise in {view.noise_dim} dimensions has too many nodes"
+    return OneStep(scheme, view).refusal()
+
+
+def weak_reference(view: Problem) -> Reference:
+    """Return the expectations that all schemes of one form are compared with on a problem.
+
+    Parameters
+    ----------
+    view : Problem
+        With an Ito equation.
+
+    Returns
+    -------
+    Reference
+        States at which the equation is not finite are left out.
+
+    Raises
+    ------
+    ProblemError
+        If there is no other.
+    """
+    ito = view.ito()
+    assert isinstance(ito, SDE)
+    x, t, h = cloud(view, ito), WHEN * view.horizon, LEVELS * min(1.0, view.horizon)
+    largest = np.abs(x).max(axis=1, where=np.isfinite(x), initial=0.0)
+    units = np.exp2(np.ceil(np.log2(np.where(largest > 0.0, largest, 1.0))))[:, None]
+    expectation = Romberg(ito, lambda y: test_functions.values(y / units), depth(ito.noise_dim))
+    with np.errstate(all="ignore"):
+        means = np.stack([expectation(x, t, float(size)) for size in h], axis=-1)
+        slopes = np.abs(jacobian(test_functions.values, x / units)).sum(axis=1)
+    sound = np.isfinite(means[..., -1]).all(axis=0)
+    if not sound.any():
+        raise ProblemError("the Ito equation is finite at none of the states it is probed at")
+    return Reference(x[:, sound], units, t, h, means[:, sound], slopes[:, sound], expectation.K)
+
+
+def local_weak(scheme: Scheme, view: Problem, reference: Reference | None = None) -> LocalWeak:
+    """Probe one step of each size at each state of the cloud.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form; the pair has a local order, see `refusal`.
+    reference : Reference, optional
+        What `weak_reference` gives for this problem in this form.
+
+    Returns
+    -------
+    LocalWeak
+    """
+    known = weak_reference(view) if reference is None else reference
+    step, nodes = OneStep(scheme, view), _nodes(scheme, view.noise_dim)
+    with np.errstate(all="ignore"):
+        levels = [_level(step, known, nodes, float(size)) for size in known.h]
+        means, largest = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
+        defect, scale = means - known.means, largest + known.slopes[..., None]
+    finite = np.isfinite(defect) & np.isfinite(scale)
+    counts = np.array(float(known.trees)), np.array(float(len(known.units)))
+    return LocalWeak(known.h, np.where(finite, defect, np.nan), np.where(finite, scale, np.nan), *counts)
+
+
+def _nodes(scheme: Scheme, noises: int) -> Nodes:
+    areas = "H" in scheme.noise and not scheme.law.bounded
+    count = COUNTS.get(noises * (2 if areas else 1), FEWEST_NODES)
+    return step_nodes(noises, count, areas=areas, law=scheme.law)
+
+
+def _level(step: OneStep, known: Reference, nodes: Nodes, h: float) -> tuple[Array, Array]:
+    """Return the means of phi over the nodes and the largest |phi|, both of shape (F, S)."""
+    states, count = known.states.shape[1], len(nodes.weights)
+    wide = np.repeat(known.states, count, axis=1)
+    phi = test_functions.values(step(wide, known.t, h, nodes.increment(h, states)) / known.units)
+    phi = phi.reshape(len(phi), states, count)
+    return nodes.mean(phi), np.abs(phi).max(axis=-1)

@@ -1,0 +1,193 @@
+"""Global weak order without sampling: first and second moments at the final time of a linear problem.
+
+With z = (x, 1), E z z^T after N steps is the N-th power of the step's second-moment operator applied to the initial
+one; that of the solution is exp(T G), G being the generator of the second-moment equation. Nothing is sampled, and
+first moments are the last column.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+
+from ..arrays import Array
+from ..forms import Problem
+from ..scheme import Scheme, flatten
+from ..statistics import EPS
+from .affine import AFFINE
+from .essential import observed
+from .linear_equation import linear_equation
+from .linear_map import MemoryStep
+from .one_step import OneStep
+from .second_moments import smat, svec
+from .spectral import DENSE
+from .stability import no_stability
+from .step_moments import step_moments
+
+# Rounding of a matrix power or exponential, in units of EPS, of the number of steps and of the size of the moments.
+ROUNDING = 16.0
+FURTHER = 6
+# An error is used where it is known to two digits: a local order is then off by less than 0.03.
+ABOVE_FLOOR = 100.0
+# Local orders that differ by more are still on their way.
+SETTLED = 0.3
+# No error is seen where the floor is everywhere below this part of the moments.
+EXACT = 1e-6
+
+
+class MomentErrors(NamedTuple):
+    """Errors of the moments at T at H step sizes.
+
+    Attributes
+    ----------
+    h : ndarray, shape (H,)
+    first : ndarray, shape (H, d)
+        E x of the scheme minus that of the solution.
+    second : ndarray, shape (H, d, d)
+        The same of E x x^T.
+    floor : ndarray, shape (H,)
+        How far they can be off: rounding and what quadrature leaves open.
+    scale : ndarray, shape (H,)
+        The largest moment at 0 or T.
+    defect : ndarray, shape (H,)
+        Of linearity in the state, relative: not rounding if the step is not linear.
+    usable : ndarray, shape (H,)
+        1 where every step has a root and a finite second moment.
+    """
+
+    h: Array
+    first: Array
+    second: Array
+    floor: Array
+    scale: Array
+    defect: Array
+    usable: Array
+
+
+class _Moments(NamedTuple):
+    # E z z^T of the comparable components at T, the largest moment on the way, relative error of the rule, the rest
+    # as in `MomentErrors`.
+    P: Array
+    scale: float
+    rule_error: float
+    defect: float
+    usable: float
+
+
+def no_moments(scheme: Scheme, view: Problem) -> str:
+    """Return why moments cannot be propagated, or an empty string."""
+    if reason := no_stability(scheme, view):
+        return reason
+    k = len(flatten(scheme.start(view, 1, view.horizon)))
+    return "" if (k + 1) * (k + 2) // 2 <= DENSE else f"{k} components are too many for a dense matrix"
+
+
+def moment_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> MomentErrors:
+    """Return the errors of first and second moments at the final time.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of a pair that `no_moments` has nothing against.
+    steps : sequence of int
+        Numbers N of steps to the final time, each twice the one before. Six more follow: what is exact costs no more
+        with many steps, and local orders settle.
+
+    Returns
+    -------
+    MomentErrors
+    """
+    steps = [*steps, *(steps[-1] * 2**level for level in range(1, FURTHER + 1))]
+    one_step, T = OneStep(scheme, view), view.horizon
+    exact = _exact(one_step)
+    with np.errstate(all="ignore"):
+        found = [_propagated(one_step, T / count, count) for count in steps]
+        differences = np.stack([each.P - exact for each in found])
+        scale = np.array([max(each.scale, np.abs(exact).max()) for each in found])
+        floor = scale * np.array(
+            [n * (ROUNDING * EPS + each.rule_error) for n, each in zip(steps, found, strict=True)]
+        )
+    return MomentErrors(
+        np.array([T / count for count in steps]),
+        differences[:, :-1, -1],
+        differences[:, :-1, :-1],
+        floor,
+        scale,
+        np.array([each.defect for each in found]),
+        np.array([each.usable for each in found]),
+    )
+
+
+class MomentOrders(NamedTuple):
+    """Orders of the errors, first moments and then second ones; each field of shape (d + d (d + 1)/2,).
+
+    Attributes
+    ----------
+    order : ndarray
+        The local order at the finest step sizes above the floor, extrapolated to h = 0 where it has settled; infinite
+        where no error is seen.
+    least : ndarray
+        The least it can be: lower than `order` where local orders still move or the error just changed its sign, its
+        leading coefficient being small by accident or a wrong limit showing; minus infinity where an error could hide
+        below a floor that is more than rounding.
+    slope : ndarray
+        The local order at the coarsest step sizes, where sampled errors would have it.
+    """
+
+    order: Array
+    least: Array
+    slope: Array
+
+
+def moment_orders(record: MomentErrors) -> MomentOrders:
+    """Return what each moment says about the order, the step sizes being each half of the one before."""
+    i, j = np.triu_indices(record.first.shape[1])
+    errors = np.concatenate([record.first, record.second[:, i, j]], axis=1).T
+    floor = ABOVE_FLOOR * record.floor
+    unseen = np.inf if (floor <= EXACT * record.scale).all() else -np.inf
+    found = [_last_order(record.h, each, floor) or (np.inf, unseen) for each in errors]
+    with np.errstate(all="ignore"):
+        slope = np.log(np.abs(errors[:, 0] / errors[:, 1])) / np.log(record.h[0] / record.h[1])
+    order, least = np.array(found).T
+    return MomentOrders(order, least, slope)
+
+
+def moment_order(record: MomentErrors) -> float:
+    """Return the least order of all moments; infinite if no error is seen, NaN if it is not known."""
+    if record.defect.max() > AFFINE or not record.usable.all():
+        return float("nan")
+    order, least, _ = moment_orders(record)
+    known = np.min(order, initial=np.inf, where=order == least)
+    return float(known) if (least >= known).all() else float("nan")
+
+
+def _last_order(h: Array, errors: Array, floor: Array) -> tuple[float, float] | None:
+    # The order at the three finest step sizes above the floor and the least it can be; None if there are not so many.
+    seen = np.flatnonzero(np.isfinite(errors) & (np.abs(errors) > floor))[-3:]
+    if len(seen) < 3:
+        return None
+    before, last = np.diff(np.log(np.abs(errors[seen]))) / np.diff(np.log(h[seen]))
+    # For errors c h^p (1 + c' h).
+    limit = float(last + (last - before) / (h[seen[1]] / h[seen[2]] - 1.0))
+    if abs(last - before) >= SETTLED or len(set(np.sign(errors[seen]))) > 1:
+        return float(last), min(float(last), limit)
+    return limit, limit
+
+
+def _exact(one_step: OneStep) -> Array:
+    ito = one_step.ito
+    equation, z = linear_equation(ito), np.append(ito.initial(1)[:, 0], 1.0)
+    return smat(expm(ito.horizon * equation.generator()) @ svec(np.outer(z, z)), len(z))
+
+
+def _propagated(one_step: OneStep, h: float, count: int) -> _Moments:
+    found, step = step_moments(one_step, h), MemoryStep(one_step, h)
+    z = np.append(flatten(step.start)[:, 0], 1.0)
+    operator, Q = observed(step, found.operator)
+    z, L = Q @ z, step.reading() @ Q.T
+    P = smat(np.linalg.matrix_power(operator.dense(), count) @ svec(np.outer(z, z)), len(z))
+    usable = float(not found.failed and np.isinf(found.far.pole))
+    scale = float(max(np.abs(P).max(), np.outer(z, z).max()))
+    return _Moments(L @ P @ L.T, scale, found.rule_error, found.defect, usable)

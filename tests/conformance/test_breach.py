@@ -1,0 +1,387 @@
+"""The check that every run begins with: planted breaches are named, and no registered cell is accused."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import count
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+import pytest
+
+from conformance.cells import Cell
+from sdaeverify import SDE, Array, HolonomicSDAE, HolonomicState, Increment, Langevin, Scheme, Step
+from sdaeverify.conformance import breach
+from sdaeverify.conformance.contract import contract_breach
+from sdaeverify.conformance.exactness import exactness_breach
+from sdaeverify.conformance.trivial import trivial_problems
+from sdaeverify.forms import Problem
+from sdaeverify.laws import THREE_POINT, Law
+from sdaeverify.numerics import apply
+from sdaeverify.statistics import EPS
+from sdaeverify_problems.angle_pendulum import angle_pendulum
+from sdaeverify_problems.circle import circle
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.noncommuting import noncommuting
+from sdaeverify_problems.ou import ou
+from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+
+Rule = Callable[[Any, Any, float, Increment], Any]
+
+
+@dataclass(frozen=True)
+class Ruled(Scheme):
+    """A scheme that is one rule (problem, state, h, noise) -> new state."""
+
+    rule: Rule
+
+    name: ClassVar[str] = "ruled"
+    form: ClassVar[type[Problem]] = SDE
+
+    def step(self, problem: Any, state: Any, t: float, h: float, noise: Increment) -> Any:
+        """Make one step."""
+        new = self.rule(problem, state, h, noise)
+        return new if isinstance(new, Step) else Step(new)
+
+
+@dataclass(frozen=True)
+class Mechanical(Ruled):
+    form: ClassVar[type[Problem]] = HolonomicSDAE
+
+
+@dataclass(frozen=True)
+class Damped(Ruled):
+    form: ClassVar[type[Problem]] = Langevin
+
+
+@dataclass(frozen=True)
+class Coarse(Ruled):
+    law: ClassVar[Law] = THREE_POINT
+
+
+def euler(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+    return x + h * problem.drift(0.0, x) + apply(problem.diffusion(0.0, x), noise.dW)
+
+
+def test_no_registered_cell_is_accused(cell: Cell) -> None:
+    """Every shipped scheme keeps its contract on every problem it can be put to."""
+    assert breach(cell.scheme, cell.problem) == ""
+
+
+@pytest.mark.parametrize("problem", [gbm(), ou(), circle(), noncommuting()])
+def test_the_rule_that_faults_are_planted_in_is_sound(problem: SDE) -> None:
+    """Without fault nothing is found, with Gaussian or bounded increments."""
+    assert breach(Ruled(euler), problem) == ""
+    assert breach(Coarse(euler), problem) == ""
+
+
+def counter() -> Rule:
+    calls = count()
+    return lambda p, x, h, n: euler(p, x, h, n) * (1.0 + 1e-14 * next(calls))
+
+
+def last_noise() -> Rule:
+    kept: list[Array] = []
+
+    def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        kept.append(noise.dW)
+        before = kept[-2] if len(kept) > 1 and kept[-2].shape == noise.dW.shape else noise.dW
+        return euler(problem, x, h, Increment(0.5 * (before + noise.dW), None))
+
+    return rule
+
+
+def writes_state(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+    x += 0.0
+    return euler(problem, x, h, noise)
+
+
+def writes_noise(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+    noise.dW[:] = np.abs(noise.dW)
+    return euler(problem, x, h, noise)
+
+
+def forces_its_way(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+    x.flags.writeable = True
+    x *= 0.5
+    return euler(problem, x, h, noise)
+
+
+def stops_together(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+    """Solve drift-implicit Euler by fixed-point iteration until the last path has converged."""
+    known = x + apply(problem.diffusion(0.0, x), noise.dW)
+    y = known
+    while True:
+        before, y = y, known + h * problem.drift(0.0, y)
+        if np.abs(y - before).max() < 1e-8:
+            return y
+
+
+def needs_many(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+    np.zeros(x.shape[1])[1]
+    return euler(problem, x, h, noise)
+
+
+BREACHES: dict[str, tuple[Callable[[], Rule], str]] = {
+    "counts its calls": (counter, "same step made again"),
+    "averages with the last noise": (last_noise, "same step made again"),
+    "writes into its state": (lambda: writes_state, "writes into"),
+    "writes into its noise": (lambda: writes_noise, "writes into"),
+    "writes by force": (lambda: forces_its_way, "writes into"),
+    "returns no step": (lambda: lambda p, x, h, n: Step(euler(p, x, h, n).tolist()), "expected a state like"),
+    "loses a path": (lambda: lambda p, x, h, n: euler(p, x, h, n)[:, 1:], "expected a state like"),
+    "has one flag for all": (
+        lambda: lambda p, x, h, n: Step(euler(p, x, h, n), failed=np.array([False])),
+        "failed or truncated",
+    ),
+    "sees the mean": (lambda: lambda p, x, h, n: euler(p, x, h, n) * (1.0 + 1e-13 * x.mean()), "sees its neighbours"),
+    "stops when all have converged": (lambda: stops_together, "sees its neighbours"),
+    "knows its place": (
+        lambda: lambda p, x, h, n: euler(p, x, h, n) + 1e-12 * np.arange(x.shape[1]),
+        "another order",
+    ),
+    "needs two paths": (lambda: needs_many, "of few paths raises IndexError"),
+    "hears more than it says": (lambda: lambda p, x, h, n: euler(p, x, h, n) + 1e-3 * n.H, "not declare: H"),
+}
+
+
+@pytest.mark.parametrize("fault", BREACHES)
+def test_a_breach_of_the_contract_is_named(fault: str) -> None:
+    """Each planted fault is found, and found for what it is."""
+    rule, text = BREACHES[fault]
+
+    found = breach(Ruled(rule()), ou())
+
+    assert text in found
+    assert "\n" not in found
+
+
+def test_hidden_memory_in_a_prepared_step_is_found() -> None:
+    """A closure that remembers is caught even if every run prepares it anew."""
+
+    @dataclass(frozen=True)
+    class Prepared(Scheme):
+        name: ClassVar[str] = "prepared"
+        form: ClassVar[type[SDE]] = SDE
+
+        def prepare(self, problem: SDE, h: float) -> Any:
+            rule = counter()
+            return lambda state, t, noise: Step(rule(problem, state, h, noise))
+
+    assert "same step made again" in breach(Prepared(), gbm())
+
+
+def test_what_a_step_raises_passes_through() -> None:
+    """A scheme that cannot be run has broken no promise: the error is the caller's."""
+
+    def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        raise ZeroDivisionError("no root")
+
+    with pytest.raises(ZeroDivisionError, match="no root"):
+        breach(Ruled(rule), gbm())
+
+
+def test_ill_conditioned_steps_are_not_accused_of_their_rounding() -> None:
+    """A last bit that depends on the place in the batch is let pass where the step amplifies it, and only there."""
+
+    def amplified(factor: float) -> Rule:
+        def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+            rounded = x * (1.0 + EPS * (np.arange(x.shape[1]) % 2))
+            return euler(problem, x, h, noise) + 1e-3 * np.sin(factor * rounded)
+
+        return rule
+
+    def beside(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        return euler(problem, x, h, noise) * (1.0 + 1e3 * EPS * (np.arange(x.shape[1]) % 2))
+
+    assert contract_breach(Ruled(amplified(1e6)), ou()) == ""
+    assert "another order" in contract_breach(Ruled(beside), ou())
+
+
+class Memory(NamedTuple):
+    x: Array
+    count: Array
+
+
+def test_memory_that_is_part_of_the_state_is_no_breach() -> None:
+    """A scheme may remember what it likes in its state, set by entering or by steps alone."""
+
+    @dataclass(frozen=True)
+    class Remembers(Scheme):
+        name: ClassVar[str] = "remembers"
+        form: ClassVar[type[SDE]] = SDE
+
+        def start(self, problem: SDE, paths: int, h: float) -> Memory:
+            return Memory(problem.initial(paths), np.zeros((2, paths)))
+
+        def parts(self, problem: SDE, state: Memory) -> Any:
+            return problem.parts(state.x)
+
+        def step(self, problem: SDE, state: Memory, t: float, h: float, noise: Increment) -> Step:
+            """Make one step."""
+            return Step(Memory(euler(problem, state.x, h, noise), state.count + 1.0))
+
+    assert breach(Remembers(), gbm()) == ""
+
+
+def reuses(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+    """Use the first noise for all columns."""
+    return euler(problem, x, h, noise._replace(dW=np.broadcast_to(noise.dW[:1], noise.dW.shape)))
+
+
+INEXACT: dict[str, tuple[Rule, str]] = {
+    "makes two steps": (lambda p, x, h, n: euler(p, euler(p, x, h, n), h, n), "dx = c dt"),
+    "takes h twice": (lambda p, x, h, n: euler(p, x, h, n) + h * p.drift(0.0, x), "dx = c dt"),
+    "forgets the drift": (lambda p, x, h, n: x + apply(p.diffusion(0.0, x), n.dW), "dx = c dt"),
+    "decays": (lambda p, x, h, n: euler(p, x, h, n) * (1.0 - 1e-12), "dx = 0"),
+    "swaps noises": (lambda p, x, h, n: euler(p, x, h, n._replace(dW=n.dW[::-1])), "dx = S dW"),
+    "reuses a noise": (reuses, "dx = S dW"),
+    "noise times sqrt(2)": (lambda p, x, h, n: euler(p, x, h, n._replace(dW=2.0**0.5 * n.dW)), "dx = S dW"),
+    "noise + 1 %": (lambda p, x, h, n: euler(p, x, h, n._replace(dW=1.005 * n.dW)), "dx = S dW"),
+    "noise of size h": (lambda p, x, h, n: euler(p, x, h, n._replace(dW=np.sqrt(h) * n.dW)), "dx = S dW"),
+}
+
+
+@pytest.mark.parametrize("fault", INEXACT)
+def test_an_error_on_a_trivial_equation_is_named(fault: str) -> None:
+    """Each fault that an order test may miss is found on one of the trivial equations."""
+    rule, equation = INEXACT[fault]
+
+    found = breach(Ruled(rule), noncommuting())
+
+    assert found.endswith(f"on {equation}")
+
+
+def test_a_bounded_law_is_summed_as_it_was_given() -> None:
+    """With three-point increments the sum is that of the increments, and twice that is a fault."""
+    assert exactness_breach(Coarse(euler)) == ""
+    assert "dx = S dW" in exactness_breach(Coarse(lambda p, x, h, n: euler(p, x, h, n._replace(dW=2.0 * n.dW))))
+
+
+@pytest.mark.parametrize("power", [0.5, 1.0])
+def test_tamed_increments_are_let_pass(power: float) -> None:
+    """A relative error that vanishes like h^(1/2) or h is a matter of order; one that stays is none."""
+    vanishing = Ruled(lambda p, x, h, n: x + (euler(p, x, h, n) - x) / (1.0 + h**power))
+    staying = Ruled(lambda p, x, h, n: x + (euler(p, x, h, n) - x) / (1.0 + 0.1**power))
+
+    assert exactness_breach(vanishing) == ""
+    assert "dx = c dt" in exactness_breach(staying)
+
+
+def test_a_scheme_is_asked_what_it_does_not_refuse() -> None:
+    """One that takes a single noise only is tried on that, and its fault is found there."""
+
+    @dataclass(frozen=True)
+    class Single(Ruled):
+        def refuses(self, problem: Problem) -> str:
+            return "" if problem.noise_dim == 1 else "one noise only"
+
+    @dataclass(frozen=True)
+    class Invariant(Ruled):
+        def refuses(self, problem: Problem) -> str:
+            return "" if problem.has_constraints else "no constraint"
+
+    @dataclass(frozen=True)
+    class Nothing(Ruled):
+        def refuses(self, problem: Problem) -> str:
+            return "not this one"
+
+    def wrong(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        return x + 1.1 * (euler(problem, x, h, noise) - x)
+
+    assert "dx = c dt" in exactness_breach(Single(wrong))
+    assert "dx = c dt" in exactness_breach(Invariant(wrong))
+    assert exactness_breach(Single(euler)) == exactness_breach(Invariant(euler)) == ""
+    assert exactness_breach(Nothing(wrong)) == ""
+
+
+def test_a_step_that_fails_where_it_does_not_refuse_is_named() -> None:
+    """An error on a trivial equation is a breach, unless it says itself that it is a refusal."""
+
+    def narrow(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        if len(x) > 1:
+            raise IndexError("one component only")
+        return euler(problem, x, h, noise)
+
+    def hands_on(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        problem.parts(np.zeros((7, 1)))
+        return euler(problem, x, h, noise)
+
+    assert "IndexError" in exactness_breach(Ruled(narrow))
+    assert exactness_breach(Ruled(hands_on)) == ""
+
+
+def of_half_explicit(change: Callable[[HolonomicState, HolonomicState, float, Increment, Any], Any]) -> Scheme:
+    inner = HalfExplicitEuler(truncation="none")
+
+    def rule(problem: Any, state: HolonomicState, h: float, noise: Increment) -> Any:
+        new = inner.step(problem, state, 0.0, h, noise).state
+        return change(state, new, h, noise, problem)
+
+    return Mechanical(rule)
+
+
+MECHANICAL = {
+    "sound": (lambda old, new, h, n, p: new, ""),
+    "moves twice": (lambda old, new, h, n, p: new._replace(r=2.0 * new.r - old.r), "free motion"),
+    "drifts": (lambda old, new, h, n, p: new._replace(r=new.r + 1e-10), "at rest"),
+    "leaks": (lambda old, new, h, n, p: new._replace(mu=new.mu + 1e-9), "at rest"),
+    "noise + 1 %": (
+        lambda old, new, h, n, p: new._replace(v=new.v + [[0.01], [0.0]] * apply(p.diffusion(0.0, *old[:2]), n.dW)),
+        "dv = c dt + S dW",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", MECHANICAL)
+def test_constrained_schemes_are_tried_on_a_line(fault: str) -> None:
+    """On the linear constraint r_2 = 0 rest, free motion and constant force are known."""
+    change, equation = MECHANICAL[fault]
+
+    found = breach(of_half_explicit(change), pendulum())
+
+    assert equation in found
+    assert bool(found) is bool(equation)
+
+
+def langevin(strength: float, drift: float) -> Rule:
+    def rule(problem: Langevin, x: Array, h: float, noise: Increment) -> Array:
+        n = problem.noise_dim
+        q, p = x[:n], x[n:]
+        kick = problem.force(q) - drift * problem.friction * p
+        return np.concatenate([q + h * p, p + h * kick + strength * problem.strength * noise.dW])
+
+    return rule
+
+
+def test_langevin_schemes_are_tried_with_constant_force() -> None:
+    """Euler's error on damped motion vanishes with h and is let pass; wrong friction or noise is found."""
+    assert breach(Damped(langevin(1.0, 1.0)), angle_pendulum()) == ""
+    assert "gamma p dt" in breach(Damped(langevin(1.0, 2.0)), angle_pendulum())
+    assert "sigma dW" in breach(Damped(langevin(1.01, 1.0)), angle_pendulum())
+
+
+@pytest.mark.parametrize("form", [SDE, HolonomicSDAE, Langevin])
+def test_trivial_problems_start_where_their_solution_does(form: type[Problem]) -> None:
+    """At time 0 the solution is the problem's initial state, and it obeys the problem's equation."""
+    for trivial in (one for variants in trivial_problems(form) for one in variants):
+        problem, t = trivial.problem, 1e-6
+        none = np.zeros((problem.noise_dim, 1))
+        W = np.full((problem.noise_dim, 1), 1e-3)
+        start = problem.parts(problem.initial(1))
+        ito = problem.ito()
+        change = t * ito.drift(0.0, ito.initial(1)) + apply(ito.diffusion(0.0, ito.initial(1)), W)
+        rows = dict(ito.names or {"x": slice(None)})
+
+        for name, value in trivial.solution(0.0, none).items():
+            assert np.array_equal(value, start[name])
+            assert trivial.solution(t, W)[name] - value == pytest.approx(change[rows[name]], abs=1e-8)
+
+
+def test_a_form_that_nothing_is_known_of_is_left_alone() -> None:
+    """There are trivial problems for known forms only."""
+
+    class Unknown(Problem):
+        pass
+
+    assert trivial_problems(Unknown) == ()

@@ -1,0 +1,88 @@
+"""What of a linear system matters for stability: observed memory, and states that keep the constraints."""
+
+import numpy as np
+import pytest
+
+from probe import linear_cells as c
+from sdaeverify import HolonomicSDAE, HolonomicState, Increment, Scheme, Step
+from sdaeverify.probe.essential import essential_equation, essential_operator, observed
+from sdaeverify.probe.linear_equation import linear_equation
+from sdaeverify.probe.linear_map import MemoryStep
+from sdaeverify.probe.one_step import OneStep
+from sdaeverify.probe.spectral import spectral_radius
+from sdaeverify.probe.stability import no_stability, stability
+from sdaeverify.probe.step_moments import step_moments
+from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+
+
+def on_a_line() -> HolonomicSDAE:
+    """Return a damped oscillator with noise in its velocity, kept on the line r_2 = r_1/2."""
+    return HolonomicSDAE(
+        constraint=lambda r: r[1:2] - 0.5 * r[0:1],
+        force=lambda t, r, v: -2.0 * r - 3.0 * v,
+        diffusion=lambda t, r, v: (0.5 * v)[:, None],
+        position=[1.0, 0.5],
+        velocity=[0.0, 0.0],
+        horizon=1.0,
+        noise_dim=1,
+        source="test",
+    )
+
+
+# The same as a free system of the coordinate along the line and its velocity.
+FREE = c.linear([[0.0, 1.0], [-2.0, -3.0]], [[[0.0, 0.0], [0.0, 0.5]]])
+
+
+def test_memory_that_nothing_depends_on_is_left_out() -> None:
+    """Of the two-step scheme, the state and the last drift stay; the walk beside them goes."""
+    step = MemoryStep(OneStep(c.AdamsBashforth(), c.linear(-2.0, [0.5])), 0.1)
+    operator = step_moments(step.one_step, 0.1).operator
+    found = observed(step, operator)
+    assert found.rows.shape == (3, 4)
+    assert np.abs(found.rows[:2, 2]).max() == 0.0
+    assert spectral_radius(operator.homogeneous).rho == pytest.approx(4.0, rel=1e-12)
+    assert spectral_radius(found.operator.homogeneous).rho < 1.0
+
+
+def test_memory_that_comes_back_late_is_kept() -> None:
+    """The oldest of six past states acts on the components after six steps."""
+    step = MemoryStep(OneStep(c.Delayed(6, -0.5), c.linear(-2.0, [0.5])), 0.1)
+    assert len(observed(step, step_moments(step.one_step, 0.1).operator).rows) == 8
+
+
+def test_a_constrained_problem_decays_like_its_free_form() -> None:
+    """Positions off the line and the sum of multipliers would not decay."""
+    found = essential_equation(OneStep(HalfExplicitEuler(), on_a_line()))
+    assert found.abscissa == pytest.approx(linear_equation(FREE).homogeneous.abscissa, rel=1e-12)
+    assert found.decays() is True
+    assert linear_equation(on_a_line().ito()).homogeneous.decays() is not True
+
+
+def test_a_constrained_scheme_is_stable_like_the_same_scheme_on_the_free_form() -> None:
+    """The half-explicit scheme without truncation is Euler's on the coordinate along the line."""
+    problem, scheme = on_a_line(), HalfExplicitEuler(truncation="none")
+    assert no_stability(scheme, problem) == ""
+    record, free = stability(scheme, problem, [0.125]), stability(c.Formula(c.euler), FREE, [0.125])
+    assert record.run_rho == pytest.approx(free.run_rho, rel=1e-12)
+    assert record.boundaries == pytest.approx(free.boundaries, rel=1e-10)
+    assert record.decays == 1.0
+
+
+class Leaving(Scheme):
+    """A scheme that leaves the line by a multiple of the position, and grows there."""
+
+    name = "leaving"
+    form = HolonomicSDAE
+
+    def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:
+        off = state.r[1:2] - 0.5 * state.r[:1]
+        r = 0.5 * state.r + np.concatenate([np.zeros_like(off), 0.1 * state.r[:1] + 1.5 * off])
+        return Step(HolonomicState(r, 0.5 * state.v, state.mu))
+
+
+def test_states_that_a_scheme_reaches_beside_the_manifold_count() -> None:
+    """Growth off the line is seen if the scheme goes there by itself."""
+    one_step = OneStep(Leaving(), on_a_line())
+    step = MemoryStep(one_step, 0.1)
+    rho = spectral_radius(essential_operator(step, step_moments(one_step, 0.1).operator)).rho
+    assert rho == pytest.approx(4.0, rel=1e-10)

@@ -1,0 +1,137 @@
+"""Orders of prescribed errors: what is told, what is left out, and what is left open."""
+
+import numpy as np
+import pytest
+
+from sdaeverify.probe.functional_orders import error_floors, functional_orders, least_order, obstacle
+from sdaeverify.probe.transition_errors import TransitionErrors
+
+H = 2.0 ** -np.arange(3, 9)
+
+
+def record(*errors, resolution=0.0, **noticed):
+    """Return a record of errors of size 1 observables, known to `resolution`."""
+    columns = np.stack(errors, axis=1)
+    seen = {name: np.zeros(len(H)) for name in ("departure", "failed", "truncated")} | noticed
+    return TransitionErrors(
+        h=H,
+        steps=1.0 / H,
+        errors=columns,
+        exact=np.zeros(columns.shape[1]),
+        spread=np.ones(columns.shape[1]),
+        resolution=np.zeros_like(columns) + resolution,
+        **seen,
+    )
+
+
+def only(*args, **kwargs):
+    """Return what the only observable of a record says."""
+    (found,) = functional_orders(record(*args, **kwargs))
+    return found
+
+
+@pytest.mark.parametrize("order", [0.5, 1.0, 2.0])
+def test_an_order_is_extrapolated(order):
+    """An error c h^p (1 + h) has order p to second order in h, and coefficient c."""
+    found = only(-0.3 * H**order * (1.0 + H))
+    # What remains of log2((1 + h)/(1 + h/2)) at the last two pairs is 3 h^2/log 2 for the finest h.
+    assert found.order == pytest.approx(order, abs=4.4 * H[-1] ** 2)
+    assert found.coefficient == pytest.approx(-0.3, rel=0.02)
+    assert found.informative
+
+
+def test_a_wrong_limit_has_order_zero():
+    """An error that stays is no accident: it is used, and its order misses every claim."""
+    found = only(0.1 + H)
+    assert found.informative
+    assert found.high < 0.2
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_interval_holds_what_the_floor_allows(sign):
+    """Errors that are off by as much as their resolution leave the order inside its interval."""
+    off = 1e-4 * sign * (-1.0) ** np.arange(len(H))
+    found = only(H + off, resolution=1e-4)
+    assert found.low <= 1.0 <= found.high
+    assert found.order != pytest.approx(1.0, abs=0.01)
+
+
+def test_a_change_of_sign_is_left_out():
+    """An error h (h - h_0) with h_0 among the step sizes is uninformative, and so just beyond it."""
+    for zero in (1.2 * H[-2], 1.02 * H[-4]):
+        found = only(H * (H - zero))
+        assert not found.informative
+        assert found.resolved
+        assert "changes its sign" in found.note
+
+
+def test_a_change_of_sign_long_ago_is_forgotten():
+    """Far below h_0 the leading term rules."""
+    found = only(H * (H - 1.2 * H[0]))
+    assert found.informative
+    assert found.order == pytest.approx(1.0, abs=0.05)
+
+
+def test_orders_that_move_keep_both_ends():
+    """Local orders that differ by more than 0.3 have no limit yet: the last and the extrapolated one bound it."""
+    found = only(H**2 + H * 2e-2 * np.exp(-((np.log2(H) + 8) ** 2)))
+    assert "still move" in found.note
+    assert found.high - found.low > 0.3
+
+
+def test_nothing_but_rounding_is_exact():
+    """Errors below a floor of six digits have infinite order, whatever large steps do; below three digits none."""
+    coarse = np.where(np.arange(len(H)) < 2, 1e-2, 1e-12)[:, None]
+    found = only(1e-15 * np.ones(len(H)), resolution=coarse)
+    assert found.order == np.inf
+    assert found.informative
+    assert not only(1e-15 * np.ones(len(H)), resolution=1e-3).resolved
+
+
+def test_an_unresolved_observable_leaves_the_order_open():
+    """What is hidden by the resolution could be the least order."""
+    hidden = 1e-3 * np.ones(len(H))
+    orders = functional_orders(TransitionErrors(*_with_resolution(record(H, hidden), [0.0, 1e-3])))
+    assert not orders[1].resolved
+    assert least_order(orders)[0] == -np.inf
+    assert least_order(orders[:1]) == pytest.approx((1.0, 1.0), abs=1e-7)
+
+
+def test_accidents_do_not_count_for_the_least_order():
+    """An uninformative observable neither lowers nor opens it; without any other nothing is known."""
+    orders = functional_orders(record(H, H * (H - 1.2 * H[-2])))
+    assert least_order(orders) == pytest.approx((1.0, 1.0), abs=1e-7)
+    assert least_order(orders[1:]) == (-np.inf, np.inf)
+
+
+def test_failed_and_truncated_steps_raise_the_floor():
+    """What they can change is their expected number times the size of the observable."""
+    few = 1e-6 * np.array([4.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    floors = error_floors(record(H, failed=few, truncated=2.0 * few))
+    assert floors[:2, 0] == pytest.approx([12e-6 / H[0], 3e-6 / H[1]], rel=1e-6)
+    assert floors[2:].max() < 1e-10
+
+
+def test_a_floor_is_no_lower_than_at_finer_steps():
+    """Two bases that agree by chance at one step size do not make its error known."""
+    resolution = np.array([1e-3, 0.0, 1e-4, 0.0, 1e-5, 0.0])[:, None]
+    floors = error_floors(record(H)._replace(resolution=resolution))
+    assert np.all(np.diff(floors[:, 0]) <= 0.0)
+    assert floors[1, 0] >= 1e-4
+
+
+def test_numbers_that_are_not_finite_leave_coarse_steps_out():
+    """An operator that overflows at large h tells nothing there, and spoils nothing below."""
+    errors = np.where(np.arange(len(H)) < 2, np.nan, H)
+    found = only(errors, resolution=np.where(np.isnan(errors), np.nan, 0.0)[:, None])
+    assert found.order == pytest.approx(1.0, abs=1e-9)
+
+
+def test_leaving_the_chart_is_an_obstacle():
+    """Means are those of other states then."""
+    assert "leaves the chart, by 0.01" in obstacle(record(H, departure=1e-2 * (np.arange(len(H)) == 1)))
+    assert not obstacle(record(H, departure=np.full(len(H), 1e-15)))
+
+
+def _with_resolution(given, columns):
+    return given._replace(resolution=np.zeros_like(given.errors) + columns)

@@ -1,0 +1,406 @@
+"""Local strong orders: those of correct schemes are found, those of planted wrong ones are refused."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+from conformance.cells import cells
+from probe import strong_cells as s
+from sdaeverify import SDE, Array, Increment, Scheme, Step
+from sdaeverify.forms import Problem
+from sdaeverify.laws import THREE_POINT, Law
+from sdaeverify.measure import Verdict
+from sdaeverify.probe.local_orders import LocalOpinion
+from sdaeverify.probe.local_strong import (
+    LocalStrong,
+    StrongOrder,
+    judge_strong,
+    local_strong,
+    no_local_order,
+    strong_order,
+)
+from sdaeverify.registry import load_registry
+from sdaeverify.tally import packed, unpacked
+from sdaeverify.verdicts import claim_for
+from sdaeverify_problems.angle_pendulum import angle_pendulum
+from sdaeverify_problems.circle import circle
+from sdaeverify_problems.double_well import double_well
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.noncommuting import noncommuting
+from sdaeverify_problems.ou import ou
+from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.pendulum_tangential import pendulum_tangential
+from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise
+from sdaeverify_problems.sphere import sphere
+from sdaeverify_schemes.balanced_euler import BalancedEuler
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.heun import Heun, HeunAdditive
+from sdaeverify_schemes.projected_euler import ProjectedEuler
+from sdaeverify_schemes.sra1 import SRA1
+from sdaeverify_schemes.stochastic_theta import StochasticTheta
+
+INF = float("inf")
+R, V, MU = range(3)
+
+
+def found(scheme: Scheme, problem: Problem) -> StrongOrder:
+    """Return the order of the full state, from evidence that was stored in between."""
+    view = problem.view(scheme.form)
+    assert view is not None
+    assert not no_local_order(scheme, view)
+    record = unpacked("local", LocalStrong, packed("local", local_strong(scheme, view)))
+    assert record is not None
+    return strong_order(record)
+
+
+def opinion(scheme: Scheme, problem: Problem, claim: float) -> LocalOpinion:
+    return judge_strong(found(scheme, problem), claim, sharp=scheme.sharp_locally)
+
+
+def exact_gbm(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+    return x * np.exp((0.5 - 0.18) * h + 0.6 * noise.dW)
+
+
+def exact_law_ou(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+    return np.exp(-h) * x + 0.7 * np.sqrt(-np.expm1(-2.0 * h) / (2.0 * h)) * noise.dW
+
+
+def tamed(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+    f = problem.drift(0.0, x)
+    return x + h * f / (1.0 + h * np.abs(f)) + problem.diffusion(0.0, x)[:, 0] * noise.dW
+
+
+CORRECT: dict[str, tuple[Scheme, Problem, float]] = {
+    "theta 1/2 on gbm": (StochasticTheta(), gbm(), 0.5),
+    "exact gbm": (s.OneFormula(exact_gbm), gbm(), INF),
+    "exact in law on ou": (s.OneFormula(exact_law_ou), ou(), 1.0),
+    "balanced on gbm": (BalancedEuler(), gbm(), 0.493),
+    "heun on gbm": (Heun(), gbm(), 1.0),
+    "tamed on the double well": (s.OneFormula(tamed), double_well(), 1.0),
+    "cayley on the circle": (s.OneFormula(s.cayley), circle(), 1.0),
+    "euler with two noises that do not commute": (EulerMaruyama(), noncommuting(), 0.5),
+    "heun with additive noise": (HeunAdditive(), ou(), 1.0),
+    "sra1 on the pendulum": (SRA1(), angle_pendulum(), 2.0),
+    "sra1 with noise in a position": (SRA1(), double_well(), 1.5),
+    "projected euler on the circle": (ProjectedEuler(), circle(), 1.0),
+    "projected euler on the sphere": (ProjectedEuler(), sphere(), 0.5),
+    "half-explicit on the pendulum": (HalfExplicitEuler(), pendulum(), 1.0),
+    "half-explicit with tangential noise": (HalfExplicitEuler(), pendulum_tangential(), 1.0),
+    "half-explicit with velocity noise": (HalfExplicitEuler(), pendulum_velocity_noise(), 0.5),
+    "euler with small noise": (EulerMaruyama(), gbm(b=0.1), 0.5),
+}
+
+
+@pytest.mark.parametrize("cell", CORRECT)
+def test_the_order_of_a_correct_scheme_is_found(cell: str) -> None:
+    """The local order is the known strong order within 0.02, and a claim of it is verified."""
+    scheme, problem, expected = CORRECT[cell]
+
+    order = found(scheme, problem)
+
+    assert order.consistent
+    assert order.inconsistent_share == 0.0
+    assert order.order == pytest.approx(expected, abs=0.02)
+    assert judge_strong(order, min(expected, 3.0)).verdict is Verdict.VERIFIED
+    if np.isfinite(expected):
+        assert judge_strong(order, expected + 0.5).verdict is Verdict.REFUTED
+
+
+INCONSISTENT: dict[str, tuple[Scheme, Problem]] = {
+    "euler without Ito correction": (s.OneFormula(s.no_correction), gbm()),
+    "euler, variance + 5 %": (s.OneFormula(lambda p, x, h, n: s.euler(p, x, h, n, strength=1.05**0.5)), gbm()),
+    "euler, variance + 1 %": (s.OneFormula(lambda p, x, h, n: s.euler(p, x, h, n, strength=1.01**0.5)), gbm()),
+    "euler, noise of size h": (s.OneFormula(lambda p, x, h, n: s.euler(p, x, h, n, strength=h**0.5)), gbm()),
+    "euler, drift x 0.98": (s.OneFormula(lambda p, x, h, n: s.euler(p, x, h, n, drift=0.98)), gbm()),
+    "milstein without -h": (s.OneFormula(s.milstein(0.5, shift=0.0)), gbm()),
+    "straight on the circle": (s.OneFormula(s.straight), circle()),
+    "radius 1 + h": (s.OneFormula(s.too_wide), circle()),
+    "half-explicit, variance + 1 %": (s.Altered(HalfExplicitEuler(), s.velocity_noise), pendulum()),
+}
+
+
+@pytest.mark.parametrize("cell", INCONSISTENT)
+def test_a_step_of_another_equation_is_inconsistent(cell: str) -> None:
+    """Whatever is claimed, a step whose mean or noise is wrong is refuted at all states."""
+    scheme, problem = INCONSISTENT[cell]
+
+    answer = opinion(scheme, problem, 0.5)
+
+    assert answer.verdict is Verdict.REFUTED
+    assert answer.inconsistent
+    assert "100%" in answer.reason
+
+
+TOO_LOW: dict[str, tuple[Scheme, Problem, float, float]] = {
+    "milstein, sign": (s.OneFormula(s.milstein(-0.5)), gbm(), 1.0, 0.5),
+    "milstein, factor 1": (s.OneFormula(s.milstein(1.0)), gbm(), 1.0, 0.5),
+    "milstein, factor .45": (s.OneFormula(s.milstein(0.45)), gbm(), 1.0, 0.5),
+    "milstein, b in place of b b'": (s.OneFormula(s.no_derivative), gbm(), 1.0, 0.5),
+    "sra1, H in place of Z/h": (s.WithAreas(s.sra1(1.0, 0.0)), angle_pendulum().view(SDE), 1.5, 1.0),
+    "sra1, H doubled": (s.WithAreas(s.sra1(2.0)), angle_pendulum().view(SDE), 1.5, 1.0),
+    "sra1, sign of H": (s.WithAreas(s.sra1(-1.0)), angle_pendulum().view(SDE), 1.5, 1.0),
+    "circle, no projection": (EulerMaruyama(), circle(), 1.0, 0.5),
+    "euler with small noise": (EulerMaruyama(), gbm(b=0.1), 1.0, 0.5),
+}
+
+
+@pytest.mark.parametrize("cell", TOO_LOW)
+def test_a_lower_order_than_claimed_is_refuted(cell: str) -> None:
+    """A wrong correction term leaves the step consistent and its order too low."""
+    scheme, problem, claim, expected = TOO_LOW[cell]
+
+    order, answer = found(scheme, problem), opinion(scheme, problem, claim)
+
+    assert order.order == pytest.approx(expected, abs=0.02)
+    assert answer.verdict is Verdict.REFUTED
+    assert not answer.inconsistent
+
+
+@pytest.mark.parametrize(("rule", "order"), [(s.sra1(1.0), 2.0), (s.milstein(0.5), 1.0)], ids=["sra1", "milstein"])
+def test_the_formula_that_was_broken_has_its_order(rule: s.Rule, order: float) -> None:
+    """The same formulas without fault are verified."""
+    scheme = s.WithAreas(rule) if order == 2.0 else s.OneFormula(rule)
+    problem = angle_pendulum() if order == 2.0 else gbm()
+
+    assert opinion(scheme, problem, order).verdict is Verdict.VERIFIED
+
+
+def test_a_fixed_direction_of_projection_is_refuted() -> None:
+    """Onto the circle along an axis, the order 1 of the nearest point is lost."""
+    assert opinion(s.OneFormula(s.radially), circle(), 1.0).verdict is Verdict.VERIFIED
+    wrong = opinion(s.OneFormula(s.along_an_axis), circle(), 1.0)
+    # At a state beside the axis the step is no step of the equation, which alone would decide nothing.
+    assert wrong.verdict is Verdict.REFUTED
+    assert not wrong.inconsistent
+
+
+def test_clipped_noise_is_consistent_with_the_variance_that_it_has_left() -> None:
+    """Clipping at a multiple of sqrt(h) leaves out a fixed part of the variance; at sqrt(|log h|) it does not."""
+    fixed = opinion(s.OneFormula(s.milstein(0.5, clip=2.5)), gbm(), 1.0)
+    assert fixed.inconsistent
+
+    def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        return s.milstein(0.5, clip=np.sqrt(4.0 * abs(np.log(h))))(problem, x, h, noise)
+
+    order = found(s.OneFormula(rule), gbm())
+    assert order.order == pytest.approx(1.0, abs=0.02)
+
+
+def test_the_multiplier_is_an_output_of_its_own() -> None:
+    """An error in mu alone leaves r and v verified; an error in v reaches all of them."""
+    kinds = {"mu": s.multiplier_noise, "v": s.velocity_noise}
+    records = {name: local_strong(s.Altered(HalfExplicitEuler(), kind), pendulum()) for name, kind in kinds.items()}
+
+    verdicts = {
+        name: [judge_strong(strong_order(record, part), 1.0).verdict for part in (R, V, MU)]
+        for name, record in records.items()
+    }
+
+    assert records["mu"].core.tolist() == [1.0, 1.0, 0.0]
+    assert verdicts["mu"] == [Verdict.VERIFIED, Verdict.VERIFIED, Verdict.REFUTED]
+    assert verdicts["v"] == [Verdict.REFUTED] * 3
+
+
+def test_bounded_increments_have_no_local_strong_order() -> None:
+    """Two of them make no increment of a longer step."""
+
+    @dataclass(frozen=True)
+    class Bounded(s.OneFormula):
+        law: ClassVar[Law] = THREE_POINT
+
+    assert "three-point" in no_local_order(Bounded(s.euler), gbm())
+    assert not no_local_order(s.OneFormula(s.euler), gbm())
+
+
+def test_memory_that_only_steps_can_set_cannot_be_probed() -> None:
+    """A scheme whose start is more than what it enters with is left to the paths."""
+
+    @dataclass(frozen=True)
+    class Remembers(s.OneFormula):
+        def start(self, problem: Any, paths: int, h: float) -> Array:
+            return np.concatenate([problem.initial(paths), np.zeros((1, paths))])
+
+    assert "memory" in no_local_order(Remembers(s.euler), gbm())
+
+
+def test_an_inconsistency_at_few_states_decides_nothing() -> None:
+    """A drift that is wrong at the largest state only is not refuted, and not verified."""
+
+    def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        return s.euler(problem, x, h, noise) + 0.1 * h * (x > 3.5)
+
+    order = found(s.OneFormula(rule), gbm())
+
+    assert 0.0 < order.inconsistent_share < 0.5
+    assert judge_strong(order, 0.5).verdict is Verdict.INCONCLUSIVE
+
+
+def stops_early(tolerance: float) -> Scheme:
+    """Return drift-implicit Euler on ou, solved up to an error of this size."""
+
+    def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        exact = (x + 0.7 * noise.dW) / (1.0 + h)
+        return exact + tolerance * np.sin(1e5 * exact)
+
+    return s.OneFormula(rule)
+
+
+@pytest.mark.parametrize("tolerance", [1e-7, 1e-8])
+def test_the_tolerance_of_a_solver_is_seen_and_left_out(tolerance: float) -> None:
+    """A scheme whose solver stops too early keeps its order where the steps are long enough."""
+    order = found(stops_early(tolerance), ou())
+    answer = judge_strong(order, 1.0)
+
+    assert order.order == pytest.approx(1.0, abs=0.05)
+    assert answer.verdict is Verdict.VERIFIED
+    assert 4.0**-8 < order.plateau_h < 4.0**-2
+    assert "void below" in answer.reason
+
+
+@pytest.mark.parametrize("exponent", np.linspace(-11.0, -6.0, 11))
+def test_no_tolerance_of_a_solver_is_taken_for_a_wrong_equation(exponent: float) -> None:
+    """Wherever the plateau begins, below 1e-6 the scheme is not refuted."""
+    assert opinion(stops_early(10.0**exponent), ou(), 1.0).verdict is not Verdict.REFUTED
+
+
+def test_a_larger_error_is_no_tolerance() -> None:
+    """A plateau of 1e-5 is refuted like any other wrong step."""
+    assert opinion(stops_early(1e-5), ou(), 1.0).inconsistent
+
+
+def test_newtons_method_with_a_loose_tolerance_keeps_its_order() -> None:
+    """A last update below 1e-6 leaves an error of about its square, which nothing here can see."""
+
+    def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        known = x + problem.diffusion(0.0, x)[:, 0] * noise.dW
+        y, going = known, np.ones(x.shape[1], dtype=bool)
+        for _ in range(20):
+            update = (y - h * (y - y**3) - known) / (1.0 - h * (1.0 - 3.0 * y**2))
+            y = np.where(going, y - update, y)
+            going &= np.abs(update[0]) > 1e-6
+        return y
+
+    order = found(s.OneFormula(rule), double_well())
+
+    assert order.order == pytest.approx(1.0, abs=0.02)
+    assert judge_strong(order, 1.0).verdict is Verdict.VERIFIED
+
+
+def test_a_wrong_noise_does_not_pass_for_a_tolerance() -> None:
+    """A relative error of 1e-7 of the noise is smaller than a plateau may be, and still refuted."""
+    strength = 1.0 + 1e-7
+
+    answer = opinion(s.OneFormula(lambda p, x, h, n: s.euler(p, x, h, n, strength=strength)), ou(), 0.5)
+
+    assert answer.inconsistent
+
+
+def test_the_waiver_leaves_a_defect_that_is_taken_back_undecided() -> None:
+    """Output decorated by O(h) or of low local order is left to the paths; a wrong drift is refuted all the same."""
+    decorated = opinion(s.NotSharp(s.too_wide), circle(), 1.0)
+    low = opinion(s.NotSharp(s.milstein(0.45)), gbm(), 1.0)
+    wrong = opinion(s.NotSharp(lambda p, x, h, n: s.euler(p, x, h, n, drift=0.98)), gbm(), 0.5)
+
+    assert [decorated.verdict, low.verdict, wrong.verdict] == [
+        Verdict.INCONCLUSIVE,
+        Verdict.INCONCLUSIVE,
+        Verdict.REFUTED,
+    ]
+
+
+def many_noises(strength: float) -> tuple[Scheme, SDE]:
+    """Return a scheme and a problem with so many noises that only random points are left."""
+    problem = SDE(
+        drift=lambda t, x: -x,
+        diffusion=lambda t, x: np.full((1, 9, 1), 0.2) * (1.0 + 0.5 * x[:, None]),
+        start=[1.0],
+        noise_dim=9,
+        horizon=1.0,
+        source="test",
+    )
+    return s.OneFormula(lambda p, x, h, n: s.euler(p, x, h, n, strength=strength)), problem
+
+
+def test_random_points_verify_nothing_but_refute() -> None:
+    """Where means are not resolved the mean-square order is found, and wrong noise is refuted."""
+    order = found(*many_noises(1.0))
+    answer, wrong = judge_strong(order, 0.5), opinion(*many_noises(1.005), 0.5)
+
+    assert not order.means
+    assert np.isnan([order.p1, order.q1]).all()
+    assert order.order == pytest.approx(0.5, abs=0.02)
+    assert answer.verdict is Verdict.INCONCLUSIVE
+    assert judge_strong(order, 1.0).verdict is Verdict.REFUTED
+    assert wrong.inconsistent
+
+
+def test_a_map_that_breaks_down_at_small_steps_has_no_order() -> None:
+    """What is not finite at the finest step is neither verified nor refuted."""
+
+    def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        return s.euler(problem, x, h, noise) * (1.0 if h > 1e-4 else np.nan)
+
+    order = found(s.OneFormula(rule), gbm())
+
+    assert np.isnan(order.order)
+    assert judge_strong(order, 0.5).verdict is Verdict.INCONCLUSIVE
+
+
+def test_a_crossover_that_is_still_falling_is_not_verified() -> None:
+    """Noise so small that its order 1/2 comes up only at the finest steps: a claim of order 1 stays open."""
+    order = found(EulerMaruyama(), gbm(b=0.004))
+
+    assert order.order > 0.5
+    assert judge_strong(order, 1.0).verdict is not Verdict.VERIFIED
+
+
+def test_the_unit_of_time_does_not_matter() -> None:
+    """The same equation over a horizon of a millionth has the same order."""
+    fast = SDE(
+        drift=lambda t, x: -1e6 * x,
+        diffusion=lambda t, x: 1e3 * x[:, None],
+        start=[1.0],
+        noise_dim=1,
+        horizon=1e-6,
+        source="test",
+    )
+
+    assert found(EulerMaruyama(), fast).order == pytest.approx(0.5, abs=0.02)
+
+
+def test_a_step_is_asked_at_its_time() -> None:
+    """A drift that depends on time is taken at both half steps; with the wrong time a step is inconsistent."""
+    problem = SDE(
+        drift=lambda t, x: np.sin(7.0 * t) + 0.0 * x,
+        diffusion=lambda t, x: np.full((1, 1, 1), 0.3),
+        start=[1.0],
+        noise_dim=1,
+        horizon=1.0,
+        source="test",
+    )
+
+    @dataclass(frozen=True)
+    class Late(s.OneFormula):
+        def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+            return Step(state + h * problem.drift(2.0 * t, state) + 0.3 * noise.dW)
+
+    assert found(EulerMaruyama(), problem).order == pytest.approx(1.0, abs=0.02)
+    assert opinion(Late(s.euler), problem, 0.5).inconsistent
+
+
+@pytest.mark.slow
+def test_no_registered_claim_is_refuted() -> None:
+    """Every strong order that a shipped scheme claims of a shipped problem is verified locally, where it has one."""
+    answers = {}
+    for cell in cells(load_registry(environ={})):
+        claim, _ = claim_for(cell.scheme, cell.problem.traits, "strong", "state")
+        if claim is not None and not no_local_order(cell.scheme, cell.problem):
+            order = strong_order(local_strong(cell.scheme, cell.problem))
+            answers[cell.label] = judge_strong(order, float(claim.value), sharp=cell.scheme.sharp_locally)
+
+    wrong = {label: answer.reason for label, answer in answers.items() if answer.verdict is not Verdict.VERIFIED}
+    assert len(answers) > 50
+    assert not wrong

@@ -1,0 +1,218 @@
+"""Local weak orders of schemes whose order is known, and of planted wrong ones."""
+
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from faulty import NoiseTooStrong
+from probe.weak_cells import CORRECT, PLANTED, PROBLEMS, SIGMA, A, B, equation, euler, order, reference, scheme
+from sdaeverify import THREE_POINT, HolonomicSDAE, HolonomicState, ProblemError, Scheme, Step
+from sdaeverify.measure import Verdict
+from sdaeverify.probe.local_weak import local_weak, refusal, weak_reference
+from sdaeverify.probe.weak_order import LocalWeak, judge_weak, weak_order
+from sdaeverify.tally import packed, unpacked
+from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+
+
+@pytest.mark.parametrize("name", CORRECT)
+def test_correct_schemes_have_their_order(name):
+    """The order is found within 0.02, the claim of it is verified and that of the next half order refuted."""
+    tested, problem, known = CORRECT[name]
+    found = order(tested, problem)
+    assert found.order == pytest.approx(known, abs=0.02)
+    assert found.inconsistent_share == 0.0
+    assert judge_weak(found, min(known, 5.0)).verdict is Verdict.VERIFIED
+    if np.isfinite(known):
+        too_much = judge_weak(found, known + 0.5)
+        assert too_much.verdict is Verdict.REFUTED
+        assert not too_much.inconsistent
+
+
+@pytest.mark.parametrize("name", PLANTED)
+def test_planted_schemes_are_refuted(name):
+    """Every planted error is refuted, and called inconsistent where the limit itself is wrong at most states."""
+    tested, problem, claim, inconsistent = PLANTED[name]
+    opinion = judge_weak(order(tested, problem), claim)
+    assert opinion.verdict is Verdict.REFUTED
+    assert opinion.inconsistent is inconsistent
+
+
+@pytest.mark.parametrize("problem", ["gbm", "ou", "cubic", "pendulum", "two noises"])
+@pytest.mark.parametrize("error", [1e-4, -1e-4])
+def test_a_variance_wrong_by_one_in_ten_thousand_is_refuted(problem, error):
+    """Euler-Maruyama with it has no weak order 1, whatever sign its defects begin with."""
+    assert judge_weak(order(scheme(euler, variance=1.0 + error), problem), 1.0).verdict is Verdict.REFUTED
+
+
+def test_a_reason_names_the_function_and_the_state():
+    """One line tells what is wrong: test function, state, order and claim."""
+    reason = judge_weak(order(scheme(euler, variance=1.05), "pendulum"), 1.0).reason
+    assert "of E" in reason
+    assert "at state" in reason
+    assert "claimed 1.0" in reason
+    assert "\n" not in reason
+
+
+@cache
+def swinging():
+    """Return the shipped pendulum and what its equation says: it has positions, velocities and a pure output."""
+    problem = pendulum()
+    return problem, weak_reference(problem)
+
+
+@pytest.mark.parametrize("truncation", ["theory", "none"])
+def test_half_explicit_euler_has_weak_order_1(truncation):
+    """In law, too, with its multiplier as a fifth component that nothing depends on."""
+    problem, known = swinging()
+    found = weak_order(local_weak(HalfExplicitEuler(truncation=truncation), problem, known))
+    assert len(known.states) == 5
+    assert found.order == pytest.approx(1.0, abs=0.02)
+    assert judge_weak(found, 1.0).verdict is Verdict.VERIFIED
+    assert judge_weak(found, 1.5).verdict is Verdict.REFUTED
+
+
+@dataclass(frozen=True)
+class ForgetsTheMultiplier(HalfExplicitEuler):
+    """Half-explicit Euler that adds one per cent too much to the multiplier."""
+
+    def step(self, problem, state, t, h, noise):
+        new = super().step(problem, state, t, h, noise)
+        return replace_state(new, mu=state.mu + 1.01 * (new.state.mu - state.mu))
+
+
+def replace_state(step: Step, **parts) -> Step:
+    return step._replace(state=step.state._replace(**parts))
+
+
+def test_a_wrong_pure_output_is_found():
+    """What no coefficient depends on is compared with its equation all the same."""
+    problem, known = swinging()
+    opinion = judge_weak(weak_order(local_weak(ForgetsTheMultiplier(truncation="none"), problem, known)), 1.0)
+    assert opinion.verdict is Verdict.REFUTED
+    assert opinion.inconsistent
+
+
+def test_a_wrong_variance_is_found_on_the_inherent_equation():
+    """A constrained problem seen as an SDE is probed like any other."""
+    view = pendulum().view(NoiseTooStrong.form)
+    assert judge_weak(weak_order(local_weak(NoiseTooStrong(), view)), 1.0).inconsistent
+
+
+def test_orders_do_not_depend_on_units():
+    """A solution a million times as large has the same orders."""
+    large = equation(lambda t, x: A * x, lambda t, x: B * x[:, None], [1e6])
+    found = weak_order(local_weak(scheme(euler), large))
+    same = order(scheme(euler), "gbm")
+    assert found.order == pytest.approx(same.order, abs=0.01)
+    assert found.orders == pytest.approx(same.orders, abs=0.1)
+
+
+def test_a_reference_serves_all_schemes():
+    """Computed once, it gives the same evidence as computed anew."""
+    anew = local_weak(scheme(euler), PROBLEMS["gbm"])
+    reused = local_weak(scheme(euler), PROBLEMS["gbm"], reference("gbm"))
+    assert all(np.array_equal(a, b) for a, b in zip(anew, reused, strict=True))
+
+
+def test_orders_can_be_found_again_from_stored_evidence():
+    """The record survives being packed as evidence."""
+    record = local_weak(scheme(euler), PROBLEMS["gbm"], reference("gbm"))
+    again = unpacked("weak", LocalWeak, packed("weak", record))
+    assert weak_order(again).order == weak_order(record).order
+
+
+def test_stopping_at_coarse_steps_is_not_enough():
+    """Cut at 2^-8, the evidence on projected Euler on the sphere does not decide what the whole of it verifies."""
+    tested, problem, known = CORRECT["projected Euler-Maruyama, sphere"]
+    record = local_weak(tested, PROBLEMS[problem], reference(problem))
+    cut = record.h >= 2.0**-8
+    coarse = record._replace(h=record.h[cut], defect=record.defect[..., cut], scale=record.scale[..., cut])
+    assert judge_weak(weak_order(coarse), known).verdict is Verdict.INCONCLUSIVE
+    assert judge_weak(weak_order(record), known).verdict is Verdict.VERIFIED
+
+
+def bisected(p, x, t, h, n, *, tolerance, variance=1.0):
+    """Solve x+ = x - h x+ + b dW by halving an interval down to a tolerance."""
+    known = x + np.sqrt(variance) * SIGMA * n.dW
+    low, high = known - 4.0, known + 4.0
+    for _ in range(int(np.ceil(np.log2(8.0 / tolerance)))):
+        middle = 0.5 * (low + high)
+        below = middle * (1.0 + h) < known
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return 0.5 * (low + high)
+
+
+@pytest.mark.parametrize("tolerance", [1e-7, 1e-8, 1e-9])
+def test_a_solver_plateau_is_dropped_and_reported(tolerance):
+    """Above its solver's tolerance drift-implicit Euler has order 1; the claim is void below a step size."""
+    found = order(scheme(bisected, tolerance=tolerance), "ou")
+    opinion = judge_weak(found, 1.0)
+    assert opinion.verdict is Verdict.VERIFIED
+    assert 0.0 < found.plateau_h < 1e-3
+    assert f"void below h = {found.plateau_h:.2g}" in opinion.reason
+
+
+def test_a_plateau_hides_no_wrong_limit():
+    """With a sloppy solver, too, a variance wrong by one per cent is refuted."""
+    assert judge_weak(order(scheme(bisected, tolerance=1e-8, variance=1.01), "ou"), 1.0).inconsistent
+
+
+def test_steps_that_are_not_finite_decide_nothing():
+    """A scheme that gives NaN where its state is large is neither verified nor refuted."""
+
+    def lost(p, x, t, h, n):
+        return np.where(x > 1.2, np.nan, euler(p, x, t, h, n))
+
+    opinion = judge_weak(order(scheme(lost), "gbm"), 1.0)
+    assert opinion.verdict is Verdict.INCONCLUSIVE
+    assert "not finite" in opinion.reason
+
+
+def test_overflow_at_coarse_steps_is_no_matter():
+    """Only the fine end decides: a scheme that is lost at large steps keeps its order."""
+
+    def lost(p, x, t, h, n):
+        return euler(p, x, t, h, n) * (np.inf if h > 2.0**-6 else 1.0)
+
+    assert order(scheme(lost), "gbm").order == pytest.approx(1.0, abs=0.02)
+
+
+@dataclass(frozen=True)
+class Remembers(Scheme):
+    """A scheme with memory that is set at its start only."""
+
+    name: ClassVar[str] = "remembers"
+    form: ClassVar[type[HolonomicSDAE]] = HolonomicSDAE
+
+    def start(self, problem, paths, h):
+        return (*problem.initial(paths), np.zeros((1, paths)))
+
+    def parts(self, problem, state):
+        return HolonomicState(*state[:3])._asdict()
+
+
+def test_pairs_that_cannot_be_probed_say_why():
+    """Hidden memory and too many noises are refused with a reason."""
+    assert refusal(scheme(euler), PROBLEMS["gbm"]) == ""
+    assert "memory" in refusal(Remembers(), pendulum())
+    many = equation(lambda t, x: -x, lambda t, x: np.ones((1, 12, 1)), [1.0], noise_dim=12)
+    assert "12" in refusal(scheme(euler), many)
+    assert "12" in refusal(scheme(euler, THREE_POINT), many)
+
+
+def test_states_where_the_equation_is_not_finite_are_left_out():
+    """A coefficient that is lost somewhere at later times does not spoil the other states."""
+
+    def drift(t, x):
+        return np.where((x < 0.9) & (t > 0.0), np.nan, A * x)
+
+    whole = PROBLEMS["gbm"]
+    part = weak_reference(replace(whole, drift=drift))
+    assert 0 < part.states.shape[1] < reference("gbm").states.shape[1]
+    assert np.isfinite(part.means[..., -1]).all()
+    with pytest.raises(ProblemError, match="none of the states"):
+        weak_reference(replace(whole, drift=lambda t, x: A * x + (np.nan if t > 0.0 else 0.0)))

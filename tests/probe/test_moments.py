@@ -1,0 +1,176 @@
+"""Global weak orders by propagated moments: errors in closed form, orders, and what has none."""
+
+import numpy as np
+import pytest
+
+from probe import linear_cells as c
+from sdaeverify import SDE, Array, Increment, Langevin, Scheme
+from sdaeverify.forms import Problem
+from sdaeverify.probe.moments import MomentErrors, moment_errors, moment_order, moment_orders, no_moments
+from sdaeverify.tally import packed, unpacked
+from sdaeverify_problems.double_well import double_well
+from sdaeverify_problems.forced_ou import forced_ou
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.noncommuting import noncommuting
+from sdaeverify_problems.ou import ou
+from sdaeverify_schemes.baoab import BAOAB
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from sdaeverify_schemes.heun import HeunAdditive
+from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
+from sdaeverify_schemes.sra1 import SRA1
+from sdaeverify_schemes.stochastic_theta import StochasticTheta
+
+STEPS = (8, 16, 32, 64, 128, 256)
+# What is propagated, six finer step sizes included.
+ALL_STEPS = tuple(8 * 2**level for level in range(12))
+EPS = np.finfo(float).eps
+
+
+def errors(scheme: Scheme, problem: Problem, steps: tuple[int, ...] = STEPS) -> MomentErrors:
+    """Return the errors of moments after they were stored."""
+    view = problem.view(scheme.form)
+    assert view is not None
+    assert no_moments(scheme, view) == ""
+    record = unpacked("moments", MomentErrors, packed("moments", moment_errors(scheme, view, steps)))
+    assert record is not None
+    return record
+
+
+def test_errors_of_euler_on_growth_are_those_of_two_powers() -> None:
+    """(1 + a h)^N - e^a and ((1 + a h)^2 + b^2 h)^N - e^(2a + b^2), within the floor."""
+    record, n = errors(EulerMaruyama(), gbm(0.5, 0.6)), np.array(ALL_STEPS)
+    first = (1 + 0.5 / n) ** n - np.exp(0.5)
+    second = ((1 + 0.5 / n) ** 2 + 0.36 / n) ** n - np.exp(1.36)
+    assert (np.abs(record.first[:, 0] - first) < record.floor).all()
+    assert (np.abs(record.second[:, 0, 0] - second) < record.floor).all()
+    assert (record.floor[:6] < 1e-11).all()
+    assert (record.h == 1.0 / n).all()
+
+
+def test_errors_of_euler_on_an_additive_equation_are_those_of_a_recursion() -> None:
+    """The mean (1 - h)^N and the second moment of the recursion P <- (1 - h)^2 P + sigma^2 h."""
+    record = errors(EulerMaruyama(), ou(1.0, 0.7))
+    for level, n in enumerate(STEPS):
+        h, P = 1.0 / n, 1.0
+        for _ in range(n):
+            P = (1 - h) ** 2 * P + 0.49 * h
+        exact = np.exp(-2.0) + 0.245 * (1 - np.exp(-2.0))
+        assert record.first[level, 0] == pytest.approx((1 - h) ** n - np.exp(-1.0), abs=record.floor[level])
+        assert record.second[level, 0, 0] == pytest.approx(P - exact, abs=record.floor[level])
+
+
+CORRECT: dict[str, tuple[Scheme, Problem, float]] = {
+    "euler on growth": (EulerMaruyama(), gbm(), 1.0),
+    "euler on ou": (EulerMaruyama(), ou(), 1.0),
+    "euler on two noises": (EulerMaruyama(), noncommuting(), 1.0),
+    "trapezoidal rule on growth": (StochasticTheta(), gbm(), 1.0),
+    "trapezoidal rule on ou": (StochasticTheta(), ou(), 2.0),
+    "heun with additive noise": (HeunAdditive(), ou(), 2.0),
+    "three-point variables": (PlatenWeak2(), gbm(), 2.0),
+    "sra1, which uses areas": (SRA1(), ou(), 2.0),
+    "a two-step scheme": (c.AdamsBashforth(), gbm(), 1.0),
+}
+
+
+@pytest.mark.parametrize("name", CORRECT)
+def test_orders_of_correct_schemes_are_found(name: str) -> None:
+    """Euler 1, the trapezoidal rule 2 where the noise is additive, schemes of weak order 2, and memory."""
+    scheme, problem, order = CORRECT[name]
+    assert moment_order(errors(scheme, problem)) == pytest.approx(order, abs=1e-3)
+
+
+def test_baoab_on_a_harmonic_oscillator_is_of_order_two() -> None:
+    """A form of its own, with positions and momenta as components."""
+    problem = Langevin(
+        force=lambda q: -q, friction=0.5, strength=0.7, position=[1.0], momentum=[0.3], horizon=1.0, source="test"
+    )
+    assert moment_order(errors(BAOAB(), problem)) == pytest.approx(2.0, abs=1e-3)
+
+
+def test_one_batch_of_each_step_size_is_all_that_is_evaluated() -> None:
+    """For Euler on a scalar equation, at few states and nodes, independent of the number of steps."""
+    batches: list[int] = []
+
+    def counted(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        batches.append(x.shape[1])
+        return c.euler(problem, x, h, noise)
+
+    moment_errors(c.Formula(counted), gbm(), STEPS)
+    assert len(batches) == len(ALL_STEPS)
+    # Two states at two nodes decide; four more states and twelve more nodes check that the step is linear.
+    assert set(batches) == {6 * 14}
+
+
+def test_the_square_on_ou_looks_faster_than_it_is_and_the_mean_does_not() -> None:
+    """From x_0 = 1 the leading coefficient of E x^2 nearly vanishes: its slope begins at 1.6 and falls to 1."""
+    record = errors(EulerMaruyama(), ou())
+    found = moment_orders(record)
+    assert found.slope == pytest.approx([1.04, 1.61], abs=0.01)
+    assert found.order == pytest.approx([1.0, 1.0], abs=1e-3)
+    local = np.log2(np.abs(record.second[:-1, 0, 0] / record.second[1:, 0, 0]))
+    assert (np.diff(local) < 0.0).all()
+
+
+def test_a_moving_order_leaves_the_least_one_open() -> None:
+    """With the three coarsest step sizes alone, E x^2 of SRA1 on ou could have any order; the mean has order 2."""
+    record = errors(SRA1(), ou())
+    coarse = MomentErrors(*(values[:3] for values in record))
+    found = moment_orders(coarse)
+    assert found.slope[1] > 4.0
+    assert found.order[0] == found.least[0] == pytest.approx(2.0, abs=0.05)
+    assert found.least[1] < 1.9
+    assert np.isnan(moment_order(coarse))
+    assert moment_order(record) == pytest.approx(2.0, abs=1e-3)
+
+
+def scaled(drift: float, noise: float) -> Scheme:
+    def rule(problem: SDE, x: Array, h: float, increment: Increment) -> Array:
+        change = c.euler(problem, x, h, increment) - x
+        f = h * problem.drift(0.0, x)
+        return x + drift * f + noise * (change - f)
+
+    return c.Formula(rule)
+
+
+@pytest.mark.parametrize("problem", [gbm(), ou(), noncommuting()], ids=["growth", "ou", "two noises"])
+@pytest.mark.parametrize(("drift", "noise"), [(0.98, 1.0), (1.0, 1.025), (1.0, 1.005), (1.0, 1.0005)])
+def test_schemes_with_a_wrong_limit_have_no_order_one(problem: SDE, drift: float, noise: float) -> None:
+    """Drift too small by 2 per cent, variance too large by up to 5 per cent: some moment does not converge."""
+    assert moment_order(errors(scaled(1.0, 1.0), problem)) == pytest.approx(1.0, abs=1e-3)
+    assert moment_order(errors(scaled(drift, noise), problem)) < 0.1
+
+
+def test_a_scheme_that_is_exact_for_two_moments_shows_no_error() -> None:
+    """The exact law of ou: all is rounding, and the order is infinite."""
+
+    def exact(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        return np.exp(-h) * x + 0.7 * np.sqrt(-np.expm1(-2.0 * h) / (2.0 * h)) * noise.dW
+
+    assert moment_order(errors(c.Formula(exact), ou())) == np.inf
+
+
+@pytest.mark.parametrize("rule", [c.tamed, c.implicit_in_noise], ids=["not linear", "a pole"])
+def test_steps_without_moments_have_no_order(rule: c.Rule) -> None:
+    """Neither a step that is not linear nor one whose second moment is infinite."""
+    assert np.isnan(moment_order(errors(c.Formula(rule), c.linear(-1.0, [0.5]))))
+
+
+def test_errors_that_could_hide_are_not_taken_for_none() -> None:
+    """Kinks in seven normals, for which there is no rule: no order is told, rather than an infinite one."""
+    record = errors(c.Formula(c.balanced), c.linear(-1.0, [0.1] * 7))
+    assert (record.floor == np.inf).all()
+    assert (moment_orders(record).least == -np.inf).all()
+    assert np.isnan(moment_order(record))
+
+
+@pytest.mark.parametrize(
+    ("problem", "reason"),
+    [
+        (double_well(), "not linear"),
+        (forced_ou(), "depends on time"),
+        (c.linear(-np.eye(30), [0.1 * np.eye(30)]), "too many"),
+    ],
+)
+def test_problems_without_moment_equations_are_refused(problem: SDE, reason: str) -> None:
+    """Curved ones, ones that depend on time, and large ones."""
+    assert reason in no_moments(EulerMaruyama(), problem)

@@ -1,0 +1,118 @@
+"""Cubature nodes: exactness, aggregation of half steps, and what becomes of rules that would be too large."""
+
+from itertools import product
+from math import prod
+
+import numpy as np
+import pytest
+
+from sdaeverify.laws import THREE_POINT, TWO_POINT, Law
+from sdaeverify.noise import LevelNoise, aggregate
+from sdaeverify.probe.nodes import (
+    LARGEST,
+    MOST_NODES,
+    POINTS,
+    Nodes,
+    gauss_hermite,
+    half_steps,
+    normal_rule,
+    step_nodes,
+)
+
+GAUSSIAN_MOMENTS = {0: 1.0, 1: 0.0, 2: 1.0, 3: 0.0, 4: 3.0, 5: 0.0, 6: 15.0, 7: 0.0, 8: 105.0, 9: 0.0, 10: 945.0}
+
+
+@pytest.mark.parametrize("count", [3, 5, 6])
+def test_a_rule_integrates_polynomials_up_to_twice_its_size(count: int) -> None:
+    """With n nodes a rule is exact up to degree 2 n - 1, and not beyond."""
+    x, w = gauss_hermite(count)
+
+    for degree in range(2 * count):
+        assert w @ x**degree == pytest.approx(GAUSSIAN_MOMENTS.get(degree, 0.0), rel=1e-12, abs=1e-11)
+    assert w @ x ** (2 * count) < 0.999 * prod(range(1, 2 * count, 2))
+
+
+def test_variables_of_a_rule_are_independent() -> None:
+    """Moments of products are products of moments."""
+    rule = normal_rule(3, 4)
+
+    for powers in product(range(5), repeat=3):
+        moment = rule.weights @ np.prod(rule.x ** np.array(powers)[:, None], axis=0)
+        assert moment == pytest.approx(prod(GAUSSIAN_MOMENTS[p] for p in powers), abs=1e-10)
+
+
+@pytest.mark.parametrize(("dimension", "nodes"), [(2, 6**2), (4, 6**4), (6, 3**6), (8, 3**8)])
+def test_a_rule_that_were_too_large_has_fewer_nodes_a_variable(dimension: int, nodes: int) -> None:
+    """It stays a rule: exact up to degree 5, and at most as large as allowed."""
+    rule = normal_rule(dimension, 6)
+
+    assert rule.exact
+    assert len(rule.weights) == nodes <= max(MOST_NODES, LARGEST)
+    assert rule.weights.sum() == pytest.approx(1.0, abs=1e-12)
+    assert rule.weights @ rule.x[0] ** 4 == pytest.approx(3.0, abs=1e-10)
+    assert rule.weights @ (rule.x[0] ** 2 * rule.x[-1] ** 2) == pytest.approx(1.0, abs=1e-10)
+
+
+def test_random_points_are_the_last_resort_and_say_so() -> None:
+    """In many dimensions points are drawn, always the same, with mean squares right to some per cent."""
+    rule, again = normal_rule(18, 6), normal_rule(18, 6)
+
+    assert not rule.exact
+    assert rule.x.shape == (18, POINTS)
+    assert np.array_equal(rule.x, again.x)
+    assert np.sqrt(rule.weights @ ((rule.x**2 - 1.0) ** 2).T / 2.0) == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.parametrize("areas", [False, True])
+@pytest.mark.parametrize("dimension", [1, 2])
+def test_half_steps_make_up_the_whole(dimension: int, areas: bool) -> None:
+    """The whole step's noise is what the harness makes of the two halves."""
+    halves = half_steps(dimension, 3, areas=areas)
+
+    pairs = zip(halves.first[:2], halves.second[:2], strict=True)
+    fine = LevelNoise(*(None if a is None else np.stack([a, b]) for a, b in pairs))
+    whole = aggregate(fine)
+
+    assert np.allclose(halves.whole.dW, whole.dW[0], rtol=0.0, atol=1e-15)
+    assert (halves.whole.H is None) is not areas
+    if areas:
+        assert np.allclose(halves.whole.H, whole.H[0], rtol=0.0, atol=1e-15)
+
+
+def covariance(nodes: Nodes) -> np.ndarray:
+    values = nodes.dW if nodes.H is None else np.concatenate([nodes.dW, nodes.H])
+    return np.einsum("ik,jk,k->ij", values, values, nodes.weights)
+
+
+@pytest.mark.parametrize("dimension", [1, 2])
+def test_noise_has_its_covariance(dimension: int) -> None:
+    """Increments have variance h and H has h/12, uncorrelated, over the whole step; each half has half of it."""
+    halves, unit = half_steps(dimension, 3, areas=True), np.repeat([1.0, 1.0 / 12.0], dimension)
+
+    assert np.allclose(covariance(halves.whole), np.diag(unit), atol=1e-13)
+    assert np.allclose(covariance(halves.first), np.diag(unit / 2.0), atol=1e-13)
+    assert np.allclose(covariance(halves.second), np.diag(unit / 2.0), atol=1e-13)
+    assert np.allclose(covariance(step_nodes(dimension, 5, areas=True)), np.diag(unit), atol=1e-13)
+
+
+@pytest.mark.parametrize("law", [TWO_POINT, THREE_POINT])
+def test_a_bounded_law_has_its_atoms_as_nodes(law: Law) -> None:
+    """The nodes of two bounded variables are all pairs of atoms, and no area varies."""
+    nodes = step_nodes(2, 8, areas=True, law=law)
+
+    assert sorted(set(np.round(nodes.dW.ravel(), 12))) == sorted(np.round(law.values, 12))
+    assert len(nodes.weights) == len(law.values) ** 2
+    assert nodes.H is None
+    assert covariance(nodes) == pytest.approx(np.eye(2), abs=1e-14)
+
+
+def test_increments_are_laid_out_state_by_state() -> None:
+    """Path = state times K plus node, and everything scales like sqrt(h)."""
+    nodes = step_nodes(1, 3, areas=True)
+
+    noise = nodes.increment(0.25, states=2)
+
+    assert noise.H is not None
+    assert np.array_equal(noise.dW, 0.5 * np.concatenate([nodes.dW, nodes.dW], axis=1))
+    assert np.array_equal(noise.H[:, len(nodes.weights) :], 0.5 * nodes.H)
+    assert nodes.mean(np.ones((4, 2, 9))) == pytest.approx(np.ones((4, 2)))

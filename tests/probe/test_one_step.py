@@ -1,0 +1,126 @@
+"""The one-step map between flat states, whatever the scheme's state looks like."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+import pytest
+
+from probe import strong_cells as s
+from sdaeverify import SDE, Array, Increment, Scheme, Step
+from sdaeverify.errors import SchemeError
+from sdaeverify.forms import Problem
+from sdaeverify.probe.nodes import step_nodes
+from sdaeverify.probe.one_step import OneStep
+from sdaeverify.probe.states import cloud
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+
+H, T = 0.01, 0.1
+
+
+class Remembered(NamedTuple):
+    x: Array
+    last: Array
+
+
+@dataclass(frozen=True)
+class Averaging(Scheme):
+    """Euler-Maruyama that adds half of its last increment and leaves out half of the new one."""
+
+    name: ClassVar[str] = "averaging"
+    form: ClassVar[type[SDE]] = SDE
+
+    def enter(self, problem: SDE, state: Array, t: float, h: float) -> Remembered:
+        return Remembered(state, np.zeros_like(state))
+
+    def parts(self, problem: SDE, state: Remembered) -> Any:
+        return problem.parts(state.x)
+
+    def step(self, problem: SDE, state: Remembered, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        kick = s.apply(problem.diffusion(t, state.x), noise.dW)
+        return Step(Remembered(state.x + h * problem.drift(t, state.x) + 0.5 * (kick + state.last), kick))
+
+
+def swapped(names: dict[str, slice]) -> SDE:
+    return SDE(
+        drift=lambda t, x: np.stack([x[1], -x[0]]),
+        diffusion=lambda t, x: np.array([[[0.0]], [[0.5]]]),
+        start=[1.0, 2.0],
+        names=names,
+        noise_dim=1,
+        horizon=1.0,
+        source="test",
+    )
+
+
+def noise_of(problem: Problem, states: int) -> Increment:
+    return step_nodes(problem.noise_dim, 3).increment(H, states)
+
+
+@pytest.mark.parametrize("problem", [gbm(), swapped({"p": slice(1, 2), "q": slice(0, 1)})], ids=["gbm", "swapped"])
+def test_eulers_step_is_the_scheme_of_that_name(problem: SDE) -> None:
+    """The map of Euler-Maruyama is x + f h + B dW, rows in the order of the equation whatever their names are."""
+    step = OneStep(EulerMaruyama(), problem)
+    x = np.repeat(cloud(problem, step.ito), 3, axis=1)
+    noise = noise_of(problem, x.shape[1] // 3)
+
+    assert not step.refusal()
+    assert np.array_equal(step(x, T, H, noise), step.euler(x, T, H, noise))
+
+
+def test_a_structured_state_is_read_back() -> None:
+    """Of a constrained problem, entering and reading give the same rows r, v and mu."""
+    step = OneStep(HalfExplicitEuler(), pendulum())
+    x = cloud(step.view, step.ito)
+
+    assert not step.refusal()
+    assert list(step.names) == ["r", "v", "mu"]
+    assert np.array_equal(step.read(step.enter(x, T, H)), x)
+
+
+def test_memory_is_kept_between_steps_and_left_out_of_what_is_read() -> None:
+    """Two steps with memory are not two steps that begin anew."""
+    step, x = OneStep(Averaging(), gbm()), np.full((1, 3), 1.5)
+    noise = noise_of(gbm(), 1)
+
+    kept = step.advance(step.advance(step.enter(x, T, H), T, H, noise), T + H, H, noise)
+    anew = step(step(x, T, H, noise), T + H, H, noise)
+
+    assert not step.refusal()
+    assert step.read(kept).shape == x.shape
+    assert np.abs(step.read(kept) - anew).max() > 0.1 * np.sqrt(H)
+
+
+def test_memory_that_entering_does_not_set_is_refused() -> None:
+    """A start with more memory than an entered state says why it cannot be probed."""
+
+    @dataclass(frozen=True)
+    class StartsLonger(Averaging):
+        def start(self, problem: SDE, paths: int, h: float) -> Any:
+            return np.zeros((2, paths))
+
+    assert "memory" in OneStep(StartsLonger(), gbm()).refusal()
+
+
+@pytest.mark.parametrize("names", [{"q": slice(0, 1)}, {"q": slice(0, 2), "p": slice(1, 2)}])
+def test_names_that_are_no_partition_of_the_rows_are_refused(names: dict[str, slice]) -> None:
+    """Rows without a name, or with two, cannot be read back from named components."""
+    assert "rows" in OneStep(EulerMaruyama(), swapped(names)).refusal()
+
+
+def test_a_problem_without_ito_equation_is_refused() -> None:
+    """A form that offers no equation is told by name."""
+
+    @dataclass(frozen=True, kw_only=True, eq=False)
+    class Bare(Problem):
+        pass
+
+    step = OneStep(EulerMaruyama(), Bare(horizon=1.0, noise_dim=1, source="test"))
+
+    assert "Bare" in step.refusal()
+    with pytest.raises(SchemeError, match="Bare"):
+        assert step.ito

@@ -1,0 +1,199 @@
+"""Operators on symmetric matrices, and those of steps: against closed forms and independent quadrature."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.stats import norm
+
+from probe import linear_cells as c
+from sdaeverify import SDE, Array, Increment, Scheme
+from sdaeverify.laws import GAUSSIAN
+from sdaeverify.probe.expectation import disagreement
+from sdaeverify.probe.one_step import OneStep
+from sdaeverify.probe.second_moments import Operator, on_symmetric, smat, svec
+from sdaeverify.probe.step_moments import StepMoments, step_moments
+from sdaeverify.probe.step_noise import StepNoise
+from sdaeverify_problems.noncommuting import B_1, B_2, A, noncommuting
+from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
+
+EPS = np.finfo(float).eps
+SCALAR = c.linear(-2.0, [1.0])
+
+
+def moments(scheme: Scheme, problem: SDE, h: float) -> StepMoments:
+    return step_moments(OneStep(scheme, problem), h)
+
+
+def square(found: StepMoments) -> float:
+    """Return E R^2 of a scalar step."""
+    return float(found.operator.homogeneous.dense()[0, 0])
+
+
+def test_the_matrix_of_an_operator_acts_like_its_sum() -> None:
+    """In the coordinates svec, on a random matrix; and lengths are Frobenius norms."""
+    rng = np.random.default_rng(1)
+    operator = Operator(rng.standard_normal((3, 3, 5)), rng.uniform(size=5))
+    G = rng.standard_normal((3, 3))
+    P = G @ G.T
+
+    direct = sum(w * X @ P @ X.T for w, X in zip(operator.weights, np.moveaxis(operator.factors, -1, 0), strict=True))
+    assert operator(P) == pytest.approx(direct, rel=1e-13)
+    assert smat(operator.dense() @ svec(P), 3) == pytest.approx(direct, rel=1e-13)
+    assert np.linalg.norm(svec(P)) == pytest.approx(np.linalg.norm(P), rel=4 * EPS)
+    assert operator.size == 6
+
+
+def test_maps_of_matrices_are_restricted_to_symmetric_ones() -> None:
+    """The eigenvalues on symmetric matrices are those of the Kronecker form whose eigenvectors are symmetric."""
+    X = np.diag([0.9, 0.5, -0.2])
+    found = np.sort(np.linalg.eigvals(on_symmetric(np.kron(X, X), 3)))
+    i, j = np.triu_indices(3)
+    assert found == pytest.approx(np.sort(np.diag(X)[i] * np.diag(X)[j]), abs=8 * EPS)
+
+
+def test_eulers_operator_on_a_system_is_its_kronecker_form() -> None:
+    """E R x R = (Id + h A) x (Id + h A) + h B_1 x B_1 + h B_2 x B_2, from three nodes of a simplex."""
+    h, step = 0.1, np.eye(2) + 0.1 * A
+    found = moments(c.Formula(c.euler), noncommuting(), h)
+    expected = np.kron(step, step) + h * (np.kron(B_1, B_1) + np.kron(B_2, B_2))
+
+    assert len(found.operator.weights) == 3
+    assert found.operator.homogeneous.dense() == pytest.approx(on_symmetric(expected, 2), abs=16 * EPS)
+    assert found.rule_error == 0.0
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 7])
+def test_the_simplex_is_a_rule_of_degree_two(n: int) -> None:
+    """Its mean is 0 and its covariance the unit matrix."""
+    x = StepNoise(n, areas=False, law=GAUSSIAN).simplex()
+    assert x.shape == (n, n + 1)
+    assert x.sum(axis=1) == pytest.approx(np.zeros(n), abs=n * 4 * EPS)
+    assert x @ x.T / (n + 1) == pytest.approx(np.eye(n), abs=n * 4 * EPS)
+
+
+def test_milsteins_step_needs_fourth_moments() -> None:
+    """E R^2 = (1 + a h)^2 + b^2 h + b^4 h^2/2; the simplex alone would give Euler's."""
+    for h in (0.01, 0.3, 50.0):
+        found = moments(c.Formula(c.milstein), SCALAR, h)
+        assert square(found) == pytest.approx((1 - 2 * h) ** 2 + h + 0.5 * h**2, rel=1e-13)
+        assert found.rule_error < 1e-12
+
+
+def test_bounded_variables_have_their_own_moments() -> None:
+    """With two points dW^2 = h, so that Milstein's step is Euler's; three points keep fourth moments."""
+    h = 0.3
+    assert square(moments(c.TwoPoint(c.milstein), SCALAR, h)) == pytest.approx((1 - 2 * h) ** 2 + h, rel=8 * EPS)
+    found = moments(PlatenWeak2(), noncommuting(), h)
+    assert len(found.operator.weights) % 9 == 0
+    assert found.rule_error == 0.0
+
+
+def test_areas_count_with_a_twelfth_of_the_variance() -> None:
+    """A step with b x dW + 3 x H has E R^2 = (1 + a h)^2 + b^2 h + 9 h/12."""
+    scheme = c.WithAreas(lambda problem, x, h, noise: c.euler(problem, x, h, noise) + 3.0 * x * noise.H)
+    for h in (0.1, 2.0):
+        expected = (1 - 2 * h) ** 2 + h + 0.75 * h
+        assert square(moments(scheme, SCALAR, h)) == pytest.approx(expected, rel=8 * EPS)
+
+
+def test_a_kink_at_zero_is_integrated_on_both_sides() -> None:
+    """The balanced step, rational in |dW|, against scipy's quadrature on half lines."""
+    h = 0.3
+    s = np.sqrt(h)
+
+    def both(z: float) -> float:
+        sides = [1.0 + (-2.0 * h + sign * s * z) / (1.0 + s * z) for sign in (1.0, -1.0)]
+        return float(sum(side**2 for side in sides) * norm.pdf(z))
+
+    expected = quad(both, 0.0, 9.5, epsabs=1e-14, epsrel=1e-14)[0]
+    found = moments(c.Formula(c.balanced), SCALAR, h)
+    assert square(found) == pytest.approx(expected, rel=1e-13)
+    assert found.rule_error < 1e-12
+
+
+@pytest.mark.parametrize("cut", [True, False], ids=["clipped", "dropped"])
+def test_kinks_and_jumps_anywhere_are_found(cut: bool) -> None:
+    """Noise clipped at, or dropped beyond, 1.55 standard deviations, against its truncated second moment."""
+    h, reach = 0.3, 1.5517557
+
+    def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        edge = reach * np.sqrt(h)
+        dW = np.clip(noise.dW, -edge, edge) if cut else np.where(np.abs(noise.dW) > edge, 0.0, noise.dW)
+        return x + h * problem.drift(0.0, x) + x * dW
+
+    inside = 1.0 - 2.0 * norm.sf(reach) - 2.0 * reach * norm.pdf(reach)
+    variance = inside + (2.0 * reach**2 * norm.sf(reach) if cut else 0.0)
+    # The last panels at a jump are 9.5/2^46 long.
+    assert square(moments(c.Formula(rule), SCALAR, h)) == pytest.approx((1 - 2 * h) ** 2 + h * variance, rel=2e-12)
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.3], ids=["at 0", "elsewhere"])
+def test_two_normals_with_kinks_are_known_as_well_as_it_says(shift: float) -> None:
+    """Kinks at 0 are integrated on either side; of others, ten times the disagreement of two rules is a bound."""
+    h, problem = 0.3, c.linear(-2.0, [0.6, 0.8])
+    edge = shift * np.sqrt(h)
+
+    def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        denominator = 1.0 + np.abs(noise.dW - edge).sum(axis=0)
+        return x + (c.euler(problem, x, h, noise) - x) / denominator
+
+    # Midpoints a fiftieth apart, kinks between them, on the grid of the sum.
+    x, y = np.meshgrid(*[(np.arange(-450, 450) + 0.5) / 50.0] * 2)
+    s = np.sqrt(h)
+    R = 1.0 + (-2.0 * h + s * (0.6 * x + 0.8 * y)) / (1.0 + s * (np.abs(x - shift) + np.abs(y - shift)))
+    expected = float((norm.pdf(x) * norm.pdf(y) * R**2).sum() / 2500.0)
+
+    found = moments(c.Formula(rule), problem, h)
+    error = abs(square(found) - expected)
+    # The midpoint rule leaves about 1/2500 of a second derivative, over 24.
+    assert error < 10.0 * found.rule_error + 3e-5
+    assert found.rule_error < 1e-12 if shift == 0.0 else 1e-5 < found.rule_error < 0.01
+
+
+def test_many_normals_are_exact_if_the_step_is_affine_in_them_and_unknown_if_not() -> None:
+    """Seven noises: Euler's operator is exact from eight nodes; for a kinked step nothing is claimed."""
+    rng = np.random.default_rng(2)
+    columns = [0.3 * rng.standard_normal((2, 2)) for _ in range(7)]
+    problem, h = c.linear(-2.0 * np.eye(2), columns), 0.1
+    found = moments(c.Formula(c.euler), problem, h)
+    expected = np.kron(0.8 * np.eye(2), 0.8 * np.eye(2)) + h * sum(np.kron(C, C) for C in columns)
+
+    assert found.operator.homogeneous.dense() == pytest.approx(on_symmetric(expected, 2), rel=1e-13, abs=1e-15)
+    assert moments(c.Formula(c.balanced), problem, h).rule_error == np.inf
+
+
+def test_a_pole_of_the_step_in_its_noise_is_found() -> None:
+    """1/(1 - b sqrt(h) z) is infinite at z = 34 standard deviations, where every quadrature returns a number."""
+    h = (1.0 / 34.0) ** 2
+    found = moments(c.Formula(c.implicit_in_noise), SCALAR, h)
+    assert found.far.pole == pytest.approx(34.0, abs=0.2)
+    assert found.expectation.coarser is found.operator
+    assert found.rule_error == np.inf
+
+
+@pytest.mark.parametrize("rule", [c.milstein, c.balanced])
+@pytest.mark.parametrize("h", [1e-3, 0.1, 10.0, 1e3])
+def test_steps_without_poles_have_none(rule: c.Rule, h: float) -> None:
+    """Polynomials and |dW| in a denominator have peaks, but none that grow without bound."""
+    assert moments(c.Formula(rule), SCALAR, h).far.pole == np.inf
+
+
+def test_second_moments_carried_by_rare_noise_are_not_overlooked() -> None:
+    """The exact step of growth with E R^2 = exp(h/4), long steps of which no quadrature on [-9.5, 9.5] sees."""
+    scheme, problem = c.exact_growth(-1.0, 1.5), c.linear(-1.0, [1.5])
+    near, far = (moments(scheme, problem, h) for h in (0.5, 25.0))
+    assert square(near) == pytest.approx(np.exp(0.125), rel=1e-12)
+    assert near.far.left_out < 1e-12
+    assert square(far) < 1.0
+    assert far.far.left_out > np.exp(6.0)
+
+
+def test_disagreement_is_relative_and_sees_every_entry() -> None:
+    """A change of one factor by 1e-6 shows as such, a common scale does not count."""
+    rng = np.random.default_rng(3)
+    operator = Operator(rng.standard_normal((4, 4, 3)), np.full(3, 1 / 3))
+    for place in ((0, 0), (3, 1)):
+        changed = operator.factors.copy()
+        changed[place] *= 1.0 + 1e-6
+        assert 1e-8 < disagreement(operator, operator._replace(factors=changed)) < 1e-5
+    assert disagreement(operator, operator) == 0.0

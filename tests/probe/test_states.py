@@ -1,0 +1,98 @@
+"""The cloud of states: where it is, and that the coefficients can be evaluated there."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sdaeverify import SDE
+from sdaeverify.forms import Problem
+from sdaeverify.probe.states import MOST_STEPS, SIZE, cloud
+from sdaeverify_problems.circle import circle
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_problems.sphere import sphere
+
+
+def states(problem: Problem) -> np.ndarray:
+    ito = problem.ito()
+    assert isinstance(ito, SDE)
+    return cloud(problem, ito)
+
+
+def scalar(**changes: Any) -> SDE:
+    given: dict[str, Any] = {
+        "drift": lambda t, x: -x,
+        "diffusion": lambda t, x: np.ones((1, 1, 1)),
+        "start": [1.0],
+        "noise_dim": 1,
+        "horizon": 1.0,
+        "source": "test",
+    }
+    return SDE(**given | changes)
+
+
+@pytest.mark.parametrize(
+    "problem", [gbm(), circle(), sphere(), pendulum()], ids=["gbm", "circle", "sphere", "pendulum"]
+)
+def test_the_cloud_begins_with_the_initial_state_and_spreads(problem: Problem) -> None:
+    """The first state is the initial one; the others are finite and all different from each other."""
+    x, ito = states(problem), problem.ito()
+
+    assert x.shape == (ito.dimension, SIZE)
+    assert np.array_equal(x[:, :1], ito.initial(1))
+    assert np.isfinite(x).all()
+    assert len(np.unique(np.round(x, 9), axis=1).T) == SIZE
+
+
+@pytest.mark.parametrize("problem", [circle(), sphere(), pendulum()], ids=["circle", "sphere", "pendulum"])
+def test_the_cloud_is_on_the_manifold(problem: Problem) -> None:
+    """Constraint and hidden constraint hold to rounding."""
+    residuals = problem.residuals(problem.parts(problem.state(states(problem))))
+
+    for value, scale in residuals.values():
+        assert np.all(np.abs(value) <= 1e-14 * np.maximum(1.0, scale))
+
+
+def test_the_cloud_is_the_same_every_time() -> None:
+    """No two calls draw other states."""
+    assert np.array_equal(states(gbm()), states(gbm()))
+
+
+def test_states_where_the_coefficients_are_not_finite_are_left_out() -> None:
+    """A square root of the state keeps the cloud where it is real."""
+    problem = scalar(drift=lambda t, x: 0.2 - x, diffusion=lambda t, x: 0.8 * np.sqrt(x)[:, None], start=[0.05])
+
+    x = states(problem)
+
+    assert np.all(x >= 0.0)
+    assert len(np.unique(x)) > SIZE // 2
+
+
+def test_a_pilot_that_explodes_gives_the_initial_state() -> None:
+    """A drift that Euler-Maruyama cannot follow leaves finite states, without a warning."""
+    x = states(scalar(drift=lambda t, x: 1e3 * x**3, start=[3.0]))
+
+    assert np.isfinite(x).all()
+    assert np.all(np.abs(x) < 1e100)
+
+
+def test_a_long_horizon_costs_no_more_than_a_short_one() -> None:
+    """The pilot stops after so many steps, however far the horizon is."""
+    calls = []
+
+    def drift(t: float, x: np.ndarray) -> np.ndarray:
+        calls.append(t)
+        return -x
+
+    problem = scalar(drift=drift, horizon=1e4)
+    calls.clear()
+    states(problem)
+
+    assert len(calls) <= MOST_STEPS + 2
+    assert max(calls) < 5.0
+
+
+def test_a_stiff_equation_keeps_its_pilot_near() -> None:
+    """Where Euler-Maruyama with the pilot's step is unstable, the cloud stays where solutions are."""
+    assert np.abs(states(gbm(a=-200.0))).max() < 10.0

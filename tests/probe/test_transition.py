@@ -1,0 +1,194 @@
+"""Transition operators against laws in closed form, and what keeps a scheme from having one."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from probe.chart_cells import ANGLE, OU, AdditiveHeun, Euler, identity, plane_pendulum
+from sdaeverify import SDE, TWO_POINT, Angle, Chart, HolonomicSDAE, HolonomicState, Law, Line, Scheme, Step
+from sdaeverify.numerics import apply
+from sdaeverify.probe.basis import chart_basis
+from sdaeverify.probe.one_step import OneStep
+from sdaeverify.probe.transition import refusal, stationary, transition
+from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+
+SIGMA, H = 0.7, 0.125
+BASIS = chart_basis(OU.chart, line=8)
+UNTRUNCATED = HalfExplicitEuler(truncation="none")
+
+
+def operator(scheme, view, h=H, basis=None):
+    """Return the operator of a scheme in a small basis."""
+    return transition(OneStep(scheme, view), basis or chart_basis(view.chart, 5, 8), h)
+
+
+def mean_square(law):
+    """Return E x^2 of an OU process from the means of h_0 = 1 and h_2 = (x^2/sigma^2 - 1)/sqrt(2)."""
+    return SIGMA**2 * (1.0 + np.sqrt(2.0) * law[2])
+
+
+# ---------------------------------------------------------------- closed forms
+
+
+def test_euler_on_an_ou_process_shrinks_polynomials():
+    """Of x+ = (1 - h) x + sigma dW the eigenvalues are (1 - h)^n, and degrees never grow."""
+    T = operator(Euler(), OU).matrix
+    assert np.abs(np.tril(T, -1)).max() < 1e-12
+    assert np.allclose(np.diag(T), (1 - H) ** np.arange(8), rtol=0.0, atol=1e-12)
+
+
+def test_stationary_law_of_euler_has_its_variance():
+    """x+ = (1 - h) x + sigma dW has the stationary variance sigma^2/(2 - h)."""
+    law = stationary(operator(Euler(), OU).matrix)
+    assert mean_square(law) == pytest.approx(SIGMA**2 / (2 - H), abs=1e-13)
+    assert mean_square(law) != pytest.approx(SIGMA**2 / 2, abs=1e-3)
+
+
+def test_means_are_preserved_as_such():
+    """The operator takes 1 to 1."""
+    T = operator(AdditiveHeun(), ANGLE).matrix
+    assert np.allclose(T[:, 0], np.eye(len(T))[0], rtol=0.0, atol=1e-14)
+
+
+def test_a_bounded_law_is_given_by_its_atoms():
+    """With two-point variables E x^4 after one step from 0 is (sigma^2 h)^2, not three times that."""
+
+    class Coin(Euler):
+        law: ClassVar[Law] = TWO_POINT
+
+    fourth = BASIS.project(BASIS.nodes[0] ** 4)
+    start = BASIS.values(np.zeros((1, 1)))[:, 0]
+    found = [start @ operator(scheme, OU, basis=BASIS).matrix @ fourth for scheme in (Coin(), Euler())]
+    assert np.allclose(found, np.array([1.0, 3.0]) * (SIGMA**2 * H) ** 2, rtol=0.0, atol=1e-12)
+
+
+def test_doing_nothing_has_no_unique_stationary_law():
+    """Where every law is stationary none is returned."""
+    assert np.isnan(stationary(np.eye(4))[1:]).all()
+
+
+# ---------------------------------------------------------------- what is noticed of the steps
+
+
+@dataclass(frozen=True)
+class Unprojected(Scheme):
+    """r+ = r + h v, v+ = v + h a + dw, off the circle."""
+
+    name: ClassVar[str] = "unprojected"
+    form: ClassVar[type[HolonomicSDAE]] = HolonomicSDAE
+
+    def step(self, problem, state, t, h, noise):
+        r, v, mu = state
+        return Step(
+            HolonomicState(
+                r + h * v, v + h * problem.force(t, r, v) + apply(problem.diffusion(t, r, v), noise.dW), mu
+            )
+        )
+
+
+def test_a_projecting_scheme_stays_on_the_chart():
+    """Positions on the circle and tangent velocities are what embed makes of angle and angular velocity."""
+    assert operator(UNTRUNCATED, plane_pendulum()).departure < 1e-14
+
+
+def test_a_scheme_without_projection_leaves_the_chart():
+    """The gap between a state and its image under read and embed is of the size of the step."""
+    assert operator(Unprojected(), plane_pendulum()).departure > 1e-3
+
+
+@pytest.mark.parametrize("no_root", ["hold", "fail"])
+def test_steps_without_root_are_weighed(no_root):
+    """The half-explicit step has no root for h |omega| > 1: its probability under the law of the basis."""
+    pendulum = plane_pendulum(scale=1.5)
+    basis = chart_basis(pendulum.chart, 5, 8)
+    found = operator(HalfExplicitEuler(truncation="none", no_root=no_root), pendulum, h=0.5, basis=basis)
+    expected = basis.weights[np.abs(0.5 * basis.nodes[1]) > 1.0].sum()
+    assert found.failed == pytest.approx(expected, abs=1e-14)
+    assert 0.1 < expected < 0.5
+    assert np.isfinite(found.matrix).all()
+
+
+def test_truncated_steps_are_weighed():
+    """Truncation acts for h max(|omega|, omega^2) > C_eta."""
+    pendulum = plane_pendulum()
+    basis = chart_basis(pendulum.chart, 5, 8)
+    found = operator(HalfExplicitEuler(truncation=0.25), pendulum, basis=basis)
+    omega = np.abs(basis.nodes[1])
+    expected = basis.weights[H * np.maximum(omega, omega**2) > 0.25].sum()
+    assert found.truncated == pytest.approx(expected, abs=1e-14)
+    assert found.failed == 0.0
+
+
+def test_what_blows_up_is_put_back_and_counted():
+    """A step to 1e9 is no value of a polynomial any more."""
+
+    class Explosive(Euler):
+        def step(self, problem, x, t, h, noise):
+            return Step(np.where(np.abs(x) > 1.0, 1e9, x))
+
+    found = operator(Explosive(), OU, basis=BASIS)
+    outside = np.abs(BASIS.nodes[0]) > 1.0
+    assert found.failed == pytest.approx(BASIS.weights[outside].sum(), abs=1e-14)
+    assert np.allclose(found.matrix, np.eye(8), rtol=0.0, atol=1e-12)
+
+
+# ---------------------------------------------------------------- refusals
+
+
+def test_pairs_on_a_chart_are_not_refused():
+    """A scheme that keeps no memory has an operator on an autonomous problem, outputs and all."""
+    assert not refusal(Euler(), ANGLE)
+    assert not refusal(UNTRUNCATED, plane_pendulum())
+
+
+def test_a_problem_without_chart_is_refused():
+    """Nothing can be said without coordinates."""
+    assert "no chart" in refusal(Euler(), replace(OU, chart=None))
+
+
+def test_time_in_the_coefficients_is_refused():
+    """A step of a forced problem depends on when it is made."""
+    forced = replace(OU, drift=lambda t, x: np.sin(t) - x)
+    assert "depend on time" in refusal(Euler(), forced)
+
+
+def test_a_chart_that_wraps_its_component_is_refused():
+    """An angle that is a component itself comes back from read as it was."""
+    shifted = Chart(ANGLE.chart.axes, lambda z: z, lambda x: x + np.array([[2 * np.pi], [0.0]]))
+    assert "not inverse" in refusal(Euler(), replace(ANGLE, chart=shifted))
+
+
+def test_memory_beyond_the_components_is_refused():
+    """A scheme that carries its last step along is no map of the coordinates."""
+
+    class Remembering(Euler):
+        def enter(self, problem, state, t, h):
+            return np.concatenate([state, 0.0 * state])
+
+    assert "memory" in refusal(Remembering(), OU)
+
+
+def test_a_step_that_uses_its_outputs_is_refused():
+    """A multiplier that drives the next step is memory."""
+
+    class Driven(Unprojected):
+        def step(self, problem, state, t, h, noise):
+            return Step(HolonomicState(state.r, state.v + h * state.mu, state.mu))
+
+    assert "pure outputs" in refusal(Driven(), plane_pendulum())
+
+
+def test_too_many_noises_are_refused():
+    """Five normals a step have no tensor rule of bearable size; bounded variables are enumerated."""
+    plane = SDE(
+        drift=lambda t, x: -x,
+        diffusion=lambda t, x: np.ones((2, 5, 1)),
+        start=[0.0, 0.0],
+        horizon=1.0,
+        noise_dim=5,
+        source="test",
+        chart=identity(Line(0.0, 1.0), Angle()),
+    )
+    assert "5 normals" in refusal(Euler(), plane)

@@ -1,0 +1,149 @@
+"""Orders and verdicts from defects that are prescribed as functions of h."""
+
+import numpy as np
+import pytest
+
+from sdaeverify.measure import Verdict
+from sdaeverify.probe import test_functions as phi
+from sdaeverify.probe.local_weak import LEVELS
+from sdaeverify.probe.weak_order import LocalWeak, judge_weak, weak_order
+
+H = LEVELS
+FUNCTIONS, STATES = len(phi.names(1)), 13
+
+
+def record(defect, exceptional=None, where=None, trees=5):
+    """Return a record with one defect everywhere, but another one for some functions and states."""
+    defects = np.tile(defect, (FUNCTIONS, STATES, 1))
+    if where is not None:
+        defects[where] = exceptional
+    return LocalWeak(H, defects, np.ones_like(defects), np.array(float(trees)), np.array(1.0))
+
+
+def judged(claim, *given, **more):
+    found = weak_order(record(*given, **more))
+    return found, judge_weak(found, claim)
+
+
+@pytest.mark.parametrize("power", [1.5, 2.0, 2.5, 3.0])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_powers_are_found(power, sign):
+    """C h^(p + 1) (1 + a h) has the order p, half-integer ones included."""
+    found, opinion = judged(power - 1.0, sign * 0.3 * H**power * (1.0 - 2.0 * H))
+    assert found.order == pytest.approx(power - 1.0, abs=0.01)
+    assert opinion.verdict is Verdict.VERIFIED
+
+
+def test_rounding_is_exact():
+    """Defects that are above the floor at few levels have every order."""
+    found, opinion = judged(2.0, 1e-15 * np.cos(np.arange(len(H))))
+    assert found.order == np.inf
+    assert opinion.reason == "exact to round-off"
+
+
+def test_the_error_of_the_reference_is_no_order():
+    """Where three trees were extrapolated, a defect of the order 3 is theirs."""
+    defect = 5.0 * H**4
+    assert weak_order(record(defect, trees=3)).order == np.inf
+    assert weak_order(record(defect)).order == pytest.approx(3.0, abs=0.02)
+
+
+STEEP = 0.5 * H**3
+# It changes its sign just before it meets the floor.
+CROSSING = 0.02 * H**3 - 8.0 * H**4
+
+
+def test_a_defect_that_changes_sign_is_left_out():
+    """One whose leading coefficient is small tells nothing; it is counted in the reason."""
+    found, opinion = judged(2.0, STEEP, CROSSING, (1, slice(0, 2)))
+    assert np.nanmin(found.orders) < 1.75
+    assert opinion.verdict is Verdict.VERIFIED
+    assert "2 of 78 defects change sign" in opinion.reason
+
+
+def test_defects_that_move_at_many_states_decide_nothing():
+    """The same at a quarter of the states is inconclusive: a lower order may be on its way."""
+    _, opinion = judged(2.0, STEEP, CROSSING, (1, slice(0, 4)))
+    assert opinion.verdict is Verdict.INCONCLUSIVE
+    assert "still changing with h" in opinion.reason
+
+
+def test_orders_on_both_sides_of_a_change_of_sign_are_not_extrapolated():
+    """Across it and just behind it local orders may be low and nearly equal by chance: that refutes nothing."""
+    turn = 2.0**-11 / 0.3
+    _, opinion = judged(1.0, 1e-4 * H**2 * (1.0 - H / turn))
+    assert opinion.verdict is Verdict.INCONCLUSIVE
+    assert "still changing with h" in opinion.reason
+
+
+def test_an_order_is_known_again_behind_a_change_of_sign():
+    """Two halvings behind it a low order is found as if there had been none."""
+    _, opinion = judged(1.0, 1e-4 * H - 0.5 * H**2)
+    assert opinion.verdict is Verdict.REFUTED
+    assert opinion.inconsistent
+
+
+@pytest.mark.parametrize(
+    ("states", "verdict"), [(1, Verdict.INCONCLUSIVE), (3, Verdict.INCONCLUSIVE), (4, Verdict.REFUTED)]
+)
+def test_a_low_order_at_isolated_states_decides_nothing(states, verdict):
+    """One test function at a quarter of the states refutes; fewer may be singular."""
+    _, opinion = judged(2.0, STEEP, 0.5 * H**2, (3, slice(0, states)))
+    assert opinion.verdict is verdict
+    assert "E x1^4 at state 0" in opinion.reason
+
+
+@pytest.mark.parametrize(("power", "inconsistent"), [(1.0, True), (1.5, False)])
+def test_only_the_order_zero_is_inconsistent(power, inconsistent):
+    """The order 1/2 is low, but its limit is right."""
+    _, opinion = judged(1.0, 0.1 * H**power)
+    assert opinion.verdict is Verdict.REFUTED
+    assert opinion.inconsistent is inconsistent
+
+
+def test_the_limit_must_be_wrong_at_most_states_to_be_inconsistent():
+    """At a minority of them it refutes, and samples may still be asked."""
+    for states, inconsistent in ((6, False), (7, True)):
+        _, opinion = judged(1.0, 0.1 * H**2, 0.1 * H, (slice(None), slice(0, states)))
+        assert opinion.verdict is Verdict.REFUTED
+        assert opinion.inconsistent is inconsistent
+
+
+def noisy(power, size):
+    """Return defects of many functions and states with errors of a solver that jump about."""
+    errors = np.random.default_rng(5).uniform(-size, size, (FUNCTIONS, STATES, len(H)))
+    coefficients = np.linspace(0.1, 1.0, FUNCTIONS * STATES).reshape(FUNCTIONS, STATES, 1)
+    return record(0.0 * H)._replace(defect=coefficients * H**power + errors)
+
+
+def test_a_plateau_of_a_solver_is_no_order():
+    """It is dropped and its step size reported; below it the claim is void."""
+    found = weak_order(noisy(2.0, 1e-8))
+    assert 2.0**-14 < found.plateau_h < 2.0**-9
+    assert judge_weak(found, 1.0).verdict is Verdict.VERIFIED
+    assert judge_weak(found, 1.5).verdict is Verdict.REFUTED
+
+
+def test_a_few_defects_that_a_solver_stops_refute_nothing():
+    """Too few for a plateau, they are no powers of h either: their orders are not known."""
+    _, opinion = judged(1.0, 0.1 * H**2, 0.1 * H**2 + 1e-10, (2, slice(0, 4)))
+    assert opinion.verdict is Verdict.INCONCLUSIVE
+
+
+def test_a_plateau_that_leaves_too_few_levels_hides_the_order():
+    """Nothing is said of an order of which only coarse steps are left."""
+    opinion = judge_weak(weak_order(noisy(3.0, 1e-7)), 2.0)
+    assert opinion.verdict is Verdict.INCONCLUSIVE
+    assert "tolerance" in opinion.reason
+
+
+def test_a_large_plateau_is_a_wrong_limit():
+    """Defects that stay above one in a million are no solver's tolerance, but a step that does not shrink with h."""
+    _, opinion = judged(1.0, 0.1 * H**2 + 1e-4)
+    assert opinion.inconsistent
+
+
+def test_no_finite_step_is_no_order():
+    """Where the finest step is not finite, its state has no order."""
+    _, opinion = judged(1.0, 0.1 * H**2, np.where(H < 2.0**-15, np.nan, H), (slice(None), 5))
+    assert opinion.verdict is Verdict.INCONCLUSIVE

@@ -1,0 +1,238 @@
+"""Problems, correct schemes and planted wrong ones for the tests of local weak orders, each a few lines."""
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from sdaeverify import GAUSSIAN, SDE, THREE_POINT, TWO_POINT, Array, Increment, Law, Scheme, Step
+from sdaeverify.numerics import apply
+from sdaeverify.probe.local_weak import Reference, local_weak, weak_reference
+from sdaeverify.probe.weak_order import WeakOrder, weak_order
+
+Formula = Callable[..., Array]
+A, B = 0.5, 0.6
+SIGMA, GAMMA = 0.7, 0.5
+J = np.array([[0.0, -1.0], [1.0, 0.0]])
+# The four values +-sqrt(2) and 0 twice: variance 1, fourth moment 2 in place of 3.
+FLAT = Law("flat", lambda x: x, (-(2.0**0.5), 0.0, 2.0**0.5), (0.25, 0.5, 0.25))
+
+
+def scheme(formula: Formula, law: Law = GAUSSIAN, noise: tuple[str, ...] = ("dW",), **parameters: Any) -> Scheme:
+    """Return a scheme for SDEs that steps by a formula (problem, x, t, h, noise) -> x+."""
+
+    def step(self: Scheme, problem: SDE, x: Array, t: float, h: float, increment: Increment) -> Step:
+        return Step(formula(problem, x, t, h, increment, **parameters))
+
+    members = {"name": formula.__name__, "form": SDE, "law": law, "noise": frozenset(noise), "step": step}
+    return type("Probed", (Scheme,), members)()
+
+
+def equation(drift: Any, diffusion: Any, start: list[float], **more: Any) -> SDE:
+    """Return an SDE of unit horizon."""
+    settings: Mapping[str, Any] = {"horizon": 1.0, "noise_dim": 1, "source": "test", **more}
+    return SDE(drift=drift, diffusion=diffusion, start=start, **settings)
+
+
+def project(x: Array) -> Array:
+    """Return Id - x x^T/|x|^2, shape (d, d, P)."""
+    return np.eye(len(x))[..., None] - x[:, None] * x[None] / (x * x).sum(axis=0)
+
+
+def constant(*rows: list[float]) -> Any:
+    """Return a diffusion that is the same everywhere."""
+    return lambda t, x: np.array(rows)[..., None]
+
+
+LEFT, RIGHT = np.array([[0.3, 0.5], [0.0, 0.2]]), np.array([[0.1, 0.0], [0.4, 0.3]])
+PROBLEMS: Mapping[str, SDE] = {
+    "gbm": equation(lambda t, x: A * x, lambda t, x: B * x[:, None], [1.0]),
+    "ou": equation(lambda t, x: -x, constant([SIGMA]), [1.0]),
+    "forced": equation(lambda t, x: np.sin(3.0 * t) - x - x**3, constant([SIGMA]), [0.6]),
+    "cubic": equation(lambda t, x: x - x**3, lambda t, x: 0.4 * np.cos(x)[:, None], [0.8]),
+    "pendulum": equation(
+        lambda t, x: np.stack([x[1], -np.sin(x[0]) - GAMMA * x[1]]), constant([0.0], [SIGMA]), [0.5, 0.5]
+    ),
+    "circle": equation(
+        lambda t, x: -0.5 * x, lambda t, x: np.stack([-x[1], x[0]])[:, None], [np.cos(0.5), np.sin(0.5)],
+        constraint=lambda x: 0.5 * (1.0 - (x * x).sum(axis=0))[None],
+    ),
+    "sphere": equation(
+        lambda t, x: -x / (x * x).sum(axis=0), lambda t, x: project(x), [0.6, 0.0, 0.8], noise_dim=3,
+        constraint=lambda x: 0.5 * (1.0 - (x * x).sum(axis=0))[None],
+    ),
+    "two noises": equation(
+        lambda t, x: -0.5 * x, lambda t, x: np.stack([LEFT @ x, RIGHT @ x], axis=1), [1.0, 0.5], noise_dim=2
+    ),
+}  # fmt: skip
+
+
+@cache
+def reference(name: str) -> Reference:
+    """Return what the equation of a problem says."""
+    return weak_reference(PROBLEMS[name])
+
+
+def order(of: Scheme, name: str) -> WeakOrder:
+    """Return the local weak order of a scheme on a problem."""
+    return weak_order(local_weak(of, PROBLEMS[name], reference(name)))
+
+
+def euler(p: SDE, x: Array, t: float, h: float, n: Increment, *, variance: float = 1.0, drift: float = 1.0) -> Array:
+    return x + drift * h * p.drift(t, x) + np.sqrt(variance) * apply(p.diffusion(t, x), n.dW)
+
+
+def in_proportion(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
+    return x + h * p.drift(t, x) + np.sqrt(h) * apply(p.diffusion(t, x), n.dW)
+
+
+def correction(p: SDE, t: float, x: Array) -> Array:
+    """Return DB B of a scalar noise."""
+    b = np.broadcast_to(p.diffusion(t, x), (len(x), 1, x.shape[1]))[:, 0]
+    return p.derivative_of_diffusion(t, x, b)[:, 0]
+
+
+def without_ito(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
+    return euler(p, x, t, h, n) - 0.5 * h * correction(p, t, x)
+
+
+def milstein(
+    p: SDE, x: Array, t: float, h: float, n: Increment, *, centred: bool = True, clip: float = np.inf
+) -> Array:
+    bound = clip * np.sqrt(2.0 * h * abs(np.log(h)))
+    dW = np.clip(n.dW, -bound, bound)
+    return euler(p, x, t, h, Increment(dW, None)) + 0.5 * correction(p, t, x) * (dW**2 - (h if centred else 0.0))
+
+
+def balanced(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
+    return x + (euler(p, x, t, h, n) - x) / (1.0 + np.abs(n.dW).sum(axis=0))
+
+
+def tamed(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
+    f = p.drift(t, x)
+    return x + h * f / (1.0 + h * np.abs(f)) + apply(p.diffusion(t, x), n.dW)
+
+
+def trapezoidal_gbm(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
+    return x * (1.0 + 0.5 * A * h + B * n.dW) / (1.0 - 0.5 * A * h)
+
+
+def exact_gbm(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
+    return x * np.exp((A - 0.5 * B * B) * h + B * n.dW)
+
+
+def exact_ou(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
+    return np.exp(-h) * x + SIGMA * np.sqrt(-np.expm1(-2.0 * h) / (2.0 * h)) * n.dW
+
+
+def heun_stratonovich(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
+    def change(s: float, y: Array) -> Array:
+        return h * (p.drift(s, y) - 0.5 * correction(p, s, y)) + apply(p.diffusion(s, y), n.dW)
+
+    return x + 0.5 * (change(t, x) + change(t + h, x + change(t, x)))
+
+
+def cayley(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
+    tangent = 0.5 * n.dW[0]
+    cosine, sine = (1.0 - tangent**2) / (1.0 + tangent**2), 2.0 * tangent / (1.0 + tangent**2)
+    return cosine * x + sine * (J @ x)
+
+
+def projected(p: SDE, x: Array, t: float, h: float, n: Increment, radius: float = 0.0) -> Array:
+    y = euler(p, x, t, h, n)
+    return (1.0 + radius * h) * y / np.sqrt((y * y).sum(axis=0))
+
+
+def projected_along_an_axis(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
+    y = euler(p, x, t, h, n)
+    return np.stack([np.sign(x[0]) * np.sqrt(np.abs(1.0 - y[1] ** 2)), y[1]])
+
+
+def heun(
+    p: SDE, x: Array, t: float, h: float, n: Increment, *, times: tuple[float, float] = (0.0, 1.0),
+    noisy: float = 1.0, weight: float = 0.5, variance: float = 1.0,
+) -> Array:  # fmt: skip
+    early, late = times
+    kick, f = np.sqrt(variance) * apply(p.diffusion(t, x), n.dW), p.drift(t + early * h, x)
+    y = x + h * f + noisy * kick
+    return x + h * ((1.0 - weight) * f + weight * p.drift(t + late * h, y)) + kick
+
+
+def sra1(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
+    f, b, mean = p.drift(t, x), p.diffusion(t, x), n.time_integral(h) / h
+    y = x + 0.75 * h * f + 1.5 * apply(b, mean)
+    return x + h / 3.0 * (f + 2.0 * p.drift(t + 0.75 * h, y)) + apply(b, n.dW)
+
+
+def platen(p: SDE, x: Array, t: float, h: float, n: Increment, *, support: float = 1.0, drift: float = 1.0) -> Array:
+    f, b = p.drift(t, x), p.diffusion(t, x)[:, 0]
+    up, down = (p.diffusion(t, x + drift * h * f + s * support * np.sqrt(h) * b)[:, 0] for s in (1.0, -1.0))
+    later = p.drift(t + h, x + drift * h * f + b * n.dW)
+    kick = (up + down + 2.0 * b) * n.dW + (up - down) * (n.dW**2 - h) / np.sqrt(h)
+    return x + 0.5 * h * (f + later) + 0.25 * kick
+
+
+def baoab(
+    p: SDE, x: Array, t: float, h: float, n: Increment, *, linear: bool = False, variance: float = 1.0,
+    last: float = 1.0, stale: bool = False,
+) -> Array:  # fmt: skip
+    q, v = x
+    c = 1.0 - GAMMA * h if linear else np.exp(-GAMMA * h)
+    v = v - 0.5 * h * np.sin(q)
+    w = c * v + SIGMA * np.sqrt(variance * (1.0 - c * c) / (2.0 * GAMMA * h)) * n.dW[0]
+    end = q + 0.5 * h * (v + w)
+    return np.stack([end, w - last * 0.5 * h * np.sin(q if stale else end)])
+
+
+# Scheme, problem and weak order.
+CORRECT: Mapping[str, tuple[Scheme, str, float]] = {
+    "Euler-Maruyama": (scheme(euler), "gbm", 1.0),
+    "Euler-Maruyama, two noises that do not commute": (scheme(euler), "two noises", 1.0),
+    "Euler-Maruyama, two-point noise": (scheme(euler, TWO_POINT), "two noises", 1.0),
+    "trapezoidal": (scheme(trapezoidal_gbm), "gbm", 1.0),
+    "exact": (scheme(exact_gbm), "gbm", np.inf),
+    "exact in law": (scheme(exact_ou), "ou", np.inf),
+    "balanced, |dW|": (scheme(balanced), "gbm", 0.5),
+    "Milstein, clipped noise": (scheme(milstein, clip=1.4), "gbm", 1.0),
+    "Heun, Stratonovich": (scheme(heun_stratonovich), "gbm", 1.0),
+    "tamed Euler-Maruyama": (scheme(tamed), "cubic", 1.0),
+    "Cayley": (scheme(cayley), "circle", 1.0),
+    "projected Euler-Maruyama, circle": (scheme(projected), "circle", 1.0),
+    # Euler-Maruyama leaves the circle by (dW^2 - h)/2, of mean 0: in law any direction leads back equally well.
+    "Euler-Maruyama, projected along an axis": (scheme(projected_along_an_axis), "circle", 1.0),
+    "projected Euler-Maruyama, sphere": (scheme(projected), "sphere", 1.0),
+    "Heun, additive noise": (scheme(heun), "forced", 2.0),
+    "Heun, both stages at the middle of the step": (scheme(heun, times=(0.5, 0.5)), "forced", 2.0),
+    "SRA1": (scheme(sra1, noise=("dW", "H")), "pendulum", 2.0),
+    "Platen": (scheme(platen, THREE_POINT), "gbm", 2.0),
+    "BAOAB": (scheme(baoab), "pendulum", 2.0),
+}
+
+# Scheme, problem, what it claims and whether it has no order at all.
+PLANTED: Mapping[str, tuple[Scheme, str, float, bool]] = {
+    "Euler-Maruyama: variance + 5 %": (scheme(euler, variance=1.05), "gbm", 1.0, True),
+    "Euler-Maruyama: variance + 1 %": (scheme(euler, variance=1.01), "gbm", 1.0, True),
+    "Euler-Maruyama: variance + 1e-4": (scheme(euler, variance=1.0001), "gbm", 1.0, True),
+    "Euler-Maruyama: variance - 1e-4": (scheme(euler, variance=0.9999), "gbm", 1.0, True),
+    "Euler-Maruyama: drift x 0.98": (scheme(euler, drift=0.98), "gbm", 1.0, True),
+    "Euler-Maruyama: h in place of sqrt(h)": (scheme(in_proportion), "gbm", 1.0, True),
+    "Euler-Maruyama: missing Ito correction": (scheme(without_ito), "gbm", 1.0, True),
+    "Milstein: without -h": (scheme(milstein, centred=False), "gbm", 1.0, True),
+    "balanced, |dW|": (scheme(balanced), "gbm", 1.0, False),
+    "circle: radius 1 + h": (scheme(projected, radius=1.0), "circle", 1.0, True),
+    "Heun: variance + 1e-7": (scheme(heun, variance=1.0 + 1e-7), "forced", 2.0, False),
+    "Heun: variance - 1e-7": (scheme(heun, variance=1.0 - 1e-7), "forced", 2.0, False),
+    "Heun: stage at the wrong time": (scheme(heun, times=(0.0, 0.0)), "forced", 2.0, False),
+    "Heun: predictor without noise": (scheme(heun, noisy=0.0), "forced", 2.0, False),
+    "Heun: weights .55/.45": (scheme(heun, weight=0.45), "forced", 2.0, False),
+    "Platen: support + 5 %": (scheme(platen, THREE_POINT, support=1.05), "gbm", 2.0, False),
+    "Platen: wrong fourth moment": (scheme(platen, FLAT), "gbm", 2.0, False),
+    "Platen: two-point noise": (scheme(platen, TWO_POINT), "gbm", 2.0, False),
+    "Platen: predictor without drift": (scheme(platen, THREE_POINT, drift=0.0), "gbm", 2.0, False),
+    "BAOAB: c = 1 - gamma h": (scheme(baoab, linear=True), "pendulum", 2.0, False),
+    "BAOAB: variance + 5 %": (scheme(baoab, variance=1.05), "pendulum", 2.0, True),
+    "BAOAB: variance + 1 %": (scheme(baoab, variance=1.01), "pendulum", 2.0, True),
+    "BAOAB: missing last kick": (scheme(baoab, last=0.0), "pendulum", 2.0, True),
+    "BAOAB: stale force": (scheme(baoab, stale=True), "pendulum", 2.0, False),
+}
