@@ -1,0 +1,1 @@
+"""Wrong schemes shipped with sdaeverify, one family a file: the program has to refute each of them."""

@@ -1,0 +1,87 @@
+"""Euler-Maruyama whose step is no pure function of its arguments, path by path; no order shows it."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from sdaeverify import SDE, Array, Increment, Planted, Step, hookimpl
+from sdaeverify.numerics import apply
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+
+CALLS: list[float] = []
+
+
+@dataclass(frozen=True)
+class HiddenState(EulerMaruyama):
+    """Every second call takes the increment with the other sign: the same step is not the same twice."""
+
+    name: ClassVar[str] = "planted-em-hidden-state"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        CALLS.append(t)
+        return super().step(problem, state, t, h, noise._replace(dW=(-1.0) ** len(CALLS) * noise.dW))
+
+
+@dataclass(frozen=True)
+class OwnNoise(EulerMaruyama):
+    """Draws its own increments."""
+
+    name: ClassVar[str] = "planted-em-own-noise"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        own = np.sqrt(h) * np.random.default_rng().standard_normal(noise.dW.shape)
+        return super().step(problem, state, t, h, noise._replace(dW=own))
+
+
+@dataclass(frozen=True)
+class WritesIntoState(EulerMaruyama):
+    """x += f h, and then x += B dW at the moved x, in the caller's array."""
+
+    name: ClassVar[str] = "planted-em-in-place"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (d, P)."""
+        x = state
+        x += h * problem.drift(t, x)
+        x += apply(problem.diffusion(t, x), noise.dW)
+        return Step(x)
+
+
+@dataclass(frozen=True)
+class FirstPathForAll(EulerMaruyama):
+    """The drift of the first path of the batch moves them all."""
+
+    name: ClassVar[str] = "planted-em-stale-batch"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (d, P)."""
+        f = problem.drift(t, state[:, :1])
+        return Step(state + h * f + apply(problem.diffusion(t, state), noise.dW))
+
+
+@dataclass(frozen=True)
+class SharedTaming(EulerMaruyama):
+    """Drift f/(1 + h max |f|), the maximum over all paths of the batch: of the right order, not path by path."""
+
+    name: ClassVar[str] = "planted-em-batch-maximum"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (d, P)."""
+        f = problem.drift(t, state)
+        return Step(state + h * f / (1.0 + h * np.abs(f).max()) + apply(problem.diffusion(t, state), noise.dW))
+
+
+@hookimpl
+def sdaeverify_planted() -> list[Planted]:
+    """Register the bugs."""
+    bugs: dict[str, EulerMaruyama] = {
+        "a counter outside the state": HiddenState(),
+        "own random numbers": OwnNoise(),
+        "writes into the state it is given": WritesIntoState(),
+        "drift of the first path for the whole batch": FirstPathForAll(),
+        "taming by the largest drift of the batch": SharedTaming(),
+    }
+    return [Planted(bug=f"EM: {bug}", scheme=scheme, problem="gbm") for bug, scheme in bugs.items()]

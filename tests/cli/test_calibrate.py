@@ -1,0 +1,54 @@
+"""The command ``calibrate``: options, files, exit codes."""
+
+import csv
+from pathlib import Path
+
+from sdaeverify.calibration import slopes
+
+QUICK = ("calibrate", "--repetitions", "40", "-j", "1", "--progress", "none")
+
+
+def test_calibrate_writes_its_tables(call):
+    """The tables go into the folder, with the command that makes them again, and every rate agrees."""
+    outcome = call(*QUICK, "--only", "chains*on ou", "--out", "here", "--seed", "7")
+
+    assert outcome.code == 0
+    assert "exit code 0: every rate agrees with what is promised" in outcome.out
+    with Path("here", "calibration.csv").open(newline="") as file:
+        assert {row["seed"] for row in csv.DictReader(file)} == {"7"}
+    text = Path("here", "calibration.md").read_text()
+    assert "`python -m sdaeverify calibrate --repetitions 40 --seed 7 --only 'chains*on ou' --out here`" in text
+
+
+def test_same_seed_same_files(call):
+    """The files are the same to the last bit if the command is repeated."""
+    for folder in ("first", "second"):
+        call(*QUICK, "--only", "families,chains", "--out", folder)
+
+    first, second = (Path(folder, "calibration.csv").read_bytes() for folder in ("first", "second"))
+    assert first == second
+
+
+def test_rates_that_disagree_are_named(call, monkeypatch):
+    """An interval of half its width ends with exit code 1 and the rows that show it."""
+    right = slopes.estimates
+
+    def wrong(*arguments):
+        found = right(*arguments)
+        return found._replace(se=0.5 * found.se)
+
+    monkeypatch.setattr(slopes, "estimates", wrong)
+
+    outcome = call(*QUICK, "--only", "slope milstein on gbm")
+
+    assert outcome.code == 1
+    assert "disagrees: slope, milstein on gbm, L1 interval, 95 %, 100 paths" in outcome.out
+    assert "exit code 1: a rate disagrees with what is promised" in outcome.out
+
+
+def test_wrong_words_are_one_line(call):
+    """Patterns that match nothing and too few repetitions are usage errors."""
+    for arguments in (("--only", "nonsense"), ("--repetitions", "3")):
+        outcome = call("calibrate", *arguments)
+        assert outcome.code == 2
+        assert len(outcome.err.splitlines()) == 1

@@ -1,0 +1,86 @@
+"""Findings and cells of planted bugs and of correct schemes, made by hand."""
+
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import ClassVar
+
+import pytest
+
+from sdaeverify import SDE, Claim, Planted, Scheme
+from sdaeverify.contributions import MeasureEntry, PlantedEntry, ProblemEntry, SchemeEntry
+from sdaeverify.discovery import Origin
+from sdaeverify.measure import Finding, Measure, Verdict
+from sdaeverify.registry import Registry
+from sdaeverify.specs import problem_spec
+from sdaeverify.study import Cell, CellResult
+
+HERE = Origin("test", "", "", __file__)
+CLAIM = Claim(measure="sharp", value=1.0, source="made up")
+
+
+@dataclass(frozen=True)
+class Good(Scheme):
+    name: ClassVar[str] = "good"
+    form: ClassVar[type] = SDE
+    claims: ClassVar[tuple] = (CLAIM,)
+
+
+@dataclass(frozen=True)
+class Bad(Good):
+    kind: str = "plain"
+
+    name: ClassVar[str] = "planted-bad"
+
+
+class Sharp(Measure):
+    name = "sharp"
+
+
+class Blunt(Measure):
+    name = "blunt"
+
+
+def line(a: float = 1.0) -> SDE:
+    return SDE(
+        drift=lambda t, x: a * x,
+        diffusion=lambda t, x: x[:, None],
+        start=[1.0],
+        noise_dim=1,
+        horizon=1.0,
+        source="made up",
+    )
+
+
+def curve() -> SDE:
+    return line()
+
+
+def bug(kind="plain", problem="line", equivalent=""):
+    return Planted(bug=f"a {kind} bug", scheme=Bad(kind), problem=problem, equivalent=equivalent)
+
+
+@pytest.fixture
+def registry_of():
+    """Make a registry of the scheme good, the problems line and curve, two measures and some planted bugs."""
+
+    def make(*bugs):
+        return Registry(
+            {"good": SchemeEntry("good", (Good(),), HERE)},
+            {name: ProblemEntry(name, family, HERE) for name, family in {"line": line, "curve": curve}.items()},
+            {measure.name: MeasureEntry(measure.name, measure, HERE) for measure in (Blunt(), Sharp())},
+            planted=MappingProxyType({b.label: PlantedEntry(b.label, b, HERE) for b in bugs}),
+        )
+
+    return make
+
+
+@pytest.fixture
+def result_of():
+    """Make the result of a cell of the measure sharp with one finding on the claim."""
+
+    def make(scheme, verdict, tier=1, problem=line, measure=None):
+        claim = None if verdict in {Verdict.NOT_APPLICABLE, Verdict.ERROR} else CLAIM
+        finding = Finding(quantity="x", verdict=verdict, reason=f"{verdict} by tier {tier}", claim=claim, tier=tier)
+        return CellResult(Cell(scheme, problem_spec(problem), measure or Sharp()), (finding,), seconds=0.5)
+
+    return make
