@@ -3,12 +3,15 @@
 from typing import TYPE_CHECKING
 
 from .arrays import Array, Mask, Parts
+from .calibrated import CalibrationCase
 from .chart import Angle, Chart, Line
+from .controls import Control
 from .errors import ParameterError, PluginError, ProblemError, SchemeError, SdaeverifyError, UsageError
-from .forms import SDE, HolonomicSDAE, HolonomicState, Problem, Residual
+from .forms import SDE, HolonomicSDAE, HolonomicState, Langevin, Problem, Residual
 from .hookspecs import hookimpl
 from .laws import GAUSSIAN, THREE_POINT, TWO_POINT, Law
 from .noise import Increment
+from .planted import Planted
 from .scheme import Claim, Scheme, Step
 from .settings import Settings
 from .truths import InvariantMean, MeanSquareStability, Moment, Pathwise, Truth
@@ -25,12 +28,15 @@ __all__ = [
     "TWO_POINT",
     "Angle",
     "Array",
+    "CalibrationCase",
     "Chart",
     "Claim",
+    "Control",
     "HolonomicSDAE",
     "HolonomicState",
     "Increment",
     "InvariantMean",
+    "Langevin",
     "Law",
     "Line",
     "Mask",
@@ -39,6 +45,7 @@ __all__ = [
     "ParameterError",
     "Parts",
     "Pathwise",
+    "Planted",
     "PluginError",
     "Problem",
     "ProblemError",

@@ -151,6 +151,7 @@ def plan_of(registry: Registry, schemes: Schemes, problems: Problems, measures: 
         select_schemes(registry, schemes),
         select_problems(registry, problems),
         select_measures(registry, measures),
+        lambda label: select_schemes(registry, label)[0],
     )
 
 

@@ -13,12 +13,14 @@ from typing import Any, NamedTuple
 import pluggy
 
 from . import hookspecs
+from .calibrated import CalibrationCase
 from .discovery import Origin
 from .errors import ParameterError, PluginError, one_line
 from .forms import Problem
-from .labels import dataclass_parameters, did_you_mean, read_values
+from .labels import dataclass_parameters, did_you_mean, parse_label, read_values
+from .planted import Planted
 from .scheme import Scheme
-from .specs import ProblemSpec, check_family, check_name, check_scheme, family_name, problem_spec
+from .specs import ProblemSpec, check_family, check_name, check_scheme, describe, family_name, problem_spec
 
 HOOKS = tuple(sorted(name for name in vars(hookspecs) if name.startswith(f"{hookspecs.PROJECT}_")))
 
@@ -76,17 +78,38 @@ class MeasureEntry:
     origin: Origin
 
 
+@dataclass(frozen=True)
+class PlantedEntry:
+    """A registered planted bug."""
+
+    name: str
+    planted: Planted
+    origin: Origin
+
+
+Entries = (
+    Mapping[str, SchemeEntry] | Mapping[str, ProblemEntry] | Mapping[str, MeasureEntry] | Mapping[str, PlantedEntry]
+)
+
+
 class Contribution(NamedTuple):
-    """What one plugin registers: entries by name, and its report hook."""
+    """What one plugin registers: entries by name, its report hook, and its cases for the calibration."""
 
     schemes: Mapping[str, SchemeEntry] = {}
     problems: Mapping[str, ProblemEntry] = {}
     measures: Mapping[str, MeasureEntry] = {}
     report: Callable[..., object] | None = None
+    planted: Mapping[str, PlantedEntry] = {}
+    cases: Mapping[str, CalibrationCase] = {}
 
-    def by_kind(self) -> dict[str, Mapping[str, SchemeEntry | ProblemEntry | MeasureEntry]]:
+    def by_kind(self) -> dict[str, Entries]:
         """Return the entries under the words for them."""
-        return {"scheme": self.schemes, "problem": self.problems, "measure": self.measures}
+        return {
+            "scheme": self.schemes,
+            "problem": self.problems,
+            "measure": self.measures,
+            "planted bug": self.planted,
+        }
 
 
 def collect(plugin: object, origin: Origin) -> Contribution:
@@ -108,12 +131,16 @@ def collect(plugin: object, origin: Origin) -> Contribution:
     schemes = _variants(_call(manager, "sdaeverify_schemes"))
     families = _by_name("problem", _call(manager, "sdaeverify_problems"), _family_name)
     measures = _by_name("measure", _call(manager, "sdaeverify_measures"), _measure_name)
+    planted = _by_name("planted bug", _call(manager, "sdaeverify_planted"), _planted_name)
+    cases = _by_name("calibration case", _call(manager, "sdaeverify_calibration"), _case_name)
     report = manager.hook.sdaeverify_report
     return Contribution(
         {name: SchemeEntry(name, variants, origin) for name, variants in schemes.items()},
         {name: ProblemEntry(name, family, origin) for name, family in families.items()},
         {name: MeasureEntry(name, measure, origin) for name, measure in measures.items()},
         report if report.get_hookimpls() else None,
+        {name: PlantedEntry(name, bug, origin) for name, bug in planted.items()},
+        cases,
     )
 
 
@@ -196,6 +223,21 @@ def _measure_name(measure: Any) -> str:
         raise PluginError(f"expected a measure, got the class {measure.__name__}; write {measure.__name__}()")
     check_name("measure", getattr(measure, "name", None))
     return str(measure.name)
+
+
+def _planted_name(planted: Any) -> str:
+    if not isinstance(planted, Planted):
+        raise PluginError(f"expected a planted bug, got {describe(planted)}")
+    check_scheme(planted.scheme)
+    _check_pickles(f"planted scheme {planted.scheme.label!r}", planted.scheme)
+    parse_label(planted.problem)
+    return planted.label
+
+
+def _case_name(case: Any) -> str:
+    if not isinstance(case, CalibrationCase):
+        raise PluginError(f"expected a calibration case, got {describe(case)}")
+    return case.label
 
 
 def _check_pickles(what: str, thing: object) -> None:

@@ -7,11 +7,14 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from threadpoolctl import ThreadpoolController
 
 from .arrays import Parts
+from .conformance import breach
 from .errors import FAULTS, SchemeError, one_line
 from .forms import Problem
 from .lanes import Lane, Observer, Snapshot
@@ -48,27 +51,42 @@ class LaneEvidence(NamedTuple):
     Attributes
     ----------
     tallies : tuple of Tally
-        One for each measure.
+        What was sampled, one for each measure.
+    probes : tuple of Tally
+        What was found without sampling, one for each measure; in the first block only.
     health : Tally
         Failed paths, lost paths, truncated steps and steps of each level.
     seconds : float
     errors : tuple of str
         Why there is no evidence, one for each measure; empty if there is.
+    paths : int
+    breach : str
+        Which contract the scheme breaks, so that nothing was measured; empty if none.
     """
 
     tallies: tuple[Tally, ...]
+    probes: tuple[Tally, ...]
     health: Tally
     seconds: float
     errors: tuple[str, ...]
+    paths: int = 0
+    breach: str = ""
 
     def merged(self, other: "LaneEvidence") -> "LaneEvidence":
         """Return the evidence of both; the first error of a measure stays."""
         return LaneEvidence(
-            tuple(a.merged(b) for a, b in zip(self.tallies, other.tallies, strict=True)),
+            _merged(self.tallies, other.tallies),
+            _merged(self.probes, other.probes),
             self.health.merged(other.health),
             self.seconds + other.seconds,
             tuple(a or b for a, b in zip(self.errors, other.errors, strict=True)),
+            self.paths + other.paths,
+            self.breach or other.breach,
         )
+
+
+def _merged(ones: Sequence[Tally], others: Sequence[Tally]) -> tuple[Tally, ...]:
+    return tuple(a.merged(b) for a, b in zip(ones, others, strict=True))
 
 
 def run_block(task: Task, block: int) -> tuple[LaneEvidence, ...]:
@@ -86,28 +104,33 @@ def run_block(task: Task, block: int) -> tuple[LaneEvidence, ...]:
         One for each entry of the task.
     """
     try:
-        # Non-finite numbers are evidence here: they are counted, not warned about.
-        with np.errstate(all="ignore"):
+        # Non-finite numbers are evidence here: they are counted, not warned about. One thread, because sums depend on
+        # how many there are, and because workers would fight for the cores.
+        with np.errstate(all="ignore"), _threads().limit(limits=1):
             return _run_block(task, block)
     except FAULTS as error:
         reason = f"problem {task.spec.label}: {one_line(error)}"
         return tuple(_without_evidence(entry, 0.0, reason) for entry in task.entries)
 
 
+@cache
+def _threads() -> ThreadpoolController:
+    return ThreadpoolController()
+
+
 def _run_block(task: Task, block: int) -> tuple[LaneEvidence, ...]:
     problem = task.spec.build()
-    reference = Reference(problem, task.settings, task.settings.paths_of(block))
-    runs = [_Run(entry, problem, reference, task.settings) for entry in task.entries]
+    reference = Reference(problem, task.settings, block)
+    runs = [_Run(entry, problem, reference, task.settings, first=block == 0) for entry in task.entries]
     if any(run.sampled for run in runs):
-        source = Source(task.settings.seed, task.spec.label, block, task.settings.block, reference.paths)
+        source = Source(task.settings.seed, task.spec.label, block, reference.drawn, reference.paths)
         _simulate(problem, reference, runs, source)
-    return tuple(run.evidence(first=block == 0) for run in runs)
+    return tuple(run.evidence() for run in runs)
 
 
-def _without_evidence(entry: Entry, seconds: float, error: str) -> LaneEvidence:
-    return LaneEvidence(
-        tuple(Tally() for _ in entry.measures), Tally(), seconds, tuple(error for _ in entry.measures)
-    )
+def _without_evidence(entry: Entry, seconds: float, error: str, breach: str = "") -> LaneEvidence:
+    nothing = tuple(Tally() for _ in entry.measures)
+    return LaneEvidence(nothing, nothing, Tally(), seconds, tuple(error for _ in entry.measures), breach=breach)
 
 
 def _simulate(problem: Problem, reference: Reference, runs: "Sequence[_Run]", source: Source) -> None:
@@ -169,9 +192,11 @@ class _Watch:
 class _Run:
     """A scheme on one block; what goes wrong in it costs this scheme only."""
 
-    def __init__(self, entry: Entry, problem: Problem, reference: Reference, settings: Settings) -> None:
-        self.entry, self.reference, self.settings = entry, reference, settings
-        self.error, self.seconds = "", 0.0
+    def __init__(
+        self, entry: Entry, problem: Problem, reference: Reference, settings: Settings, *, first: bool
+    ) -> None:
+        self.entry, self.reference, self.settings, self.first = entry, reference, settings, first
+        self.error, self.breach, self.seconds = "", "", 0.0
         self.watches: list[_Watch] = []
         with self._guarded():
             self._begin(problem)
@@ -182,6 +207,9 @@ class _Run:
         if matched.problem is None:
             raise SchemeError(matched.reason)
         self.view = matched.problem
+        self.breach = breach(scheme, self.view) if self.first else ""
+        if self.breach:
+            return
         self.lane = Lane(scheme, self.view, self.settings, paths, self.reference.own)
         parts = self.lane.tracks[0].parts()
         self.watches = [_Watch(measure, problem, parts, self.settings) for measure in self.entry.measures]
@@ -205,23 +233,27 @@ class _Run:
                 for watch in self.watches:
                     watch.after_coarsest_step(snapshot)
 
-    def evidence(self, *, first: bool) -> LaneEvidence:
+    def evidence(self) -> LaneEvidence:
         """Return what was noted; the first block also evaluates the one-step map where a measure asks for it."""
         tallies: list[Tally] = []
-        if not self.error:
+        probes: list[Tally] = []
+        if not (self.error or self.breach):
             with self._guarded():
-                tallies = [self._tally(watch, first=first) for watch in self.watches]
-        if self.error:
-            return _without_evidence(self.entry, self.seconds, self.error)
+                tallies = [watch.tally() for watch in self.watches]
+                probes = [self._probed(watch) for watch in self.watches]
+        if self.error or self.breach:
+            return _without_evidence(self.entry, self.seconds, self.error, self.breach)
         errors = tuple(watch.error for watch in self.watches)
-        return LaneEvidence(tuple(tallies), self.lane.health(), self.seconds, errors)
+        return LaneEvidence(
+            tuple(tallies), tuple(probes), self.lane.health(), self.seconds, errors, self.reference.paths
+        )
 
-    def _tally(self, watch: _Watch, *, first: bool) -> Tally:
+    def _probed(self, watch: _Watch) -> Tally:
         probed = Tally()
-        if first:
+        if self.first:
             with watch.guarded():
                 probed = watch.measure.probe(self.entry.scheme, self.view, self.settings)
-        return watch.tally().merged(probed)
+        return probed
 
     @contextmanager
     def _guarded(self) -> Iterator[None]:

@@ -24,7 +24,9 @@ from typing import Any
 
 import pluggy
 
+from .calibrated import CalibrationCase
 from .forms import Problem
+from .planted import Planted
 from .scheme import Scheme
 
 PROJECT = "sdaeverify"
@@ -75,6 +77,35 @@ def sdaeverify_measures() -> Iterable[Any]:  # type: ignore[empty-body]
     -------
     iterable of measures
         Instances of subclasses of `sdaeverify.measure.Measure`.
+    """
+
+
+@hookspec
+def sdaeverify_planted() -> Iterable[Planted]:  # type: ignore[empty-body]
+    """Return planted bugs: wrong schemes that `selftest` has to refute, and that are no schemes to choose from.
+
+    When: once, as the registry is loaded.
+    Given: nothing.
+
+    Returns
+    -------
+    iterable of Planted
+        Their schemes are instances of frozen dataclasses like those of `sdaeverify_schemes`, their problems labels
+        of problems that this or another plugin registers.
+    """
+
+
+@hookspec
+def sdaeverify_calibration() -> Iterable[CalibrationCase]:  # type: ignore[empty-body]
+    """Return cells of known order, on which `calibrate` tries out intervals and tests.
+
+    When: once, as the registry is loaded.
+    Given: nothing.
+
+    Returns
+    -------
+    iterable of CalibrationCase
+        Their schemes and problems are labels of what this or another plugin registers.
     """
 
 

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, ClassVar, NamedTuple
 
+import numpy as np
+
 from .arrays import Parts
 from .forms import Problem
 from .lanes import Observer
@@ -54,6 +56,11 @@ class Evidence:
     level: float = 0.005
 
     @property
+    def paths(self) -> int:
+        """Number of paths, which every observer notes by groups under ``paths``; 0 if none was sampled."""
+        return int(np.sum(self.tally.sums.get("paths", 0)))
+
+    @property
     def step_sizes(self) -> list[float]:
         """Step size h of each level, coarsest first, in the problem's unit of time."""
         return [self.problem.horizon / n for n in self.settings.steps]
@@ -77,6 +84,10 @@ class Finding:
     p_verified, p_refuted : float
         p-values of the hypotheses that the claim fails and that it holds, which the two verdicts reject; NaN where
         no sampling error is involved. They enter the family-wise correction of a run.
+    tier : int
+        Of the method: 0 contract, 1 local, 2 deterministic and global, 3 sampled.
+    settled : bool
+        Whether more paths could not change the verdict, or need not be asked for.
     details : mapping of str to object
         Further columns.
     """
@@ -91,6 +102,8 @@ class Finding:
     method: str = ""
     p_verified: float = float("nan")
     p_refuted: float = float("nan")
+    tier: int = 3
+    settled: bool = True
     details: Mapping[str, object] = field(default_factory=dict)
 
 

@@ -30,15 +30,15 @@ class Reference:
         Level the truth steps at.
     """
 
-    def __init__(self, problem: Problem, settings: Settings, paths: int) -> None:
-        self.truth, self.paths, self.drawn = problem.pathwise, paths, settings.block
+    def __init__(self, problem: Problem, settings: Settings, block: int) -> None:
+        self.truth, self.paths, self.drawn = problem.pathwise, settings.paths_of(block), settings.sizes[block]
         last = settings.levels - 1
         self.level, self.finest = _resolution(self.truth, last)
         self.own = self.finest if self.truth is None else None
         self.h = [problem.horizon / (settings.coarsest * 2 ** (self.level - k)) for k in range(2)]
         self.states: list[Any] = []
         if self.truth is not None:
-            self.states = [self.truth.start(paths) for _ in range(1 if self.truth.exact else 2)]
+            self.states = [self.truth.start(self.paths) for _ in range(1 if self.truth.exact else 2)]
         self.steps = [0 for _ in self.states]
 
     def advance(self, piece: Piece, extra: np.random.Generator) -> None:

@@ -7,14 +7,15 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple, TypeVar
 
-from .contributions import Contribution, MeasureEntry, ProblemEntry, SchemeEntry, collect, hooks_of
+from .calibrated import CalibrationCase
+from .contributions import Contribution, MeasureEntry, PlantedEntry, ProblemEntry, SchemeEntry, collect, hooks_of
 from .discovery import (
     DISABLED,
     Origin,
@@ -44,7 +45,7 @@ class PluginRow(NamedTuple):
         ``loaded``, ``disabled`` or ``broken``.
     reason : str
         Why it is not loaded, in one line.
-    schemes, problems, measures : int
+    schemes, problems, measures, planted : int
         How many names it registers.
     """
 
@@ -57,6 +58,7 @@ class PluginRow(NamedTuple):
     schemes: int = 0
     problems: int = 0
     measures: int = 0
+    planted: int = 0
 
 
 class Outcome(NamedTuple):
@@ -83,6 +85,10 @@ class Registry:
         Plugin files, absolute: a worker process loads them by `load_file` before it unpickles anything.
     reports : tuple of (str, callable)
         Plugins with a report hook.
+    planted : mapping of str to PlantedEntry
+        Planted bugs by their label; their schemes are not among `schemes`.
+    cases : mapping of str to CalibrationCase
+        Cells of known order by their label; where two plugins name one, the later one counts.
     """
 
     schemes: Mapping[str, SchemeEntry]
@@ -92,6 +98,8 @@ class Registry:
     warnings: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
     reports: tuple[tuple[str, Callable[..., object]], ...] = ()
+    planted: Mapping[str, PlantedEntry] = field(default_factory=dict)
+    cases: Mapping[str, CalibrationCase] = field(default_factory=dict)
 
     def report(self, folder: Path) -> tuple[str, ...]:
         """Let each plugin write beside the report; return one line for each that failed."""
@@ -154,6 +162,8 @@ def _assemble(outcomes: Sequence[Outcome], warnings: tuple[str, ...], files: tup
         (*warnings, *_idle_claims(schemes, measures)),
         files,
         tuple((row.name, part.report) for row, part in outcomes if part.report),
+        merged(part.planted for part in parts),
+        merged(part.cases for part in parts),
     )
 
 

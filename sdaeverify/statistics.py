@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
+from scipy.special import stdtr, stdtrit
 
 from .arrays import Array
 
@@ -31,6 +31,33 @@ class Estimate(NamedTuple):
         """Return the two-sided interval t_{G-1} se, widened by a bound of the bias on either side."""
         half = float(stdtrit(GROUPS - 1, 0.5 + 0.5 * confidence)) * self.se + bias
         return self.value - half, self.value + half
+
+    def p_above(self, bound: float, bias: float = 0.0) -> float:
+        """Return the p-value of the hypothesis that the true value is at most `bound`; 1 if it is not finite."""
+        return _p_value(self.value - bias - bound, self.se)
+
+    def p_below(self, bound: float, bias: float = 0.0) -> float:
+        """Return the p-value of the hypothesis that the true value is at least `bound`; 1 if it is not finite."""
+        return _p_value(bound - bias - self.value, self.se)
+
+    def growth_to_decide(self, bound: float, level: float, bias: float = 0.0) -> float:
+        """Return by which factor the sample must grow until the value is told from `bound`; infinite if never.
+
+        The distance stays and the standard error falls like 1/sqrt(paths).
+        """
+        distance = abs(self.value - bound) - bias
+        if not (distance > 0.0 and np.isfinite(self.se)):
+            return float("inf")
+        needed = float(stdtrit(GROUPS - 1, 1.0 - level)) * self.se / distance
+        return max(1.0, needed**2)
+
+
+def _p_value(distance: float, se: float) -> float:
+    if not np.isfinite(distance):
+        return 1.0
+    if not se > 0.0:
+        return 0.0 if distance > 0.0 and se == 0.0 else 1.0
+    return float(stdtr(GROUPS - 1, -distance / se))
 
 
 def group_sums(values: Array) -> Array:
@@ -71,11 +98,16 @@ def jackknife(sums: Array, counts: Array, statistic: Callable[[Array], float]) -
     -------
     Estimate
     """
+    pseudo = pseudo_values(sums, counts, statistic)
+    return Estimate(float(pseudo.mean()), float(pseudo.std(ddof=1) / np.sqrt(GROUPS)))
+
+
+def pseudo_values(sums: Array, counts: Array, statistic: Callable[[Array], float | Array]) -> Array:
+    """Return the jackknife's pseudo-values of one or many statistics, shape (G, ...); see `jackknife`."""
     total, n = sums.sum(axis=0), counts.sum()
     full = statistic(total / n)
     left_out = np.array([statistic((total - sums[g]) / (n - counts[g])) for g in range(GROUPS)])
-    pseudo = GROUPS * full - (GROUPS - 1) * left_out
-    return Estimate(float(pseudo.mean()), float(pseudo.std(ddof=1) / np.sqrt(GROUPS)))
+    return np.asarray(GROUPS * full - (GROUPS - 1) * left_out)
 
 
 def slope_weights(x: Array) -> Array:

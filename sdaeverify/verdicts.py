@@ -1,7 +1,7 @@
 """Three-valued verdicts on orders: a claim is verified, refuted, or the evidence does not decide."""
 
 from collections.abc import Iterable, Mapping
-from math import inf
+from math import inf, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -9,13 +9,16 @@ import numpy as np
 from .arrays import Array, Mask
 from .measure import Evidence, Finding, Verdict
 from .scheme import Claim, Scheme
+from .statistics import Estimate
 
 ROUND_OFF = "round-off"
 # A slope is fitted on so many of the finest levels; fewer than FEWEST tell none.
 FITTED = 4
 FEWEST = 3
+# Jackknife intervals are calibrated from 100 paths on, to levels of 0.001; beyond, and for heavy tails, from 800.
 CALIBRATED_PATHS = 100
-HEAVY_TAIL_PATHS = 800
+DEEP_PATHS = 800
+SHALLOW = 0.001
 
 
 class Opinion(NamedTuple):
@@ -23,6 +26,71 @@ class Opinion(NamedTuple):
 
     verdict: Verdict
     reason: str
+
+
+class Tests(NamedTuple):
+    """What the paths say of a claim.
+
+    Attributes
+    ----------
+    verified, refuted : float
+        p-values of the two hypotheses which the verdicts reject; 1 where nothing can be rejected.
+    reason : str
+        The figures in words.
+    growth : float
+        By which factor the number of paths must grow to decide; infinite if more paths cannot.
+    """
+
+    verified: float
+    refuted: float
+    reason: str
+    growth: float = inf
+
+    @classmethod
+    def none(cls, reason: str, growth: float = inf) -> "Tests":
+        """Return tests that reject nothing, and why."""
+        return cls(1.0, 1.0, reason, growth)
+
+
+class Decision(NamedTuple):
+    """A verdict as a `Finding` takes it; see there for the attributes."""
+
+    verdict: Verdict
+    reason: str
+    tier: int
+    settled: bool = True
+    p_verified: float = nan
+    p_refuted: float = nan
+
+
+def decide(tests: Tests, evidence: Evidence) -> Decision:
+    """Return the verdict of the paths alone."""
+    found = Verdict.INCONCLUSIVE
+    if tests.refuted <= evidence.level:
+        found = Verdict.REFUTED
+    elif tests.verified <= evidence.level:
+        found = Verdict.VERIFIED
+    more = found is Verdict.INCONCLUSIVE and np.isfinite(tests.growth)
+    needed = f"; about {_round(tests.growth * evidence.paths)} paths would decide" if more else ""
+    return Decision(found, tests.reason + needed, 3, not more, tests.verified, tests.refuted)
+
+
+def guard(local: Opinion, tests: Tests, evidence: Evidence) -> Decision:
+    """Return the verdict of a deterministic tier, guarded by the paths.
+
+    What is refuted without sampling stays so. What is verified needs paths that could be compared, and that do not
+    refute it; where they look as if they might, more of them are asked for.
+    """
+    if local.verdict is Verdict.REFUTED:
+        return Decision(local.verdict, local.reason, 1)
+    if tests.refuted <= evidence.level:
+        return Decision(Verdict.REFUTED, f"{tests.reason}, although {local.reason}", 3, p_refuted=tests.refuted)
+    suspicious = tests.refuted <= 1.0 - evidence.settings.confidence
+    return Decision(Verdict.VERIFIED, local.reason, 1, not suspicious, p_refuted=tests.refuted)
+
+
+def _round(paths: float) -> str:
+    return f"{paths:.1g}" if paths >= 1e6 else str(int(float(f"{paths:.2g}")))
 
 
 def claim_for(scheme: Scheme, traits: Iterable[str], measure: str, quantity: str) -> tuple[Claim | None, str]:
@@ -51,48 +119,50 @@ def claim_for(scheme: Scheme, traits: Iterable[str], measure: str, quantity: str
     return None, f"claimed only for problems with {', '.join(missing)}"
 
 
-def judge_order(claim: Claim, low: float, high: float) -> Opinion:
-    """Compare an interval of the order with a claimed least order.
+def order_tests(claim: Claim, order: Estimate, evidence: Evidence, bias: float = 0.0) -> Tests:
+    """Compare an estimated order with a claimed least order.
 
-    Verified needs the whole interval above value - margin and no wider than the margin on either side; refuted
-    needs the whole interval below it.
+    The claim is verified by rejecting order <= value - margin, provided that its interval at the run's confidence
+    is no wider than the margin on either side, and refuted by rejecting order >= value - margin.
 
     Parameters
     ----------
     claim : Claim
         One that claims exactness is refuted: whoever asks for an order has seen more than rounding.
-    low, high : float
-        Interval of the order at the run's confidence.
+    order : Estimate
+    evidence : Evidence
+    bias : float
+        Bound of the bias of the estimate.
 
     Returns
     -------
-    Opinion
+    Tests
     """
     if claim.value == ROUND_OFF:
-        return Opinion(Verdict.REFUTED, "claimed exact, and not so to round-off")
+        return Tests(1.0, 0.0, "claimed exact, and not so to round-off")
     if isinstance(claim.value, str):
-        return Opinion(Verdict.INCONCLUSIVE, f"this measure does not know what {claim.value!r} means")
-    bound, half = claim.value - claim.margin, 0.5 * (high - low)
-    if high < bound:
-        return Opinion(Verdict.REFUTED, f"order at most {high:.3f}, claimed {claim.value} with margin {claim.margin}")
-    if low > bound and half <= claim.margin:
-        return Opinion(Verdict.VERIFIED, f"order at least {low:.3f}")
-    if low > bound:
-        return Opinion(Verdict.INCONCLUSIVE, f"interval of half width {half:.2f} is wider than the margin; add paths")
-    return Opinion(
-        Verdict.INCONCLUSIVE, f"interval [{low:.3f}, {high:.3f}] contains {bound:.3f}; add paths or levels"
-    )
+        return Tests.none(f"this measure does not know what {claim.value!r} means")
+    bound = claim.value - claim.margin
+    low, high = order.interval(evidence.settings.confidence, bias)
+    if not np.isfinite([low, high]).all():
+        return Tests.none("no finite interval")
+    growth, half = order.growth_to_decide(bound, evidence.level, bias), 0.5 * (high - low)
+    reason = f"order {order.value:.3f}, at least {low:.3f} and at most {high:.3f}; claimed {claim.value}"
+    above = order.p_above(bound, bias)
+    if half > claim.margin and above <= evidence.level:
+        above, growth = 1.0, max(growth, (half / claim.margin) ** 2 if bias < claim.margin else inf)
+    return Tests(above, order.p_below(bound, bias), reason, growth)
 
 
-def with_sample(opinion: Opinion, paths: int, *, heavy: bool) -> Opinion:
-    """Take a verdict back where the sample does not carry it: too small, or resting on a few paths."""
-    if opinion.verdict not in {Verdict.VERIFIED, Verdict.REFUTED}:
-        return opinion
+def with_sample(tests: Tests, paths: int, *, heavy: bool) -> Tests:
+    """Reject nothing at levels for which the sample is too small, or too much on few paths, to be calibrated."""
     if paths < CALIBRATED_PATHS:
-        return Opinion(Verdict.INCONCLUSIVE, f"intervals are calibrated from {CALIBRATED_PATHS} paths on")
-    if opinion.verdict is Verdict.REFUTED and heavy and paths < HEAVY_TAIL_PATHS:
-        return Opinion(Verdict.INCONCLUSIVE, f"heavy tails: at least {HEAVY_TAIL_PATHS} paths are needed to refute")
-    return opinion
+        return Tests.none(f"intervals are calibrated from {CALIBRATED_PATHS} paths on", CALIBRATED_PATHS / paths)
+    if paths >= DEEP_PATHS:
+        return tests
+    growth = max(tests.growth, DEEP_PATHS / paths) if np.isfinite(tests.growth) else inf
+    refuted = 1.0 if heavy else max(tests.refuted, SHALLOW)
+    return Tests(max(tests.verified, SHALLOW), refuted, tests.reason, growth)
 
 
 def sound_levels(health: Mapping[str, Array]) -> tuple[Array, list[str]]:

@@ -23,15 +23,19 @@ LAYERS = {
     "laws": 1,
     "numerics": 1,
     "statistics": 1,
+    "calibrated": 2,
     "chart": 2,
+    "controls": 2,
     "truths": 2,
     "forms": 2,
     "scheme": 2,
+    "planted": 2,
     "specs": 2,
     "settings": 2,
     "lanes": 3,
     "conformance": 3,
     "matching": 3,
+    "chains": 3,  # time averages of replicated chains
     "probe": 3,  # the one-step map at cubature nodes
     "tally": 3,
     "reference": 3,
@@ -40,7 +44,9 @@ LAYERS = {
     "verdicts": 4,
     "measures": 4,
     "study": 5,
+    "calibration": 6,
     "report": 6,
+    "selftest": 6,
     "cli": 7,
     "api": 7,
     "__main__": 7,
@@ -54,7 +60,7 @@ MARKERS = {"hookspecs"}
 PLUGGY = {"hookspecs", "registry", "discovery", "contributions"}
 # What a scheme or problem may import: the public names of the package and of its numerical tools.
 PUBLIC = {f"{module.__name__}.{public}" for module in (sdaeverify, sdaeverify.numerics) for public in module.__all__}
-SHIPPED = {"sdaeverify_schemes", "sdaeverify_problems"}
+SHIPPED = {"sdaeverify_schemes", "sdaeverify_problems", "sdaeverify_planted"}
 
 FRAMEWORK_LINES, CONTRIBUTED_LINES = 300, 120
 LONGEST, LONG, SHORT_SHARE, MEDIAN = 50, 25, 0.9, 8

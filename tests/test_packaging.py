@@ -47,10 +47,10 @@ def test_wheel_runs_a_cell(installed, tmp_path):
 
 
 def test_wheel_holds_no_tests(installed):
-    """Only the three packages, their metadata and nothing else are in the wheel."""
+    """Only the four packages, their metadata and nothing else are in the wheel."""
     tops = {path.name for path in installed.iterdir()}
 
-    assert tops - {"sdaeverify", "sdaeverify_schemes", "sdaeverify_problems"} == {
+    assert tops - {"sdaeverify", "sdaeverify_planted", "sdaeverify_schemes", "sdaeverify_problems"} == {
         name for name in tops if name.endswith(".dist-info")
     }
     assert (installed / "sdaeverify" / "py.typed").is_file()

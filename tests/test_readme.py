@@ -28,7 +28,7 @@ def test_examples_work_as_plugin_files(tmp_path):
         files.append(tmp_path / f"{name}.py")
         files[-1].write_text(example(name))
 
-    verdicts = verify("tamed-euler", "stochastic-exponential", "strong", plugins=files).verdicts
+    verdicts = verify("predictor-corrector", "stochastic-exponential", "strong", plugins=files).verdicts
 
     assert set(verdicts.verdict) == {"verified"}
 

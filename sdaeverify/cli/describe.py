@@ -3,13 +3,16 @@
 import inspect
 from collections.abc import Callable, Mapping
 
+import numpy as np
+
 from ..contributions import MeasureEntry, ProblemEntry, SchemeEntry
+from ..controls import Control
 from ..errors import ProblemError, SdaeverifyError, UsageError, one_line
 from ..forms import Problem
 from ..labels import REQUIRED, describe_kind
 from ..registry import PluginRow
 from ..scheme import Claim, Scheme
-from ..truths import Moment, Pathwise, Truth
+from ..truths import InvariantMean, Moment, Pathwise, Truth
 from .catalogue import AnyEntry, docstring, parameters_of, subject
 
 
@@ -82,7 +85,9 @@ def _claim(claim: Claim) -> str:
 
 def _built(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:
     try:
-        return build()
+        # A number that is not finite is said in one line, by the problem.
+        with np.errstate(all="ignore"):
+            return build()
     except Exception as error:
         kind = UsageError if given and isinstance(error, SdaeverifyError) else ProblemError
         raise kind(f"problem {label} cannot be built: {one_line(error)}") from error
@@ -98,7 +103,13 @@ def _problem(problem: Problem) -> list[str]:
         f"observables: {', '.join(problem.observables) or 'none'}",
         "truths:" if problem.truths else "truths: none",
     ]
-    return ["", *lines, *(f"  {_truth(truth)}" for truth in problem.truths), f"source: {problem.source}"]
+    truths = [f"  {_truth(truth)}" for truth in problem.truths]
+    controls = ["controls:", *(f"  {_control(control)}" for control in problem.controls)]
+    return ["", *lines, *truths, *(controls if problem.controls else ["controls: none"]), f"source: {problem.source}"]
+
+
+def _control(control: Control) -> str:
+    return f"{control.measure} order {control.order}: {control.positive}, and not {control.negative}"
 
 
 def _truth(truth: Truth) -> str:
@@ -107,4 +118,6 @@ def _truth(truth: Truth) -> str:
         return f"the path, {kind} ({truth.source})"
     if isinstance(truth, Moment):
         return f"E {truth.observable} at every time ({truth.source})"
+    if isinstance(truth, InvariantMean):
+        return f"E {truth.observable} = {truth.value:.6g} under the invariant law ({truth.source})"
     return f"mean-square {'stable' if truth.stable else 'not stable'} ({truth.source})"

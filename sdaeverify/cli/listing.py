@@ -20,6 +20,7 @@ from .exit_codes import ExitCode
 from .options import plugins
 
 KINDS = ("schemes", "problems", "measures", "plugins")
+REGISTERED = {"schemes": "scheme", "problems": "problem", "measures": "measure", "planted": "planted bug"}
 COLUMNS = {
     "schemes": ("name", "parameters", "form", "summary", "plugin"),
     "problems": ("name", "parameters", "summary", "plugin"),
@@ -93,8 +94,8 @@ def _text(record: Record, column: str) -> str:
     if column == "parameters":
         return ", ".join(f"{name}={_word(default)}" for name, default in record["parameters"].items())
     if column == "registers":
-        counts = ((record[kind], kind.removesuffix("s")) for kind in KINDS[:3])
-        return ", ".join(f"{count} {kind}{'s' * (count > 1)}" for count, kind in counts if count)
+        counts = ((record[kind], word) for kind, word in REGISTERED.items())
+        return ", ".join(f"{count} {word}{'s' * (count > 1)}" for count, word in counts if count)
     return str(record[column])
 
 

@@ -11,10 +11,12 @@ import click
 from .. import __version__
 from ..errors import SdaeverifyError, UsageError
 from ..labels import did_you_mean
+from .calibrate import calibrate
 from .console import PROGRAM, complain, silence
 from .exit_codes import ExitCode, code_of_error
 from .listing import info, listing
 from .matrix import matrix
+from .selftest import selftest
 
 
 class _Commands(click.Group):
@@ -31,7 +33,7 @@ class _Commands(click.Group):
 
 @click.group(
     cls=_Commands,
-    commands=[matrix, listing, info],
+    commands=[matrix, listing, info, selftest, calibrate],
     context_settings={"help_option_names": ["-h", "--help"]},
     invoke_without_command=True,
 )

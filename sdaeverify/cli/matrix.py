@@ -6,13 +6,14 @@ from typing import Any
 import click
 from rich.text import Text
 
-from ..registry import Registry, load_registry
+from ..registry import Registry
 from ..report.terminal import plan_table, visible
 from ..settings import Settings
 from ..study import Plan
 from ..study.workers import available_cores
 from .console import complain, output
 from .exit_codes import WORDS, ExitCode
+from .loading import loaded
 from .options import levels_text, once, plugins, read_levels
 from .progress import KINDS
 
@@ -29,7 +30,7 @@ CODES = "Exit codes: " + "; ".join(f"{code.value} {words}" for code, words in WO
 @click.option("-p", "--problems", multiple=True, metavar="PATTERN", help="Problems, in the same way.")
 @click.option("-m", "--measures", multiple=True, metavar="PATTERN", help="Measures, in the same way.")
 @plugins
-@once("--paths", type=int, default=DEFAULTS.paths, help="Number of paths.")
+@once("--paths", type=int, default=DEFAULTS.paths, help="Number of paths at most.")
 @once(
     "--levels",
     metavar="LEVELS",
@@ -41,6 +42,10 @@ CODES = "Exit codes: " + "; ".join(f"{code.value} {words}" for code, words in WO
 @once(
     "--block", type=int, default=DEFAULTS.block, help="Paths simulated together; part of what determines the noise."
 )
+@once(
+    "--looks", type=int, default=DEFAULTS.looks, help="How often a cell is judged at most, until it is decided."
+)
+@once("--family", type=int, default=DEFAULTS.family, help="Tests that early decisions share their error level among.")
 @once("--out", type=click.Path(path_type=Path), default=FOLDER, help="Folder of the report.")
 @once("-j", "--jobs", type=click.IntRange(min=1), help="Worker processes.  [default: all available cores]")
 @once(
@@ -58,8 +63,7 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
     from .running import Run, carry_out  # noqa: PLC0415
 
     settings = _settings(options)
-    registry = load_registry(options["plugins"])
-    _warn(registry)
+    registry = loaded(options["plugins"])
     if not registry.plugins:
         return _nothing("no plugin is found; is sdaeverify installed? Run pip install . in its folder")
     todo = plan_of(registry, options["schemes"], options["problems"], options["measures"])
@@ -73,17 +77,8 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
 
 def _settings(options: dict[str, Any]) -> Settings:
     coarsest, levels = read_levels(options["levels"])
-    numbers = {name: options[name] for name in ("paths", "seed", "confidence", "block")}
+    numbers = {name: options[name] for name in ("paths", "seed", "confidence", "block", "looks", "family")}
     return Settings(coarsest=coarsest, levels=levels, **numbers)
-
-
-def _warn(registry: Registry) -> None:
-    for warning in registry.warnings:
-        complain("warning", warning)
-    for row in registry.plugins:
-        if row.status == "broken":
-            where = f"{row.distribution} {row.version}".strip() or row.module
-            complain("warning", f"plugin {row.name} ({where}) is broken and left out: {row.reason}")
 
 
 def _missing(registry: Registry) -> str:

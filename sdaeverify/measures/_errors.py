@@ -1,6 +1,7 @@
 """What the strong measure notes on one block: pathwise errors at T and as maximum over the coarsest grid."""
 
 from collections.abc import Sequence
+from copy import copy
 from itertools import pairwise
 from math import isqrt
 
@@ -49,6 +50,13 @@ class ErrorObserver:
         self.final = {name: np.stack(values, axis=1) for name, values in now.items()}
         self.worst = {name: np.maximum(self.worst.get(name, 0.0), value) for name, value in self.final.items()}
         self._note_sizes(snapshot.truth)
+
+    def part(self, paths: slice) -> "ErrorObserver":
+        """Return what was noted on some of the paths."""
+        some = copy(self)
+        some.final = {kind: value[..., paths] for kind, value in self.final.items()}
+        some.worst = {kind: value[..., paths] for kind, value in self.worst.items()}
+        return some
 
     def tally(self) -> Tally:
         """Return sums of the errors' powers over groups of paths, with what the tail diagnostics need."""

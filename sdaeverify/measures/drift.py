@@ -27,7 +27,18 @@ from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdi
 from ..scheme import Claim, Scheme
 from ..settings import Settings
 from ..statistics import EPS, Estimate, jackknife, slope_weights
-from ..verdicts import FEWEST, FITTED, ROUND_OFF, Opinion, claim_for, judge_order, sound_levels, unfitted, with_sample
+from ..verdicts import (
+    FEWEST,
+    FITTED,
+    ROUND_OFF,
+    Decision,
+    claim_for,
+    decide,
+    order_tests,
+    sound_levels,
+    unfitted,
+    with_sample,
+)
 from ._residuals import ResidualObserver, effective_share, log_spaced, quantile
 
 FLAT = 0.35
@@ -154,7 +165,7 @@ def _round_off(evidence: Evidence, defect: Defect, claim: Claim | None) -> Findi
         estimate=float(np.fmax.reduce(defect.worst)),
         verdict=verdict if claim else Verdict.OUT_OF_SCOPE,
         reason="round-off wherever finite",
-        method="paths, largest residual",
+        method="largest residual along paths (T3)",
         details={"class": ROUND_OFF},
     )
 
@@ -169,7 +180,7 @@ def _beyond_round_off(defect: Defect, claim: Claim, bound: Array) -> Finding:
         estimate=float(np.fmax.reduce(defect.worst)),
         verdict=Verdict.REFUTED,
         reason=f"{text}; {kind}",
-        method="paths, largest residual",
+        method="largest residual along paths (T3)",
         details={"class": kind},
     )
 
@@ -180,7 +191,7 @@ def _ordered(evidence: Evidence, defect: Defect, levels: Array, claim: Claim | N
     sup = 2.0 ** defect.sup_rms(levels[-1]).value
     kind = _classify(slope.value, sup, defect.scale[levels[-1]])
     growth = defect.growth(levels[-1], np.array(log_spaced(evidence.settings.steps[levels[-1]]), dtype=float))
-    opinion = _opinion(claim, low, high, defect)
+    decision = _decision(evidence, defect, claim, slope)
     size = f"{kind}: sup over t of RMS {sup:.2g} at the finest h, growing like t^{growth:.1f}"
     return Finding(
         quantity=defect.name,
@@ -188,9 +199,8 @@ def _ordered(evidence: Evidence, defect: Defect, levels: Array, claim: Claim | N
         estimate=slope.value,
         low=low,
         high=high,
-        verdict=opinion.verdict,
-        reason="; ".join(text for text in (opinion.reason, size) if text),
-        method="paths, order of the residual",
+        **decision._replace(reason="; ".join(text for text in (decision.reason, size) if text))._asdict(),
+        method="order of the residual along paths (T3)",
         details={"class": kind, "std_error": slope.se, "growth": growth, "fitted_levels": len(levels)},
     )
 
@@ -205,18 +215,15 @@ def _classify(slope: float, sup: float, scale: float) -> str:
     return "tolerance-limited" if sup < 1e-3 * scale else "constant"
 
 
-def _opinion(claim: Claim | None, low: float, high: float, defect: Defect) -> Opinion:
+def _decision(evidence: Evidence, defect: Defect, claim: Claim | None, slope: Estimate) -> Decision:
     if claim is None:
-        return Opinion(Verdict.OUT_OF_SCOPE, "")
-    if not np.isfinite([low, high]).all():
-        return Opinion(Verdict.INCONCLUSIVE, "no finite interval")
-    opinion = judge_order(claim, low, high)
+        return Decision(Verdict.OUT_OF_SCOPE, "", 3)
+    tests = order_tests(claim, slope, evidence)
     heavy = effective_share(defect.histogram[-1]) < HEAVY
-    if opinion.verdict is Verdict.REFUTED and heavy:
-        return Opinion(
-            Verdict.INCONCLUSIVE, f"heavy tails: the interval of a root mean square refutes nothing; {opinion.reason}"
-        )
-    return with_sample(opinion, int(defect.counts.sum()), heavy=heavy)
+    if heavy and tests.refuted > 0.0:
+        # The interval of a root mean square refutes nothing then.
+        tests = tests._replace(refuted=1.0, reason=f"heavy tails; {tests.reason}")
+    return decide(with_sample(tests, evidence.paths, heavy=heavy), evidence)
 
 
 def _levels(defect: Defect) -> Iterator[LevelFinding]:

@@ -1,33 +1,33 @@
-"""Strong order: pathwise errors at T and as maximum over the coarsest grid times.
+"""Strong order of convergence: local defects decide, pathwise errors guard them.
 
-y_l = (1/p) log2 mean e_l^p against log2 h_l, p = 1 for the verdict, 1/2 and 2 beside it; the slope on the finest
-four levels with a delete-a-group jackknife interval, widened by a bound of the reference's bias.
+The local order (T1) needs no sampling; errors at T and their maximum over the coarsest grid times (T3) guard it, and
+decide alone where the one-step map cannot be probed.
 """
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, Parts
+from ..arrays import Parts
 from ..forms import Problem
 from ..hookspecs import hookimpl
 from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
-from ..scheme import Claim
+from ..probe.local_orders import LocalOpinion
+from ..probe.local_strong import LocalStrong, StrongOrder, judge_strong, local_strong, no_local_order, strong_order
+from ..probe.one_step import OneStep
+from ..scheme import Claim, Scheme
 from ..settings import Settings
-from ..statistics import Estimate, corrected_slope_weights
-from ..truths import Pathwise
-from ..verdicts import FEWEST, FITTED, Opinion, at_levels, claim_for, judge_order, sound_levels, unfitted, with_sample
+from ..statistics import Estimate
+from ..tally import Tally, packed, unpacked
+from ..verdicts import FEWEST, FITTED, Decision, Opinion, Tests, claim_for, decide, guard, unfitted
 from ._errors import AT_T, ErrorObserver
+from ._path_order import WRONG, Fit, asymptotic_order, fit, path_tests, usable_levels
 from ._quantity import Quantity, quantities_of
-from ._reference_bias import Bias, reference_bias
 
-WRONG = "wrong limit"
-# A wrong limit shows as errors that stop falling while successive differences go on.
-WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15
-# Steps too coarse for the problem show as local orders that grow by more than this from one level to the next.
-RISING = 0.05
+PROBED = "local strong"
+STATE = "state"
 
 
 class Strong(Measure):
@@ -35,16 +35,24 @@ class Strong(Measure):
 
     name: ClassVar[str] = "strong"
 
+    def refuses(self, scheme: Scheme, problem: Problem) -> str:
+        """Refuse schemes with bounded increments."""
+        return f"its {scheme.law.name} increments are not Brownian: no strong order" if scheme.law.bounded else ""
+
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> ErrorObserver:
         """Return the notebook for one block."""
         return ErrorObserver(parts, settings)
 
+    def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
+        """Return the local defects, where the one-step map can be probed."""
+        return Tally() if no_local_order(scheme, view) else packed(PROBED, local_strong(scheme, view))
+
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component at grid times and at T, and their levels."""
         quantities = list(quantities_of(evidence))
-        findings = [_finding(evidence, quantity) for quantity in quantities]
-        findings = _doubted(findings)
-        findings += _unknown(evidence, {quantity.name for quantity in quantities})
+        record = unpacked(PROBED, LocalStrong, evidence.tally)
+        findings = _doubted([_finding(evidence, quantity, record) for quantity in quantities])
+        findings += _unknown(evidence, {quantity.name for quantity in quantities}, record)
         return Judgement(
             tuple(findings), tuple(row for quantity in quantities for row in _levels(evidence, quantity))
         )
@@ -56,14 +64,85 @@ def sdaeverify_measures() -> list[Measure]:
     return [Strong()]
 
 
-def _usable(evidence: Evidence, quantity: Quantity) -> tuple[Array, str]:
-    """Return the levels that can be fitted, and why others are left out."""
-    sound, remarks = sound_levels(evidence.health.sums)
-    # Measured rounding stays below 2 eps sqrt(N) of the state's size; 30 times that leaves the fit alone.
-    rounding = quantity.means() <= 60.0 * quantity.rounding(np.array(evidence.settings.steps))
-    if rounding.any():
-        remarks.append(at_levels("rounding", rounding))
-    return sound[~rounding[sound]], "; ".join(remarks)
+class _Local(NamedTuple):
+    """The local order of a quantity, and what it says of the claim; none where the map cannot be probed."""
+
+    order: StrongOrder | None = None
+    opinion: LocalOpinion | None = None
+
+    @property
+    def decides(self) -> bool:
+        return self.opinion is not None and self.opinion.verdict is not Verdict.INCONCLUSIVE
+
+
+def _local(evidence: Evidence, name: str, record: LocalStrong | None, claim: Claim | None) -> _Local:
+    if record is None:
+        return _Local()
+    names = list(OneStep(evidence.scheme, evidence.view).names)
+    order = strong_order(record, None if name == STATE else names.index(name))
+    if claim is None or isinstance(claim.value, str):
+        return _Local(order)
+    return _Local(order, judge_strong(order, claim.value, sharp=evidence.scheme.sharp_locally))
+
+
+def _finding(evidence: Evidence, quantity: Quantity, record: LocalStrong | None) -> Finding:
+    component = quantity.name.removesuffix(AT_T)
+    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Strong.name, component)
+    local = _local(evidence, component, record, claim)
+    if _is_exact(evidence, quantity):
+        return _with_local(_exact_finding(evidence, quantity, local, claim), local)
+    usable, left_out = usable_levels(evidence, quantity)
+    if len(usable[-FITTED:]) < FEWEST:
+        return _with_local(_unfitted(evidence, quantity, local, claim, left_out), local)
+    fitted = fit(evidence, quantity, usable, left_out)
+    decision = _decision(evidence, quantity, fitted, claim, local)
+    low, high = fitted.slope.interval(evidence.settings.confidence, fitted.bias.bound)
+    reason = "; ".join(text for text in (decision.reason if claim else no_claim, left_out) if text)
+    found = Finding(
+        quantity=quantity.name,
+        claim=claim,
+        estimate=fitted.slope.value,
+        low=low,
+        high=high,
+        method=_method(decision.tier, fitted.bias.reference),
+        details=_details(evidence, quantity, fitted),
+        **decision._replace(reason=reason)._asdict(),
+    )
+    return _with_local(found, local)
+
+
+def _decision(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim | None, local: _Local) -> Decision:
+    if claim is None:
+        return Decision(Verdict.OUT_OF_SCOPE, "", 3)
+    tests = path_tests(evidence, quantity, fitted, claim)
+    if local.opinion is None or not local.decides:
+        decision = decide(tests, evidence)
+        doubt = f"; {local.opinion.reason}" if local.opinion else ""
+        return decision._replace(reason=decision.reason + doubt)
+    return guard(Opinion(*local.opinion[:2]), _asymptotic(evidence, quantity, fitted, claim, tests), evidence)
+
+
+def _asymptotic(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, tests: Tests) -> Tests:
+    """Let a slope on coarse steps refute a local order only if the asymptotic order is too low, as well."""
+    if isinstance(claim.value, str) or tests.reason.startswith(WRONG):
+        return tests
+    order, half = asymptotic_order(quantity, fitted.usable, evidence.settings.confidence)
+    return tests if order + half < claim.value - claim.margin else tests._replace(refuted=1.0)
+
+
+def _method(tier: int, reference: str) -> str:
+    return f"local order (T1), guarded by paths, {reference}" if tier == 1 else f"paths, {reference} (T3)"
+
+
+def _with_local(finding: Finding, local: _Local) -> Finding:
+    if local.order is None:
+        return finding
+    found = {
+        "local_order": local.order.order,
+        "local_consistent": local.order.consistent,
+        "solver_plateau_h": local.order.plateau_h,
+    }
+    return replace(finding, details={**found, **finding.details})
 
 
 def _is_exact(evidence: Evidence, quantity: Quantity) -> bool:
@@ -74,14 +153,27 @@ def _is_exact(evidence: Evidence, quantity: Quantity) -> bool:
     return bool(np.all(quantity.means() <= 64.0 * rounding))
 
 
-def _exact_finding(quantity: Quantity, steps: int, claim: Claim | None) -> Finding:
-    reason, verdict = "exact to round-off at every level", Verdict.VERIFIED
-    if quantity.moved < 1e3 * 64.0 * quantity.rounding(np.array(steps)):
+def _exact_finding(evidence: Evidence, quantity: Quantity, local: _Local, claim: Claim | None) -> Finding:
+    reason, verdict, tier = "exact to round-off at every level", Verdict.VERIFIED, 3
+    if quantity.moved < 1e3 * 64.0 * quantity.rounding(np.array(evidence.settings.steps[-1])):
         # Who stands still is exact on a solution that does not move.
         reason, verdict = "the solution does not move beyond rounding", Verdict.INCONCLUSIVE
+    if local.opinion is not None and local.decides:
+        reason, verdict, tier = f"{local.opinion.reason}; {reason}", local.opinion.verdict, 1
     if claim is None:
         verdict = Verdict.OUT_OF_SCOPE
-    return Finding(quantity=quantity.name, verdict=verdict, reason=reason, claim=claim, method="paths")
+    method = "local order (T1), guarded by paths" if tier == 1 else "paths (T3)"
+    return Finding(quantity=quantity.name, verdict=verdict, reason=reason, claim=claim, method=method, tier=tier)
+
+
+def _unfitted(evidence: Evidence, quantity: Quantity, local: _Local, claim: Claim | None, left_out: str) -> Finding:
+    found = unfitted(evidence, quantity.name, claim, left_out)
+    if local.opinion is None or claim is None or found.verdict is Verdict.DIVERGED:
+        return found
+    if local.opinion.verdict is Verdict.REFUTED:
+        method = "local order (T1)"
+        return replace(found, verdict=Verdict.REFUTED, reason=local.opinion.reason, tier=1, method=method)
+    return replace(found, reason=f"{local.opinion.reason}, but no paths to guard it: {found.reason}")
 
 
 def _doubted(findings: list[Finding]) -> list[Finding]:
@@ -91,109 +183,38 @@ def _doubted(findings: list[Finding]) -> list[Finding]:
         return findings
     doubt = f"not confirmed: {WRONG} in {', '.join(wrong)}"
     return [
-        replace(f, verdict=Verdict.INCONCLUSIVE, reason=f"{doubt}; {f.reason}")
+        replace(f, verdict=Verdict.INCONCLUSIVE, reason=f"{doubt}; {f.reason}", p_verified=1.0)
         if f.verdict is Verdict.VERIFIED
         else f
         for f in findings
     ]
 
 
-def _unknown(evidence: Evidence, known: set[str]) -> Iterator[Finding]:
-    view, paths = evidence.view, 1
-    start = evidence.scheme.start(view, paths, evidence.step_sizes[0])
+def _unknown(evidence: Evidence, known: set[str], record: LocalStrong | None) -> Iterator[Finding]:
+    """Yield findings on the components that the truth does not know: by their local order, without a guard."""
+    view = evidence.view
+    start = evidence.scheme.start(view, 1, evidence.step_sizes[0])
     for name in evidence.scheme.parts(view, start):
-        if name not in known:
-            claim, no_claim = claim_for(evidence.scheme, view.traits, Strong.name, name)
-            verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
-            reason = f"the problem's truth does not know {name}" if claim else no_claim
-            yield Finding(quantity=name, verdict=verdict, reason=reason, claim=claim)
+        if name in known:
+            continue
+        claim, no_claim = claim_for(evidence.scheme, view.traits, Strong.name, name)
+        verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
+        reason = f"the problem's truth does not know {name}" if claim else no_claim
+        found = Finding(quantity=name, verdict=verdict, reason=reason, claim=claim)
+        local = _local(evidence, name, record, claim)
+        if local.opinion is not None and local.opinion.verdict is Verdict.REFUTED:
+            refuted, method = local.opinion.verdict, "local order (T1)"
+            found = replace(found, verdict=refuted, reason=local.opinion.reason, tier=1, method=method)
+        yield _with_local(found, local)
 
 
-def _finding(evidence: Evidence, quantity: Quantity) -> Finding:
-    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Strong.name, quantity.name.removesuffix(AT_T))
-    if _is_exact(evidence, quantity):
-        return _exact_finding(quantity, evidence.settings.steps[-1], claim)
-    usable, left_out = _usable(evidence, quantity)
-    levels = usable[-FITTED:]
-    if len(levels) < FEWEST:
-        return unfitted(evidence, quantity.name, claim, left_out)
-    bias = reference_bias(evidence.problem.pathwise, quantity, levels, evidence.settings.confidence)
-    slope = quantity.slope(levels)
-    low, high = slope.interval(evidence.settings.confidence, bias.bound)
-    opinion = _opinion(evidence, quantity, levels, claim, (low, high, bias))
-    reason = "; ".join(text for text in (opinion.reason if claim else no_claim, left_out) if text)
-    return Finding(
-        quantity=quantity.name,
-        claim=claim,
-        estimate=slope.value,
-        low=low,
-        high=high,
-        verdict=opinion.verdict,
-        reason=reason,
-        method=f"paths, {bias.reference}",
-        details={
-            **_details(evidence, quantity, levels, slope),
-            **_asymptotic(quantity, usable, evidence.settings.confidence),
-            "bias_bound": bias.bound,
-        },
-    )
-
-
-def _opinion(
-    evidence: Evidence,
-    quantity: Quantity,
-    levels: Array,
-    claim: Claim | None,
-    order: tuple[float, float, Bias],
-) -> Opinion:
-    low, high, bias = order
-    if claim is None:
-        return Opinion(Verdict.OUT_OF_SCOPE, "")
-    if not np.isfinite([low, high]).all():
-        return Opinion(Verdict.INCONCLUSIVE, f"no finite interval: {bias.reference} is too coarse or not finite")
-    opinion = judge_order(claim, low, high)
-    if (
-        opinion.verdict is Verdict.REFUTED
-        and quantity.rise(levels).interval(evidence.settings.confidence)[0] > RISING
-    ):
-        opinion = Opinion(
-            Verdict.INCONCLUSIVE, f"{opinion.reason}, but it still rises with refinement; add finer levels"
-        )
-    if bias.knows_limit:
-        contrast = quantity.contrast(levels).interval(evidence.settings.confidence, bias.bound)
-        opinion = _with_limit(opinion, contrast, above=not isinstance(claim.value, str) and low > claim.value)
-    elif opinion.verdict is Verdict.VERIFIED:
-        opinion = Opinion(Verdict.INCONCLUSIVE, f"{opinion.reason}, but towards its own limit: no truth to compare")
-    if opinion.verdict is not Verdict.INCONCLUSIVE and not _sharp(evidence.problem.pathwise, claim):
-        opinion = Opinion(Verdict.INCONCLUSIVE, f"{bias.reference}: it should be half an order above the claim")
-    heavy = quantity.tail(levels[0]).heavy or quantity.tail(levels[-1]).heavy
-    return with_sample(opinion, quantity.paths, heavy=heavy)
-
-
-def _sharp(truth: Pathwise | None, claim: Claim) -> bool:
-    return truth is None or isinstance(claim.value, str) or truth.order >= claim.value + 0.5
-
-
-def _with_limit(opinion: Opinion, contrast: tuple[float, float], *, above: bool) -> Opinion:
-    low, high = contrast
-    if high < WRONG_LIMIT and not above:
-        return Opinion(Verdict.REFUTED, f"{WRONG}: errors level off (contrast at most {high:.3f})")
-    if high < WRONG_LIMIT:
-        # Errors a h + b h^2 look alike while b h matters, and cannot level off above the claimed order.
-        return Opinion(Verdict.INCONCLUSIVE, f"limit not confirmed (contrast at most {high:.3f}); add finer levels")
-    if opinion.verdict is Verdict.VERIFIED and not low > RIGHT_LIMIT:
-        return Opinion(
-            Verdict.INCONCLUSIVE, f"limit not confirmed (contrast at least {low:.3f}); add paths or levels"
-        )
-    return opinion
-
-
-def _details(evidence: Evidence, quantity: Quantity, levels: Array, slope: Estimate) -> dict[str, object]:
-    confidence = evidence.settings.confidence
+def _details(evidence: Evidence, quantity: Quantity, fitted: Fit) -> dict[str, object]:
+    levels, confidence = fitted.levels, evidence.settings.confidence
     contrast = quantity.contrast(levels)
     finest, coarsest = quantity.tail(levels[-1]), quantity.tail(levels[0])
+    asymptotic, half = asymptotic_order(quantity, fitted.usable, confidence)
     return {
-        "std_error": slope.se,
+        "std_error": fitted.slope.se,
         "order_L1/2": quantity.slope(levels, 0).value,
         "order_L2": quantity.slope(levels, 2).value,
         "fitted_levels": len(levels),
@@ -204,22 +225,14 @@ def _details(evidence: Evidence, quantity: Quantity, levels: Array, slope: Estim
         "largest_share": max(finest.share, coarsest.share),
         "hill_index": min(finest.hill, coarsest.hill),
         "heavy_tails": finest.heavy or coarsest.heavy,
+        "asymptotic_order": asymptotic,
+        "asymptotic_half_width": half,
+        "bias_bound": fitted.bias.bound,
     }
 
 
-def _asymptotic(quantity: Quantity, usable: Array, confidence: float) -> dict[str, object]:
-    # y = a + p x + c h on all levels but the coarsest; what the coarsest would change is part of the interval.
-    if len(usable) <= FITTED:
-        return {"asymptotic_order": float("nan"), "asymptotic_half_width": float("nan")}
-    x, finer = np.log2(quantity.h), usable[1:]
-    order = quantity.linear(finer, corrected_slope_weights(x[finer]))
-    gap = abs(order.value - quantity.linear(usable, corrected_slope_weights(x[usable])).value)
-    half = order.interval(confidence)[1] - order.value + gap
-    return {"asymptotic_order": order.value, "asymptotic_half_width": max(half, 0.05)}
-
-
 def _levels(evidence: Evidence, quantity: Quantity) -> Iterator[LevelFinding]:
-    fitted = set(_usable(evidence, quantity)[0][-FITTED:])
+    fitted = set(usable_levels(evidence, quantity)[0][-FITTED:])
     half, one, two = (quantity.means(power) for power in range(3))
     for level in range(len(quantity.h)):
         spread = np.sqrt(max(two[level] - one[level] ** 2, 0.0) / quantity.paths)

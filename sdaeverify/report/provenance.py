@@ -32,7 +32,7 @@ def provenance(registry: Registry, study: Study, arguments: Sequence[str]) -> di
     settings, cells = study.settings, study.plan.cells
     return {
         "schema_version": SCHEMA,
-        "versions": {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}},
+        "versions": versions(),
         "platform": {
             "system": platform.platform(),
             "machine": platform.machine(),
@@ -51,6 +51,11 @@ def provenance(registry: Registry, study: Study, arguments: Sequence[str]) -> di
         "plugins": [row._asdict() for row in registry.plugins],
         "warnings": list(registry.warnings),
     }
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of Python, of sdaeverify and of the packages it computes with."""
+    return {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
 
 
 def _version(name: str) -> str:

@@ -31,6 +31,9 @@ VERDICT_COLUMNS = (
     "confidence",
     "margin",
     "claim_source",
+    "tier",
+    "p_verified",
+    "p_refuted",
 )
 LEVEL_COLUMNS = (
     "scheme",
@@ -116,8 +119,9 @@ def reproduce(result: CellResult, settings: Settings, plugins: Sequence[str] = (
     words += ["--seed", str(settings.seed)]
     if settings.confidence != default.confidence:
         words += ["--confidence", str(settings.confidence)]
-    if settings.block != default.block:
-        words += ["--block", str(settings.block)]
+    for name in ("block", "looks", "family"):
+        if getattr(settings, name) != getattr(default, name):
+            words += [f"--{name}", str(getattr(settings, name))]
     for plugin in plugins:
         words += ["--plugin", plugin]
     return shlex.join(words)
@@ -154,6 +158,9 @@ def _judged(finding: Finding) -> dict[str, object]:
         "method": finding.method,
         "margin": finding.claim.margin if finding.claim else float("nan"),
         "claim_source": finding.claim.source if finding.claim else "",
+        "tier": f"T{finding.tier}" if finding.method else "",
+        "p_verified": finding.p_verified,
+        "p_refuted": finding.p_refuted,
         **finding.details,
     }
 

@@ -32,7 +32,7 @@ DRIFTS = {
     "tolerance-limited": "{scheme} keeps {quantity} on {where} to a tolerance only",
     "constant": "{scheme} drifts off {quantity} on {where} by as much at every h",
 }
-MOST_INCONCLUSIVE = 20
+MOST_TOLD = 20
 GAP = 2
 NARROW = 20
 
@@ -90,12 +90,18 @@ def verdicts_in_words(results: Sequence[CellResult]) -> Iterator[Text]:
     """Give the findings that need attention, the drift of constraints, and the counts, a line each."""
     for verdict in TOLD:
         lines = list(_told(results, verdict))
-        most = MOST_INCONCLUSIVE if verdict is Verdict.INCONCLUSIVE else len(lines)
+        most = MOST_TOLD if verdict is Verdict.INCONCLUSIVE else len(lines)
         yield from lines[:most]
         if len(lines) > most:
             yield Text(f"and {len(lines) - most} more inconclusive, see verdicts.csv", style="yellow")
-    yield from map(Text, drifts(results))
+    yield from map(Text, shortened(drifts(results), "drifts"))
     yield Text(counts(results), style="bold")
+
+
+def shortened(lines: Sequence[str], what: str) -> list[str]:
+    """Return the first of many lines, and how many more there are."""
+    more = len(lines) - MOST_TOLD
+    return [*lines[:MOST_TOLD], f"and {more} more {what}, see verdicts.csv"] if more > 0 else list(lines)
 
 
 def orders(results: Iterable[CellResult]) -> list[str]:
@@ -108,8 +114,9 @@ def orders(results: Iterable[CellResult]) -> list[str]:
         ]
         if values:
             cell = result.cell
-            lines.append(visible(f"{cell.scheme.label} on {cell.spec.label}: {', '.join(values)}"))
-    return lines
+            where = f"{cell.measure.name}, {cell.scheme.label} on {cell.spec.label}"
+            lines.append(visible(f"{where}: {', '.join(values)}"))
+    return shortened(lines, "orders")
 
 
 def counts(results: Iterable[CellResult]) -> str:

@@ -1,17 +1,67 @@
 """From the evidence on a problem to the results of its cells."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..ensemble import LaneEvidence, Task
+from ..ensemble import LaneEvidence
 from ..errors import FAULTS, one_line
 from ..matching import match
 from ..measure import Evidence, Finding, Judgement, LevelFinding, Verdict
+from ..scheme import Scheme
 from ..settings import Settings
 from ..tally import Tally
+from .controlled import Controls, gated
 from .plan import Cell, ProblemPlan
+
+CONTRACT = "contract and exactness (T0)"
+
+
+@dataclass(frozen=True)
+class CellEvidence:
+    """What is known of a cell.
+
+    Attributes
+    ----------
+    sampled, probed : Tally
+        From paths, and without sampling.
+    health : Tally
+        Of the scheme's steps.
+    seconds : float
+        Time of the scheme on this problem, all its measures together.
+    paths : int
+    error, breach : str
+        Why there is no evidence: what was raised, or which contract is broken; empty if there is some.
+    """
+
+    sampled: Tally = field(default_factory=Tally)
+    probed: Tally = field(default_factory=Tally)
+    health: Tally = field(default_factory=Tally)
+    seconds: float = 0.0
+    paths: int = 0
+    error: str = ""
+    breach: str = ""
+
+    @property
+    def refused(self) -> bool:
+        """Whether nothing can be measured."""
+        return bool(self.error or self.breach)
+
+    def merged(self, lane: LaneEvidence, index: int) -> "CellEvidence":
+        """Return the evidence with that of one more block; the first error stays."""
+        return CellEvidence(
+            self.sampled.merged(lane.tallies[index]),
+            self.probed.merged(lane.probes[index]),
+            self.health.merged(lane.health),
+            self.seconds + lane.seconds,
+            self.paths + lane.paths,
+            self.error or lane.errors[index],
+            self.breach or lane.breach,
+        )
+
+
+Evidences = Mapping[tuple[Scheme, str], CellEvidence]
 
 
 @dataclass(frozen=True)
@@ -51,28 +101,72 @@ def planned_out(plan: ProblemPlan) -> list[CellResult]:
     return [unmeasured(cell, cell.verdict, cell.reason) for cell in plan.cells if cell.verdict is not None]
 
 
-def judge_problem(plan: ProblemPlan, task: Task, lanes: tuple[LaneEvidence, ...]) -> Iterator[CellResult]:
-    """Judge every cell of a problem that was run."""
-    evidence = {
-        (entry.scheme, measure.name): (lane, tally, error)
-        for entry, lane in zip(task.entries, lanes, strict=True)
-        for measure, tally, error in zip(entry.measures, lane.tallies, lane.errors, strict=True)
-    }
-    for cell in plan.runnable:
-        lane, tally, error = evidence[cell.scheme, cell.measure.name]
-        yield unmeasured(cell, Verdict.ERROR, error) if error else _result(plan, cell, task.settings, lane, tally)
+def judged(plan: ProblemPlan, cell: Cell, settings: Settings, evidences: Evidences) -> CellResult:
+    """Judge a cell.
 
+    Parameters
+    ----------
+    plan : ProblemPlan
+    cell : Cell
+    settings : Settings
+    evidences : mapping of (Scheme, str) to CellEvidence
+        By scheme and name of the measure, those of the controls included.
 
-def _result(plan: ProblemPlan, cell: Cell, settings: Settings, lane: LaneEvidence, tally: Tally) -> CellResult:
+    Returns
+    -------
+    CellResult
+    """
+    known = evidences[cell.scheme, cell.measure.name]
+    if known.breach:
+        return _breached(cell, known)
+    if known.error:
+        return unmeasured(cell, Verdict.ERROR, known.error)
     try:
         # The logarithm of an error that is exactly zero is not a defect; the measures look at what comes out.
         with np.errstate(all="ignore"):
-            judgement = _judged(plan, cell, settings, lane, tally)
+            judgement = cell.measure.judge(_evidence(plan, cell, settings, known))
+            findings = _gated(plan, cell, settings, evidences, judgement)
     except FAULTS as error:
         return unmeasured(cell, Verdict.ERROR, f"measure {cell.measure.name}: {one_line(error)}")
     assert plan.problem is not None
-    judgement = judgement._replace(findings=(*judgement.findings, *_unmet(cell, judgement.findings)))
-    return CellResult(cell, *judgement, lane.health, settings.paths, lane.seconds, plan.problem.horizon)
+    findings = (*findings, *_unmet(cell, findings))
+    return CellResult(
+        cell, findings, judgement.levels, known.health, known.paths, known.seconds, plan.problem.horizon
+    )
+
+
+def _breached(cell: Cell, known: CellEvidence) -> CellResult:
+    claim = next((claim for claim in cell.scheme.promises if claim.measure == cell.measure.name), None)
+    verdict = Verdict.REFUTED if claim else Verdict.ERROR
+    finding = Finding(quantity="", verdict=verdict, reason=known.breach, claim=claim, method=CONTRACT, tier=0)
+    return CellResult(cell, (finding,), seconds=known.seconds)
+
+
+def _evidence(
+    plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence, *, probed: bool = True
+) -> Evidence:
+    assert plan.problem is not None
+    view = match(cell.scheme, plan.problem).problem
+    assert view is not None
+    tally = known.sampled.merged(known.probed) if probed else known.sampled
+    level = settings.level
+    return Evidence(cell.scheme, plan.problem, view, settings, tally, known.health, level)
+
+
+def _gated(
+    plan: ProblemPlan, cell: Cell, settings: Settings, evidences: Evidences, judgement: Judgement
+) -> tuple[Finding, ...]:
+    controls = tuple(made for made in plan.controls if made.control.measure == cell.measure.name)
+    evidence = _control_evidence(plan, settings, evidences)
+    return tuple(gated(finding, controls, evidence) for finding in judgement.findings)
+
+
+def _control_evidence(plan: ProblemPlan, settings: Settings, evidences: Evidences) -> Controls:
+    def evidence(cell: Cell, sampled: bool) -> Evidence | None:
+        known = evidences[cell.scheme, cell.measure.name]
+        return None if known.refused else _evidence(plan, cell, settings, known, probed=not sampled)
+
+    return evidence
 
 
 def _unmet(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:
@@ -83,10 +177,3 @@ def _unmet(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:
             if quantity not in found:
                 reason = f"claimed, but there is no {quantity} here; there are {', '.join(sorted(found))}"
                 yield Finding(quantity=quantity, verdict=Verdict.OUT_OF_SCOPE, reason=reason)
-
-
-def _judged(plan: ProblemPlan, cell: Cell, settings: Settings, lane: LaneEvidence, tally: Tally) -> Judgement:
-    assert plan.problem is not None
-    view = match(cell.scheme, plan.problem).problem
-    assert view is not None
-    return cell.measure.judge(Evidence(cell.scheme, plan.problem, view, settings, tally, lane.health))

@@ -1,18 +1,19 @@
 """The product schemes x problems x measures, split into cells that can be run and reasons why not."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..ensemble import Entry, Task
+from ..controls import Control
 from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
 from ..forms import Problem
 from ..matching import Match, match
 from ..measure import Measure, Verdict
 from ..scheme import Scheme
-from ..settings import Settings
 from ..specs import ProblemSpec
+
+Resolve = Callable[[str], Scheme]
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,24 @@ class Cell:
 
 
 @dataclass(frozen=True)
+class ControlPlan:
+    """A control with its cells.
+
+    Attributes
+    ----------
+    control : Control
+    positive, negative : Cell or None
+    missing : str
+        Why the control cannot be run; empty if it can.
+    """
+
+    control: Control
+    positive: Cell | None = None
+    negative: Cell | None = None
+    missing: str = ""
+
+
+@dataclass(frozen=True)
 class ProblemPlan:
     """All cells of one problem; those that can be run share one task.
 
@@ -49,18 +68,20 @@ class ProblemPlan:
     problem : Problem or None
         None if it could not be built.
     cells : tuple of Cell
+    controls : tuple of ControlPlan
+        For the measures of the cells.
     """
 
     spec: ProblemSpec
     problem: Problem | None
     cells: tuple[Cell, ...]
+    controls: tuple[ControlPlan, ...] = ()
 
-    def task(self, settings: Settings) -> Task:
-        """Return what determines the evidence on this problem."""
-        measures: dict[Scheme, tuple[Measure, ...]] = {}
-        for cell in self.runnable:
-            measures[cell.scheme] = (*measures.get(cell.scheme, ()), cell.measure)
-        return Task(self.spec, tuple(Entry(scheme, which) for scheme, which in measures.items()), settings)
+    @property
+    def control_cells(self) -> tuple[Cell, ...]:
+        """Cells of all controls that can be run, each once."""
+        pairs = ((control.positive, control.negative) for control in self.controls if not control.missing)
+        return tuple(dict.fromkeys(cell for pair in pairs for cell in pair if cell is not None))
 
     @property
     def runnable(self) -> tuple[Cell, ...]:
@@ -85,7 +106,12 @@ class Plan:
         return tuple(cell for problem in self.problems for cell in problem.cells)
 
 
-def plan(schemes: Sequence[Scheme], specs: Sequence[ProblemSpec], measures: Sequence[Measure]) -> Plan:
+def plan(
+    schemes: Sequence[Scheme],
+    specs: Sequence[ProblemSpec],
+    measures: Sequence[Measure],
+    resolve: Resolve | None = None,
+) -> Plan:
     """Cross schemes, problems and measures.
 
     Parameters
@@ -93,6 +119,8 @@ def plan(schemes: Sequence[Scheme], specs: Sequence[ProblemSpec], measures: Sequ
     schemes : sequence of Scheme
     specs : sequence of ProblemSpec
     measures : sequence of Measure
+    resolve : callable, str -> Scheme, optional
+        Finds the scheme of a label, for the controls that problems name; without it no control can be run.
 
     Returns
     -------
@@ -103,7 +131,8 @@ def plan(schemes: Sequence[Scheme], specs: Sequence[ProblemSpec], measures: Sequ
     UsageError
         If a problem does not accept the parameters that were asked for.
     """
-    return Plan(tuple(_problem_plan(spec, schemes, measures) for spec in specs))
+    plans = [_problem_plan(spec, schemes, measures) for spec in specs]
+    return Plan(tuple(replace(made, controls=tuple(_controls(made, measures, resolve))) for made in plans))
 
 
 def _problem_plan(spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure]) -> ProblemPlan:
@@ -133,3 +162,30 @@ def _scheme_cells(scheme: Scheme, spec: ProblemSpec, problem: Problem, measures:
 
 def _cell(scheme: Scheme, spec: ProblemSpec, measure: Measure, matched: Match, reason: str) -> Cell:
     return Cell(scheme, spec, measure, matched.view, Verdict.NOT_APPLICABLE if reason else None, reason)
+
+
+def _controls(made: ProblemPlan, measures: Sequence[Measure], resolve: Resolve | None) -> Iterator[ControlPlan]:
+    named = {measure.name: measure for measure in measures}
+    if made.problem is None or not made.runnable:
+        return
+    for control in made.problem.controls:
+        if control.measure in named:
+            yield _control(made.spec, made.problem, control, named[control.measure], resolve)
+
+
+def _control(
+    spec: ProblemSpec, problem: Problem, control: Control, measure: Measure, resolve: Resolve | None
+) -> ControlPlan:
+    if resolve is None:
+        return ControlPlan(control, missing="its controls are not known here")
+    cells: list[Cell] = []
+    for label in (control.positive, control.negative):
+        try:
+            (cell,) = _scheme_cells(resolve(label), spec, problem, [measure])
+        except SdaeverifyError as error:
+            return ControlPlan(control, missing=f"its control {label} is missing: {error}")
+        if cell.verdict is not None:
+            return ControlPlan(control, missing=f"its control {label} cannot be run: {cell.reason}")
+        cells.append(cell)
+    positive, negative = cells
+    return ControlPlan(control, positive, negative)

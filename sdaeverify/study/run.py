@@ -2,16 +2,17 @@
 
 import pickle
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future
 from typing import NamedTuple
 
 from ..ensemble import LaneEvidence, Task, run_block
 from ..errors import FAULTS, UsageError, one_line
-from ..measure import Verdict
 from ..settings import Settings
-from .judging import CellResult, judge_problem, planned_out, unmeasured
-from .plan import Plan, ProblemPlan
+from .families import family_wise
+from .judging import CellResult
+from .plan import Plan
+from .sequence import ProblemRun
 
 Lanes = tuple[LaneEvidence, ...]
 UNSENT = "a scheme, problem or measure cannot be read in a"
@@ -58,16 +59,17 @@ class Study:
 
     def __init__(self, plan: Plan, settings: Settings) -> None:
         self.plan, self.settings = plan, settings
+        self.problems = [ProblemRun(problem, settings) for problem in plan.problems]
         self.finished: dict[str, tuple[CellResult, ...]] = {}
         self.stopped = "not reached"
 
     @property
     def total(self) -> int:
-        """Number of blocks."""
-        return self.settings.blocks * sum(bool(problem.runnable) for problem in self.plan.problems)
+        """Largest number of blocks."""
+        return self.settings.blocks * sum(problem.open for problem in self.problems)
 
     def run(self, executor: Executor | None = None, window: int = 1) -> Iterator[Advanced | Finished]:
-        """Run every block and judge each problem as its last block is done.
+        """Take look after look: run the blocks of every problem that is not decided, and judge it.
 
         Parameters
         ----------
@@ -80,46 +82,58 @@ class Study:
         ------
         Advanced or Finished
         """
-        for problem in self.plan.problems:
-            if not problem.runnable:
-                yield self._finish(problem, [])
-        merged: Lanes | None = None
-        for done, (problem, task, block, lanes) in enumerate(self._blocks(executor, window), start=1):
-            merged = lanes if block == 0 else _merged(merged, lanes)
-            yield Advanced(done, self.total, problem.spec.label)
-            if block == self.settings.blocks - 1:
-                assert merged is not None
-                yield self._finish(problem, list(judge_problem(problem, task, merged)))
+        done = 0
+        yield from self._finish(problem for problem in self.problems if not problem.open)
+        while waiting := [problem for problem in self.problems if problem.open]:
+            jobs = [job for problem in waiting for job in _jobs(problem)]
+            total = done + len(jobs)
+            for job, lanes in _results(executor, window, jobs):
+                done += 1
+                job.problem.absorb(job.task, lanes)
+                yield Advanced(done, total, job.task.spec.label)
+                if job.block == job.last:
+                    job.problem.judge()
+                    yield from self._finish([] if job.problem.open else [job.problem])
 
     def results(self) -> list[CellResult]:
-        """Return the results of all cells; those that were not reached are marked not run."""
-        return [result for problem in self.plan.problems for result in self._of(problem)]
+        """Return the results of all cells as they are, family-wise errors corrected; see `stopped` for the others."""
+        found = [result for problem in self.problems for result in problem.results(self.stopped)]
+        return family_wise(found, 1.0 - self.settings.confidence)
 
-    def _of(self, problem: ProblemPlan) -> tuple[CellResult, ...]:
-        if problem.spec.label in self.finished:
-            return self.finished[problem.spec.label]
-        left = [unmeasured(cell, Verdict.NOT_RUN, self.stopped) for cell in problem.runnable]
-        return (*left, *planned_out(problem))
+    def _finish(self, problems: Iterable[ProblemRun]) -> Iterator[Finished]:
+        for problem in problems:
+            results = problem.results("")
+            self.finished[problem.plan.spec.label] = results
+            yield Finished(results)
 
-    def _finish(self, problem: ProblemPlan, judged: list[CellResult]) -> Finished:
-        results = (*judged, *planned_out(problem))
-        self.finished[problem.spec.label] = results
-        return Finished(results)
 
-    def _blocks(self, executor: Executor | None, window: int) -> Iterator[tuple[ProblemPlan, Task, int, Lanes]]:
-        tasks = [(problem, problem.task(self.settings)) for problem in self.plan.problems if problem.runnable]
-        jobs = ((problem, task, block) for problem, task in tasks for block in range(self.settings.blocks))
-        if executor is None:
-            yield from ((problem, task, block, run_block(task, block)) for problem, task, block in jobs)
-            return
-        pickled = {task.spec.label: _pickled(task) for _, task in tasks}
-        waiting: deque[tuple[ProblemPlan, Task, int, Future[Lanes]]] = deque()
-        for problem, task, block in jobs:
-            waiting.append((problem, task, block, executor.submit(run_pickled, pickled[task.spec.label], block)))
-            if len(waiting) >= window:
-                yield _collect(waiting)
-        while waiting:
-            yield _collect(waiting)
+class _Job(NamedTuple):
+    """A block of a problem at a look, whose last block is `last`."""
+
+    problem: ProblemRun
+    task: Task
+    block: int
+    last: int
+
+
+def _jobs(problem: ProblemRun) -> Iterator[_Job]:
+    task, blocks = problem.task(), problem.blocks
+    for block in blocks:
+        yield _Job(problem, task, block, blocks[-1])
+
+
+def _results(executor: Executor | None, window: int, jobs: Sequence[_Job]) -> Iterator[tuple[_Job, Lanes]]:
+    if executor is None:
+        yield from ((job, run_block(job.task, job.block)) for job in jobs)
+        return
+    pickled = {job.task.spec.label: _pickled(job.task) for job in jobs}
+    waiting: deque[tuple[_Job, Future[Lanes]]] = deque()
+    for job in jobs:
+        waiting.append((job, executor.submit(run_pickled, pickled[job.task.spec.label], job.block)))
+        if len(waiting) >= window:
+            first, future = waiting.popleft()
+            yield first, future.result()
+    yield from ((job, future.result()) for job, future in waiting)
 
 
 def run_pickled(task: bytes, block: int) -> Lanes:
@@ -143,15 +157,3 @@ def _pickled(task: Task) -> bytes:
     except FAULTS as error:
         what = f"problem {task.spec.label} or a scheme or measure on it cannot be sent to worker processes"
         raise UsageError(f"{what}: {one_line(error)}; {ELSE}") from error
-
-
-def _collect(
-    waiting: "deque[tuple[ProblemPlan, Task, int, Future[Lanes]]]",
-) -> tuple[ProblemPlan, Task, int, Lanes]:
-    problem, task, block, future = waiting.popleft()
-    return problem, task, block, future.result()
-
-
-def _merged(before: Lanes | None, lanes: Lanes) -> Lanes:
-    assert before is not None
-    return tuple(a.merged(b) for a, b in zip(before, lanes, strict=True))

@@ -7,6 +7,7 @@ import pytest
 KEYS = {"kind", "name", "parameters", "summary", "plugin", "distribution", "version"}
 PLUGIN_KEYS = {
     "kind", "name", "distribution", "version", "module", "status", "reason", "schemes", "problems", "measures",
+    "planted",
 }  # fmt: skip
 
 
@@ -79,7 +80,7 @@ def test_status_of_plugins(call, monkeypatch):
 
     outcome = call("list", "plugins")
 
-    (line,) = [line for line in outcome.out.splitlines() if "milstein" in line]
+    (line,) = [line for line in outcome.out.splitlines() if "schemes.milstein" in line]
     assert "disabled" in line
     assert "named in SDAEVERIFY_DISABLED_PLUGINS" in line
 

@@ -14,11 +14,13 @@ from sdaeverify.cli.main import run
 
 PROGRAM = (sys.executable, "-m", "sdaeverify")
 BUDGET = ("--paths", "80", "--block", "40", "--levels", "8..32")
-# Far longer than any of these tests may take.
+# Far longer than any of these tests may take, on a block of paths.
 SLOW = """SDE(
-    drift=lambda t, x: (time.sleep(300.0) if x.shape[-1] > 3 else None, x)[1],
+    drift=lambda t, x: (time.sleep(300.0) if x.shape[-1] == 40 else None, x)[1],
     diffusion=lambda t, x: x[:, None], start=[1.0], noise_dim=1, horizon=1.0, source="nowhere")"""
 PATIENCE = 60.0
+STRONG = ("-m", "strong")
+SCHEMES = "milstein,stochastic-theta,half-explicit-euler[truncation=none]"
 
 Start = Callable[..., "subprocess.Popen[str]"]
 
@@ -64,7 +66,7 @@ def signal_group(process: "subprocess.Popen[str]", number: int) -> None:
 def test_interrupt(start, odd_problem, tmp_path, jobs):
     """An interrupt of the whole group ends everything at once, in one line, and keeps what is finished."""
     plugin = odd_problem(SLOW)
-    process = start("matrix", "-s", "milstein", "-p", "gbm,zz-odd", "--plugin", plugin, *BUDGET, "-j", jobs)
+    process = start("matrix", "-s", "milstein", "-p", "gbm,zz-odd", *STRONG, "--plugin", plugin, *BUDGET, "-j", jobs)
     wait_for(process, "milstein  gbm")
 
     # As a terminal does it; the pipes end when all processes that hold them have ended.
@@ -87,7 +89,7 @@ def test_interrupt(start, odd_problem, tmp_path, jobs):
 def test_workers_end_with_a_killed_parent(start, odd_problem, tmp_path):
     """A program that is killed leaves no workers behind, and what was finished is on disk."""
     plugin = odd_problem(SLOW)
-    process = start("matrix", "-s", "milstein", "-p", "gbm,zz-odd", "--plugin", plugin, *BUDGET, "-j", "2")
+    process = start("matrix", "-s", "milstein", "-p", "gbm,zz-odd", *STRONG, "--plugin", plugin, *BUDGET, "-j", "2")
     wait_for(process, "milstein  gbm")
 
     process.kill()
@@ -100,7 +102,7 @@ def test_workers_end_with_a_killed_parent(start, odd_problem, tmp_path):
 def test_dead_worker(start, odd_scheme, tmp_path):
     """A worker that dies is one line and its exit code; what was finished is saved."""
     plugin = odd_scheme("os._exit(9)")
-    process = start("matrix", "-s", "odd", "-p", "gbm", "--plugin", plugin, *BUDGET, "-j", "2")
+    process = start("matrix", "-s", "odd", "-p", "gbm", *STRONG, "--plugin", plugin, *BUDGET, "-j", "2")
 
     out, err = process.communicate(timeout=PATIENCE)
 
@@ -132,7 +134,7 @@ def test_closed_pipe(start, odd_scheme, arguments, code):
 def test_any_number_of_workers(start, tmp_path):
     """One worker and two give the same rows, bit by bit."""
     for jobs in ("1", "2"):
-        process = start("matrix", "-p", "gbm,pendulum", *BUDGET, "-j", jobs, "--out", jobs, "--progress", "none")
+        process = start("matrix", "-p", "gbm,pendulum", "-s", SCHEMES, *BUDGET, "-j", jobs, "--out", jobs, "--progress", "none")
         assert process.communicate(timeout=PATIENCE)[1] == ""
 
     one, two = verdicts(tmp_path / "1"), verdicts(tmp_path / "2")

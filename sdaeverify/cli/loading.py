@@ -1,0 +1,29 @@
+"""The registry as a command uses it: what is odd about it is said on stderr."""
+
+from collections.abc import Sequence
+
+from ..registry import Registry, load_registry
+from .console import complain
+
+
+def loaded(files: Sequence[str]) -> Registry:
+    """Load all plugins, and warn of those that are broken and left out.
+
+    Parameters
+    ----------
+    files : sequence of str
+        Plugin files named on the command line.
+
+    Raises
+    ------
+    PluginError
+        If a file cannot be used, or a plugin is broken and that is not allowed.
+    """
+    registry = load_registry(files)
+    for warning in registry.warnings:
+        complain("warning", warning)
+    for row in registry.plugins:
+        if row.status == "broken":
+            where = f"{row.distribution} {row.version}".strip() or row.module
+            complain("warning", f"plugin {row.name} ({where}) is broken and left out: {row.reason}")
+    return registry

@@ -1,0 +1,126 @@
+"""The order of pathwise errors: a slope with its interval, and what it says of a claim.
+
+y_l = (1/p) log2 mean e_l^p against log2 h_l, p = 1 for the verdict, 1/2 and 2 beside it; the slope on the finest
+four levels with a delete-a-group jackknife interval, widened by a bound of the reference's bias.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..measure import Evidence
+from ..scheme import Claim
+from ..statistics import Estimate, corrected_slope_weights
+from ..truths import Pathwise
+from ..verdicts import FITTED, Tests, at_levels, order_tests, sound_levels, with_sample
+from ._quantity import Quantity
+from ._reference_bias import Bias, reference_bias
+
+WRONG = "wrong limit"
+# A wrong limit shows as errors that stop falling while successive differences go on.
+WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15
+# Steps too coarse for the problem show as local orders that grow by more than this from one level to the next.
+RISING = 0.05
+
+
+class Fit(NamedTuple):
+    """A fitted slope.
+
+    Attributes
+    ----------
+    usable, levels : ndarray of int
+        Levels that could be fitted, and the finest of them that are.
+    left_out : str
+        Why others are not usable.
+    slope : Estimate
+    bias : Bias
+    """
+
+    usable: Array
+    levels: Array
+    left_out: str
+    slope: Estimate
+    bias: Bias
+
+
+def usable_levels(evidence: Evidence, quantity: Quantity) -> tuple[Array, str]:
+    """Return the levels that can be fitted, and why others are left out."""
+    sound, remarks = sound_levels(evidence.health.sums)
+    # Measured rounding stays below 2 eps sqrt(N) of the state's size; 30 times that leaves the fit alone.
+    rounding = quantity.means() <= 60.0 * quantity.rounding(np.array(evidence.settings.steps))
+    if rounding.any():
+        remarks.append(at_levels("rounding", rounding))
+    return sound[~rounding[sound]], "; ".join(remarks)
+
+
+def fit(evidence: Evidence, quantity: Quantity, usable: Array, left_out: str) -> Fit:
+    """Return the slope on the finest usable levels."""
+    levels = usable[-FITTED:]
+    bias = reference_bias(evidence.problem.pathwise, quantity, levels, evidence.settings.confidence)
+    return Fit(usable, levels, left_out, quantity.slope(levels), bias)
+
+
+def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim) -> Tests:
+    """Return what the paths say of a claimed order: the slope's tests, and those of the limit."""
+    truth, bias = evidence.problem.pathwise, fitted.bias
+    if not np.isfinite(bias.bound):
+        return Tests.none(f"no finite interval: {bias.reference} is too coarse or not finite")
+    if not _sharp(truth, claim):
+        return Tests.none(f"{bias.reference}: it should be half an order above the claim")
+    tests = order_tests(claim, fitted.slope, evidence, bias.bound)
+    if not isinstance(claim.value, str):
+        tests = _not_rising(evidence, quantity, fitted, tests)
+    if bias.knows_limit:
+        above = _above(evidence, fitted, claim)
+        tests = _with_limit(tests, quantity.contrast(fitted.levels), bias.bound, evidence, above=above)
+    elif tests.verified <= evidence.level:
+        tests = tests._replace(verified=1.0, growth=np.inf, reason=f"{tests.reason}, but towards its own limit")
+    heavy = quantity.tail(fitted.levels[0]).heavy or quantity.tail(fitted.levels[-1]).heavy
+    return with_sample(tests, quantity.paths, heavy=heavy)
+
+
+def asymptotic_order(quantity: Quantity, usable: Array, confidence: float) -> tuple[float, float]:
+    """Return the asymptotic order with its half width: y = a + p x + c h on all levels but the coarsest.
+
+    What the coarsest level would change is part of the interval, which is never quoted tighter than 0.05.
+    """
+    if len(usable) <= FITTED:
+        return float("nan"), float("nan")
+    x, finer = np.log2(quantity.h), usable[1:]
+    order = quantity.linear(finer, corrected_slope_weights(x[finer]))
+    gap = abs(order.value - quantity.linear(usable, corrected_slope_weights(x[usable])).value)
+    return order.value, max(order.interval(confidence)[1] - order.value + gap, 0.05)
+
+
+def _sharp(truth: Pathwise | None, claim: Claim) -> bool:
+    return truth is None or isinstance(claim.value, str) or truth.order >= claim.value + 0.5
+
+
+def _above(evidence: Evidence, fitted: Fit, claim: Claim) -> bool:
+    low, _ = fitted.slope.interval(evidence.settings.confidence, fitted.bias.bound)
+    return not isinstance(claim.value, str) and low > claim.value
+
+
+def _not_rising(evidence: Evidence, quantity: Quantity, fitted: Fit, tests: Tests) -> Tests:
+    if tests.refuted > evidence.level:
+        return tests
+    if quantity.rise(fitted.levels).interval(evidence.settings.confidence)[0] <= RISING:
+        return tests
+    return Tests.none(f"{tests.reason}, but it still rises with refinement; add finer levels")
+
+
+def _with_limit(tests: Tests, contrast: Estimate, bias: float, evidence: Evidence, *, above: bool) -> Tests:
+    low, high = contrast.interval(evidence.settings.confidence, bias)
+    wrong, right = contrast.p_below(WRONG_LIMIT, bias), contrast.p_above(RIGHT_LIMIT, bias)
+    if wrong <= 0.5 * evidence.level and above:
+        # Errors a h + b h^2 look alike while b h matters, and cannot level off above the claimed order.
+        return Tests.none(f"{tests.reason}; limit not confirmed (contrast at most {high:.3f}); add finer levels")
+    reason, growth = tests.reason, tests.growth
+    if wrong <= 0.5 * evidence.level:
+        reason = f"{WRONG}: errors level off (contrast at most {high:.3f}); {reason}"
+    elif tests.verified <= evidence.level < right:
+        reason = f"{reason}; limit not confirmed (contrast at least {low:.3f})"
+        growth = max(growth, contrast.growth_to_decide(RIGHT_LIMIT, evidence.level, bias))
+    either = min(1.0, 2.0 * min(tests.refuted, 1.0 if above else wrong))
+    return Tests(max(tests.verified, right), either, reason, growth)

@@ -1,0 +1,116 @@
+"""What the weak measure finds without sampling, and what it says of a claim."""
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from ..forms import Problem
+from ..measure import Evidence, Verdict
+from ..probe import local_weak as local
+from ..probe import transition
+from ..probe.functional_orders import FunctionalOrder, functional_orders, obstacle
+from ..probe.local_orders import LocalOpinion
+from ..probe.local_weak import LocalWeak, Reference, judge_weak, weak_order, weak_reference
+from ..probe.moments import MomentErrors, moment_errors, moment_order, no_moments
+from ..probe.transition_errors import TransitionErrors, chart_observables, weak_errors
+from ..scheme import Claim, Scheme
+from ..settings import Settings
+from ..tally import Tally, packed, unpacked
+
+LOCAL, MOMENTS, OPERATOR = "local weak", "moments", "operator"
+# How far below its claim an order without sampling error may be.
+TOLERANCE = 0.25
+
+
+class WeakProbe(NamedTuple):
+    """Evidence of the deterministic tiers; None where one does not apply or was not needed.
+
+    Attributes
+    ----------
+    local : LocalWeak or None
+    moments : MomentErrors or None
+    orders : mapping of str to FunctionalOrder
+        Global orders of observables by the transition operator.
+    """
+
+    local: LocalWeak | None
+    moments: MomentErrors | None
+    orders: dict[str, FunctionalOrder]
+
+
+def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
+    """Return local weak defects; moments where the problem is linear; the operator where the former do not decide."""
+    evidence, found = Tally(), None
+    if not local.refusal(scheme, view):
+        found = local.local_weak(scheme, view, _reference(view))
+        evidence = evidence.merged(packed(LOCAL, found))
+    if not no_moments(scheme, view):
+        evidence = evidence.merged(packed(MOMENTS, moment_errors(scheme, view, settings.steps)))
+    elif not _decided(found, scheme) and view.chart is not None and not transition.refusal(scheme, view):
+        evidence = evidence.merged(packed(OPERATOR, weak_errors(scheme, view, settings.steps[:4])))
+    return evidence
+
+
+def probed_weak(evidence: Evidence) -> WeakProbe:
+    """Return the deterministic evidence of a cell."""
+    record = unpacked(OPERATOR, TransitionErrors, evidence.tally)
+    orders: dict[str, FunctionalOrder] = {}
+    if record is not None and not obstacle(record):
+        orders = dict(zip(chart_observables(evidence.view), functional_orders(record), strict=True))
+    tally = evidence.tally
+    return WeakProbe(unpacked(LOCAL, LocalWeak, tally), unpacked(MOMENTS, MomentErrors, tally), orders)
+
+
+def judge_probe(
+    probed: WeakProbe, claim: Claim | None, observable: str
+) -> tuple[LocalOpinion | None, int, dict[str, object]]:
+    """Return what the deterministic tiers say, the tier that says so, and further columns.
+
+    The local order decides; moments can take back what it verifies, and decide where it does not. So does the
+    operator for the observables it is informative about.
+    """
+    order = None if probed.local is None else weak_order(probed.local)
+    details: dict[str, object] = {} if order is None else {"local_weak_order": order.order}
+    if probed.moments is not None:
+        details["moment_order"] = moment_order(probed.moments)
+    if claim is None or isinstance(claim.value, str):
+        return None, 1, details
+    opinion = None if order is None else judge_weak(order, claim.value, TOLERANCE)
+    further = _global(probed, claim.value, observable)
+    undecided = opinion is None or opinion.verdict is Verdict.INCONCLUSIVE
+    if further is None or not (undecided or further.verdict is Verdict.REFUTED):
+        return opinion, 1, details
+    if opinion is not None and opinion.verdict is Verdict.REFUTED:
+        return opinion, 1, details
+    return further, 2, details
+
+
+def _global(probed: WeakProbe, claim: float, observable: str) -> LocalOpinion | None:
+    if probed.moments is not None:
+        order = moment_order(probed.moments)
+        return _opinion(order, order, claim, f"weak order {order:.3f} at T by moments")
+    found = probed.orders.get(observable)
+    if found is None or not found.informative:
+        return None
+    text = f"weak order {found.order:.3f} of E {observable} at T by the transition operator"
+    return _opinion(found.low, found.high, claim, text)
+
+
+def _opinion(low: float, high: float, claim: float, text: str) -> LocalOpinion | None:
+    # Comparisons with NaN, which stands for too few errors above rounding, are all false.
+    if low >= claim - TOLERANCE:
+        return LocalOpinion(Verdict.VERIFIED, text)
+    return LocalOpinion(Verdict.REFUTED, text) if high < claim - TOLERANCE else None
+
+
+def _decided(found: LocalWeak | None, scheme: Scheme) -> bool:
+    if found is None:
+        return False
+    order = weak_order(found)
+    claims = [claim for claim in scheme.promises if claim.measure == "weak" and not isinstance(claim.value, str)]
+    return all(judge_weak(order, float(c.value), TOLERANCE).verdict is not Verdict.INCONCLUSIVE for c in claims)
+
+
+@lru_cache(maxsize=8)
+def _reference(view: Problem) -> Reference:
+    # Paid once a problem and form, not once a scheme: problems are compared by identity.
+    return weak_reference(view)

@@ -1,0 +1,119 @@
+"""Invariant law: with which order in h stationary means tend to the exact ones.
+
+Where the problem has a chart of one or two coordinates, the stationary law of the scheme is computed from its
+transition operator (T2), without sampling. For claims that this leaves open, replicated chains at several step sizes
+on the same noise are run (T3): paired differences tell the order, and the coarsest mean less the differences tells
+whether the limit is the exact law at all.
+"""
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..chains import ChainRecord, Plan, run_chains
+from ..forms import Problem
+from ..hookspecs import hookimpl
+from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..probe.transition import refusal
+from ..probe.transition_errors import TransitionErrors, invariant_errors, invariant_observables
+from ..scheme import Scheme
+from ..settings import Settings
+from ..tally import Tally, packed, unpacked
+from ..truths import InvariantMean
+from ..verdicts import claim_for
+from ._chain_findings import chain_findings, chain_levels, decided
+from ._operator_findings import operator_findings, operator_levels, usable
+
+OPERATOR, CHAINS = "stationary law", "chains"
+STEP_SIZES = 5
+
+
+class Invariant(Measure):
+    """Order of the bias of stationary means."""
+
+    name: ClassVar[str] = "invariant"
+
+    def refuses(self, scheme: Scheme, problem: Problem) -> str:
+        """Refuse problems without known invariant means."""
+        known = any(isinstance(truth, InvariantMean) for truth in problem.truths)
+        return "" if known else "no mean under an invariant law is known for the problem"
+
+    def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
+        """Return the errors of the operator's stationary law; time averages of chains where it leaves claims open."""
+        operator = _stationary(scheme, view, settings)
+        evidence = Evidence(scheme, view, view, settings, Tally(), Tally(), level=settings.level)
+        if operator is not None:
+            evidence = replace(evidence, tally=packed(OPERATOR, operator))
+        left = _left_open({found.quantity: found for found in self.judge(evidence).findings})
+        if not (left and np.isfinite(view.relaxation)):
+            return evidence.tally
+        return evidence.tally.merged(packed(CHAINS, _chains(evidence, left)))
+
+    def judge(self, evidence: Evidence) -> Judgement:
+        """Return a finding for each observable whose exact mean is known, and its levels."""
+        operator = unpacked(OPERATOR, TransitionErrors, evidence.tally)
+        chains = unpacked(CHAINS, ChainRecord, evidence.tally)
+        findings = {truth.observable: _unknown(evidence, truth) for truth in _truths(evidence.view)}
+        levels: list[LevelFinding] = []
+        # The logarithm of a difference that is exactly zero is not a defect.
+        with np.errstate(all="ignore"):
+            if operator is not None:
+                findings |= {found.quantity: found for found in operator_findings(evidence, operator)}
+                levels += operator_levels(evidence, operator)
+            if chains is not None:
+                sampled = {found.quantity: found for found in chain_findings(evidence, chains)}
+                findings |= {name: sampled[name] for name in _left_open(findings)}
+                levels += chain_levels(evidence, chains)
+        return Judgement(tuple(findings.values()), tuple(levels))
+
+
+@hookimpl
+def sdaeverify_measures() -> list[Measure]:
+    """Register the measure."""
+    return [Invariant()]
+
+
+def coarsest_step(view: Problem, settings: Settings) -> float:
+    """Return twice the run's coarsest step, or the same part of the relaxation time where that is shorter.
+
+    Stationary biases at the step sizes of pathwise errors are often too small to be seen.
+    """
+    return 2.0 * min(view.horizon, view.relaxation) / settings.coarsest
+
+
+def _stationary(scheme: Scheme, view: Any, settings: Settings) -> TransitionErrors | None:
+    """Return the errors of the stationary law, or None where there is no operator or the scheme leaves the chart."""
+    if refusal(scheme, view) or not invariant_observables(view):
+        return None
+    sizes = coarsest_step(view, settings) / 2.0 ** np.arange(STEP_SIZES)
+    with np.errstate(all="ignore"):
+        record = invariant_errors(scheme, view, [float(h) for h in sizes])
+    return record if usable(record) else None
+
+
+def _chains(evidence: Evidence, names: Collection[str]) -> ChainRecord:
+    """Run chains until enough is decided of some observables."""
+    view, settings = evidence.view, evidence.settings
+    plan = Plan(coarsest_step(view, settings), view.relaxation, settings.seed, settings.looks)
+
+    def enough(record: ChainRecord) -> bool:
+        return decided([found for found in chain_findings(evidence, record) if found.quantity in names], record)
+
+    return run_chains(evidence.scheme, view, plan, enough)
+
+
+def _left_open(findings: Mapping[str, Finding]) -> list[str]:
+    return [name for name, found in findings.items() if found.verdict is Verdict.INCONCLUSIVE]
+
+
+def _truths(view: Problem) -> list[InvariantMean]:
+    return [truth for truth in view.truths if isinstance(truth, InvariantMean)]
+
+
+def _unknown(evidence: Evidence, truth: InvariantMean) -> Finding:
+    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Invariant.name, truth.observable)
+    verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
+    reason = "no chart serves the scheme, and no relaxation time is known for which chains should run"
+    return Finding(quantity=truth.observable, verdict=verdict, reason=reason if claim else no_claim, claim=claim)

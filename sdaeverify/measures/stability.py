@@ -1,0 +1,170 @@
+"""Mean-square stability: on which step sizes second moments stay bounded on a linear problem.
+
+The spectral radius of the scheme's second-moment operator decides (T2); nothing is sampled, because a sample of
+E |x_n|^2 gives wrong verdicts where it is carried by rare paths. Two claims are known:
+
+``A-stable``
+    on a problem that is mean-square stable, the scheme is so for every step size of a wide scan;
+``conditional``
+    on such a problem it is so for all small step sizes.
+"""
+
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+import numpy as np
+from scipy.special import erfc
+
+from ..arrays import Array
+from ..errors import FAULTS, one_line
+from ..forms import Problem
+from ..hookspecs import hookimpl
+from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..probe.affine import AFFINE
+from ..probe.stability import StabilityRecord, no_stability, stability
+from ..probe.windows import smallest_boundary, undecided, worded
+from ..scheme import Claim, Scheme
+from ..settings import Settings
+from ..tally import Tally, packed, unpacked
+from ..truths import MeanSquareStability
+from ..verdicts import Opinion, claim_for
+
+QUANTITY = "second moment"
+A_STABLE, CONDITIONAL = "A-stable", "conditional"
+METHOD = "spectral radius (T2)"
+
+
+class Stability(Measure):
+    """Mean-square stability of a scheme on a linear problem."""
+
+    name: ClassVar[str] = "stability"
+
+    def refuses(self, scheme: Scheme, problem: Problem) -> str:
+        """Refuse problems that are not linear with constant coefficients, and steps that cannot be probed."""
+        view = problem.view(scheme.form)
+        if view is None:
+            return "the problem has no view of the scheme's form"
+        try:
+            return no_stability(scheme, view)
+        except FAULTS as error:
+            # Nothing obliges a problem to have coefficients far from its solutions.
+            return f"linearity cannot be tested: {one_line(error)}"
+
+    def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
+        """Return the spectral radius on a wide range of step sizes and at those of the run."""
+        sizes = [view.horizon / count for count in settings.steps]
+        return packed(QUANTITY, stability(scheme, view, sizes))
+
+    def judge(self, evidence: Evidence) -> Judgement:
+        """Return one finding on the windows of stability, and the spectral radius at the run's step sizes."""
+        record = unpacked(QUANTITY, StabilityRecord, evidence.tally)
+        claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Stability.name, QUANTITY)
+        if record is None:
+            verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
+            return Judgement((Finding(quantity=QUANTITY, verdict=verdict, reason="not probed", claim=claim),), ())
+        opinion = Opinion(Verdict.OUT_OF_SCOPE, no_claim) if claim is None else _opinion(claim, record, evidence)
+        return Judgement((_finding(record, claim, opinion),), tuple(_levels(record)))
+
+
+@hookimpl
+def sdaeverify_measures() -> list[Measure]:
+    """Register the measure."""
+    return [Stability()]
+
+
+def _finding(record: StabilityRecord, claim: Claim | None, opinion: Opinion) -> Finding:
+    linear = not _nonlinear(record)
+    return Finding(
+        quantity=QUANTITY,
+        verdict=opinion.verdict,
+        reason=opinion.reason,
+        claim=claim,
+        estimate=smallest_boundary(record.windows) if linear else np.nan,
+        method=METHOD,
+        tier=2,
+        details={
+            "windows": worded(record.windows) if linear else "",
+            "undecided": len(undecided(record.scan.sign)),
+            "growth_rate": float(record.abscissa),
+        },
+    )
+
+
+def _levels(record: StabilityRecord) -> Iterator[LevelFinding]:
+    for h, rho, error, defect, failed, pole in zip(*record.run, strict=True):
+        details = {
+            "certified_width": float(error),
+            "linearity_defect": float(defect),
+            "failed": bool(failed),
+            "pole": float(pole),
+        }
+        yield LevelFinding(QUANTITY, None, float(rho), 0.0, details, float(h))
+
+
+def _opinion(claim: Claim, record: StabilityRecord, evidence: Evidence) -> Opinion:
+    if claim.value not in {A_STABLE, CONDITIONAL}:
+        return Opinion(Verdict.INCONCLUSIVE, f"this measure does not know what {claim.value!r} means")
+    if reason := _nonlinear(record) or _undecided_problem(record, evidence):
+        return Opinion(Verdict.INCONCLUSIVE, reason)
+    if not record.decays:
+        return Opinion(Verdict.OUT_OF_SCOPE, "the problem itself is not mean-square stable")
+    sign = record.scan.sign
+    unstable = sign > 0 if claim.value == A_STABLE else sign[:1] > 0
+    if unstable.any():
+        return Opinion(Verdict.REFUTED, _unstable(record, int(np.argmax(unstable))))
+    if doubt := _doubt(record, sign if claim.value == A_STABLE else sign[:1]):
+        return Opinion(Verdict.INCONCLUSIVE, doubt)
+    return Opinion(Verdict.VERIFIED, _stable(record))
+
+
+def _nonlinear(record: StabilityRecord) -> str:
+    scan, run = record.scan, record.run
+    h, defect = np.concatenate([scan.h, run.h]), np.concatenate([scan.defect, run.defect])
+    worst = int(np.argmax(defect))
+    if defect[worst] <= AFFINE:
+        return ""
+    return f"the step is not linear in the state: relative defect {defect[worst]:.2g} at h = {h[worst]:.3g}"
+
+
+def _undecided_problem(record: StabilityRecord, evidence: Evidence) -> str:
+    if np.isnan(record.decays):
+        return "whether the problem itself is mean-square stable is not decided: its growth rate is 0 to rounding"
+    stable = bool(record.decays)
+    truths = [truth for truth in evidence.problem.truths if isinstance(truth, MeanSquareStability)]
+    if record.at_rest and any(truth.stable != stable for truth in truths):
+        return f"the problem's coefficients give growth rate {float(record.abscissa):.3g}, its truth says otherwise"
+    return ""
+
+
+def _doubt(record: StabilityRecord, sign: Array) -> str:
+    scan = record.scan
+    poles = np.flatnonzero(np.isfinite(scan.pole))
+    if len(poles):
+        first = poles[0]
+        z, far = scan.pole[first], erfc(scan.pole[first] / np.sqrt(2.0))
+        text = (
+            f"second moment infinite at h = {scan.h[first]:.3g}: the step has a pole at {z:.3g} standard deviations"
+        )
+        return f"{text} of its noise, probability {far:.1g} beyond; without it rho = {scan.rho[first]:.6g}"
+    if failed := np.count_nonzero(scan.failed[: len(sign)]):
+        return f"no root at {failed} step sizes, the smallest h = {scan.h[np.argmax(scan.failed > 0.0)]:.3g}"
+    open_ = undecided(sign)
+    if not len(open_):
+        return ""
+    first = open_[0]
+    bounds = f"rho = {scan.rho[first]:.12g} with error {scan.error[first]:.1g} at h = {scan.h[first]:.3g}"
+    return f"marginal at {len(open_)} step sizes: {bounds}"
+
+
+def _unstable(record: StabilityRecord, place: int) -> str:
+    scan = record.scan
+    boundary = smallest_boundary(record.windows)
+    text = f"rho = {scan.rho[place]:.6g} at h = {scan.h[place]:.3g}"
+    return f"stable only for h < {boundary:.6g}; {text}" if boundary > 0.0 else f"unstable for small h: {text}"
+
+
+def _stable(record: StabilityRecord) -> str:
+    h, boundary = record.scan.h, smallest_boundary(record.windows)
+    if boundary < np.inf:
+        return f"stable for h < {boundary:.6g}"
+    return f"stable at all {len(h)} step sizes from {h[0]:.3g} to {h[-1]:.3g}"

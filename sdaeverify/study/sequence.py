@@ -1,0 +1,124 @@
+"""One problem under way: look by look, more paths for the cells that are not decided yet."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..ensemble import Entry, LaneEvidence, Task
+from ..measure import Finding, Verdict
+from ..scheme import Scheme
+from ..settings import Settings
+from .judging import CellEvidence, CellResult, judged, planned_out, unmeasured
+from .plan import Cell, ProblemPlan
+
+
+@dataclass
+class CellRun:
+    """A cell under way.
+
+    Attributes
+    ----------
+    cell : Cell
+    evidence : CellEvidence
+    result : CellResult or None
+        As judged at the last look.
+    least : dict of str to ndarray, shape (2,)
+        By quantity, the least p-values of all looks.
+    """
+
+    cell: Cell
+    evidence: CellEvidence = field(default_factory=CellEvidence)
+    result: CellResult | None = None
+    least: dict[str, np.ndarray] = field(default_factory=dict)
+
+    @property
+    def settled(self) -> bool:
+        """Whether no more paths are wanted."""
+        return self.result is not None and all(finding.settled for finding in self.result.findings)
+
+
+class ProblemRun:
+    """All cells of a problem, with those of its controls.
+
+    Parameters
+    ----------
+    plan : ProblemPlan
+    settings : Settings
+    """
+
+    def __init__(self, plan: ProblemPlan, settings: Settings) -> None:
+        self.plan, self.settings = plan, settings
+        self.runs = [CellRun(cell) for cell in plan.runnable]
+        known = {_key(run.cell) for run in self.runs}
+        self.controls = [CellRun(cell) for cell in plan.control_cells if _key(cell) not in known]
+        self.look = 0
+
+    @property
+    def open(self) -> bool:
+        """Whether further paths are wanted and there are some left."""
+        return self.look < len(self.settings.ends) and not all(run.settled for run in self.runs)
+
+    @property
+    def blocks(self) -> range:
+        """Blocks of the next look."""
+        return range(self.settings.ends[self.look - 1] if self.look else 0, self.settings.ends[self.look])
+
+    def task(self) -> Task:
+        """Return what determines the evidence of the next look: the open cells, and the controls."""
+        entries: dict[Scheme, list[CellRun]] = {}
+        for run in self._running():
+            entries.setdefault(run.cell.scheme, []).append(run)
+        made = (Entry(scheme, tuple(run.cell.measure for run in runs)) for scheme, runs in entries.items())
+        return Task(self.plan.spec, tuple(made), self.settings)
+
+    def absorb(self, task: Task, lanes: Iterable[LaneEvidence]) -> None:
+        """Merge the evidence of one more block."""
+        runs = {_key(run.cell): run for run in (*self.runs, *self.controls)}
+        for entry, lane in zip(task.entries, lanes, strict=True):
+            for index, measure in enumerate(entry.measures):
+                run = runs[entry.scheme, measure.name]
+                run.evidence = run.evidence.merged(lane, index)
+
+    def judge(self) -> None:
+        """Judge the open cells at the end of a look."""
+        evidence = {_key(run.cell): run.evidence for run in (*self.runs, *self.controls)}
+        for run in self.runs:
+            if not run.settled:
+                run.result = self._sequential(run, judged(self.plan, run.cell, self.settings, evidence))
+        self.look += 1
+
+    def results(self, stopped: str) -> tuple[CellResult, ...]:
+        """Return the results of all cells as they are now; `stopped` says why further looks were not taken."""
+        done = [run.result or unmeasured(run.cell, Verdict.NOT_RUN, stopped) for run in self.runs]
+        if self.open and stopped:
+            done = [replace(result, findings=tuple(_cut_short(result.findings, stopped))) for result in done]
+        return (*done, *planned_out(self.plan))
+
+    def _running(self) -> Iterator[CellRun]:
+        # A cell that is settled keeps the evidence of its last look; a control goes on for the cells it controls.
+        wanted = {_key(cell) for cell in self.plan.control_cells}
+        for run in (*self.runs, *self.controls):
+            if (_key(run.cell) in wanted or not run.settled) and not run.evidence.refused:
+                yield run
+
+    def _sequential(self, run: CellRun, result: CellResult) -> CellResult:
+        looks = len(self.settings.ends)
+        findings = []
+        for finding in result.findings:
+            now = np.array([finding.p_verified, finding.p_refuted])
+            least = np.fmin(run.least.get(finding.quantity, now), now)
+            run.least[finding.quantity] = least
+            p_verified, p_refuted = np.minimum(1.0, looks * least)
+            findings.append(replace(finding, p_verified=float(p_verified), p_refuted=float(p_refuted)))
+        return replace(result, findings=tuple(findings))
+
+
+def _key(cell: Cell) -> tuple[Scheme, str]:
+    return cell.scheme, cell.measure.name
+
+
+def _cut_short(findings: Sequence[Finding], stopped: str) -> Iterator[Finding]:
+    for finding in findings:
+        cut = finding.verdict is Verdict.INCONCLUSIVE and not finding.settled
+        yield replace(finding, reason=f"{stopped}; {finding.reason}") if cut else finding

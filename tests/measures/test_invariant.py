@@ -1,0 +1,446 @@
+"""Verdicts on stationary means: from records of chains that are prescribed, from chains that are run, and without."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from sdaeverify import Claim, InvariantMean, Settings
+from sdaeverify.chains import GROUPS, ChainRecord
+from sdaeverify.measure import Evidence, Verdict
+from sdaeverify.measures._chain_findings import decided
+from sdaeverify.measures._chains import Sample, exceeds
+from sdaeverify.measures._operator_findings import limit
+from sdaeverify.measures.invariant import CHAINS, OPERATOR, Invariant
+from sdaeverify.tally import Tally, packed
+from stationary_cells import (
+    VARIANCE,
+    Euler,
+    Heun,
+    charted_ou,
+    double_well,
+    euler_variance,
+    heun_variance,
+    ou,
+    rotation,
+)
+
+H = 0.25 / 2.0 ** np.arange(4)
+NAMES = ("x", "x^2", "x^4")
+PROBLEM = ou()
+EXACT = np.array([truth.value for truth in PROBLEM.truths])
+LEVEL = 0.005
+
+
+class Claimless(Euler):
+    """Euler-Maruyama without claims."""
+
+    promises = ()
+
+
+class Exactness(Euler):
+    """Euler-Maruyama that claims something in words."""
+
+    promises = (Claim(measure="invariant", value="round-off", source="test"),)
+
+
+def record(*biases, spread=1e-4, looks=1, seed=1, **fields):
+    """Return a record of chains whose biases are given as functions of h, the last one for all further observables.
+
+    Group means have a common error `spread`, and differences between levels a hundredth of it for each h.
+    """
+    rng = np.random.default_rng(seed)
+    biases = [*biases, *([biases[-1]] * (len(NAMES) - len(biases)))]
+    bias = np.stack([np.broadcast_to(function(H), H.shape) for function in biases], axis=-1)
+    common = rng.normal(size=(looks, GROUPS, 1, 3)) * spread
+    own = rng.normal(size=(looks, GROUPS, 4, 3)) * 0.01 * spread * (H / H[0])[:, None]
+    known = {
+        "h": H,
+        "levels": EXACT + bias + common + own,
+        "wide": EXACT + bias[0] + rng.normal(size=(looks, GROUPS, 3)) * 0.25 * spread,
+        "time": 10.0 * 2.0 ** np.arange(looks),
+        "planned": 6.0,
+        "paired": 1024.0,
+        "chains": 8192.0,
+        "burn_in": 10.0,
+        "stationary": 1.0,
+        "contraction": 1e-6,
+        "diverged": np.nan,
+        "lost": np.zeros(4),
+        "failed": np.zeros(4),
+        "truncated": np.zeros(4),
+    }
+    return ChainRecord(**(known | fields))
+
+
+def findings(chains, scheme=None, level=LEVEL):
+    """Return the findings on a record of chains by observable."""
+    evidence = Evidence(scheme or Euler(), PROBLEM, PROBLEM, Settings(), packed(CHAINS, chains), Tally(), level=level)
+    return {finding.quantity: finding for finding in Invariant().judge(evidence).findings}
+
+
+def verdicts(chains, scheme=None, level=LEVEL):
+    """Return the verdicts on a record of chains by observable."""
+    return {name: finding.verdict for name, finding in findings(chains, scheme, level).items()}
+
+
+def probed(scheme, problem, seed=20170601):
+    """Return what a probe found, and the findings."""
+    settings = Settings(seed=seed, family=1)
+    tally = Invariant().probe(scheme, problem, settings)
+    judgement = Invariant().judge(Evidence(scheme, problem, problem, settings, tally, Tally(), level=settings.level))
+    return tally, {finding.quantity: finding for finding in judgement.findings}
+
+
+def linear(h):
+    return 0.1 * h
+
+
+def test_the_claimed_order_is_verified():
+    """A bias 0.1 h verifies order 1, with its order and leading coefficient."""
+    found = findings(record(linear))["x^2"]
+
+    assert found.verdict is Verdict.VERIFIED
+    assert found.estimate == pytest.approx(1.0, abs=0.01)
+    assert found.low < 1.0 < found.high
+    assert found.details["leading_coefficient"] == pytest.approx(0.1, rel=0.01)
+    assert found.p_verified <= LEVEL < found.p_refuted
+
+
+@pytest.mark.parametrize("order", [0.5, 0.7])
+def test_a_lower_order_is_refuted(order):
+    """A bias h^p with p below claim - margin refutes order 1."""
+    found = findings(record(lambda h: 0.1 * h**order))["x^2"]
+
+    assert found.verdict is Verdict.REFUTED
+    assert found.p_refuted <= LEVEL
+
+
+def test_order_one_refutes_a_claim_of_two():
+    """What verifies order 1 refutes order 2."""
+    assert set(verdicts(record(linear), Euler(order=2.0)).values()) == {Verdict.REFUTED}
+
+
+def test_order_two_verifies_both_claims():
+    """A bias h^2 verifies orders 1 and 2, and refutes 3."""
+    chains = record(lambda h: 0.2 * h**2)
+
+    assert set(verdicts(chains).values()) == {Verdict.VERIFIED}
+    assert set(verdicts(chains, Euler(order=2.0)).values()) == {Verdict.VERIFIED}
+    assert set(verdicts(chains, Euler(order=3.0)).values()) == {Verdict.REFUTED}
+
+
+def test_a_wrong_limit_is_refuted_although_differences_fall():
+    """A constant error leaves differences of order 1 and is seen by the mean alone; nothing else is verified."""
+    found = findings(record(linear, lambda h: 0.1 * h + 0.01, linear))
+
+    assert found["x^2"].verdict is Verdict.REFUTED
+    assert found["x^2"].reason.startswith("wrong limit: off by 0.01")
+    assert found["x^4"].verdict is Verdict.INCONCLUSIVE
+    assert found["x^4"].reason.startswith("not confirmed: wrong limit in x^2")
+    assert found["x^4"].p_verified == 1.0
+
+
+def test_a_limit_that_is_not_known_well_enough_verifies_nothing():
+    """With means known to no more than the bias itself, differences of order 1 are not enough."""
+    found = findings(record(linear, spread=0.05))["x^2"]
+
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert "chains of length 10 would decide" in found.reason
+
+
+def test_an_order_that_still_rises_is_not_refuted():
+    """Local orders 0.15, 0.53 of a bias h - 1.5 h^2 belong to steps that are too coarse, not to a low order."""
+    found = findings(record(lambda h: 0.1 * (h - 1.5 * h**2)))["x^2"]
+
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert found.estimate < 0.6
+
+
+def test_a_bias_that_changes_its_sign_is_uninformative():
+    """An observable whose differences have two signs is left out while others tell the order."""
+    found = findings(record(linear, lambda h: 0.1 * (h - 4.0 * h**2), linear))
+
+    assert found["x^2"].verdict is Verdict.NOT_APPLICABLE
+    assert "changes sign" in found["x^2"].reason
+    assert found["x"].verdict is Verdict.VERIFIED
+
+
+def test_a_bias_that_is_not_seen_is_uninformative_while_others_are():
+    """An observable without bias is left out with a message that names the others."""
+    found = findings(record(lambda h: 0.0 * h, linear))
+
+    assert found["x"].verdict is Verdict.NOT_APPLICABLE
+    assert "uninformative: its bias is not seen" in found["x"].reason
+    assert "x^2, x^4" in found["x"].reason
+    assert np.isnan(found["x"].p_verified)
+
+
+def test_an_unseen_bias_is_refuted_where_its_limit_is_wrong():
+    """An observable without bias in h still refutes a scheme that has another mean."""
+    found = findings(record(lambda h: 0.0 * h + 0.01, linear))
+
+    assert found["x"].verdict is Verdict.REFUTED
+
+
+def test_without_any_bias_nothing_is_decided():
+    """Where all differences are noise, all is inconclusive, and the chains that would resolve it are named."""
+    found = findings(record(lambda h: 0.0 * h))
+
+    assert {finding.verdict for finding in found.values()} == {Verdict.INCONCLUSIVE}
+    assert all("chains of length" in finding.reason for finding in found.values())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("bias", [0.0, 1e-6, 1e-4])
+def test_noise_decides_nothing(bias):
+    """Of 300 records at the boundary of a claim, no more are decided falsely than the level allows at 1e-4."""
+    samples = 300
+    found = [verdicts(record(lambda h: bias * h**0.8, looks=2, seed=seed))["x^2"] for seed in range(samples)]
+
+    for verdict in (Verdict.VERIFIED, Verdict.REFUTED):
+        assert found.count(verdict) <= binom.ppf(1.0 - 1e-4, samples, LEVEL)
+
+
+def test_claims_in_words_and_no_claims():
+    """A claim this measure cannot read is inconclusive, and without one there is nothing to decide."""
+    assert set(verdicts(record(linear), Exactness()).values()) == {Verdict.INCONCLUSIVE}
+    assert set(verdicts(record(linear), Claimless()).values()) == {Verdict.OUT_OF_SCOPE}
+
+
+def test_levels_that_blew_up_are_left_out():
+    """Three finer levels are enough to verify; the order is then that of the paired means alone."""
+    chains = record(linear, lost=np.array([3.0, 0.0, 0.0, 0.0]), spread=1e-5)
+    found = findings(chains)["x^2"]
+
+    assert found.verdict is Verdict.VERIFIED
+    assert "diverged at h = 0.25" in found.reason
+
+
+def test_lost_chains_at_the_finest_level_are_a_divergence():
+    """What blows up at the finest step size has diverged, whatever was claimed."""
+    assert set(verdicts(record(linear, lost=np.array([0.0, 0.0, 0.0, 1.0]))).values()) == {Verdict.DIVERGED}
+
+
+def test_too_many_disturbed_levels_are_inconclusive():
+    """Truncated steps on all but the finest level leave nothing to fit."""
+    found = findings(record(linear, truncated=np.array([9.0, 5.0, 1.0, 0.0])))["x^2"]
+
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert "truncated steps at 3 levels" in found.reason
+
+
+def test_a_record_that_is_not_stationary_decides_nothing():
+    """Means that still move verify nothing and refute nothing."""
+    chains = record(linear, stationary=0.0)
+
+    assert set(verdicts(chains).values()) == {Verdict.INCONCLUSIVE}
+    assert set(verdicts(chains, Euler(order=2.0)).values()) == {Verdict.INCONCLUSIVE}
+
+
+def test_chains_that_do_not_approach_each_other_are_named():
+    """Where pairing gains nothing, the finding says so."""
+    assert "do not approach each other" in findings(record(linear, contraction=0.9))["x^2"].reason
+
+
+def test_levels_hold_the_bias_at_each_step_size():
+    """Each level reports its bias, from the many coarse chains and the paired differences."""
+    chains = record(linear)
+    evidence = Evidence(Euler(), PROBLEM, PROBLEM, Settings(), packed(CHAINS, chains), Tally())
+    rows = [row for row in Invariant().judge(evidence).levels if row.quantity == "x^2"]
+
+    assert [row.h for row in rows] == list(H)
+    assert all(row.level is None for row in rows)
+    for row in rows:
+        assert abs(row.estimate - linear(row.h)) < 4.0 * row.std_error < 1e-4
+
+
+def test_looks_end_when_enough_is_decided():
+    """A refutation ends the looks; an observable that is not seen does not while it may be resolved yet."""
+    verified, hopeless = record(linear), record(lambda h: 0.0 * h, linear)
+    not_yet = record(lambda h: 4e-6 * h, linear)
+
+    assert decided(list(findings(verified).values()), verified)
+    assert decided(list(findings(verified, Euler(order=2.0)).values()), verified)
+    assert decided(list(findings(verified, Claimless()).values()), verified)
+    assert findings(not_yet)["x"].verdict is findings(hopeless)["x"].verdict is Verdict.NOT_APPLICABLE
+    assert not decided(list(findings(not_yet).values()), not_yet)
+    assert decided(list(findings(hopeless).values()), hopeless)
+
+
+@pytest.mark.parametrize(("a", "b"), [(1.0, 1.0), (-1.0, 1.0), (0.0, 0.0), (0.02, -0.02)])
+def test_comparisons_keep_their_level_at_equality(a, b):
+    """Where |E a| = |E b|, at most 5 per cent of samples reject it at 5 per cent, within what 2000 of them allow."""
+    rng, samples = np.random.default_rng(4), 2000
+    noise = rng.multivariate_normal([0.0, 0.0], [[1.0, 0.6], [0.6, 2.0]], size=(samples, GROUPS))
+
+    rejected = sum(exceeds(a + x[:, 0], b + x[:, 1]) <= 0.05 for x in noise)
+
+    assert rejected <= binom.ppf(1.0 - 1e-4, samples, 0.05)
+
+
+def test_comparisons_reject_what_is_larger():
+    """A clear difference is seen, in one direction only, whatever the signs; not a number rejects nothing."""
+    noise = np.random.default_rng(4).normal(size=(2, GROUPS)) * 0.01
+
+    assert exceeds(-1.0 + noise[0], 0.5 + noise[1]) < 1e-20
+    assert exceeds(0.5 + noise[0], -1.0 + noise[1]) == 1.0
+    assert exceeds(np.full(GROUPS, np.nan), noise[0]) == 1.0
+    assert exceeds(np.ones(GROUPS), np.zeros(GROUPS)) == 0.0
+
+
+@pytest.mark.parametrize("signal", [2.0, 5.0, 50.0])
+def test_order_intervals_cover_however_noisy(signal):
+    """Fieller's 95 % intervals contain the order with differences of 2, 5 and 50 standard errors."""
+    rng, samples, covered = np.random.default_rng(6), 1000, 0
+    bias = signal / np.sqrt(GROUPS) * H / H[0]
+    for _ in range(samples):
+        levels = bias + 0.5 * rng.normal(size=(GROUPS, 4))
+        low, high = Sample(H, levels, levels[:, 0], 0.0, 0.0).order_interval(0.95)
+        covered += low <= 1.0 <= high
+
+    assert covered >= binom.ppf(1e-4, samples, 0.95)
+
+
+def test_the_operator_comes_first():
+    """On a problem with a chart the stationary law is computed, and tells the known biases to rounding."""
+    tally, found = probed(Euler(), charted_ou())
+    errors = tally.sums[f"{OPERATOR} errors"][:, 1]
+
+    np.testing.assert_allclose(errors, euler_variance(tally.sums[f"{OPERATOR} h"]) - VARIANCE, atol=1e-9)
+    assert found["x^2"].verdict is Verdict.VERIFIED
+    assert found["x^2"].estimate == pytest.approx(1.0, abs=0.02)
+    assert found["x^2"].tier == 2
+    assert np.isnan(found["x^2"].p_verified)
+
+
+def test_chains_decide_what_the_operator_leaves_open():
+    """Findings of the operator stand where they decide; those of the chains take the place of the others."""
+    problem = charted_ou()
+    tally = Invariant().probe(Euler(), problem, Settings())
+    resolution = tally.sums[f"{OPERATOR} resolution"] + np.array([0.0, 1.0, 0.0])
+    blurred = Tally(sums={**tally.sums, f"{OPERATOR} resolution": resolution})
+    both = blurred.merged(packed(CHAINS, record(linear)))
+    evidence = Evidence(Euler(), problem, problem, Settings(), both, Tally(), level=LEVEL)
+
+    found = {finding.quantity: finding for finding in Invariant().judge(evidence).findings}
+    alone = Invariant().judge(replace(evidence, tally=blurred)).findings
+
+    assert {finding.quantity: finding.tier for finding in found.values()} == {"x": 2, "x^2": 3, "x^4": 2}
+    assert {finding.verdict for finding in found.values()} == {Verdict.VERIFIED}
+    assert [finding.verdict for finding in alone if finding.quantity == "x^2"] == [Verdict.INCONCLUSIVE]
+
+
+def test_the_operator_tells_order_two_from_one():
+    """Without sampling, Heun's scheme has order 2, Euler's does not, and a wrong variance has none."""
+    assert probed(Heun(order=2.0), charted_ou())[1]["x^2"].verdict is Verdict.VERIFIED
+    assert probed(Euler(order=2.0), charted_ou())[1]["x^2"].verdict is Verdict.REFUTED
+    assert probed(Euler(excess=0.05), charted_ou())[1]["x^2"].verdict is Verdict.REFUTED
+
+
+@pytest.mark.parametrize("excess", [1e-2, 1e-3, 1e-4])
+def test_the_operator_sees_small_errors_that_stay(excess):
+    """A wrong variance that hardly changes local orders is found by extrapolation to h = 0."""
+    found = probed(Euler(excess=excess), charted_ou())[1]["x^2"]
+
+    assert found.verdict is Verdict.REFUTED
+    assert float(found.reason.split()[4]) == pytest.approx(excess * VARIANCE, rel=0.05)
+
+
+def test_extrapolation_leaves_what_stays():
+    """Of 0.5 + h + h^2 the limit 0.5 is left to rounding, and of h^(3/2), which is not eliminated, no clear limit."""
+    stays, vanishes = (limit(H, errors, 1e-16 * np.ones(4), 1.0) for errors in (0.5 + H + H**2, H**1.5))
+
+    assert stays[0] == pytest.approx(0.5, abs=1e-12)
+    assert abs(vanishes[0]) < 10.0 * vanishes[1]
+
+
+@pytest.mark.parametrize("order", [1.0, 1.5])
+def test_extrapolation_counts_what_is_not_known(order):
+    """Floors of the errors enter the bound of the limit, enlarged by the extrapolation."""
+    exact, blurred = (limit(H, H**order, floor * np.ones(4), order)[1] for floor in (0.0, 1e-3))
+
+    assert blurred - exact > 1e-3
+
+
+def test_nothing_is_run_without_a_claim_or_a_relaxation_time():
+    """Chains are run only where something is claimed and it is known how long to run."""
+    assert not Invariant().probe(Claimless(), ou(), Settings()).sums
+    assert not Invariant().probe(Euler(), ou(relaxation=np.inf), Settings()).sums
+    assert {f.verdict for f in probed(Claimless(), ou())[1].values()} == {Verdict.OUT_OF_SCOPE}
+    assert {f.verdict for f in probed(Euler(), ou(relaxation=np.inf))[1].values()} == {Verdict.INCONCLUSIVE}
+
+
+def test_problems_without_invariant_means_are_refused():
+    """The question needs a known mean under an invariant law."""
+    assert Invariant().refuses(Euler(), ou()) == ""
+    assert "invariant law" in Invariant().refuses(Euler(), replace(ou(), truths=()))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(10))
+def test_euler_on_ou_by_chains(seed):
+    """Order 1 is verified from chains; the known bias is within 4 standard errors, the order in its interval."""
+    tally, found = probed(Euler(), ou(), seed)
+    bias = found["x^2"].details["bias"] - (euler_variance(1 / 32) - VARIANCE)
+    D = -np.diff(euler_variance(tally.sums[f"{CHAINS} h"]))
+
+    assert found["x^2"].verdict is found["x^4"].verdict is Verdict.VERIFIED
+    assert found["x"].verdict is Verdict.NOT_APPLICABLE
+    assert abs(bias) < 4.0 * found["x^2"].details["bias_std_error"]
+    assert found["x^2"].low - 0.01 < 0.5 * np.log2(D[0] / D[-1]) < found["x^2"].high + 0.01
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("problem", [ou(), double_well()], ids=["ou", "double well"])
+@pytest.mark.parametrize("seed", range(3))
+def test_planted_schemes_are_refuted_by_chains(problem, seed):
+    """Five per cent too much variance tends to the wrong limit, and Euler's scheme does not have order 2."""
+    wrong = probed(Euler(excess=0.05), problem, seed)[1].values()
+    slow = probed(Euler(order=2.0), problem, seed)[1].values()
+
+    assert any(f.verdict is Verdict.REFUTED and f.reason.startswith("wrong limit") for f in wrong)
+    assert any(f.verdict is Verdict.REFUTED and f.reason.startswith("order 1.") for f in slow)
+    assert not any(f.verdict is Verdict.VERIFIED for f in (*wrong, *slow))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_order_two_is_told_from_one_by_chains(seed):
+    """On the double well Heun's scheme verifies order 2 and refutes order 3."""
+    two, three = (probed(Heun(order=order), double_well(), seed)[1] for order in (2.0, 3.0))
+
+    assert two["x^4"].verdict is Verdict.VERIFIED
+    assert three["x^4"].verdict is Verdict.REFUTED
+    assert not any(f.verdict is Verdict.REFUTED for f in two.values())
+
+
+@pytest.mark.slow
+def test_heun_on_ou_by_chains():
+    """A bias of 0.4 per cent is found to be of order 2, within its interval of the known differences."""
+    tally, found = probed(Heun(order=2.0), ou())
+    D = np.diff(heun_variance(tally.sums[f"{CHAINS} h"]))
+
+    assert found["x^2"].low < 0.5 * np.log2(D[0] / D[-1]) < found["x^2"].high
+    assert found["x^2"].low > 1.8
+    assert found["x^2"].verdict in {Verdict.VERIFIED, Verdict.INCONCLUSIVE}
+
+
+@pytest.mark.slow
+def test_rotations_show_no_contraction():
+    """Euler's scheme is exact on the circle without drift: no bias, no order, and chains that keep their distance."""
+    _, found = probed(Euler(), rotation())
+
+    assert {finding.verdict for finding in found.values()} == {Verdict.INCONCLUSIVE}
+    assert all("do not approach each other" in finding.reason for finding in found.values())
+
+
+def test_known_means_are_those_of_the_observables():
+    """The invariant means of the problems used here agree with quadratures of their densities."""
+    x = np.linspace(-6.0, 6.0, 4001)
+    for problem, density in [(ou(), np.exp(-(x**2) / (2.0 * VARIANCE))), (double_well(), np.exp(x**2 - 0.5 * x**4))]:
+        for truth in problem.truths:
+            assert isinstance(truth, InvariantMean)
+            value = problem.observables[truth.observable](0.0, {"x": x[None]})
+            assert truth.value == pytest.approx((value * density).sum() / density.sum(), abs=1e-9)

@@ -1,0 +1,119 @@
+"""The order of weak errors from paths whose law is known, without any simulation."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from sdaeverify import SDE, Claim, Moment, Scheme, Settings
+from sdaeverify.lanes import Snapshot
+from sdaeverify.measure import Evidence
+from sdaeverify.measures._mean_order import mean_order
+from sdaeverify.measures._means import MeanObserver, means_of
+from sdaeverify.tally import Tally
+from sdaeverify_problems.gbm import gbm
+
+SETTINGS = Settings(paths=4000)
+H = np.array([1.0 / n for n in SETTINGS.steps])
+CLAIM = Claim(measure="weak", value=1.0, source="test")
+LIMIT = 2.0
+
+
+@dataclass(frozen=True)
+class Claimant(Scheme):
+    """A scheme that claims weak order 1 and is never run."""
+
+    name: ClassVar[str] = "claimant"
+    form: ClassVar[type[SDE]] = SDE
+    claims: ClassVar[tuple[Claim, ...]] = (CLAIM,)
+
+
+def problem(*, truth=True, value=LIMIT):
+    """Return a problem whose only observable is x, with its expectation or without any truth."""
+    known = (Moment(observable="x", value=lambda t: value, source="test"),) if truth else ()
+    return replace(gbm(), observables={"x": lambda t, parts: parts["x"][0]}, truths=known)
+
+
+def found(errors, *, spread=0.01, jitter=0.0, seen=None, failed=(0,) * 6, paths=4000):
+    """Return the order of x_l = LIMIT + z + error_l (1 + y), z and y of each path being the same at all levels."""
+    rng = np.random.default_rng(3)
+    z, y = spread * rng.standard_normal(paths), 0.1 * rng.standard_normal(paths)
+    own = jitter * rng.standard_normal((len(H), paths))
+    levels = [{"x": (LIMIT + z + error * (1.0 + y) + noise)[None]} for error, noise in zip(errors, own, strict=True)]
+    seen = problem() if seen is None else seen
+    observer = MeanObserver(seen, levels[0], SETTINGS)
+    observer.after_coarsest_step(Snapshot(levels, {"x": (LIMIT + z)[None]}, None))
+    zeros = np.zeros(len(H))
+    health = {"failed": np.array(failed, dtype=float), "lost": zeros, "truncated": zeros, "steps": zeros + 1e6}
+    evidence = Evidence(Claimant(), seen, seen, SETTINGS, observer.tally(), Tally(sums=health))
+    with np.errstate(all="ignore"):
+        return mean_order(evidence, means_of(evidence)["x"], CLAIM)
+
+
+def test_successive_differences_show_the_order():
+    """Errors c h have mean differences of order 1, resolved although each mean is not."""
+    order = found(0.1 * H)
+
+    assert order.slope.value == pytest.approx(1.0, abs=4.0 * order.slope.se + 1e-9)
+    assert order.tests.verified < 1e-9
+    assert order.tests.refuted > 0.01
+
+
+def test_lower_order_is_refuted():
+    """Errors of order 1/2 refute a claim of 1."""
+    assert found(0.1 * H**0.5).tests.refuted < 1e-9
+
+
+def test_an_order_that_comes_late_is_not_refuted():
+    """Errors h/(1 + 12 h) have slopes below 1 on coarse steps, which the fit with a correction takes back."""
+    late = found(0.1 * H / (1.0 + 12.0 * H))
+
+    assert late.slope.value < 0.8
+    assert late.tests.refuted > 0.01
+
+
+def test_a_wrong_limit_is_refuted():
+    """Successive differences do not see a wrong limit; the known expectation does."""
+    order = found(0.1 * H, seen=problem(value=LIMIT + 0.01))
+
+    assert order.slope.value == pytest.approx(1.0, abs=0.1)
+    assert order.tests.refuted < 1e-6
+    assert "wrong limit" in order.tests.reason
+
+
+def test_without_a_truth_nothing_is_verified():
+    """Differences that fall may fall towards anything."""
+    order = found(0.1 * H, seen=problem(truth=False))
+
+    assert order.tests.verified == 1.0
+    assert "own limit" in order.tests.reason
+
+
+def test_differences_lost_in_noise_decide_nothing():
+    """A mean difference below three standard errors is unresolved, and the tests say what would resolve it."""
+    order = found(1e-4 * H, jitter=0.01)
+
+    assert order.resolved < 3.0
+    assert order.tests.verified == 1.0
+    assert "unresolved" in order.tests.reason
+    assert order.tests.growth > 1.0
+
+
+def test_a_functional_that_changes_sign_is_not_used():
+    """An accidental zero of the error between two levels makes an observable uninformative."""
+    order = found(H * (H - 4.0 * H[-2]))
+
+    assert "changes sign" in order.remark
+    assert order.tests.verified == 1.0
+    assert order.tests.refuted > 0.01
+
+
+def test_levels_with_failures_are_not_fitted():
+    """With fewer than three sound levels there is no order."""
+    assert found(0.1 * H, failed=(1, 1, 1, 1, 1, 0)).remark == "too few levels"
+
+
+def test_exact_means_have_no_order():
+    """A scheme without weak error is not judged by the order of its rounding."""
+    assert found(0.0 * H, spread=0.0).remark == "no error beyond rounding"

@@ -1,0 +1,99 @@
+"""Nothing is verified on a problem that does not discriminate."""
+
+from dataclasses import replace
+
+import pytest
+
+from sdaeverify import SDE, Claim, Control, ProblemError, Scheme
+from sdaeverify.measure import Evidence, Finding, Judgement, Measure, Verdict
+from sdaeverify.study.controlled import gated
+from sdaeverify.study.plan import Cell, ControlPlan
+
+CLAIM = Claim(measure="strong", value=1.0, source="a theorem")
+VERIFIED = Finding(quantity="x", verdict=Verdict.VERIFIED, claim=CLAIM, reason="order 1.0", p_verified=1e-9)
+CONTROL = Control(measure="strong", order=1.0, positive="good", negative="bad")
+
+
+class Judge(Measure):
+    """A measure that knows the order of a scheme by its name."""
+
+    name = "strong"
+
+    def judge(self, evidence):
+        """Compare the order with what is claimed."""
+        (claim,) = evidence.scheme.promises
+        verdict = Verdict.VERIFIED if evidence.scheme.order >= claim.value else Verdict.REFUTED
+        return Judgement((Finding(quantity="x", verdict=verdict, claim=claim),), ())
+
+
+class Known(Scheme):
+    """A scheme of a known order."""
+
+    form = SDE
+
+    def __init__(self, name, order):
+        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "order", order)
+
+
+def plans(positive=1.0, negative=0.5):
+    """Return the plan of a control whose schemes have these orders."""
+    cells = [Cell(Known(name, order), None, Judge()) for name, order in (("good", positive), ("bad", negative))]
+    return (ControlPlan(CONTROL, *cells),)
+
+
+def evidence(cell, sampled):
+    """Return evidence in which the judge above finds all it needs."""
+    return Evidence(cell.scheme, None, None, None, None, None)
+
+
+def test_a_problem_that_tells_the_orders_apart_verifies():
+    """With the positive control verified and the negative one refuted, a finding is left alone."""
+    assert gated(VERIFIED, plans(), evidence) == VERIFIED
+
+
+@pytest.mark.parametrize(
+    ("controls", "words"),
+    [
+        (plans(negative=1.0), "the negative control bad is not refuted"),
+        (plans(positive=0.5), "the positive control good is not verified"),
+        ((ControlPlan(CONTROL, missing="its control good is missing"),), "its control good is missing"),
+        ((replace(plans()[0], control=replace(CONTROL, order=2.0)),), "declares no control of strong order 1.0"),
+    ],
+)
+def test_a_problem_that_does_not_discriminate_verifies_nothing(controls, words):
+    """The finding becomes inconclusive, says why, and can no more be verified over the run."""
+    found = gated(VERIFIED, controls, evidence)
+
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert words in found.reason
+    assert found.p_verified == 1.0
+
+
+def test_evidence_without_controls_refutes_all_the_same():
+    """A refutation needs no control."""
+    refuted = replace(VERIFIED, verdict=Verdict.REFUTED)
+
+    assert gated(refuted, plans(negative=1.0), evidence) == refuted
+
+
+def test_a_problem_without_controls_for_a_measure_is_not_gated():
+    """Controls are asked for where a problem declares some for the measure, and for orders only."""
+    exact = replace(VERIFIED, claim=Claim(measure="strong", value="round-off", source="exact"))
+
+    assert gated(VERIFIED, (), evidence) == VERIFIED
+    assert gated(exact, plans(negative=1.0), evidence) == exact
+
+
+def test_controls_without_evidence_confirm_nothing():
+    """A control whose steps failed is no control."""
+    found = gated(VERIFIED, plans(), lambda cell, sampled: None)
+
+    assert found.verdict is Verdict.INCONCLUSIVE
+
+
+@pytest.mark.parametrize("wrong", [{"order": 0.0}, {"negative": "good"}])
+def test_controls_that_make_no_sense_are_refused(wrong):
+    """An order is positive, and a scheme cannot be its own opposite."""
+    with pytest.raises(ProblemError):
+        replace(CONTROL, **wrong)

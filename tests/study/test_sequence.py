@@ -1,0 +1,188 @@
+"""Look by look: who gets more paths, and what is known at the end."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from sdaeverify import SDE, Claim, Control, Scheme, Settings, Step
+from sdaeverify.measure import Evidence, Finding, Judgement, Measure, Verdict
+from sdaeverify.measures.strong import Strong
+from sdaeverify.specs import problem_spec
+from sdaeverify.statistics import group_sums
+from sdaeverify.study import Finished, Study, plan
+from sdaeverify.tally import Tally
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from sdaeverify_schemes.milstein import Milstein
+
+SETTINGS = Settings(paths=8192, levels=4, coarsest=4)
+CLAIM = Claim(measure="patient", value=1.0, source="test")
+
+
+class Notebook:
+    """An observer that counts paths."""
+
+    def __init__(self, parts, settings):
+        self.paths = parts["x"].shape[-1]
+        self.wanted = [frozenset()] * settings.levels
+
+    def after_step(self, level, step, parts):
+        """Note nothing."""
+
+    def after_coarsest_step(self, snapshot):
+        """Note nothing."""
+
+    def tally(self):
+        """Return the number of paths."""
+        return Tally(sums={"paths": group_sums(np.ones(self.paths))})
+
+
+@dataclass(frozen=True)
+class Patient(Measure):
+    """A measure that is satisfied with some number of paths."""
+
+    p: float = 1e-9
+    wants: int = 1000
+
+    name: ClassVar[str] = "patient"
+
+    def observer(self, problem, parts, settings):
+        """Count the paths."""
+        return Notebook(parts, settings)
+
+    def judge(self, evidence: Evidence) -> Judgement:
+        """Verify as soon as there are enough paths."""
+        enough = evidence.paths >= self.wants
+        verdict = Verdict.VERIFIED if enough else Verdict.INCONCLUSIVE
+        p = self.p if enough else 1.0
+        found = Finding(quantity="x", verdict=verdict, claim=CLAIM, p_verified=p, p_refuted=1.0, settled=enough)
+        return Judgement((found,), ())
+
+
+def run(schemes, measures, settings=SETTINGS, family=gbm, resolve=None):
+    """Return the results of a study and its events."""
+    study = Study(plan(schemes, [problem_spec(family)], measures, resolve), settings)
+    events = list(study.run())
+    return study.results(), events
+
+
+@pytest.mark.parametrize(("wants", "taken"), [(1, 256), (300, 512), (1000, 1024), (8192, 8192), (10**6, 8192)])
+def test_a_cell_gets_paths_until_it_is_settled(wants, taken):
+    """The number of paths doubles until the measure is satisfied, and ends with the largest number."""
+    (result,), _ = run([EulerMaruyama()], [Patient(wants=wants)])
+
+    assert result.paths == taken
+    assert result.findings[0].verdict is (Verdict.VERIFIED if wants <= 8192 else Verdict.INCONCLUSIVE)
+
+
+def test_a_patient_cell_does_not_cost_the_others():
+    """Of two cells of a problem, only the one that is not settled gets more paths."""
+
+    @dataclass(frozen=True)
+    class Slow(Patient):
+        """The same with another name."""
+
+        name: ClassVar[str] = "slow"
+
+    results, _ = run([EulerMaruyama()], [Patient(wants=1), Slow(wants=2000)])
+
+    assert [result.paths for result in results] == [256, 2048]
+
+
+def test_p_values_are_of_all_looks():
+    """The p-value of a sequence is the least of its looks times their number."""
+    (result,), _ = run([EulerMaruyama()], [Patient(p=1e-5)])
+
+    assert result.findings[0].p_verified == pytest.approx(6e-5)
+
+
+def test_one_look_takes_all_paths_at_once():
+    """With one look there is nothing to stop early for."""
+    (result,), _ = run([EulerMaruyama()], [Patient(wants=1)], replace(SETTINGS, looks=1))
+
+    assert result.paths == 8192
+
+
+def test_a_problem_is_finished_when_its_last_cell_is():
+    """Finished problems are told once, with the results they keep."""
+    results, events = run([EulerMaruyama()], [Patient(wants=300)])
+
+    finished = [event for event in events if isinstance(event, Finished)]
+    assert len(finished) == 1
+    assert [r.paths for r in finished[0].results] == [r.paths for r in results]
+
+
+def test_interrupted_studies_keep_what_they_know():
+    """Cells that were judged are reported with the paths they had, and why they got no more."""
+    study = Study(plan([EulerMaruyama()], [problem_spec(gbm)], [Patient(wants=10**6)]), SETTINGS)
+    events = study.run()
+    for _ in range(2):
+        next(events)
+    study.stopped = "interrupted"
+
+    (result,) = study.results()
+
+    assert result.paths == 256
+    assert result.findings[0].reason.startswith("interrupted")
+
+
+def small_noise() -> SDE:
+    """Return geometric Brownian motion with noise so small that Euler-Maruyama looks like order 1 along paths."""
+    control = Control(measure="strong", order=1.0, positive="milstein", negative="euler-maruyama")
+    return replace(gbm(0.5, 0.01), controls=(control,))
+
+
+@dataclass(frozen=True)
+class Remembering(Scheme):
+    """Euler-Maruyama with memory that cannot be set, so that paths alone can judge it; it claims order 1."""
+
+    name: ClassVar[str] = "remembering"
+    form: ClassVar[type[SDE]] = SDE
+    claims: ClassVar[tuple[Claim, ...]] = (Claim(measure="strong", value=1.0, source="planted"),)
+
+    def start(self, problem, paths, h):
+        return np.concatenate([problem.initial(paths)] * 2)
+
+    def parts(self, problem, state):
+        return problem.parts(state[:1])
+
+    def step(self, problem, state, t, h, noise):
+        x = EulerMaruyama().step(problem, state[:1], t, h, noise).state
+        return Step(np.concatenate([x, state[:1]]))
+
+
+def resolve(label):
+    """Return the scheme of a label."""
+    return {"milstein": Milstein(), "euler-maruyama": EulerMaruyama()}[label]
+
+
+def test_paths_verify_nothing_where_they_cannot_tell_the_control():
+    """With small noise, paths see order 1 of a scheme of order 1/2; the control does not let that pass."""
+    uncontrolled = lambda: replace(small_noise(), controls=())  # noqa: E731
+    uncontrolled.__name__ = "uncontrolled"
+
+    (fooled,), _ = run([Remembering()], [Strong()], family=uncontrolled)
+    (controlled,), _ = run([Remembering()], [Strong()], family=small_noise, resolve=resolve)
+
+    assert {finding.verdict for finding in fooled.findings} == {Verdict.VERIFIED}
+    assert {finding.verdict for finding in controlled.findings} == {Verdict.INCONCLUSIVE}
+    assert "negative control euler-maruyama is not refuted" in controlled.findings[0].reason
+
+
+def test_probing_tells_what_paths_cannot():
+    """On the same problem the local order of Euler-Maruyama is 1/2, and a claim of 1 is refuted without sampling."""
+
+    @dataclass(frozen=True)
+    class Boasting(EulerMaruyama):
+        """Euler-Maruyama that claims order 1."""
+
+        name: ClassVar[str] = "boasting"
+        claims: ClassVar[tuple[Claim, ...]] = (Claim(measure="strong", value=1.0, source="planted"),)
+
+    (milstein, boasting), _ = run([Milstein(), Boasting()], [Strong()], family=small_noise, resolve=resolve)
+
+    assert {finding.verdict for finding in milstein.findings} == {Verdict.VERIFIED}
+    assert {(finding.verdict, finding.tier) for finding in boasting.findings} == {(Verdict.REFUTED, 1)}
+    assert milstein.paths == 256
