@@ -42,9 +42,7 @@ CODES = "Exit codes: " + "; ".join(f"{code.value} {words}" for code, words in WO
 @once(
     "--block", type=int, default=DEFAULTS.block, help="Paths simulated together; part of what determines the noise."
 )
-@once(
-    "--looks", type=int, default=DEFAULTS.looks, help="How often a cell is judged at most, until it is decided."
-)
+@once("--looks", type=int, default=DEFAULTS.looks, help="How often a cell is judged at most, until it is decided.")
 @once("--family", type=int, default=DEFAULTS.family, help="Tests that early decisions share their error level among.")
 @once("--out", type=click.Path(path_type=Path), default=FOLDER, help="Folder of the report.")
 @once("-j", "--jobs", type=click.IntRange(min=1), help="Worker processes.  [default: all available cores]")

@@ -18,6 +18,7 @@ from ._means import Means
 
 # A mean difference counts as resolved from so many standard errors on; the sample is never ended by that.
 RESOLVED = 3.0
+TOO_FEW = "fewer than three levels without failures"
 # Errors a h^p + b h^(p+1) leave this much more than the last difference over 2^p - 1 at the finest level.
 SLACK = 2.0
 # Steps too coarse for the problem show as local orders that grow by more than this from one level to the next.
@@ -52,7 +53,7 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     levels = sound[sound < means.errors][-FITTED:]
     unknown = Estimate(float("nan"), float("nan"))
     if len(levels) < FEWEST:
-        return MeanOrder(unknown, levels, 0.0, Tests.none("too few levels without failures"), "too few levels")
+        return MeanOrder(unknown, levels, 0.0, Tests.none(TOO_FEW), TOO_FEW)
     if _without_error(evidence, means, levels):
         return MeanOrder(unknown, levels, 0.0, Tests.none("no error beyond rounding"), "no error beyond rounding")
     slope = means.functional(levels, slope_weights(np.log2(means.h[levels])))
@@ -98,15 +99,27 @@ def _corrected(means: Means, levels: Array) -> Estimate:
 
 
 def _limit(evidence: Evidence, means: Means, order: float) -> Tests:
-    """Compare the finest level with the known expectation: only a known one can confirm the limit."""
+    """Compare the finest level with what is known of the limit: only that can confirm it."""
     if means.coupled:
         return Tests(0.0, 1.0, "")
-    truth = next((t for t in evidence.problem.truths if isinstance(t, Moment) and t.observable == means.name), None)
-    if truth is None:
+    left = SLACK * abs(means.difference(len(means.h) - 2).value) / (2.0**order - 1.0)
+    known = _known(evidence, means)
+    if known is None:
         return Tests.none("towards its own limit")
-    last = means.mean(len(means.h) - 1)
-    error = Estimate(abs(last.value - truth.value(evidence.problem.horizon)), last.se)
-    allowed = SLACK * abs(means.difference(len(means.h) - 2).value) / (2.0**order - 1.0)
+    error, allowed = known[0], left + SLACK * known[1]
     wrong = error.p_above(allowed)
     reason = f"wrong limit: off by {error.value:.2g}, where {allowed:.2g} is left" if wrong <= evidence.level else ""
     return Tests(0.0, wrong, reason)
+
+
+def _known(evidence: Evidence, means: Means) -> tuple[Estimate, float] | None:
+    """Return how far the finest level is from what is known, and how far that is off itself."""
+    truth = next((t for t in evidence.problem.truths if isinstance(t, Moment) and t.observable == means.name), None)
+    if truth is not None:
+        last = means.mean(len(means.h) - 1)
+        return Estimate(abs(last.value - truth.value(evidence.problem.horizon)), last.se), 0.0
+    found, pathwise = means.off_reference(), evidence.problem.pathwise
+    if found is None or pathwise is None:
+        return None
+    # Halving the step of a reference of order q takes away all but 1/2^q of its error.
+    return found[0], found[1] / (2.0**pathwise.order - 1.0)

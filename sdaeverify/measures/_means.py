@@ -1,6 +1,6 @@
 """What the weak measure notes on one block: the observables at T, of every level and of the truth."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import partial
@@ -16,6 +16,8 @@ from ..statistics import GROUPS, Estimate, group_sums, jackknife
 from ..tally import Tally
 
 VALUES, KNOWN = "values ", "truth "
+# A truth with an error of its own, and the same at half its resolution.
+REFERENCE, BLURRED = "reference ", "blurred "
 
 
 class MeanObserver:
@@ -50,15 +52,18 @@ class MeanObserver:
             values = np.stack([self._known(name, parts) for parts in self.last.levels])
             paths = values.shape[-1]
             sums[VALUES + name] = group_sums(values)
-            truth = self._value(name, self.last.truth) if self._exact else None
-            if truth is not None:
-                sums[KNOWN + name] = group_sums(truth)
+            sums |= {key + name: group_sums(known) for key, known in self._truths(name)}
         return Tally(sums={**sums, "paths": group_sums(np.ones(paths))})
 
-    @property
-    def _exact(self) -> bool:
-        # A reference with an error of its own has a weak error, too.
-        return self.problem.pathwise is not None and self.problem.pathwise.exact
+    def _truths(self, name: str) -> Iterator[tuple[str, Array]]:
+        if self.problem.pathwise is None:
+            return
+        # A reference with an error of its own has a weak error, too: it can confirm a limit, and no more.
+        exact, coarser = self.problem.pathwise.exact, self.last.coarser_truth or {}
+        for key, parts in ((KNOWN if exact else REFERENCE, self.last.truth), (BLURRED, coarser)):
+            value = self._value(name, parts)
+            if value is not None:
+                yield key, value
 
     def _known(self, name: str, parts: Parts) -> Array:
         value = self._value(name, parts)
@@ -85,6 +90,8 @@ class Means:
     counts : ndarray, shape (G,)
     coupled : bool
         Whether there is such a column.
+    reference, blurred : ndarray, shape (G,), or None
+        Of a truth with an error of its own, and of the same at half its resolution.
     """
 
     name: str
@@ -92,6 +99,8 @@ class Means:
     sums: Array
     counts: Array
     coupled: bool
+    reference: Array | None = None
+    blurred: Array | None = None
 
     @property
     def errors(self) -> int:
@@ -105,6 +114,14 @@ class Means:
     def difference(self, level: int) -> Estimate:
         """Return E [phi(x_l) - phi(x)], or E [phi(x_l) - phi(x_{l+1})], on the same paths."""
         return self._estimate(lambda means: float(self._differences(means)[level]))
+
+    def off_reference(self) -> tuple[Estimate, float] | None:
+        """Return |E [phi(x_L) - phi(y)]|, y a reference on the same paths, and |E [phi(y) - phi(z)]|, z half as fine."""
+        if self.reference is None or self.blurred is None:
+            return None
+        both = np.stack([self.sums[:, len(self.h) - 1], self.reference], axis=1)
+        off = jackknife(both, self.counts, lambda means: abs(float(means[0] - means[1])))
+        return off, abs(float((self.reference - self.blurred).sum() / self.counts.sum()))
 
     def functional(self, levels: Array, weights: Array) -> Estimate:
         """Return a linear functional of log2 |difference| on some levels."""
@@ -141,5 +158,6 @@ def means_of(evidence: Evidence) -> Mapping[str, Means]:
             name = key.removeprefix(VALUES)
             truth = sums.get(KNOWN + name)
             both = sums[key] if truth is None else np.concatenate([sums[key], truth.reshape(GROUPS, 1)], axis=1)
-            found[name] = Means(name, h, both, sums["paths"], truth is not None)
+            references = (sums.get(key + name) for key in (REFERENCE, BLURRED))
+            found[name] = Means(name, h, both, sums["paths"], truth is not None, *references)
     return found

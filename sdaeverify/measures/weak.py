@@ -18,7 +18,7 @@ from ..scheme import Claim, Scheme
 from ..settings import Settings
 from ..tally import Tally
 from ..verdicts import Decision, Opinion, Tests, claim_for, decide, guard
-from ._mean_order import RESOLVED, MeanOrder, mean_order
+from ._mean_order import RESOLVED, TOO_FEW, MeanOrder, mean_order
 from ._means import MeanObserver, Means, means_of
 from ._weak_probe import WeakProbe, judge_probe, probe_weak, probed_weak
 
@@ -97,6 +97,8 @@ def _decision(evidence: Evidence, sampled: MeanOrder, claim: Claim | None, tiers
         doubt = f"; {tiers.opinion.reason}" if tiers.opinion else ""
         return decision._replace(reason=decision.reason + doubt)
     decision = guard(Opinion(*tiers.opinion[:2]), sampled.tests, evidence)
+    if sampled.remark == TOO_FEW and decision.verdict is Verdict.VERIFIED:
+        return Decision(Verdict.INCONCLUSIVE, f"{decision.reason}, but no paths to guard it", 3)
     return decision._replace(tier=tiers.tier) if decision.tier == 1 else decision
 
 

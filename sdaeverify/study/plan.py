@@ -154,13 +154,18 @@ def _scheme_cells(scheme: Scheme, spec: ProblemSpec, problem: Problem, measures:
     try:
         with np.errstate(all="ignore"):
             matched = match(scheme, problem)
-        refusals = [matched.reason or measure.refuses(scheme, problem) for measure in measures]
     except FAULTS as error:
         return [Cell(scheme, spec, m, "", Verdict.ERROR, one_line(error)) for m in measures]
-    return [_cell(scheme, spec, measure, matched, reason) for measure, reason in zip(measures, refusals, strict=True)]
+    return [_cell(scheme, spec, problem, measure, matched) for measure in measures]
 
 
-def _cell(scheme: Scheme, spec: ProblemSpec, measure: Measure, matched: Match, reason: str) -> Cell:
+def _cell(scheme: Scheme, spec: ProblemSpec, problem: Problem, measure: Measure, matched: Match) -> Cell:
+    try:
+        with np.errstate(all="ignore"):
+            reason = matched.reason or measure.refuses(scheme, problem)
+    except FAULTS as error:
+        reason = f"measure {measure.name}: {one_line(error)}"
+        return Cell(scheme, spec, measure, matched.view, Verdict.ERROR, reason)
     return Cell(scheme, spec, measure, matched.view, Verdict.NOT_APPLICABLE if reason else None, reason)
 
 

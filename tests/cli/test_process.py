@@ -134,7 +134,8 @@ def test_closed_pipe(start, odd_scheme, arguments, code):
 def test_any_number_of_workers(start, tmp_path):
     """One worker and two give the same rows, bit by bit."""
     for jobs in ("1", "2"):
-        process = start("matrix", "-p", "gbm,pendulum", "-s", SCHEMES, *BUDGET, "-j", jobs, "--out", jobs, "--progress", "none")
+        chosen = ("-p", "gbm,pendulum", "-s", SCHEMES, *BUDGET)
+        process = start("matrix", *chosen, "-j", jobs, "--out", jobs, "--progress", "none")
         assert process.communicate(timeout=PATIENCE)[1] == ""
 
     one, two = verdicts(tmp_path / "1"), verdicts(tmp_path / "2")

@@ -164,4 +164,4 @@ def test_orders_in_words(cell):
 
     lines = orders([CellResult(cell("milstein", "gbm", "strong"), (order, at_end, unknown))])
 
-    assert lines == ["milstein on gbm: x 0.50 ±0.02"]
+    assert lines == ["strong, milstein on gbm: x 0.50 ±0.02"]

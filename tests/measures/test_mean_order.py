@@ -9,7 +9,7 @@ import pytest
 from sdaeverify import SDE, Claim, Moment, Scheme, Settings
 from sdaeverify.lanes import Snapshot
 from sdaeverify.measure import Evidence
-from sdaeverify.measures._mean_order import mean_order
+from sdaeverify.measures._mean_order import TOO_FEW, mean_order
 from sdaeverify.measures._means import MeanObserver, means_of
 from sdaeverify.tally import Tally
 from sdaeverify_problems.gbm import gbm
@@ -35,15 +35,16 @@ def problem(*, truth=True, value=LIMIT):
     return replace(gbm(), observables={"x": lambda t, parts: parts["x"][0]}, truths=known)
 
 
-def found(errors, *, spread=0.01, jitter=0.0, seen=None, failed=(0,) * 6, paths=4000):
+def found(errors, *, spread=0.01, jitter=0.0, seen=None, failed=(0,) * 6, off=0.0):
     """Return the order of x_l = LIMIT + z + error_l (1 + y), z and y of each path being the same at all levels."""
-    rng = np.random.default_rng(3)
+    rng, paths = np.random.default_rng(3), 4000
     z, y = spread * rng.standard_normal(paths), 0.1 * rng.standard_normal(paths)
     own = jitter * rng.standard_normal((len(H), paths))
     levels = [{"x": (LIMIT + z + error * (1.0 + y) + noise)[None]} for error, noise in zip(errors, own, strict=True)]
     seen = problem() if seen is None else seen
     observer = MeanObserver(seen, levels[0], SETTINGS)
-    observer.after_coarsest_step(Snapshot(levels, {"x": (LIMIT + z)[None]}, None))
+    truths = {"x": (LIMIT + z)[None]}, {"x": (LIMIT + z + off)[None]}
+    observer.after_coarsest_step(Snapshot(levels, *truths))
     zeros = np.zeros(len(H))
     health = {"failed": np.array(failed, dtype=float), "lost": zeros, "truncated": zeros, "steps": zeros + 1e6}
     evidence = Evidence(Claimant(), seen, seen, SETTINGS, observer.tally(), Tally(sums=health))
@@ -90,6 +91,20 @@ def test_without_a_truth_nothing_is_verified():
     assert "own limit" in order.tests.reason
 
 
+def test_a_wrong_limit_is_seen_from_a_reference():
+    """A truth with an error of its own confirms a limit to within that error."""
+    truth = replace(gbm().pathwise, order=1.5)
+    seen = replace(problem(truth=False), truths=(truth,))
+
+    right, wrong = found(0.1 * H, seen=seen, off=1e-6), found(0.1 * H + 0.01, seen=seen, off=1e-6)
+    blind = found(0.1 * H + 0.01, seen=seen, off=0.05)
+
+    assert right.tests.verified < 1e-9
+    assert right.tests.refuted > 0.01
+    assert wrong.tests.refuted < 1e-6
+    assert blind.tests.refuted > 0.01
+
+
 def test_differences_lost_in_noise_decide_nothing():
     """A mean difference below three standard errors is unresolved, and the tests say what would resolve it."""
     order = found(1e-4 * H, jitter=0.01)
@@ -111,7 +126,7 @@ def test_a_functional_that_changes_sign_is_not_used():
 
 def test_levels_with_failures_are_not_fitted():
     """With fewer than three sound levels there is no order."""
-    assert found(0.1 * H, failed=(1, 1, 1, 1, 1, 0)).remark == "too few levels"
+    assert found(0.1 * H, failed=(1, 1, 1, 1, 1, 0)).remark == TOO_FEW
 
 
 def test_exact_means_have_no_order():

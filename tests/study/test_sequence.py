@@ -128,6 +128,25 @@ def test_interrupted_studies_keep_what_they_know():
     assert result.findings[0].reason.startswith("interrupted")
 
 
+@dataclass(frozen=True)
+class Broken(Patient):
+    """A measure that fails while it is planned."""
+
+    name: ClassVar[str] = "broken"
+
+    def refuses(self, scheme, problem):
+        """Fail."""
+        return {}["missing"]
+
+
+def test_a_measure_that_fails_as_it_is_planned_costs_only_its_own_cells():
+    """The others of the scheme are run."""
+    results, _ = run([EulerMaruyama()], [Broken(), Patient()])
+
+    assert [result.findings[0].verdict for result in results] == [Verdict.VERIFIED, Verdict.ERROR]
+    assert "measure broken: KeyError: 'missing'" in results[1].findings[0].reason
+
+
 def small_noise() -> SDE:
     """Return geometric Brownian motion with noise so small that Euler-Maruyama looks like order 1 along paths."""
     control = Control(measure="strong", order=1.0, positive="milstein", negative="euler-maruyama")
