@@ -116,7 +116,7 @@ class Means:
         return self._estimate(lambda means: float(self._differences(means)[level]))
 
     def off_reference(self) -> tuple[Estimate, float] | None:
-        """Return |E [phi(x_L) - phi(y)]|, y a reference on the same paths, and |E [phi(y) - phi(z)]|, z half as fine."""
+        """Return |E [phi(x_L) - phi(y)]|, y a reference on these paths, and |E [phi(y) - phi(z)]|, z half as fine."""
         if self.reference is None or self.blurred is None:
             return None
         both = np.stack([self.sums[:, len(self.h) - 1], self.reference], axis=1)

@@ -95,7 +95,11 @@ def _states(equation: LinearEquation) -> Array:
 
 
 def _admissible(one_step: OneStep) -> Array:
-    return one_step.view.admissible(corners(one_step.ito.dimension))
+    # Where some of them have no nearest admissible state, as the centre of a circle has none, all directions count.
+    points = corners(one_step.ito.dimension)
+    with np.errstate(all="ignore"):
+        admissible = one_step.view.admissible(points)
+    return admissible if np.isfinite(admissible).all() else points
 
 
 def _differences(x: Array) -> Array:

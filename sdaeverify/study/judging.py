@@ -8,11 +8,11 @@ import numpy as np
 from ..ensemble import LaneEvidence
 from ..errors import FAULTS, one_line
 from ..matching import match
-from ..measure import Evidence, Finding, Judgement, LevelFinding, Verdict
+from ..measure import Evidence, Finding, LevelFinding, Verdict
 from ..scheme import Scheme
 from ..settings import Settings
 from ..tally import Tally
-from .controlled import Controls, gated
+from .controlled import Doubt, doubts, gated
 from .plan import Cell, ProblemPlan
 
 CONTRACT = "contract and exactness (T0)"
@@ -101,7 +101,7 @@ def planned_out(plan: ProblemPlan) -> list[CellResult]:
     return [unmeasured(cell, cell.verdict, cell.reason) for cell in plan.cells if cell.verdict is not None]
 
 
-def judged(plan: ProblemPlan, cell: Cell, settings: Settings, evidences: Evidences) -> CellResult:
+def judged(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence, doubt: Doubt) -> CellResult:
     """Judge a cell.
 
     Parameters
@@ -109,14 +109,14 @@ def judged(plan: ProblemPlan, cell: Cell, settings: Settings, evidences: Evidenc
     plan : ProblemPlan
     cell : Cell
     settings : Settings
-    evidences : mapping of (Scheme, str) to CellEvidence
-        By scheme and name of the measure, those of the controls included.
+    known : CellEvidence
+    doubt : callable
+        As `doubts_of` gives it for the problem.
 
     Returns
     -------
     CellResult
     """
-    known = evidences[cell.scheme, cell.measure.name]
     if known.breach:
         return _breached(cell, known)
     if known.error:
@@ -125,7 +125,7 @@ def judged(plan: ProblemPlan, cell: Cell, settings: Settings, evidences: Evidenc
         # The logarithm of an error that is exactly zero is not a defect; the measures look at what comes out.
         with np.errstate(all="ignore"):
             judgement = cell.measure.judge(_evidence(plan, cell, settings, known))
-            findings = _gated(plan, cell, settings, evidences, judgement)
+            findings = tuple(gated(finding, doubt) for finding in judgement.findings)
     except FAULTS as error:
         return unmeasured(cell, Verdict.ERROR, f"measure {cell.measure.name}: {one_line(error)}")
     assert plan.problem is not None
@@ -133,6 +133,28 @@ def judged(plan: ProblemPlan, cell: Cell, settings: Settings, evidences: Evidenc
     return CellResult(
         cell, findings, judgement.levels, known.health, known.paths, known.seconds, plan.problem.horizon
     )
+
+
+def doubts_of(plan: ProblemPlan, settings: Settings, evidences: Evidences) -> Doubt:
+    """Return what the controls of a problem have against a claim.
+
+    Parameters
+    ----------
+    plan : ProblemPlan
+    settings : Settings
+    evidences : mapping of (Scheme, str) to CellEvidence
+        By scheme and name of the measure, those of the controls included.
+
+    Returns
+    -------
+    callable
+    """
+
+    def evidence(cell: Cell, sampled: bool) -> Evidence | None:
+        known = evidences[cell.scheme, cell.measure.name]
+        return None if known.refused else _evidence(plan, cell, settings, known, probed=not sampled)
+
+    return doubts(plan.controls, evidence)
 
 
 def _breached(cell: Cell, known: CellEvidence) -> CellResult:
@@ -151,22 +173,6 @@ def _evidence(
     tally = known.sampled.merged(known.probed) if probed else known.sampled
     level = settings.level
     return Evidence(cell.scheme, plan.problem, view, settings, tally, known.health, level)
-
-
-def _gated(
-    plan: ProblemPlan, cell: Cell, settings: Settings, evidences: Evidences, judgement: Judgement
-) -> tuple[Finding, ...]:
-    controls = tuple(made for made in plan.controls if made.control.measure == cell.measure.name)
-    evidence = _control_evidence(plan, settings, evidences)
-    return tuple(gated(finding, controls, evidence) for finding in judgement.findings)
-
-
-def _control_evidence(plan: ProblemPlan, settings: Settings, evidences: Evidences) -> Controls:
-    def evidence(cell: Cell, sampled: bool) -> Evidence | None:
-        known = evidences[cell.scheme, cell.measure.name]
-        return None if known.refused else _evidence(plan, cell, settings, known, probed=not sampled)
-
-    return evidence
 
 
 def _unmet(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:

@@ -9,7 +9,7 @@ from ..ensemble import Entry, LaneEvidence, Task
 from ..measure import Finding, Verdict
 from ..scheme import Scheme
 from ..settings import Settings
-from .judging import CellEvidence, CellResult, judged, planned_out, unmeasured
+from .judging import CellEvidence, CellResult, doubts_of, judged, planned_out, unmeasured
 from .plan import Cell, ProblemPlan
 
 
@@ -83,9 +83,11 @@ class ProblemRun:
     def judge(self) -> None:
         """Judge the open cells at the end of a look."""
         evidence = {_key(run.cell): run.evidence for run in (*self.runs, *self.controls)}
+        doubt = doubts_of(self.plan, self.settings, evidence)
         for run in self.runs:
             if not run.settled:
-                run.result = self._sequential(run, judged(self.plan, run.cell, self.settings, evidence))
+                result = judged(self.plan, run.cell, self.settings, run.evidence, doubt)
+                run.result = self._sequential(run, result)
         self.look += 1
 
     def results(self, stopped: str) -> tuple[CellResult, ...]:

@@ -11,6 +11,7 @@ from sdaeverify.forms import Problem
 from sdaeverify.measure import Evidence, Finding, Judgement, Verdict
 from sdaeverify.measures.stability import Stability
 from sdaeverify.tally import Tally
+from sdaeverify_problems.circle import circle
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.forced_ou import forced_ou
 from sdaeverify_problems.gbm import gbm, linear_test
@@ -121,6 +122,13 @@ def test_a_truth_that_contradicts_the_coefficients_is_noticed() -> None:
     found = finding(theta(0.5), wrong, A_STABLE)
     assert found.verdict is Verdict.INCONCLUSIVE
     assert "its truth says otherwise" in found.reason
+
+
+def test_a_curved_manifold_leaves_no_direction_out() -> None:
+    """The centre of a circle has no nearest point on it; the second moment on the circle is constant."""
+    found = finding(c.euler, circle(), CONDITIONAL)
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert "not decided" in found.reason
 
 
 def test_a_problem_on_the_boundary_of_stability_decides_nothing() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from sdaeverify import SDE, Claim, Control, ProblemError, Scheme
 from sdaeverify.measure import Evidence, Finding, Judgement, Measure, Verdict
-from sdaeverify.study.controlled import gated
+from sdaeverify.study.controlled import doubts, gated
 from sdaeverify.study.plan import Cell, ControlPlan
 
 CLAIM = Claim(measure="strong", value=1.0, source="a theorem")
@@ -49,7 +49,7 @@ def evidence(cell, sampled):
 
 def test_a_problem_that_tells_the_orders_apart_verifies():
     """With the positive control verified and the negative one refuted, a finding is left alone."""
-    assert gated(VERIFIED, plans(), evidence) == VERIFIED
+    assert gated(VERIFIED, doubts(plans(), evidence)) == VERIFIED
 
 
 @pytest.mark.parametrize(
@@ -63,7 +63,7 @@ def test_a_problem_that_tells_the_orders_apart_verifies():
 )
 def test_a_problem_that_does_not_discriminate_verifies_nothing(controls, words):
     """The finding becomes inconclusive, says why, and can no more be verified over the run."""
-    found = gated(VERIFIED, controls, evidence)
+    found = gated(VERIFIED, doubts(controls, evidence))
 
     assert found.verdict is Verdict.INCONCLUSIVE
     assert words in found.reason
@@ -74,20 +74,20 @@ def test_evidence_without_controls_refutes_all_the_same():
     """A refutation needs no control."""
     refuted = replace(VERIFIED, verdict=Verdict.REFUTED)
 
-    assert gated(refuted, plans(negative=1.0), evidence) == refuted
+    assert gated(refuted, doubts(plans(negative=1.0), evidence)) == refuted
 
 
 def test_a_problem_without_controls_for_a_measure_is_not_gated():
     """Controls are asked for where a problem declares some for the measure, and for orders only."""
     exact = replace(VERIFIED, claim=Claim(measure="strong", value="round-off", source="exact"))
 
-    assert gated(VERIFIED, (), evidence) == VERIFIED
-    assert gated(exact, plans(negative=1.0), evidence) == exact
+    assert gated(VERIFIED, doubts((), evidence)) == VERIFIED
+    assert gated(exact, doubts(plans(negative=1.0), evidence)) == exact
 
 
 def test_controls_without_evidence_confirm_nothing():
     """A control whose steps failed is no control."""
-    found = gated(VERIFIED, plans(), lambda cell, sampled: None)
+    found = gated(VERIFIED, doubts(plans(), lambda cell, sampled: None))
 
     assert found.verdict is Verdict.INCONCLUSIVE
 
