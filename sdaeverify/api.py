@@ -37,6 +37,8 @@ class SettingsOptions(TypedDict, total=False):
     seed: int
     confidence: float
     block: int
+    looks: int
+    family: int
 
 
 @dataclass(frozen=True)
@@ -107,7 +109,7 @@ def verify(
     plugins : sequence of str or Path, optional
         Plugin files, beside the installed plugins.
     **settings
-        Keywords of `Settings`: paths, coarsest, levels, seed, confidence, block.
+        Keywords of `Settings`: paths, coarsest, levels, seed, confidence, block, looks, family.
 
     Returns
     -------

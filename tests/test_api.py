@@ -3,12 +3,13 @@
 import json
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import ClassVar
 
 import pytest
 
-from sdaeverify import SDE, Claim, Scheme, Step, UsageError, verify
+from sdaeverify import SDE, Claim, Scheme, Settings, Step, UsageError, verify
+from sdaeverify.api import SettingsOptions
 from sdaeverify.numerics import apply
 from sdaeverify.registry import load_registry
 
@@ -126,3 +127,8 @@ def test_what_a_plugin_prints_is_no_result(tmp_path):
     assert "hello" in listing.stderr
     assert listing.returncode == 0, listing.stderr
     assert {entry["name"] for entry in json.loads(listing.stdout)} >= {"drift", "strong"}
+
+
+def test_every_setting_is_a_keyword():
+    """What a run can be set to on the command line can be set from Python, too."""
+    assert set(SettingsOptions.__annotations__) == {field.name for field in fields(Settings)}

@@ -13,7 +13,7 @@ from sdaeverify.study.workers import available_cores
 pytestmark = pytest.mark.benchmark
 
 SECONDS = 20.0
-STUDY = partial(sdaeverify.verify, "half-explicit-euler[truncation=none]", "pendulum")
+STUDY = partial(sdaeverify.verify, "half-explicit-euler[truncation=none]", "pendulum", ["strong", "drift"], looks=1)
 
 
 def test_two_workers_against_one(benchmark, report):
