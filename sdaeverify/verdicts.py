@@ -1,6 +1,7 @@
 """Three-valued verdicts on orders: a claim is verified, refuted, or the evidence does not decide."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from math import inf, nan
 from typing import NamedTuple
 
@@ -12,6 +13,8 @@ from .scheme import Claim, Scheme
 from .statistics import Estimate
 
 ROUND_OFF = "round-off"
+# How the reason of a refutation begins that concerns the scheme as a whole.
+WRONG = "wrong limit"
 # A slope is fitted on so many of the finest levels; fewer than FEWEST tell none.
 FITTED = 4
 FEWEST = 3
@@ -163,6 +166,20 @@ def with_sample(tests: Tests, paths: int, *, heavy: bool) -> Tests:
     growth = max(tests.growth, DEEP_PATHS / paths) if np.isfinite(tests.growth) else inf
     refuted = 1.0 if heavy else max(tests.refuted, SHALLOW)
     return Tests(max(tests.verified, SHALLOW), refuted, tests.reason, growth)
+
+
+def doubted(findings: list[Finding]) -> list[Finding]:
+    """Verify no quantity of a scheme that is known to tend to the wrong limit in another one."""
+    wrong = [f.quantity for f in findings if f.verdict is Verdict.REFUTED and f.reason.startswith(WRONG)]
+    if not wrong:
+        return findings
+    doubt = f"not confirmed: {WRONG} in {', '.join(wrong)}"
+    return [
+        replace(f, verdict=Verdict.INCONCLUSIVE, reason=f"{doubt}; {f.reason}", p_verified=1.0)
+        if f.verdict is Verdict.VERIFIED
+        else f
+        for f in findings
+    ]
 
 
 def sound_levels(health: Mapping[str, Array]) -> tuple[Array, list[str]]:

@@ -10,11 +10,11 @@ from ..chains import CONTRACTING, GROUPS, ChainRecord
 from ..measure import Evidence, Finding, LevelFinding, Verdict
 from ..scheme import Claim
 from ..truths import InvariantMean
-from ..verdicts import FEWEST, at_levels, claim_for, sound_levels
+from ..verdicts import FEWEST, WRONG, at_levels, claim_for, doubted, sound_levels
 from ._chains import RESOLVED, ChainOpinion, Sample, opinion, samples
 
 METHOD = "paired replicated chains (T3)"
-WRONG = "wrong limit"
+
 # So many verified observables end the run, whatever others may still show.
 ENOUGH = 3
 
@@ -55,7 +55,7 @@ def chain_findings(evidence: Evidence, record: ChainRecord) -> list[Finding]:
         return [_unfitted(evidence, record, name, remarks) for name in names]
     chained = _chained(evidence, record, levels)
     findings = [_finding(evidence, record, one, chained) for one in chained]
-    return [replace(found, reason=_joined(found.reason, *remarks)) for found in _doubted(findings)]
+    return [replace(found, reason=_joined(found.reason, *remarks)) for found in doubted(findings)]
 
 
 def chain_levels(evidence: Evidence, record: ChainRecord) -> Iterator[LevelFinding]:
@@ -202,20 +202,6 @@ def _details(record: ChainRecord, sample: Sample) -> dict[str, object]:
         "contraction": float(record.contraction),
         "looks": len(record.time),
     }
-
-
-def _doubted(findings: list[Finding]) -> list[Finding]:
-    """Verify no observable of a scheme that is known to tend to the wrong limit in another one."""
-    wrong = [f.quantity for f in findings if f.verdict is Verdict.REFUTED and f.reason.startswith(WRONG)]
-    if not wrong:
-        return findings
-    doubt = f"not confirmed: {WRONG} in {', '.join(wrong)}"
-    return [
-        replace(f, verdict=Verdict.INCONCLUSIVE, reason=f"{doubt}; {f.reason}", p_verified=1.0)
-        if f.verdict is Verdict.VERIFIED
-        else f
-        for f in findings
-    ]
 
 
 def _unfitted(evidence: Evidence, record: ChainRecord, name: str, remarks: Sequence[str]) -> Finding:

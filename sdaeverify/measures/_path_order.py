@@ -13,11 +13,10 @@ from ..measure import Evidence
 from ..scheme import Claim
 from ..statistics import Estimate, corrected_slope_weights
 from ..truths import Pathwise
-from ..verdicts import FITTED, Tests, at_levels, order_tests, sound_levels, with_sample
+from ..verdicts import FITTED, WRONG, Tests, at_levels, order_tests, sound_levels, with_sample
 from ._quantity import Quantity
 from ._reference_bias import Bias, reference_bias
 
-WRONG = "wrong limit"
 # A wrong limit shows as errors that stop falling while successive differences go on.
 WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15
 # Steps too coarse for the problem show as local orders that grow by more than this from one level to the next.

@@ -21,9 +21,9 @@ from ..scheme import Claim, Scheme
 from ..settings import Settings
 from ..statistics import Estimate
 from ..tally import Tally, packed, unpacked
-from ..verdicts import FEWEST, FITTED, Decision, Opinion, Tests, claim_for, decide, guard, unfitted
+from ..verdicts import FEWEST, FITTED, WRONG, Decision, Opinion, Tests, claim_for, decide, doubted, guard, unfitted
 from ._errors import AT_T, ErrorObserver
-from ._path_order import WRONG, Fit, asymptotic_order, fit, path_tests, usable_levels
+from ._path_order import Fit, asymptotic_order, fit, path_tests, usable_levels
 from ._quantity import Quantity, quantities_of
 
 PROBED = "local strong"
@@ -51,7 +51,7 @@ class Strong(Measure):
         """Return a finding for each component at grid times and at T, and their levels."""
         quantities = list(quantities_of(evidence))
         record = unpacked(PROBED, LocalStrong, evidence.tally)
-        findings = _doubted([_finding(evidence, quantity, record) for quantity in quantities])
+        findings = doubted([_finding(evidence, quantity, record) for quantity in quantities])
         findings += _unknown(evidence, {quantity.name for quantity in quantities}, record)
         return Judgement(
             tuple(findings), tuple(row for quantity in quantities for row in _levels(evidence, quantity))
@@ -174,20 +174,6 @@ def _unfitted(evidence: Evidence, quantity: Quantity, local: _Local, claim: Clai
         method = "local order (T1)"
         return replace(found, verdict=Verdict.REFUTED, reason=local.opinion.reason, tier=1, method=method)
     return replace(found, reason=f"{local.opinion.reason}, but no paths to guard it: {found.reason}")
-
-
-def _doubted(findings: list[Finding]) -> list[Finding]:
-    """Verify no quantity of a scheme that is known to tend to the wrong limit in another one."""
-    wrong = [f.quantity for f in findings if f.verdict is Verdict.REFUTED and f.reason.startswith(WRONG)]
-    if not wrong:
-        return findings
-    doubt = f"not confirmed: {WRONG} in {', '.join(wrong)}"
-    return [
-        replace(f, verdict=Verdict.INCONCLUSIVE, reason=f"{doubt}; {f.reason}", p_verified=1.0)
-        if f.verdict is Verdict.VERIFIED
-        else f
-        for f in findings
-    ]
 
 
 def _unknown(evidence: Evidence, known: set[str], record: LocalStrong | None) -> Iterator[Finding]:
