@@ -82,14 +82,20 @@ def guard(local: Opinion, tests: Tests, evidence: Evidence) -> Decision:
     """Return the verdict of a deterministic tier, guarded by the paths.
 
     What is refuted without sampling stays so. What is verified needs paths that could be compared, and that do not
-    refute it; where they look as if they might, more of them are asked for.
+    refute it; where they look as if they might, more of them are asked for, and without more nothing is decided.
     """
     if local.verdict is Verdict.REFUTED:
         return Decision(local.verdict, local.reason, 1)
     if tests.refuted <= evidence.level:
         return Decision(Verdict.REFUTED, f"{tests.reason}, although {local.reason}", 3, p_refuted=tests.refuted)
-    suspicious = tests.refuted <= 1.0 - evidence.settings.confidence
-    return Decision(Verdict.VERIFIED, local.reason, 1, not suspicious, p_refuted=tests.refuted)
+    if evidence.paths < CALIBRATED_PATHS:
+        return Decision(
+            Verdict.INCONCLUSIVE, f"{local.reason}, but {evidence.paths} paths are too few to guard it", 3
+        )
+    if tests.refuted <= 1.0 - evidence.settings.confidence:
+        reason = f"{local.reason}, but the paths do not look like it: {tests.reason}; more of them would tell"
+        return Decision(Verdict.INCONCLUSIVE, reason, 3, settled=False, p_refuted=tests.refuted)
+    return Decision(Verdict.VERIFIED, local.reason, 1, p_refuted=tests.refuted)
 
 
 def _round(paths: float) -> str:

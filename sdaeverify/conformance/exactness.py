@@ -30,7 +30,9 @@ def exactness_breach(scheme: Scheme) -> str:
     for variants in trivial_problems(form):
         accepted = next((trivial for trivial in variants if _accepts(scheme, trivial.problem)), None)
         if accepted is not None and (text := _miss(scheme, accepted)):
-            return f"{text} on {accepted.name}"
+            several = accepted.problem.noise_dim
+            hint = f" with {several} Brownian motions, which the scheme does not refuse" if several > 1 else ""
+            return f"{text} on {accepted.name}{hint}"
     return ""
 
 

@@ -33,6 +33,7 @@ from .problem import (
     Problem,
     Residual,
     check_derivative,
+    check_observables,
     check_shape,
     check_truth,
     columns,
@@ -213,6 +214,7 @@ class HolonomicSDAE(Problem):
         check_shape("jacobian(r)", self.dg(r), (m, n, PROBES))
         check_shape("curvature(r, y, z)", self.d2g(r, v, v), (m, PROBES))
         self._check_derivatives(r)
+        check_observables(self, self.initial(PROBES)._asdict())
         check_truth(self, self.initial(PROBES)._asdict())
 
     def _check_derivatives(self, r: Array) -> None:

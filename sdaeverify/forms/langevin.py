@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, Parts
 from ..errors import ProblemError
-from .problem import PROBES, Problem, check_shape, check_truth, columns, vector
+from .problem import PROBES, Problem, check_observables, check_shape, check_truth, columns, vector
 from .sde import SDE
 
 
@@ -56,6 +56,7 @@ class Langevin(Problem):
             raise ProblemError(f"momentum has {given} components, position has {n}")
         x = self.initial(PROBES)
         check_shape("force(q)", self.force(x[:n]), (n, PROBES))
+        check_observables(self, self.parts(x))
         check_truth(self, self.parts(x))
 
     def _all_traits(self) -> frozenset[str]:

@@ -235,6 +235,33 @@ def check_derivative(
             raise ProblemError(f"{name} disagrees with a difference quotient at {point[:, 0].tolist()}")
 
 
+def check_observables(problem: Problem, initial: Parts) -> None:
+    """Check that a problem's observables are numbers a path, of components that it has.
+
+    Parameters
+    ----------
+    problem : Problem
+    initial : mapping of str to ndarray, shape (n, P)
+        Named components of the initial state on `PROBES` paths.
+
+    Raises
+    ------
+    ProblemError
+        If one asks for another component, or returns another shape. Views may lack components.
+    """
+    for name, observable in ({} if problem.seen_as else problem.observables).items():
+        try:
+            value = np.asarray(observable(0.0, initial))
+        except KeyError as error:
+            known = ", ".join(initial)
+            raise ProblemError(
+                f"observable {name!r} asks for {error}; the problem's components are {known}"
+            ) from error
+        if value.shape != (PROBES,):
+            text = f"observable {name!r} returned shape {value.shape}, expected ({PROBES},)"
+            raise ProblemError(f"{text} for {PROBES} paths")
+
+
 def check_truth(problem: Problem, initial: Parts) -> None:
     """Check that a problem's pathwise truth starts where the problem does.
 

@@ -17,6 +17,7 @@ from .problem import (
     Problem,
     Residual,
     check_derivative,
+    check_observables,
     check_shape,
     check_truth,
     columns,
@@ -75,6 +76,8 @@ class SDE(Problem):
             if not (isinstance(rows, slice) and range(d)[rows]):
                 raise ProblemError(f"names[{name!r}] must be a slice of the {d} components, got {rows!r}")
         self._check_constraint(x)
+        self._check_traits(x)
+        check_observables(self, self.parts(x))
         check_truth(self, self.parts(x))
 
     @property
@@ -140,6 +143,16 @@ class SDE(Problem):
             return ""
         text = "diffusion is not analytic (abs, real buffers?), so that its derivative cannot be taken"
         return f"{text} by complex step; give diffusion_derivative"
+
+    def _check_traits(self, x: Array) -> None:
+        # A trait that is not there would have claims refuted that were never made for such a problem.
+        y = x + 0.1 * (1.0 + np.abs(x)) * np.cos(np.arange(1.0, len(x) + 1))[:, None]
+        here, there = self.diffusion(0.0, x), self.diffusion(0.5 * self.horizon, y)
+        if "additive-noise" in self.traits and not np.allclose(here, there, rtol=1e-12, atol=0.0):
+            raise ProblemError("trait additive-noise: the diffusion depends on the state or on time")
+        d, l, _ = there.shape
+        if "diagonal-noise" in self.traits and (d != l or there[~np.eye(d, dtype=bool)].any()):
+            raise ProblemError("trait diagonal-noise: the diffusion has entries off the diagonal")
 
     def _check_constraint(self, x: Array) -> None:
         if self.constraint is None:

@@ -23,6 +23,7 @@ TOO_FEW = "fewer than three levels without failures"
 SLACK = 2.0
 # Steps too coarse for the problem show as local orders that grow by more than this from one level to the next.
 RISING = 0.05
+COARSE = 0.25
 
 
 class MeanOrder(NamedTuple):
@@ -77,17 +78,25 @@ def _tests(evidence: Evidence, means: Means, claim: Claim, found: tuple[Estimate
     slope, levels, resolved, limit = found
     if resolved < RESOLVED:
         growth = (RESOLVED / resolved) ** 2 if resolved > 0.0 else np.inf
-        return Tests(1.0, limit.refuted, f"mean differences unresolved ({resolved:.1f} standard errors)", growth)
+        unresolved = f"mean differences unresolved ({resolved:.1f} standard errors)"
+        return Tests(1.0, limit.refuted, "; ".join(text for text in (limit.reason, unresolved) if text), growth)
     order = order_tests(claim, slope, evidence)
     assert not isinstance(claim.value, str)
     refuted = max(order.refuted, _corrected(means, levels).p_below(claim.value - claim.margin))
     if means.functional(levels[-3:], np.array([-1.0, 2.0, -1.0])).interval(evidence.settings.confidence)[0] > RISING:
         refuted = 1.0
-    reason = "; ".join(text for text in (order.reason, limit.reason) if text)
+    if _coarse(means, int(levels[-1])):
+        refuted = 1.0
+    reason = "; ".join(text for text in (limit.reason, order.reason) if text)
     tests = Tests(
         max(order.verified, limit.verified), min(1.0, 2.0 * min(refuted, limit.refuted)), reason, order.growth
     )
     return with_sample(tests, evidence.paths, heavy=False)
+
+
+def _coarse(means: Means, finest: int) -> bool:
+    """Tell whether the error is of the size of the expectation itself: no order shows on such steps."""
+    return abs(means.difference(finest).value) > COARSE * abs(means.mean(len(means.h) - 1).value)
 
 
 def _corrected(means: Means, levels: Array) -> Estimate:
@@ -102,6 +111,8 @@ def _limit(evidence: Evidence, means: Means, order: float) -> Tests:
     """Compare the finest level with what is known of the limit: only that can confirm it."""
     if means.coupled:
         return Tests(0.0, 1.0, "")
+    if means.heavy:
+        return Tests.none("heavy tails: a mean of few paths confirms no limit")
     left = SLACK * abs(means.difference(len(means.h) - 2).value) / (2.0**order - 1.0)
     known = _known(evidence, means)
     if known is None:

@@ -15,7 +15,7 @@ from ..settings import Settings
 from ..statistics import GROUPS, Estimate, group_sums, jackknife
 from ..tally import Tally
 
-VALUES, KNOWN = "values ", "truth "
+VALUES, SQUARES, KNOWN = "values ", "squares ", "truth "
 # A truth with an error of its own, and the same at half its resolution.
 REFERENCE, BLURRED = "reference ", "blurred "
 
@@ -52,6 +52,7 @@ class MeanObserver:
             values = np.stack([self._known(name, parts) for parts in self.last.levels])
             paths = values.shape[-1]
             sums[VALUES + name] = group_sums(values)
+            sums[SQUARES + name] = group_sums(values[-1] ** 2)
             sums |= {key + name: group_sums(known) for key, known in self._truths(name)}
         return Tally(sums={**sums, "paths": group_sums(np.ones(paths))})
 
@@ -90,6 +91,8 @@ class Means:
     counts : ndarray, shape (G,)
     coupled : bool
         Whether there is such a column.
+    squares : ndarray, shape (G,), or None
+        Of the squares at the finest level.
     reference, blurred : ndarray, shape (G,), or None
         Of a truth with an error of its own, and of the same at half its resolution.
     """
@@ -99,8 +102,21 @@ class Means:
     sums: Array
     counts: Array
     coupled: bool
+    squares: Array | None = None
     reference: Array | None = None
     blurred: Array | None = None
+
+    @property
+    def heavy(self) -> bool:
+        """Whether the mean at the finest level rests on few paths: little of its square, in few groups of paths."""
+        if self.squares is None:
+            return False
+        level, groups = len(self.h) - 1, self.sums.shape[0]
+        square = float(self.squares.sum() / self.counts.sum())
+        # The largest group's share tells one path from a distribution about 0.
+        share = float(self.squares.max() / self.squares.sum()) if square > 0.0 else 0.0
+        mean = float(self.sums[:, level].sum() / self.counts.sum())
+        return share > 4.0 / groups and mean**2 < 0.2 * square
 
     @property
     def errors(self) -> int:
@@ -158,6 +174,6 @@ def means_of(evidence: Evidence) -> Mapping[str, Means]:
             name = key.removeprefix(VALUES)
             truth = sums.get(KNOWN + name)
             both = sums[key] if truth is None else np.concatenate([sums[key], truth.reshape(GROUPS, 1)], axis=1)
-            references = (sums.get(key + name) for key in (REFERENCE, BLURRED))
+            references = (sums.get(key + name) for key in (SQUARES, REFERENCE, BLURRED))
             found[name] = Means(name, h, both, sums["paths"], truth is not None, *references)
     return found

@@ -21,6 +21,8 @@ from ._reference_bias import Bias, reference_bias
 WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15
 # Steps too coarse for the problem show as local orders that grow by more than this from one level to the next.
 RISING = 0.05
+# From this p-value on it matters whether a low order is one of coarse steps only.
+SUSPECT = 0.01
 
 
 class Fit(NamedTuple):
@@ -68,13 +70,15 @@ def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
     if not _sharp(truth, claim):
         return Tests.none(f"{bias.reference}: it should be half an order above the claim")
     tests = order_tests(claim, fitted.slope, evidence, bias.bound)
-    if not isinstance(claim.value, str):
-        tests = _not_rising(evidence, quantity, fitted, tests)
+    if tests.refuted <= SUSPECT and not isinstance(claim.value, str) and _rises(evidence, quantity, fitted):
+        # Steps too coarse look like a wrong limit, too.
+        return Tests.none(f"{tests.reason}, but it still rises with refinement; add finer levels")
     if bias.knows_limit:
         above = _above(evidence, fitted, claim)
         tests = _with_limit(tests, quantity.contrast(fitted.levels), bias.bound, evidence, above=above)
-    elif tests.verified <= evidence.level:
-        tests = tests._replace(verified=1.0, growth=np.inf, reason=f"{tests.reason}, but towards its own limit")
+    else:
+        growth = np.inf if tests.verified <= evidence.level else tests.growth
+        tests = tests._replace(verified=1.0, growth=growth, reason=f"{tests.reason}, but towards its own limit")
     heavy = quantity.tail(fitted.levels[0]).heavy or quantity.tail(fitted.levels[-1]).heavy
     return with_sample(tests, quantity.paths, heavy=heavy)
 
@@ -101,12 +105,8 @@ def _above(evidence: Evidence, fitted: Fit, claim: Claim) -> bool:
     return not isinstance(claim.value, str) and low > claim.value
 
 
-def _not_rising(evidence: Evidence, quantity: Quantity, fitted: Fit, tests: Tests) -> Tests:
-    if tests.refuted > evidence.level:
-        return tests
-    if quantity.rise(fitted.levels).interval(evidence.settings.confidence)[0] <= RISING:
-        return tests
-    return Tests.none(f"{tests.reason}, but it still rises with refinement; add finer levels")
+def _rises(evidence: Evidence, quantity: Quantity, fitted: Fit) -> bool:
+    return quantity.rise(fitted.levels).interval(evidence.settings.confidence)[0] > RISING
 
 
 def _with_limit(tests: Tests, contrast: Estimate, bias: float, evidence: Evidence, *, above: bool) -> Tests:

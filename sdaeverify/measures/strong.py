@@ -21,7 +21,7 @@ from ..scheme import Claim, Scheme
 from ..settings import Settings
 from ..statistics import Estimate
 from ..tally import Tally, packed, unpacked
-from ..verdicts import FEWEST, FITTED, WRONG, Decision, Opinion, Tests, claim_for, decide, doubted, guard, unfitted
+from ..verdicts import FEWEST, FITTED, Decision, Opinion, Tests, claim_for, decide, doubted, guard, unfitted
 from ._errors import AT_T, ErrorObserver
 from ._path_order import Fit, asymptotic_order, fit, path_tests, usable_levels
 from ._quantity import Quantity, quantities_of
@@ -123,8 +123,11 @@ def _decision(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim 
 
 
 def _asymptotic(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, tests: Tests) -> Tests:
-    """Let a slope on coarse steps refute a local order only if the asymptotic order is too low, as well."""
-    if isinstance(claim.value, str) or tests.reason.startswith(WRONG):
+    """Let errors on coarse steps refute a local order only if the asymptotic order is too low, as well.
+
+    Errors that level off at a wrong limit have an asymptotic order of 0.
+    """
+    if isinstance(claim.value, str):
         return tests
     order, half = asymptotic_order(quantity, fitted.usable, evidence.settings.confidence)
     return tests if order + half < claim.value - claim.margin else tests._replace(refuted=1.0)

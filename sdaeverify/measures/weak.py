@@ -17,12 +17,13 @@ from ..probe.local_orders import LocalOpinion
 from ..scheme import Claim, Scheme
 from ..settings import Settings
 from ..tally import Tally
-from ..verdicts import Decision, Opinion, Tests, claim_for, decide, guard
+from ..verdicts import FEWEST, Decision, Opinion, claim_for, decide, guard, sound_levels
 from ._mean_order import RESOLVED, TOO_FEW, MeanOrder, mean_order
 from ._means import MeanObserver, Means, means_of
 from ._weak_probe import WeakProbe, judge_probe, probe_weak, probed_weak
 
 STATE = "state"
+LOST = "paths are lost at the finest level"
 # Fewer functionals can all be blind to the same error.
 FUNCTIONALS = 3
 
@@ -91,7 +92,7 @@ def _decision(evidence: Evidence, sampled: MeanOrder, claim: Claim | None, tiers
     if claim is None:
         return Decision(Verdict.OUT_OF_SCOPE, "", 3)
     if evidence.health.sums["lost"][-1] > 0:
-        return Decision(Verdict.DIVERGED, "paths are lost at the finest level", 3)
+        return Decision(Verdict.DIVERGED, LOST, 3)
     if tiers.opinion is None or not tiers.decides:
         decision = decide(sampled.tests, evidence)
         doubt = f"; {tiers.opinion.reason}" if tiers.opinion else ""
@@ -110,13 +111,19 @@ def _of_state(evidence: Evidence, probed: WeakProbe) -> Finding:
         reason = no_claim or "the problem has no observables, and probing does not decide"
         verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
         return Finding(quantity=STATE, verdict=verdict, reason=reason, claim=claim, details=tiers.details)
-    decision = guard(Opinion(*tiers.opinion[:2]), Tests.none(""), evidence)
+    decision = Decision(*tiers.opinion[:2], tiers.tier)
+    sound, remarks = sound_levels(evidence.health.sums)
+    if evidence.health.sums["lost"][-1] > 0:
+        decision = Decision(Verdict.DIVERGED, LOST, 3)
+    elif len(sound) < FEWEST and decision.verdict is Verdict.VERIFIED:
+        decision = Decision(Verdict.INCONCLUSIVE, f"{decision.reason}, but {'; '.join(remarks)}", 3)
     return Finding(
         quantity=STATE,
         claim=claim,
-        method="local weak order (T1)",
+        estimate=float(str(tiers.details.get("local_weak_order", "nan"))),
+        method="local weak order (T1)" if tiers.tier == 1 else "moments (T2)",
         details=tiers.details,
-        **decision._replace(tier=tiers.tier, p_refuted=float("nan"))._asdict(),
+        **decision._asdict(),
     )
 
 

@@ -159,7 +159,7 @@ def doubts_of(plan: ProblemPlan, settings: Settings, evidences: Evidences) -> Do
 
 def _breached(cell: Cell, known: CellEvidence) -> CellResult:
     claim = next((claim for claim in cell.scheme.promises if claim.measure == cell.measure.name), None)
-    verdict = Verdict.REFUTED if claim else Verdict.ERROR
+    verdict = Verdict.REFUTED if claim else Verdict.OUT_OF_SCOPE
     finding = Finding(quantity="", verdict=verdict, reason=known.breach, claim=claim, method=CONTRACT, tier=0)
     return CellResult(cell, (finding,), seconds=known.seconds)
 

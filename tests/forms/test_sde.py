@@ -156,13 +156,36 @@ def test_constant_diffusions_may_have_one_column_of_paths():
     assert make(diffusion=lambda t, x: np.eye(2)[..., None]).noise_dim == 2
 
 
+CONSTANT = {"diffusion": lambda t, x: np.eye(2)[..., None]}
+
+
+@pytest.mark.parametrize("trait", ["additive-noise", "diagonal-noise"])
+def test_traits_that_are_not_there_are_refused(trait):
+    """A claim would be tested, and refuted, where it was never made."""
+    with pytest.raises(ProblemError, match=f"trait {trait}: the diffusion"):
+        make(traits={trait}, diffusion=lambda t, x: (1.0 + x[0]) * np.ones((2, 2, 1)))
+
+
+@pytest.mark.parametrize(
+    ("observable", "words"),
+    [
+        (lambda t, s: s["y"][0], "observable 'phi' asks for 'y'; the problem's components are x"),
+        (lambda t, s: s["x"], r"observable 'phi' returned shape \(2, 3\), expected \(3,\)"),
+    ],
+)
+def test_observables_that_cannot_be_evaluated_are_refused(observable, words):
+    """A misspelt component, or a value that is no number a path, is told when the problem is built."""
+    with pytest.raises(ProblemError, match=words):
+        make(observables={"phi": observable})
+
+
 @pytest.mark.parametrize(
     ("changes", "traits"),
     [
         ({}, set()),
         ({"noise_dim": 1, "diffusion": lambda t, x: x[:, None]}, {"scalar-noise"}),
-        ({"traits": {"additive-noise"}}, {"additive-noise", "vanishing-milstein-term"}),
-        ({"traits": {"diagonal-noise"}}, {"diagonal-noise"}),
+        ({"traits": {"additive-noise"}, **CONSTANT}, {"additive-noise", "vanishing-milstein-term"}),
+        ({"traits": {"diagonal-noise"}, **CONSTANT}, {"diagonal-noise"}),
     ],
 )
 def test_traits_that_follow_are_added(changes, traits):

@@ -12,6 +12,7 @@ from sdaeverify.measure import Evidence, Verdict
 from sdaeverify.measures._errors import ErrorObserver
 from sdaeverify.measures.strong import Strong
 from sdaeverify.tally import Tally
+from sdaeverify.verdicts import Opinion, Tests, guard
 from sdaeverify_problems.gbm import gbm
 
 SETTINGS = Settings(paths=4000)
@@ -296,3 +297,32 @@ def test_no_claim_no_verdict():
     assert finding.verdict is Verdict.OUT_OF_SCOPE
     assert finding.estimate == pytest.approx(1.0, abs=1e-9)
     assert finding.claim is None
+
+
+LOCAL = Opinion(Verdict.VERIFIED, "local order 1.000")
+
+
+@pytest.mark.parametrize(
+    ("paths", "p_refuted", "verdict", "settled"),
+    [
+        (256, 0.5, Verdict.VERIFIED, True),
+        (256, 0.001, Verdict.INCONCLUSIVE, False),
+        (2048, 1e-9, Verdict.REFUTED, True),
+        (64, 0.5, Verdict.INCONCLUSIVE, True),
+    ],
+)
+def test_a_local_order_needs_paths_that_do_not_speak_against_it(paths, p_refuted, verdict, settled):
+    """Suspicious paths leave it open and ask for more of them; significant ones refute; too few guard nothing."""
+    tally = Tally(sums={"paths": np.full(20, paths / 20)})
+    evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, tally, health(), level=1e-6)
+
+    decision = guard(LOCAL, Tests(1.0, p_refuted, "order 0.1"), evidence)
+
+    assert (decision.verdict, decision.settled) == (verdict, settled)
+
+
+def test_a_local_refutation_needs_no_paths():
+    """What one step shows, no sample can take back."""
+    evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, Tally(), health())
+
+    assert guard(Opinion(Verdict.REFUTED, ""), Tests.none(""), evidence).verdict is Verdict.REFUTED
