@@ -249,7 +249,7 @@ def test_an_error_on_a_trivial_equation_is_named(fault: str) -> None:
 
     found = breach(Ruled(rule), noncommuting())
 
-    assert found.endswith(f"on {equation}")
+    assert f"on {equation}" in found
 
 
 def test_a_bounded_law_is_summed_as_it_was_given() -> None:

@@ -6,13 +6,13 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from sdaeverify import SDE, Claim, Scheme, Settings
+from sdaeverify import SDE, Claim, Scheme, Settings, verdicts
 from sdaeverify.lanes import Snapshot
 from sdaeverify.measure import Evidence, Verdict
 from sdaeverify.measures._errors import ErrorObserver
 from sdaeverify.measures.strong import Strong
 from sdaeverify.tally import Tally
-from sdaeverify.verdicts import Opinion, Tests, guard
+from sdaeverify.verdicts import Opinion, guard
 from sdaeverify_problems.gbm import gbm
 
 SETTINGS = Settings(paths=4000)
@@ -316,7 +316,7 @@ def test_a_local_order_needs_paths_that_do_not_speak_against_it(paths, p_refuted
     tally = Tally(sums={"paths": np.full(20, paths / 20)})
     evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, tally, health(), level=1e-6)
 
-    decision = guard(LOCAL, Tests(1.0, p_refuted, "order 0.1"), evidence)
+    decision = guard(LOCAL, verdicts.Tests(1.0, p_refuted, "order 0.1"), evidence)
 
     assert (decision.verdict, decision.settled) == (verdict, settled)
 
@@ -325,4 +325,4 @@ def test_a_local_refutation_needs_no_paths():
     """What one step shows, no sample can take back."""
     evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, Tally(), health())
 
-    assert guard(Opinion(Verdict.REFUTED, ""), Tests.none(""), evidence).verdict is Verdict.REFUTED
+    assert guard(Opinion(Verdict.REFUTED, ""), verdicts.Tests.none(""), evidence).verdict is Verdict.REFUTED
