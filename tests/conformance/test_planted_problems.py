@@ -20,8 +20,8 @@ from sdaeverify_problems.pendulum import pendulum
 CHANGED: dict[str, tuple[Callable[[], Problem], dict[str, object], Callable[[ProblemSpec], None]]] = {
     "shape of an observable": (
         gbm,
-        {"observables": {"x": lambda t, s: s["x"]}, "truths": ()},
-        lambda spec: problems.test_observables_are_numbers_on_each_path(spec, 3),
+        {"observables": {"x": lambda t, s: np.ones(3)}, "truths": ()},
+        lambda spec: problems.test_observables_are_numbers_on_each_path(spec, 5),
     ),
     "mean over paths": (
         gbm,
