@@ -79,6 +79,11 @@ class Settings:
                 return (*sizes, *([self.block] * max(0, -(-(self.paths - total - self.block) // self.block))))
         return tuple(sizes)
 
+    @cached_property
+    def totals(self) -> tuple[int, ...]:
+        """Number of paths of all blocks up to each one."""
+        return tuple(min(total, self.paths) for total in accumulate(self.sizes))
+
     @property
     def blocks(self) -> int:
         """Number of blocks."""
@@ -87,8 +92,7 @@ class Settings:
     @cached_property
     def ends(self) -> tuple[int, ...]:
         """Number of blocks at the end of each look: all, before that at most half as many paths, and so on."""
-        totals = [min(total, self.paths) for total in accumulate(self.sizes)]
-        ends = [self.blocks]
+        totals, ends = self.totals, [self.blocks]
         while len(ends) < self.looks and 2 * totals[0] <= totals[ends[-1] - 1]:
             ends.append(bisect_right(totals, totals[ends[-1] - 1] / 2))
         return tuple(reversed(ends))
@@ -100,7 +104,7 @@ class Settings:
 
     def paths_of(self, block: int) -> int:
         """Return the number of paths of a block that are used."""
-        return min(self.sizes[block], self.paths - sum(self.sizes[:block]))
+        return self.totals[block] - (self.totals[block - 1] if block else 0)
 
 
 def _require(condition: bool, name: str, expected: str, given: object) -> None:

@@ -44,7 +44,7 @@ def test_blocks_cover_all_paths():
     assert used(settings) == [256, 256, 512, 1024, 2048, 2048, 856]
 
 
-@given(paths=st.integers(40, 200_000), block=st.integers(40, 8192), looks=st.integers(1, 8))
+@given(paths=st.integers(40, 20_000), block=st.integers(40, 8192), looks=st.integers(1, 8))
 def test_looks_end_with_all_paths_and_at_least_double_them(paths, block, looks):
     """Each look has at least as many new paths as all before it, except that the last one takes what is left."""
     settings = Settings(paths=paths, block=block, looks=looks)
