@@ -185,16 +185,25 @@ class HolonomicSDAE(Problem):
 
     def view(self, form: type[Problem]) -> Problem | None:
         """Return the problem itself, or its inherent SDE (2.9) where an `SDE` is asked for."""
-        return inherent_sde(self) if form is SDE else super().view(form)
+        return self._inherent if form is SDE else super().view(form)
 
     def ito(self) -> SDE:
         """Return the inherent SDE of r, v and mu."""
-        return inherent_sde(self, with_multiplier=True)
+        return self._with_multiplier
 
     def state(self, x: Array) -> HolonomicState:
         """Return the state whose components r, v and mu are the rows of x."""
         n = self.dimension
         return HolonomicState(x[:n], x[n : 2 * n], x[2 * n :])
+
+    # Built once: making an equation checks it, and what is found for one view serves all schemes that see it.
+    @cached_property
+    def _inherent(self) -> SDE:
+        return inherent_sde(self)
+
+    @cached_property
+    def _with_multiplier(self) -> SDE:
+        return inherent_sde(self, with_multiplier=True)
 
     @cached_property
     def _inverse(self) -> Array | None:

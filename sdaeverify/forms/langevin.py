@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import cast
 
 import numpy as np
@@ -76,6 +77,11 @@ class Langevin(Problem):
 
     def ito(self) -> SDE:
         """Return the equation of x = (q, p)."""
+        return self._system
+
+    # Built once: making an equation checks it, and what is found for it serves all schemes that see it.
+    @cached_property
+    def _system(self) -> SDE:
         n, gamma = self.noise_dim, self.friction
         B = np.concatenate([np.zeros((n, n)), self.strength * np.eye(n)])[..., None]
 
