@@ -72,22 +72,6 @@ class LaneEvidence(NamedTuple):
     paths: int = 0
     breach: str = ""
 
-    def merged(self, other: "LaneEvidence") -> "LaneEvidence":
-        """Return the evidence of both; the first error of a measure stays."""
-        return LaneEvidence(
-            _merged(self.tallies, other.tallies),
-            _merged(self.probes, other.probes),
-            self.health.merged(other.health),
-            self.seconds + other.seconds,
-            tuple(a or b for a, b in zip(self.errors, other.errors, strict=True)),
-            self.paths + other.paths,
-            self.breach or other.breach,
-        )
-
-
-def _merged(ones: Sequence[Tally], others: Sequence[Tally]) -> tuple[Tally, ...]:
-    return tuple(a.merged(b) for a, b in zip(ones, others, strict=True))
-
 
 def run_block(task: Task, block: int) -> tuple[LaneEvidence, ...]:
     """Simulate one block of paths, in a worker process or in this one.

@@ -9,6 +9,7 @@ import numpy as np
 
 from .arrays import Array, Mask
 from .measure import Evidence, Finding, Verdict
+from .probe.local_orders import LocalOpinion
 from .scheme import Claim, Scheme
 from .statistics import Estimate
 
@@ -18,6 +19,10 @@ WRONG = "wrong limit"
 # A slope is fitted on so many of the finest levels; fewer than FEWEST tell none.
 FITTED = 4
 FEWEST = 3
+# A mean difference counts as resolved from so many standard errors on; no sample is ended by that.
+RESOLVED = 3.0
+# Steps too coarse for the problem show as local orders that grow by more than this from one level to the next.
+RISING = 0.05
 # Jackknife intervals are calibrated from 100 paths on, to levels of 0.001; beyond, and for heavy tails, from 800.
 CALIBRATED_PATHS = 100
 DEEP_PATHS = 800
@@ -78,14 +83,16 @@ def decide(tests: Tests, evidence: Evidence) -> Decision:
     return Decision(found, tests.reason + needed, 3, not more, tests.verified, tests.refuted)
 
 
-def guard(local: Opinion, tests: Tests, evidence: Evidence) -> Decision:
-    """Return the verdict of a deterministic tier, guarded by the paths.
+def guard(local: Opinion | LocalOpinion | None, tests: Tests, evidence: Evidence, tier: int = 1) -> Decision:
+    """Return the verdict of a deterministic tier, guarded by the paths; theirs alone where it has none.
 
     What is refuted without sampling stays so. What is verified needs paths that could be compared, and that do not
     refute it; where they look as if they might, more of them are asked for, and without more nothing is decided.
     """
+    if local is None or local.verdict is Verdict.INCONCLUSIVE:
+        return _unaided(local, tests, evidence)
     if local.verdict is Verdict.REFUTED:
-        return Decision(local.verdict, local.reason, 1)
+        return Decision(local.verdict, local.reason, tier)
     if tests.refuted <= evidence.level:
         return Decision(Verdict.REFUTED, f"{tests.reason}, although {local.reason}", 3, p_refuted=tests.refuted)
     if evidence.paths < CALIBRATED_PATHS:
@@ -95,7 +102,12 @@ def guard(local: Opinion, tests: Tests, evidence: Evidence) -> Decision:
     if tests.refuted <= 1.0 - evidence.settings.confidence:
         reason = f"{local.reason}, but the paths do not look like it: {tests.reason}; more of them would tell"
         return Decision(Verdict.INCONCLUSIVE, reason, 3, settled=False, p_refuted=tests.refuted)
-    return Decision(Verdict.VERIFIED, local.reason, 1, p_refuted=tests.refuted)
+    return Decision(Verdict.VERIFIED, local.reason, tier, p_refuted=tests.refuted)
+
+
+def _unaided(local: Opinion | LocalOpinion | None, tests: Tests, evidence: Evidence) -> Decision:
+    decision = decide(tests, evidence)
+    return decision if local is None else decision._replace(reason=f"{decision.reason}; {local.reason}")
 
 
 def _round(paths: float) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..statistics import slope_weights
-from ..verdicts import FITTED
+from ..verdicts import FITTED, RESOLVED
 from .many import estimates, opposite
 from .rates import NOTHING, Rate, Trials
 from .repeated import POOLED, UNIT, pooled
@@ -15,8 +15,6 @@ from .samples import Sample
 from .slopes import COVERED
 
 COUNTS = (4, POOLED)
-# Differences of so many standard errors are resolved; the weak measure uses no others.
-RESOLVED = 3.0
 
 
 def mean_difference_rates(sample: Sample) -> Iterator[Rate]:

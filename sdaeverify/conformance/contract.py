@@ -14,19 +14,17 @@ from ..arrays import Array
 from ..errors import FAULTS, SchemeError, one_line
 from ..forms import Problem
 from ..noise import Increment
+from ..probe.nodes import SEED
 from ..probe.one_step import OneStep
-from ..probe.states import SIZE, cloud
+from ..probe.states import SIZE, WHEN, cloud
 from ..scheme import Scheme, State, Step, Stepper, flatten, same_kind
 from ..statistics import EPS
 from .batches import each, equal, frozen, nudged, taken
 
 # A fine step, and the coarsest one that runs begin with by default, at which iterations differ most between paths.
 FINE, COARSE = 64, 8
-# Time of the step as a part of the horizon.
-WHEN = 0.2
 # Paths may differ between batches by so many rounding errors: vector instructions round otherwise at a row's end.
 ROUNDINGS = 8.0
-SEED = 20170601
 WRITES = "a step writes into its state or its noise"
 
 

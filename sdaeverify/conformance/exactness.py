@@ -12,6 +12,7 @@ import numpy as np
 from ..errors import FAULTS, SdaeverifyError, one_line
 from ..forms import Problem
 from ..noise import Increment
+from ..probe.nodes import SEED
 from ..scheme import Scheme
 from ..statistics import EPS
 from .batches import frozen
@@ -19,7 +20,6 @@ from .trivial import Trivial, trivial_problems
 
 H = 2.0**-6
 STEPS, PATHS = 8, 3
-SEED = 20170601
 # On so much shorter steps, a relative error that vanishes like h^(1/2) or faster is smaller by 2^10 at least.
 SHORTER, VANISHING = 2.0**-20, 2.0**-8
 

@@ -10,8 +10,8 @@ from ..chains import CONTRACTING, GROUPS, ChainRecord
 from ..measure import Evidence, Finding, LevelFinding, Verdict
 from ..scheme import Claim
 from ..truths import InvariantMean
-from ..verdicts import FEWEST, WRONG, at_levels, claim_for, doubted, sound_levels
-from ._chains import RESOLVED, ChainOpinion, Sample, opinion, samples
+from ..verdicts import FEWEST, RESOLVED, WRONG, at_levels, claim_for, doubted, sound_levels
+from ._chains import ChainOpinion, Sample, opinion, samples
 
 METHOD = "paired replicated chains (T3)"
 

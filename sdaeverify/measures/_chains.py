@@ -27,11 +27,8 @@ from ..chains import GROUPS, ChainRecord
 from ..measure import Evidence
 from ..scheme import Claim
 from ..statistics import EPS
+from ..verdicts import RESOLVED, RISING
 
-# A mean difference counts as resolved from so many standard errors on; no sample is ended by that.
-RESOLVED = 3.0
-# Steps too coarse for the problem show as local orders that grow by more than this from one level to the next.
-RISING = 0.05
 # What is left of a mean's error may be this part of the bias at the coarsest level.
 CONFIRMED = 0.25
 

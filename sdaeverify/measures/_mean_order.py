@@ -13,16 +13,12 @@ from ..measure import Evidence
 from ..scheme import Claim
 from ..statistics import Estimate, corrected_slope_weights, slope_weights
 from ..truths import Moment
-from ..verdicts import FEWEST, FITTED, Tests, order_tests, sound_levels, with_sample
+from ..verdicts import FEWEST, FITTED, RESOLVED, RISING, Tests, order_tests, sound_levels, with_sample
 from ._means import Means
 
-# A mean difference counts as resolved from so many standard errors on; the sample is never ended by that.
-RESOLVED = 3.0
 TOO_FEW = "fewer than three levels without failures"
 # Errors a h^p + b h^(p+1) leave this much more than the last difference over 2^p - 1 at the finest level.
 SLACK = 2.0
-# Steps too coarse for the problem show as local orders that grow by more than this from one level to the next.
-RISING = 0.05
 COARSE = 0.25
 
 

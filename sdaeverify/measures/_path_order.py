@@ -13,14 +13,12 @@ from ..measure import Evidence
 from ..scheme import Claim
 from ..statistics import Estimate, corrected_slope_weights
 from ..truths import Pathwise
-from ..verdicts import FITTED, WRONG, Tests, at_levels, order_tests, sound_levels, with_sample
+from ..verdicts import FITTED, RISING, WRONG, Tests, at_levels, order_tests, sound_levels, with_sample
 from ._quantity import Quantity
 from ._reference_bias import Bias, reference_bias
 
 # A wrong limit shows as errors that stop falling while successive differences go on.
 WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15
-# Steps too coarse for the problem show as local orders that grow by more than this from one level to the next.
-RISING = 0.05
 # From this p-value on it matters whether a low order is one of coarse steps only.
 SUSPECT = 0.01
 

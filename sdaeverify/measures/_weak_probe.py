@@ -9,9 +9,10 @@ from ..probe import local_weak as local
 from ..probe import transition
 from ..probe.functional_orders import FunctionalOrder, functional_orders, obstacle
 from ..probe.local_orders import LocalOpinion
-from ..probe.local_weak import LocalWeak, Reference, judge_weak, weak_order, weak_reference
+from ..probe.local_weak import Reference, weak_reference
 from ..probe.moments import MomentErrors, moment_errors, moment_order, no_moments
 from ..probe.transition_errors import TransitionErrors, chart_observables, weak_errors
+from ..probe.weak_order import LocalWeak, WeakOrder, judge_weak, weak_order
 from ..scheme import Claim, Scheme
 from ..settings import Settings
 from ..tally import Tally, packed, unpacked
@@ -26,15 +27,34 @@ class WeakProbe(NamedTuple):
 
     Attributes
     ----------
-    local : LocalWeak or None
-    moments : MomentErrors or None
+    local : WeakOrder or None
+    moments : float or None
+        Order of the propagated moments; NaN where too few errors are above rounding.
     orders : mapping of str to FunctionalOrder
         Global orders of observables by the transition operator.
     """
 
-    local: LocalWeak | None
-    moments: MomentErrors | None
+    local: WeakOrder | None
+    moments: float | None
     orders: dict[str, FunctionalOrder]
+
+    @property
+    def order(self) -> float:
+        """The local weak order, NaN where the map was not probed."""
+        return float("nan") if self.local is None else self.local.order
+
+    @property
+    def details(self) -> dict[str, object]:
+        """Further columns of a finding."""
+        found: dict[str, object] = {} if self.local is None else {"local_weak_order": self.order}
+        return found if self.moments is None else {**found, "moment_order": self.moments}
+
+
+class ProbeOpinion(NamedTuple):
+    """What the deterministic tiers say of a claim, and the tier that says so; None if they say nothing."""
+
+    opinion: LocalOpinion | None
+    tier: int = 1
 
 
 def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
@@ -56,37 +76,34 @@ def probed_weak(evidence: Evidence) -> WeakProbe:
     orders: dict[str, FunctionalOrder] = {}
     if record is not None and not obstacle(record):
         orders = dict(zip(chart_observables(evidence.view), functional_orders(record), strict=True))
-    tally = evidence.tally
-    return WeakProbe(unpacked(LOCAL, LocalWeak, tally), unpacked(MOMENTS, MomentErrors, tally), orders)
+    defects = unpacked(LOCAL, LocalWeak, evidence.tally)
+    moments = unpacked(MOMENTS, MomentErrors, evidence.tally)
+    return WeakProbe(
+        None if defects is None else weak_order(defects), None if moments is None else moment_order(moments), orders
+    )
 
 
-def judge_probe(
-    probed: WeakProbe, claim: Claim | None, observable: str
-) -> tuple[LocalOpinion | None, int, dict[str, object]]:
-    """Return what the deterministic tiers say, the tier that says so, and further columns.
+def judge_probe(probed: WeakProbe, claim: Claim | None, observable: str) -> ProbeOpinion:
+    """Return what the deterministic tiers say of a claim about an observable.
 
     The local order decides; moments can take back what it verifies, and decide where it does not. So does the
     operator for the observables it is informative about.
     """
-    order = None if probed.local is None else weak_order(probed.local)
-    details: dict[str, object] = {} if order is None else {"local_weak_order": order.order}
-    if probed.moments is not None:
-        details["moment_order"] = moment_order(probed.moments)
     if claim is None or isinstance(claim.value, str):
-        return None, 1, details
-    opinion = None if order is None else judge_weak(order, claim.value, TOLERANCE)
+        return ProbeOpinion(None)
+    opinion = None if probed.local is None else judge_weak(probed.local, claim.value, TOLERANCE)
+    if opinion is not None and opinion.verdict is Verdict.REFUTED:
+        return ProbeOpinion(opinion)
     further = _global(probed, claim.value, observable)
     undecided = opinion is None or opinion.verdict is Verdict.INCONCLUSIVE
-    if further is None or not (undecided or further.verdict is Verdict.REFUTED):
-        return opinion, 1, details
-    if opinion is not None and opinion.verdict is Verdict.REFUTED:
-        return opinion, 1, details
-    return further, 2, details
+    if further is not None and (undecided or further.verdict is Verdict.REFUTED):
+        return ProbeOpinion(further, 2)
+    return ProbeOpinion(opinion)
 
 
 def _global(probed: WeakProbe, claim: float, observable: str) -> LocalOpinion | None:
     if probed.moments is not None:
-        order = moment_order(probed.moments)
+        order = probed.moments
         return _opinion(order, order, claim, f"weak order {order:.3f} at T by moments")
     found = probed.orders.get(observable)
     if found is None or not found.informative:

@@ -4,7 +4,7 @@ The local order (T1) needs no sampling; errors at T and their maximum over the c
 decide alone where the one-step map cannot be probed.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar, NamedTuple
 
@@ -15,19 +15,23 @@ from ..forms import Problem
 from ..hookspecs import hookimpl
 from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
 from ..probe.local_orders import LocalOpinion
-from ..probe.local_strong import LocalStrong, StrongOrder, judge_strong, local_strong, no_local_order, strong_order
+from ..probe.local_strong import StrongOrder, judge_strong, strong_order
 from ..probe.one_step import OneStep
+from ..probe.strong_defects import LocalStrong, local_strong, no_local_order
 from ..scheme import Claim, Scheme
 from ..settings import Settings
 from ..statistics import Estimate
 from ..tally import Tally, packed, unpacked
-from ..verdicts import FEWEST, FITTED, Decision, Opinion, Tests, claim_for, decide, doubted, guard, unfitted
+from ..verdicts import FEWEST, FITTED, Decision, Tests, claim_for, doubted, guard, unfitted
 from ._errors import AT_T, ErrorObserver
 from ._path_order import Fit, asymptotic_order, fit, path_tests, usable_levels
 from ._quantity import Quantity, quantities_of
 
 PROBED = "local strong"
 STATE = "state"
+
+# By component.
+Orders = Mapping[str, StrongOrder]
 
 
 class Strong(Measure):
@@ -50,9 +54,9 @@ class Strong(Measure):
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component at grid times and at T, and their levels."""
         quantities = list(quantities_of(evidence))
-        record = unpacked(PROBED, LocalStrong, evidence.tally)
-        findings = doubted([_finding(evidence, quantity, record) for quantity in quantities])
-        findings += _unknown(evidence, {quantity.name for quantity in quantities}, record)
+        orders = _local_orders(evidence)
+        findings = doubted([_finding(evidence, quantity, orders) for quantity in quantities])
+        findings += _unknown(evidence, {quantity.name for quantity in quantities}, orders)
         return Judgement(
             tuple(findings), tuple(row for quantity in quantities for row in _levels(evidence, quantity))
         )
@@ -75,20 +79,26 @@ class _Local(NamedTuple):
         return self.opinion is not None and self.opinion.verdict is not Verdict.INCONCLUSIVE
 
 
-def _local(evidence: Evidence, name: str, record: LocalStrong | None, claim: Claim | None) -> _Local:
+def _local_orders(evidence: Evidence) -> Orders:
+    """Return the local order of each component and of the full state, if the one-step map was probed."""
+    record = unpacked(PROBED, LocalStrong, evidence.tally)
     if record is None:
-        return _Local()
-    names = list(OneStep(evidence.scheme, evidence.view).names)
-    order = strong_order(record, None if name == STATE else names.index(name))
-    if claim is None or isinstance(claim.value, str):
+        return {}
+    orders = {name: strong_order(record, i) for i, name in enumerate(OneStep(evidence.scheme, evidence.view).names)}
+    return {**orders, STATE: strong_order(record)}
+
+
+def _local(evidence: Evidence, name: str, orders: Orders, claim: Claim | None) -> _Local:
+    order = orders.get(name)
+    if order is None or claim is None or isinstance(claim.value, str):
         return _Local(order)
     return _Local(order, judge_strong(order, claim.value, sharp=evidence.scheme.sharp_locally))
 
 
-def _finding(evidence: Evidence, quantity: Quantity, record: LocalStrong | None) -> Finding:
+def _finding(evidence: Evidence, quantity: Quantity, orders: Orders) -> Finding:
     component = quantity.name.removesuffix(AT_T)
     claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Strong.name, component)
-    local = _local(evidence, component, record, claim)
+    local = _local(evidence, component, orders, claim)
     if _is_exact(evidence, quantity):
         return _with_local(_exact_finding(evidence, quantity, local, claim), local)
     usable, left_out = usable_levels(evidence, quantity)
@@ -115,11 +125,9 @@ def _decision(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim 
     if claim is None:
         return Decision(Verdict.OUT_OF_SCOPE, "", 3)
     tests = path_tests(evidence, quantity, fitted, claim)
-    if local.opinion is None or not local.decides:
-        decision = decide(tests, evidence)
-        doubt = f"; {local.opinion.reason}" if local.opinion else ""
-        return decision._replace(reason=decision.reason + doubt)
-    return guard(Opinion(*local.opinion[:2]), _asymptotic(evidence, quantity, fitted, claim, tests), evidence)
+    if local.decides:
+        tests = _asymptotic(evidence, quantity, fitted, claim, tests)
+    return guard(local.opinion, tests, evidence)
 
 
 def _asymptotic(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, tests: Tests) -> Tests:
@@ -179,7 +187,7 @@ def _unfitted(evidence: Evidence, quantity: Quantity, local: _Local, claim: Clai
     return replace(found, reason=f"{local.opinion.reason}, but no paths to guard it: {found.reason}")
 
 
-def _unknown(evidence: Evidence, known: set[str], record: LocalStrong | None) -> Iterator[Finding]:
+def _unknown(evidence: Evidence, known: set[str], orders: Orders) -> Iterator[Finding]:
     """Yield findings on the components that the truth does not know: by their local order, without a guard."""
     view = evidence.view
     start = evidence.scheme.start(view, 1, evidence.step_sizes[0])
@@ -190,7 +198,7 @@ def _unknown(evidence: Evidence, known: set[str], record: LocalStrong | None) ->
         verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
         reason = f"the problem's truth does not know {name}" if claim else no_claim
         found = Finding(quantity=name, verdict=verdict, reason=reason, claim=claim)
-        local = _local(evidence, name, record, claim)
+        local = _local(evidence, name, orders, claim)
         if local.opinion is not None and local.opinion.verdict is Verdict.REFUTED:
             refuted, method = local.opinion.verdict, "local order (T1)"
             found = replace(found, verdict=refuted, reason=local.opinion.reason, tier=1, method=method)

@@ -5,22 +5,21 @@ by the exact propagation of moments (T2) where the problem is linear, and by mea
 decide alone where the one-step map cannot be probed.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 from ..arrays import Parts
 from ..forms import Problem
 from ..hookspecs import hookimpl
 from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
-from ..probe.local_orders import LocalOpinion
 from ..scheme import Claim, Scheme
 from ..settings import Settings
 from ..tally import Tally
-from ..verdicts import FEWEST, Decision, Opinion, claim_for, decide, guard, sound_levels
-from ._mean_order import RESOLVED, TOO_FEW, MeanOrder, mean_order
+from ..verdicts import FEWEST, RESOLVED, Decision, claim_for, guard, sound_levels
+from ._mean_order import TOO_FEW, MeanOrder, mean_order
 from ._means import MeanObserver, Means, means_of
-from ._weak_probe import WeakProbe, judge_probe, probe_weak, probed_weak
+from ._weak_probe import ProbeOpinion, WeakProbe, judge_probe, probe_weak, probed_weak
 
 STATE = "state"
 LOST = "paths are lost at the finest level"
@@ -55,63 +54,45 @@ def sdaeverify_measures() -> list[Measure]:
     return [Weak()]
 
 
-class _Tiers(NamedTuple):
-    """What the deterministic tiers say, with the number of the one that decides."""
-
-    opinion: LocalOpinion | None
-    tier: int
-    details: Mapping[str, object]
-
-    @property
-    def decides(self) -> bool:
-        return self.opinion is not None and self.opinion.verdict is not Verdict.INCONCLUSIVE
-
-
 def _finding(evidence: Evidence, means: Means, probed: WeakProbe) -> Finding:
     claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Weak.name, means.name)
-    tiers = _Tiers(*judge_probe(probed, claim, means.name))
     sampled = mean_order(evidence, means, claim)
-    decision = _decision(evidence, sampled, claim, tiers)
+    decision = _decision(evidence, sampled, claim, judge_probe(probed, claim, means.name))
     reason = "; ".join(text for text in (decision.reason if claim else no_claim, sampled.remark) if text)
     confidence = evidence.settings.confidence
     low, high = sampled.slope.interval(confidence) if decision.tier == 3 else (float("nan"), float("nan"))
-    local = tiers.details.get("local_weak_order", float("nan"))
     return Finding(
         quantity=means.name,
         claim=claim,
-        estimate=sampled.slope.value if decision.tier == 3 else float(str(local)),
+        estimate=sampled.slope.value if decision.tier == 3 else probed.order,
         low=low,
         high=high,
         method=_method(decision.tier, means),
-        details={**tiers.details, **_details(sampled, confidence)},
+        details={**probed.details, **_details(sampled, confidence)},
         **decision._replace(reason=reason)._asdict(),
     )
 
 
-def _decision(evidence: Evidence, sampled: MeanOrder, claim: Claim | None, tiers: _Tiers) -> Decision:
+def _decision(evidence: Evidence, sampled: MeanOrder, claim: Claim | None, said: ProbeOpinion) -> Decision:
     if claim is None:
         return Decision(Verdict.OUT_OF_SCOPE, "", 3)
     if evidence.health.sums["lost"][-1] > 0:
         return Decision(Verdict.DIVERGED, LOST, 3)
-    if tiers.opinion is None or not tiers.decides:
-        decision = decide(sampled.tests, evidence)
-        doubt = f"; {tiers.opinion.reason}" if tiers.opinion else ""
-        return decision._replace(reason=decision.reason + doubt)
-    decision = guard(Opinion(*tiers.opinion[:2]), sampled.tests, evidence)
+    decision = guard(said.opinion, sampled.tests, evidence, said.tier)
     if sampled.remark == TOO_FEW and decision.verdict is Verdict.VERIFIED:
         return Decision(Verdict.INCONCLUSIVE, f"{decision.reason}, but no paths to guard it", 3)
-    return decision._replace(tier=tiers.tier) if decision.tier == 1 else decision
+    return decision
 
 
 def _of_state(evidence: Evidence, probed: WeakProbe) -> Finding:
     """Return the finding on a problem without observables: by probing, with nothing to guard it."""
     claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Weak.name, STATE)
-    tiers = _Tiers(*judge_probe(probed, claim, STATE))
-    if claim is None or not tiers.decides or tiers.opinion is None:
+    opinion, tier = judge_probe(probed, claim, STATE)
+    if claim is None or opinion is None or opinion.verdict is Verdict.INCONCLUSIVE:
         reason = no_claim or "the problem has no observables, and probing does not decide"
         verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
-        return Finding(quantity=STATE, verdict=verdict, reason=reason, claim=claim, details=tiers.details)
-    decision = Decision(*tiers.opinion[:2], tiers.tier)
+        return Finding(quantity=STATE, verdict=verdict, reason=reason, claim=claim, details=probed.details)
+    decision = Decision(opinion.verdict, opinion.reason, tier)
     sound, remarks = sound_levels(evidence.health.sums)
     if evidence.health.sums["lost"][-1] > 0:
         decision = Decision(Verdict.DIVERGED, LOST, 3)
@@ -120,9 +101,9 @@ def _of_state(evidence: Evidence, probed: WeakProbe) -> Finding:
     return Finding(
         quantity=STATE,
         claim=claim,
-        estimate=float(str(tiers.details.get("local_weak_order", "nan"))),
-        method="local weak order (T1)" if tiers.tier == 1 else "moments (T2)",
-        details=tiers.details,
+        estimate=probed.order,
+        method="local weak order (T1)" if tier == 1 else "moments (T2)",
+        details=probed.details,
         **decision._asdict(),
     )
 

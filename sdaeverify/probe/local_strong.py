@@ -14,9 +14,7 @@ import numpy as np
 from ..arrays import Array
 from ..measure import Verdict
 from .local_orders import LocalOpinion, last_orders
-from .strong_defects import EM, LEVELS, ROUNDING, SELF, LocalStrong, local_strong, no_local_order
-
-__all__ = ["LocalStrong", "StrongOrder", "judge_strong", "local_strong", "no_local_order", "strong_order"]
+from .strong_defects import EM, LEVELS, ROUNDING, SELF, LocalStrong
 
 # A consistent step has q2 >= 1 and q1 >= 3/2.
 LEAST_Q2, LEAST_Q1 = 0.9, 1.4

@@ -24,25 +24,12 @@ from . import test_functions
 from .nodes import LARGEST, Nodes, step_nodes
 from .one_step import OneStep
 from .romberg import Romberg, depth
-from .states import cloud
-from .weak_order import LocalWeak, WeakOrder, judge_weak, weak_order
-
-__all__ = [
-    "LocalWeak",
-    "Reference",
-    "WeakOrder",
-    "judge_weak",
-    "local_weak",
-    "refusal",
-    "weak_order",
-    "weak_reference",
-]
+from .states import WHEN, cloud
+from .weak_order import LocalWeak
 
 # Step sizes 2^-3, ..., 2^-18 of the horizon, or of the unit of time where that is shorter. At the finest, defects of
 # a weak order 1 meet the floor of rounding; those of order 0 that hide behind them do not yet.
 LEVELS = 2.0 ** -np.arange(3.0, 19.0)
-# Time of the step as a part of the horizon: at 0, derivatives of the coefficients in time may vanish.
-WHEN = 0.2
 # Gauss-Hermite nodes a variable, by the number of variables. Beyond, 3 nodes: exact to degree 5, enough for order 2.
 COUNTS = {1: 8, 2: 6, 3: 5, 4: 4}
 FEWEST_NODES = 3

@@ -1,4 +1,4 @@
-"""The cloud of states at which a one-step map is probed."""
+"""The cloud of states, and the time, at which a one-step map is probed."""
 
 from typing import Any
 
@@ -16,6 +16,8 @@ FEWEST_STEPS, MOST_STEPS = 64, 256
 # A point this close to the manifold, in parts of the terms that cancel there, is on it.
 CLOSE = 1e-10
 SIZE = 1 + PILOT + SCATTERED
+# Time of the step as a part of the horizon: at 0, derivatives of the coefficients in time may vanish.
+WHEN = 0.2
 
 
 def cloud(view: Problem, ito: SDE) -> Array:

@@ -15,15 +15,13 @@ from ..scheme import Scheme
 from .local_orders import SETTLED, TOLERANCE, last_orders
 from .nodes import HalfSteps, half_steps
 from .one_step import OneStep
-from .states import cloud
+from .states import WHEN, cloud
 
 # Step sizes 4^-2, ..., 4^-8 of the horizon, or of the unit of time where that is shorter.
 LEVELS = 4.0 ** -np.arange(2.0, 9.0)
 # Where a defect as small as a solver's tolerance falls more slowly than before, finer steps tell why.
 FINER = 4.0 ** -np.arange(9.0, 12.0)
 NODES = 6
-# Time of the steps as a part of the horizon: at 0, derivatives of the coefficients in time may vanish.
-WHEN = 0.2
 # Rounding errors of a defect stay some hundred times below this part of the solution's size.
 ROUNDING = 6e-14
 # The defects of a level: from two half steps, from Euler-Maruyama, from it after a step of the scheme's own.

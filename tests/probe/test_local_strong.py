@@ -13,14 +13,8 @@ from sdaeverify.forms import Problem
 from sdaeverify.laws import THREE_POINT, Law
 from sdaeverify.measure import Verdict
 from sdaeverify.probe.local_orders import LocalOpinion
-from sdaeverify.probe.local_strong import (
-    LocalStrong,
-    StrongOrder,
-    judge_strong,
-    local_strong,
-    no_local_order,
-    strong_order,
-)
+from sdaeverify.probe.local_strong import StrongOrder, judge_strong, strong_order
+from sdaeverify.probe.strong_defects import LocalStrong, local_strong, no_local_order
 from sdaeverify.registry import load_registry
 from sdaeverify.tally import packed, unpacked
 from sdaeverify.verdicts import claim_for
