@@ -7,7 +7,17 @@ from .calibrated import CalibrationCase
 from .chart import Angle, Chart, Line
 from .controls import Control
 from .errors import ParameterError, PluginError, ProblemError, SchemeError, SdaeverifyError, UsageError
-from .forms import SDE, HolonomicSDAE, HolonomicState, Langevin, Problem, Residual
+from .forms import (
+    SDE,
+    ConstraintJacobian,
+    DenseJacobian,
+    Gram,
+    HolonomicSDAE,
+    HolonomicState,
+    Langevin,
+    Problem,
+    Residual,
+)
 from .hookspecs import hookimpl
 from .laws import GAUSSIAN, THREE_POINT, TWO_POINT, Law
 from .noise import Increment
@@ -31,7 +41,10 @@ __all__ = [
     "CalibrationCase",
     "Chart",
     "Claim",
+    "ConstraintJacobian",
     "Control",
+    "DenseJacobian",
+    "Gram",
     "HolonomicSDAE",
     "HolonomicState",
     "Increment",

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from sdaeverify import SDE, Array, Claim, HolonomicSDAE, HolonomicState, Increment, Scheme, Step
-from sdaeverify.numerics import apply, apply_transposed, newton, solve
+from sdaeverify.numerics import apply, apply_transposed, newton, product_transposed, solve
 
 HALF = (Claim(measure="strong", value=0.5, source="planted"),)
 ONE = (Claim(measure="strong", value=1.0, source="planted"),)
@@ -108,10 +108,10 @@ def half_explicit(
 
     def linearised(kappa: Array) -> tuple[Array, Array]:
         x = y + apply_transposed(direction, kappa)
-        return problem.constraint(x), problem.gram(problem.dg(x), direction)
+        return problem.constraint(x), product_transposed(problem.dg(x), direction)
 
     root = newton(linearised, np.zeros_like(mu), 1e-9)
     r_new = y + apply_transposed(direction, root.x)
     x = v + h * problem.force(t, r, v) + apply(problem.diffusion(t, r, v), noise.dW)
-    lam = -solve(problem.gram(problem.dg(r_new), direction), apply(problem.dg(r_new), x))
+    lam = -solve(product_transposed(problem.dg(r_new), direction), apply(problem.dg(r_new), x))
     return Step(HolonomicState(r_new, x + apply_transposed(direction, lam), mu + lam), ~root.converged)

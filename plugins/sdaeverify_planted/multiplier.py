@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import HolonomicSDAE, HolonomicState, Increment, Planted, Step, hookimpl
-from sdaeverify.numerics import apply_transposed
 from sdaeverify_schemes._old_normals import onto_constraint
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 
@@ -36,13 +35,13 @@ class WithoutCoriolis(HalfExplicitEuler):
     def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
         r, v, mu = state
-        normals = problem.normals(problem.dg(r))
-        new = onto_constraint(problem, r + h * v, normals)
+        old = problem.linearised(r)
+        new = onto_constraint(problem, r + h * v, old)
         change = kick(problem, state, t, h, noise.dW)
-        first = multiplier(problem, r, normals, change)
-        x = v + change + apply_transposed(normals, first)
-        lam = multiplier(problem, new.r, normals, x)
-        return Step(HolonomicState(new.r, x + apply_transposed(normals, lam), mu + first + lam), ~new.found)
+        first = multiplier(problem, r, old, change)
+        x = v + change + problem.push(old, first)
+        lam = multiplier(problem, new.r, old, x)
+        return Step(HolonomicState(new.r, x + problem.push(old, lam), mu + first + lam), ~new.found)
 
 
 @hookimpl

@@ -5,8 +5,18 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import Array, Claim, HolonomicSDAE, HolonomicState, Increment, Planted, Scheme, Step, hookimpl
-from sdaeverify.numerics import apply_transposed
+from sdaeverify import (
+    Array,
+    Claim,
+    DenseJacobian,
+    HolonomicSDAE,
+    HolonomicState,
+    Increment,
+    Planted,
+    Scheme,
+    Step,
+    hookimpl,
+)
 from sdaeverify_schemes._old_normals import onto_constraint
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
@@ -39,16 +49,16 @@ class WrongHalfExplicit(HalfExplicitEuler):
     def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
         r, v, mu = state
-        normals = problem.normals(problem.dg(r))
+        old = problem.linearised(r)
         y, failed = r + h * v, np.zeros(r.shape[-1], dtype=bool)
         if self.position != "free":
-            new = onto_constraint(problem, y, normals if self.position == "normal" else upright(normals))
+            new = onto_constraint(problem, y, old if self.position == "normal" else upright(problem.dg(r)))
             y, failed = np.where(new.found, new.r, r), ~new.found if self.position == "normal" else failed
         x = v + kick(problem, state, t, h, self.strength * noise.dW)
         if self.velocity == "free":
             return Step(HolonomicState(y, np.where(failed, v, x), mu), failed)
-        lam = multiplier(problem, y if self.velocity == "new" else r, normals, x)
-        moved = x + apply_transposed(normals, lam)
+        lam = multiplier(problem, y if self.velocity == "new" else r, old, x)
+        moved = x + problem.push(old, lam)
         return Step(HolonomicState(y, np.where(failed, v, moved), np.where(failed, mu, mu + lam)), failed)
 
 
@@ -73,11 +83,11 @@ class NoProjection(EulerMaruyama):
     claims: ClassVar[tuple[Claim, ...]] = HalfExplicitEuler.claims
 
 
-def upright(normals: Array) -> Array:
-    """Return the last axis, on the side of the normals, shape (m, n, P)."""
+def upright(normals: Array) -> DenseJacobian:
+    """Return the last axis, on the side of the normals of shape (m, n, P), in place of them."""
     axes = np.zeros_like(normals)
     axes[:, -1] = np.copysign(1.0, normals[:, -1])
-    return axes
+    return DenseJacobian(axes)
 
 
 @hookimpl

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdaeverify import SDE, Array, HolonomicSDAE, Mask
-from sdaeverify.numerics import apply_transposed, determinant, newton, norm, product_transposed
+from sdaeverify import SDE, Array, ConstraintJacobian, Gram, HolonomicSDAE, Mask
+from sdaeverify.numerics import newton, norm
 
 # Newton's last update moves the position by less than this part of it, so that its error is rounding: the square.
 TOLERANCE = 1e-9
@@ -17,12 +17,12 @@ class Projected(NamedTuple):
     Attributes
     ----------
     r : ndarray, shape (n, P)
-        r = y + N^T kappa with g(r) = 0.
-    Dg : ndarray, shape (m, n, P)
+        r = y + M^{-1} grad g(r_0) kappa with g(r) = 0.
+    J : ConstraintJacobian
         Dg(r).
     kappa : ndarray, shape (m, P)
-    A : ndarray, shape (m, m, P)
-        Dg(r) N^T.
+    A : Gram
+        Dg(r) M^{-1} grad g(r_0).
     found : ndarray of bool, shape (P,)
         Whether Newton's method converged from kappa = 0 to a root with det A > 0. With one constraint that is the
         root nearest to 0; with several, a far root may pass.
@@ -30,38 +30,41 @@ class Projected(NamedTuple):
     """
 
     r: Array
-    Dg: Array
+    J: ConstraintJacobian
     kappa: Array
-    A: Array
+    A: Gram
     found: Mask
     iterations: Array
 
 
-def onto_constraint(problem: HolonomicSDAE | SDE, y: Array, normals: Array) -> Projected:
-    """Solve g(y + N^T kappa) = 0 for the root nearest kappa = 0.
+def onto_constraint(problem: HolonomicSDAE | SDE, y: Array, old: ConstraintJacobian) -> Projected:
+    """Solve g(y + M^{-1} grad g(r_0) kappa) = 0 for the root nearest kappa = 0.
 
     Parameters
     ----------
     problem : HolonomicSDAE or SDE
-        With a constraint g.
+        With a constraint g; M is the identity for an SDE.
     y : ndarray, shape (n, P)
-    normals : ndarray, shape (m, n, P)
-        N, the rows of Dg(r_0) M^{-1} at another position r_0, or at y.
+    old : ConstraintJacobian
+        At another position r_0, or at y.
 
     Returns
     -------
     Projected
     """
 
-    def linearised(kappa: Array) -> tuple[Array, Array]:
-        x = y + apply_transposed(normals, kappa)
-        return problem.constraint(x), product_transposed(problem.dg(x), normals)
+    def linearised(kappa: Array) -> tuple[Array, Gram]:
+        x = y + problem.push(old, kappa)
+        return problem.constraint(x), problem.linearised(x).gram(old)
 
-    # kappa scales like 1/g, so that its tolerance has to come from that of the position.
-    size = norm(y)
-    tolerance = TOLERANCE * np.where(size > 0.0, size, 1.0) / np.sqrt(np.einsum("mnp,mnp->p", normals, normals))
-    root = newton(linearised, np.zeros((len(normals), y.shape[-1])), tolerance)
-    r = y + apply_transposed(normals, root.x)
-    Dg = problem.dg(r)
-    A = product_transposed(Dg, normals)
-    return Projected(r, Dg, root.x, A, root.converged & (determinant(A) > 0.0), root.iterations)
+    def moved(kappa: Array) -> Array:
+        return norm(problem.push(old, kappa))
+
+    size, none = norm(y), np.zeros_like(old.times(y))
+    # kappa scales like 1/g, so that positions tell how small an update is.
+    tolerance = TOLERANCE * np.where(size > 0.0, size, 1.0)
+    root = newton(linearised, none, tolerance, solver=lambda A, value: A.solve(value), size=moved)
+    r = y + problem.push(old, root.x)
+    J = problem.linearised(r)
+    A = J.gram(old)
+    return Projected(r, J, root.x, A, root.converged & A.positive(), root.iterations)

@@ -6,7 +6,6 @@ from typing import ClassVar
 import numpy as np
 
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
-from sdaeverify.numerics import apply
 
 
 @dataclass(frozen=True)
@@ -28,7 +27,7 @@ class BalancedEuler(Scheme):
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""
         x = state
-        change = h * problem.drift(t, x) + apply(problem.diffusion(t, x), noise.dW)
+        change = h * problem.drift(t, x) + problem.diffused(t, x, noise.dW)
         return Step(x + change / (1.0 + np.abs(noise.dW).sum(axis=0)))
 
 

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import SDE, Array, Increment, Scheme, Step, hookimpl
-from sdaeverify.numerics import apply
 
 
 @dataclass(frozen=True)
@@ -23,7 +22,7 @@ class DisplacedEuler(Scheme):
         """Make one step; the state x has shape (d, P)."""
         x = state
         y = 1.05 * x + 0.05
-        return Step(x + h * problem.drift(t, y) + apply(problem.diffusion(t, y), noise.dW))
+        return Step(x + h * problem.drift(t, y) + problem.diffused(t, y, noise.dW))
 
 
 @hookimpl

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
-from sdaeverify.numerics import apply, norm
+from sdaeverify.numerics import norm
 
 from ._euler_orders import ORDERS
 
@@ -32,7 +32,7 @@ class EulerMaruyama(Scheme):
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""
         x = state
-        return Step(x + h * problem.drift(t, x) + apply(problem.diffusion(t, x), noise.dW))
+        return Step(x + h * problem.drift(t, x) + problem.diffused(t, x, noise.dW))
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class DriftTruncatedEuler(Scheme):
         f = np.broadcast_to(problem.drift(t, x), x.shape)
         length = h * norm(f)
         eta = 1.0 / np.maximum(1.0, length)
-        return Step(x + eta * h * f + apply(problem.diffusion(t, x), noise.dW), truncated=length > 1.0)
+        return Step(x + eta * h * f + problem.diffused(t, x, noise.dW), truncated=length > 1.0)
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class TamedEuler(Scheme):
         """Make one step; the state x has shape (d, P)."""
         x = state
         f = np.broadcast_to(problem.drift(t, x), x.shape)
-        return Step(x + h * f / (1.0 + h * norm(f)) + apply(problem.diffusion(t, x), noise.dW))
+        return Step(x + h * f / (1.0 + h * norm(f)) + problem.diffused(t, x, noise.dW))
 
 
 @hookimpl

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from sdaeverify import Array, Claim, HolonomicSDAE, HolonomicState, Increment, ParameterError, Scheme, Step, hookimpl
-from sdaeverify.numerics import apply, apply_transposed, norm, solve
+from sdaeverify.numerics import norm
 
 from ._old_normals import onto_constraint
 
@@ -70,14 +70,14 @@ class HalfExplicitEuler(Scheme):
         r, v, mu = state
         a = problem.force(t, r, v)
         eta = self._truncation_factor(problem, v, a, h)
-        normals = problem.normals(problem.dg(r))
-        r_new, Dg, kappa, A, found, iterations = onto_constraint(problem, r + eta * h * v, normals)
+        old = problem.linearised(r)
+        r_new, J, kappa, A, found, iterations = onto_constraint(problem, r + eta * h * v, old)
         failed = ~found
         if self.truncation == "theory":
             failed |= norm(kappa) >= 1.0 / (8.0 * problem.constraint_bound**4)
-        x = v + problem.inverse_mass(eta * h * a + apply(problem.diffusion(t, r, v), noise.dW))
-        lam = -solve(A, apply(Dg, x))
-        new = HolonomicState(r_new, x + apply_transposed(normals, lam), mu + lam)
+        x = v + problem.inverse_mass(eta * h * a + problem.diffused(t, r, v, noise.dW))
+        lam = -A.solve(J.times(x))
+        new = HolonomicState(r_new, x + problem.push(old, lam), mu + lam)
         if failed.any():
             new = self._without_root(state, new, failed)
         truncated = None if self.truncation == "none" else eta < 1.0

@@ -72,7 +72,7 @@ class HeunAdditive(Scheme):
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""
         x = state
-        f, kick = problem.drift(t, x), apply(problem.diffusion(t, x), noise.dW)
+        f, kick = problem.drift(t, x), problem.diffused(t, x, noise.dW)
         return Step(x + 0.5 * h * (f + problem.drift(t + h, x + h * f + kick)) + kick)
 
 

@@ -6,7 +6,6 @@ from typing import ClassVar
 import numpy as np
 
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
-from sdaeverify.numerics import apply
 
 from ._old_normals import onto_constraint
 
@@ -44,8 +43,8 @@ class ProjectedEuler(Scheme):
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""
         x = state
-        y = x + h * problem.drift(t, x) + apply(problem.diffusion(t, x), noise.dW)
-        new = onto_constraint(problem, y, problem.dg(y))
+        y = x + h * problem.drift(t, x) + problem.diffused(t, x, noise.dW)
+        new = onto_constraint(problem, y, problem.linearised(y))
         failed = ~new.found
         costs = {"newton_iterations": new.iterations}
         return Step(np.where(failed, x, new.r), failed, outputs={"kappa": new.kappa}, costs=costs)

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
-from sdaeverify.numerics import apply
 
 from ._additive import not_additive
 
@@ -35,9 +34,9 @@ class SRA1(Scheme):
         """Make one step; the state x has shape (d, P)."""
         x = state
         f, mean = problem.drift(t, x), noise.time_integral(h) / h
-        later = problem.diffusion(t + h, x)
-        y = x + 0.75 * h * f + 1.5 * apply(later, mean)
-        kick = apply(later, noise.dW - mean) + apply(problem.diffusion(t, x), mean)
+        later = problem.diffused(t + h, x, mean)
+        y = x + 0.75 * h * f + 1.5 * later
+        kick = problem.diffused(t + h, x, noise.dW) - later + problem.diffused(t, x, mean)
         return Step(x + h / 3.0 * (f + 2.0 * problem.drift(t + 0.75 * h, y)) + kick)
 
 

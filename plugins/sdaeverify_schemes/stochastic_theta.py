@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from sdaeverify import SDE, Array, Claim, Increment, ParameterError, Scheme, Step, hookimpl
-from sdaeverify.numerics import Root, apply, is_analytic, jacobian, newton
+from sdaeverify.numerics import Root, is_analytic, jacobian, newton
 
 from ._euler_orders import ORDERS
 
@@ -64,7 +64,7 @@ class StochasticTheta(Scheme):
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""
         x = state
-        f, kick = problem.drift(t, x), apply(problem.diffusion(t, x), noise.dW)
+        f, kick = problem.drift(t, x), problem.diffused(t, x, noise.dW)
         if self.theta == 0.0:
             return Step(x + h * f + kick)
         known = x + h * (1.0 - self.theta) * f + kick

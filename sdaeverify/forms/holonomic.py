@@ -16,24 +16,19 @@ from ..arrays import Array, Parts
 from ..errors import ProblemError
 from ..numerics import (
     apply,
-    apply_transposed,
     directional,
     is_analytic,
     jacobian,
     norm,
-    onto_manifold,
-    product_transposed,
     second_directional,
-    solve,
 )
-from .inherent import inherent_sde
-from .problem import (
+from .checks import (
     CONSISTENCY,
     PROBES,
-    Problem,
-    Residual,
     check_derivative,
+    check_linearisation,
     check_observables,
+    check_product,
     check_shape,
     check_truth,
     columns,
@@ -41,6 +36,10 @@ from .problem import (
     shown,
     vector,
 )
+from .constraint_jacobian import ConstraintJacobian, DenseJacobian
+from .inherent import inherent_sde
+from .manifold import onto_manifold
+from .problem import Problem, Residual
 from .sde import SDE
 
 
@@ -80,6 +79,10 @@ class HolonomicSDAE(Problem):
         Dg; by complex step if left out, and g must then be analytic.
     curvature : callable, (r, y, z) -> ndarray, shape (m, P), optional
         D^2 g(r)(y, z); by complex step of Dg if left out, and a given Dg must then be analytic.
+    diffusion_product : callable, (t, r, v, w) -> ndarray, shape (n, P), optional
+        B(t, r, v) w for w of shape (l, P), where it costs less than the product with the matrix.
+    linearisation : callable, r -> ConstraintJacobian, optional
+        Dg(r) with what its structure makes cheap, where there is no mass matrix; the matrix itself if left out.
     constraint_bound : float, optional
         C_g of Lindner & Stroot (2.7), finite and at least 1.
 
@@ -98,6 +101,8 @@ class HolonomicSDAE(Problem):
     mass: ArrayLike | None = None
     jacobian: Callable[[Array], Array] | None = None
     curvature: Callable[[Array, Array, Array], Array] | None = None
+    diffusion_product: Callable[[float, Array, Array, Array], Array] | None = None
+    linearisation: Callable[[Array], ConstraintJacobian] | None = None
     constraint_bound: float | None = None
 
     def __post_init__(self) -> None:
@@ -148,40 +153,45 @@ class HolonomicSDAE(Problem):
             return apply(directional(self.jacobian, r, z), y)
         return second_directional(self.constraint, r, y, z)
 
-    def normals(self, Dg: Array) -> Array:
-        """Return the rows of Dg M^{-1}, shape (m, n, P): the directions in which multipliers push."""
-        return Dg if self._inverse is None else np.einsum("ij,mjp->mip", self._inverse, Dg)
+    def linearised(self, r: Array) -> ConstraintJacobian:
+        """Return Dg(r) as the operations that schemes need of it."""
+        if self.linearisation is not None:
+            return self.linearisation(r)
+        return DenseJacobian(self.dg(r), self._inverse)
 
-    def gram(self, left: Array, right: Array) -> Array:
-        """Return left M^{-1} right^T for two Jacobians of shape (m, n, P): G_M where they are equal."""
-        return product_transposed(left, self.normals(right))
+    def push(self, J: ConstraintJacobian, c: Array) -> Array:
+        """Return M^{-1} grad g c, shape (n, P): what multipliers c of shape (m, P) do to positions or velocities."""
+        return self.inverse_mass(J.transposed(c))
 
-    def inherent_multiplier(self, r: Array, v: Array, impulse: Array) -> Array:
-        """Return -G_M^{-1} { Dg M^{-1} impulse + D^2 g(v, v) }, shape (m, P): the integrand of (2.8)."""
-        return self.multiplier_of(self.dg(r), r, v, impulse)
+    def diffused(self, t: float, r: Array, v: Array, w: Array) -> Array:
+        """Return B(t, r, v) w, shape (n, P), for w of shape (l, P)."""
+        if self.diffusion_product is not None:
+            return self.diffusion_product(t, r, v, w)
+        return apply(self.diffusion(t, r, v), w)
 
-    def multiplier_of(self, Dg: Array, r: Array, v: Array, impulse: Array) -> Array:
-        """Return the same from Dg = Dg(r), for callers that need it themselves."""
-        return -solve(self.gram(Dg, Dg), apply(Dg, self.inverse_mass(impulse)) + self.d2g(r, v, v))
+    def inherent_multiplier(self, J: ConstraintJacobian, r: Array, v: Array, impulse: Array) -> Array:
+        """Return -G_M^{-1} { Dg M^{-1} impulse + D^2 g(v, v) }, shape (m, P): the integrand of (2.8); J at r."""
+        return -J.gram(J).solve(J.times(self.inverse_mass(impulse)) + self.d2g(r, v, v))
+
+    def tangent(self, J: ConstraintJacobian, v: Array) -> tuple[Array, Array]:
+        """Return Q v = v - M^{-1} grad g G_M^{-1} Dg v, and the multipliers that were taken; J at the position."""
+        c = -J.gram(J).solve(J.times(v))
+        return v + self.push(J, c), c
 
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:
         """Return the defects g(r) and Dg(r) v."""
         r, v = parts["r"], parts["v"]
-        Dg = self.dg(r)
-        size = norm(Dg.reshape(-1, Dg.shape[-1]))
+        J = self.linearised(r)
         return {
-            "g": Residual(self.constraint(r), size * norm(r)),
-            "Dg v": Residual(apply(Dg, v), size * norm(v)),
+            "g": Residual(self.constraint(r), J.size() * norm(r)),
+            "Dg v": Residual(J.times(v), J.size() * norm(v)),
         }
 
     def admissible(self, x: Array) -> Array:
         """Return states (r, v, mu) with g(r) = 0 and Dg(r) v = 0 near the columns of x."""
         r, v, mu = self.state(x)
-        r = onto_manifold(self.constraint, self.dg, lambda y: self.normals(self.dg(y)), r)
-        Dg = self.dg(r)
-        normals = self.normals(Dg)
-        tangent = v - apply_transposed(normals, solve(product_transposed(Dg, normals), apply(Dg, v)))
-        return np.concatenate([r, tangent, mu])
+        r = onto_manifold(self.constraint, self.linearised, self.push, r)
+        return np.concatenate([r, self.tangent(self.linearised(r), v)[0], mu])
 
     def view(self, form: type[Problem]) -> Problem | None:
         """Return the problem itself, or its inherent SDE (2.9) where an `SDE` is asked for."""
@@ -223,6 +233,8 @@ class HolonomicSDAE(Problem):
         check_shape("jacobian(r)", self.dg(r), (m, n, PROBES))
         check_shape("curvature(r, y, z)", self.d2g(r, v, v), (m, PROBES))
         self._check_derivatives(r)
+        check_product(self, r, v)
+        check_linearisation(self, r)
         check_observables(self, self.initial(PROBES)._asdict())
         check_truth(self, self.initial(PROBES)._asdict())
 

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Array
-from ..numerics import apply, apply_transposed, solve
 from .sde import SDE, zero_columns
 
 if TYPE_CHECKING:
+    from .constraint_jacobian import ConstraintJacobian
     from .holonomic import HolonomicSDAE
 
 
@@ -37,21 +37,27 @@ def inherent_sde(problem: "HolonomicSDAE", *, with_multiplier: bool = False) -> 
 
     def drift(t: float, x: Array) -> Array:
         r, v = x[:n], x[n : 2 * n]
+        J = problem.linearised(r)
         a = np.broadcast_to(problem.force(t, r, v), r.shape)
-        Dg = problem.dg(r)
-        lam = problem.multiplier_of(Dg, r, v, a)
-        return np.concatenate([v, problem.inverse_mass(a + apply_transposed(Dg, lam)), lam[:m]])
+        lam = problem.inherent_multiplier(J, r, v, a)
+        return np.concatenate([v, problem.inverse_mass(a + J.transposed(lam)), lam[:m]])
 
     def diffusion(t: float, x: Array) -> Array:
         r, v = x[:n], x[n : 2 * n]
-        PB, Lam = projected(problem, r, problem.diffusion(t, r, v))
+        PB, Lam = projected(problem, problem.linearised(r), problem.diffusion(t, r, v))
         return zero_columns(np.concatenate([problem.inverse_mass(PB), Lam[:m]]), n)
+
+    def diffusion_product(t: float, x: Array, w: Array) -> Array:
+        r, v = x[:n], x[n : 2 * n]
+        Pw, lam = projected(problem, problem.linearised(r), problem.diffused(t, r, v, w))
+        return np.concatenate([0.0 * r, problem.inverse_mass(Pw), lam[:m]])
 
     start = [np.asarray(problem.position), np.asarray(problem.velocity), np.zeros(m)]
     names = {"r": slice(0, n), "v": slice(n, 2 * n), "mu": slice(2 * n, None)}
     return SDE(
         drift=drift,
         diffusion=diffusion,
+        diffusion_product=diffusion_product,
         start=np.concatenate(start),
         names=names if with_multiplier else {name: names[name] for name in ("r", "v")},
         horizon=problem.horizon,
@@ -66,9 +72,8 @@ def inherent_sde(problem: "HolonomicSDAE", *, with_multiplier: bool = False) -> 
     )
 
 
-def projected(problem: "HolonomicSDAE", r: Array, B: Array) -> tuple[Array, Array]:
-    """Return P_M(r) B, shape (n, l, P), and the multipliers -G_M^{-1} Dg M^{-1} B that make it up, (m, l, P)."""
-    Dg = problem.dg(r)
-    # B may be constant on all paths; what is taken from it is not.
-    Lam = -solve(problem.gram(Dg, Dg), apply(Dg, problem.inverse_mass(B)))
-    return B + apply_transposed(Dg, Lam), Lam
+def projected(problem: "HolonomicSDAE", J: "ConstraintJacobian", y: Array) -> tuple[Array, Array]:
+    """Return P_M y and the multipliers -G_M^{-1} Dg M^{-1} y that make it up, for y of shape (n, P) or (n, l, P)."""
+    # y may be constant on all paths; what is taken from it is not.
+    lam = -J.gram(J).solve(J.times(problem.inverse_mass(y)))
+    return y + J.transposed(lam), lam

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, Parts
 from ..errors import ProblemError
-from .problem import PROBES, Problem, check_observables, check_shape, check_truth, columns, vector
+from .checks import PROBES, check_observables, check_shape, check_truth, columns, vector
+from .problem import Problem
 from .sde import SDE
 
 

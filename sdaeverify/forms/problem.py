@@ -24,13 +24,11 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..arrays import Array, Parts
 from ..chart import Chart
 from ..controls import Control
 from ..errors import ProblemError
-from ..numerics import matches_differences
 from ..truths import InvariantMean, Moment, Pathwise, Truth
 
 Observable = Callable[[float, Parts], Array]
@@ -46,9 +44,6 @@ TRAITS = frozenset(
     }
 )
 NOISE = frozenset({"dW", "H"})
-PROBES = 3
-# Rounding alone leaves a few eps; a start further off the manifold is a mistake, not a rounding.
-CONSISTENCY = 1e4 * np.finfo(float).eps
 
 
 class Residual(NamedTuple):
@@ -161,130 +156,3 @@ class Problem:
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:  # noqa: ARG002 - forms with constraints use it
         """Return the defect of each constraint by name; a problem without constraints has none."""
         return {}
-
-
-def vector(name: str, values: ArrayLike) -> Array:
-    """Return a finite vector as an array, or say what is wrong with it.
-
-    Raises
-    ------
-    ProblemError
-        If `values` is no finite one-dimensional array.
-    """
-    array = numbers(values)
-    if array is None or array.ndim != 1 or not array.size or not np.isfinite(array).all():
-        raise ProblemError(f"{name} must be a vector of finite numbers, got {shown(values)}")
-    array.flags.writeable = False
-    return array
-
-
-def shown(values: object) -> str:
-    """Return the representation of a value in one line."""
-    return " ".join(repr(values).split())
-
-
-def numbers(values: ArrayLike) -> Array | None:
-    """Return an author's numbers as a new array of floats, or None if they are no real numbers."""
-    try:
-        return np.array(values).astype(float, casting="safe")
-    except (TypeError, ValueError):
-        return None
-
-
-def columns(x: Array, paths: int = PROBES) -> Array:
-    """Repeat a vector (n,) as the columns of an array (n, P)."""
-    return np.repeat(x[:, None], paths, axis=1)
-
-
-def check_shape(name: str, value: object, expected: tuple[int, ...]) -> None:
-    """Check what an author's function returned on `PROBES` paths.
-
-    The last axis may be 1 where the value is the same on every path.
-
-    Raises
-    ------
-    ProblemError
-        If the value is no finite array of real numbers of the expected shape.
-    """
-    if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiu":
-        given = f"an array of {value.dtype}" if isinstance(value, np.ndarray) else type(value).__name__
-        raise ProblemError(f"{name} returned {given}, expected an array of real numbers, shape {expected}")
-    if value.shape not in {expected, (*expected[:-1], 1)}:
-        text = f"{name} returned shape {value.shape}, expected {expected}"
-        raise ProblemError(f"{text} for {expected[-1]} paths (paths last)")
-    if not np.isfinite(value).all():
-        raise ProblemError(f"{name} is not finite at the initial state: {value[..., 0].tolist()}")
-
-
-def check_derivative(
-    name: str, f: Callable[[Array], Array], derivative: Callable[[Array, Array], Array], x: Array
-) -> None:
-    """Check an author's derivative (x, y) -> Df(x) y against differences at x and at a point nearby.
-
-    At the initial state alone, a wrong derivative may be right by chance.
-
-    Raises
-    ------
-    ProblemError
-        If they disagree where both are finite.
-    """
-    y = np.broadcast_to(np.cos(np.arange(1.0, len(x) + 1))[:, None], x.shape)
-    for point in (x, x + 0.1 * y):
-        given = derivative(point, y)
-        if np.isfinite(f(point)).all() and not matches_differences(f, given, point, y):
-            raise ProblemError(f"{name} disagrees with a difference quotient at {point[:, 0].tolist()}")
-
-
-def check_observables(problem: Problem, initial: Parts) -> None:
-    """Check that a problem's observables are numbers a path, of components that it has.
-
-    Parameters
-    ----------
-    problem : Problem
-    initial : mapping of str to ndarray, shape (n, P)
-        Named components of the initial state on `PROBES` paths.
-
-    Raises
-    ------
-    ProblemError
-        If one asks for another component, or returns another shape. Views may lack components.
-    """
-    for name, observable in ({} if problem.seen_as else problem.observables).items():
-        try:
-            value = np.asarray(observable(0.0, initial))
-        except KeyError as error:
-            known = ", ".join(initial)
-            raise ProblemError(
-                f"observable {name!r} asks for {error}; the problem's components are {known}"
-            ) from error
-        if value.shape != (PROBES,):
-            text = f"observable {name!r} returned shape {value.shape}, expected ({PROBES},)"
-            raise ProblemError(f"{text} for {PROBES} paths")
-
-
-def check_truth(problem: Problem, initial: Parts) -> None:
-    """Check that a problem's pathwise truth starts where the problem does.
-
-    Parameters
-    ----------
-    problem : Problem
-    initial : mapping of str to ndarray, shape (n, P)
-        Named components of the initial state on `PROBES` paths.
-
-    Raises
-    ------
-    ProblemError
-        If the truth knows none of the components, or one of another shape or with another initial value.
-    """
-    if problem.pathwise is None:
-        return
-    known = problem.pathwise.parts(0.0, problem.pathwise.start(PROBES))
-    if not known.keys() & initial.keys():
-        raise ProblemError(f"the truth knows {sorted(known)}, the problem's components are {sorted(initial)}")
-    for name in known.keys() & initial.keys():
-        if np.shape(known[name]) != initial[name].shape:
-            given = f"shape {np.shape(known[name])}, expected {initial[name].shape}"
-            raise ProblemError(f"the truth gives {name} in {given} (paths last)")
-        if not np.allclose(known[name], initial[name], rtol=1e-9, atol=1e-12):
-            start = f"{known[name][:, 0].tolist()}, the problem at {initial[name][:, 0].tolist()}"
-            raise ProblemError(f"the truth starts with {name} at {start}")

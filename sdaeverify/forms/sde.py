@@ -10,19 +10,21 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, Parts
 from ..errors import ProblemError, SchemeError
-from ..numerics import directional, is_analytic, jacobian, norm, onto_manifold
-from .problem import (
+from ..numerics import apply, directional, is_analytic, jacobian, norm
+from .checks import (
     CONSISTENCY,
     PROBES,
-    Problem,
-    Residual,
     check_derivative,
     check_observables,
+    check_product,
     check_shape,
     check_truth,
     columns,
     vector,
 )
+from .constraint_jacobian import ConstraintJacobian, DenseJacobian
+from .manifold import onto_manifold
+from .problem import Problem, Residual
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,6 +42,8 @@ class SDE(Problem):
     diffusion_derivative : callable, (t, x, y) -> ndarray, shape (d, l, P), optional
         DB(x) y, the derivative of B in the direction y of shape (d, P); by complex step if left out, and B
         must then be analytic.
+    diffusion_product : callable, (t, x, w) -> ndarray, shape (d, P), optional
+        B(t, x) w for w of shape (l, P), where it costs less than the product with the matrix.
     names : mapping of str to slice, optional
         Named components; ``x`` for the whole state if left out.
     constraint : callable, x -> ndarray, shape (m, P), optional
@@ -57,6 +61,7 @@ class SDE(Problem):
     diffusion: Callable[[float, Array], Array]
     start: ArrayLike
     diffusion_derivative: Callable[[float, Array, Array], Array] | None = None
+    diffusion_product: Callable[[float, Array, Array], Array] | None = None
     names: Mapping[str, slice] | None = None
     constraint: Callable[[Array], Array] | None = None
 
@@ -72,6 +77,7 @@ class SDE(Problem):
             check_derivative(
                 "diffusion_derivative", partial(self.diffusion, 0.0), partial(self.diffusion_derivative, 0.0), x
             )
+        check_product(self, x)
         for name, rows in (self.names or {}).items():
             if not (isinstance(rows, slice) and range(d)[rows]):
                 raise ProblemError(f"names[{name!r}] must be a slice of the {d} components, got {rows!r}")
@@ -111,6 +117,20 @@ class SDE(Problem):
         """Whether the equation has an invariant."""
         return self.constraint is not None
 
+    def diffused(self, t: float, x: Array, w: Array) -> Array:
+        """Return B(t, x) w, shape (d, P), for w of shape (l, P)."""
+        if self.diffusion_product is not None:
+            return self.diffusion_product(t, x, w)
+        return apply(self.diffusion(t, x), w)
+
+    def linearised(self, x: Array) -> ConstraintJacobian:
+        """Return the linearised constraint at x."""
+        return DenseJacobian(self.dg(x))
+
+    def push(self, J: ConstraintJacobian, c: Array) -> Array:
+        """Return grad g c, shape (d, P), for c of shape (m, P)."""
+        return J.transposed(c)
+
     def dg(self, x: Array) -> Array:
         """Return Dg(x), shape (m, d, P), of the constraint."""
         assert self.constraint is not None
@@ -119,15 +139,14 @@ class SDE(Problem):
     def admissible(self, x: Array) -> Array:
         """Return points of the manifold g = 0 near the columns of x."""
         assert self.constraint is not None
-        return onto_manifold(self.constraint, self.dg, self.dg, x)
+        return onto_manifold(self.constraint, self.linearised, self.push, x)
 
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:
         """Return the defect g(x), if there is a constraint."""
         if self.constraint is None:
             return {}
         x = np.concatenate([parts[name] for name in self.names or ("x",)])
-        Dg = self.dg(x)
-        return {"g": Residual(self.constraint(x), norm(Dg.reshape(-1, Dg.shape[-1])) * norm(x))}
+        return {"g": Residual(self.constraint(x), self.linearised(x).size() * norm(x))}
 
     def derivative_of_diffusion(self, t: float, x: Array, y: Array) -> Array:
         """Return DB(x) y, shape (d, l, P)."""

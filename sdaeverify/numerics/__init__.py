@@ -2,11 +2,12 @@
 
 from .derivatives import directional, is_analytic, jacobian, matches_differences, second_directional
 from .linalg import all_finite, apply, apply_transposed, determinant, norm, product_transposed, solve
-from .manifold import onto_manifold
 from .newton import Root, newton
+from .tridiagonal import Tridiagonal
 
 __all__ = [
     "Root",
+    "Tridiagonal",
     "all_finite",
     "apply",
     "apply_transposed",
@@ -17,7 +18,6 @@ __all__ = [
     "matches_differences",
     "newton",
     "norm",
-    "onto_manifold",
     "product_transposed",
     "second_directional",
     "solve",

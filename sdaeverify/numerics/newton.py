@@ -1,14 +1,15 @@
 """Newton's method for small systems on every path at once: failure is a value, not an exception."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array, Mask
 from .linalg import largest, solve
 
-Linearisation = Callable[[Array], tuple[Array, Array]]
+Linearisation = Callable[[Array], tuple[Array, Any]]
+Solver = Callable[[Any, Array], Array]
 
 
 class Root(NamedTuple):
@@ -29,22 +30,33 @@ class Root(NamedTuple):
     iterations: Array
 
 
-def newton(f: Linearisation, x: Array, tolerance: float | Array, max_iterations: int = 30) -> Root:
+def newton(
+    f: Linearisation,
+    x: Array,
+    tolerance: float | Array,
+    max_iterations: int = 30,
+    solver: Solver = solve,
+    size: Callable[[Array], Array] = largest,
+) -> Root:
     """Solve F(x) = 0 from a starting point on every path.
 
-    A path stops when an update changes it by at most `tolerance` in every component, and stays as it is while
+    A path stops when an update is of at most `tolerance` in size, and stays as it is while
     the others go on, so that no path depends on its neighbours. The accepted iterate includes that last
     update: Newton converges quadratically, its error is then far below the tolerance.
 
     Parameters
     ----------
     f : callable
-        Gives F(x), shape (m, P), and DF(x), shape (m, m, P).
+        Gives F(x), shape (m, P), and DF(x): shape (m, m, P), or what `solver` takes in its place.
     x : ndarray, shape (m, P)
         Starting point.
     tolerance : float or ndarray, shape (P,)
-        Largest accepted update, in units of x.
+        Size of the largest accepted update.
     max_iterations : int, optional
+    solver : callable, (DF(x), F(x)) -> ndarray, shape (m, P), optional
+        Solves the linear systems.
+    size : callable, ndarray of shape (m, P) -> ndarray of shape (P,), optional
+        Size of an update; its largest component if left out.
 
     Returns
     -------
@@ -54,11 +66,11 @@ def newton(f: Linearisation, x: Array, tolerance: float | Array, max_iterations:
     active = np.ones(x.shape[1], dtype=bool)
     for _ in range(max_iterations):
         value, matrix = f(x)
-        update = solve(matrix, value)
+        update = solver(matrix, value)
         x = np.where(active, x - update, x)
         iterations += active
         # Written so that a NaN stays active and ends as a failure.
-        active &= ~(largest(update) <= tolerance)
+        active &= ~(size(update) <= tolerance)
         if not active.any():
             break
     return Root(x, ~active, iterations)

@@ -11,7 +11,7 @@ from conformance.differences import SECOND_ERROR, first, second
 from sdaeverify.arrays import Array, Parts
 from sdaeverify.forms import SDE, HolonomicSDAE, Problem
 from sdaeverify.noise import Increment
-from sdaeverify.numerics import apply, solve
+from sdaeverify.numerics import apply
 from sdaeverify.specs import ProblemSpec
 from sdaeverify.truths import Moment
 
@@ -29,11 +29,10 @@ def flow(problem: Problem, x: Array) -> tuple[Array, Array]:
         return view.drift(0.0, x), np.broadcast_to(view.diffusion(0.0, x), (len(x), view.noise_dim, 1))
     n, view = problem.dimension, problem.view(SDE)
     r, v = x[:n], x[n : 2 * n]
-    Dg = problem.dg(r)
-    G = problem.gram(Dg, Dg)
+    Dg, J = problem.dg(r), problem.linearised(r)
     kicks = problem.inverse_mass(np.broadcast_to(problem.diffusion(0.0, r, v), (n, problem.noise_dim, 1)))
-    columns = [-solve(G, apply(Dg, kick)) for kick in np.moveaxis(kicks, 1, 0)]
-    rate = problem.inherent_multiplier(r, v, np.broadcast_to(problem.force(0.0, r, v), r.shape))
+    columns = [-J.gram(J).solve(apply(Dg, kick)) for kick in np.moveaxis(kicks, 1, 0)]
+    rate = problem.inherent_multiplier(J, r, v, np.broadcast_to(problem.force(0.0, r, v), r.shape))
     drift = np.concatenate([view.drift(0.0, x[: 2 * n]), rate])
     return drift, np.concatenate([view.diffusion(0.0, x[: 2 * n]), np.stack(columns, axis=1)])
 

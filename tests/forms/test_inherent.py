@@ -54,7 +54,8 @@ def test_multiplier_is_the_tension_of_the_pendulum():
     theta, omega = np.linspace(-3.0, 3.0, PATHS), np.linspace(-2.0, 2.0, PATHS)
     r, t = np.array([np.sin(theta), -np.cos(theta)]), np.array([np.cos(theta), np.sin(theta)])
     a = np.broadcast_to(np.array([[0.0], [-9.81]]), r.shape)
-    tension = pendulum(9.81).inherent_multiplier(r, omega * t, a)
+    problem = pendulum(9.81)
+    tension = problem.inherent_multiplier(problem.linearised(r), r, omega * t, a)
     assert (np.abs(tension - (9.81 * np.cos(theta) + omega**2)) <= 1e-11 * (1.0 + omega**2) + 64 * EPS * 9.81).all()
 
 
@@ -153,8 +154,9 @@ def test_the_wrong_sign_of_the_curvature_is_noticed(m):
     r, v = points()
     problem = general(m)
     a = force(0.3, r, v)
-    lam = problem.inherent_multiplier(r, v, a)
-    curvature = problem.inherent_multiplier(r, v, a) - problem.inherent_multiplier(r, 0.0 * v, a)
+    J = problem.linearised(r)
+    lam = problem.inherent_multiplier(J, r, v, a)
+    curvature = lam - problem.inherent_multiplier(J, r, 0.0 * v, a)
     planted = lam - 2.0 * curvature
     dv = problem.inverse_mass(a + np.einsum("mnp,mp->np", gradients(r)[:m], planted))
     value, bound = hidden_acceleration(m, r, v, dv)
@@ -169,7 +171,7 @@ def test_the_drift_differs_from_the_free_motion_by_a_constraint_force(m):
     problem = general(m)
     drift = problem.view(SDE).drift(0.3, np.concatenate([r, v]))
     reaction = MASS @ drift[3:] - force(0.3, r, v)
-    lam = problem.inherent_multiplier(r, v, force(0.3, r, v))
+    lam = problem.inherent_multiplier(problem.linearised(r), r, v, force(0.3, r, v))
     expected = np.einsum("mnp,mp->np", gradients(r)[:m], lam)
     assert np.array_equal(drift[:3], v)
     assert np.abs(reaction - expected).max() <= rounding(m, r) * (1.0 + np.abs(expected).max())
@@ -189,7 +191,7 @@ def test_the_projector_is_a_projector(m):
     """P^2 = P, P grad g = 0, Dg M^{-1} P = 0, and P has rank n - m."""
     r, _ = points()
     problem, Dg = general(m), gradients(r)[:m]
-    P, _ = projected(problem, r, np.repeat(np.eye(3)[..., None], PATHS, axis=2))
+    P, _ = projected(problem, problem.linearised(r), np.repeat(np.eye(3)[..., None], PATHS, axis=2))
     bound = rounding(m, r)
     assert np.abs(np.einsum("ijp,jkp->ikp", P, P) - P).max() <= bound
     assert np.abs(np.einsum("ijp,mjp->imp", P, Dg)).max() <= bound
@@ -202,7 +204,7 @@ def test_noise_is_projected_along_the_constraint_forces(m):
     """P_M B is B less grad g G_M^{-1} Dg M^{-1} B, computed on every path with dense matrices."""
     r, _ = points()
     B = np.sin(np.arange(3.0 * 2 * PATHS)).reshape(3, 2, PATHS)
-    (result, _), Dg = projected(general(m), r, B), gradients(r)[:m]
+    (result, _), Dg = projected(general(m), general(m).linearised(r), B), gradients(r)[:m]
     for p, (D, b) in enumerate(paths(Dg, B)):
         G = D @ np.linalg.solve(MASS, D.T)
         expected = b - D.T @ np.linalg.solve(G, D @ np.linalg.solve(MASS, b))

@@ -229,7 +229,8 @@ def test_the_angle_form_is_the_inherent_equation(name: str) -> None:
     rate = case.drift(z) + 0.5 * sum(turns)
     view = case.problem.view(SDE)
     assert isinstance(view, SDE)
-    multiplier = case.problem.inherent_multiplier(r, omega * t, case.problem.force(0.0, r, omega * t))
+    force = case.problem.force(0.0, r, omega * t)
+    multiplier = case.problem.inherent_multiplier(case.problem.linearised(r), r, omega * t, force)
     B = np.broadcast_to(view.diffusion(0.0, x), (4, l, 20))
 
     size = 64 * EPS * (1.0 + np.abs(z).max() ** 2)

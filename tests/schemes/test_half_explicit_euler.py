@@ -364,14 +364,14 @@ def left_over(problem: HolonomicSDAE, state: HolonomicState, h: float) -> Parts:
     r, v, _ = state
     a, B = problem.force(0.3, r, v), np.broadcast_to(problem.diffusion(0.3, r, v), (len(r), 2, r.shape[1]))
     still = move(NONE, problem, state, h, np.zeros((2, r.shape[1])))
-    turning = problem.inherent_multiplier(r, v, 0.0 * r)
-    pushing = problem.inherent_multiplier(r, v, h * a + 0.0 * r) - turning
+    turning = problem.inherent_multiplier(problem.linearised(r), r, v, 0.0 * r)
+    pushing = problem.inherent_multiplier(problem.linearised(r), r, v, h * a + 0.0 * r) - turning
     drift = still.outputs["lambda"] - pushing - h * turning
     rest = 0.0
     for j in range(2):
         unit = np.broadcast_to(np.eye(2)[:, j : j + 1], (2, r.shape[1]))
         kicked = move(NONE, problem, state, h, unit).outputs["lambda"] - still.outputs["lambda"]
-        leading = problem.inherent_multiplier(r, v, B[:, j]) - turning
+        leading = problem.inherent_multiplier(problem.linearised(r), r, v, B[:, j]) - turning
         rest = max(rest, float(np.abs(kicked - leading).max()))
     return Parts(float(np.abs(still.outputs["kappa"]).max()), float(np.abs(drift).max()), rest)
 
