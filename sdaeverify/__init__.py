@@ -7,8 +7,11 @@ from .calibrated import CalibrationCase
 from .chart import Angle, Chart, Line
 from .controls import Control
 from .errors import ParameterError, PluginError, ProblemError, SchemeError, SdaeverifyError, UsageError
+from .experiment import Experiment, Printed, Row
 from .forms import (
     SDE,
+    ConstrainedLangevin,
+    ConstraintGeometry,
     ConstraintJacobian,
     DenseJacobian,
     Gram,
@@ -17,13 +20,15 @@ from .forms import (
     Langevin,
     Problem,
     Residual,
+    Structure,
 )
 from .hookspecs import hookimpl
-from .laws import GAUSSIAN, THREE_POINT, TWO_POINT, Law
+from .laws import GAUSSIAN, THREE_POINT, TWO_POINT, Law, clipped_gaussian
 from .noise import Increment
 from .planted import Planted
 from .scheme import Claim, Scheme, Step
 from .settings import Settings
+from .specs import on_request
 from .truths import InvariantMean, MeanSquareStability, Moment, Pathwise, Truth
 
 if TYPE_CHECKING:
@@ -41,9 +46,12 @@ __all__ = [
     "CalibrationCase",
     "Chart",
     "Claim",
+    "ConstrainedLangevin",
+    "ConstraintGeometry",
     "ConstraintJacobian",
     "Control",
     "DenseJacobian",
+    "Experiment",
     "Gram",
     "HolonomicSDAE",
     "HolonomicState",
@@ -60,19 +68,24 @@ __all__ = [
     "Pathwise",
     "Planted",
     "PluginError",
+    "Printed",
     "Problem",
     "ProblemError",
     "Residual",
     "Result",
+    "Row",
     "Scheme",
     "SchemeError",
     "SdaeverifyError",
     "Settings",
     "Step",
+    "Structure",
     "Truth",
     "UsageError",
     "__version__",
+    "clipped_gaussian",
     "hookimpl",
+    "on_request",
     "verify",
 ]
 

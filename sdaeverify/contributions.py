@@ -16,6 +16,7 @@ from . import hookspecs
 from .calibrated import CalibrationCase
 from .discovery import Origin
 from .errors import ParameterError, PluginError, one_line
+from .experiment import Experiment
 from .forms import Problem
 from .labels import dataclass_parameters, did_you_mean, parse_label, read_values
 from .planted import Planted
@@ -58,6 +59,11 @@ class ProblemEntry:
     family: Callable[..., Problem]
     origin: Origin
 
+    @property
+    def on_request(self) -> bool:
+        """Whether a run of everything leaves it out."""
+        return getattr(self.family, "on_request", False)
+
     def make(self, texts: Mapping[str, str] | None = None) -> ProblemSpec:
         """Return the recipe of the problem with parameters given as the texts of a label.
 
@@ -87,8 +93,21 @@ class PlantedEntry:
     origin: Origin
 
 
+@dataclass(frozen=True)
+class ExperimentEntry:
+    """A registered experiment."""
+
+    name: str
+    experiment: Experiment
+    origin: Origin
+
+
 Entries = (
-    Mapping[str, SchemeEntry] | Mapping[str, ProblemEntry] | Mapping[str, MeasureEntry] | Mapping[str, PlantedEntry]
+    Mapping[str, SchemeEntry]
+    | Mapping[str, ProblemEntry]
+    | Mapping[str, MeasureEntry]
+    | Mapping[str, PlantedEntry]
+    | Mapping[str, ExperimentEntry]
 )
 
 
@@ -101,6 +120,7 @@ class Contribution(NamedTuple):
     report: Callable[..., object] | None = None
     planted: Mapping[str, PlantedEntry] = {}
     cases: Mapping[str, CalibrationCase] = {}
+    experiments: Mapping[str, ExperimentEntry] = {}
 
     def by_kind(self) -> dict[str, Entries]:
         """Return the entries under the words for them."""
@@ -109,6 +129,7 @@ class Contribution(NamedTuple):
             "problem": self.problems,
             "measure": self.measures,
             "planted bug": self.planted,
+            "experiment": self.experiments,
         }
 
 
@@ -133,6 +154,7 @@ def collect(plugin: object, origin: Origin) -> Contribution:
     measures = _by_name("measure", _call(manager, "sdaeverify_measures"), _measure_name)
     planted = _by_name("planted bug", _call(manager, "sdaeverify_planted"), _planted_name)
     cases = _by_name("calibration case", _call(manager, "sdaeverify_calibration"), _case_name)
+    experiments = _by_name("experiment", _call(manager, "sdaeverify_experiments"), _experiment_name)
     report = manager.hook.sdaeverify_report
     return Contribution(
         {name: SchemeEntry(name, variants, origin) for name, variants in schemes.items()},
@@ -141,6 +163,7 @@ def collect(plugin: object, origin: Origin) -> Contribution:
         report if report.get_hookimpls() else None,
         {name: PlantedEntry(name, bug, origin) for name, bug in planted.items()},
         cases,
+        {name: ExperimentEntry(name, experiment, origin) for name, experiment in experiments.items()},
     )
 
 
@@ -238,6 +261,13 @@ def _case_name(case: Any) -> str:
     if not isinstance(case, CalibrationCase):
         raise PluginError(f"expected a calibration case, got {describe(case)}")
     return case.label
+
+
+def _experiment_name(experiment: Any) -> str:
+    if not isinstance(experiment, Experiment):
+        raise PluginError(f"expected an experiment, got {describe(experiment)}")
+    check_name("experiment", experiment.name)
+    return experiment.name
 
 
 def _check_pickles(what: str, thing: object) -> None:

@@ -1,8 +1,10 @@
-"""Laws of a scheme's increments: Gaussian, or bounded variables that share its first moments.
+"""Laws of a scheme's increments: Gaussian, Gaussian without its far tails, or atoms that share its first moments.
 
-A bounded variable is coupled to the Brownian increment by its quantiles, so that a scheme that uses it runs on the
-same paths as every other. Sums of bounded variables are not bounded variables of a longer step: such schemes have
-a weak order only.
+Atoms are coupled to the Brownian increment by its quantiles, so that a scheme that uses them runs on the same paths
+as every other. Sums of such variables are not the variables of a longer step: these schemes have a weak order only.
+
+A normal variable clipped at A_h = sqrt(2 p |ln h|), Milstein & Tretyakov (2004), section 1.3, is bounded, too, and so
+close to the one it is coupled to that it counts as normal: their mean square distance is exp(-A_h^2/2) = h^p at most.
 """
 
 from collections.abc import Callable
@@ -27,20 +29,30 @@ class Law(NamedTuple):
         The variable of unit variance as a function of a standard normal.
     values, weights : tuple of float
         Atoms of unit variance and their probabilities; empty for the normal law.
+    clip : float
+        p of a normal variable that is clipped at A_h; 0 for none. The unit of h is the problem's unit of time.
     """
 
     name: str
     couple: Callable[[Array], Array]
     values: tuple[float, ...] = ()
     weights: tuple[float, ...] = ()
+    clip: float = 0.0
 
     @property
     def bounded(self) -> bool:
-        """Whether it is a bounded variable, which has atoms."""
+        """Whether it takes finitely many values, its atoms."""
         return bool(self.values)
+
+    def bound(self, h: float) -> float:
+        """Return A_h for a clipped variable, but no less than at h = 1/e: long steps, too, have noise."""
+        return float(np.sqrt(2.0 * self.clip * max(1.0, -np.log(h)))) if self.clip else np.inf
 
     def increment(self, noise: Increment, h: float) -> Increment:
         """Return the increment of a step of size h with this law, coupled to a Brownian one."""
+        if self.clip:
+            reach = np.sqrt(h) * self.bound(h)
+            return noise._replace(dW=np.clip(noise.dW, -reach, reach))
         if not self.bounded:
             return noise
         return Increment(np.sqrt(h) * self.couple(noise.dW / np.sqrt(h)), None)
@@ -56,6 +68,11 @@ def _three_point(x: Array) -> Array:
 
 def _two_point(x: Array) -> Array:
     return np.where(x < 0.0, -1.0, 1.0)
+
+
+def clipped_gaussian(p: float) -> Law:
+    """Return the law of normal variables that are clipped at A_h = sqrt(2 p |ln h|)."""
+    return Law("clipped-gaussian", _normal, clip=p)
 
 
 GAUSSIAN = Law("gaussian", _normal)

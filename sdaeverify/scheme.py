@@ -108,8 +108,6 @@ class Scheme:
         The form it solves; a problem is offered to it in this form or in its view of this form.
     noise : frozenset of str
         Fields of `Increment` it uses, out of ``dW`` and ``H``.
-    law : Law
-        Of the ``dW`` it is given: Brownian increments, or bounded variables coupled to them.
     claims : tuple of Claim
     sharp_locally : bool
         Whether its global strong order shows in one step. It does not where the errors of single steps are taken
@@ -121,7 +119,6 @@ class Scheme:
     name: ClassVar[str]
     form: ClassVar[type[Problem]]
     noise: ClassVar[frozenset[str]] = frozenset({"dW"})
-    law: ClassVar[Law] = GAUSSIAN
     claims: ClassVar[tuple[Claim, ...]] = ()
     sharp_locally: ClassVar[bool] = True
     source: ClassVar[str] = ""
@@ -131,6 +128,14 @@ class Scheme:
         """Canonical label: the name and the parameters that differ from their defaults."""
         parameters = dataclass_parameters(type(self))
         return make_label(self.name, parameters, {p.name: getattr(self, p.name) for p in parameters})
+
+    @property
+    def law(self) -> Law:
+        """Law of the ``dW`` it is given: Brownian increments, or variables coupled to them.
+
+        A subclass sets it as a class variable, or as a property if it depends on the parameters.
+        """
+        return GAUSSIAN
 
     def refuses(self, problem: Any) -> str:  # noqa: ARG002 - most schemes refuse nothing
         """Return why the scheme cannot solve a problem of its form, or an empty string."""

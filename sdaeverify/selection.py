@@ -79,7 +79,8 @@ def select_problems(
     ----------
     registry : Registry
     wanted : sequence of str, ProblemSpec or callable
-        Patterns, recipes and problem functions, mixed; empty for everything with default parameters.
+        Patterns, recipes and problem functions, mixed; empty for everything with default parameters that is not
+        marked as run on request.
 
     Raises
     ------
@@ -88,6 +89,8 @@ def select_problems(
     ParameterError
         If a parameter is unknown or its text is no value of its type.
     """
+    if not wanted and not isinstance(wanted, str):
+        return [entry.make() for _, entry in sorted(registry.problems.items()) if not entry.on_request]
     chosen: list[ProblemSpec] = []
     for item in _items("problem", wanted):
         if isinstance(item, str):

@@ -83,6 +83,12 @@ def problem_spec(family: Callable[..., Problem], texts: Mapping[str, str] | None
     return ProblemSpec(name, family, tuple((p.name, values[p.name]) for p in parameters if p.name in shown))
 
 
+def on_request(family: Callable[..., Problem]) -> Callable[..., Problem]:
+    """Mark a problem function whose cells take long: a run of everything leaves it out, names and patterns do not."""
+    family.on_request = True  # type: ignore[attr-defined]
+    return family
+
+
 def family_name(family: Callable[..., Problem]) -> str:
     """Return the name a problem function is registered under: its own, with hyphens for underscores."""
     return family.__name__.replace("_", "-")

@@ -5,7 +5,7 @@ from math import erf, sqrt
 import numpy as np
 import pytest
 
-from sdaeverify import GAUSSIAN, THREE_POINT, TWO_POINT, Increment
+from sdaeverify import GAUSSIAN, THREE_POINT, TWO_POINT, Increment, clipped_gaussian
 
 BOUNDED = pytest.mark.parametrize("law", [THREE_POINT, TWO_POINT], ids=lambda law: law.name)
 
@@ -55,3 +55,32 @@ def test_gaussian_increments_are_passed_on():
     noise = Increment(np.ones((1, 3)), np.ones((1, 3)))
 
     assert GAUSSIAN.increment(noise, 0.1) is noise
+
+
+@pytest.mark.parametrize("p", [1.0, 2.0, 4.0])
+@pytest.mark.parametrize("h", [0.25, 1e-2, 1e-4])
+def test_clipped_increments_are_close_to_the_brownian_ones(h, p):
+    """They are bounded by sqrt(h) A_h, A_h^2 = 2 p |ln h|, and on average at most h^p apart in square; H is kept."""
+    law, x = clipped_gaussian(p), np.linspace(-12.0, 12.0, 200_001)
+    noise = Increment(np.sqrt(h) * x[None], x[None])
+
+    clipped = law.increment(noise, h)
+
+    bound = np.sqrt(-2.0 * p * np.log(h))
+    inside = np.abs(x) <= bound
+    density = np.exp(-0.5 * x**2) / np.sqrt(2.0 * np.pi) * (x[1] - x[0])
+    apart = density @ (x - clipped.dW[0] / np.sqrt(h)) ** 2
+    assert np.abs(clipped.dW).max() == pytest.approx(np.sqrt(h) * bound)
+    assert np.array_equal(clipped.dW[0, inside], noise.dW[0, inside])
+    assert clipped.H is noise.H
+    # Half of the bound is lost at most where A_h is not large: it is h^p times a function that decreases in A_h.
+    assert 1e-3 * h**p < apart < h**p
+    assert not law.bounded
+
+
+def test_long_steps_are_clipped_no_closer_than_at_one_over_e():
+    """Where |ln h| is small or h > 1, A_h is that of h = 1/e."""
+    law = clipped_gaussian(4.0)
+
+    assert [law.bound(h) for h in (0.9, 1.0, 50.0)] == [law.bound(np.exp(-1.0))] * 3
+    assert GAUSSIAN.bound(0.1) == np.inf

@@ -1,11 +1,16 @@
 """The linearised constraint at a position of every path, as the operations that schemes need of it."""
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from ..arrays import Array, Mask
-from ..numerics import apply, apply_transposed, determinant, norm, product_transposed, solve
+from ..numerics import Elimination, apply, apply_transposed, determinant, eliminated, norm, product_transposed, solve
+
+# Systems of up to so many equations are solved by Cramer's rule.
+EXPLICIT = 2
 
 
 class Gram(Protocol):
@@ -34,8 +39,9 @@ class ConstraintJacobian(Protocol):
         """Return the Frobenius norm of Dg, shape (P,)."""
 
 
-class DenseGram(NamedTuple):
-    """A matrix without structure.
+@dataclass(frozen=True, eq=False)
+class DenseGram:
+    """A matrix without structure, factorised once for all right sides.
 
     Attributes
     ----------
@@ -46,12 +52,16 @@ class DenseGram(NamedTuple):
 
     def solve(self, b: Array) -> Array:
         """Solve A c = b."""
-        return solve(self.matrix, b)
+        return solve(self.matrix, b) if len(self.matrix) <= EXPLICIT else self._factors.solve(b)
 
     def positive(self) -> Mask:
         """Tell on which paths det A > 0."""
-        positive: Mask = determinant(self.matrix) > 0.0
-        return positive
+        positive = determinant(self.matrix) > 0.0 if len(self.matrix) <= EXPLICIT else self._factors.positive()
+        return np.asarray(positive)
+
+    @cached_property
+    def _factors(self) -> Elimination:
+        return eliminated(self.matrix)
 
 
 class DenseJacobian(NamedTuple):

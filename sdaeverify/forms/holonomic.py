@@ -14,14 +14,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, Parts
 from ..errors import ProblemError
-from ..numerics import (
-    apply,
-    directional,
-    is_analytic,
-    jacobian,
-    norm,
-    second_directional,
-)
+from ..numerics import apply, directional, is_analytic, jacobian, norm, second_directional
 from .checks import (
     CONSISTENCY,
     PROBES,
@@ -41,6 +34,9 @@ from .inherent import inherent_sde
 from .manifold import onto_manifold
 from .problem import Problem, Residual
 from .sde import SDE
+from .structure import Structure, no_derivative_of_force
+from .structure_check import check_structure
+from .unstructured import Unstructured
 
 
 class HolonomicState(NamedTuple):
@@ -83,6 +79,10 @@ class HolonomicSDAE(Problem):
         B(t, r, v) w for w of shape (l, P), where it costs less than the product with the matrix.
     linearisation : callable, r -> ConstraintJacobian, optional
         Dg(r) with what its structure makes cheap, where there is no mass matrix; the matrix itself if left out.
+    force_derivatives : callable, (t, r, v) -> two of ndarray, shape (n, n, P) or (n, n, 1), optional
+        Derivatives of a by r and by v; by complex step where they are needed, if left out.
+    structure : Structure, optional
+        Which positions couple with which; all of them if left out.
     constraint_bound : float, optional
         C_g of Lindner & Stroot (2.7), finite and at least 1.
 
@@ -103,6 +103,8 @@ class HolonomicSDAE(Problem):
     curvature: Callable[[Array, Array, Array], Array] | None = None
     diffusion_product: Callable[[float, Array, Array, Array], Array] | None = None
     linearisation: Callable[[Array], ConstraintJacobian] | None = None
+    force_derivatives: Callable[[float, Array, Array], tuple[Array, Array]] | None = None
+    structure: Structure | None = None
     constraint_bound: float | None = None
 
     def __post_init__(self) -> None:
@@ -178,6 +180,15 @@ class HolonomicSDAE(Problem):
         c = -J.gram(J).solve(J.times(v))
         return v + self.push(J, c), c
 
+    @cached_property
+    def blocks(self) -> Structure:
+        """The structure; one node of all positions where there is none."""
+        return self.structure or Unstructured(nodes=1, owners=(0,) * self.constraints)
+
+    def no_derivative_of_force(self) -> str:
+        """Return why the derivatives of a can neither be had from the author nor by complex step, or nothing."""
+        return no_derivative_of_force(self)
+
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:
         """Return the defects g(r) and Dg(r) v."""
         r, v = parts["r"], parts["v"]
@@ -235,6 +246,7 @@ class HolonomicSDAE(Problem):
         self._check_derivatives(r)
         check_product(self, r, v)
         check_linearisation(self, r)
+        check_structure(self, r, v)
         check_observables(self, self.initial(PROBES)._asdict())
         check_truth(self, self.initial(PROBES)._asdict())
 

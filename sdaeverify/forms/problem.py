@@ -17,6 +17,8 @@ Traits are facts a claim may ask for; the conformance tests check each of them b
 ``unconstrained``
     No constraint was eliminated or left to the scheme (set by the form itself): what does not project cannot leave
     a manifold in the long run.
+``constrained``
+    It has constraints, eliminated or not (set by the form itself).
 """
 
 from collections.abc import Callable, Mapping
@@ -41,6 +43,7 @@ TRAITS = frozenset(
         "vanishing-milstein-term",
         "normal-milstein-term",
         "unconstrained",
+        "constrained",
     }
 )
 NOISE = frozenset({"dW", "H"})
@@ -122,6 +125,8 @@ class Problem:
             raise ProblemError(f"unknown traits {sorted(unknown)}; known are {sorted(TRAITS)}")
         if not (self.has_constraints or self.seen_as):
             traits |= {"unconstrained"}
+        if self.has_constraints:
+            traits |= {"constrained"}
         return traits | {"vanishing-milstein-term"} if "additive-noise" in traits else traits
 
     @property

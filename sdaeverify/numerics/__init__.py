@@ -1,11 +1,16 @@
 """Numerical tools with paths last: derivatives, small linear algebra, Newton's method."""
 
+from .block_banded import BlockBanded, identity, overlap
+from .block_systems import solve_blocks
 from .derivatives import directional, is_analytic, jacobian, matches_differences, second_directional
-from .linalg import all_finite, apply, apply_transposed, determinant, norm, product_transposed, solve
+from .elimination import Elimination, eliminated
+from .linalg import all_finite, apply, apply_transposed, determinant, largest, norm, product_transposed, solve
 from .newton import Root, newton
 from .tridiagonal import Tridiagonal
 
 __all__ = [
+    "BlockBanded",
+    "Elimination",
     "Root",
     "Tridiagonal",
     "all_finite",
@@ -13,12 +18,17 @@ __all__ = [
     "apply_transposed",
     "determinant",
     "directional",
+    "eliminated",
+    "identity",
     "is_analytic",
     "jacobian",
+    "largest",
     "matches_differences",
     "newton",
     "norm",
+    "overlap",
     "product_transposed",
     "second_directional",
     "solve",
+    "solve_blocks",
 ]

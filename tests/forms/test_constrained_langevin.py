@@ -1,0 +1,163 @@
+"""Penalised and constrained Langevin dynamics against dense differences of their definitions."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from sdaeverify import SDE, ConstrainedLangevin, ProblemError
+from sdaeverify.arrays import Array
+
+SIGMA, STEP = 0.8, 6e-6
+# Central differences of functions of order one, their rounding and their third derivatives.
+DIFFERENCE = 1e-7
+POINTS = np.array([[1.02, 0.75], [0.1, -0.6], [-0.2, 0.3], [0.4, 0.1]])
+
+
+def zeta(q: int, x: Array) -> Array:
+    """Return the first q of three constraints without any symmetry, zero at (1, 0, 0, 0)."""
+    both = [0.5 * ((x * x).sum(axis=0) - 1.0) + 0.3 * x[0] * x[1], x[2] + 0.7 * x[0] * x[1] + 0.2 * x[3] ** 3]
+    return np.stack([*both, np.sin(x[3]) + 0.4 * x[1] * x[2]])[:q]
+
+
+def make(q: int = 1, eps: float = 0.1, **changes) -> ConstrainedLangevin:
+    given = {
+        "drift": lambda x: np.cos(x[::-1]) - x,
+        "strength": SIGMA,
+        "eps": eps,
+        "constraint": partial(zeta, q),
+        "start": [1.0, 0.0, 0.0, 0.0],
+        "horizon": 1.0,
+        "source": "made up",
+    }
+    return ConstrainedLangevin(**{**given, **changes})
+
+
+def derivative(f, x: Array, y: Array) -> Array:
+    return (f(x + STEP * y) - f(x - STEP * y)) / (2.0 * STEP)
+
+
+def columns(f, x: Array) -> Array:
+    """Return the derivatives of f along all axes, axis first."""
+    return np.stack([derivative(f, x, unit[:, None]) for unit in np.eye(len(x))])
+
+
+def log_det(problem: ConstrainedLangevin, x: Array) -> Array:
+    Dg = np.moveaxis(problem.dg(x), -1, 0)
+    return np.linalg.slogdet(Dg @ Dg.swapaxes(1, 2))[1]
+
+
+@pytest.mark.parametrize("q", [1, 2, 3])
+def test_the_gradient_of_the_gram_determinant(q):
+    """At points off the manifold, too, `fixman` is the gradient of ln det G."""
+    problem = make(q)
+    expected = columns(partial(log_det, problem), POINTS)
+    assert np.abs(problem.near(POINTS).fixman - expected).max() < DIFFERENCE * 10
+
+
+@pytest.mark.parametrize("q", [1, 2, 3])
+def test_second_derivatives(q):
+    """The quadratic term, the traces and the traces over the normal space follow from dense Hessians."""
+    problem = make(q)
+    at = problem.near(POINTS)
+    hessians = np.moveaxis(columns(problem.dg, POINTS), 0, 1)
+    g = problem.dg(POINTS)
+    w = np.einsum("kip,kp->ip", g, at.share)
+    assert np.allclose(at.relaxation, w, rtol=1e-12)
+    assert np.allclose(at.quadratic, np.einsum("kp,kijp,jp->ip", at.share, hessians, w), atol=DIFFERENCE)
+    assert np.allclose(at.divergence, np.einsum("kiip->kp", hessians), atol=DIFFERENCE)
+    P = np.einsum("kip,kjp->ijp", g, at.dual)
+    assert np.allclose(at.normal_traces, np.einsum("kijp,jip->kp", hessians, P), atol=DIFFERENCE)
+
+
+@pytest.mark.parametrize("q", [1, 2, 3])
+def test_the_limit_in_itos_form(q):
+    """On the manifold, (1.2) is Stratonovich's equation with noise sigma Pi: half of DB_j B_j is the correction."""
+    problem = make(q, eps=0.0)
+    x = problem.admissible(POINTS)
+    view = problem.view(SDE)
+    B = view.diffusion(0.0, x)
+    correction = 0.5 * sum(derivative(lambda y, j=j: view.diffusion(0.0, y)[:, j], x, B[:, j]) for j in range(4))
+    f = problem.drift(x)
+    expected = f - problem.near(x).normal(f) + correction
+    assert np.abs(problem.constraint(x)).max() < 1e-14
+    assert np.abs(view.drift(0.0, x) - expected).max() < DIFFERENCE
+    assert np.abs(view.drift(0.0, x) - expected + correction).max() > 1e-2
+
+
+def test_the_penalised_equation():
+    """(1.4) term by term; noise is sigma Id."""
+    problem = make(2, eps=0.05)
+    view, at = problem.view(SDE), problem.near(POINTS)
+    expected = problem.drift(POINTS) + SIGMA**2 / 4.0 * at.fixman - at.relaxation / 0.05
+    assert np.allclose(view.drift(0.0, POINTS), expected, rtol=1e-14)
+    assert np.array_equal(view.diffusion(0.0, POINTS)[..., 0], SIGMA * np.eye(4))
+    assert not problem.has_constraints
+    assert make(2, eps=0.0).has_constraints
+
+
+@pytest.mark.parametrize("eps", [1e-300, 1e300])
+def test_extreme_stiffness_gives_finite_drifts_on_the_manifold(eps):
+    """At the start the penalty vanishes, whatever its strength."""
+    problem = make(2, eps=eps)
+    assert np.isfinite(problem.ito().drift(0.0, problem.initial(2))).all()
+
+
+def quadric(x: Array, axes: Array) -> Array:
+    return 0.5 * np.einsum("kij,ip,jp->kp", axes, x, x) - 0.5
+
+
+AXES = np.stack(
+    [np.eye(3) + 0.3 * np.diag([0.0, 1.0, -1.0]), np.array([[1.0, 0.4, 0.0], [0.4, 2.0, 0.0], [0.0, 0.0, 0.5]])]
+)
+
+
+def test_constant_hessians_closed_contractions_and_complex_steps_agree():
+    """Three ways to give second derivatives are one problem."""
+    common = {"constraint": partial(quadric, axes=AXES), "start": [1.0, 0.0, 0.0], "drift": lambda x: -x}
+    ways = [
+        make(**common),
+        make(**common, hessians=AXES),
+        make(
+            **common,
+            second=lambda x, A: np.einsum("kij,jkp->ip", AXES, A),
+            laplacians=lambda x: np.einsum("kii->k", AXES)[:, None] + 0.0 * x[:1],
+        ),
+    ]
+    x = np.array([[0.9], [0.2], [-0.4]])
+    for name in ("fixman", "quadratic", "divergence", "normal_traces"):
+        first, *others = (getattr(way.near(x), name) for way in ways)
+        assert all(np.allclose(first, other, rtol=1e-9, atol=1e-12) for other in others)
+
+
+def test_mixing_the_constraints_changes_nothing():
+    """With A zeta in place of zeta, A a constant regular matrix, both equations stay as they are."""
+    A = np.array([[2.0, 0.5], [-0.3, 1.5]])
+    for eps in (0.0, 0.1):
+        one, mixed = make(2, eps), make(2, eps, constraint=lambda x: A @ zeta(2, x))
+        x = one.admissible(POINTS)
+        assert np.allclose(one.ito().drift(0.0, x), mixed.ito().drift(0.0, x), rtol=1e-8, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"eps": -1.0}, "eps must be finite and not negative, got -1.0"),
+        ({"eps": float("nan")}, "eps must be finite and not negative, got nan"),
+        ({"start": [1.1, 0.0, 0.0, 0.0]}, "start violates constraint = 0"),
+        ({"constraint": lambda x: np.stack([x[1], 2.0 * x[1]])}, "has not full rank"),
+        ({"constraint": lambda x: x[0]}, "components, expected between 1 and 3|returned shape"),
+        ({"jacobian": lambda x: 1.1 * make().dg(x)}, "jacobian disagrees with a difference quotient"),
+        ({"jacobian": lambda x: make().dg(x)[0]}, "jacobian.* returned shape"),
+        ({"second": lambda x, A: A[:, 0]}, "second disagrees with a difference quotient"),
+        ({"laplacians": lambda x: 3.0 + 0.0 * x[:1]}, "laplacians disagrees"),
+        ({"hessians": np.eye(4)}, r"hessians has shape \(4, 4\), expected \(1, 4, 4\)"),
+        ({"drift": lambda x: x[:2]}, "drift.* returned shape"),
+        ({"strength": -0.1}, "strength must be finite"),
+    ],
+)
+def test_bad_input_is_named(changes, message):
+    """Each mistake gives one line that says what was expected and what was given."""
+    with pytest.raises(ProblemError, match=message) as caught:
+        make(**changes)
+    assert "\n" not in str(caught.value)
