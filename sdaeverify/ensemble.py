@@ -4,8 +4,8 @@ Noise lives for a few steps, states for one: memory depends neither on the numbe
 """
 
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Container, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
@@ -88,13 +88,18 @@ def run_block(task: Task, block: int) -> tuple[LaneEvidence, ...]:
         One for each entry of the task.
     """
     try:
-        # Non-finite numbers are evidence here: they are counted, not warned about. One thread, because sums depend on
-        # how many there are, and because workers would fight for the cores.
-        with np.errstate(all="ignore"), _threads().limit(limits=1):
+        # Non-finite numbers are evidence here: they are counted, not warned about.
+        with np.errstate(all="ignore"), one_thread():
             return _run_block(task, block)
     except FAULTS as error:
         reason = f"problem {task.spec.label}: {one_line(error)}"
         return tuple(_without_evidence(entry, 0.0, reason) for entry in task.entries)
+
+
+def one_thread() -> AbstractContextManager[object]:
+    """Hold linear algebra to one thread: sums depend on how many there are, and workers would fight for the cores."""
+    limited: AbstractContextManager[object] = _threads().limit(limits=1)
+    return limited
 
 
 @cache
@@ -137,7 +142,7 @@ class _Watch:
     def __init__(self, measure: Measure, problem: Problem, parts: Parts, settings: Settings) -> None:
         self.measure, self.error = measure, ""
         self.observer: Observer | None = None
-        self.wanted: Sequence[frozenset[int]] = [frozenset()] * settings.levels
+        self.wanted: Sequence[Container[int]] = [frozenset()] * settings.levels
         with self.guarded():
             self.observer = measure.observer(problem, parts, settings)
             if self.observer is not None:

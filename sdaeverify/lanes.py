@@ -1,6 +1,6 @@
 """One scheme on one problem at all step sizes: advanced over a coarsest step at a time, watched by measures."""
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -41,7 +41,7 @@ class Observer(Protocol):
     """A measure's notebook for one scheme on one block of paths."""
 
     @property
-    def wanted(self) -> Sequence[frozenset[int]]:
+    def wanted(self) -> Sequence[Container[int]]:
         """Steps of each level after which `after_step` is called."""
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
@@ -143,7 +143,10 @@ class Lane:
         return Snapshot(levels, known[0], known[1] if len(known) > 1 else None)
 
     def health(self) -> Tally:
-        """Return what went wrong at each level, and what its steps took; a lost reference fails every level."""
+        """Return what went wrong at each level, and what its steps took; a lost reference fails every level.
+
+        Paths ``without_root`` met a step that found none at the level itself.
+        """
         tracks = [self.tracks[level] for level in range(self.levels)]
         own = [] if self.own is None else [self.tracks[self.own]]
         counts = {
@@ -151,6 +154,7 @@ class Lane:
                 np.count_nonzero(np.any([x.failed | x.lost for x in (track, *own)], axis=0)) for track in tracks
             ],
             "lost": [np.count_nonzero(track.lost) for track in tracks],
+            "without_root": [np.count_nonzero(track.failed) for track in tracks],
             "truncated": [track.truncated_steps for track in tracks],
             "steps": [track.step * self.paths for track in tracks],
             **{f"{COST}{name}": [track.costs.get(name, 0.0) for track in tracks] for name in tracks[0].costs},

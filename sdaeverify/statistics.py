@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtr, stdtrit
+from scipy.special import betaincinv, stdtr, stdtrit
 
 from .arrays import Array
 
@@ -170,3 +170,15 @@ def tail(total: float, total_of_squares: float, largest: Array, paths: int) -> T
     effective = total**2 / (paths * total_of_squares) if total_of_squares > 0.0 else 1.0
     share = largest[0] / total if total > 0.0 else 0.0
     return Tail(float(effective), float(share), float(1.0 / excess) if excess > 0.0 else float("inf"))
+
+
+def clopper_pearson(hits: int, trials: int, confidence: float) -> tuple[float, float]:
+    """Return the interval of the rates p under which the count is in neither tail of Binomial(n, p).
+
+    With tails of alpha/2 on either side it covers the true rate at least at its nominal level, for every n and p:
+    low and high are the quantiles of Beta(k, n - k + 1) at alpha/2 and of Beta(k + 1, n - k) at 1 - alpha/2.
+    """
+    outside = 0.5 * (1.0 - confidence)
+    low = float(betaincinv(hits, trials - hits + 1, outside)) if hits else 0.0
+    high = float(betaincinv(hits + 1, trials - hits, 1.0 - outside)) if hits < trials else 1.0
+    return low, high

@@ -7,6 +7,7 @@ from scipy import stats
 from sdaeverify.statistics import (
     GROUPS,
     Estimate,
+    clopper_pearson,
     corrected_slope_weights,
     group_sums,
     jackknife,
@@ -103,3 +104,21 @@ def test_hill_index_of_a_pareto_sample():
 
     assert found.hill == pytest.approx(1.5, abs=4 * 1.5 / np.sqrt(500))
     assert found.heavy
+
+
+@pytest.mark.parametrize(
+    ("hits", "trials", "low", "high"),
+    [(0, 10, 0.0, 1.0 - 0.025**0.1), (10, 10, 0.025**0.1, 1.0), (5, 10, 0.1871, 0.8129), (1, 20, 0.0013, 0.2487)],
+)
+def test_interval_is_the_tabulated_one(hits, trials, low, high):
+    """Clopper and Pearson's intervals are those of the closed form at the ends, and of tables in between."""
+    assert clopper_pearson(hits, trials, 0.95) == pytest.approx((low, high), abs=6e-5)
+
+
+@pytest.mark.parametrize("p", [0.01, 0.05, 0.3, 0.95])
+def test_interval_covers_at_least_at_its_level(p):
+    """Summed over all outcomes, the probability to cover the true rate is no smaller than nominal."""
+    ends = np.array([clopper_pearson(hits, 40, 0.9) for hits in range(41)])
+    covering = (ends[:, 0] <= p) & (p <= ends[:, 1])
+
+    assert stats.binom.pmf(np.arange(41), 40, p)[covering].sum() >= 0.9

@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from scipy.stats import beta
-
 from ..arrays import Mask
+from ..statistics import clopper_pearson
 
 # Error probability of one table: agreement is tested row by row at this level over the number of rows.
 TABLE_LEVEL = 0.01
@@ -80,18 +79,6 @@ class Trials(NamedTuple):
     def rate(self, statistic: str, hits: Mask, expected: Expectation) -> Rate:
         """Return the rate at which some trials hit."""
         return Rate(self.study, self.case, statistic, self.paths, int(hits.sum()), len(hits), expected)
-
-
-def clopper_pearson(hits: int, trials: int, confidence: float) -> tuple[float, float]:
-    """Return the interval of the rates p under which the count is in neither tail of Binomial(n, p).
-
-    With tails of alpha/2 on either side it covers the true rate at least at its nominal level, for every n and p:
-    low and high are the quantiles of Beta(k, n - k + 1) at alpha/2 and of Beta(k + 1, n - k) at 1 - alpha/2.
-    """
-    tail = 0.5 * (1.0 - confidence)
-    low = float(beta.ppf(tail, hits, trials - hits + 1)) if hits else 0.0
-    high = float(beta.ppf(1.0 - tail, hits + 1, trials - hits)) if hits < trials else 1.0
-    return low, high
 
 
 def offending(rates: Sequence[Rate]) -> list[Rate]:

@@ -13,19 +13,32 @@ from ..settings import Settings
 from ..statistics import group_sums
 from ..tally import Tally, largest
 
-POWERS = np.array([0.5, 1.0, 2.0])
+POWERS = np.array([0.5, 1.0, 2.0, 4.0])
+# The last of them is noted only where it is asked for.
+COMMON = 3
 AT_T = "@T"
+STATE = "state"
 
 
 class ErrorObserver:
     """Notes errors and successive differences of each component c and of the full state.
 
     e_l = |x_l - x| and d_l = |x_l - x_{l+1}| (levels l, truth x); where the truth has an error of its own, also
-    the blurred errors that its half resolution gives.
+    the blurred errors that its half resolution gives. At T, the relative error |x_l - x|/|x| of each path as well: of
+    nodes z_i of equal weight ds it is that of (sum_i |z_i|^2 ds)^{1/2}, ds being on either side of the fraction. Its
+    mean is infinite where x comes near 0 too often.
+
+    Parameters
+    ----------
+    parts : mapping of str to ndarray, shape (n, P)
+        Initial components.
+    settings : Settings
+    powers : int, optional
+        How many of `POWERS` are noted.
     """
 
-    def __init__(self, parts: Parts, settings: Settings) -> None:
-        self.settings = settings
+    def __init__(self, parts: Parts, settings: Settings, powers: int = COMMON) -> None:
+        self.settings, self.powers = settings, powers
         self.wanted: Sequence[frozenset[int]] = [frozenset()] * settings.levels
         self.start = parts
         self.names: list[str] = []
@@ -33,6 +46,7 @@ class ErrorObserver:
         self.moved: dict[str, Array] = {}
         self.final: dict[str, Array] = {}
         self.worst: dict[str, Array] = {}
+        self.length = np.zeros(0)
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
         """Note nothing: errors are compared on the coarsest grid."""
@@ -49,6 +63,7 @@ class ErrorObserver:
             now["blurred"] = [self._distances(level, snapshot.coarser_truth) for level in levels]
         self.final = {name: np.stack(values, axis=1) for name, values in now.items()}
         self.worst = {name: np.maximum(self.worst.get(name, 0.0), value) for name, value in self.final.items()}
+        self.length = _norms([snapshot.truth[name] for name in self.names])
         self._note_sizes(snapshot.truth)
 
     def part(self, paths: slice) -> "ErrorObserver":
@@ -56,19 +71,24 @@ class ErrorObserver:
         some = copy(self)
         some.final = {kind: value[..., paths] for kind, value in self.final.items()}
         some.worst = {kind: value[..., paths] for kind, value in self.worst.items()}
+        some.length = self.length[..., paths]
         return some
 
-    def tally(self) -> Tally:
-        """Return sums of the errors' powers over groups of paths, with what the tail diagnostics need."""
+    def tally(self, *, at_end: bool = True) -> Tally:
+        """Return sums of the errors' powers over groups of paths, with what the tail diagnostics need.
+
+        Of the maxima over the grid, and of the errors at T unless they are not wanted.
+        """
         sums: dict[str, Array] = {}
         tops: dict[str, Array] = {}
         keep = isqrt(self.settings.paths - 1) + 1
         for index, name in enumerate(self._quantities()):
-            for suffix, values in (("", self.worst), (AT_T, self.final)):
+            for suffix, values in (("", self.worst), (AT_T, self.final))[: 1 + at_end]:
                 for kind, value in values.items():
-                    powers = value[index][None] ** POWERS[:, None, None]
-                    sums[f"{kind} {name}{suffix}"] = np.moveaxis(group_sums(powers), 1, -1)
+                    sums[f"{kind} {name}{suffix}"] = power_sums(value[index], self.powers)
                 tops[f"{name}{suffix}"] = largest(values["error"][index], keep)
+            if at_end:
+                sums[f"relative {name}{AT_T}"] = self._relative(index)
         paths = self.final["error"].shape[-1]
         sums["paths"] = group_sums(np.ones(paths))
         return Tally(sums=sums, maxima={**self.size, **self.moved}, largest=tops)
@@ -78,16 +98,32 @@ class ErrorObserver:
             known = truth[name]
             for kind, noted, value in (("size", self.size, known), ("moved", self.moved, known - self.start[name])):
                 largest_now = np.atleast_1d(np.fmax.reduce(np.abs(value), axis=None))
-                for quantity in {name, "state"}:
+                for quantity in {name, STATE}:
                     key = f"{kind} {quantity}"
                     noted[key] = np.fmax(noted.get(key, 0.0), largest_now)
 
+    def _relative(self, index: int) -> Array:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return group_sums(self.final["error"][index] / self.length[index])
+
     def _quantities(self) -> list[str]:
-        return self.names if len(self.names) == 1 else [*self.names, "state"]
+        return self.names if len(self.names) == 1 else [*self.names, STATE]
 
     def _distances(self, a: Parts, b: Parts) -> Array:
-        squares = [((a[name] - b[name]) ** 2).sum(axis=0) for name in self.names]
-        if len(squares) > 1:
-            squares.append(sum(squares[1:], squares[0]))
-        roots: Array = np.sqrt(np.stack(squares))
-        return roots
+        return _norms([a[name] - b[name] for name in self.names])
+
+
+def power_sums(values: Array, powers: int) -> Array:
+    """Return the sums of e^p over groups for the first of `POWERS`, shape (G, L, powers), from errors (L, P)."""
+    squares = values * values
+    raised = [np.sqrt(values), values, squares, *([squares * squares] if powers > COMMON else [])]
+    return np.moveaxis(group_sums(np.stack(raised)), 1, -1)
+
+
+def _norms(components: Sequence[Array]) -> Array:
+    """Return the norm of each component and, where there are several, of all of them together, shape (Q, P)."""
+    squares = [(component**2).sum(axis=0) for component in components]
+    if len(squares) > 1:
+        squares.append(sum(squares[1:], squares[0]))
+    roots: Array = np.sqrt(np.stack(squares))
+    return roots

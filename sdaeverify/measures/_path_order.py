@@ -19,6 +19,9 @@ from ._reference_bias import Bias, reference_bias
 
 # A wrong limit shows as errors that stop falling while successive differences go on.
 WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15
+EXACT = "exact to round-off at every level"
+# Who stands still is exact on a solution that does not move.
+STILL = "the solution does not move beyond rounding"
 # From this p-value on it matters whether a low order is one of coarse steps only.
 SUSPECT = 0.01
 
@@ -43,13 +46,29 @@ class Fit(NamedTuple):
     bias: Bias
 
 
+def is_exact(evidence: Evidence, quantity: Quantity) -> bool:
+    """Tell whether errors against an independent truth are rounding at every level, and no step went wrong."""
+    # A scheme that is its own reference may do nothing at all, and agree with itself.
+    health, rounding = evidence.health.sums, quantity.rounding(np.array(evidence.settings.steps))
+    if evidence.problem.pathwise is None or health["failed"].any() or health["truncated"].any():
+        return False
+    return bool(np.all(quantity.means() <= 64.0 * rounding))
+
+
+def stands_still(evidence: Evidence, quantity: Quantity) -> bool:
+    """Tell whether the solution does not move beyond rounding."""
+    return bool(quantity.moved < 1e3 * 64.0 * quantity.rounding(np.array(evidence.settings.steps[-1])))
+
+
 def usable_levels(evidence: Evidence, quantity: Quantity) -> tuple[Array, str]:
     """Return the levels that can be fitted, and why others are left out."""
     sound, remarks = sound_levels(evidence.health.sums)
+    known = quantity.means()
     # Measured rounding stays below 2 eps sqrt(N) of the state's size; 30 times that leaves the fit alone.
-    rounding = quantity.means() <= 60.0 * quantity.rounding(np.array(evidence.settings.steps))
+    rounding = known <= 60.0 * quantity.rounding(np.array(evidence.settings.steps[: len(known)]))
     if rounding.any():
         remarks.append(at_levels("rounding", rounding))
+    sound = sound[sound < len(known)]
     return sound[~rounding[sound]], "; ".join(remarks)
 
 
@@ -68,7 +87,7 @@ def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
     if not _sharp(truth, claim):
         return Tests.none(f"{bias.reference}: it should be half an order above the claim")
     tests = order_tests(claim, fitted.slope, evidence, bias.bound)
-    if tests.refuted <= SUSPECT and not isinstance(claim.value, str) and _rises(evidence, quantity, fitted):
+    if tests.refuted <= SUSPECT and not isinstance(claim.value, str) and rises(evidence, quantity, fitted):
         # Steps too coarse look like a wrong limit, too.
         return Tests.none(f"{tests.reason}, but it still rises with refinement; add finer levels")
     if bias.knows_limit:
@@ -77,7 +96,12 @@ def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
     else:
         growth = np.inf if tests.verified <= evidence.level else tests.growth
         tests = tests._replace(verified=1.0, growth=growth, reason=f"{tests.reason}, but towards its own limit")
-    heavy = quantity.tail(fitted.levels[0]).heavy or quantity.tail(fitted.levels[-1]).heavy
+    return calibrated(tests, quantity, fitted.levels)
+
+
+def calibrated(tests: Tests, quantity: Quantity, levels: Array) -> Tests:
+    """Return the tests as far as the sample is large enough for its tails at the ends of the fit."""
+    heavy = quantity.tail(levels[0]).heavy or quantity.tail(levels[-1]).heavy
     return with_sample(tests, quantity.paths, heavy=heavy)
 
 
@@ -103,7 +127,8 @@ def _above(evidence: Evidence, fitted: Fit, claim: Claim) -> bool:
     return not isinstance(claim.value, str) and low > claim.value
 
 
-def _rises(evidence: Evidence, quantity: Quantity, fitted: Fit) -> bool:
+def rises(evidence: Evidence, quantity: Quantity, fitted: Fit) -> bool:
+    """Tell whether the local order still grows with refinement: steps are too coarse then to hold it against them."""
     return quantity.rise(fitted.levels).interval(evidence.settings.confidence)[0] > RISING
 
 

@@ -21,12 +21,14 @@ class Quantity:
     name : str
     h : ndarray, shape (L,)
         Step sizes.
-    error : ndarray, shape (G, L, 3)
-        Sums of e_l^p over groups, p = 1/2, 1, 2.
-    difference : ndarray, shape (G, L - 1, 3)
+    error : ndarray, shape (G, L, 3) or (G, L, 4)
+        Sums of e_l^p over groups, p = 1/2, 1, 2 and perhaps 4.
+    difference : ndarray, shape (G, L - 1, 3) or (G, L - 1, 4)
         The same of |x_l - x_{l+1}|.
-    blurred : ndarray, shape (G, L, 3), or None
+    blurred : ndarray, shape (G, L, 3) or (G, L, 4), or None
         The same as `error` against the truth at half its resolution, where it has an error of its own.
+    relative : ndarray, shape (G, L), or None
+        Sums of |x_l - x|/|x| over groups, at T.
     counts : ndarray, shape (G,)
     largest : ndarray, shape (L, k)
     size, moved : float
@@ -38,6 +40,7 @@ class Quantity:
     error: Array
     difference: Array
     blurred: Array | None
+    relative: Array | None
     counts: Array
     largest: Array
     size: float
@@ -64,12 +67,15 @@ class Quantity:
         """Return a linear functional of y on some levels."""
         return jackknife(self.error[:, levels, power], self.counts, partial(_functional, weights, POWERS[power]))
 
-    def contrast(self, levels: Array) -> Estimate:
-        """Return slope of log2 E e_{l+1} minus slope of log2 E d_l over the same levels l: 0 in the right limit."""
+    def contrast(self, levels: Array, share: float = 1.0) -> Estimate:
+        """Return slope of log2 E e_{l+1} minus slope of log2 E d_l over the same levels l: 0 in the right limit.
+
+        Or minus a share of the latter.
+        """
         coarse, fine = levels[:-1], levels[1:]
         weights = slope_weights(np.log2(self.h[coarse]))
         both = np.concatenate([self.error[:, fine, 1], self.difference[:, coarse, 1]], axis=1)
-        return jackknife(both, self.counts, partial(_functional, np.concatenate([weights, -weights]), 1.0))
+        return jackknife(both, self.counts, partial(_functional, np.concatenate([weights, -share * weights]), 1.0))
 
     def rise(self, levels: Array) -> Estimate:
         """Return by how much the local order grows from the last but one pair of levels to the last."""
@@ -81,6 +87,11 @@ class Quantity:
         weights = slope_weights(np.log2(self.h[levels]))
         both = np.concatenate([self.error[:, levels, 1], self.blurred[:, levels, 1]], axis=1)
         return jackknife(both, self.counts, partial(_functional, np.concatenate([-weights, weights]), 1.0))
+
+    def relative_error(self, level: int) -> Estimate:
+        """Return E |x_l - x|/|x| at T."""
+        assert self.relative is not None
+        return jackknife(self.relative[:, level], self.counts, float)
 
     def tail(self, level: int) -> Tail:
         """Return the tail diagnostics of a level."""
@@ -100,6 +111,7 @@ def quantities_of(evidence: Evidence) -> Iterator[Quantity]:
             error=sums[f"error {name}"],
             difference=sums[f"difference {name}"],
             blurred=sums.get(f"blurred {name}"),
+            relative=sums.get(f"relative {name}"),
             counts=sums["paths"],
             largest=evidence.tally.largest[name],
             size=float(evidence.tally.maxima[f"size {component}"][0]),

@@ -12,6 +12,10 @@ The supremum over time of the root mean square of |g| is classified against h:
     slope <= -0.35: errors accumulate as h tends to 0, always flagged;
 ``constant``
     it does not depend on h and is not small.
+
+Beside it stands the mean over paths of (int_0^T |g|^2 dt)^{1/2}. On a chain of nodes with spacing ds, where
+g = (1 - |d_s r|^2)/2 on each edge, the norms over space and time of Lindner et al. (2018), Fig. 4.3, are 2 sqrt(ds)
+times that of g for |d_s r|^2 - 1 = -2 g, and sqrt(ds) times that of Dg v for d_s r . d_s v = -Dg v.
 """
 
 from collections.abc import Iterator
@@ -60,6 +64,8 @@ class Defect:
         Of each path's largest |g|.
     worst, scale : ndarray, shape (L,)
         Largest |g| of all paths and times, and the size of the terms that cancel in it.
+    l2 : ndarray, shape (G, L)
+        Sums of (int_0^T |g|^2 dt)^{1/2} over groups.
     """
 
     name: str
@@ -69,6 +75,7 @@ class Defect:
     histogram: Array
     worst: Array
     scale: Array
+    l2: Array
 
     def sup_rms(self, level: int) -> Estimate:
         """Return log2 of sup_t RMS |g| at a level."""
@@ -134,6 +141,7 @@ def _defects(evidence: Evidence) -> Iterator[Defect]:
             histogram=sums[f"histogram {name}"],
             worst=maxima[f"worst {name}"],
             scale=maxima[f"scale {name}"],
+            l2=sums[f"l2 {name}"],
         )
 
 
@@ -230,7 +238,10 @@ def _levels(defect: Defect) -> Iterator[LevelFinding]:
     for level in range(len(defect.h)):
         log_rms = defect.sup_rms(level)
         rms = 2.0**log_rms.value
+        l2 = jackknife(defect.l2[:, level], defect.counts, float)
         details = {
+            "l2": l2.value,
+            "l2_std_error": l2.se,
             "max": float(defect.worst[level]),
             "median": quantile(defect.histogram[level], 0.5),
             "q99": quantile(defect.histogram[level], 0.99),

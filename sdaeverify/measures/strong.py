@@ -6,29 +6,39 @@ decide alone where the one-step map cannot be probed.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import chain
 from typing import Any, ClassVar, NamedTuple
-
-import numpy as np
 
 from ..arrays import Parts
 from ..forms import Problem
 from ..hookspecs import hookimpl
-from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..measure import Evidence, Finding, Judgement, Measure, Verdict
 from ..probe.local_orders import LocalOpinion
 from ..probe.local_strong import StrongOrder, judge_strong, strong_order
 from ..probe.one_step import OneStep
 from ..probe.strong_defects import LocalStrong, local_strong, no_local_order
 from ..scheme import Claim, Scheme
 from ..settings import Settings
-from ..statistics import Estimate
 from ..tally import Tally, packed, unpacked
 from ..verdicts import FEWEST, FITTED, Decision, Tests, claim_for, doubted, guard, unfitted
-from ._errors import AT_T, ErrorObserver
-from ._path_order import Fit, asymptotic_order, fit, path_tests, usable_levels
+from ._errors import AT_T, STATE, ErrorObserver
+from ._level_rows import level_rows
+from ._path_order import (
+    EXACT,
+    STILL,
+    Fit,
+    asymptotic_order,
+    fit,
+    is_exact,
+    path_tests,
+    stands_still,
+    usable_levels,
+)
 from ._quantity import Quantity, quantities_of
 
 PROBED = "local strong"
-STATE = "state"
+# Beside the mean, as indices of the powers that are noted.
+NORMS = {"L1/2": 0, "L2": 2}
 
 # By component.
 Orders = Mapping[str, StrongOrder]
@@ -57,9 +67,8 @@ class Strong(Measure):
         orders = _local_orders(evidence)
         findings = doubted([_finding(evidence, quantity, orders) for quantity in quantities])
         findings += _unknown(evidence, {quantity.name for quantity in quantities}, orders)
-        return Judgement(
-            tuple(findings), tuple(row for quantity in quantities for row in _levels(evidence, quantity))
-        )
+        rows = (level_rows(each, set(usable_levels(evidence, each)[0][-FITTED:]), NORMS) for each in quantities)
+        return Judgement(tuple(findings), tuple(chain.from_iterable(rows)))
 
 
 @hookimpl
@@ -99,7 +108,7 @@ def _finding(evidence: Evidence, quantity: Quantity, orders: Orders) -> Finding:
     component = quantity.name.removesuffix(AT_T)
     claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Strong.name, component)
     local = _local(evidence, component, orders, claim)
-    if _is_exact(evidence, quantity):
+    if is_exact(evidence, quantity):
         return _with_local(_exact_finding(evidence, quantity, local, claim), local)
     usable, left_out = usable_levels(evidence, quantity)
     if len(usable[-FITTED:]) < FEWEST:
@@ -156,19 +165,10 @@ def _with_local(finding: Finding, local: _Local) -> Finding:
     return replace(finding, details={**found, **finding.details})
 
 
-def _is_exact(evidence: Evidence, quantity: Quantity) -> bool:
-    # A scheme that is its own reference may do nothing at all, and agree with itself.
-    health, rounding = evidence.health.sums, quantity.rounding(np.array(evidence.settings.steps))
-    if evidence.problem.pathwise is None or health["failed"].any() or health["truncated"].any():
-        return False
-    return bool(np.all(quantity.means() <= 64.0 * rounding))
-
-
 def _exact_finding(evidence: Evidence, quantity: Quantity, local: _Local, claim: Claim | None) -> Finding:
-    reason, verdict, tier = "exact to round-off at every level", Verdict.VERIFIED, 3
-    if quantity.moved < 1e3 * 64.0 * quantity.rounding(np.array(evidence.settings.steps[-1])):
-        # Who stands still is exact on a solution that does not move.
-        reason, verdict = "the solution does not move beyond rounding", Verdict.INCONCLUSIVE
+    reason, verdict, tier = EXACT, Verdict.VERIFIED, 3
+    if stands_still(evidence, quantity):
+        reason, verdict = STILL, Verdict.INCONCLUSIVE
     if local.opinion is not None and local.decides:
         reason, verdict, tier = f"{local.opinion.reason}; {reason}", local.opinion.verdict, 1
     if claim is None:
@@ -226,21 +226,3 @@ def _details(evidence: Evidence, quantity: Quantity, fitted: Fit) -> dict[str, o
         "asymptotic_half_width": half,
         "bias_bound": fitted.bias.bound,
     }
-
-
-def _levels(evidence: Evidence, quantity: Quantity) -> Iterator[LevelFinding]:
-    fitted = set(usable_levels(evidence, quantity)[0][-FITTED:])
-    half, one, two = (quantity.means(power) for power in range(3))
-    for level in range(len(quantity.h)):
-        spread = np.sqrt(max(two[level] - one[level] ** 2, 0.0) / quantity.paths)
-        local: Any = Estimate(float("nan"), float("nan"))
-        if level and one[level - 1 : level + 1].all():
-            local = quantity.slope(np.array([level - 1, level]))
-        details = {
-            "estimate_L1/2": half[level] ** 2,
-            "estimate_L2": np.sqrt(two[level]),
-            "local_order": local.value,
-            "local_order_std_error": local.se,
-            "fitted": level in fitted,
-        }
-        yield LevelFinding(quantity.name, level, float(one[level]), float(spread), details)

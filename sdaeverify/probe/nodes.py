@@ -102,6 +102,15 @@ def normal_rule(dimension: int, count: int) -> Rule:
     return Rule(points, np.full(POINTS, 1.0 / POINTS), exact=False)
 
 
+def atom_rule(dimension: int, law: Law) -> Rule:
+    """Return all atoms of independent variables of a bounded law, or random ones where those are too many."""
+    if len(law.values) ** dimension <= LARGEST:
+        return tensor_rule([(np.array(law.values), np.array(law.weights))] * dimension)
+    rng = np.random.Generator(np.random.Philox(key=SEED))
+    points = rng.choice(law.values, size=(dimension, POINTS), p=law.weights)
+    return Rule(points, np.full(POINTS, 1.0 / POINTS), exact=False)
+
+
 def step_nodes(dimension: int, count: int, *, areas: bool = False, law: Law = GAUSSIAN) -> Nodes:
     """Return nodes for the noise of one step.
 
@@ -121,8 +130,8 @@ def step_nodes(dimension: int, count: int, *, areas: bool = False, law: Law = GA
     Nodes
     """
     if law.bounded:
-        rule = tensor_rule([(np.array(law.values), np.array(law.weights))] * dimension)
-        return Nodes(rule.x, None, rule.weights)
+        rule = atom_rule(dimension, law)
+        return Nodes(rule.x, None, rule.weights, rule.exact)
     rule = normal_rule(dimension * (2 if areas else 1), count)
     H = rule.x[dimension:] / np.sqrt(12.0) if areas else None
     return Nodes(rule.x[:dimension], H, rule.weights, rule.exact)

@@ -74,5 +74,4 @@ class OneStep:
 
     def euler(self, x: Array, t: float, h: float, noise: Increment) -> Array:
         """Return x + f h + B dW, shape (d, P): Euler-Maruyama of the Ito equation."""
-        B = np.broadcast_to(self.ito.diffusion(t, x), (len(x), len(noise.dW), x.shape[1]))
-        return np.asarray(x + h * self.ito.drift(t, x) + np.einsum("dlp,lp->dp", B, noise.dW))
+        return np.asarray(x + h * self.ito.drift(t, x) + self.ito.diffused(t, x, noise.dW))

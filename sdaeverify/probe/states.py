@@ -51,16 +51,17 @@ def cloud(view: Problem, ito: SDE) -> Array:
         points = np.concatenate([pilot, scattered], axis=1)
         if view.has_constraints:
             points = view.admissible(points)
-        return np.concatenate([start, np.where(_allowed(view, ito, points), points, start)], axis=1)
+        return np.concatenate([start, np.where(allowed(view, ito, points), points, start)], axis=1)
 
 
-def _allowed(view: Any, ito: SDE, points: Array) -> Mask:
+def allowed(view: Any, ito: SDE, points: Array) -> Mask:
+    """Tell which points of shape (d, S) are on the manifold, with finite drift and diffusion."""
     f, B = ito.drift(0.0, points), ito.diffusion(0.0, points)
-    allowed = all_finite(points) & all_finite(f) & all_finite(B.reshape(-1, B.shape[-1]))
+    good = all_finite(points) & all_finite(f) & all_finite(B.reshape(-1, B.shape[-1]))
     if view.has_constraints:
         for value, scale in view.residuals(view.parts(view.state(points))).values():
-            allowed &= (np.abs(value) <= CLOSE * scale).all(axis=0)
-    return allowed
+            good &= (np.abs(value) <= CLOSE * scale).all(axis=0)
+    return good
 
 
 def _pilot(ito: SDE, rng: np.random.Generator) -> Array:
@@ -70,8 +71,7 @@ def _pilot(ito: SDE, rng: np.random.Generator) -> Array:
     points = np.empty_like(x)
     for step in range(steps):
         dW = np.sqrt(h) * rng.standard_normal((ito.noise_dim, PILOT))
-        B = np.broadcast_to(ito.diffusion(step * h, x), (len(x), len(dW), PILOT))
-        x = x + _cut(h * ito.drift(step * h, x), x) + np.einsum("dlp,lp->dp", B, dW)
+        x = x + _cut(h * ito.drift(step * h, x), x) + ito.diffused(step * h, x, dW)
         done = kept == step + 1
         points[:, done] = x[:, done]
     return np.where(all_finite(points), points, ito.initial(PILOT))

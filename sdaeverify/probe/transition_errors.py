@@ -9,7 +9,7 @@ heating) or not smooth makes the two bases differ, at least at large step sizes,
 truncation weakens friction but not noise, the stationary law has tails |v|^-q with q ~ 1/h, and few moments.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +27,7 @@ from .transition import stationary, transition
 
 # Functions of an angle and of a coordinate on the line, by the number of coordinates: a single angle can have more.
 FINE, COARSE = {1: (65, 24), 2: (25, 24)}, {1: (49, 18), 2: (19, 18)}
+Sizes = Mapping[int, tuple[int, int]]
 # Noise nodes that are left out in the coarse basis.
 FEWER = 2
 # An observable that a turn of the angle or another value of a pure output moves by more is no function of the chart.
@@ -129,7 +130,9 @@ def weak_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Transiti
     return _answer(_Question(OneStep(scheme, view), names, T / counts, counts, law, exact))
 
 
-def invariant_errors(scheme: Scheme, view: Problem, step_sizes: Sequence[float]) -> TransitionErrors:
+def invariant_errors(
+    scheme: Scheme, view: Problem, step_sizes: Sequence[float], bases: tuple[Sizes, Sizes] = (FINE, COARSE)
+) -> TransitionErrors:
     """Return the errors of the means of `invariant_observables` under the stationary law.
 
     Parameters
@@ -138,6 +141,8 @@ def invariant_errors(scheme: Scheme, view: Problem, step_sizes: Sequence[float])
     view : Problem
         Of a pair that `refusal` has nothing against.
     step_sizes : sequence of float
+    bases : tuple of mapping of int to tuple of int, optional
+        Sizes of the fine and of the coarse basis, as in `FINE` and `COARSE`.
 
     Returns
     -------
@@ -154,15 +159,17 @@ def invariant_errors(scheme: Scheme, view: Problem, step_sizes: Sequence[float])
     truths = {truth.observable: truth.value for truth in view.truths if isinstance(truth, InvariantMean)}
     h = np.array(step_sizes)
     counts = (view.relaxation if np.isfinite(view.relaxation) else view.horizon) / h
-    return _answer(_Question(OneStep(scheme, view), names, h, counts, law, exact))
+    return _answer(_Question(OneStep(scheme, view), names, h, counts, law, exact), bases)
 
 
-def _answer(question: _Question) -> TransitionErrors:
+def _answer(question: _Question, bases: tuple[Sizes, Sizes] = (FINE, COARSE)) -> TransitionErrors:
     _, chart = charted(question.one_step.view)
     # What overflows is not finite in the record, where it is seen.
     with np.errstate(all="ignore"):
-        fine = _means(question, chart_basis(chart, *FINE[len(chart.axes)]), 0)
-        coarse = _means(question, chart_basis(chart, *COARSE[len(chart.axes)]), FEWER)
+        fine, coarse = (
+            _means(question, chart_basis(chart, *sizes[len(chart.axes)]), fewer)
+            for sizes, fewer in zip(bases, (0, FEWER), strict=True)
+        )
         difference = np.abs(fine.errors - coarse.errors)
     known = (question.h, question.steps, fine.errors, fine.exact, fine.spread)
     return TransitionErrors(*known, difference, *fine.noticed)

@@ -8,7 +8,7 @@ import pytest
 
 from sdaeverify import Claim, HolonomicSDAE, Residual, Scheme, Settings
 from sdaeverify.measure import Evidence, Verdict
-from sdaeverify.measures._residuals import EDGES, ResidualObserver, log_spaced, quantile
+from sdaeverify.measures._residuals import EDGES, ResidualObserver, log_spaced, quadrature, quantile
 from sdaeverify.measures.drift import Drift
 from sdaeverify.tally import Tally
 
@@ -46,7 +46,7 @@ def judge(residual, value="round-off", failed=0):
     problem = Prescribed()
     observer = ResidualObserver(problem, {"g": np.zeros(400)}, SETTINGS)
     for level, steps in enumerate(SETTINGS.steps):
-        for step in log_spaced(steps):
+        for step in sorted(observer.wanted[level]):
             observer.after_step(level, step, {"g": SIZES * residual(1.0 / steps, step / steps)})
     zeros = np.zeros(SETTINGS.levels)
     health = {"failed": zeros + failed, "lost": zeros, "truncated": zeros, "steps": zeros + 1}
@@ -135,3 +135,33 @@ def test_log_spaced_steps_are_distinct_and_end_at_the_last():
 def test_quantile_of_an_empty_histogram_is_not_a_number():
     """Without finite residuals there is no quantile."""
     assert np.isnan(quantile(np.zeros(len(EDGES) - 1), 0.5))
+
+
+@pytest.mark.parametrize("growth", [0.5, 1.0, 2.0])
+def test_levels_hold_the_norm_in_time(growth):
+    """The mean over paths of (int g^2 dt)^{1/2} is that of the power of t, to the error of 64 points."""
+    _, levels = judge(lambda h, t: t**growth, value=1.0)
+
+    expected = SIZES.mean() / np.sqrt(2.0 * growth + 1.0)
+    assert [row.details["l2"] for row in levels[3:]] == pytest.approx([expected] * 3, rel=2e-3)
+    assert levels[-1].details["l2_std_error"] == pytest.approx(SIZES.std() / np.sqrt(2 * growth + 1) / 20, rel=0.4)
+
+
+@pytest.mark.parametrize("steps", [1, 8, 64, 65, 100, 256, 1000, 2**14])
+def test_the_quadrature_is_the_trapezoidal_rule(steps):
+    """Weights add up to the interval less half the step at its start, where the defect is 0."""
+    weights = quadrature(steps)
+
+    assert len(weights) == min(steps, 64)
+    assert min(weights) >= 1
+    assert max(weights) <= steps
+    assert sum(weights.values()) == pytest.approx(1.0 - 0.5 / steps)
+
+
+@pytest.mark.parametrize("period", [2, 4, 8, 11])
+@pytest.mark.parametrize("steps", [256, 1000, 2**14])
+def test_a_defect_that_is_reset_is_met_at_all_its_phases(steps, period):
+    """A sawtooth in time has its mean square to an eighth, whether or not its period divides the stretches."""
+    found = sum(weight * (step % period) ** 2 for step, weight in quadrature(steps).items())
+
+    assert found == pytest.approx((np.arange(period) ** 2).mean(), rel=0.125)

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from scipy.special import stdtrit
 
 from sdaeverify import SDE, Claim, Scheme, Settings, verdicts
 from sdaeverify.lanes import Snapshot
@@ -326,3 +327,36 @@ def test_a_local_refutation_needs_no_paths():
     evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, Tally(), health())
 
     assert guard(Opinion(Verdict.REFUTED, ""), verdicts.Tests.none(""), evidence).verdict is Verdict.REFUTED
+
+
+def test_the_relative_error_at_the_end_is_a_mean_of_ratios():
+    """Each path's error is divided by its own solution, per component and for all together, with a t-interval."""
+    rng = np.random.default_rng(3)
+    settings = replace(SETTINGS, paths=400)
+    truth = {"a": rng.uniform(1.0, 3.0, (2, 400)), "b": rng.uniform(1.0, 3.0, (1, 400))}
+    levels = [{name: part * (1.0 + h * (name == "a")) for name, part in truth.items()} for h in H]
+    observer = ErrorObserver(truth, settings)
+    observer.after_coarsest_step(Snapshot(levels, truth, None))
+
+    rows = Strong().judge(Evidence(Modest(), gbm(), gbm(), settings, observer.tally(), health())).levels
+
+    relative = {(row.quantity, row.level): row.details for row in rows if "relative" in row.details}
+    a, b = ((truth[name] ** 2).sum(axis=0) for name in "ab")
+    ratios = H[2] * np.sqrt(a / (a + b))
+    groups = ratios.reshape(20, 20).mean(axis=0)
+    half = stdtrit(19, 0.95) * groups.std(ddof=1) / np.sqrt(20)
+    assert {quantity for quantity, _ in relative} == {"a@T", "b@T", "state@T"}
+    assert relative["a@T", 2]["relative"] == pytest.approx(H[2], rel=1e-12)
+    assert relative["b@T", 2]["relative"] == 0.0
+    assert relative["state@T", 2]["relative"] == pytest.approx(ratios.mean(), rel=1e-12)
+    assert relative["state@T", 2]["relative_low"] == pytest.approx(ratios.mean() - half, rel=1e-9)
+    assert relative["state@T", 2]["relative_high"] == pytest.approx(ratios.mean() + half, rel=1e-9)
+
+
+def test_a_solution_that_ends_at_zero_has_no_finite_relative_error():
+    """Where the solution is 0, the error is infinitely large beside it: said, not hidden."""
+    observer = ErrorObserver({"x": np.ones((1, 400))}, replace(SETTINGS, paths=400))
+    level, end = {"x": np.full((1, 400), 0.1)}, {"x": np.zeros((1, 400))}
+    observer.after_coarsest_step(Snapshot([level] * 6, end, None))
+
+    assert np.isinf(observer.tally().sums["relative x@T"]).all()

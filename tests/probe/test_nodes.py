@@ -116,3 +116,12 @@ def test_increments_are_laid_out_state_by_state() -> None:
     assert np.array_equal(noise.dW, 0.5 * np.concatenate([nodes.dW, nodes.dW], axis=1))
     assert np.array_equal(noise.H[:, len(nodes.weights) :], 0.5 * nodes.H)
     assert nodes.mean(np.ones((4, 2, 9))) == pytest.approx(np.ones((4, 2)))
+
+
+def test_too_many_atoms_are_sampled():
+    """Sixteen three-point variables have 43 million atoms: random ones take their place and say so."""
+    nodes = step_nodes(16, 3, law=THREE_POINT)
+    assert nodes.dW.shape == (16, POINTS)
+    assert not nodes.exact
+    assert set(np.unique(nodes.dW)) == set(THREE_POINT.values)
+    assert step_nodes(8, 3, law=THREE_POINT).exact

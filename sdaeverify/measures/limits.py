@@ -1,0 +1,95 @@
+"""Asymptotic preservation: how fast a scheme tends to its limit eps = 0 at a fixed step size.
+
+The exponents of eps in |X_n^eps - X_n^0| and |zeta(X_n^eps)|, Laurent (2022), Theorem 2.9, of the largest distance in
+a few steps on the same noise, in the root mean square over paths; with noise 1/2, without it 1. The slope is fitted
+where eps is far below h; its interval is the jackknife's. What is rounding for every eps keeps a claim of any order.
+"""
+
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..forms import Problem
+from ..hookspecs import hookimpl
+from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..probe.stiff_limit import LimitDistances, Slope, limit_distances, limit_slopes
+from ..probe.stiffness import member, no_family
+from ..scheme import Claim, Scheme
+from ..settings import Settings
+from ..tally import Tally, packed, unpacked
+from ..verdicts import Decision, claim_for, decide, order_tests
+
+PROBED = "limit"
+METHOD = "distances at fixed h on the same noise (T3)"
+STILL = "without noise"
+# No more paths may be left out.
+FAILED = 0.01
+
+
+class Limits(Measure):
+    """Exponents of eps in the distance from the limit and in the constraint."""
+
+    name: ClassVar[str] = "limits"
+
+    def refuses(self, scheme: Scheme, problem: Problem) -> str:
+        """Refuse what has no family or no claim, and schemes that cannot be run at eps = 0."""
+        if reason := no_family(scheme, problem, self.name):
+            return reason
+        reason = scheme.refuses(member(problem.view(scheme.form), 0.0))
+        return f"the scheme cannot be run in the limit: {reason}" if reason else ""
+
+    def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
+        """Return the distances."""
+        return packed(PROBED, limit_distances(scheme, view, settings.seed))
+
+    def judge(self, evidence: Evidence) -> Judgement:
+        """Return a finding for both distances, with noise and without, and the distances."""
+        record = unpacked(PROBED, LimitDistances, evidence.tally)
+        if record is None:
+            return Judgement((Finding(quantity="", verdict=Verdict.INCONCLUSIVE, reason="not probed"),), ())
+        found = limit_slopes(record)
+        findings = tuple(_finding(evidence, record, name, slope) for name, slope in found.items())
+        return Judgement(
+            findings, tuple(row for name, slope in found.items() for row in _levels(record, name, slope))
+        )
+
+
+@hookimpl
+def sdaeverify_measures() -> list[Measure]:
+    """Register the measure."""
+    return [Limits()]
+
+
+def _finding(evidence: Evidence, record: LimitDistances, name: str, slope: Slope) -> Finding:
+    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Limits.name, name)
+    decision = Decision(Verdict.OUT_OF_SCOPE, no_claim, 3)
+    if claim is not None:
+        decision = _decision(evidence, record, claim, slope)
+    low, high = slope.estimate.interval(evidence.settings.confidence)
+    return Finding(
+        quantity=name,
+        claim=claim,
+        estimate=slope.estimate.value,
+        low=low,
+        high=high,
+        method=METHOD,
+        **decision._replace(settled=True)._asdict(),
+    )
+
+
+def _decision(evidence: Evidence, record: LimitDistances, claim: Claim, slope: Slope) -> Decision:
+    if record.failed > FAILED:
+        share = f"{100.0 * float(record.failed):.2g} per cent of the paths met a step without root"
+        return Decision(Verdict.INCONCLUSIVE, share, 3)
+    if np.isnan(slope.estimate.value):
+        return Decision(Verdict.INCONCLUSIVE, "distances are not finite, or rounding for many eps", 3)
+    if np.isinf(slope.estimate.value) and not isinstance(claim.value, str):
+        return Decision(Verdict.VERIFIED, "rounding for every eps", 3)
+    tests = order_tests(claim, slope.estimate, evidence)
+    return decide(tests._replace(growth=np.inf), evidence)
+
+
+def _levels(record: LimitDistances, name: str, slope: Slope) -> Iterator[LevelFinding]:
+    for eps, distance in zip(record.eps, slope.distances, strict=True):
+        yield LevelFinding(name, None, float(distance), 0.0, {"eps": float(eps)}, float(record.h))

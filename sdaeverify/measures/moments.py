@@ -1,0 +1,207 @@
+"""Bounded moments: E max_k V(X_k), V = 1 + |x|_*^4, over the coarsest grid at every step size.
+
+One claim is known:
+
+``bounded``
+    uniformly in h (Lindner & Stroot 2017, Lemma 4.12).
+
+No sample shows that a moment is finite: what explodes may be carried by paths too rare to be drawn, and says nothing
+of smaller h. Therefore a claim is
+
+verified
+    by one step alone (T1): where sup_x log(E V(Phi(x, h, w))/V(x))/h over states near and far is bounded as h tends
+    to 0, moments are bounded uniformly by iteration; see `probe.growth`. It is sufficient, not necessary. The paths
+    guard it. Where the map cannot be probed they decide, if their tails are not heavy;
+refuted
+    by paths: the fourth root of the moment is provably more than twice that of the solution at some step size. By
+    Markov's inequality a share of at most c E V / v of the paths has V >= v if the scheme's moment is at most c times
+    the solution's, c = 2^4. Shares are told from that by the binomial law, whatever the tail. The solution's moment
+    enters with its upper confidence bound, on half of the level; thresholds and levels share the other half;
+inconclusive
+    otherwise.
+
+Only cells with a claim are sampled.
+"""
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from scipy.special import bdtrc
+
+from ..arrays import Array, Parts
+from ..forms import Problem
+from ..hookspecs import hookimpl
+from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..probe.growth import POWER, Growth, growth, judge_growth
+from ..probe.local_orders import LocalOpinion
+from ..probe.one_step import OneStep
+from ..scheme import Claim, Scheme
+from ..settings import Settings
+from ..statistics import Estimate, Tail, jackknife, tail
+from ..tally import Tally, packed, unpacked
+from ..verdicts import Tests, claim_for, guard, with_sample
+from ._moments import EDGES, MomentObserver
+
+QUANTITY, BOUNDED = "moment", "bounded"
+PROBED = "growth"
+METHODS = {1: "growth in one step (T1)", 3: "largest V along paths (T3)"}
+# c = 2^4: a moment is too large where its fourth root is more than twice the solution's.
+FACTOR = 2.0**POWER
+# Octaves above c E V at which shares are compared.
+OCTAVES = np.array([0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0])
+
+
+class Moments(Measure):
+    """Fourth moments of the components, uniformly in the step size."""
+
+    name: ClassVar[str] = "moments"
+
+    def refuses(self, scheme: Scheme, problem: Problem) -> str:
+        """Refuse schemes that claim nothing, so that nothing is sampled for them."""
+        view = problem.view(scheme.form)
+        claim, reason = claim_for(scheme, view.traits if view else (), self.name, QUANTITY)
+        return "" if claim else reason
+
+    def observer(self, problem: Problem, parts: Parts, settings: Settings) -> MomentObserver:
+        """Return the notebook for one block."""
+        return MomentObserver(problem, parts, settings)
+
+    def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
+        """Return the growth of E V in one step, where the map can be probed."""
+        return Tally() if OneStep(scheme, view).refusal() else packed(PROBED, growth(scheme, view))
+
+    def judge(self, evidence: Evidence) -> Judgement:
+        """Return one finding, and the moments of all levels."""
+        sample = Sample.of(evidence)
+        claim, _ = claim_for(evidence.scheme, evidence.view.traits, Moments.name, QUANTITY)
+        return Judgement((_finding(evidence, sample, claim),), tuple(_levels(sample)))
+
+
+@hookimpl
+def sdaeverify_measures() -> list[Measure]:
+    """Register the measure."""
+    return [Moments()]
+
+
+class Sample(NamedTuple):
+    """The largest V of each path at L levels, and of the truth in the last row.
+
+    Attributes
+    ----------
+    h : ndarray, shape (L,)
+    counts : ndarray, shape (G,)
+    sums : ndarray, shape (G, L + 1, 2)
+        Of V and V^2 over groups.
+    histogram : ndarray, shape (L + 1, bins)
+    largest : ndarray, shape (L + 1, k)
+    """
+
+    h: Array
+    counts: Array
+    sums: Array
+    histogram: Array
+    largest: Array
+
+    @classmethod
+    def of(cls, evidence: Evidence) -> "Sample":
+        """Return the sample of a cell."""
+        sums = evidence.tally.sums
+        h, top = np.array(evidence.step_sizes), evidence.tally.largest["V"]
+        return cls(h, sums["paths"], sums["moment"], sums["histogram"], top)
+
+    @property
+    def paths(self) -> int:
+        """Number of paths."""
+        return int(self.counts.sum())
+
+    def moment(self, row: int) -> Estimate:
+        """Return E max_k V of a level, or of the truth."""
+        return jackknife(self.sums[:, row, 0], self.counts, float)
+
+    def log_ratio(self, level: int) -> Estimate:
+        """Return log2 of a level's moment over that of the truth."""
+        return jackknife(self.sums[:, [level, -1], 0], self.counts, lambda m: float(np.log2(m[0] / m[1])))
+
+    def tail(self, row: int) -> Tail:
+        """Return the tail diagnostics of a level, or of the truth."""
+        total, squares = self.sums[:, row].sum(axis=0)
+        return tail(float(total), float(squares), self.largest[row], self.paths)
+
+    def excess(self, bound: float) -> Array:
+        """Return, for each level and threshold, the probability of so many paths above it if E V <= bound."""
+        above = np.cumsum(self.histogram[:-1, ::-1], axis=1)[:, ::-1]
+        places = np.searchsorted(EDGES[:-1], np.log2(bound) + OCTAVES).clip(max=len(EDGES) - 2)
+        hits, share = above[:, places], np.minimum(1.0, bound / 2.0 ** EDGES[places])
+        return np.where(hits > 0.0, bdtrc(hits - 1.0, self.paths, share), 1.0)
+
+
+def _finding(evidence: Evidence, sample: Sample, claim: Claim | None) -> Finding:
+    ratios = [sample.log_ratio(level) for level in range(len(sample.h))]
+    worst = int(np.argmax([ratio.value for ratio in ratios]))
+    low, high = ratios[worst].interval(evidence.settings.confidence)
+    found = unpacked(PROBED, Growth, evidence.tally)
+    shown = partial(
+        Finding,
+        quantity=QUANTITY,
+        claim=claim,
+        estimate=float(2.0 ** ratios[worst].value),
+        low=float(2.0**low),
+        high=float(2.0**high),
+        details={
+            "class": "ratio of moments",
+            "h_of_largest": float(sample.h[worst]),
+            "growth_rate": float(found.rate.max()) if found else np.nan,
+        },
+    )
+    if claim is None or claim.value != BOUNDED:
+        verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
+        return shown(verdict=verdict, reason=f"this measure does not know what {claim} means" if claim else "")
+    local = judge_growth(found, evidence.view.horizon) if found else None
+    decision = guard(local, _tests(evidence, sample, ratios, local), evidence)
+    return shown(method=METHODS[decision.tier], **decision._asdict())
+
+
+def _tests(evidence: Evidence, sample: Sample, ratios: list[Estimate], local: LocalOpinion | None) -> Tests:
+    truth = sample.moment(-1)
+    if not np.isfinite(truth.se) or sample.tail(-1).heavy:
+        return Tests.none("the solution's own moment is not known, or rests on few paths")
+    bound = FACTOR * truth.interval(1.0 - evidence.level)[1]
+    excess = sample.excess(bound)
+    level = int(excess.min(axis=1).argmin())
+    refuted = min(1.0, max(evidence.level, 2.0 * excess.size * float(excess.min())))
+    suspect = refuted <= 1.0 - evidence.settings.confidence
+    verified, reason, growth = _from_below(evidence, sample, ratios, local)
+    if suspect:
+        reason = (
+            f"more paths at h = {sample.h[level]:.3g} are far out than a moment of {FACTOR:g} times the solution's"
+        )
+        reason, growth = f"{reason} allows; {_sized(ratios[level])}", 1.0
+    return with_sample(Tests(verified, refuted, reason, growth), sample.paths, heavy=False)
+
+
+def _from_below(
+    evidence: Evidence, sample: Sample, ratios: list[Estimate], local: LocalOpinion | None
+) -> tuple[float, str, float]:
+    """Return the p-value against moments that are too large, the figures, and the growth of the sample to decide."""
+    p_values = [ratio.p_below(np.log2(FACTOR)) for ratio in ratios]
+    worst = int(np.argmax(p_values))
+    reason = _sized(ratios[worst])
+    if evidence.health.sums["without_root"].any():
+        return 1.0, f"{reason}; steps without root", np.inf
+    if local is not None or any(sample.tail(level).heavy for level in range(len(ratios))):
+        # What one step leaves open, or few paths carry, no sample confirms.
+        return 1.0, reason, np.inf
+    return p_values[worst], reason, ratios[worst].growth_to_decide(np.log2(FACTOR), evidence.level)
+
+
+def _sized(ratio: Estimate) -> str:
+    return f"moment {2.0**ratio.value:.3g} times the solution's"
+
+
+def _levels(sample: Sample) -> Iterator[LevelFinding]:
+    for level in range(len(sample.h)):
+        moment, ratio, found = sample.moment(level), sample.log_ratio(level), sample.tail(level)
+        details = {"ratio": float(2.0**ratio.value), "hill": found.hill, "largest_share": found.share}
+        yield LevelFinding(QUANTITY, level, moment.value, moment.se, details)

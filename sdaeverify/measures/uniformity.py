@@ -1,0 +1,167 @@
+"""Uniform accuracy: the order in h of the largest error over all stiffness parameters, on one family of problems.
+
+The problem is rebuilt, its truths included, with eps = 1e-8, ..., 10, and the supremum over this grid is looked at as
+a function of h; see `probe.uniform_errors` for why no slope is fitted at fixed eps. Nothing is sampled:
+
+``weak``
+    Each first and second moment at T, where problem and step are linear: two eps a decade.
+``strong``
+    (E |X_N - X(T)|^2)^{1/2} on one Brownian path, where both are linear and the noise is additive.
+``invariant``
+    Stationary means by the transition operator, where the family has a chart and known means: one eps a decade.
+
+A claim is that of Laurent (2022), Theorem 2.7: an order, of which the claim's margin is left out.
+"""
+
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..forms import Problem
+from ..hookspecs import hookimpl
+from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..probe import transition
+from ..probe.linear_pair import no_linear_pair
+from ..probe.moments import no_moments
+from ..probe.stiffness import member, no_family
+from ..probe.transition_errors import invariant_observables
+from ..probe.uniform_errors import (
+    Supremum,
+    UniformErrors,
+    invariant_suprema,
+    moment_suprema,
+    strong_suprema,
+    suprema,
+)
+from ..scheme import Scheme
+from ..settings import Settings
+from ..tally import Tally, packed, unpacked
+from ..verdicts import Opinion, claim_for
+
+WEAK, STRONG, INVARIANT = "weak", "strong", "invariant"
+METHODS = {
+    WEAK: "supremum over eps of errors of moments (T2)",
+    STRONG: "supremum over eps of distances by moments (T2)",
+    INVARIANT: "supremum over eps of errors of stationary means by the transition operator (T2)",
+}
+
+
+class Uniformity(Measure):
+    """Orders of suprema over eps."""
+
+    name: ClassVar[str] = "uniformity"
+
+    def refuses(self, scheme: Scheme, problem: Problem) -> str:
+        """Refuse problems without family, schemes without claim, and families for which nothing is exact."""
+        if reason := no_family(scheme, problem, self.name):
+            return reason
+        one = member(problem.view(scheme.form))
+        if scheme.refuses(one):
+            return scheme.refuses(one)
+        return "" if not no_moments(scheme, one) else _no_operator(scheme, one)
+
+    def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
+        """Return the errors of what can be had without sampling."""
+        one, steps = member(view), settings.steps
+        if no_moments(scheme, one):
+            return packed(INVARIANT, invariant_suprema(scheme, view, steps))
+        evidence = packed(WEAK, moment_suprema(scheme, view, steps))
+        if no_linear_pair(scheme, one):
+            return evidence
+        return evidence.merged(packed(STRONG, strong_suprema(scheme, view, steps)))
+
+    def judge(self, evidence: Evidence) -> Judgement:
+        """Return a finding for each kind of error, and its suprema."""
+        records = ((name, unpacked(name, UniformErrors, evidence.tally)) for name in METHODS)
+        found = [(name, record) for name, record in records if record is not None]
+        if not found:
+            return Judgement((Finding(quantity="", verdict=Verdict.INCONCLUSIVE, reason="not probed"),), ())
+        findings = tuple(_finding(evidence, name, record) for name, record in found)
+        return Judgement(findings, tuple(row for name, record in found for row in _levels(evidence, name, record)))
+
+
+@hookimpl
+def sdaeverify_measures() -> list[Measure]:
+    """Register the measure."""
+    return [Uniformity()]
+
+
+def _no_operator(scheme: Scheme, one: Problem) -> str:
+    reason = transition.refusal(scheme, one)
+    if not reason and not invariant_observables(one):
+        reason = "no stationary mean is known"
+    return f"neither moments nor stationary means are exact for every eps: {reason}" if reason else ""
+
+
+def _finding(evidence: Evidence, name: str, record: UniformErrors) -> Finding:
+    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Uniformity.name, name)
+    named = list(zip(_names(evidence, name), suprema(record), strict=True))
+    told = [each for each in named if each[1].resolved]
+    label, worst = min(told, key=lambda each: each[1].order, default=(named[0]))
+    if claim is None:
+        opinion = Opinion(Verdict.OUT_OF_SCOPE, no_claim)
+    elif isinstance(claim.value, str):
+        opinion = Opinion(Verdict.INCONCLUSIVE, f"this measure does not know what {claim.value!r} means")
+    else:
+        opinion = _opinion(claim.value - claim.margin, record, named)
+    return Finding(
+        quantity=name,
+        verdict=opinion.verdict,
+        reason=opinion.reason,
+        claim=claim,
+        estimate=worst.order,
+        low=worst.least,
+        high=worst.most,
+        method=METHODS[name],
+        tier=2,
+        details={"functional": label, "worst_eps": float(worst.worst[-1])},
+    )
+
+
+def _opinion(bound: float, record: UniformErrors, named: list[tuple[str, Supremum]]) -> Opinion:
+    if not record.applies:
+        return Opinion(Verdict.INCONCLUSIVE, "the step is not linear, has no root somewhere or leaves the chart")
+    below = [each for each in named if each[1].resolved and each[1].most < bound]
+    if below:
+        return Opinion(Verdict.REFUTED, _worded(record, *min(below, key=lambda each: each[1].order)))
+    open_ = [label for label, found in named if not found.resolved and found.seen]
+    if open_:
+        return Opinion(Verdict.INCONCLUSIVE, f"the error is not resolved of {', '.join(open_)}")
+    told = [each for each in named if each[1].resolved]
+    if not told:
+        highest = min(found.highest for _, found in named)
+        verdict = Verdict.VERIFIED if highest == record.eps[-1] else Verdict.INCONCLUSIVE
+        beyond = "" if verdict is Verdict.VERIFIED else ", and larger ones are not resolved"
+        return Opinion(verdict, f"no error is seen for eps up to {highest:.3g}{beyond}")
+    reason = _worded(record, *min(told, key=lambda each: each[1].order))
+    if all(found.least >= bound for _, found in told):
+        return Opinion(Verdict.VERIFIED, reason)
+    return Opinion(Verdict.INCONCLUSIVE, f"{reason}; known too little")
+
+
+def _worded(record: UniformErrors, label: str, found: Supremum) -> str:
+    last = int(np.flatnonzero(np.isfinite(found.high)).max(initial=0))
+    if np.isinf(found.value[-1]):
+        return f"the error of {label} is not bounded: infinite at h = {record.h[-1]:.3g}, eps = {found.worst[-1]:.3g}"
+    where = f"{found.value[last]:.2g} at h = {record.h[last]:.3g}, eps = {found.worst[last]:.3g}"
+    return (
+        f"order {found.order:.3f} of the supremum over eps up to {found.highest:.3g} of the error of {label}; {where}"
+    )
+
+
+def _names(evidence: Evidence, name: str) -> list[str]:
+    if name == STRONG:
+        return ["x"]
+    if name == INVARIANT:
+        return [f"E {observable}" for observable in invariant_observables(member(evidence.view))]
+    d = member(evidence.view).dimension
+    second = (f"E x_{i + 1} x_{j + 1}" for i, j in zip(*np.triu_indices(d), strict=True))
+    return [*(f"E x_{i + 1}" for i in range(d)), *second]
+
+
+def _levels(evidence: Evidence, name: str, record: UniformErrors) -> Iterator[LevelFinding]:
+    for label, found in zip(_names(evidence, name), suprema(record), strict=True):
+        for h, value, low, high, eps in zip(record.h, *found[:4], strict=True):
+            details = {"functional": label, "low": float(low), "high": float(high), "worst_eps": float(eps)}
+            yield LevelFinding(name, None, float(value), 0.0, details, float(h))

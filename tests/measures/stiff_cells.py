@@ -1,0 +1,126 @@
+"""What tests of measures of stiff families share: schemes with claims, right and wrong ones; how they are judged."""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import ClassVar
+
+import numpy as np
+
+from sdaeverify import Claim, Settings
+from sdaeverify.measure import Evidence, Finding, Judgement, Measure
+from sdaeverify.tally import Tally
+from sdaeverify_problems.affine_constraint import affine_constraint
+from sdaeverify_schemes.constrained_euler import ConstrainedEuler
+from sdaeverify_schemes.penalised_euler import PenalisedEuler
+from sdaeverify_schemes.uniform_expansion import UniformExpansion
+from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
+
+SETTINGS = Settings(paths=40, levels=3)
+AFFINE = affine_constraint()
+UNIFORM = Claim(measure="uniformity", value=0.5, source="test")
+LIMITS = (
+    Claim(measure="limits", quantities=("x", "zeta"), value=0.5, margin=0.02, source="test"),
+    Claim(
+        measure="limits", quantities=("x without noise", "zeta without noise"), value=1.0, margin=0.02, source="test"
+    ),
+)
+EFFORT = Claim(measure="effort", value="at most 5 iterations", source="test")
+CLAIMS = (UNIFORM, *LIMITS, EFFORT)
+
+
+@dataclass(frozen=True)
+class Right(UniformlyAccurate):
+    """The uniformly accurate integrator with all claims."""
+
+    claims: ClassVar[tuple[Claim, ...]] = CLAIMS
+
+
+@dataclass(frozen=True)
+class Explicit(PenalisedEuler):
+    """The explicit scheme, which is unstable for h > eps, with all claims."""
+
+    claims: ClassVar[tuple[Claim, ...]] = CLAIMS
+
+
+@dataclass(frozen=True)
+class Ignorant(ConstrainedEuler):
+    """The scheme of the limit, which ignores eps, with all claims."""
+
+    claims: ClassVar[tuple[Claim, ...]] = CLAIMS
+
+
+@dataclass(frozen=True)
+class Leaving(UniformExpansion):
+    """The explicit expansion, which leaves the manifold in the limit, with all claims."""
+
+    claims: ClassVar[tuple[Claim, ...]] = CLAIMS
+
+
+@dataclass(frozen=True)
+class HalfRoot(Right):
+    """The root covers half of its argument: sqrt(eps/2) (1 - e^{-2h/eps})."""
+
+    def weights(self, problem, h):
+        """Return the coefficients."""
+        wrong = np.sqrt(0.5 * problem.eps) * -np.expm1(-2.0 * h / problem.eps)
+        return super().weights(problem, h)._replace(noise=problem.strength * wrong / np.sqrt(h))
+
+
+@dataclass(frozen=True)
+class Without(Right):
+    """One coefficient is 0."""
+
+    term: str = "fixman"
+
+    def weights(self, problem, h):
+        """Return the coefficients."""
+        return super().weights(problem, h)._replace(**{self.term: 0.0})
+
+
+@dataclass(frozen=True)
+class Climbing(Right):
+    """It reports iterations that grow by `slope` in each decade of 1/eps, or `more` of them on one path in 256."""
+
+    slope: float = 0.0
+    more: int = 0
+
+    def prepare(self, problem, h):
+        """Return the step."""
+        step = super().prepare(problem, h)
+
+        def stepper(state, t, noise):
+            result = step(state, t, noise)
+            taken = result.costs["newton_iterations"] + self.slope * np.log10(10.0 / problem.eps)
+            taken = taken + self.more * (np.arange(len(taken)) % 256 == 7)
+            return result._replace(costs={"newton_iterations": taken})
+
+        return stepper
+
+
+def judged(measure: Measure, scheme, problem, *claims: Claim) -> dict[str, Finding]:
+    """Probe and judge a cell, with other claims than the scheme's if some are given."""
+    found = whole(measure, scheme, problem, *claims)
+    assert {row.quantity for row in found.levels} == {finding.quantity for finding in found.findings}
+    return {finding.quantity: finding for finding in found.findings}
+
+
+def whole(measure: Measure, scheme, problem, *claims: Claim) -> Judgement:
+    """Return all rows of a cell."""
+    if claims:
+        scheme = replace_claims(scheme, claims)
+    assert measure.refuses(scheme, problem) == ""
+    return measure.judge(Evidence(scheme, problem, problem, SETTINGS, probed(measure, scheme, problem), Tally()))
+
+
+# Schemes that differ by their claims alone are equal: the probe knows nothing of claims.
+@lru_cache
+def probed(measure: Measure, scheme, problem) -> Tally:
+    """Return the evidence on a cell."""
+    return measure.probe(scheme, problem, SETTINGS)
+
+
+def replace_claims(scheme, claims: tuple[Claim, ...]):
+    """Return a scheme with other claims."""
+    other = replace(scheme)
+    object.__setattr__(other, "claims", claims)
+    return other

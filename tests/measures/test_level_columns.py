@@ -1,0 +1,42 @@
+"""What each level row says beside its estimate: what went wrong, and what the steps took."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from sdaeverify import Claim, verify
+from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+
+
+@dataclass(frozen=True)
+class Convergent(HalfExplicitEuler):
+    """The half-explicit scheme that claims to converge, whatever its truncation."""
+
+    name: ClassVar[str] = "convergent"
+    claims: ClassVar[tuple[Claim, ...]] = (Claim(measure="uniform", value="converges", source="test"),)
+
+
+def fast():
+    """Return the pendulum with a start so fast that coarse steps are truncated, or have no root."""
+    return pendulum(omega_0=5.0)
+
+
+@pytest.mark.parametrize("measure", ["strong", "drift", "uniform"])
+def test_failures_truncation_and_iterations_are_columns(measure):
+    """Each level row of a sampled measure has them; they are those of the step size, whatever the quantity."""
+    schemes = [Convergent("none"), Convergent("theory")]
+    levels = verify(schemes, [fast], measure, paths=80, levels=3, block=80).levels
+
+    free, truncated = (levels[levels.scheme == scheme.label] for scheme in schemes)
+    assert np.isfinite(levels[["failed_paths", "lost_paths", "truncated_share", "mean_newton_iterations"]]).all(
+        axis=None
+    )
+    assert (levels.groupby(["scheme", "h"])["mean_newton_iterations"].nunique() == 1).all()
+    assert (levels["mean_newton_iterations"] > 1.0).all()
+    assert free["failed_paths"].max() > 0
+    assert free["truncated_share"].max() == 0.0
+    assert truncated["failed_paths"].max() == 0
+    assert truncated["truncated_share"].max() > 0.5
