@@ -10,6 +10,10 @@ from sdaeverify.numerics import norm
 
 from ._old_normals import onto_constraint
 
+EVERY_H = Claim(measure="solvability", value="every h", source="Lindner & Stroot 2017, Theorem 3.4")
+CONVERGES = Claim(measure="uniform", value="converges", source="Lindner & Stroot 2017, Theorem 4.1")
+BOUNDED = Claim(measure="moments", value="bounded", source="Lindner & Stroot 2017, Lemma 4.12")
+
 
 @dataclass(frozen=True)
 class HalfExplicitEuler(Scheme):
@@ -49,6 +53,10 @@ class HalfExplicitEuler(Scheme):
         Claim(measure="weak", value=1.0, source="measured"),
         Claim(measure="invariant", value=1.0, source="measured"),
         Claim(measure="drift", value="round-off", source="Lindner & Stroot 2017, (3.10)"),
+        *(
+            Claim(measure="multipliers", quantities=(quantity,), value=order, source="Lindner & Stroot 2017, (3.17)")
+            for quantity, order in {"kappa": 2.0, "lambda remainder": 2.0, "Lambda remainder": 1.0}.items()
+        ),
     )
     source: ClassVar[str] = "Lindner & Stroot 2017, (3.10)-(3.11)"
 
@@ -58,6 +66,12 @@ class HalfExplicitEuler(Scheme):
             raise ParameterError(f"truncation must be theory, none or a positive C_eta, got {self.truncation!r}")
         if self.no_root not in {"hold", "fail"}:
             raise ParameterError(f"no_root must be hold or fail, got {self.no_root!r}")
+
+    @property
+    def promises(self) -> tuple[Claim, ...]:
+        """The claims: with the constants of the theory its theorems, with any truncation bounded moments."""
+        theorems = (EVERY_H, CONVERGES) if self.truncation == "theory" else ()
+        return (*self.claims, *theorems, *((BOUNDED,) if self.truncation != "none" else ()))
 
     def refuses(self, problem: HolonomicSDAE) -> str:
         """Refuse the theoretical truncation where C_g is not known."""

@@ -1,5 +1,7 @@
 """Tests here are run over everything that is registered, whoever wrote it."""
 
+from functools import cache
+
 import pytest
 
 from conformance import cells
@@ -17,8 +19,14 @@ COLLECTIONS = {
 }
 
 
+@cache
+def collection(name: str) -> list:
+    """Return what a fixture ranges over, made once for all tests."""
+    return list(COLLECTIONS[name](load_registry(environ={})))
+
+
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     for name in COLLECTIONS.keys() & set(metafunc.fixturenames):
-        things = list(COLLECTIONS[name](load_registry(environ={})))
+        things = collection(name)
         # One pilot trajectory serves all tests of a cell.
         metafunc.parametrize(name, things, ids=[thing.label for thing in things], scope="module")

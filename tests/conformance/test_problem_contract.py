@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from conformance.cells import Trait, spread
+from conformance.cells import LENGTHS, Trait, spread
 from conformance.differences import FIRST_ERROR, SECOND_ERROR, first, second
 from sdaeverify.arrays import Array
 from sdaeverify.errors import ProblemError
@@ -118,7 +118,7 @@ def test_the_derivative_of_the_diffusion_is_one(spec: ProblemSpec) -> None:
     """DB(x) y agrees with complex steps and with differences."""
     view = spec.build().view(SDE)
     x = states(view)
-    for y in directions(x):
+    for y in LENGTHS.get(spec.name, 1.0) * np.stack(directions(x)):
         DB, B = view.derivative_of_diffusion(0.2, x, y), view.diffusion(0.2, x)
         assert_small(DB - first(lambda z: view.diffusion(0.2, z), x, y), FIRST_ERROR, B, DB)
         assert_small(DB - directional(lambda z: view.diffusion(0.2, z), x, y), 64 * EPS, DB)
@@ -234,8 +234,13 @@ def has_no_constraint(problem: Problem) -> None:
     assert not problem.residuals({})
 
 
+def has_a_constraint(problem: Problem) -> None:
+    assert problem.has_constraints
+
+
 CHECKS: dict[str, Callable[[Problem], None]] = {
     "unconstrained": has_no_constraint,
+    "constrained": has_a_constraint,
     "scalar-noise": is_scalar,
     "additive-noise": is_additive,
     "diagonal-noise": is_diagonal,
@@ -271,6 +276,7 @@ def two_noises(diffusion: Callable[[float, Array], Array], trait: str) -> SDE:
 
 FALSE = {
     "unconstrained, but on a circle": (lambda t, x: np.stack([x, x], axis=1), "unconstrained"),
+    "constrained, but free": (lambda t, x: np.stack([x, x], axis=1), "constrained"),
     "additive, moves with time": (lambda t, x: (1.0 + t) * np.eye(2)[..., None], "additive-noise"),
     "additive, moves with the state": (lambda t, x: x * np.eye(2)[..., None], "additive-noise"),
     "diagonal, but full": (lambda t, x: np.stack([x, x], axis=1), "diagonal-noise"),

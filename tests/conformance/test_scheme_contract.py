@@ -38,12 +38,15 @@ def equal(left: State, right: State) -> bool:
 
 
 def assert_close(left: State, right: State) -> None:
-    """Assert that two states agree within 8 eps of the largest component of each path."""
+    """Assert that two states agree within 32 eps of the largest component of each path.
+
+    Sums may be taken in another order, and iterations for a root end within some 9 eps of it on either side.
+    """
     a, b = flatten(left), flatten(right)
     scale = np.maximum(1.0, np.abs(b).max(axis=0))
 
     assert np.isfinite(b).all()
-    assert np.all(np.abs(a - b) <= 8 * EPS * scale)
+    assert np.all(np.abs(a - b) <= 32 * EPS * scale)
 
 
 def test_a_step_is_a_function(cell: Cell, state: State, h: float, noise: Increment) -> None:

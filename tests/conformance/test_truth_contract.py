@@ -49,9 +49,12 @@ def observed(problem: Problem, name: str) -> Callable[[Array], Array]:
 
 
 def rate_at_the_start(moment: Moment, horizon: float) -> float:
-    """Return the derivative at time 0, from an interpolation in the first part of the horizon."""
+    """Return the derivative at time 0, from an interpolation in the first part of the horizon.
+
+    Expectations need not be analytic at time 0: what is singular at a distance r shows like e^{-r^2/(2t)}.
+    """
     line = Chebyshev.interpolate(
-        lambda times: np.array([moment.value(float(t)) for t in times]), 10, domain=[0.0, horizon / 4]
+        lambda times: np.array([moment.value(float(t)) for t in times]), 10, domain=[0.0, horizon / 32]
     )
     return float(line.deriv()(0.0))
 
@@ -82,7 +85,7 @@ def test_promised_moments_start_with_the_rate_of_the_generator(promise: Promise)
     """At time 0 the expectation of an observable q changes at the rate Dq f + (1/2) sum_j D^2 q(B_j, B_j).
 
     The interpolated derivative at an end is wrong by at most the sum of squares 10 * 21 / 6 of the Chebyshev
-    derivatives there, times 2 / (T/8), times the rounding errors of the values.
+    derivatives there, times 2 / (T/64), times the rounding errors of the values.
     """
     problem = promise.spec.build()
     q = observed(problem, promise.moment.observable)
@@ -92,7 +95,7 @@ def test_promised_moments_start_with_the_rate_of_the_generator(promise: Promise)
     size = 1.0 + abs(float(rate[0])) + abs(promise.moment.value(problem.horizon))
 
     assert rate[0] == pytest.approx(
-        rate_at_the_start(promise.moment, problem.horizon), abs=(SECOND_ERROR + 1e4 * EPS) * size
+        rate_at_the_start(promise.moment, problem.horizon), abs=(SECOND_ERROR + 1e5 * EPS) * size
     )
 
 

@@ -15,6 +15,7 @@ from sdaeverify_planted.ellipse import WrongFixman, tangential
 from sdaeverify_planted.euler_arguments import WrongPlaces
 from sdaeverify_planted.euler_noise import WrongVariance
 from sdaeverify_planted.heun_additive import WrongStages
+from sdaeverify_planted.implicit_euler_ggl import WrongImplicitEuler
 from sdaeverify_planted.milstein import ScaledCorrection
 from sdaeverify_planted.multiplier import WithoutCoriolis
 from sdaeverify_planted.pendulum import WrongHalfExplicit
@@ -36,6 +37,7 @@ RIGHT = [
     (WrongHalfExplicit(), HalfExplicitEuler(truncation="none"), "damped-pendulum"),
     (WithoutCoriolis(), HalfExplicitEuler(truncation="none"), "damped-pendulum"),
     (AlmostHalf(0.5), "stochastic-theta", "linear-test"),
+    (WrongImplicitEuler(), "implicit-euler-ggl", "damped-pendulum"),
 ]
 
 

@@ -1,0 +1,96 @@
+"""One update of Newton's method for implicit Euler steps in GGL form, with the line search of Armijo."""
+
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from sdaeverify import Array, Mask
+
+from ._ggl_equations import Defects, Equations, Unknowns
+from ._ggl_linearised import Linearised
+
+# Part of what the linearisation promises of |F|^2 that a point along the update must bring.
+ARMIJO = 1e-4
+# Shortest part of the update that is tried.
+SHORTEST = 1e-3
+
+Record = TypeVar("Record", Unknowns, Defects)
+
+
+class Iterate(NamedTuple):
+    """Where some paths are.
+
+    Attributes
+    ----------
+    equations : Equations
+    x : Unknowns
+    F : Defects
+        At x.
+    """
+
+    equations: Equations
+    x: Unknowns
+    F: Defects
+
+    def of(self, paths: Array) -> "Iterate":
+        """Return some of the paths."""
+        return Iterate(self.equations.of(paths), taken(self.x, paths), taken(self.F, paths))
+
+
+class Searched(NamedTuple):
+    """The first of s = 1, 1/2, 1/4, ... with |F(x + s update)|^2 <= (1 - 2 c s) |F(x)|^2.
+
+    Attributes
+    ----------
+    here : Iterate
+    lower : ndarray of bool, shape (P,)
+        Whether there is such a point; where there is none, the path stays at x.
+    halvings : ndarray of int, shape (P,)
+    """
+
+    here: Iterate
+    lower: Mask
+    halvings: Array
+
+
+def searched(old: Iterate, L: Linearised) -> Searched:
+    """Go along Newton's update as far as it lowers |F|^2, or changes it by no more than is known of it."""
+    update, known = L.update(old.F), _known(old, L)
+    s = np.ones_like(known)
+    x = old.x.moved(s, update)
+    F = old.equations.defects(x)
+    high = np.flatnonzero(~(F.square <= bound(old, known, s)))
+    while high.size and s.min() > SHORTEST:
+        s[high] *= 0.5
+        nearer = taken(old.x, high).moved(s[high], taken(update, high))
+        x, F = replaced(x, high, nearer), replaced(F, high, old.equations.of(high).defects(nearer))
+        high = high[~(F.square <= bound(old, known, s))[high]]
+    lower = ~np.isin(np.arange(s.size), high)
+    x, F = replaced(x, high, taken(old.x, high)), replaced(F, high, taken(old.F, high))
+    return Searched(Iterate(old.equations, x, F), lower, np.round(-np.log2(s)).astype(np.int64))
+
+
+def bound(old: Iterate, known: Array, s: Array) -> Array:
+    """Return the largest |F|^2 that is accepted after a part s of the update."""
+    return np.asarray((1.0 - 2.0 * ARMIJO * s) * old.F.square + known)
+
+
+def _known(old: Iterate, L: Linearised) -> Array:
+    # What rounding may leave of |F|^2.
+    counts = np.array([len(part) for part in old.F.parts])
+    return np.asarray(counts @ L.rounding(old.x, old.F) ** 2)
+
+
+def taken(record: Record, paths: Array) -> Record:
+    """Return some paths of a record of arrays."""
+    return type(record)(*(part[..., paths] for part in record))
+
+
+def replaced(record: Record, paths: Array, other: Record) -> Record:
+    """Return a record of arrays with some paths from another one."""
+    if not paths.size:
+        return record
+    parts = [np.array(part) for part in record]
+    for part, new in zip(parts, other, strict=True):
+        part[..., paths] = new
+    return type(record)(*parts)

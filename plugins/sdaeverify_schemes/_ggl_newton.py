@@ -1,0 +1,80 @@
+"""Newton's method for implicit Euler steps in GGL form, on every path at once: failure is a value."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sdaeverify import Array, Mask
+
+from ._ggl_equations import Equations, Unknowns
+from ._ggl_line_search import Iterate, replaced, searched
+from ._ggl_linearised import linearised
+
+
+class Stop(NamedTuple):
+    """When the iteration ends.
+
+    Attributes
+    ----------
+    rtol, atol : float
+        Of the largest component of F, relative to that of the first guess, and absolute.
+    max_iterations : int
+    """
+
+    rtol: float
+    atol: float
+    max_iterations: int
+
+
+class Root(NamedTuple):
+    """What Newton's method reached.
+
+    Attributes
+    ----------
+    x : Unknowns
+        Last iterate of each path.
+    found : ndarray of bool, shape (P,)
+    iterations, halvings : ndarray of int, shape (P,)
+        Updates made on the path, and halvings in all of its line searches.
+    """
+
+    x: Unknowns
+    found: Mask
+    iterations: Array
+    halvings: Array
+
+
+def solved(equations: Equations, guess: Unknowns, stop: Stop) -> Root:
+    """Solve the equations from a guess.
+
+    A path has found its root where no component of F is larger than max(atol, rtol |F(guess)|), or than what rounding
+    may leave of its equation. It has failed where no point along Newton's update lowers |F|^2, or after too many
+    iterations. The others go on without it, so that no path depends on its neighbours.
+
+    Parameters
+    ----------
+    equations : Equations
+    guess : Unknowns
+    stop : Stop
+
+    Returns
+    -------
+    Root
+    """
+    here = Iterate(equations, guess, equations.defects(guess))
+    goal = np.maximum(stop.atol, stop.rtol * here.F.largest.max(axis=0))
+    found, x, paths = np.zeros(goal.shape, dtype=bool), guess, np.arange(goal.size)
+    iterations, halvings = np.zeros((2, goal.size), dtype=np.int64)
+    for _ in range(stop.max_iterations):
+        L = linearised(here.equations, here.x)
+        here, lower, halved = searched(here, L)
+        iterations[paths] += 1
+        halvings[paths] += halved
+        x = replaced(x, paths, here.x)
+        found[paths] = (here.F.largest <= np.maximum(goal[paths], L.rounding(here.x, here.F))).all(axis=0)
+        on = np.flatnonzero(lower & ~found[paths])
+        if not on.size:
+            break
+        if on.size < paths.size:
+            paths, here = paths[on], here.of(on)
+    return Root(x, found, iterations, halvings)

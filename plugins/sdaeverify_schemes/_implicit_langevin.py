@@ -1,0 +1,57 @@
+"""What schemes for Langevin dynamics share that solve for a multiplier."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sdaeverify import Array, Claim, ConstraintGeometry, ParameterError, Step
+
+from ._langevin_noise import LangevinScheme
+from ._multiplier import OldNormals
+from ._turning_normals import TurningNormals
+
+
+@dataclass(frozen=True)
+class ImplicitLangevin(LangevinScheme):
+    """Base of schemes that end with x' = y + g lambda, zeta(x') = level.
+
+    Attributes
+    ----------
+    solver : str
+        ``newton``, or ``frozen``: with the Gram matrix of the old point in every iteration.
+    no_root : str
+        What happens on a path without admissible root, which is counted either way: ``hold`` keeps its state,
+        ``fail`` makes it NaN. Drawing xi anew is not possible: a step is a function of the xi it is given.
+    """
+
+    solver: str = "newton"
+    no_root: str = "hold"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.solver not in {"newton", "frozen"}:
+            raise ParameterError(f"solver must be newton or frozen, got {self.solver!r}")
+        if self.no_root not in {"hold", "fail"}:
+            raise ParameterError(f"no_root must be hold or fail, got {self.no_root!r}")
+        if self.solver == "frozen" and self.implicitness:
+            raise ParameterError("solver=frozen needs the normals at the old point")
+
+    @property
+    def promises(self) -> tuple[Claim, ...]:
+        """The claims, without that of few iterations where the matrix is frozen."""
+        kept = super().promises
+        return kept if self.solver == "newton" else tuple(claim for claim in kept if claim.measure != "effort")
+
+    @property
+    def implicitness(self) -> float:
+        """Parameter theta of the point x + theta (x' - x) whose normals are taken."""
+        return 0.0
+
+    def onto(self, at: ConstraintGeometry, y: Array, level: Array) -> Step:
+        """Return the step from the point of `at` to y + g lambda on the level set."""
+        if self.implicitness:
+            new = TurningNormals(at, y, level, self.implicitness).solved()
+        else:
+            new = OldNormals(at, y, level).solved(frozen=self.solver == "frozen")
+        kept = at.x if self.no_root == "hold" else np.nan
+        return Step(np.where(new.found, new.x, kept), ~new.found, costs={"newton_iterations": new.iterations})

@@ -1,0 +1,104 @@
+"""Steps onto a level set of the constraint along normals that are taken at the old point."""
+
+from collections.abc import Container
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from sdaeverify import Array, ConstraintGeometry, Gram, Mask
+
+from ._chords import Ending, iterate
+from ._reached import Reached
+
+# Newton's method converges quadratically; with a frozen matrix the iteration is linear and takes longer.
+FEW, MANY = 30, 100
+NEWTON = range(FEW)
+# Of more constraints than so many, Newton's matrix costs more than the constraint: the first one is used three times,
+# the next one six times, which is enough as a rule.
+CHEAP, CHORDS = 2, (3, 9, 15, *range(21, FEW))
+# Where the second update is longer than the first, the way to a root says little of it. Then the level is moved in so
+# many parts that the updates of each shrink by at least a half, and in more where that is not enough.
+PARTS, SURE = (4, 32), 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class OldNormals:
+    """The equation zeta(y + g(x) lambda) = level.
+
+    Attributes
+    ----------
+    at : ConstraintGeometry
+        At x.
+    y : ndarray, shape (d, P)
+    level : ndarray, shape (q, P)
+    """
+
+    at: ConstraintGeometry
+    y: Array
+    level: Array
+
+    def solved(self, *, frozen: bool = False) -> Reached:
+        """Return y + g(x) lambda, by Newton's method from lambda = 0.
+
+        Its matrix is g(x')^T g(x), or throughout g(x)^T g(x) if it is frozen. With several constraints, roots that
+        are in doubt are followed from lambda = 0.
+        """
+        if frozen:
+            return Reached.by(self._iterated(self.y, (), self.at.gram), self.y)
+        if len(self.level) <= CHEAP:
+            return Reached.by(self._iterated(self.y, NEWTON), self.y)
+        end = self._iterated(self.y, CHORDS)
+        reached = Reached.by(end, self.y)
+        sure = reached.found & (end.second <= end.first)
+        for parts in PARTS:
+            if sure.all():
+                break
+            reached = self._once_more(reached, np.flatnonzero(~sure), parts)
+            sure |= reached.found
+        return reached
+
+    def followed(self, parts: int) -> Reached:
+        """Return y + g(x) lambda by continuation: the level moves from zeta(y), in parts, and det > 0 all along."""
+        begin, z = self.at.problem.constraint(self.y), self.y
+        found, iterations = np.ones(z.shape[1], dtype=bool), np.zeros(z.shape[1], dtype=np.int64)
+        for part in np.arange(1, parts + 1) / parts:
+            end = replace(self, level=begin + part * (self.level - begin))._iterated(z, NEWTON)
+            found &= end.converged & end.last.positive() & (end.second <= SURE * end.first)
+            z, iterations = end.x, iterations + end.iterations
+            if not found.any():
+                break
+        return Reached(z, found, iterations)
+
+    def _once_more(self, reached: Reached, paths: Array, parts: int) -> Reached:
+        at = self.at.problem.near(self.at.x[:, paths])
+        again = OldNormals(at, self.y[:, paths], self.level[:, paths]).followed(parts)
+        x, found, iterations = (part.copy() for part in reached)
+        x[:, paths], found[paths] = again.x, again.found
+        iterations[paths] += again.iterations
+        return Reached(x, found, iterations)
+
+    def _iterated(self, z: Array, anew: Container[int], frozen: Gram | None = None) -> Ending:
+        problem = self.at.problem
+        return iterate(lambda z: _Local(self, problem.near(z), frozen), z, anew, MANY if frozen else FEW)
+
+
+@dataclass(frozen=True, eq=False)
+class _Local:
+    equation: OldNormals
+    new: ConstraintGeometry
+    frozen: Gram | None
+
+    @property
+    def defect(self) -> Array:
+        return self.new.zeta - self.equation.level
+
+    def update(self, defect: Array) -> Array:
+        return self.equation.at.J.transposed(self._gram.solve(defect))
+
+    def positive(self) -> Mask:
+        return self._gram.positive()
+
+    @cached_property
+    def _gram(self) -> Gram:
+        return self.frozen or self.new.J.gram(self.equation.at.J)

@@ -1,0 +1,55 @@
+"""Euler steps for the inherent SDE that are projected now and then."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sdaeverify import Array, HolonomicSDAE, Mask, Step
+
+from ._new_normals import onto_constraint
+
+
+class SkippingState(NamedTuple):
+    """State of a scheme that projects now and then.
+
+    Attributes
+    ----------
+    r, v : ndarray, shape (n, P)
+    mu : ndarray, shape (m, P)
+    skipped : ndarray, shape (1, P)
+        Number of steps since the last projection.
+    """
+
+    r: Array
+    v: Array
+    mu: Array
+    skipped: Array
+
+
+def inherent_euler(problem: HolonomicSDAE, state: SkippingState, t: float, h: float, dw: Array) -> SkippingState:
+    """Return r^, v^ and mu + l^."""
+    r, v, mu, skipped = state
+    J = problem.linearised(r)
+    force = problem.force(t, r, v) + problem.diffused(t, r, v, dw) / h
+    rate = problem.inherent_multiplier(J, r, v, force)
+    v_free = v + h * problem.inverse_mass(force + J.transposed(rate))
+    return SkippingState(r + h * v, v_free, mu + h * rate, skipped + 1.0)
+
+
+def projections(problem: HolonomicSDAE, old: SkippingState, free: SkippingState, due: Mask) -> Step:
+    """Return the projections of the paths whose turn it is; those without root keep their old state."""
+    new = onto_constraint(problem, free.r)
+    v, impulse = problem.tangent(new.J, free.v)
+    projected = SkippingState(new.r, v, free.mu + impulse, np.zeros_like(free.skipped))
+    failed = due & ~new.found
+    reached = projected if due.all() else _chosen(due, projected, free)
+    return Step(
+        _chosen(failed, old, reached) if failed.any() else reached,
+        failed,
+        outputs={"eta": np.where(due, new.eta, 0.0)},
+        costs={"newton_iterations": np.where(due, new.iterations, 0.0)},
+    )
+
+
+def _chosen(mask: Mask, these: SkippingState, others: SkippingState) -> SkippingState:
+    return SkippingState(*(np.where(mask, a, b) for a, b in zip(these, others, strict=True)))

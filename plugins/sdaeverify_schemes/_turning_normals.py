@@ -1,0 +1,90 @@
+"""Steps onto a level set of the constraint along normals that turn with the step."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from sdaeverify import Array, ConstraintGeometry, Mask
+from sdaeverify.numerics import apply, determinant, solve
+
+from ._chords import iterate
+from ._multiplier import FEW, NEWTON
+from ._reached import Reached
+
+
+@dataclass(frozen=True, eq=False)
+class TurningNormals:
+    """The equations x' = y + g(x + theta (x' - x)) lambda, zeta(x') = level.
+
+    Attributes
+    ----------
+    at : ConstraintGeometry
+        At x.
+    y : ndarray, shape (d, P)
+    level : ndarray, shape (q, P)
+    theta : float
+    """
+
+    at: ConstraintGeometry
+    y: Array
+    level: Array
+    theta: float
+
+    def solved(self) -> Reached:
+        """Return x', by Newton's method from x' = y, lambda = 0."""
+        return Reached.by(iterate(self._local, self.y, NEWTON, FEW), self.y)
+
+    def _local(self, z: Array) -> "_Local":
+        x, problem = self.at.x, self.at.problem
+        new = problem.near(z)
+        return _Local(self, new, new if self.theta == 1.0 else problem.near(x + self.theta * (z - x)))
+
+
+class _System(NamedTuple):
+    """Newton's matrix [[A, -g], [J, 0]], A = Id - theta sum_k lambda_k H_k, with its Schur complement J A^{-1} g."""
+
+    A: Array
+    Ag: Array
+    Ar: Array
+    schur: Array
+
+
+@dataclass(frozen=True, eq=False)
+class _Local:
+    """The linearisation at x' and the multiplier that solves the first equation best, in the directions J = g(x')^T.
+
+    Its defect r = y + g lambda - x' has J r = 0; an update solves A dx - g dlambda = r, J dx = level - zeta(x').
+    """
+
+    equation: TurningNormals
+    new: ConstraintGeometry
+    between: ConstraintGeometry
+
+    @property
+    def defect(self) -> Array:
+        return self.new.zeta - self.equation.level
+
+    def update(self, defect: Array) -> Array:
+        _, Ag, Ar, schur = self._system
+        return apply(Ag, solve(schur, defect + self.new.J.times(Ar))) - Ar
+
+    def positive(self) -> Mask:
+        return np.asarray(determinant(self._system.A) * determinant(self._system.schur) > 0.0)
+
+    @cached_property
+    def _system(self) -> _System:
+        moved, J = self.new.x - self.equation.y, self.new.J
+        d, q, paths = len(moved), len(self.new.zeta), moved.shape[1]
+        g = self.between.J.transposed(np.broadcast_to(np.eye(q)[..., None], (q, q, paths)))
+        lam = J.gram(self.between.J).solve(J.times(moved))
+        A = np.eye(d)[..., None] - self.equation.theta * self._bent(lam)
+        both = solve(A, np.concatenate([g, (apply(g, lam) - moved)[:, None]], axis=1))
+        return _System(A, both[:, :q], both[:, q], J.times(both[:, :q]))
+
+    def _bent(self, lam: Array) -> Array:
+        """Return sum_k lambda_k H_k, shape (d, d, P)."""
+        at = self.between
+        units = np.eye(len(at.x))[..., None, None]
+        return np.stack([at.problem.contraction(at.x, unit * lam) for unit in units], axis=1)

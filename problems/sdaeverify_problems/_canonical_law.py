@@ -1,0 +1,98 @@
+"""The invariant law of constrained Langevin dynamics on the unit sphere, by quadrature.
+
+Positions have the density exp(-V/kT) with respect to the surface measure of the metric of M, which is, up to a
+constant, sqrt(x^T M^{-1} x) times the ordinary one; velocities at x are normal with mean 0 and covariance
+
+    C(x) = kT ( M^{-1} - M^{-1} x x^T M^{-1} / (x^T M^{-1} x) ),      tr(M C) = (n - 1) kT.
+"""
+
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from sdaeverify import Array, InvariantMean, ParameterError
+
+SOURCE = "density exp(-V/kT) sqrt(x^T M^-1 x) on the sphere, normal velocities; quadrature converged to rounding"
+FEWEST, MOST = 32, 1024
+# Means at twice as many nodes differ by no more than their rounding.
+ROUNDING = 64 * np.finfo(float).eps
+
+Nodes = Callable[[int], tuple[Array, Array]]
+
+
+class Canonical(NamedTuple):
+    """What determines the law.
+
+    Attributes
+    ----------
+    potential : callable, x -> ndarray, shape (P,)
+        V.
+    mass : ndarray, shape (n, n)
+        M.
+    kT : float
+    """
+
+    potential: Callable[[Array], Array]
+    mass: Array
+    kT: float
+
+    def means(self, nodes: Nodes, count: int) -> dict[str, float]:
+        """Return the means of r_i, r_i^2, v_i, |v|^2, |v|^4 and v^T M v."""
+        x, surface = nodes(count)
+        inverse, energy = np.linalg.inv(self.mass), self.potential(x) / self.kT
+        pushed = inverse @ x
+        square = (x * pushed).sum(axis=0)
+        weights = surface * np.sqrt(square) * np.exp(energy.min() - energy)
+        weights = weights / weights.sum()
+        C = self.kT * (inverse[..., None] - pushed[:, None] * pushed[None] / square)
+        speed = np.einsum("iip->p", C)
+        values = {f"r_{i + 1}": row for i, row in enumerate(x)} | {f"r_{i + 1}^2": row**2 for i, row in enumerate(x)}
+        values |= {"|v|^2": speed, "|v|^4": speed**2 + 2.0 * (C * C).sum(axis=(0, 1))}
+        exact = {f"v_{i + 1}": 0.0 for i in range(len(x))} | {"v^T M v": (len(x) - 1) * self.kT}
+        return {name: float(weights @ value) for name, value in values.items()} | exact
+
+
+def invariant_means(law: Canonical, nodes: Nodes, names: Iterable[str]) -> tuple[InvariantMean, ...]:
+    """Return what is known of some observables, doubling the nodes until rounding alone is left.
+
+    Parameters
+    ----------
+    law : Canonical
+    nodes : callable, count -> ndarray of shape (n, P) and ndarray of shape (P,)
+        Points of the sphere and their weights for its ordinary surface measure, up to a constant.
+    names : iterable of str
+        Observables of the problem; only those the law tells the mean of are taken.
+
+    Returns
+    -------
+    tuple of InvariantMean
+
+    Raises
+    ------
+    ParameterError
+        If the law is too narrow for the finest nodes.
+    """
+    count, coarse = FEWEST, law.means(nodes, FEWEST)
+    while count < MOST:
+        count *= 2
+        fine = law.means(nodes, count)
+        if all(abs(fine[name] - coarse[name]) <= ROUNDING * (1.0 + abs(fine[name])) for name in fine):
+            known = [name for name in names if name in fine]
+            return tuple(InvariantMean(observable=name, value=fine[name], source=SOURCE) for name in known)
+        coarse = fine
+    raise ParameterError(f"kT = {law.kT!r} is too small: the invariant law is not resolved by {MOST} nodes")
+
+
+def circle_nodes(count: int) -> tuple[Array, Array]:
+    """Return points of the circle, by the midpoint rule in the angle: a narrow law at an end never looks resolved."""
+    theta = 2.0 * np.pi * (np.arange(count) + 0.5) / count
+    return np.stack([np.sin(theta), -np.cos(theta)]), np.ones(count)
+
+
+def sphere_nodes(count: int) -> tuple[Array, Array]:
+    """Return points of the sphere in R^3, by Gauss' rule in x_3 and the trapezoidal rule in the longitude."""
+    height, weights = np.polynomial.legendre.leggauss(count // 2)
+    radius, (east, north) = np.sqrt(1.0 - height**2), circle_nodes(count)[0]
+    x = np.stack([np.outer(radius, east), np.outer(radius, north), np.outer(height, np.ones(count))])
+    return x.reshape(3, -1), np.repeat(weights, count)

@@ -1,0 +1,43 @@
+"""Constrained Langevin dynamics, Lindner & Stroot (2017), section 5.2: a potential, friction and its noise."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from sdaeverify import Array, HolonomicSDAE
+
+from ._bath import Bath
+
+SOURCE = "Lindner & Stroot 2017, section 5.2"
+
+
+def constrained_langevin(gradient: Callable[[Array], Array], bath: Bath, **mechanics: Any) -> HolonomicSDAE:
+    """Return dr = v dt, M dv = ( -grad V(r) - gamma(r) v ) dt + sigma(r) dw + grad g(r) dmu, g(r) = 0.
+
+    Parameters
+    ----------
+    gradient : callable, r -> ndarray, shape (n, P) or (n, 1)
+        grad V.
+    bath : Bath
+    **mechanics
+        Further fields of `HolonomicSDAE`: its constraint, its mass matrix M, where it starts and what is known of it.
+
+    Returns
+    -------
+    HolonomicSDAE
+
+    Source
+    ------
+    Lindner & Stroot (2017), section 5.2, with r = q, v = M^{-1} p, g = xi - z and mu = lambda.
+    """
+    r = np.asarray(mechanics["position"], dtype=float)[:, None]
+    bath.check(r)
+    sigma, trait = bath.sigma(r), "additive-noise" if bath.constant else "vanishing-milstein-term"
+    return HolonomicSDAE(
+        force=lambda t, r, v: -gradient(r) - bath.drag(r, v),
+        diffusion=lambda t, r, v: sigma if bath.constant else bath.sigma(r),
+        noise_dim=sigma.shape[1],
+        traits=frozenset({trait}),
+        **{"source": SOURCE, **mechanics},
+    )

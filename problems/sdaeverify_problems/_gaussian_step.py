@@ -1,0 +1,52 @@
+"""The exact solution of a linear equation dz = A z dt + B dW over one step, on a given Brownian path."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+
+from sdaeverify import Array
+
+
+class GaussianStep(NamedTuple):
+    """z+ = propagator z + of_dW dW + of_H H + of_xi xi with k further normals xi, for z in R^k and W in R^l.
+
+    Attributes
+    ----------
+    propagator, of_xi : ndarray, shape (k, k)
+    of_dW, of_H : ndarray, shape (k, l)
+    """
+
+    propagator: Array
+    of_dW: Array
+    of_H: Array
+    of_xi: Array
+
+
+def gaussian_step(A: Array, B: Array, h: float) -> GaussianStep:
+    """Return the coefficients of int_0^h e^{(h-s)A} B dW(s) = alpha dW + beta H + sqrt(h) rho xi.
+
+    With q = (h-s)/h, the kernels of dW and H on [0, h] are 1 and q - 1/2, which are orthogonal: alpha and beta are
+    the projections of e^{qhA} B, by a quadrature that is exact to rounding for |hA| <= 4, and rho rho^T is the
+    integral over q of R R^T, R being what remains. The factor rho comes from the values of R: the difference of
+    covariances would cancel.
+
+    Parameters
+    ----------
+    A : ndarray, shape (k, k)
+    B : ndarray, shape (k, l)
+    h : float
+
+    Returns
+    -------
+    GaussianStep
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(16)
+    q, w = 0.5 + 0.5 * nodes, 0.5 * weights
+    kernel = np.stack([expm(x * h * A) @ B for x in q])
+    alpha = np.tensordot(w, kernel, 1)
+    beta = 12.0 * np.tensordot(w * (q - 0.5), kernel, 1)
+    rest = kernel - alpha - beta * (q - 0.5)[:, None, None]
+    stacked = np.concatenate(np.sqrt(w)[:, None, None] * np.swapaxes(rest, 1, 2))
+    rho = np.linalg.qr(stacked, mode="r").T
+    return GaussianStep(expm(h * A), alpha, beta, np.sqrt(h) * rho)

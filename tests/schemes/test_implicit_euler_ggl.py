@@ -1,0 +1,336 @@
+"""The implicit Euler scheme in GGL form against an independent solver and the written-out Newton matrix."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+from sdaeverify import HolonomicSDAE, HolonomicState, Increment, ParameterError
+from sdaeverify.arrays import Array
+from sdaeverify.scheme import Step
+from sdaeverify_problems.fibre_clamped import fibre_clamped
+from sdaeverify_problems.fibre_free import fibre_free
+from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_schemes._ggl_equations import Equations, Unknowns
+from sdaeverify_schemes._ggl_line_search import Iterate, bound, searched
+from sdaeverify_schemes._ggl_linearised import linearised
+from sdaeverify_schemes.implicit_euler_ggl import ImplicitEulerGGL
+
+EPS = np.finfo(float).eps
+T, H = 0.3, 0.05
+GUESSES = ("V0", "V1", "V2")
+PATHS = 8
+
+
+def move(scheme: ImplicitEulerGGL, problem: HolonomicSDAE, state: HolonomicState, h: float, dW: Array) -> Step:
+    """Make one step; away from roots Newton's method may overflow, as it may in a run."""
+    with np.errstate(all="ignore"):
+        return scheme.prepare(problem, h)(state, T, Increment(dW, None))
+
+
+def noise(problem: HolonomicSDAE, paths: int, h: float, seed: int = 2) -> Array:
+    return np.sqrt(h) * np.random.default_rng(seed).standard_normal((problem.noise_dim, paths))
+
+
+def timed(body: Any) -> HolonomicSDAE:
+    """Return the problem of a body with noise that depends on time, too."""
+    given = body.problem
+    return dataclasses.replace(given, diffusion=lambda t, r, v: (1.0 + 0.5 * t) * given.diffusion(t, r, v))
+
+
+def residual(body: Any, path: int, h: float, dW: Array, z: Array) -> Array:
+    """Return the defects of the scheme in all unknowns (r, v, h lambda, nu) of one path at once."""
+    n, m = len(body.mass), len(body.state.mu)
+    r_0, v_0 = body.state.r[:, path], body.state.v[:, path]
+    r, v, lam, nu = np.split(z, [n, 2 * n, 2 * n + m])
+    a = body.problem.force(T + h, r[:, None], v[:, None])[:, 0]
+    B = (1.0 + 0.5 * T) * body.problem.diffusion(T, r_0[:, None], v_0[:, None])[..., 0]
+    Dg = body.jacobian(r)
+    return np.concatenate(
+        [
+            body.mass @ (r - r_0 - h * v) - h * Dg.T @ nu,
+            body.mass @ (v - v_0) - h * a - B @ dW[:, path] - Dg.T @ lam,
+            body.constraint(r[:, None])[:, 0],
+            Dg @ v,
+        ]
+    )
+
+
+@pytest.mark.parametrize("guess", GUESSES)
+def test_a_step_solves_the_coupled_system(body: Any, guess: str) -> None:
+    """From every guess, state and multipliers are the solution of all equations at once by another solver."""
+    problem = timed(body)
+    dW = noise(problem, 6, H)
+
+    step = move(ImplicitEulerGGL(guess=guess), problem, body.state, H, dW)
+
+    assert step.failed is not None
+    assert not step.failed.any()
+    assert np.array_equal(step.state.mu, step.outputs["lambda"])
+    found = np.concatenate([step.state.r, step.state.v, step.outputs["lambda"], step.outputs["nu"]])
+    for p in range(6):
+        size = np.linalg.norm(body.mass, 2) * (1.0 + np.abs(found[:, p]).max())
+        assert np.abs(residual(body, p, H, dW, found[:, p])).max() <= 64 * EPS * size
+
+        start = np.concatenate([body.state.r[:, p], body.state.v[:, p], np.zeros(2 * len(body.state.mu))])
+        other = root(lambda z, p=p: residual(body, p, H, dW, z), start, tol=1e-13)
+        assert np.abs(other.x - found[:, p]).max() <= 1e-11 * size
+
+
+def written_out(body: Any, problem: HolonomicSDAE, path: int, h: float, x: Unknowns) -> Array:
+    """Return Newton's matrix of one path in (xi, v, h lambda, h nu), rows of the four equations."""
+    r, v, lam, nu = (part[:, path] for part in (body.state.r + x.xi, *x[1:]))
+    n, m = len(r), len(lam)
+    inverse, one = np.linalg.inv(body.mass), np.eye(n)
+    Dg, zero = body.jacobian(r), np.zeros((m, m))
+
+    def H(c: Array) -> Array:
+        return np.array([[c @ body.curvature(a, b) for a in one] for b in one])
+
+    def slope(f: Any, z: Array) -> Array:
+        return np.stack([np.imag(f(z + 1e-30j * e)) / 1e-30 for e in one], axis=1)
+
+    a_r = slope(lambda z: problem.force(T + h, z[:, None], v[:, None])[:, 0], r)
+    a_v = slope(lambda z: problem.force(T + h, r[:, None], z[:, None])[:, 0], v)
+    V = np.stack([body.curvature(v, e) for e in one], axis=1)
+    normals, square = inverse @ Dg.T, np.zeros((n, m))
+    return np.block(
+        [
+            [one - inverse @ H(nu), -h * one, square, -normals],
+            [-inverse @ (h * a_r + H(lam)), one - h * inverse @ a_v, -normals, square],
+            [Dg, 0.0 * Dg, zero, zero],
+            [V, Dg, zero, zero],
+        ]
+    )
+
+
+def test_newtons_update_solves_the_whole_matrix(body: Any) -> None:
+    """The reduced system has the solution of Newton's full one, at points far from any root."""
+    problem, rng = body.problem, np.random.default_rng(9)
+    n, m = body.state.r.shape[0], body.state.mu.shape[0]
+    x = Unknowns(*(0.2 * rng.standard_normal((k, 6)) for k in (n, n, m, m)))
+    equations = Equations(problem, T + H, H, body.state.r, body.state.v, rng.standard_normal((n, 6)))
+    F = equations.defects(x)
+
+    update = np.concatenate(linearised(equations, x).update(F))
+
+    defects = np.concatenate(F.parts)
+    for p in range(6):
+        matrix = written_out(body, problem, p, H, x)
+        expected = np.linalg.solve(matrix, -defects[:, p])
+        # D^2 g of these bodies comes from second differences along complex directions, good to about 1e-12.
+        assert np.abs(update[:, p] - expected).max() <= 1e-11 * np.linalg.cond(matrix) * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("make", [fibre_clamped, fibre_free])
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_chain_moves_as_without_its_structure(make: Any, d: int) -> None:
+    """Blocks of nodes and whole matrices give the same steps, up to rounding."""
+    chain = make(N=5, d=d)
+    whole = dataclasses.replace(chain, structure=None, linearisation=None)
+    one = other = chain.initial(4)
+    for k in range(3):
+        dW = noise(chain, 4, 1e-3, seed=k)
+        one, other = (move(ImplicitEulerGGL(), p, s, 1e-3, dW).state for p, s in ((chain, one), (whole, other)))
+
+    for left, right in zip(one, other, strict=True):
+        assert np.abs(left - right).max() <= 1e-10 * (1.0 + np.abs(left).max())
+    assert np.abs(one.r - chain.initial(4).r).max() > 1e-4
+
+
+def test_constraints_hold_after_many_steps(body: Any) -> None:
+    """After 20 steps g(r) and Dg(r) v are rounding errors of one step."""
+    state = body.state
+    for k in range(20):
+        state = move(ImplicitEulerGGL(), body.problem, state, 0.02, noise(body.problem, 6, 0.02, seed=k)).state
+
+    for value, scale in body.problem.residuals(state._asdict()).values():
+        assert np.all(np.abs(value) <= 32 * EPS * np.maximum(1.0, scale))
+
+
+def test_a_tolerance_below_rounding_can_be_met() -> None:
+    """On a stiff fine fibre rounding leaves far more of the momentum than the tolerance; no path fails by it."""
+    stiff = fibre_clamped(N=40, alpha=0.4, beta=1e-3)
+    h = 1e-4
+    state = stiff.initial(3)
+    for k in range(3):
+        step = move(ImplicitEulerGGL(atol=1e-14, stages=1), stiff, state, h, noise(stiff, 3, h, seed=k))
+        assert step.failed is not None
+        assert not step.failed.any()
+        assert step.costs["newton_iterations"].max() <= 5
+        state = step.state
+
+    floor = h * 16.0 / (0.4 * stiff_length(40) ** 2) ** 2 * EPS
+    assert floor > 1e-12
+
+
+def stiff_length(N: int) -> float:
+    """Return the length of an edge of the clamped fibre."""
+    return 1.0 / (N + 1)
+
+
+def test_tolerances_end_the_iteration() -> None:
+    """A tolerance saves iterations, and what it leaves of the constraint is below it but more than rounding."""
+    fibre = fibre_clamped()
+    dW = noise(fibre, 20, 1e-3)
+    exact, absolute, relative = (
+        move(ImplicitEulerGGL(**tolerance), fibre, fibre.initial(20), 1e-3, dW)
+        for tolerance in ({}, {"atol": 1e-6}, {"rtol": 1e-6})
+    )
+    iterations = [step.costs["newton_iterations"].mean() for step in (exact, absolute, relative)]
+    left = [np.abs(fibre.constraint(step.state.r)).max() for step in (exact, absolute, relative)]
+
+    assert iterations[0] >= iterations[1] + 0.5
+    assert iterations[0] >= iterations[2] + 0.5
+    assert left[0] <= 64 * EPS
+    assert 64 * EPS < left[1] <= 1e-6
+    # The largest component at the guess is that of the velocity: the kick of the noise, of size 1 here.
+    assert 64 * EPS < left[2] <= 1e-6 * np.abs(fibre.diffused(0.0, *fibre.initial(20)[:2], dW)).max()
+
+
+def test_only_the_strict_scheme_claims_exact_constraints() -> None:
+    """With a tolerance the constraint is kept to the tolerance only, and nothing is claimed of it."""
+    assert any(claim.measure == "drift" for claim in ImplicitEulerGGL().promises)
+    assert not any(claim.measure == "drift" for claim in ImplicitEulerGGL(atol=1e-8).promises)
+    assert not any(claim.measure == "drift" for claim in ImplicitEulerGGL(rtol=1e-8).promises)
+
+
+def coarse() -> tuple[HolonomicSDAE, Array, float]:
+    """Return a fibre in strong turbulence with coarse steps, and the noise of the first."""
+    h = 1e-2
+    fibre = fibre_clamped(N=20)
+    return fibre, noise(fibre, PATHS, h, seed=0), h
+
+
+def test_the_line_search_lowers_the_defects() -> None:
+    """Where the full update raises |F|^2, the accepted part of it lowers it by as much as Armijo asks for."""
+    fibre, dW, h = coarse()
+    r, v, _ = fibre.initial(PATHS)
+    equations = Equations(fibre, h, h, r, v, fibre.diffused(0.0, r, v, dW))
+    x = Unknowns(np.zeros_like(r), v, np.zeros((20, PATHS)), np.zeros((20, PATHS)))
+    old = Iterate(equations, x, equations.defects(x))
+    L = linearised(equations, x)
+
+    here, lower, halvings = searched(old, L)
+
+    full = equations.defects(x.moved(np.ones(PATHS), L.update(old.F))).square
+    none = np.zeros(PATHS)
+    too_long = full > bound(old, none, np.ones(PATHS))
+    assert too_long.any()
+    assert np.array_equal(halvings > 0, too_long)
+    assert lower.all()
+    assert np.all(here.F.square <= bound(old, none, 0.5**halvings) * (1.0 + 64 * EPS))
+
+
+def test_noise_in_parts_leads_paths_to_their_roots() -> None:
+    """Paths on which Newton's method ends away from any root get there in stages; the others go where they went."""
+    fibre, dW, h = coarse()
+    at_once = move(ImplicitEulerGGL(stages=1), fibre, fibre.initial(PATHS), h, dW)
+    led = move(ImplicitEulerGGL(), fibre, fibre.initial(PATHS), h, dW)
+    assert at_once.failed is not None
+    assert led.failed is not None
+
+    assert at_once.failed.any()
+    assert not led.failed.any()
+    for one, other, start in zip(at_once.state, led.state, fibre.initial(PATHS), strict=True):
+        assert np.array_equal(one[:, ~at_once.failed], other[:, ~at_once.failed])
+        assert np.array_equal(one[:, at_once.failed], start[:, at_once.failed])
+    assert np.abs(fibre.constraint(led.state.r)).max() <= 64 * EPS
+    more = led.costs["newton_iterations"] > at_once.costs["newton_iterations"]
+    assert np.array_equal(more, at_once.failed)
+
+
+def test_paths_without_root_keep_their_state() -> None:
+    """One iteration is too few for any path: all fail, keep their state bit for bit and are counted."""
+    fibre, dW, h = coarse()
+    state = fibre.initial(PATHS)._replace(mu=np.ones((20, PATHS)))
+
+    step = move(ImplicitEulerGGL(max_iterations=1), fibre, state, h, dW)
+
+    assert step.failed is not None
+    assert step.failed.all()
+    for new, old in zip(step.state, state, strict=True):
+        assert np.array_equal(new, old)
+
+
+@pytest.mark.parametrize("make", [pendulum, lambda: fibre_clamped(N=4)])
+def test_a_lost_path_leaves_the_others_alone(make: Any) -> None:
+    """A path that is not finite fails and stays; the others go on to the last bit as without it."""
+    problem = make()
+    dW, state = noise(problem, 5, 1e-3), problem.initial(5)
+    lost = state._replace(v=state.v.copy())
+    lost.v[0, 2] = np.nan
+
+    well, ill = (move(ImplicitEulerGGL(), problem, s, 1e-3, dW) for s in (state, lost))
+
+    assert ill.failed is not None
+    assert ill.failed.tolist() == [False, False, True, False, False]
+    for one, other in zip(well.state, ill.state, strict=True):
+        assert np.array_equal(np.delete(one, 2, axis=1), np.delete(other, 2, axis=1))
+
+
+def test_long_steps_of_a_stiff_chain_are_stable() -> None:
+    """Without noise a stiff chain in a flow comes to rest, in steps 10^5 times those of explicit schemes."""
+    fibre = fibre_clamped(alpha=0.4, beta=0.0)
+    state, h = fibre.initial(1), 2.0
+    for _ in range(20):
+        state = move(ImplicitEulerGGL(), fibre, state, h, np.zeros((14, 1))).state
+    later = move(ImplicitEulerGGL(), fibre, state, h, np.zeros((14, 1))).state
+
+    assert np.abs(later.v).max() <= 1e-6
+    assert np.abs(state.r - fibre.initial(1).r).max() > 0.01
+
+
+@pytest.mark.slow
+def test_guesses_cost_as_in_the_source() -> None:
+    """The explicit guess saves about one iteration at small noise and loses at large; multipliers alone do neither.
+
+    Lindner et al. (2018), figure 4.4: N = 20, mean iterations against beta/sqrt(ds).
+    """
+    h, steps, paths = 1e-2, 10, 20
+    means = {}
+    for beta in (1e-4, 3e-2):
+        fibre = fibre_clamped(N=20, beta=beta)
+        for guess in GUESSES:
+            scheme, state, counted = ImplicitEulerGGL(guess=guess, atol=1e-8), fibre.initial(paths), []
+            for k in range(steps):
+                step = move(scheme, fibre, state, h, noise(fibre, paths, h, seed=k))
+                state = step.state
+                counted.append(step.costs["newton_iterations"].mean())
+            means[beta, guess] = np.mean(counted)
+
+    assert means[1e-4, "V1"] <= means[1e-4, "V0"] - 0.7
+    assert means[3e-2, "V1"] >= means[3e-2, "V0"] + 0.1
+    assert means[1e-4, "V1"] <= means[1e-4, "V2"] <= means[1e-4, "V0"] + 0.1
+    assert means[3e-2, "V2"] <= means[3e-2, "V1"]
+
+
+def test_a_force_without_derivatives_is_refused() -> None:
+    """It is told what to give, and solved with what is given."""
+
+    def derivatives(t: float, r: Array, v: Array) -> tuple[Array, Array]:
+        return np.zeros((2, 2, 1)), -np.eye(2)[..., None] * np.sign(v)
+
+    start = {"truths": (), "velocity": pendulum(omega_0=0.5).velocity}
+    smooth = dataclasses.replace(pendulum(), force=lambda t, r, v: -np.sqrt(v * v), **start)
+    kinked = dataclasses.replace(pendulum(), force=lambda t, r, v: -np.abs(v), **start)
+    given = dataclasses.replace(kinked, force_derivatives=derivatives)
+    dW = noise(smooth, 4, 1e-3)
+
+    assert "give force_derivatives" in ImplicitEulerGGL().refuses(kinked)
+    assert ImplicitEulerGGL().refuses(smooth) == ""
+    assert ImplicitEulerGGL().refuses(given) == ""
+    one, other = (move(ImplicitEulerGGL(), p, p.initial(4), 1e-3, dW).state for p in (smooth, given))
+    assert np.concatenate(one) == pytest.approx(np.concatenate(other), rel=64 * EPS)
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    [{"guess": "V3"}, {"rtol": -1e-3}, {"atol": 1.0}, {"atol": float("nan")}, {"max_iterations": 0}, {"stages": 0}],
+)
+def test_parameters_that_make_no_sense_are_refused(parameters: dict[str, Any]) -> None:
+    """A guess, tolerance or number that cannot be is refused in words that name it."""
+    with pytest.raises(ParameterError, match=next(iter(parameters))):
+        ImplicitEulerGGL(**parameters)

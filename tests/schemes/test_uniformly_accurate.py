@@ -1,0 +1,283 @@
+"""The uniformly accurate step against its printed equations, solved path by path by another solver."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+from schemes.rough_constraints import SIGMA, D, drift, langevin, points, rough
+from sdaeverify import ConstraintGeometry, Increment, ParameterError, Step
+from sdaeverify.arrays import Array
+from sdaeverify.forms import ConstrainedLangevin
+from sdaeverify_problems._affine_langevin import AffineLangevin
+from sdaeverify_problems.affine_constraint import affine_constraint, affine_langevin
+from sdaeverify_schemes.constrained_euler import ConstrainedEuler
+from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
+
+EPS = float(np.finfo(float).eps)
+H = 0.02
+
+
+def increments(x: Array, h: float = H, seed: int = 3) -> Increment:
+    return Increment(np.sqrt(h) * np.random.default_rng(seed).standard_normal(x.shape), None)
+
+
+def step(scheme: object, problem: ConstrainedLangevin, x: Array, noise: Increment, h: float = H) -> Step:
+    return scheme.step(problem, x, 0.0, h, noise)
+
+
+class Printed:
+    """The equations at one point, sums over unit vectors written out."""
+
+    def __init__(self, q: int, x: Array, xi: Array, h: float, eps: float) -> None:
+        self.rough, self.x, self.xi, self.h, self.eps = rough(q), x, xi, h, eps
+        self.zeta, self.g, self.H = self.rough.zeta(x), self.rough.gradient(x), self.rough.hessians(x)
+        self.G = self.g.T @ self.g
+        self.P = self.g @ np.linalg.solve(self.G, self.g.T)
+        self.f = drift(x[:, None])[:, 0]
+        self.e, self.omega, self.omega_2 = np.exp(-h / eps), -np.expm1(-h / eps), -np.expm1(-2.0 * h / eps)
+
+    def turned(self, v: Array) -> Array:
+        """Return g'(v), d x q."""
+        return np.stack([H_k @ v for H_k in self.H], axis=1)
+
+    @property
+    def fixman(self) -> Array:
+        """Return grad ln det G = 2 sum_i g'(e_i) G^{-1} g^T e_i, Lemma 3.2."""
+        return 2.0 * sum(self.turned(e) @ np.linalg.solve(self.G, self.g.T @ e) for e in np.eye(D))
+
+    @property
+    def quadratic(self) -> Array:
+        """Return g'(w) c."""
+        c = np.linalg.solve(self.G, self.zeta)
+        return self.turned(self.g @ c) @ c
+
+    @property
+    def level(self) -> Array:
+        """Return the second line of (2.2), with the sums that cancel."""
+        h, eps, P = self.h, self.eps, self.P
+        div = np.array([np.trace(H_k) for H_k in self.H])
+        one = sum(self.turned(P @ e).T @ P @ e for e in np.eye(D))
+        other = sum(self.turned(e).T @ P @ e for e in np.eye(D))
+        spread = SIGMA * np.sqrt(0.5 * eps * self.omega_2) * self.g.T @ self.xi
+        drift = self.g.T @ self.f + SIGMA**2 / 4.0 * self.g.T @ self.fixman + SIGMA**2 / 2.0 * div
+        vanishing = SIGMA**2 * (eps * self.omega - np.sqrt(0.5 * eps * h * self.omega_2)) * (one - other)
+        return self.e * self.zeta + spread + eps * self.omega * drift + vanishing
+
+    def predictor(self, theta: float) -> Array:
+        """Return the first lines of (2.2) and of Remark 2.11 as printed, and of the family between them."""
+        h, eps, omega, omega_2 = self.h, self.eps, self.omega, self.omega_2
+        free = self.x + np.sqrt(h) * SIGMA * self.xi + h * self.f
+        if theta == 0.0:
+            return free + 0.5 * omega**2 * self.quadratic + SIGMA**2 * eps / 8.0 * omega_2 * self.fixman
+        if theta == 1.0:
+            weight = SIGMA**2 / 4.0 * (np.sqrt(2.0 * eps * h * omega_2) - 0.5 * eps * omega_2)
+            return free - 0.5 * omega**2 * self.quadratic + weight * self.fixman
+        weight = (1.0 - 2.0 * theta) * 0.5 * eps * omega_2 + 2.0 * theta * np.sqrt(0.5 * eps * h * omega_2)
+        return free + 0.5 * (1.0 - 2.0 * theta) * omega**2 * self.quadratic + SIGMA**2 / 4.0 * weight * self.fixman
+
+    def solved(self, theta: float) -> Array:
+        """Return x+ by a solver of all equations at once, from x+ = y and lambda = 0."""
+        y, level = self.predictor(theta), self.level
+
+        def defects(z: Array) -> Array:
+            new, lam = z[:D], z[D:]
+            normals = self.rough.gradient(self.x + theta * (new - self.x))
+            return np.concatenate([new - y - normals @ lam, self.rough.zeta(new) - level])
+
+        return root(defects, np.concatenate([y, 0.0 * level]), tol=1e-13).x[:D]
+
+
+@pytest.mark.parametrize("eps", [1e-5, H, 3.0])
+@pytest.mark.parametrize("theta", [0.0, 0.3, 0.5, 1.0])
+@pytest.mark.parametrize("q", [1, 2, 3])
+def test_a_step_solves_the_printed_equations(q: int, theta: float, eps: float) -> None:
+    """On and beside the manifold, in any codimension, for any direction."""
+    x = points(q, 0.3 * min(1.0, np.sqrt(eps)))
+    noise = increments(x)
+
+    result = step(UniformlyAccurate(theta=theta), langevin(q, eps), x, noise)
+
+    assert not result.failed.any()
+    for p in range(x.shape[1]):
+        printed = Printed(q, x[:, p], noise.dW[:, p] / np.sqrt(H), H, eps)
+        # Powell's method stops where two iterates agree in 13 digits.
+        assert np.abs(printed.solved(theta) - result.state[:, p]).max() < 1e-11
+
+
+def test_wrong_equations_would_be_noticed() -> None:
+    """Without the Fixman or the quadratic term, the other solver lands more than 1e-4 away."""
+    x = points(2, 0.3)
+    noise = increments(x)
+    result = step(UniformlyAccurate(), langevin(2, H), x, noise)
+
+    for name in ("fixman", "quadratic"):
+        wrong = type("Wrong", (Printed,), {name: np.zeros(D)})(2, x[:, 0], noise.dW[:, 0] / np.sqrt(H), H, H)
+        assert np.abs(wrong.solved(0.0) - result.state[:, 0]).max() > 1e-4
+
+
+class General(ConstraintGeometry):
+    """Geometry whose quadratic term does not know of codimension one."""
+
+    @property
+    def quadratic(self) -> Array:
+        return self.problem.contraction(self.x, self.relaxation[:, None] * self.share)
+
+
+@pytest.mark.parametrize("theta", [0.0, 1.0])
+def test_codimension_one_is_the_general_path(theta: float) -> None:
+    """The short way to the quadratic term changes a step by rounding, (2.4) and (2.2)."""
+    x, scheme = points(1, 0.3, count=200), UniformlyAccurate(theta=theta)
+    short, general = (
+        step(scheme, langevin(1, H, geometry=g), x, increments(x)) for g in (ConstraintGeometry, General)
+    )
+
+    assert np.abs(langevin(1, H).near(x).quadratic).max() > 0.1
+    assert np.abs(short.state - general.state).max() < 64 * EPS
+
+
+@pytest.mark.parametrize("theta", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("q", [2, 3])
+def test_mixed_constraints_give_the_same_step(q: int, theta: float) -> None:
+    """With A zeta in place of zeta, A constant, a step changes by rounding."""
+    A = np.array([[2.0, 0.5, 0.3], [-0.3, 1.5, 0.1], [0.2, 0.4, -0.7]])[:q, :q]
+    x, scheme, zeta = points(q, 0.1), UniformlyAccurate(theta=theta), rough(q).zeta
+    mixed = langevin(q, H, constraint=lambda x: A @ zeta(x), jacobian=None, second=None)
+
+    difference = step(scheme, langevin(q, H), x, increments(x)).state - step(scheme, mixed, x, increments(x)).state
+
+    # The iteration with new normals leaves up to 2e-15 |x| of its error.
+    assert np.abs(difference).max() < 64 * EPS
+
+
+@pytest.mark.parametrize(("theta", "direction"), [(0.0, "old"), (1.0, "new")])
+@pytest.mark.parametrize("q", [1, 3])
+def test_the_limit_is_constrained_euler(q: int, theta: float, direction: str) -> None:
+    """At eps = 0, on the manifold, a step is that of (1.6) or (2.7)."""
+    x, problem = points(q, 0.0), langevin(q, 0.0)
+
+    got = step(UniformlyAccurate(theta=theta), problem, x, increments(x))
+    expected = step(ConstrainedEuler(direction=direction), problem, x, increments(x))
+
+    assert not got.failed.any()
+    assert np.abs(got.state - expected.state).max() < 64 * EPS
+
+
+@pytest.mark.parametrize("eps", [1e-300, 1e-12, 1e12, 1e300])
+@pytest.mark.parametrize("theta", [0.0, 0.5, 1.0])
+def test_extreme_stiffness(theta: float, eps: float) -> None:
+    """For eps = 1e-300 a step is that of eps = 0, and for eps = 1e300 that of eps = 1e6, up to what eps explains."""
+    x = points(2, 0.0)
+    limit = 0.0 if eps < 1.0 else 1e6
+
+    states = [step(UniformlyAccurate(theta=theta), langevin(2, e), x, increments(x)).state for e in (eps, limit)]
+
+    # Theorem 2.9 below; above, e^{-h/eps} and its means are 1 up to h/eps.
+    assert np.abs(states[0] - states[1]).max() < max(
+        10.0 * np.sqrt(min(eps, 1.0 / eps)), 100.0 * H * 1e-6 * bool(limit), 64 * EPS
+    )
+
+
+def recursion(problem: ConstrainedLangevin, affine: AffineLangevin, h: float, x: Array, noise: Increment) -> Array:
+    M, r, N = affine.uniformly_accurate(h)
+    return M @ x + r[:, None] + N @ noise.dW / np.sqrt(h)
+
+
+@pytest.mark.parametrize("eps", [0.0, 1e-9, 0.01, 0.3, 1e5])
+@pytest.mark.parametrize("theta", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("q", [1, 2, 3])
+def test_a_step_on_a_flat_is_the_closed_recursion(q: int, theta: float, eps: float) -> None:
+    """A step is M x + r + N xi to rounding, whatever theta is, beside the flat as well."""
+    affine, problem = affine_langevin(eps, 5, q, 0.5, 0.7), affine_constraint(eps, d=5, q=q)
+    x = problem.initial(20) + (0.4 if eps else 0.0) * np.random.default_rng(2).standard_normal((5, 20))
+    noise = increments(x)
+
+    result = step(UniformlyAccurate(theta=theta), problem, x, noise)
+
+    expected = recursion(problem, affine, H, x, noise)
+    assert np.abs(result.state - expected).max() < 32 * EPS * np.abs(x).max()
+
+
+def distances(q: int, sigma: float, scheme: UniformlyAccurate, sizes: Array) -> Array:
+    """Return the root mean square distance of five steps for each eps from those of (1.6) on the same noise."""
+    rng = np.random.default_rng(4)
+    dW = 0.25 * scheme.law.couple(rng.standard_normal((5, D, 60)))
+
+    def end(run: object, problem: ConstrainedLangevin) -> Array:
+        x = problem.initial(60)
+        for part in dW:
+            x = step(run, problem, x, Increment(part, None), 1.0 / 16.0).state
+        return x
+
+    base = end(ConstrainedEuler(xi=scheme.xi), langevin(q, 0.0, strength=sigma))
+    runs = (end(scheme, langevin(q, float(eps), strength=sigma)) for eps in sizes)
+    return np.array([np.sqrt(np.mean((run - base) ** 2)) for run in runs])
+
+
+@pytest.mark.parametrize("q", [1, 2, 3])
+@pytest.mark.parametrize(("sigma", "slope"), [(0.4, 0.5), (0.0, 1.0)])
+def test_distance_from_the_limit(q: int, sigma: float, slope: float) -> None:
+    """At fixed h, |X^eps_n - X^0_n| has slope 1/2 in eps, 1 without noise, Theorem 2.9."""
+    sizes = np.array([1e-9, 1e-7])
+    near, far = distances(q, sigma, UniformlyAccurate(xi="three-point"), sizes)
+
+    assert np.log(far / near) / np.log(100.0) == pytest.approx(slope, abs=0.02)
+
+
+@pytest.mark.parametrize("eps", [1e-8, 1e-4, 1e-2, 1.0, 10.0])
+@pytest.mark.parametrize("q", [1, 2])
+def test_iterations_do_not_depend_on_eps(q: int, eps: float) -> None:
+    """Newton's method takes three or four iterations on average, whatever eps is, Theorem 2.12."""
+    problem, scheme = langevin(q, eps), UniformlyAccurate()
+    x, counts = problem.initial(100), []
+    for n in range(10):
+        result = step(scheme, problem, x, increments(x, 1e-3, n), 1e-3)
+        x = result.state
+        counts.append(result.costs["newton_iterations"])
+
+    assert 2.5 < np.mean(counts) < 4.0
+    assert np.max(counts) <= 5
+
+
+@pytest.mark.parametrize("q", [1, 2, 3])
+def test_the_frozen_gram_matrix_leads_to_the_same_step(q: int) -> None:
+    """Both iterations end at the same root, the frozen one after more of them."""
+    x = points(q, 0.05)
+    newton, frozen = (
+        step(UniformlyAccurate(solver=s), langevin(q, H), x, increments(x)) for s in ("newton", "frozen")
+    )
+
+    assert not (newton.failed | frozen.failed).any()
+    assert np.abs(newton.state - frozen.state).max() < 64 * EPS
+    assert frozen.costs["newton_iterations"].mean() > newton.costs["newton_iterations"].mean() + 1.0
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"theta": -0.1}, "theta must be between 0 and 1, got -0.1"),
+        ({"theta": float("nan")}, "theta must be between 0 and 1, got nan"),
+        ({"xi": "two-point"}, "xi must be gaussian, three-point or clipped"),
+        ({"p": 0.0}, "p must be positive"),
+        ({"solver": "picard"}, "solver must be newton or frozen"),
+        ({"no_root": "redraw"}, "no_root must be hold or fail"),
+        ({"theta": 0.5, "solver": "frozen"}, "solver=frozen needs the normals at the old point"),
+    ],
+)
+def test_parameters_that_make_no_sense_are_refused(parameters: dict[str, object], message: str) -> None:
+    """Each is refused in one line that names it."""
+    with pytest.raises(ParameterError, match=message):
+        UniformlyAccurate(**parameters)
+
+
+def test_bounded_variables_have_no_strong_order() -> None:
+    """The law follows the parameter, and so do the claims."""
+    claimed = {xi: {claim.measure for claim in UniformlyAccurate(xi=xi).promises} for xi in ("gaussian", "clipped")}
+    three = UniformlyAccurate(xi="three-point")
+
+    assert all("strong" in measures for measures in claimed.values())
+    assert "strong" not in {claim.measure for claim in three.promises}
+    assert three.law.bounded
+    assert UniformlyAccurate(xi="clipped", p=2.0).law.bound(np.exp(-4.0)) == pytest.approx(4.0)
+    assert partial(UniformlyAccurate, xi="gaussian")().law.bound(0.1) == np.inf
