@@ -25,6 +25,7 @@ from typing import Any
 import pluggy
 
 from .calibrated import CalibrationCase
+from .experiment import Experiment
 from .forms import Problem
 from .planted import Planted
 from .scheme import Scheme
@@ -105,6 +106,20 @@ def sdaeverify_calibration() -> Iterable[CalibrationCase]:  # type: ignore[empty
     Returns
     -------
     iterable of CalibrationCase
+        Their schemes and problems are labels of what this or another plugin registers.
+    """
+
+
+@hookspec
+def sdaeverify_experiments() -> Iterable[Experiment]:  # type: ignore[empty-body]
+    """Return experiments of papers, which `reproduce` runs by name.
+
+    When: once, as the registry is loaded.
+    Given: nothing.
+
+    Returns
+    -------
+    iterable of Experiment
         Their schemes and problems are labels of what this or another plugin registers.
     """
 

@@ -15,7 +15,16 @@ from types import MappingProxyType
 from typing import NamedTuple, TypeVar
 
 from .calibrated import CalibrationCase
-from .contributions import Contribution, MeasureEntry, PlantedEntry, ProblemEntry, SchemeEntry, collect, hooks_of
+from .contributions import (
+    Contribution,
+    ExperimentEntry,
+    MeasureEntry,
+    PlantedEntry,
+    ProblemEntry,
+    SchemeEntry,
+    collect,
+    hooks_of,
+)
 from .discovery import (
     DISABLED,
     Origin,
@@ -45,7 +54,7 @@ class PluginRow(NamedTuple):
         ``loaded``, ``disabled`` or ``broken``.
     reason : str
         Why it is not loaded, in one line.
-    schemes, problems, measures, planted : int
+    schemes, problems, measures, planted, experiments : int
         How many names it registers.
     """
 
@@ -59,6 +68,7 @@ class PluginRow(NamedTuple):
     problems: int = 0
     measures: int = 0
     planted: int = 0
+    experiments: int = 0
 
 
 class Outcome(NamedTuple):
@@ -89,6 +99,7 @@ class Registry:
         Planted bugs by their label; their schemes are not among `schemes`.
     cases : mapping of str to CalibrationCase
         Cells of known order by their label; where two plugins name one, the later one counts.
+    experiments : mapping of str to ExperimentEntry
     """
 
     schemes: Mapping[str, SchemeEntry]
@@ -100,6 +111,7 @@ class Registry:
     reports: tuple[tuple[str, Callable[..., object]], ...] = ()
     planted: Mapping[str, PlantedEntry] = field(default_factory=dict)
     cases: Mapping[str, CalibrationCase] = field(default_factory=dict)
+    experiments: Mapping[str, ExperimentEntry] = field(default_factory=dict)
 
     def report(self, folder: Path) -> tuple[str, ...]:
         """Let each plugin write beside the report; return one line for each that failed."""
@@ -164,6 +176,7 @@ def _assemble(outcomes: Sequence[Outcome], warnings: tuple[str, ...], files: tup
         tuple((row.name, part.report) for row, part in outcomes if part.report),
         merged(part.planted for part in parts),
         merged(part.cases for part in parts),
+        merged(part.experiments for part in parts),
     )
 
 

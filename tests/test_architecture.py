@@ -30,6 +30,7 @@ LAYERS = {
     "forms": 2,
     "scheme": 2,
     "planted": 2,
+    "experiment": 2,
     "specs": 2,
     "settings": 2,
     "lanes": 3,
@@ -45,6 +46,7 @@ LAYERS = {
     "measures": 4,
     "study": 5,
     "calibration": 6,
+    "experiments": 6,
     "report": 6,
     "selftest": 6,
     "cli": 7,
@@ -60,7 +62,7 @@ MARKERS = {"hookspecs"}
 PLUGGY = {"hookspecs", "registry", "discovery", "contributions"}
 # What a scheme or problem may import: the public names of the package and of its numerical tools.
 PUBLIC = {f"{module.__name__}.{public}" for module in (sdaeverify, sdaeverify.numerics) for public in module.__all__}
-SHIPPED = {"sdaeverify_schemes", "sdaeverify_problems", "sdaeverify_planted"}
+SHIPPED = {"sdaeverify_schemes", "sdaeverify_problems", "sdaeverify_planted", "sdaeverify_experiments"}
 
 FRAMEWORK_LINES, CONTRIBUTED_LINES = 300, 120
 LONGEST, LONG, SHORT_SHARE, MEDIAN = 50, 25, 0.9, 8

@@ -47,10 +47,9 @@ def test_wheel_runs_a_cell(installed, tmp_path):
 
 
 def test_wheel_holds_no_tests(installed):
-    """Only the four packages, their metadata and nothing else are in the wheel."""
+    """Only the five packages, their metadata and nothing else are in the wheel."""
     tops = {path.name for path in installed.iterdir()}
 
-    assert tops - {"sdaeverify", "sdaeverify_planted", "sdaeverify_schemes", "sdaeverify_problems"} == {
-        name for name in tops if name.endswith(".dist-info")
-    }
+    packages = {f"sdaeverify_{part}" for part in ("experiments", "planted", "problems", "schemes")}
+    assert tops - {"sdaeverify", *packages} == {name for name in tops if name.endswith(".dist-info")}
     assert (installed / "sdaeverify" / "py.typed").is_file()

@@ -20,7 +20,13 @@ from .exit_codes import ExitCode
 from .options import plugins
 
 KINDS = ("schemes", "problems", "measures", "plugins")
-REGISTERED = {"schemes": "scheme", "problems": "problem", "measures": "measure", "planted": "planted bug"}
+REGISTERED = {
+    "schemes": "scheme",
+    "problems": "problem",
+    "measures": "measure",
+    "planted": "planted bug",
+    "experiments": "experiment",
+}
 COLUMNS = {
     "schemes": ("name", "parameters", "form", "summary", "plugin"),
     "problems": ("name", "parameters", "summary", "plugin"),

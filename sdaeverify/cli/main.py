@@ -16,6 +16,7 @@ from .console import PROGRAM, complain, silence
 from .exit_codes import ExitCode, code_of_error
 from .listing import info, listing
 from .matrix import matrix
+from .reproduce import reproduce
 from .selftest import selftest
 
 
@@ -33,7 +34,7 @@ class _Commands(click.Group):
 
 @click.group(
     cls=_Commands,
-    commands=[matrix, listing, info, selftest, calibrate],
+    commands=[matrix, listing, info, selftest, calibrate, reproduce],
     context_settings={"help_option_names": ["-h", "--help"]},
     invoke_without_command=True,
 )

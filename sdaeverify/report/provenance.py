@@ -31,6 +31,19 @@ def provenance(registry: Registry, study: Study, arguments: Sequence[str]) -> di
     """
     settings, cells = study.settings, study.plan.cells
     return {
+        **made_with(registry, settings.seed, arguments),
+        "selection": {
+            "schemes": list(dict.fromkeys(cell.scheme.label for cell in cells)),
+            "problems": list(dict.fromkeys(cell.spec.label for cell in cells)),
+            "measures": list(dict.fromkeys(cell.measure.name for cell in cells)),
+        },
+        "settings": {**asdict(settings), "steps": list(settings.steps)},
+    }
+
+
+def made_with(registry: Registry, seed: int, arguments: Sequence[str]) -> dict[str, object]:
+    """Return what every kind of run is made with: versions, platform, arguments, seed, plugins."""
+    return {
         "schema_version": SCHEMA,
         "versions": versions(),
         "platform": {
@@ -39,15 +52,9 @@ def provenance(registry: Registry, study: Study, arguments: Sequence[str]) -> di
             "byteorder": sys.byteorder,
         },
         "arguments": list(arguments),
-        "selection": {
-            "schemes": list(dict.fromkeys(cell.scheme.label for cell in cells)),
-            "problems": list(dict.fromkeys(cell.spec.label for cell in cells)),
-            "measures": list(dict.fromkeys(cell.measure.name for cell in cells)),
-        },
         "environment": {name: value for name, value in os.environ.items() if name.startswith("SDAEVERIFY_")},
-        "seed": settings.seed,
-        "settings": {**asdict(settings), "steps": list(settings.steps)},
-        "stream_fingerprint": fingerprint(settings.seed),
+        "seed": seed,
+        "stream_fingerprint": fingerprint(seed),
         "plugins": [row._asdict() for row in registry.plugins],
         "warnings": list(registry.warnings),
     }

@@ -1,9 +1,9 @@
 """Blocks over an executor: evidence merged in block order, so that the result does not depend on the workers."""
 
 import pickle
-from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor
+from functools import partial
 from typing import NamedTuple
 
 from ..ensemble import LaneEvidence, Task, run_block
@@ -13,6 +13,7 @@ from .families import family_wise
 from .judging import CellResult
 from .plan import Plan
 from .sequence import ProblemRun
+from .workers import in_turn
 
 Lanes = tuple[LaneEvidence, ...]
 UNSENT = "a scheme, problem or measure cannot be read in a"
@@ -124,16 +125,11 @@ def _jobs(problem: ProblemRun) -> Iterator[_Job]:
 
 def _results(executor: Executor | None, window: int, jobs: Sequence[_Job]) -> Iterator[tuple[_Job, Lanes]]:
     if executor is None:
-        yield from ((job, run_block(job.task, job.block)) for job in jobs)
+        yield from in_turn(None, window, ((job, partial(run_block, job.task, job.block)) for job in jobs))
         return
     pickled = {job.task.spec.label: _pickled(job.task) for job in jobs}
-    waiting: deque[tuple[_Job, Future[Lanes]]] = deque()
-    for job in jobs:
-        waiting.append((job, executor.submit(run_pickled, pickled[job.task.spec.label], job.block)))
-        if len(waiting) >= window:
-            first, future = waiting.popleft()
-            yield first, future.result()
-    yield from ((job, future.result()) for job, future in waiting)
+    calls = ((job, partial(run_pickled, pickled[job.task.spec.label], job.block)) for job in jobs)
+    yield from in_turn(executor, window, calls)
 
 
 def run_pickled(task: bytes, block: int) -> Lanes:

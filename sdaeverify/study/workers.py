@@ -4,12 +4,17 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing.context import SpawnContext, SpawnProcess
+from typing import TypeVar
 
 from ..discovery import load_file
+
+Key = TypeVar("Key")
+Result = TypeVar("Result")
 
 # Enough blocks in flight to keep every worker busy while one result waits for its turn.
 BLOCKS_A_WORKER = 3
@@ -46,6 +51,31 @@ def worker_pool(jobs: int, files: Sequence[str] = ()) -> Iterator[Executor]:
         pool.shutdown(wait=True, cancel_futures=True)
         raise
     pool.shutdown()
+
+
+def in_turn(
+    executor: Executor | None, window: int, calls: Iterable[tuple[Key, Callable[[], Result]]]
+) -> Iterator[tuple[Key, Result]]:
+    """Make calls and yield their results in the order of the calls, whatever the workers do.
+
+    Parameters
+    ----------
+    executor : Executor or None
+        Calls are made in this process if there is none.
+    window : int
+        Calls in flight: bounds the memory of results that wait for their turn.
+    calls : iterable of (key, callable)
+    """
+    if executor is None:
+        yield from ((key, call()) for key, call in calls)
+        return
+    waiting: deque[tuple[Key, Future[Result]]] = deque()
+    for key, call in calls:
+        waiting.append((key, executor.submit(call)))
+        if len(waiting) >= window:
+            first, future = waiting.popleft()
+            yield first, future.result()
+    yield from ((key, future.result()) for key, future in waiting)
 
 
 class _Worker(SpawnProcess):

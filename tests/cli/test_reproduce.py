@@ -1,0 +1,210 @@
+"""The command ``reproduce``: what it lists, runs, prints and writes, and its exit code."""
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from sdaeverify.experiments import ExperimentRun
+
+ROWS = """
+from sdaeverify import Experiment, Printed, Row
+
+def row(steps, digits="1.5625", **other):
+    return Row(**{{"problem": "gbm[b=0]", "scheme": "euler-maruyama", "steps": steps, "observable": "x",
+                   "printed": Printed(digits, 100)}} | other)
+
+@hookimpl
+def sdaeverify_experiments():
+    return [Experiment(name="mine", title="Euler without noise", source="My paper, Table 7", rows=({rows}),
+                       paths=20, notes=("Read this first.",))]
+"""
+
+
+@pytest.fixture
+def mine(write):
+    """Write a plugin with the experiment ``mine``."""
+    return lambda rows="row(2),", more="": write(ROWS.format(rows=rows) + more)
+
+
+@pytest.fixture
+def reproduce(call):
+    """Run ``reproduce`` in this process, in silence."""
+    return lambda *words: call("reproduce", "-j", "1", "--progress", "none", *words)
+
+
+def rows_of(path):
+    with Path(path).open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_list(reproduce, mine):
+    """All experiments are listed with what they show, those of others, too."""
+    outcome = reproduce("--list", "--plugin", mine())
+
+    assert (outcome.code, outcome.err) == (0, "")
+    names = [line.split()[0] for line in outcome.out.splitlines()[2:]]
+    assert names == sorted(names)
+    assert {"laurent-2022-figure-1", "laurent-2022-table-1", "mine"} <= set(names)
+    (line,) = [line for line in outcome.out.splitlines() if line.startswith("mine ")]
+    assert line.split(maxsplit=2)[1] == "20"
+    assert "Euler without noise" in line
+    assert line.rstrip().endswith("My paper, Table 7")
+
+
+def test_unknown_name(reproduce):
+    """A misspelt experiment is one line on stderr and a usage error."""
+    outcome = reproduce("laurent-2022-tabel-1")
+
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err == (
+        "sdaeverify: error: unknown experiment 'laurent-2022-tabel-1'; did you mean laurent-2022-table-1?\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ((), "reproduce expects the name of an experiment; --list shows all"),
+        (("laurent-2022-table-1", "--paths", "1"), "paths must be at least 2"),
+        (("laurent-2022-table-1", "--seed", "-1"), "seed must be between 0 and 2^63 - 1, got -1"),
+        (("laurent-2022-table-1", "--paths", "2", "--paths", "3"), "contradictory options: --paths"),
+    ],
+)
+def test_wrong_words(reproduce, words, message):
+    """Wrong words are one line on stderr; nothing is run or written."""
+    outcome = reproduce(*words)
+
+    assert (outcome.code, outcome.out) == (2, "")
+    assert message in outcome.err
+    assert outcome.err.count("\n") == 1
+    assert not list(Path().iterdir())
+
+
+def test_table(reproduce, mine):
+    """Print, mean and exact value stand side by side, with where they disagree; a disagreement is no failure."""
+    outcome = reproduce("mine", "--plugin", mine("row(2), row(4, '1.7')"))
+
+    assert (outcome.code, outcome.err) == (0, "")
+    first, second = (line.split() for line in outcome.out.splitlines() if line.startswith("gbm"))
+    assert first[4:] == ["1.5625", "1.562", "1.648721271", "-0.08622", "+0.0e+00", "agrees", "-8.6e-02", "disagrees"]
+    assert second[4] == "1.7"
+    assert [word for word in second if word.endswith("agrees")] == ["disagrees", "disagrees"]
+    assert "Read this first." in outcome.out
+    assert outcome.out.splitlines()[-1] == "exit code 0: every row is run"
+
+
+def test_files(reproduce, mine):
+    """The table and what it was made with are in a folder of the experiment's name, or in the one that is given."""
+    plugin = mine()
+    reproduce("mine", "--plugin", plugin)
+    reproduce("mine", "--plugin", plugin, "--paths", "30", "--seed", "5", "--out", "elsewhere")
+
+    (default,), (given,) = rows_of("reports/mine/table.csv"), rows_of("elsewhere/table.csv")
+    assert (default["paths"], given["paths"]) == ("20", "30")
+    assert float(given["mean"]) == 1.5625
+    about = json.loads(Path("elsewhere/run.json").read_text())
+    assert (about["experiment"], about["paths"], about["seed"]) == ("mine", 30, 5)
+    assert about["arguments"][:2] == ["sdaeverify", "reproduce"]
+    assert "numpy" in about["versions"]
+
+
+def test_the_seed_decides(reproduce, mine):
+    """The same seed gives the same file, another one another file."""
+    plugin = mine("row(2, problem='gbm'),")
+    for seed, out in ("1", "a"), ("1", "b"), ("2", "c"):
+        reproduce("mine", "--plugin", plugin, "--seed", seed, "--out", out)
+
+    a, b, c = (Path(out, "table.csv").read_text() for out in "abc")
+    assert a == b
+    assert a != c
+
+
+def test_worker_processes(call, mine):
+    """Worker processes load the plugin, and change no digit."""
+    plugin = mine("row(2, problem='gbm'), row(8, problem='gbm')")
+    for jobs in "12":
+        words = ("--paths", "1100", "-j", jobs, "--out", jobs, "--progress", "none", "--plugin", plugin)
+        assert call("reproduce", "mine", *words).code == 0
+
+    assert Path("1/table.csv").read_text() == Path("2/table.csv").read_text()
+
+
+def test_costly_rows(reproduce, mine):
+    """Rows that cost most are run with --all only."""
+    plugin = mine("row(2), row(4, costly=True)")
+    reproduce("mine", "--plugin", plugin, "--out", "few")
+    reproduce("mine", "--plugin", plugin, "--out", "all", "--all")
+
+    assert [row["steps"] for row in rows_of("few/table.csv")] == ["2"]
+    assert [row["steps"] for row in rows_of("all/table.csv")] == ["2", "4"]
+
+
+def test_mean_that_cannot_be_measured(reproduce, mine):
+    """A scheme that does not match is said in words, costs its row only, and the exit code tells."""
+    outcome = reproduce("mine", "--plugin", mine("row(2), row(2, scheme='half-explicit-euler')"))
+
+    assert outcome.code == 3
+    assert "half-explicit-euler on gbm[b=0], h = 0.5: scheme half-explicit-euler: solves the form" in outcome.out
+    assert outcome.out.splitlines()[-1] == "exit code 3: a row could not be run"
+    assert [row["printed_and_mean"] for row in rows_of("reports/mine/table.csv")] == ["agrees", ""]
+
+
+def test_labels_that_are_not_registered(reproduce, mine):
+    """An experiment on a problem that is not there is a usage error, not a crash."""
+    outcome = reproduce("mine", "--plugin", mine("row(2, problem='gbn'),"))
+
+    assert outcome.code == 2
+    assert "unknown problem 'gbn'; did you mean gbm" in outcome.err
+
+
+def test_interrupt(reproduce, mine, monkeypatch):
+    """What was finished before an interrupt is saved and shown."""
+    run = ExperimentRun.run
+
+    def interrupted(self, executor=None, window=1):
+        events = run(self, executor, window)
+        yield next(events)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(ExperimentRun, "run", interrupted)
+    outcome = reproduce("mine", "--paths", "700", "--plugin", mine("row(2), row(4, problem='ou')"))
+
+    assert outcome.code == 130
+    assert outcome.out.splitlines()[-1] == "exit code 130: interrupted; the paths that were finished are saved"
+    assert "euler-maruyama on ou, h = 0.25: not reached" in outcome.out
+    assert [row["paths"] for row in rows_of("reports/mine/table.csv")] == ["500", "0"]
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (
+            "\nsdaeverify_experiments = hookimpl(lambda: ['mine'])",
+            "expected an experiment, got an object of type str",
+        ),
+        ("\nsdaeverify_experiments = hookimpl(lambda: None)", "expected an iterable"),
+        ("\nrow(2, digits='many')", "a printed number must be a number, got 'many'"),
+    ],
+)
+def test_broken_plugin(reproduce, mine, more, message):
+    """A plugin whose experiments cannot be used is refused in one line."""
+    outcome = reproduce("--list", "--plugin", mine(more=more))
+
+    assert outcome.code == 6
+    assert message in outcome.err
+    assert outcome.err.count("\n") == 1
+
+
+def test_name_that_is_taken(reproduce, mine, tmp_path):
+    """A name that another plugin registers stays with that one."""
+    plugin = Path(mine())
+    other = tmp_path / "other.py"
+    other.write_text(plugin.read_text())
+
+    outcome = reproduce("--list", "--plugin", str(plugin), "--plugin", str(other))
+
+    assert outcome.code == 6
+    assert "experiment 'mine' of plugin other" in outcome.err
+    assert "is already registered by plugin odd_plugin" in outcome.err

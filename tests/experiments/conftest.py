@@ -1,0 +1,32 @@
+"""A registry with one experiment more."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from sdaeverify import Experiment, Row
+from sdaeverify.contributions import ExperimentEntry
+from sdaeverify.discovery import Origin
+from sdaeverify.experiments import ExperimentRun, experiment_plan
+from sdaeverify.registry import Registry, load_registry
+
+
+@pytest.fixture(scope="session")
+def registry() -> Registry:
+    """All that is installed."""
+    return load_registry(environ={})
+
+
+@pytest.fixture
+def planned(registry: Registry) -> Callable[..., ExperimentRun]:
+    """Plan an experiment of rows (problem, scheme, steps, observable)."""
+
+    def plan(*rows: Row, paths: int = 10, every: bool = False, **attributes: object) -> ExperimentRun:
+        experiment = Experiment(name="mine", title="made up", source="nowhere", rows=rows, **attributes)
+        entry = ExperimentEntry("mine", experiment, Origin("mine", "", "", "mine.py"))
+        return ExperimentRun(
+            experiment_plan(replace(registry, experiments={"mine": entry}), "mine", paths=paths, every=every)
+        )
+
+    return plan

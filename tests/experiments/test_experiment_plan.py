@@ -1,0 +1,62 @@
+"""Planning of experiments: labels, budget, order of the blocks."""
+
+import pytest
+
+from sdaeverify import Row, UsageError
+from sdaeverify.experiments import experiment_plan
+
+
+def row(problem="gbm", scheme="milstein", steps=4, **attributes):
+    return Row(problem=problem, scheme=scheme, steps=steps, observable="x", **attributes)
+
+
+def test_rows_of_a_problem_are_run_together(planned):
+    """Rows of one problem share a task wherever they stand, and the table keeps the experiment's order."""
+    rows = (row(), row("ou"), row(scheme="euler-maruyama", steps=8))
+    plan = planned(*rows).plan
+
+    assert [task.spec.label for task, _ in plan.groups] == ["gbm", "ou"]
+    assert plan.rows == rows
+
+
+def test_all_problems_of_a_block_come_first(planned):
+    """An interrupt finds as many paths of each problem; the last block holds the rest of the paths."""
+    plan = planned(row(), row("ou"), paths=1003).plan
+
+    assert plan.sizes == (500, 500, 3)
+    assert list(plan.jobs()) == [(0, 0), (1, 0), (0, 1), (1, 1), (0, 2), (1, 2)]
+
+
+def test_costly_rows_are_asked_for(planned):
+    """Rows that cost most are run on request only."""
+    cheap, costly = row(), row(steps=8, costly=True)
+
+    assert planned(cheap, costly).plan.rows == (cheap,)
+    assert planned(cheap, costly, every=True).plan.rows == (cheap, costly)
+
+
+def test_unknown_experiment(registry):
+    """A misspelt name is told what it was meant to be."""
+    with pytest.raises(UsageError, match=r"^unknown experiment 'laurent-2022-tabel-1'; did you mean laurent"):
+        experiment_plan(registry, "laurent-2022-tabel-1")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (row("gbn"), "unknown problem 'gbn'"),
+        (row(scheme="milsten"), "unknown scheme 'milsten'"),
+        (row(scheme="gbm*"), "gbm"),
+        (row("gbm*"), r"names one problem, and 'gbm\*' names"),
+    ],
+)
+def test_labels_that_name_nothing(planned, wrong, message):
+    """A row whose scheme or problem is not registered, or not one, is refused in one line."""
+    with pytest.raises(UsageError, match=message):
+        planned(wrong)
+
+
+def test_too_few_paths(planned):
+    """One path has no standard error."""
+    with pytest.raises(UsageError, match="paths must be at least 2"):
+        planned(row(), paths=1)

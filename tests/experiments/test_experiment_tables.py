@@ -1,0 +1,98 @@
+"""The table of an experiment: print, mean and exact value, and where they disagree."""
+
+from math import isnan, nan
+
+import pytest
+
+from sdaeverify import InvariantMean, Printed, Row
+from sdaeverify.experiments import Line, in_words, lines, table
+from sdaeverify.experiments.sample import Sample
+from sdaeverify.experiments.tables import Exact
+
+# 400 paths of standard deviation 2: standard error 0.1, and 0.02 for a print from 10000 paths.
+SAMPLE = Sample(400, 1.0, 4.0 * 399)
+
+
+def line(digits="1.0", exact=1.0, paths=10**4, sample=SAMPLE):
+    printed = Printed(digits, paths) if digits else None
+    return Line(Row(problem="p", scheme="s", steps=4, observable="x", printed=printed), 0.25, sample, Exact(exact))
+
+
+@pytest.mark.parametrize(
+    ("digits", "ours", "exact"),
+    [
+        ("1.084", "agrees", "disagrees"),  # beyond 0.08 + 0.0005
+        ("1.080", "agrees", "agrees"),
+        ("1.08", "agrees", "agrees"),
+        ("1.41", "agrees", "disagrees"),  # both errors: 4 sqrt(0.1^2 + 0.02^2) = 0.408, and 0.005
+        ("1.42", "disagrees", "disagrees"),
+        ("0.58", "disagrees", "disagrees"),
+    ],
+)
+def test_agreement(digits, ours, exact):
+    """Print and mean may differ by half a unit and four of their standard errors, print and exact value by less."""
+    assert (line(digits).print_and_ours, line(digits).print_and_exact) == (ours, exact)
+
+
+def test_digits_matter():
+    """A number printed with fewer digits says less: it agrees with all that is rounded to it."""
+    assert line("1.1", paths=10**12).print_and_exact == "disagrees"
+    assert line("1.1", exact=1.14, paths=10**12).print_and_exact == "agrees"
+    assert line("1.10", exact=1.14, paths=10**12).print_and_exact == "disagrees"
+
+
+def test_nothing_to_compare():
+    """Without print, exact value or mean there is no verdict."""
+    assert line("").print_and_ours == line("").print_and_exact == ""
+    assert line(exact=nan).print_and_exact == ""
+    assert line(sample=Sample(3, nan, nan, lost=3)).print_and_ours == ""
+
+
+def test_exact_values(planned, registry):
+    """The exact value is the moment at the final time; the invariant mean counts in equilibrium only."""
+    rows = [Row(problem=name, scheme="milstein", steps=2, observable="x^2") for name in ("gbm[b=0]", "double-well")]
+
+    known = [found.exact.value for found in lines(planned(*rows))]
+    invariant = lines(planned(*rows, equilibrium=True))
+
+    assert known[0] == pytest.approx(2.718281828459045, rel=1e-14)
+    assert isnan(known[1])
+    assert invariant[0].exact.value == known[0]
+    truths = registry.problems["double-well"].make().build().truths
+    assert invariant[1].exact.value in [truth.value for truth in truths if isinstance(truth, InvariantMean)]
+    assert invariant[1].exact.source
+
+
+def test_table(planned):
+    """Every row of the table has all that is known, with all digits."""
+    row = Row(problem="gbm[b=0]", scheme="euler-maruyama", steps=2, observable="x", printed=Printed("1.5624", 9))
+    run = planned(row)
+    list(run.run())
+
+    (found,) = table(lines(run)).to_dict("records")
+
+    assert found["mean"] == pytest.approx(1.5625, rel=1e-15)
+    assert found["exact"] == pytest.approx(1.6487212707001282, rel=1e-15)
+    assert found["mean_minus_exact"] == found["mean"] - found["exact"]
+    assert (found["printed"], found["printed_and_mean"], found["printed_and_exact"]) == (
+        "1.5624", "disagrees", "disagrees",
+    )  # fmt: skip
+    assert (found["steps"], found["h"], found["paths"]) == (2, 0.5, 10)
+
+
+def test_words():
+    """What is missing is said in one line each, and nothing else is."""
+    telling = [
+        line(),
+        line(sample=Sample()),
+        line(sample=Sample(9, nan, nan, lost=2)),
+        line(sample=Sample(9, 1.0, 1.0, without_root=1)),
+        line(sample=Sample(error="no view")),
+    ]
+
+    assert list(in_words(telling)) == [
+        "s on p, h = 0.25: not reached",
+        "s on p, h = 0.25: 2 of 9 paths are lost",
+        "s on p, h = 0.25: on 1 of 9 paths a step found no root",
+        "s on p, h = 0.25: no view",
+    ]

@@ -1,0 +1,83 @@
+"""The shipped experiments: they run, and Table 1 comes out as measured before."""
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from sdaeverify.experiments import ExperimentRun, experiment_plan, lines
+
+TABLE, FIGURE = "laurent-2022-table-1", "laurent-2022-figure-1"
+UNIFORM, EULER = "uniformly-accurate[xi=three-point]", "constrained-euler[xi=three-point]"
+# Means of the scheme as printed with their standard errors, by m and h, from an independent program.
+MEASURED = {
+    (2, UNIFORM, 128): (2.00192, 4e-5),
+    (2, UNIFORM, 256): (2.00663, 4e-5),
+    (2, EULER, 128): (1.991706, 6e-6),
+    (3, UNIFORM, 128): (2.99555, 8e-5),
+    (3, UNIFORM, 256): (3.00799, 7e-5),
+    (3, EULER, 128): (2.97499, 2e-5),
+}
+
+
+def changed(registry, name, change, paths, *, every=False):
+    """Plan an experiment whose rows are changed, or left out where the change is None."""
+    entry = registry.experiments[name]
+    rows = tuple(row for row in map(change, entry.experiment.rows) if row is not None)
+    other = replace(entry, experiment=replace(entry.experiment, rows=rows))
+    return ExperimentRun(
+        experiment_plan(replace(registry, experiments={name: other}), name, paths=paths, every=every)
+    )
+
+
+def shorter(row):
+    """Return the row with the same step size, up to a 64th of the time."""
+    horizon = re.search(r"horizon=(\d+)", row.problem)
+    problem = row.problem.replace(horizon[0], f"horizon={int(horizon[1]) / 64}")
+    return replace(row, problem=problem, steps=row.steps // 64)
+
+
+def matrices(row):
+    """Keep m = 2 and 3."""
+    return row if "m=2" in row.problem or "m=3" in row.problem else None
+
+
+@pytest.mark.parametrize("name", [TABLE, FIGURE])
+def test_shipped_experiment_runs(registry, name):
+    """All rows, costly ones too, run with the step sizes of the experiment, and their exact values are known."""
+    run = changed(registry, name, shorter, 3, every=True)
+    list(run.run())
+
+    for line in lines(run):
+        assert line.sample.error == ""
+        assert line.sample.paths == 3
+        assert line.exact.value == line.exact.value
+        assert line.row.scheme.startswith("penalised-euler") or not (line.sample.lost or line.sample.without_root)
+
+
+def test_step_sizes(registry):
+    """The shortened experiments have the step sizes of the whole ones."""
+    for name in (TABLE, FIGURE):
+        whole, short = (lines(changed(registry, name, change, 3)) for change in (replace, shorter))
+        assert [line.h for line in whole] == [line.h for line in short]
+
+
+@pytest.mark.slow
+def test_table_1(registry):
+    """Means are those measured before; at m = 3 they are told from the exact ones, and from the printed UA mean."""
+    run = changed(registry, TABLE, matrices, 4000)
+    list(run.run())
+
+    found = lines(run)
+
+    for line in found:
+        m = int(re.search(r"m=(\d)", line.row.problem)[1])
+        mean, std_error = MEASURED[m, line.row.scheme, line.row.steps]
+        assert abs(line.sample.value - mean) < 4.0 * (line.sample.std_error**2 + std_error**2) ** 0.5
+    uniform, finer, euler = found[3:]
+    for line in (uniform, finer, euler):
+        assert line.row.problem.startswith("orthogonal-group[eps=0.005,m=3")
+    assert uniform.error < -4.0 * uniform.sample.std_error
+    assert euler.error < -4.0 * euler.sample.std_error
+    assert (uniform.print_and_ours, euler.print_and_ours) == ("disagrees", "agrees")
+    assert uniform.print_and_exact == euler.print_and_exact == "disagrees"

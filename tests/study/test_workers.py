@@ -1,0 +1,53 @@
+"""Calls over an executor, their results in turn."""
+
+from concurrent.futures import Executor, Future
+from functools import partial
+
+import pytest
+
+from sdaeverify.study.workers import in_turn
+
+
+class Backwards(Executor):
+    """Makes calls only when a result is asked for, and notes how many wait."""
+
+    def __init__(self):
+        self.waiting, self.most = 0, 0
+
+    def submit(self, call):
+        self.waiting += 1
+        self.most = max(self.most, self.waiting)
+        return Late(self, call)
+
+
+class Late(Future):
+    def __init__(self, executor, call):
+        super().__init__()
+        self.executor, self.call = executor, call
+
+    def result(self, timeout=None):
+        self.executor.waiting -= 1
+        return self.call()
+
+
+def calls(count):
+    return ((key, partial(pow, key, 2)) for key in range(count))
+
+
+@pytest.mark.parametrize("window", [1, 3, 100])
+def test_results_in_turn(window):
+    """Results come in the order of the calls, and no more calls than the window are in flight."""
+    executor = Backwards()
+
+    assert list(in_turn(executor, window, calls(10))) == [(key, key**2) for key in range(10)]
+    assert executor.most == min(window, 10)
+
+
+def test_no_executor():
+    """Without an executor each call is made as its result is asked for."""
+    made = []
+    results = in_turn(None, 1, ((key, partial(made.append, key)) for key in range(3)))
+
+    next(results)
+
+    assert made == [0]
