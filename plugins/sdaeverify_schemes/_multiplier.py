@@ -41,7 +41,8 @@ class OldNormals:
     def solved(self, *, frozen: bool = False) -> Reached:
         """Return y + g(x) lambda, by Newton's method from lambda = 0.
 
-        Its matrix is g(x')^T g(x), or throughout g(x)^T g(x) if it is frozen. With several constraints, roots that
+        Its matrix is g(x')^T g(x), or throughout g(x)^T g(x) if it is frozen: then only the distance
+        tells roots apart. With several constraints, roots that
         are in doubt are followed from lambda = 0.
         """
         if frozen:

@@ -15,7 +15,9 @@ PENALISED = frozenset({"unconstrained"})
 
 @dataclass(frozen=True)
 class UniformExpansion(LangevinScheme):
-    """x+ = x + sqrt(h) A + h B, which (2.2) is up to h^(3/2) uniformly in eps; for eps -> 0 it leaves the manifold.
+    """x+ = x + sqrt(h) A + h B: (2.2) up to h^(3/2) in the weak sense, uniformly in eps.
+
+    On a path the two differ by terms of size h and mean 0; for eps -> 0 this one leaves the manifold.
 
     With P = g G^{-1} g^T, c = G^{-1} zeta, w = g c, s^2 = (eps/2h) (1 - e^2), e = exp(-h/eps), omega = 1 - e,
 
@@ -24,7 +26,7 @@ class UniformExpansion(LangevinScheme):
               + (sigma^2/4) [h s^2 grad ln det G + (eps/2) omega^2 P grad ln det G]
               + (omega^2/2) [g'(w) c - P g'(w) c - g G^{-1} g'(w)^T w] + (sigma^2/2) h (1 - s^2) g G^{-1} tau,
 
-    tau_k = tr(H_k P): the last term joins two of the printed one, which are of the same form.
+    tau_k = tr(H_k P): the last term is the sum of two printed terms.
     """
 
     name: ClassVar[str] = "uniform-expansion"

@@ -81,7 +81,9 @@ def invariant_means(law: Canonical, nodes: Nodes, names: Iterable[str]) -> tuple
             known = [name for name in names if name in fine]
             return tuple(InvariantMean(observable=name, value=fine[name], source=SOURCE) for name in known)
         coarse = fine
-    raise ParameterError(f"kT = {law.kT!r} is too small: the invariant law is not resolved by {MOST} nodes")
+    raise ParameterError(
+        f"the invariant law is too narrow for {MOST} nodes with kT = {law.kT!r}, these masses and this force"
+    )
 
 
 def circle_nodes(count: int) -> tuple[Array, Array]:

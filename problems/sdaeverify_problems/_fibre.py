@@ -85,9 +85,11 @@ class Fibre:
     D: Callable[[Array, Array, Array, float], Array] | None = None
 
     def __post_init__(self) -> None:
-        for name in ("alpha", "Fr", "Dr"):
-            if not getattr(self, name) > 0.0:
-                raise ParameterError(f"{name} must be positive, got {getattr(self, name)!r}")
+        # Without gravity Fr is infinite.
+        for name, most in (("alpha", 1e100), ("Fr", np.inf), ("Dr", 1e100)):
+            if not 1e-100 < getattr(self, name) <= most:
+                what = "positive" if most == np.inf else "positive and finite"
+                raise ParameterError(f"{name} must be {what}, got {getattr(self, name)!r}")
         if not 0.0 <= self.beta < np.inf:
             raise ParameterError(f"beta must be finite and not negative, got {self.beta!r}")
 

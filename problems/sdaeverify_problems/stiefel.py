@@ -4,17 +4,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from sdaeverify import (
-    Array,
-    ConstrainedLangevin,
-    InvariantMean,
-    Moment,
-    ParameterError,
-    Parts,
-    Truth,
-    hookimpl,
-    on_request,
-)
+from sdaeverify import Array, ConstrainedLangevin, InvariantMean, Moment, ParameterError, Parts, hookimpl, on_request
 
 from . import _controls as controls
 from ._matrix_problem import matrix_constraint
@@ -90,13 +80,13 @@ SQUARES: dict[str, Callable[[float, Parts], Array]] = {
 }
 
 
-def symmetric(law: RadialLaw, d: int) -> Iterator[Truth]:
+def symmetric(law: RadialLaw, d: int) -> Iterator[Moment | InvariantMean]:
     """Yield the invariant means of x_11 and of its square, |x|^2 shared equally by d p entries."""
     yield InvariantMean(observable="x_11", value=0.0, source=SYMMETRY)
     yield InvariantMean(observable="x_11^2", value=law.level / d, source=SYMMETRY)
 
 
-def radial(law: RadialLaw, p: int) -> Iterator[Truth]:
+def radial(law: RadialLaw, p: int) -> Iterator[Moment | InvariantMean]:
     """Yield the moments of |x|^2, p times the process of the law."""
     powers: dict[str, Callable[[float], float]] = {
         "|x|^2": lambda t: p * law.square(t),
@@ -108,7 +98,7 @@ def radial(law: RadialLaw, p: int) -> Iterator[Truth]:
             yield InvariantMean(observable=name, value=limit, source=SQUARE)
 
 
-def decaying(rate: float) -> Iterator[Truth]:
+def decaying(rate: float) -> Iterator[Moment | InvariantMean]:
     """Yield the mean of an entry in the limit."""
     yield Moment(
         observable="x_11", value=lambda t: float(np.exp(-rate * t)), source="linear functions are eigenfunctions"

@@ -9,7 +9,7 @@ from ._torus_geometry import Quartic
 from ._torus_problem import torus_problem
 
 STIFFNESS = 25.0
-SOURCE = "stationary Fokker-Planck equation, tabulated Galerkin solution, E |x|^2 to 1e-8 (eps = 0.1: 1e-7, 1: 2e-6)"
+SOURCE = "stationary Fokker-Planck equation, tabulated Galerkin solution; E |x|^2 to 1e-8, from eps = 0.1 on to 2e-6"
 # Invariant means for stiffness 25 of |x|^2, x_1, zeta and zeta^2, by eps.
 TABLE = {
     1e-6: (4.12244885, 2.01038279, 3.0462e-5, 2.35167e-3),

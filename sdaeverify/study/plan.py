@@ -15,6 +15,9 @@ from ..specs import ProblemSpec
 
 Resolve = Callable[[str], Scheme]
 
+# What numbers far out of range raise in arithmetic, in numpy and for want of memory.
+OUT_OF_RANGE = (ArithmeticError, ValueError, MemoryError)
+
 
 @dataclass(frozen=True)
 class Cell:
@@ -143,6 +146,8 @@ def _problem_plan(spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequen
     except FAULTS as error:
         if spec.parameters and isinstance(error, SdaeverifyError):
             raise UsageError(f"problem {spec.label}: {error}") from error
+        if spec.parameters and isinstance(error, OUT_OF_RANGE):
+            raise UsageError(f"problem {spec.label} cannot be built with these numbers: {one_line(error)}") from error
         reason = f"problem {spec.label} cannot be built: {one_line(error)}"
         cells = [Cell(s, spec, m, "", Verdict.ERROR, reason) for s in schemes for m in measures]
         return ProblemPlan(spec, None, tuple(cells))

@@ -46,6 +46,11 @@ WRONG_WORDS = [
     (["pendulum"], "unexpected extra argument"),
     (["--paths", "50", "--paths", "60"], "contradictory options: --paths is given as 50 and 60"),
     (["-j", "1", "--jobs", "2"], "contradictory options: --jobs is given as 1 and 2"),
+    (["-p", "fibre-clamped[N=1]"], "a fibre needs at least N = 2 points, got 1"),
+    (["-p", "fibre-clamped[Dr=-1]"], "Dr must be positive and finite, got -1"),
+    (["-p", "torus[eps=nan]"], "eps"),
+    (["-p", "exponential-strip[alpha=1e200]"], "cannot be built with these numbers"),
+    (["-s", "implicit-euler-ggl[guess=V3]"], "guess must be V0, V1 or V2, got 'V3'"),
 ]
 
 

@@ -20,7 +20,7 @@ CHAIN = clamped_chain(3, 2)
     ("parameters", "message"),
     [
         ({"N": 1}, "at least N = 2 points, got 1"),
-        ({"alpha": 0.0}, r"alpha must be positive, got 0\.0"),
+        ({"alpha": 0.0}, r"alpha must be positive and finite, got 0\.0"),
         ({"alpha": -4.0}, "alpha must be positive"),
         ({"alpha": float("nan")}, "alpha must be positive"),
         ({"Dr": 0.0}, "Dr must be positive"),
