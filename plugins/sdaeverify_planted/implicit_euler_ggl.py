@@ -32,8 +32,8 @@ class WrongImplicitEuler(ImplicitEulerGGL):
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """All of the claims, whatever the tolerance."""
-        return (*self.claims, TO_ROUNDING)
+        """All of the claims, whatever the tolerance, but that about the invariant law: chains would take minutes."""
+        return (*(claim for claim in self.claims if claim.measure != "invariant"), TO_ROUNDING)
 
     def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""

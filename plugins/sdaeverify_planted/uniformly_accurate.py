@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import Array, ConstrainedLangevin, ConstraintGeometry, Gram, Planted, hookimpl
+from sdaeverify import Array, Claim, ConstrainedLangevin, ConstraintGeometry, Gram, Planted, hookimpl
 from sdaeverify_schemes._uniform_weights import Weights
 from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
 
@@ -86,9 +86,12 @@ class _Elsewhere(ConstraintGeometry):
 
 @dataclass(frozen=True)
 class Subtracted(UniformlyAccurate):
-    """eps (1 - e^{-h/eps}) by subtraction: cancelled for eps much larger than h."""
+    """eps (1 - e^{-h/eps}) by subtraction: cancelled for eps much larger than h; no claim about the long run."""
 
     name: ClassVar[str] = "planted-uniform-subtraction"
+    claims: ClassVar[tuple[Claim, ...]] = tuple(
+        claim for claim in UniformlyAccurate.claims if claim.measure in {"weak", "strong"}
+    )
 
     def weights(self, problem: ConstrainedLangevin, h: float) -> Weights:
         """Return the coefficients of a step of size h."""
