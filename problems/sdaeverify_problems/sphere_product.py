@@ -71,7 +71,7 @@ def mixture(q: int, mixing: float) -> Array:
     """Return A, shape (q, q)."""
     i, j = np.indices((q, q))
     A = np.eye(q) + mixing * np.sin(1.0 + i + 3.0 * j)
-    if not np.linalg.cond(A) < 1e3:
+    if not (np.isfinite(mixing) and np.linalg.cond(A) < 1e3):
         raise ParameterError(f"A must be regular, which it is hardly or not for mixing = {mixing!r}")
     return np.asarray(A)
 

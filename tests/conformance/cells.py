@@ -30,8 +30,8 @@ VARIANTS = {
 LENGTHS = {"fibre-clamped": 2.0**-5, "fibre-free": 2.0**-5}
 
 
-# So many views of each form are tried.
-VIEWS = 2
+# So many views of each form are tried, and each with its own schemes everywhere.
+VIEWS = 1
 
 
 class Cell(NamedTuple):
@@ -88,7 +88,7 @@ def charted(registry: Registry) -> list[ProblemSpec]:
 def cells(registry: Registry) -> Iterator[Cell]:
     """Yield every scheme variant with every problem of its form that matches, and with some views of each other form.
 
-    A view is the same code for all problems of a form: the two of fewest components stand for them.
+    A view is the same code for all problems of a form: those of fewest components stand for them.
     """
     built = [(entry.make().label, entry.make().build()) for entry in registry.problems.values()]
     for scheme in schemes(registry):

@@ -190,7 +190,7 @@ def test_means_on_the_circle_are_those_of_the_angle(mass: float) -> None:
 
 def test_a_law_that_is_too_narrow_is_refused() -> None:
     """Where the finest nodes do not resolve the law, no mean is given."""
-    with pytest.raises(ParameterError, match=r"kT = 1e-09 is too small"):
+    with pytest.raises(ParameterError, match=r"too narrow for \d+ nodes with kT = 1e-09"):
         invariant_means(Canonical(lambda x: x[1], np.eye(2), 1e-9), circle_nodes, ("r_2",))
 
 
