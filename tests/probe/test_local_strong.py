@@ -387,11 +387,13 @@ def test_a_step_is_asked_at_its_time() -> None:
 
 @pytest.mark.slow
 def test_no_registered_claim_is_refuted() -> None:
-    """Every strong order that a shipped scheme claims of a shipped problem is verified locally, where it has one."""
+    """Every strong order claimed of a problem with at most three noises is verified locally, where it has one."""
     answers = {}
     for cell in cells(load_registry(environ={})):
         claim, _ = claim_for(cell.scheme, cell.problem.traits, "strong", "state")
-        if claim is not None and not no_local_order(cell.scheme, cell.problem):
+        # In more dimensions the noise is probed at random points, which tell less and take minutes.
+        few = cell.problem.noise_dim <= 3
+        if few and claim is not None and not no_local_order(cell.scheme, cell.problem):
             order = strong_order(local_strong(cell.scheme, cell.problem))
             answers[cell.label] = judge_strong(order, float(claim.value), sharp=cell.scheme.sharp_locally)
 
