@@ -43,10 +43,25 @@ def gaussian_step(A: Array, B: Array, h: float) -> GaussianStep:
     """
     nodes, weights = np.polynomial.legendre.leggauss(16)
     q, w = 0.5 + 0.5 * nodes, 0.5 * weights
-    kernel = np.stack([expm(x * h * A) @ B for x in q])
+    alpha, beta, rho = projected(np.stack([expm(x * h * A) @ B for x in q]), q, w)
+    return GaussianStep(expm(h * A), alpha, beta, np.sqrt(h) * rho)
+
+
+def projected(kernel: Array, q: Array, w: Array) -> tuple[Array, Array, Array]:
+    """Return alpha, beta and rho of a kernel at the nodes q of a quadrature on [0, 1] with weights w.
+
+    Parameters
+    ----------
+    kernel : ndarray, shape (K, k, l)
+    q, w : ndarray, shape (K,)
+
+    Returns
+    -------
+    alpha, beta : ndarray, shape (k, l)
+    rho : ndarray, shape (k, k)
+    """
     alpha = np.tensordot(w, kernel, 1)
     beta = 12.0 * np.tensordot(w * (q - 0.5), kernel, 1)
     rest = kernel - alpha - beta * (q - 0.5)[:, None, None]
     stacked = np.concatenate(np.sqrt(w)[:, None, None] * np.swapaxes(rest, 1, 2))
-    rho = np.linalg.qr(stacked, mode="r").T
-    return GaussianStep(expm(h * A), alpha, beta, np.sqrt(h) * rho)
+    return alpha, beta, np.linalg.qr(stacked, mode="r").T

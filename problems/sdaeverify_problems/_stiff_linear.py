@@ -7,6 +7,7 @@ from scipy.linalg import solve_sylvester
 
 from sdaeverify import Array
 
+from ._gaussian_step import projected
 from ._stiff_modes import Mode
 
 NODES = 16
@@ -61,12 +62,9 @@ class StiffLinear(NamedTuple):
         shrink towards q = 0 as fast as the kernel asks for.
         """
         q, w = _graded(h * max(np.linalg.norm(mode.matrix, 2) for mode in self.modes))
-        kernel = sum(mode.E @ mode.decay(h * q) @ mode.F for mode in self.modes)
-        alpha = np.tensordot(w, kernel, 1)
-        beta = 12.0 * np.tensordot(w * (q - 0.5), kernel, 1)
-        rest = kernel - alpha - beta * (q - 0.5)[:, None, None]
-        stacked = np.concatenate(np.sqrt(w)[:, None, None] * np.swapaxes(rest, 1, 2))
-        return Step(self.change(h), alpha, beta, np.sqrt(h) * np.linalg.qr(stacked, mode="r").T)
+        kernel = np.asarray(sum(mode.E @ mode.decay(h * q) @ mode.F for mode in self.modes))
+        alpha, beta, rho = projected(kernel, q, w)
+        return Step(self.change(h), alpha, beta, np.sqrt(h) * rho)
 
 
 def _graded(z: float) -> tuple[Array, Array]:

@@ -47,6 +47,19 @@ TRAITS = frozenset(
     }
 )
 NOISE = frozenset({"dW", "H"})
+# What a view of the same states takes over from its problem.
+CARRIED = (
+    "horizon",
+    "noise_dim",
+    "noise",
+    "units",
+    "traits",
+    "observables",
+    "truths",
+    "controls",
+    "chart",
+    "relaxation",
+)
 
 
 class Residual(NamedTuple):
@@ -133,6 +146,11 @@ class Problem:
     def pathwise(self) -> Pathwise | None:
         """The truth on a given Brownian path, if one is attached."""
         return next((truth for truth in self.truths if isinstance(truth, Pathwise)), None)
+
+    @property
+    def carried(self) -> dict[str, Any]:
+        """The fields that a view of the same states takes over."""
+        return {name: getattr(self, name) for name in CARRIED}
 
     def view(self, form: "type[Problem]") -> "Problem | None":
         """Return this problem as one of another form, or None where it has no such view."""
