@@ -123,7 +123,8 @@ def test_the_moment_tends_to_the_invariant_mean(m, stiffness):
         next(truth.value for truth in orthogonal_group(0.0, m, stiffness).truths if isinstance(truth, kind))
         for kind in (Moment, InvariantMean)
     )
-    assert moment(1e3) == pytest.approx(mean, abs=1e-12)
+    # Late enough for e^{-t}, and early enough: the eigenvalue 0 is known to some eps, which counts t times.
+    assert moment(50.0) == pytest.approx(mean, abs=1e-12)
 
 
 @pytest.mark.parametrize(("eps", "m", "value", "accuracy"), PRINTED)
