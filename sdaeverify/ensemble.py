@@ -200,7 +200,7 @@ class _Run:
         if self.breach:
             return
         self.lane = Lane(scheme, self.view, self.settings, paths, self.reference.own)
-        parts = self.lane.tracks[0].parts()
+        parts = self.lane.tracks[0].constrained_parts()
         self.watches = [_Watch(measure, problem, parts, self.settings) for measure in self.entry.measures]
 
     @property

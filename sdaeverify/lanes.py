@@ -7,7 +7,7 @@ import numpy as np
 
 from .arrays import Mask, Parts
 from .errors import SchemeError
-from .forms import Problem
+from .forms import DelaySDAE, Problem
 from .noise import Increment, LevelNoise, Piece
 from .numerics import all_finite
 from .scheme import Scheme, State, Step, flatten, same_kind
@@ -61,6 +61,7 @@ class Track:
         self.scheme, self.problem, self.level, self.h = scheme, problem, level, h
         self.stepper = scheme.prepare(problem, h)
         self.state = scheme.start(problem, paths, h)
+        self.recall = problem.recall(h, paths)
         self.size = 1.0 + float(np.abs(flatten(self.state)).max())
         self.failed: Mask = np.zeros(paths, dtype=bool)
         self.lost: Mask = np.zeros(paths, dtype=bool)  # not finite, or blown up
@@ -74,14 +75,24 @@ class Track:
             result = self._one(noise, index)
             self.state = result.state
             self.step += 1
+            if self.recall is not None:
+                self.recall.push(self.parts()["x"])
             self._count(result)
             for observer in observers:
                 if self.step in observer.wanted[self.level]:
-                    observer.after_step(self.level, self.step, self.parts())
+                    observer.after_step(self.level, self.step, self.constrained_parts())
 
     def parts(self) -> Parts:
         """Return the named components of the state."""
         return self.scheme.parts(self.problem, self.state)
+
+    def constrained_parts(self) -> Parts:
+        """Return the named components with what else a constraint may depend on: the time and the lagged values."""
+        parts = self.parts()
+        if not isinstance(self.problem, DelaySDAE):
+            return parts
+        lagged = parts["x"] if self.recall is None else self.recall.lagged()
+        return {**parts, "t": np.full((1, 1), self.step * self.h), "lagged": lagged}
 
     def find_lost(self, size: float) -> None:
         """Note the paths that are not finite or have blown up, given the size of the solution."""
@@ -99,6 +110,8 @@ class Track:
 
     def _one(self, noise: LevelNoise, index: int) -> Step:
         increment = self.scheme.law.increment(noise.increment(index), self.h)
+        if self.recall is not None:
+            increment = self.recall.driven(increment)
         if self.step:
             return self.stepper(self.state, self.step * self.h, increment)
         return self._first(increment)

@@ -55,7 +55,7 @@ class Law(NamedTuple):
             return noise._replace(dW=np.clip(noise.dW, -reach, reach))
         if not self.bounded:
             return noise
-        return Increment(np.sqrt(h) * self.couple(noise.dW / np.sqrt(h)), None)
+        return noise._replace(dW=np.sqrt(h) * self.couple(noise.dW / np.sqrt(h)), H=None)
 
 
 def _normal(x: Array) -> Array:

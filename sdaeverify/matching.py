@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from .forms import Problem
-from .scheme import Scheme
+from .scheme import Scheme, form_names
 
 
 class Match(NamedTuple):
@@ -35,9 +35,9 @@ def match(scheme: Scheme, problem: Problem) -> Match:
     -------
     Match
     """
-    seen = problem.view(scheme.form)
+    seen = scheme.view_of(problem)
     if seen is None:
-        reason = f"solves the form {scheme.form.__name__}; a {type(problem).__name__} has no such view"
+        reason = f"solves the form {form_names(scheme)}; a {type(problem).__name__} has no such view"
         return Match(None, reason=reason)
     if missing := scheme.noise - seen.noise:
         return Match(

@@ -23,7 +23,7 @@ LONGEST = 16
 
 
 class Increment(NamedTuple):
-    """The noise of one step for l Brownian motions on P paths.
+    """What drives one step: l Brownian motions on P paths and, where the problem has a delay, its past.
 
     Attributes
     ----------
@@ -33,11 +33,15 @@ class Increment(NamedTuple):
         Space-time Levy areas, unit sqrt(time), where the problem has them drawn.
     xi : ndarray, shape (k, P), or None
         Independent standard normals for a truth that needs functionals of W beyond dW and H.
+    lagged, ahead : ndarray, shape (d, P), or None
+        The state at the lag of the step's begin, and what is known of it at the lag of its end; see `Lag`.
     """
 
     dW: Array
     H: Array | None
     xi: Array | None = None
+    lagged: Array | None = None
+    ahead: Array | None = None
 
     def time_integral(self, h: float) -> Array:
         """Return int_t^{t+h} (W(s) - W(t)) ds = h (H + dW/2), shape (l, P)."""

@@ -104,8 +104,9 @@ class Scheme:
     ----------
     name : str
         Registered name, in lower case with hyphens.
-    form : type
-        The form it solves; a problem is offered to it in this form or in its view of this form.
+    form : type or tuple of type
+        The form it solves, or several; a problem is offered to it as it is if it has one of them, else in its view of
+        the first of which it has one.
     noise : frozenset of str
         Fields of `Increment` it uses, out of ``dW`` and ``H``.
     claims : tuple of Claim
@@ -117,7 +118,7 @@ class Scheme:
     """
 
     name: ClassVar[str]
-    form: ClassVar[type[Problem]]
+    form: ClassVar[type[Problem] | tuple[type[Problem], ...]]
     noise: ClassVar[frozenset[str]] = frozenset({"dW"})
     claims: ClassVar[tuple[Claim, ...]] = ()
     sharp_locally: ClassVar[bool] = True
@@ -128,6 +129,17 @@ class Scheme:
         """Canonical label: the name and the parameters that differ from their defaults."""
         parameters = dataclass_parameters(type(self))
         return make_label(self.name, parameters, {p.name: getattr(self, p.name) for p in parameters})
+
+    @property
+    def forms(self) -> tuple[type[Problem], ...]:
+        """The forms it solves."""
+        return self.form if isinstance(self.form, tuple) else (self.form,)
+
+    def view_of(self, problem: Problem) -> Problem | None:
+        """Return a problem in a form it solves, or None where there is no such view."""
+        if isinstance(problem, self.forms):
+            return problem
+        return next((seen for form in self.forms if (seen := problem.view(form)) is not None), None)
 
     @property
     def law(self) -> Law:
@@ -196,6 +208,11 @@ class Scheme:
         Step
         """
         raise NotImplementedError
+
+
+def form_names(scheme: Scheme) -> str:
+    """Return the names of the forms a scheme solves."""
+    return " or ".join(form.__name__ for form in scheme.forms)
 
 
 def flatten(state: State) -> Array:

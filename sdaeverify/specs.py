@@ -174,7 +174,8 @@ def unknown(kind: str, name: str, known: Mapping[str, object]) -> UsageError:
 
 def _check_declarations(owner: str, kind: type[Scheme]) -> None:
     form: object = getattr(kind, "form", None)
-    if not (isinstance(form, type) and issubclass(form, Problem)):
+    forms = form if isinstance(form, tuple) and form else (form,)
+    if not all(isinstance(each, type) and issubclass(each, Problem) for each in forms):
         raise UsageError(f"{owner}: form must be the form of problem it solves, for example SDE, got {form!r}")
     claims: object = kind.claims
     if not (isinstance(claims, tuple) and all(isinstance(claim, Claim) for claim in claims)):

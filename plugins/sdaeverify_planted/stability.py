@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from sdaeverify import Claim, Planted, Scheme, hookimpl
+from sdaeverify import SDE, Claim, Planted, Problem, Scheme, hookimpl
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
@@ -18,6 +18,7 @@ class AlmostHalf(StochasticTheta):
     theta: float = 0.499
 
     name: ClassVar[str] = "planted-theta"
+    form: ClassVar[tuple[type[Problem], ...]] = (SDE,)
 
     @property
     def promises(self) -> tuple[Claim, ...]:

@@ -11,6 +11,7 @@ CONVERGES = (
     ),
     Claim(measure="weak", value=1.0, source="Kloeden & Platen 1992, section 14.1"),
 )
+STRONG_HALF = CONVERGES[:1]
 ORDERS = (
     *CONVERGES,
     Claim(measure="drift", value=0.5, source=DRIFT),

@@ -7,14 +7,37 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Claim, Increment, ParameterError, Scheme, Step, hookimpl
+from sdaeverify import (
+    SDE,
+    Array,
+    Claim,
+    DelaySDAE,
+    DelayState,
+    Increment,
+    ParameterError,
+    Problem,
+    Scheme,
+    Step,
+    hookimpl,
+)
 from sdaeverify.numerics import Root, is_analytic, jacobian, newton
 
+from ._delay_theta import delay_theta
 from ._euler_orders import ORDERS
 
 # Newton's last update is below this part of the state, so that its error is rounding: about the square.
 TOLERANCE = 1e-9
-LYAPUNOV = "Higham 2000; on systems dx = A x dt + ..., E |(Id - theta h A) x|^2 decreases in the equation's norm"
+# Sources of mean-square stability, by the trait of the problems it is claimed for.
+STABLE = {
+    "no-delay": "Higham 2000; on dx = A x dt + ..., E |(Id - theta h A) x|^2 decreases in the equation's norm",
+    "dissipative": "Qu, Huang & Liu 2010, Theorem 4.2, sharpened: E |x - theta h f|^2 decreases from theta = 1/2 on",
+}
+ENFORCED = Claim(
+    measure="drift",
+    value="round-off",
+    when=frozenset({"algebraic"}),
+    source="Qu, Huang & Liu 2010, (2.10): the constraint is solved at every mesh point",
+)
 
 TRAPEZOIDAL = Claim(
     measure="weak",
@@ -40,9 +63,9 @@ class StochasticTheta(Scheme):
     theta: float = 0.5
 
     name: ClassVar[str] = "stochastic-theta"
-    form: ClassVar[type[SDE]] = SDE
-    claims: ClassVar[tuple[Claim, ...]] = ORDERS
-    source: ClassVar[str] = "Kloeden & Platen 1992, section 12.2; Higham 2000"
+    form: ClassVar[tuple[type[Problem], ...]] = (SDE, DelaySDAE)
+    claims: ClassVar[tuple[Claim, ...]] = (*ORDERS, ENFORCED)
+    source: ClassVar[str] = "Kloeden & Platen 1992, section 12.2; Higham 2000; Qu, Huang & Liu 2010, (2.10)"
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.theta <= 1.0:
@@ -53,16 +76,24 @@ class StochasticTheta(Scheme):
         """The orders, and mean-square stability at every step size from theta = 1/2 on."""
         value = "A-stable" if self.theta >= 0.5 else "conditional"
         second = (TRAPEZOIDAL,) if self.theta == 0.5 else ()
-        return (*self.claims, *second, Claim(measure="stability", value=value, source=LYAPUNOV))
+        stable = (
+            Claim(measure="stability", value=value, when=frozenset({trait}), source=source)
+            for trait, source in STABLE.items()
+        )
+        return (*self.claims, *second, *stable)
 
-    def refuses(self, problem: SDE) -> str:
+    def refuses(self, problem: SDE | DelaySDAE) -> str:
         """Refuse drifts that complex steps cannot differentiate, unless theta is 0."""
-        if self.theta == 0.0 or is_analytic(lambda x: problem.drift(0.0, x), problem.initial(1)):
+        if self.theta == 0.0 or not isinstance(problem, SDE):
+            return ""
+        if is_analytic(lambda x: problem.drift(0.0, x), problem.initial(1)):
             return ""
         return "drift is not analytic (abs, real buffers?), so that Newton's method has no Jacobian"
 
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step; the state x has shape (d, P)."""
+    def step(self, problem: SDE | DelaySDAE, state: Array | DelayState, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x of an SDE has shape (d, P)."""
+        if isinstance(state, DelayState):
+            return delay_theta(problem, state, t, h, noise, self.theta)
         x = state
         f, kick = problem.drift(t, x), problem.diffused(t, x, noise.dW)
         if self.theta == 0.0:

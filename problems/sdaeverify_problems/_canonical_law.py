@@ -15,8 +15,8 @@ from sdaeverify import Array, InvariantMean, ParameterError
 
 SOURCE = "density exp(-V/kT) sqrt(x^T M^-1 x) on the sphere, normal velocities; quadrature converged to rounding"
 FEWEST, MOST = 32, 1024
-# Both rules converge geometrically on these densities: where a doubling changes a mean by d, the next one would change it
-# by about d^2. So this d leaves rounding alone, and it lies far above the rounding of half a million terms.
+# Both rules converge geometrically on these densities: where a doubling changes a mean by d, the next would change
+# it by about d^2. So this d leaves rounding alone, and it lies far above the rounding of half a million terms.
 CHANGE = 1e-11
 
 Nodes = Callable[[int], tuple[Array, Array]]

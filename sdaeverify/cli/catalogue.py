@@ -7,6 +7,7 @@ from typing import Any
 from ..contributions import MeasureEntry, ProblemEntry, SchemeEntry
 from ..labels import Parameter, dataclass_parameters, function_parameters
 from ..registry import PluginRow, Registry
+from ..scheme import form_names
 
 Record = dict[str, Any]
 AnyEntry = SchemeEntry | ProblemEntry | MeasureEntry
@@ -51,7 +52,7 @@ def _record(kind: str, entry: AnyEntry) -> Record:
         "name": entry.name,
         "parameters": {parameter.name: _plain(parameter.default) for parameter in parameters_of(entry)},
         "summary": lines[0] if lines else "",
-        **({"form": entry.variants[0].form.__name__} if isinstance(entry, SchemeEntry) else {}),
+        **({"form": form_names(entry.variants[0])} if isinstance(entry, SchemeEntry) else {}),
         "plugin": entry.origin.plugin,
         "distribution": entry.origin.distribution,
         "version": entry.origin.version,

@@ -11,7 +11,7 @@ from ..errors import ProblemError, SdaeverifyError, UsageError, one_line
 from ..forms import Problem
 from ..labels import REQUIRED, describe_kind
 from ..registry import PluginRow
-from ..scheme import Claim, Scheme
+from ..scheme import Claim, Scheme, form_names
 from ..truths import InvariantMean, Moment, Pathwise, Truth
 from .catalogue import AnyEntry, docstring, parameters_of, subject
 
@@ -74,7 +74,7 @@ def _parameters(entry: AnyEntry) -> list[str]:
 def _scheme(scheme: Scheme) -> list[str]:
     claims = [f"  {claim.measure}: {_claim(claim)}" for claim in scheme.promises]
     heading = "claims:" if claims else "claims: none"
-    return ["", f"form: {scheme.form.__name__}", heading, *claims, f"source: {scheme.source or 'not given'}"]
+    return ["", f"form: {form_names(scheme)}", heading, *claims, f"source: {scheme.source or 'not given'}"]
 
 
 def _claim(claim: Claim) -> str:

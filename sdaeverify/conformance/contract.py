@@ -7,12 +7,13 @@ what it was asked before gives other errors in another order of calls.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import FAULTS, SchemeError, one_line
-from ..forms import Problem
+from ..forms import NOISE, Problem
 from ..noise import Increment
 from ..probe.nodes import SEED
 from ..probe.one_step import OneStep
@@ -44,7 +45,7 @@ class Trial:
     """
 
     scheme: Scheme
-    view: Problem
+    view: Any
     h: float
     x: Array | None
 
@@ -54,8 +55,16 @@ class Trial:
         rng = np.random.Generator(np.random.Philox(key=SEED))
         dW, H = np.sqrt(self.h) * rng.standard_normal((2, self.view.noise_dim, SIZE))
         drawn = Increment(dW, H / np.sqrt(12.0) if "H" in self.view.noise else None)
-        noise: Increment = frozen(self.scheme.law.increment(drawn, self.h))
+        noise: Increment = frozen(self.scheme.law.increment(drawn._replace(**self._past(rng)), self.h))
         return noise
+
+    def _past(self, rng: np.random.Generator) -> dict[str, Array]:
+        """Return lagged values around the first state where the problem has a delay."""
+        if self.view.recall(self.h, SIZE) is None:
+            return {}
+        x = self.view.initial(SIZE).x
+        lagged, ahead = x + 0.5 * rng.standard_normal((2, *x.shape))
+        return {"lagged": lagged, "ahead": ahead}
 
     @cached_property
     def state(self) -> State:
@@ -170,7 +179,7 @@ def _uses_declared_noise(trial: Trial) -> str:
     undeclared = {
         name: np.full_like(part, np.nan)
         for name, part in trial.noise._asdict().items()
-        if part is not None and name not in trial.scheme.noise
+        if part is not None and name in NOISE - trial.scheme.noise
     }
     other = trial.step(trial.state, trial.noise._replace(**undeclared))
     return "" if _same_step(trial.first, other) else f"uses noise that it does not declare: {', '.join(undeclared)}"

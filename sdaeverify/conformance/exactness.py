@@ -5,6 +5,7 @@ by a fixed part, however short the steps. Schemes that tame or balance their inc
 vanishes with them, and are let pass.
 """
 
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -26,8 +27,8 @@ SHORTER, VANISHING = 2.0**-20, 2.0**-8
 
 def exactness_breach(scheme: Scheme) -> str:
     """Return the first trivial problem that a scheme gets wrong, in one line, or an empty string."""
-    form: Any = scheme.form
-    for variants in trivial_problems(form):
+    forms: Any = scheme.forms
+    for variants in chain.from_iterable(map(trivial_problems, forms)):
         accepted = next((trivial for trivial in variants if _accepts(scheme, trivial.problem)), None)
         if accepted is not None and (text := _miss(scheme, accepted)):
             several = accepted.problem.noise_dim

@@ -3,23 +3,34 @@
 from .constrained_langevin import ConstrainedLangevin
 from .constraint_geometry import ConstraintGeometry
 from .constraint_jacobian import ConstraintJacobian, DenseJacobian, Gram
+from .delay import DelaySDAE, DelayState
+from .delay_mesh import Lag, Mesh
+from .dissipation import Dissipation
 from .holonomic import HolonomicSDAE, HolonomicState
 from .langevin import Langevin
-from .problem import TRAITS, Problem, Residual
+from .partial_derivatives import Partials
+from .problem import NOISE, TRAITS, Problem, Residual
 from .sde import SDE
 from .structure import Structure
 
 __all__ = [
+    "NOISE",
     "SDE",
     "TRAITS",
     "ConstrainedLangevin",
     "ConstraintGeometry",
     "ConstraintJacobian",
+    "DelaySDAE",
+    "DelayState",
     "DenseJacobian",
+    "Dissipation",
     "Gram",
     "HolonomicSDAE",
     "HolonomicState",
+    "Lag",
     "Langevin",
+    "Mesh",
+    "Partials",
     "Problem",
     "Residual",
     "Structure",

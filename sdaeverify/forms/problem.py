@@ -19,6 +19,14 @@ Traits are facts a claim may ask for; the conformance tests check each of them b
     a manifold in the long run.
 ``constrained``
     It has constraints, eliminated or not (set by the form itself).
+``algebraic``
+    Its constraint determines algebraic components that a step solves for: index 1 (set by the form itself).
+``no-delay``
+    No coefficient depends on the past (set by the form itself).
+``dissipative``
+    It satisfies the sufficient condition (4.1) of Qu, Huang & Liu (2010) for mean-square stability (set by the form).
+``delayed-noise``
+    The diffusion of a delay equation depends on time and the delayed state alone.
 """
 
 from collections.abc import Callable, Mapping
@@ -31,6 +39,7 @@ from ..arrays import Array, Parts
 from ..chart import Chart
 from ..controls import Control
 from ..errors import ProblemError
+from ..noise import Increment
 from ..truths import InvariantMean, Moment, Pathwise, Truth
 
 Observable = Callable[[float, Parts], Array]
@@ -44,6 +53,10 @@ TRAITS = frozenset(
         "normal-milstein-term",
         "unconstrained",
         "constrained",
+        "algebraic",
+        "no-delay",
+        "dissipative",
+        "delayed-noise",
     }
 )
 NOISE = frozenset({"dW", "H"})
@@ -140,6 +153,7 @@ class Problem:
             traits |= {"unconstrained"}
         if self.has_constraints:
             traits |= {"constrained"}
+        traits |= {"no-delay"}
         return traits | {"vanishing-milstein-term"} if "additive-noise" in traits else traits
 
     @property
@@ -162,6 +176,16 @@ class Problem:
         It is what one step of a scheme is compared with; its names are those of `parts`, in their order.
         """
         return None
+
+    def recall(self, h: float, paths: int) -> Any:  # noqa: ARG002 - forms with a delay use it
+        """Return the lagged values of a run with steps of size h on so many paths; None without delay."""
+        return None
+
+    def driven(self, h: float, noise: Increment) -> Increment:
+        """Return the noise of a first step of size h from time 0, with the past that drives it, too."""
+        recall = self.recall(h, noise.dW.shape[-1])
+        driven: Increment = noise if recall is None else recall.driven(noise)
+        return driven
 
     def state(self, x: Array) -> Any:
         """Return the state whose components are the rows of x, in the order of `ito`'s names."""

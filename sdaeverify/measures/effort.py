@@ -44,7 +44,7 @@ class Effort(Measure):
         """Refuse what has no family or no claim, and schemes that report no iterations."""
         if reason := no_family(scheme, problem, self.name):
             return reason
-        one = member(problem.view(scheme.form))
+        one = member(scheme.view_of(problem))
         reason = scheme.refuses(one)
         return reason or ("" if counters(scheme, one) else "its steps report no iterations")
 

@@ -36,7 +36,7 @@ class Limits(Measure):
         """Refuse what has no family or no claim, and schemes that cannot be run at eps = 0."""
         if reason := no_family(scheme, problem, self.name):
             return reason
-        reason = scheme.refuses(member(problem.view(scheme.form), 0.0))
+        reason = scheme.refuses(member(scheme.view_of(problem), 0.0))
         return f"the scheme cannot be run in the limit: {reason}" if reason else ""
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:

@@ -60,7 +60,7 @@ class Moments(Measure):
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse schemes that claim nothing, so that nothing is sampled for them."""
-        view = problem.view(scheme.form)
+        view = scheme.view_of(problem)
         claim, reason = claim_for(scheme, view.traits if view else (), self.name, QUANTITY)
         return "" if claim else reason
 

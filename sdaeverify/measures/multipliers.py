@@ -22,7 +22,7 @@ from ..probe.multiplier_orders import (
     multipliers,
     no_multipliers,
 )
-from ..scheme import Claim, Scheme
+from ..scheme import Claim, Scheme, form_names
 from ..settings import Settings
 from ..tally import Tally, packed, unpacked
 from ..verdicts import claim_for
@@ -38,9 +38,9 @@ class MultiplierExponents(Measure):
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse schemes that give out no multipliers."""
-        view = problem.view(scheme.form)
+        view = scheme.view_of(problem)
         if not isinstance(view, HolonomicSDAE):
-            return f"the form {scheme.form.__name__} has no multiplier"
+            return f"the form {form_names(scheme)} has no multiplier"
         with np.errstate(all="ignore"):
             return no_multipliers(scheme, view)
 

@@ -47,12 +47,13 @@ class Solvability(Measure):
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse schemes whose steps solve nothing."""
-        view = problem.view(scheme.form)
+        view = scheme.view_of(problem)
         if view is None:
             return "the problem has no view of the scheme's form"
         h, zeros = view.horizon / FEW_STEPS, np.zeros((view.noise_dim, 2))
+        noise = view.driven(h, Increment(zeros, zeros))
         with np.errstate(all="ignore"):
-            result = scheme.prepare(view, h)(scheme.start(view, 2, h), 0.0, Increment(zeros, zeros))
+            result = scheme.prepare(view, h)(scheme.start(view, 2, h), 0.0, noise)
         return "its steps cannot fail: they solve no equation" if result.failed is None else ""
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> "PathCount":

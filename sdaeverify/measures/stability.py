@@ -41,7 +41,7 @@ class Stability(Measure):
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse problems that are not linear with constant coefficients, and steps that cannot be probed."""
-        view = problem.view(scheme.form)
+        view = scheme.view_of(problem)
         if view is None:
             return "the problem has no view of the scheme's form"
         try:

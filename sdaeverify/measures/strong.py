@@ -13,6 +13,7 @@ from ..arrays import Parts
 from ..forms import Problem
 from ..hookspecs import hookimpl
 from ..measure import Evidence, Finding, Judgement, Measure, Verdict
+from ..probe.delay_links import ALGEBRAIC, YOUNG, keeps_constraint, linked
 from ..probe.local_orders import LocalOpinion
 from ..probe.local_strong import StrongOrder, judge_strong, strong_order
 from ..probe.one_step import OneStep
@@ -59,7 +60,8 @@ class Strong(Measure):
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the local defects, where the one-step map can be probed."""
-        return Tally() if no_local_order(scheme, view) else packed(PROBED, local_strong(scheme, view))
+        pair = linked(scheme, view)
+        return Tally() if no_local_order(*pair) else packed(PROBED, local_strong(*pair))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component at grid times and at T, and their levels."""
@@ -93,7 +95,10 @@ def _local_orders(evidence: Evidence) -> Orders:
     record = unpacked(PROBED, LocalStrong, evidence.tally)
     if record is None:
         return {}
-    orders = {name: strong_order(record, i) for i, name in enumerate(OneStep(evidence.scheme, evidence.view).names)}
+    scheme, view = evidence.scheme, evidence.view
+    orders = {name: strong_order(record, i) for i, name in enumerate(OneStep(*linked(scheme, view)).names)}
+    if keeps_constraint(scheme, view):
+        orders[ALGEBRAIC] = orders[YOUNG]
     return {**orders, STATE: strong_order(record)}
 
 

@@ -18,6 +18,7 @@ from ..forms import Problem
 from ..hookspecs import hookimpl
 from ..measure import Evidence, Finding, Judgement, Measure, Verdict
 from ..probe.consistency import Consistency, consistency, judge_consistency
+from ..probe.delay_links import linked
 from ..probe.local_orders import LocalOpinion
 from ..probe.one_step import OneStep
 from ..probe.strong_defects import no_local_order
@@ -43,7 +44,7 @@ class Uniform(Measure):
         """Refuse schemes that claim nothing of it here: it is not sampled for them; and bounded increments."""
         if scheme.law.bounded:
             return f"its {scheme.law.name} increments are not Brownian: it has no paths to converge along"
-        view = problem.view(scheme.form)
+        view = scheme.view_of(problem)
         traits = frozenset() if view is None else view.traits
         claimed = any(claim.measure == self.name and claim.when <= traits for claim in scheme.promises)
         return "" if claimed else f"{scheme.name} claims nothing about uniform convergence here"
@@ -54,7 +55,8 @@ class Uniform(Measure):
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the defects of one step, where it can be probed."""
-        return Tally() if no_local_order(scheme, view) else packed(PROBED, consistency(scheme, view))
+        pair = linked(scheme, view)
+        return Tally() if no_local_order(*pair) else packed(PROBED, consistency(*pair))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return two findings for each component, and their levels."""
@@ -77,7 +79,7 @@ def _local_opinions(evidence: Evidence) -> dict[str, LocalOpinion]:
     record = unpacked(PROBED, Consistency, evidence.tally)
     if record is None:
         return {}
-    names = enumerate(OneStep(evidence.scheme, evidence.view).names)
+    names = enumerate(OneStep(*linked(evidence.scheme, evidence.view)).names)
     return {**{name: judge_consistency(record, i) for i, name in names}, STATE: judge_consistency(record)}
 
 

@@ -56,7 +56,7 @@ class Uniformity(Measure):
         """Refuse problems without family, schemes without claim, and families for which nothing is exact."""
         if reason := no_family(scheme, problem, self.name):
             return reason
-        one = member(problem.view(scheme.form))
+        one = member(scheme.view_of(problem))
         if scheme.refuses(one):
             return scheme.refuses(one)
         return "" if not no_moments(scheme, one) else _no_operator(scheme, one)

@@ -18,7 +18,7 @@ PARTS, FEW_STEPS, FEW_PATHS = 512, 8, 256
 
 def no_family(scheme: Scheme, problem: Problem, measure: str) -> str:
     """Return why a scheme has nothing to show for all eps on a problem, or an empty string; nothing is evaluated."""
-    view = problem.view(scheme.form)
+    view = scheme.view_of(problem)
     if not isinstance(view, ConstrainedLangevin):
         return "neither the scheme nor the problem has a stiffness parameter" if view is None else _other(view)
     if view.family is None:

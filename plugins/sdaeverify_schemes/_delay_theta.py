@@ -1,0 +1,109 @@
+"""One step of the stochastic theta method for index-1 delay equations, Qu, Huang & Liu (2010), (2.10).
+
+    x+ = x + h [theta f(t + h, x+, v+, y+) + (1 - theta) f(t, x, v, y)] + g(t, x, v, y) dW,
+     0 = u(t + h, x+, v+, y+)
+
+with the lagged values v and v+; where the delay is shorter than a step, v+ = known + delta x+ takes part in the
+solve.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from sdaeverify import Array, DelaySDAE, DelayState, Increment, Lag, Step
+from sdaeverify.numerics import Root, largest, newton
+
+# Newton's last update is below this part of the state, so that its error is rounding: about the square.
+TOLERANCE = 1e-9
+
+
+class Begun(NamedTuple):
+    """A step up to its implicit part.
+
+    Attributes
+    ----------
+    lag : Lag
+    known : ndarray, shape (d, P)
+        x + h (1 - theta) f + g dW.
+    guess : DelayState
+        x after the explicit step, with the old y.
+    """
+
+    lag: Lag
+    known: Array
+    guess: DelayState
+
+
+def begun(problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment, theta: float) -> Begun:
+    """Return the explicit part of a step."""
+    (x, y), lag = state, problem.lag(state.x, h, noise)
+    f, kick = problem.drift(t, x, lag.now, y), problem.diffused(t, x, lag.now, y, noise.dW)
+    return Begun(lag, x + h * (1.0 - theta) * f + kick, DelayState(x + h * f + kick, y))
+
+
+def coupled(problem: DelaySDAE, begin: Begun, t: float, s: float) -> Root:
+    """Solve x = known + s f(t, x, v, y), 0 = u(t, x, v, y) for (x, y) together, v = v(x) being lagged.
+
+    Parameters
+    ----------
+    problem : DelaySDAE
+    begin : Begun
+    t, s : float
+        Time of the step's end, and theta h.
+
+    Returns
+    -------
+    Root
+    """
+    d, weight, unit = problem.dimension, begin.lag.weight, np.eye(problem.dimension)[..., None]
+
+    def linearised(z: Array) -> tuple[Array, Array]:
+        x, y = z[:d], z[d:]
+        v = begin.lag.ahead(x)
+        value, df = x - begin.known - s * problem.drift(t, x, v, y), problem.linearised_drift(t, x, v, y)
+        top = [unit - s * (df.x + weight * df.v), -s * df.y]
+        if problem.constraint is None:
+            return value, top[0]
+        du = problem.linearised_constraint(t, x, v, y)
+        below = [du.x + weight * du.v, du.y]
+        return np.concatenate([value, problem.constraint(t, x, v, y)]), _blocks([top, below], z.shape[-1])
+
+    return reached(linearised, np.concatenate(begin.guess))
+
+
+def algebraic(problem: DelaySDAE, lag: Lag, t: float, x: Array, guess: Array) -> Root:
+    """Solve 0 = u(t, x, v, y) for y, where x and its lagged value are known."""
+    v, constraint = lag.ahead(x), problem.constraint
+    if constraint is None or problem.solved is not None:
+        y = guess if constraint is None else problem.eliminated(t, x, v)
+        return Root(y, np.ones(x.shape[-1], dtype=bool), np.zeros(x.shape[-1], dtype=np.int64))
+    return reached(lambda y: (constraint(t, x, v, y), problem.linearised_constraint(t, x, v, y).y), guess)
+
+
+def reached(linearised: Callable[[Array], tuple[Array, Array]], guess: Array) -> Root:
+    """Return where Newton's method leads from a guess."""
+    size = largest(guess)
+    return newton(linearised, guess, TOLERANCE * np.where(size > 0.0, size, 1.0))
+
+
+def held(state: DelayState, x: Array, y: Array, root: Root) -> Step:
+    """Return the step to (x, y); a path without root keeps its state and is counted."""
+    new = (np.where(root.converged, now, before) for now, before in zip((x, y), state, strict=True))
+    return Step(DelayState(*new), failed=~root.converged, costs={"newton_iterations": root.iterations})
+
+
+def delay_theta(problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment, theta: float) -> Step:
+    """Make one step with parameter theta."""
+    begin = begun(problem, state, t, h, noise, theta)
+    if theta == 0.0:
+        root = algebraic(problem, begin.lag, t + h, begin.guess.x, state.y)
+        return held(state, begin.guess.x, root.x, root)
+    root = coupled(problem, begin, t + h, theta * h)
+    return held(state, root.x[: problem.dimension], root.x[problem.dimension :], root)
+
+
+def _blocks(rows: list[list[Array]], paths: int) -> Array:
+    full = [[np.broadcast_to(block, (*block.shape[:2], paths)) for block in row] for row in rows]
+    return np.concatenate([np.concatenate(row, axis=1) for row in full])

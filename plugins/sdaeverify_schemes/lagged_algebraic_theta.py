@@ -1,0 +1,63 @@
+"""The stochastic theta method for delay equations that solves for x with the old y: not the method of (2.10)."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from sdaeverify import Array, Claim, DelaySDAE, DelayState, Increment, ParameterError, Scheme, Step, hookimpl
+from sdaeverify.numerics import Root
+
+from ._delay_theta import algebraic, begun, held, reached
+from ._euler_orders import STRONG_HALF
+
+
+@dataclass(frozen=True)
+class LaggedAlgebraicTheta(Scheme):
+    """x+ = x + h [theta f(t + h, x+, v+, y) + (1 - theta) f(t, x, v, y)] + g dW with the old y, then u(..., y+) = 0.
+
+    It saves the coupled solve of `stochastic-theta`, has the same orders and another region of mean-square stability.
+    A path on which Newton's method fails keeps its state and is counted.
+
+    Attributes
+    ----------
+    theta : float
+        Between 0, where it is the explicit method of `stochastic-theta`, and 1.
+    """
+
+    theta: float = 1.0
+
+    name: ClassVar[str] = "lagged-algebraic-theta"
+    form: ClassVar[type[DelaySDAE]] = DelaySDAE
+    claims: ClassVar[tuple[Claim, ...]] = STRONG_HALF
+    source: ClassVar[str] = "Qu, Huang & Liu 2010, (2.10) with y_n in the place of y_{n+1} in f"
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.theta <= 1.0:
+            raise ParameterError(f"theta must be between 0 and 1, got {self.theta!r}")
+
+    def refuses(self, problem: DelaySDAE) -> str:
+        """Refuse problems without y, on which it is the stochastic theta method."""
+        return "" if problem.constraints else "the problem has no algebraic component: use stochastic-theta"
+
+    def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        begin, s, y = begun(problem, state, t, h, noise, self.theta), self.theta * h, state.y
+        lag, unit = begin.lag, np.eye(problem.dimension)[..., None]
+
+        def linearised(x: Array) -> tuple[Array, Array]:
+            v = lag.ahead(x)
+            df = problem.linearised_drift(t + h, x, v, y)
+            value = x - begin.known - s * problem.drift(t + h, x, v, y)
+            return value, unit - s * (df.x + lag.weight * df.v)
+
+        first = reached(linearised, begin.guess.x)
+        second = algebraic(problem, lag, t + h, first.x, y)
+        both = first.converged & second.converged
+        return held(state, first.x, second.x, Root(first.x, both, first.iterations + second.iterations))
+
+
+@hookimpl
+def sdaeverify_schemes() -> list[Scheme]:
+    """Register it with theta = 1."""
+    return [LaggedAlgebraicTheta()]

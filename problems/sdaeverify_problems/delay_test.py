@@ -1,0 +1,122 @@
+"""The test problem of Qu, Huang & Liu (2010), (5.1), with its six sets of coefficients or any others."""
+
+from math import isnan, nan
+from typing import NamedTuple
+
+import numpy as np
+
+from sdaeverify import Array, DelaySDAE, Dissipation, ParameterError, Partials, hookimpl
+
+SOURCE = "Qu, Huang & Liu 2010, (5.1)"
+
+
+class Coefficients(NamedTuple):
+    """a, b, c, d, l and q, in units of 1/time or 1/sqrt(time)."""
+
+    a: float
+    b: float
+    c: float
+    d: float
+    l: float
+    q: float
+
+    @property
+    def dissipation(self) -> Dissipation:
+        """The constants of (4.1); L_1 = 1."""
+        a, b, c, d, l, q = self
+        mixed = abs(c * d)
+        return Dissipation(
+            abar=-a,
+            al0=abs(a),
+            al1=abs(b),
+            al2=1.0,
+            be0=c * c + mixed,
+            be1=d * d + mixed,
+            be2=0.0,
+            L1=1.0,
+            L2=abs(q),
+            L3=abs(l),
+        )
+
+
+SETS = {
+    "I": Coefficients(-1.0, 0.0, 1.0, 0.0, 0.0, 0.0),
+    "II": Coefficients(-1.0, 1.0, 1.0, 1.0, 0.0, 0.0),
+    "III": Coefficients(-1.0, 1.0, 1.0, 1.0, 0.1, -10.0),
+    "IV": Coefficients(-8.0, 2.0, 0.0, 1.0, 1.0, 1.0),
+    "V": Coefficients(-4.0, 1.0, 0.0, 3.0, 1.0, 2.0),
+    "VI": Coefficients(-4.0, 1.0, 0.0, 1.0, 0.2, 1.0),
+}
+
+
+def delay_test(  # noqa: PLR0913, PLR0917 - the paper's six coefficients
+    set: str = "IV",  # noqa: A002 - the paper's word
+    a: float = nan,
+    b: float = nan,
+    c: float = nan,
+    d: float = nan,
+    l: float = nan,
+    q: float = nan,
+    horizon: float = 4.0,
+) -> DelaySDAE:
+    """Linear but for a sine: dx = [a x + b v + y] dt + [c x + d v] dW, 0 = l sin v + q x - y, v(t) = x(t - 1).
+
+    x(t) = t + 1 on [-1, 0]. Without y it is dx = [A x + b v + l sin v] dt + [c x + d v] dW, A = a + q.
+
+    Parameters
+    ----------
+    set : str
+        I to VI, the paper's coefficients.
+    a, b, c, d, l, q : float
+        In the place of the set's, where given; unit 1/time, c and d 1/sqrt(time).
+    horizon : float
+        Final time, the delay being 1.
+
+    Source
+    ------
+    Qu, Huang & Liu (2010), section 5.
+    """
+    if set not in SETS:
+        raise ParameterError(f"set must be one of {', '.join(SETS)}, got {set!r}")
+    given = (a, b, c, d, l, q)
+    at = Coefficients(*(own if isnan(value) else value for value, own in zip(given, SETS[set], strict=True)))
+    return problem(at, horizon)
+
+
+def problem(at: Coefficients, horizon: float) -> DelaySDAE:
+    """Return the problem with some coefficients."""
+    a, b, c, d, l, q = at
+
+    def matrix(value: float, x: Array) -> Array:
+        return np.full((1, 1, x.shape[-1]), value)
+
+    return DelaySDAE(
+        drift=lambda t, x, v, y: a * x + b * v + y,
+        diffusion=lambda t, x, v, y: (c * x + d * v)[:, None],
+        constraint=lambda t, x, v, y: l * np.sin(v) + q * x - y,
+        solved=lambda t, x, v: l * np.sin(v) + q * x,
+        drift_partials=lambda t, x, v, y: Partials(matrix(a, x), matrix(b, x), matrix(1.0, x)),
+        constraint_partials=lambda t, x, v, y: Partials(matrix(q, x), l * np.cos(v)[None], matrix(-1.0, x)),
+        delay=1.0,
+        history=lambda t: [t + 1.0],
+        algebraic=[q],
+        noise_dim=1,
+        noise=frozenset({"dW"}),
+        horizon=horizon,
+        traits=frozenset({"delayed-noise"} if c == 0.0 else set()),
+        observables={
+            "x": lambda t, s: s["x"][0],
+            "x^2": lambda t, s: s["x"][0] ** 2,
+            "x^3": lambda t, s: s["x"][0] ** 3,
+            "y": lambda t, s: s["y"][0],
+        },
+        dissipation=at.dissipation,
+        units="x dimensionless, time in the unit of the delay",
+        source=SOURCE,
+    )
+
+
+@hookimpl
+def sdaeverify_problems() -> list[object]:
+    """Register the problem."""
+    return [delay_test]

@@ -1,0 +1,259 @@
+"""The form dx = f dt + g dW, 0 = u of index 1, with one constant delay in x: Qu, Huang & Liu (2010), (2.1)."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import Array, Parts
+from ..errors import ProblemError
+from ..noise import Increment
+from ..numerics import apply, norm
+from .algebraic import solve_algebraic
+from .checks import CONSISTENCY, PROBES, check_observables, check_shape, check_truth, columns, numbers, shown, vector
+from .delay_checks import check_jacobians, check_regular
+from .delay_mesh import Lag, Mesh, Recall
+from .dissipation import Dissipation
+from .partial_derivatives import Partials, partials
+from .problem import Problem, Residual
+from .sde import SDE
+
+# Of x, the delayed x and y.
+Coefficient = Callable[[float, Array, Array, Array], Array]
+
+
+class DelayState(NamedTuple):
+    """The state at a mesh point, without its past.
+
+    Attributes
+    ----------
+    x : ndarray, shape (d, P)
+    y : ndarray, shape (q, P)
+    """
+
+    x: Array
+    y: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DelaySDAE(Problem):
+    """A stochastic delay differential-algebraic equation of index 1 (Ito).
+
+    With v(t) = x(t - tau),
+
+        dx = f(t, x, v, y) dt + g(t, x, v, y) dW,    0 = u(t, x, v, y),    x = phi on [-tau, 0].
+
+    The constraint holds no noise and determines y: du/dy is regular. Without delay it is a plain SDAE, with v = x.
+
+    Attributes
+    ----------
+    drift : callable, (t, x, v, y) -> ndarray, shape (d, P)
+        f, for x and v of shape (d, P) and y of shape (q, P).
+    diffusion : callable, (t, x, v, y) -> ndarray, shape (d, l, P) or (d, l, 1)
+        g, one column for each Brownian motion.
+    delay : float
+        tau, in the problem's unit of time; 0 for none.
+    history : callable, t -> array_like, shape (d,)
+        phi, for t from -tau to 0.
+    constraint : callable, (t, x, v, y) -> ndarray, shape (q, P), optional
+        u; without it there is no y.
+    algebraic : array_like, shape (q,), optional
+        y at time 0; it must be consistent. Of an int, the number q, y is solved for.
+    solved : callable, (t, x, v) -> ndarray, shape (q, P), optional
+        U, the y that solves the constraint; by Newton's method if left out.
+    drift_partials, constraint_partials : callable, (t, x, v, y) -> three matrices, optional
+        The derivatives in x, v and y of f, shapes (d, d, P), (d, d, P), (d, q, P), and of u; by complex step if left
+        out, and the function must then be analytic.
+    dissipation : Dissipation, optional
+        The constants of condition (4.1) of mean-square stability.
+
+    Raises
+    ------
+    ProblemError
+        If a function returns the wrong shape or something not finite at the start, if the delay is negative, if y at
+        time 0 is inconsistent or du/dy is singular there, or if given derivatives are wrong.
+    """
+
+    drift: Coefficient
+    diffusion: Coefficient
+    delay: float
+    history: Callable[[float], ArrayLike]
+    constraint: Coefficient | None = None
+    algebraic: ArrayLike | int | None = None
+    solved: Callable[[float, Array, Array], Array] | None = None
+    drift_partials: Callable[[float, Array, Array, Array], Partials] | None = None
+    constraint_partials: Callable[[float, Array, Array, Array], Partials] | None = None
+    dissipation: Dissipation | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 <= self.delay < np.inf:
+            raise ProblemError(f"delay must be finite and not negative, got {self.delay!r}")
+        if (self.constraint is None) != (self.algebraic is None):
+            raise ProblemError("constraint and algebraic, the y at time 0 or their number, must be given together")
+        for t in (0.0, -self.delay, -0.5 * self.delay):
+            if len(vector(f"history({t!r})", self.history(t))) != self.dimension:
+                raise ProblemError(f"history({t!r}) has another number of components than history(0)")
+        self._check_functions()
+        check_observables(self, self.parts(self.initial(PROBES)))
+        check_truth(self, self.parts(self.initial(PROBES)))
+
+    def _all_traits(self) -> frozenset[str]:
+        found = {
+            "no-delay": not self.delay,
+            "algebraic": self.has_constraints,
+            "dissipative": self.dissipation is not None and self.dissipation.C > 0.0,
+        }
+        return super()._all_traits() - {"no-delay"} | {name for name, holds in found.items() if holds}
+
+    @cached_property
+    def dimension(self) -> int:
+        """Number d of differential components."""
+        return len(vector("history(0)", self.history(0.0)))
+
+    @cached_property
+    def constraints(self) -> int:
+        """Number q of algebraic components."""
+        given = self.algebraic
+        if given is None or isinstance(given, int):
+            return given or 0
+        return len(vector("algebraic", given))
+
+    @property
+    def has_constraints(self) -> bool:
+        """Whether there are algebraic components."""
+        return self.constraint is not None
+
+    def past(self, t: float) -> Array:
+        """Return phi(t), shape (d, 1)."""
+        return np.asarray(self.history(t), dtype=float)[:, None]
+
+    def initial(self, paths: int) -> DelayState:
+        """Return x and y at time 0 on every path."""
+        return DelayState(np.repeat(self.past(0.0), paths, axis=1), columns(self._start_y, paths))
+
+    def parts(self, state: DelayState) -> Parts:
+        """Return x and, if there are algebraic components, y."""
+        return state._asdict() if self.constraints else {"x": state.x}
+
+    def mesh(self, h: float) -> Mesh:
+        """Return how the delay lies on steps of size h."""
+        return Mesh.of(self.delay, h)
+
+    def recall(self, h: float, paths: int) -> Recall | None:
+        """Return the lagged values of a run with steps of size h on so many paths; None without delay."""
+        return Recall(self.mesh(h), h, self.delay, self.past, self.initial(paths).x) if self.delay else None
+
+    def lag(self, x: Array, h: float, noise: Increment) -> Lag:
+        """Return the lagged values of a step of size h from x, shape (d, P), driven by `noise`."""
+        if not self.delay:
+            return Lag(x, np.zeros_like(x), 1.0)
+        assert noise.lagged is not None
+        assert noise.ahead is not None
+        return Lag(noise.lagged, noise.ahead, self.mesh(h).weight)
+
+    def diffused(self, t: float, x: Array, v: Array, y: Array, w: Array) -> Array:
+        """Return g(t, x, v, y) w, shape (d, P), for w of shape (l, P)."""
+        return apply(self.diffusion(t, x, v, y), w)
+
+    def linearised_drift(self, t: float, x: Array, v: Array, y: Array) -> Partials:
+        """Return the derivatives of f in x, v and y."""
+        return self.drift_partials(t, x, v, y) if self.drift_partials else partials(self.drift, t, x, v, y)
+
+    def linearised_constraint(self, t: float, x: Array, v: Array, y: Array) -> Partials:
+        """Return the derivatives of u in x, v and y."""
+        assert self.constraint is not None
+        given = self.constraint_partials
+        return given(t, x, v, y) if given else partials(self.constraint, t, x, v, y)
+
+    def eliminated(self, t: float, x: Array, v: Array) -> Array:
+        """Return U(t, x, v), the y that solves the constraint, shape (q, P); NaN where Newton's method fails."""
+        if self.solved is not None:
+            return self.solved(t, x, v)
+        return solve_algebraic(self, t, x, v, columns(self._start_y, x.shape[-1]))
+
+    def without_y(self) -> "DelaySDAE":
+        """Return the delay equation with y eliminated."""
+        if not self.constraints:
+            return self
+        return DelaySDAE(
+            drift=lambda t, x, v, _: self.drift(t, x, v, self.eliminated(t, x, v)),
+            diffusion=lambda t, x, v, _: self.diffusion(t, x, v, self.eliminated(t, x, v)),
+            delay=self.delay,
+            history=self.history,
+            dissipation=self.dissipation,
+            **self.carried,
+            source=f"y eliminated from: {self.source}",
+            seen_as="delay equation",
+        )
+
+    def view(self, form: type[Problem]) -> Problem | None:
+        """Return the problem itself or, without delay, its equation of x where an `SDE` is asked for."""
+        return super().view(form) or (self._equation if form is SDE and not self.delay else None)
+
+    def ito(self) -> SDE | None:
+        """Return the equation of x with y eliminated; none with a delay, where x alone is no state."""
+        return None if self.delay else self._equation
+
+    def state(self, x: Array) -> DelayState:
+        """Return the state at x without delay."""
+        return DelayState(x, self.eliminated(0.0, x, x))
+
+    def residuals(self, parts: Parts) -> Mapping[str, Residual]:
+        """Return the defect u where the lagged x and the time are known."""
+        if self.constraint is None or (self.delay and "lagged" not in parts):
+            return {}
+        x, y, t = parts["x"], parts["y"], float(parts["t"][0, 0]) if "t" in parts else 0.0
+        v = parts.get("lagged", x)
+        sizes = [np.abs(A).max(axis=(0, 1)) * norm(z) for A, z in self._terms(t, x, v, y)]
+        scale = np.broadcast_to(sum(sizes, np.zeros(1)), x.shape[-1:])
+        return {"u": Residual(self.constraint(t, x, v, y), scale)}
+
+    def _terms(self, t: float, x: Array, v: Array, y: Array) -> list[tuple[Array, Array]]:
+        return list(zip(self.linearised_constraint(t, x, v, y), (x, v, y), strict=True))
+
+    # Built once: making an equation checks it, and what is found for it serves all schemes that see it.
+    @cached_property
+    def _equation(self) -> SDE:
+        return SDE(
+            drift=lambda t, x: self.drift(t, x, x, self.eliminated(t, x, x)),
+            diffusion=lambda t, x: self.diffusion(t, x, x, self.eliminated(t, x, x)),
+            start=self.past(0.0)[:, 0],
+            **self.carried,
+            source=f"y eliminated from: {self.source}",
+            seen_as="SDE",
+        )
+
+    @cached_property
+    def _start_y(self) -> Array:
+        if self.algebraic is None:
+            return np.zeros(0)
+        if not isinstance(self.algebraic, int):
+            return vector("algebraic", self.algebraic)
+        x, v = self.past(0.0), self.past(-self.delay)
+        y = self.solved(0.0, x, v) if self.solved else solve_algebraic(self, 0.0, x, v, np.zeros((self.algebraic, 1)))
+        if not np.isfinite(y).all():
+            raise ProblemError("the constraint has no solution y at time 0 that Newton's method finds from 0")
+        return np.asarray(y[:, 0])
+
+    def _check_functions(self) -> None:
+        d, q = self.dimension, self.constraints
+        (x, y), v = self.initial(PROBES), np.repeat(self.past(-self.delay), PROBES, axis=1)
+        check_shape("drift(t, x, v, y)", self.drift(0.0, x, v, y), (d, PROBES))
+        check_shape("diffusion(t, x, v, y)", self.diffusion(0.0, x, v, y), (d, self.noise_dim, PROBES))
+        if self.constraint is None:
+            return
+        u = self.constraint(0.0, x, v, y)
+        check_shape("constraint(t, x, v, y)", u, (q, PROBES))
+        check_jacobians(self, x, v, y)
+        check_regular(self, x, v, y)
+        sizes = [float(np.abs(A).max() * np.abs(z).max()) for A, z in self._terms(0.0, x, v, y)]
+        if np.abs(u).max() > CONSISTENCY * max(1.0, *sizes):
+            given = shown(numbers(y[:, 0]).tolist())  # type: ignore[union-attr]
+            solution = shown(self.eliminated(0.0, x, v)[:, 0].tolist())
+            raise ProblemError(
+                f"algebraic: y = {given} at time 0 violates constraint = 0; it is solved by {solution}"
+            )

@@ -1,0 +1,72 @@
+"""What the author of a delay problem gives of derivatives, checked where the problem is built."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import ProblemError
+from ..numerics import apply, is_analytic
+from .checks import check_derivative
+from .partial_derivatives import Partials
+
+if TYPE_CHECKING:
+    from .delay import DelaySDAE
+
+NAMES = ("x", "v", "y")
+
+
+def check_jacobians(problem: "DelaySDAE", *at: Array) -> None:
+    """Check that given derivatives of drift and constraint are right, or that complex steps can take them.
+
+    Parameters
+    ----------
+    problem : DelaySDAE
+    *at : ndarray
+        x, v and y on a few paths.
+
+    Raises
+    ------
+    ProblemError
+        If a given derivative disagrees with a difference quotient, or the constraint is not analytic. A drift that
+        is not is for the schemes to refuse that differentiate it.
+    """
+    assert problem.constraint is not None
+    if problem.drift_partials is not None:
+        _check("drift_partials", partial(problem.drift, 0.0), partial(problem.drift_partials, 0.0), at)
+    if problem.constraint_partials is not None:
+        _check("constraint_partials", partial(problem.constraint, 0.0), partial(problem.constraint_partials, 0.0), at)
+    elif not all(is_analytic(f, z) for f, z in _sections(partial(problem.constraint, 0.0), at)):
+        raise ProblemError("constraint is not analytic (abs, real buffers?); give constraint_partials")
+
+
+def check_regular(problem: "DelaySDAE", *at: Array) -> None:
+    """Check that du/dy is regular at the start: the problem has index 1.
+
+    Raises
+    ------
+    ProblemError
+    """
+    u_y = problem.linearised_constraint(0.0, *at).y[..., 0]
+    if u_y.shape[0] != u_y.shape[1] or np.linalg.matrix_rank(u_y) < len(u_y):
+        text = "the derivative of the constraint in y is singular at the start: the problem has not index 1"
+        raise ProblemError(f"{text}; du/dy = {u_y.tolist()}")
+
+
+def _check(name: str, f: Callable[..., Array], given: Callable[..., Partials], at: tuple[Array, ...]) -> None:
+    for place, (section, z) in enumerate(_sections(f, at)):
+
+        def derivative(point: Array, direction: Array, place: int = place) -> Array:
+            return apply(given(*_with(at, place, point))[place], direction)
+
+        check_derivative(f"{name}(t, x, v, y).{NAMES[place]}", section, derivative, z)
+
+
+def _sections(f: Callable[..., Array], at: tuple[Array, ...]) -> list[tuple[Callable[[Array], Array], Array]]:
+    return [(lambda z, place=place: f(*_with(at, place, z)), z) for place, z in enumerate(at)]  # type: ignore[misc]
+
+
+def _with(at: tuple[Array, ...], place: int, z: Array) -> tuple[Array, ...]:
+    return (*at[:place], z, *at[place + 1 :])
