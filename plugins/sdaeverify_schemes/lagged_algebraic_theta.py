@@ -8,6 +8,7 @@ import numpy as np
 from sdaeverify import Array, Claim, DelaySDAE, DelayState, Increment, ParameterError, Scheme, Step, hookimpl
 from sdaeverify.numerics import Root
 
+from ._delay_orders import DELAYED
 from ._delay_theta import algebraic, begun, held, reached
 from ._euler_orders import STRONG_HALF
 
@@ -29,7 +30,7 @@ class LaggedAlgebraicTheta(Scheme):
 
     name: ClassVar[str] = "lagged-algebraic-theta"
     form: ClassVar[type[DelaySDAE]] = DelaySDAE
-    claims: ClassVar[tuple[Claim, ...]] = STRONG_HALF
+    claims: ClassVar[tuple[Claim, ...]] = (*STRONG_HALF, *DELAYED)
     source: ClassVar[str] = "Qu, Huang & Liu 2010, (2.10) with y_n in the place of y_{n+1} in f"
 
     def __post_init__(self) -> None:

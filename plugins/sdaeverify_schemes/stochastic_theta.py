@@ -22,6 +22,7 @@ from sdaeverify import (
 )
 from sdaeverify.numerics import Root, is_analytic, jacobian, newton
 
+from ._delay_orders import DELAYED
 from ._delay_theta import delay_theta
 from ._euler_orders import ORDERS
 
@@ -32,12 +33,6 @@ STABLE = {
     "no-delay": "Higham 2000; on dx = A x dt + ..., E |(Id - theta h A) x|^2 decreases in the equation's norm",
     "dissipative": "Qu, Huang & Liu 2010, Theorem 4.2, sharpened: E |x - theta h f|^2 decreases from theta = 1/2 on",
 }
-ENFORCED = Claim(
-    measure="drift",
-    value="round-off",
-    when=frozenset({"algebraic"}),
-    source="Qu, Huang & Liu 2010, (2.10): the constraint is solved at every mesh point",
-)
 
 TRAPEZOIDAL = Claim(
     measure="weak",
@@ -64,7 +59,7 @@ class StochasticTheta(Scheme):
 
     name: ClassVar[str] = "stochastic-theta"
     form: ClassVar[tuple[type[Problem], ...]] = (SDE, DelaySDAE)
-    claims: ClassVar[tuple[Claim, ...]] = (*ORDERS, ENFORCED)
+    claims: ClassVar[tuple[Claim, ...]] = (*ORDERS, *DELAYED)
     source: ClassVar[str] = "Kloeden & Platen 1992, section 12.2; Higham 2000; Qu, Huang & Liu 2010, (2.10)"
 
     def __post_init__(self) -> None:

@@ -107,7 +107,9 @@ class DelaySDAE(Problem):
             "algebraic": self.has_constraints,
             "dissipative": self.dissipation is not None and self.dissipation.C > 0.0,
         }
-        return super()._all_traits() - {"no-delay"} | {name for name, holds in found.items() if holds}
+        # An interpolated y is of order 1/2 with additive noise, too: x alone gains from it.
+        not_said = {"no-delay", *({"vanishing-milstein-term"} if self.delay else ())}
+        return super()._all_traits() - not_said | {name for name, holds in found.items() if holds}
 
     @cached_property
     def dimension(self) -> int:

@@ -1,8 +1,8 @@
 """A delay equation as an ordinary one: the solution now and one delay ago, each with its own Brownian motion.
 
 For s in [0, tau] the pair (x(s + tau), x(s)) obeys an equation without delay, the older solution being the other's
-past and phi its own; so does x(s) alone. A scheme that makes both steps, the older one first, is then a one-step map
-like any other: what is found for ``x`` holds after the first delay, what is found for ``x before tau`` up to it.
+past and phi its own; so does x(s) alone. A scheme that makes these steps, the oldest one first, is then a one-step
+map like any other: what is found for the pair holds after the first delay, what is found for x alone up to it.
 """
 
 from dataclasses import dataclass
@@ -17,12 +17,12 @@ from ..noise import Increment
 from ..scheme import Claim, Scheme, State, Step
 from .nodes import SEED
 
-YOUNG, OLD, ALGEBRAIC = "x", "x before tau", "y"
+X, Y = "x", "y"
 # A defect this small, in parts of the terms that cancel in it, is a solver's: no order shows in it.
 CLOSE = 1e-9
 
 
-def linked(scheme: Scheme, view: Problem) -> tuple[Scheme, Problem]:
+def linked(scheme: Scheme, view: Problem, links: int = 2) -> tuple[Scheme, Problem]:
     """Return a scheme and a problem without delay on which one step says what it says with the delay.
 
     Parameters
@@ -30,6 +30,8 @@ def linked(scheme: Scheme, view: Problem) -> tuple[Scheme, Problem]:
     scheme : Scheme
     view : Problem
         Of a form of the scheme.
+    links : int
+        2 for the solution after the first delay, 1 for that up to it.
 
     Returns
     -------
@@ -38,7 +40,7 @@ def linked(scheme: Scheme, view: Problem) -> tuple[Scheme, Problem]:
     """
     if not isinstance(view, DelaySDAE) or not view.delay:
         return scheme, view
-    return LinkedScheme(scheme, view), linked_equation(view)
+    return LinkedScheme(scheme, view, links), linked_equation(view, links)
 
 
 def keeps_constraint(scheme: Scheme, view: Problem) -> bool:
@@ -61,17 +63,20 @@ def keeps_constraint(scheme: Scheme, view: Problem) -> bool:
 
 @dataclass(frozen=True)
 class LinkedScheme(Scheme):
-    """The steps of a scheme now and one delay ago.
+    """The steps of a scheme now and so many delays ago.
 
     Attributes
     ----------
     scheme : Scheme
     problem : DelaySDAE
         With a delay.
+    links : int
+        Steps that are made, the oldest with the history as its past.
     """
 
     scheme: Scheme
     problem: DelaySDAE
+    links: int
 
     name: ClassVar[str] = "linked"
     form: ClassVar[type[SDE]] = SDE
@@ -87,7 +92,7 @@ class LinkedScheme(Scheme):
         return self.scheme.promises
 
     def parts(self, problem: Any, state: State) -> Parts:
-        """Return the solution now and one delay ago."""
+        """Return the solution now and at earlier times."""
         named: Parts = problem.parts(state)
         return named
 
@@ -99,57 +104,63 @@ class LinkedScheme(Scheme):
         h: float,
         noise: Increment,
     ) -> Step:
-        """Make both steps, t being the time of the older one."""
-        d, delay, past = self.problem.dimension, self.problem.delay, self.problem.past
-        x, v = state[:d], state[d:]
-        now, then = _halved(noise)
-        w, w_next = (np.broadcast_to(past(min(0.0, s - delay)), v.shape) for s in (t, t + h))
-        older = self._one(v, w, t, h, then._replace(lagged=w, ahead=w_next))
-        v_next = self._x(older)
-        newer = self._one(x, v, t + delay, h, now._replace(lagged=v, ahead=v_next))
-        failed = [step.failed for step in (older, newer) if step.failed is not None]
-        return Step(np.concatenate([self._x(newer), v_next]), failed=np.any(failed, axis=0) if failed else None)
+        """Make the steps, t being the time of the oldest one."""
+        delay, new, failed = self.problem.delay, [], []
+        lagged, ahead = (_history(self.problem, s, state) for s in (t, t + h))
+        for age, (x, own) in enumerate(reversed(_split(state, noise, self.links))):
+            step = self._one(x, t + age * delay, h, own._replace(lagged=lagged, ahead=ahead))
+            lagged, ahead = x, self.scheme.parts(self.problem, step.state)[X]
+            new.append(ahead)
+            failed += [] if step.failed is None else [step.failed]
+        return Step(np.concatenate(new[::-1]), failed=np.any(failed, axis=0) if failed else None)
 
-    def _one(self, x: Array, v: Array, t: float, h: float, noise: Increment) -> Step:
-        state = DelayState(x, self.problem.eliminated(t, x, v) if self.problem.constraints else x[:0])
-        return self.scheme.prepare(self.problem, h)(self.scheme.enter(self.problem, state, t, h), t, noise)
-
-    def _x(self, step: Step) -> Array:
-        return self.scheme.parts(self.problem, step.state)[YOUNG]
+    def _one(self, x: Array, t: float, h: float, noise: Increment) -> Step:
+        assert noise.lagged is not None
+        y = self.problem.eliminated(t, x, noise.lagged) if self.problem.constraints else x[:0]
+        state = self.scheme.enter(self.problem, DelayState(x, y), t, h)
+        return self.scheme.prepare(self.problem, h)(state, t, noise)
 
 
-def linked_equation(problem: DelaySDAE) -> SDE:
-    """Return the Ito equation of (x(s + tau), x(s)), shape (2 d, P), with y eliminated and time s."""
-    plain, d, tau = problem.without_y(), problem.dimension, problem.delay
+def linked_equation(problem: DelaySDAE, links: int) -> SDE:
+    """Return the Ito equation of (..., x(s + tau), x(s)), shape (links d, P), with y eliminated and time s."""
+    plain, d, l, tau = problem.without_y(), problem.dimension, problem.noise_dim, problem.delay
     none = np.zeros((0, 1))
 
+    def arguments(s: float, z: Array) -> list[tuple[float, Array, Array, Array]]:
+        rows = [*np.split(z, links), _history(problem, s, z)]
+        return [(s + (links - 1 - i) * tau, rows[i], rows[i + 1], none) for i in range(links)]
+
     def drift(s: float, z: Array) -> Array:
-        x, v, w = z[:d], z[d:], problem.past(min(0.0, s - tau)) + 0.0 * z[d:]
-        return np.concatenate([plain.drift(s + tau, x, v, none), plain.drift(s, v, w, none)])
+        return np.concatenate([np.broadcast_to(plain.drift(*at), at[1].shape) for at in arguments(s, z)])
 
     def diffusion(s: float, z: Array) -> Array:
-        x, v, w = z[:d], z[d:], problem.past(min(0.0, s - tau)) + 0.0 * z[d:]
-        young, old = plain.diffusion(s + tau, x, v, none), plain.diffusion(s, v, w, none)
-        paths, l = z.shape[-1], problem.noise_dim
-        both = np.zeros((2 * d, 2 * l, paths), dtype=np.result_type(young, old))
-        both[:d, :l], both[d:, l:] = young, old
-        return both
+        columns = [plain.diffusion(*at) for at in arguments(s, z)]
+        full = np.zeros((links * d, links * l, z.shape[-1]), dtype=np.result_type(*columns))
+        for i, column in enumerate(columns):
+            full[i * d : (i + 1) * d, i * l : (i + 1) * l] = column
+        return full
 
     return SDE(
         drift=drift,
         diffusion=diffusion,
-        start=np.tile(problem.past(0.0)[:, 0], 2),
-        names={YOUNG: slice(0, d), OLD: slice(d, 2 * d)},
-        noise_dim=2 * problem.noise_dim,
+        start=np.tile(problem.past(0.0)[:, 0], links),
+        names={X if not i else f"{X}(t - {i} tau)": slice(i * d, (i + 1) * d) for i in range(links)},
+        noise_dim=links * l,
         noise=problem.noise,
         horizon=min(problem.horizon, tau),
         traits=problem.traits - {"scalar-noise", "diagonal-noise", "algebraic", "constrained"},
-        source=f"now and one delay ago: {problem.source}",
+        source=f"as an equation without delay: {problem.source}",
         seen_as="linked equation",
     )
 
 
-def _halved(noise: Increment) -> tuple[Increment, Increment]:
-    l = len(noise.dW) // 2
-    H = (None, None) if noise.H is None else (noise.H[:l], noise.H[l:])
-    return Increment(noise.dW[:l], H[0]), Increment(noise.dW[l:], H[1])
+def _history(problem: DelaySDAE, s: float, z: Array) -> Array:
+    """Return phi(s - tau) on every path of z, s being at most a rounding error after tau."""
+    return problem.past(min(0.0, s - problem.delay)) + 0.0 * z[: problem.dimension]
+
+
+def _split(state: Array, noise: Increment, links: int) -> list[tuple[Array, Increment]]:
+    nothing: list[Array | None] = [None] * links
+    H = nothing if noise.H is None else np.split(noise.H, links)
+    increments = map(Increment, np.split(noise.dW, links), H)
+    return list(zip(np.split(state, links), increments, strict=True))

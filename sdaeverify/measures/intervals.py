@@ -1,0 +1,123 @@
+"""Strong order of convergence on a delay equation, one interval of the delay after the other.
+
+Orders differ from interval to interval: with a deterministic history, noise that depends on the delayed state alone
+is additive up to tau and multiplied by a random past afterwards. The largest errors at coarsest grid times are taken
+over each ((k - 1) tau, k tau] by itself, which the maximum over all times would mix. The quantity ``x up to tau`` is
+x on the first of them, ``x up to 2 tau`` on the second.
+"""
+
+from collections.abc import Container, Mapping, Sequence
+from itertools import chain
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..arrays import Array, Parts
+from ..forms import DelaySDAE, Problem
+from ..hookspecs import hookimpl
+from ..lanes import Snapshot
+from ..measure import Evidence, Judgement, Measure
+from ..scheme import Scheme
+from ..settings import Settings
+from ..tally import Tally
+from ..verdicts import FITTED, doubted
+from ._errors import ErrorObserver
+from ._level_rows import level_rows
+from ._path_order import usable_levels
+from ._quantity import quantities_of
+from ._strong_findings import Question, finding, local_orders, probe_strong
+
+NORMS = {"L2": 2}
+# A grid time is the end of an interval if it is to so many parts of it.
+CLOSE = 1e-9
+FIRST = " up to tau"
+
+
+class Intervals(Measure):
+    """Strong order of convergence of each component over each interval of the delay."""
+
+    name: ClassVar[str] = "intervals"
+
+    def refuses(self, scheme: Scheme, problem: Problem) -> str:
+        """Refuse problems without delay or with a single interval, and schemes with bounded increments."""
+        if scheme.law.bounded:
+            return f"its {scheme.law.name} increments are not Brownian: no strong order"
+        if not isinstance(problem, DelaySDAE) or not problem.delay:
+            return "the problem has no delay"
+        return "" if problem.delay < problem.horizon else "the problem ends within the first delay: see strong"
+
+    def observer(self, problem: Problem, parts: Parts, settings: Settings) -> "IntervalObserver":
+        """Return the notebook for one block."""
+        assert isinstance(problem, DelaySDAE)
+        return IntervalObserver(problem.delay, problem.horizon / settings.coarsest, parts, settings)
+
+    def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
+        """Return the local defects before and after the first delay, where the one-step map can be probed."""
+        return probe_strong(scheme, view, 1).merged(probe_strong(scheme, view, 2))
+
+    def judge(self, evidence: Evidence) -> Judgement:
+        """Return a finding for each component on each interval, and their levels."""
+        quantities = list(quantities_of(evidence))
+        first, later = (Question(evidence, self.name, local_orders(evidence, links)) for links in (1, 2))
+        findings = [
+            finding(first if each.name.endswith(FIRST) else later, each, each.name, each.name.split(" up to ", 1)[0])
+            for each in quantities
+        ]
+        rows = (level_rows(each, set(usable_levels(evidence, each)[0][-FITTED:]), NORMS) for each in quantities)
+        return Judgement(tuple(doubted(findings)), tuple(chain.from_iterable(rows)))
+
+
+@hookimpl
+def sdaeverify_measures() -> list[Measure]:
+    """Register the measure."""
+    return [Intervals()]
+
+
+class IntervalObserver:
+    """Notes errors over each interval of the delay, in a notebook of its own.
+
+    Parameters
+    ----------
+    delay : float
+    h : float
+        Coarsest step.
+    parts : mapping of str to ndarray, shape (n, P)
+        Initial components.
+    settings : Settings
+    """
+
+    def __init__(self, delay: float, h: float, parts: Parts, settings: Settings) -> None:
+        self.wanted: Sequence[Container[int]] = [frozenset()] * settings.levels
+        self.delay, self.h, self.parts, self.settings = delay, h, parts, settings
+        self.step = 0
+        self.notebooks: dict[int, ErrorObserver] = {}
+
+    def after_step(self, level: int, step: int, parts: Parts) -> None:
+        """Note nothing: errors are compared on the coarsest grid."""
+
+    def after_coarsest_step(self, snapshot: Snapshot) -> None:
+        """Note the errors in the interval that this time lies in."""
+        self.step += 1
+        delays = self.step * self.h / self.delay
+        interval = int(np.ceil(delays * (1.0 - CLOSE)))
+        notebook = self.notebooks.setdefault(interval, ErrorObserver(self.parts, self.settings))
+        notebook.after_coarsest_step(snapshot)
+
+    def tally(self) -> Tally:
+        """Return what was noted, under names that tell the interval."""
+        found = Tally()
+        for interval, notebook in self.notebooks.items():
+            noted, suffix = notebook.tally(at_end=False), _suffix(interval)
+            paths = {} if found.sums else {"paths": noted.sums["paths"]}
+            sums = {name: value for name, value in noted.sums.items() if name != "paths"}
+            renamed = (_renamed(each, suffix) for each in (sums, noted.maxima, noted.largest))
+            found = found.merged(Tally(*renamed)).merged(Tally(sums=paths))
+        return found
+
+
+def _suffix(interval: int) -> str:
+    return FIRST if interval == 1 else f" up to {interval} tau"
+
+
+def _renamed(values: Mapping[str, Array], suffix: str) -> dict[str, Array]:
+    return {f"{name}{suffix}": value for name, value in values.items()}
