@@ -6,7 +6,7 @@ time; a step is a pure function that accepts any batch of paths.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import inf
+from math import inf, nan
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -158,6 +158,10 @@ class Scheme:
         """The claims with these parameters: `claims`, unless a scheme's promise depends on its parameters."""
         return self.claims
 
+    def stable_below(self, problem: Any) -> float:  # noqa: ARG002 - few schemes have such a theorem
+        """Return the step size below which a theorem says that second moments tend to 0; NaN if none applies."""
+        return nan
+
     def enter(self, problem: Any, state: State, t: float, h: float) -> State:  # noqa: ARG002 - most add no memory
         """Return the scheme's state, for steps of size h, where the problem's is `state` at time t.
 
@@ -172,14 +176,14 @@ class Scheme:
     def parts(self, problem: Any, state: State) -> Parts:
         """Return what of a state can be compared with other states, under the problem's names.
 
-        A bare array is split by the problem; of a NamedTuple, the fields are the components. A scheme with
-        further memory overrides this and leaves it out.
+        A bare array is split by the problem; of a NamedTuple, the fields that have rows are the components. A scheme
+        with further memory overrides this and leaves it out.
         """
         if not isinstance(state, tuple):
             named: Parts = problem.parts(state)
             return named
         fields: Parts = state._asdict()  # type: ignore[attr-defined]
-        return fields
+        return {name: part for name, part in fields.items() if len(part)}
 
     def prepare(self, problem: Any, h: float) -> Stepper:
         """Return the step for one problem and step size; override it to compute constants once."""

@@ -70,7 +70,7 @@ def coupled(problem: DelaySDAE, begin: Begun, t: float, s: float) -> Root:
         below = [du.x + weight * du.v, du.y]
         return np.concatenate([value, problem.constraint(t, x, v, y)]), _blocks([top, below], z.shape[-1])
 
-    return reached(linearised, np.concatenate(begin.guess))
+    return reached(linearised, np.concatenate(begin.guess), begin.known, begin.lag.known)
 
 
 def algebraic(problem: DelaySDAE, lag: Lag, t: float, x: Array, guess: Array) -> Root:
@@ -79,12 +79,12 @@ def algebraic(problem: DelaySDAE, lag: Lag, t: float, x: Array, guess: Array) ->
     if constraint is None or problem.solved is not None:
         y = guess if constraint is None else problem.eliminated(t, x, v)
         return Root(y, np.ones(x.shape[-1], dtype=bool), np.zeros(x.shape[-1], dtype=np.int64))
-    return reached(lambda y: (constraint(t, x, v, y), problem.linearised_constraint(t, x, v, y).y), guess)
+    return reached(lambda y: (constraint(t, x, v, y), problem.linearised_constraint(t, x, v, y).y), guess, x, v)
 
 
-def reached(linearised: Callable[[Array], tuple[Array, Array]], guess: Array) -> Root:
-    """Return where Newton's method leads from a guess."""
-    size = largest(guess)
+def reached(linearised: Callable[[Array], tuple[Array, Array]], *given: Array) -> Root:
+    """Return where Newton's method leads from the first of what is given; the solution is as large as all of it."""
+    guess, size = given[0], np.max([largest(part) for part in given], axis=0)
     return newton(linearised, guess, TOLERANCE * np.where(size > 0.0, size, 1.0))
 
 

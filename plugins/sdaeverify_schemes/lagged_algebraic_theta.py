@@ -52,7 +52,7 @@ class LaggedAlgebraicTheta(Scheme):
             value = x - begin.known - s * problem.drift(t + h, x, v, y)
             return value, unit - s * (df.x + lag.weight * df.v)
 
-        first = reached(linearised, begin.guess.x)
+        first = reached(linearised, begin.guess.x, begin.known, lag.known)
         second = algebraic(problem, lag, t + h, first.x, y)
         both = first.converged & second.converged
         return held(state, first.x, second.x, Root(first.x, both, first.iterations + second.iterations))

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from math import nan
 from typing import ClassVar
 
 import numpy as np
@@ -76,6 +77,11 @@ class StochasticTheta(Scheme):
             for trait, source in STABLE.items()
         )
         return (*self.claims, *second, *stable)
+
+    def stable_below(self, problem: SDE | DelaySDAE) -> float:
+        """Return the bound of Theorem 4.2, sharpened, where the problem gives its constants."""
+        known = None if isinstance(problem, SDE) else problem.dissipation
+        return nan if known is None else known.sharpened(self.theta)
 
     def refuses(self, problem: SDE | DelaySDAE) -> str:
         """Refuse drifts that complex steps cannot differentiate, unless theta is 0."""

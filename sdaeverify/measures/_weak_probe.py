@@ -3,10 +3,12 @@
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from ..forms import Problem
+from ..forms import DelaySDAE, Problem
 from ..measure import Evidence, Verdict
 from ..probe import local_weak as local
 from ..probe import transition
+from ..probe.delay_links import linked
+from ..probe.delay_moment_errors import delay_moment_errors, no_delay_moments
 from ..probe.functional_orders import FunctionalOrder, functional_orders, obstacle
 from ..probe.local_orders import LocalOpinion
 from ..probe.local_weak import Reference, weak_reference
@@ -60,10 +62,14 @@ class ProbeOpinion(NamedTuple):
 def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
     """Return local weak defects; moments where the problem is linear; the operator where the former do not decide."""
     evidence, found = Tally(), None
-    if not local.refusal(scheme, view):
-        found = local.local_weak(scheme, view, _reference(view))
+    pair = linked(scheme, view)
+    if not local.refusal(*pair):
+        found = local.local_weak(*pair, _reference(pair[1]))
         evidence = evidence.merged(packed(LOCAL, found))
-    if not no_moments(scheme, view):
+    if isinstance(view, DelaySDAE) and view.delay:
+        if not no_delay_moments(scheme, view):
+            evidence = evidence.merged(packed(MOMENTS, delay_moment_errors(scheme, view, settings.steps)))
+    elif not no_moments(scheme, view):
         evidence = evidence.merged(packed(MOMENTS, moment_errors(scheme, view, settings.steps)))
     elif not _decided(found, scheme) and view.chart is not None and not transition.refusal(scheme, view):
         evidence = evidence.merged(packed(OPERATOR, weak_errors(scheme, view, settings.steps[:4])))

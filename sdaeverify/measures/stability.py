@@ -10,17 +10,19 @@ E |x_n|^2 gives wrong verdicts where it is carried by rare paths. Two claims are
 """
 
 from collections.abc import Iterator
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 from scipy.special import erfc
 
 from ..arrays import Array
 from ..errors import FAULTS, one_line
-from ..forms import Problem
+from ..forms import DelaySDAE, Problem
 from ..hookspecs import hookimpl
 from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
 from ..probe.affine import AFFINE
+from ..probe.delay_linear import LARGE, SMALL, UNIT, limits
+from ..probe.delay_stability import delay_stability, is_delayed, no_delay_stability
 from ..probe.stability import StabilityRecord, no_stability, stability
 from ..probe.windows import smallest_boundary, undecided, worded
 from ..scheme import Claim, Scheme
@@ -30,6 +32,10 @@ from ..truths import MeanSquareStability
 from ..verdicts import Opinion, claim_for
 
 QUANTITY = "second moment"
+# By the size of the states at which a step with a delay is linear.
+LIMITS = {UNIT: QUANTITY, SMALL: f"{QUANTITY} at small states", LARGE: f"{QUANTITY} at large states"}
+# Step size of the question whether it is linear, as a part of the delay.
+QUARTER = 0.25
 A_STABLE, CONDITIONAL = "A-stable", "conditional"
 METHOD = "spectral radius (T2)"
 
@@ -45,6 +51,8 @@ class Stability(Measure):
         if view is None:
             return "the problem has no view of the scheme's form"
         try:
+            if is_delayed(view):
+                return no_delay_stability(scheme, cast("DelaySDAE", view))
             return no_stability(scheme, view)
         except FAULTS as error:
             # Nothing obliges a problem to have coefficients far from its solutions.
@@ -53,17 +61,23 @@ class Stability(Measure):
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the spectral radius on a wide range of step sizes and at those of the run."""
         sizes = [view.horizon / count for count in settings.steps]
-        return packed(QUANTITY, stability(scheme, view, sizes))
+        if not is_delayed(view):
+            return packed(QUANTITY, stability(scheme, view, sizes))
+        found = Tally()
+        for scale in limits(scheme, view, QUARTER * view.delay):
+            found = found.merged(packed(LIMITS[scale], delay_stability(scheme, view, sizes, scale)))
+        return found
 
     def judge(self, evidence: Evidence) -> Judgement:
-        """Return one finding on the windows of stability, and the spectral radius at the run's step sizes."""
-        record = unpacked(QUANTITY, StabilityRecord, evidence.tally)
-        claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Stability.name, QUANTITY)
-        if record is None:
-            verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
-            return Judgement((Finding(quantity=QUANTITY, verdict=verdict, reason="not probed", claim=claim),), ())
-        opinion = Opinion(Verdict.OUT_OF_SCOPE, no_claim) if claim is None else _opinion(claim, record, evidence)
-        return Judgement((_finding(record, claim, opinion),), tuple(_levels(record)))
+        """Return a finding on the windows of stability, and the spectral radius at the run's step sizes.
+
+        Or two of them, for small and for large states, where an equation with a delay is linear in these limits only.
+        """
+        records = {name: unpacked(name, StabilityRecord, evidence.tally) for name in LIMITS.values()}
+        known = {name: record for name, record in records.items() if record is not None}
+        findings = [_judged(evidence, name, record) for name, record in known.items()]
+        rows = tuple(row for name, record in known.items() for row in _levels(name, record))
+        return Judgement(tuple(findings or [_unprobed(evidence)]), rows)
 
 
 @hookimpl
@@ -72,10 +86,18 @@ def sdaeverify_measures() -> list[Measure]:
     return [Stability()]
 
 
-def _finding(record: StabilityRecord, claim: Claim | None, opinion: Opinion) -> Finding:
+def _unprobed(evidence: Evidence) -> Finding:
+    claim, _ = claim_for(evidence.scheme, evidence.view.traits, Stability.name, QUANTITY)
+    verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
+    return Finding(quantity=QUANTITY, verdict=verdict, reason="not probed", claim=claim)
+
+
+def _judged(evidence: Evidence, name: str, record: StabilityRecord) -> Finding:
+    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Stability.name, name)
+    opinion = Opinion(Verdict.OUT_OF_SCOPE, no_claim) if claim is None else _opinion(claim, record, evidence)
     linear = not _nonlinear(record)
     return Finding(
-        quantity=QUANTITY,
+        quantity=name,
         verdict=opinion.verdict,
         reason=opinion.reason,
         claim=claim,
@@ -86,11 +108,12 @@ def _finding(record: StabilityRecord, claim: Claim | None, opinion: Opinion) -> 
             "windows": worded(record.windows) if linear else "",
             "undecided": len(undecided(record.scan.sign)),
             "growth_rate": float(record.abscissa),
+            "proved_below": evidence.scheme.stable_below(evidence.view),
         },
     )
 
 
-def _levels(record: StabilityRecord) -> Iterator[LevelFinding]:
+def _levels(name: str, record: StabilityRecord) -> Iterator[LevelFinding]:
     for h, rho, error, defect, failed, pole in zip(*record.run, strict=True):
         details = {
             "certified_width": float(error),
@@ -98,7 +121,7 @@ def _levels(record: StabilityRecord) -> Iterator[LevelFinding]:
             "failed": bool(failed),
             "pole": float(pole),
         }
-        yield LevelFinding(QUANTITY, None, float(rho), 0.0, details, float(h))
+        yield LevelFinding(name, None, float(rho), 0.0, details, float(h))
 
 
 def _opinion(claim: Claim, record: StabilityRecord, evidence: Evidence) -> Opinion:

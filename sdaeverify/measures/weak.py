@@ -13,7 +13,6 @@ from ..arrays import Parts
 from ..forms import Problem
 from ..hookspecs import hookimpl
 from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
-from ..probe.delay_links import linked
 from ..scheme import Claim, Scheme
 from ..settings import Settings
 from ..tally import Tally
@@ -39,7 +38,7 @@ class Weak(Measure):
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return local weak defects, and errors of propagated moments where they can be had."""
-        return probe_weak(*linked(scheme, view), settings)
+        return probe_weak(scheme, view, settings)
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each observable, and its levels."""

@@ -3,6 +3,9 @@
 For s in [0, tau] the pair (x(s + tau), x(s)) obeys an equation without delay, the older solution being the other's
 past and phi its own; so does x(s) alone. A scheme that makes these steps, the oldest one first, is then a one-step
 map like any other: what is found for the pair holds after the first delay, what is found for x alone up to it.
+
+Means of one step are then taken over the older noise, too. That is what adds up over the steps: given its past, a
+step of additive noise is only consistent of order 1/2 (Definition 3.1 of Qu, Huang & Liu 2010), and converges with 1.
 """
 
 from dataclasses import dataclass

@@ -1,0 +1,172 @@
+"""Exact mean-square stability of a scalar linear delay equation.
+
+    dx = (A x + B x(t - tau)) dt + (c x + d x(t - tau)) dW,     r' = A r + B r(t - tau), r(0) = 1, r = 0 before 0.
+
+E x^2 tends to 0 exactly if the roots of s = A + B e^(-s tau) have negative real parts and the integral of
+(c r(t) + d r(t - tau))^2 over t > 0 is below 1. With K(a) the integral of r(t) r(t - a), it is
+
+    (c^2 + d^2) K(0) + 2 c d K(tau),   K(0) = (B sh - 1)/(2 (A + B ch)),   K(tau) = -(ch + A sh)/(2 (A + B ch)),
+
+ch = cosh(w tau), sh = sinh(w tau)/w, w^2 = A^2 - B^2. Numerators and denominator have a common zero, and overflow.
+For A <= -|B|, with beta = B/(w - A) and E = e^(-w tau), they are the same as
+
+    K(0) = (1 + E beta)/(2 w (1 - E beta)),   K(tau) = (E + beta)/(2 w (1 - E beta)),
+
+and for B < -|A|, with w^2 = B^2 - A^2, psi = arg(-A + i w) and the slack s = pi - psi - w tau, positive exactly if
+r decays,
+
+    K(0) = sin((psi + w tau)/2)/(2 w sin(s/2)),   K(tau) = sin((psi - w tau)/2)/(2 w sin(s/2)).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import lambertw
+
+EPS = float(np.finfo(float).eps)
+# Rounding of a handful of operations, and of the slack per unit of its two terms.
+ROUNDING = 32.0 * EPS
+# Up to this logarithm the argument of Lambert's function is a number; e^CLIP can be squared.
+LARGEST_LOG, CLIP = 500.0, 300.0
+NEWTON_STEPS = 8
+
+
+class LinearDelay(NamedTuple):
+    """The coefficients of dx = (A x + B x(t - tau)) dt + (c x + d x(t - tau)) dW.
+
+    Attributes
+    ----------
+    A, B : float
+        Per unit of time.
+    c, d : float
+        Per square root of a unit of time.
+    tau : float
+        Delay, not negative.
+    """
+
+    A: float
+    B: float
+    c: float
+    d: float
+    tau: float
+
+    @property
+    def rightmost_root(self) -> complex:
+        """The root of s = A + B e^(-s tau) with the largest real part, A + W_0(B tau e^(-A tau))/tau."""
+        if self.tau == 0.0 or self.B == 0.0:
+            return complex(self.A + (self.B if self.tau == 0.0 else 0.0))
+        logarithm = np.log(abs(self.B) * self.tau) - self.A * self.tau
+        if logarithm <= LARGEST_LOG:
+            return complex(self.A + lambertw(np.sign(self.B) * np.exp(logarithm)) / self.tau)
+        # w e^w = z is w + log w = log z.
+        target = logarithm + (1j * np.pi if self.B < 0.0 else 0.0)
+        w = target - np.log(target)
+        for _ in range(NEWTON_STEPS):
+            w -= (w + np.log(w) - target) * w / (w + 1.0)
+        return complex(self.A + w / self.tau)
+
+    @property
+    def mean_decays(self) -> bool | None:
+        """Whether all roots have negative real parts; None if rounding does not tell (Hayes 1950)."""
+        if self.A + self.B >= 0.0:
+            return False
+        if self.A <= self.B:
+            return True
+        slack, error = self._slack
+        return None if abs(slack) <= error else slack > 0.0
+
+    @property
+    def covariances(self) -> tuple[float, float]:
+        """The integrals K(0) of r(t)^2 and K(tau) of r(t) r(t - tau); infinite unless r decays for certain."""
+        if not self.mean_decays:
+            return np.inf, np.inf
+        w = self._frequency
+        if w == 0.0:
+            return 0.25 * (self.tau - 1.0 / self.B), 0.25 * (-1.0 / self.B - self.tau)
+        if self.A <= self.B:
+            return _hyperbolic(w, w * self.tau, np.arcsinh(w / abs(self.B)) if self.B else np.inf, self.B < 0.0)
+        psi, scale = np.arctan2(w, -self.A), 2.0 * w * np.sin(0.5 * self._slack[0])
+        return float(np.sin(0.5 * (psi + w * self.tau)) / scale), float(np.sin(0.5 * (psi - w * self.tau)) / scale)
+
+    @property
+    def noise_integral(self) -> float:
+        """The integral of (c r(t) + d r(t - tau))^2; infinite unless r decays for certain."""
+        at_0, at_tau = self.covariances
+        if at_0 == np.inf:
+            return np.inf
+        return float((self.c**2 + self.d**2) * at_0 + 2.0 * self.c * self.d * at_tau)
+
+    @property
+    def noise_integral_error(self) -> float:
+        """A bound of what rounding does to the integral: relative to its terms, |K(tau)| being at most K(0)."""
+        relative = ROUNDING
+        if self.A > self.B:
+            slack, error = self._slack
+            relative += 2.0 * error / abs(slack)
+        return float(relative * (abs(self.c) + abs(self.d)) ** 2 * self.covariances[0])
+
+    @property
+    def stable(self) -> bool | None:
+        """Whether E x^2 tends to 0; None if rounding does not tell."""
+        if not self.mean_decays:
+            return self.mean_decays
+        integral, error = self.noise_integral, self.noise_integral_error
+        return None if abs(integral - 1.0) <= error else integral < 1.0
+
+    @property
+    def growth_rate(self) -> float:
+        """The rate lam of E x^2 ~ e^(lam t), per unit of time.
+
+        It is where the integral of e^(-lam t) (c r(t) + d r(t - tau))^2 is 1, that is the integral of the equation
+        `slowed` by lam, or twice the real part of the rightmost root if that is larger. The integral decreases in
+        lam; its reciprocal is 0 at the latter, and nearly a straight line.
+        """
+        low = 2.0 * self.rightmost_root.real
+        width = 1.0 + abs(self.A) + abs(self.B) + (abs(self.c) + abs(self.d)) ** 2
+        while self._excess(low + width) <= 0.0:
+            width *= 2.0
+        root = brentq(
+            lambda rate: -1.0 if rate <= low else self._excess(rate), low, low + width, xtol=1e-14, rtol=1e-14
+        )
+        return float(root)
+
+    @property
+    def boundary_in_d(self) -> tuple[float, float]:
+        """The d between which E x^2 tends to 0, all else being kept: NaN if there are none."""
+        at_0, at_tau = self.covariances
+        with np.errstate(invalid="ignore"):
+            root = float(np.sqrt(self.c**2 * (at_tau - at_0) * (at_tau + at_0) + at_0)) / at_0
+            middle = -self.c * at_tau / at_0
+        return middle - root, middle + root
+
+    def slowed(self, rate: float) -> "LinearDelay":
+        """Return the equation of e^(-rate t/2) x."""
+        factor = float(np.exp(np.clip(-0.5 * rate * self.tau, -CLIP, CLIP)))
+        return LinearDelay(self.A - 0.5 * rate, self.B * factor, self.c, self.d * factor, self.tau)
+
+    @property
+    def _frequency(self) -> float:
+        return float(np.sqrt(abs((self.A - self.B) * (self.A + self.B))))
+
+    @property
+    def _slack(self) -> tuple[float, float]:
+        w = self._frequency
+        angle, turned = float(np.arctan2(w, self.A)), w * self.tau
+        return angle - turned, ROUNDING * (angle + turned)
+
+    def _excess(self, rate: float) -> float:
+        # Negative below the growth rate, positive above.
+        if rate <= 2.0 * self.rightmost_root.real:
+            return -1.0
+        integral = self.slowed(rate).noise_integral
+        return 1.0 / integral - 1.0 if integral > 0.5 else 1.0
+
+
+def _hyperbolic(w: float, u: float, psi: float, opposed: bool) -> tuple[float, float]:
+    # E = e^(-u) and |beta| = e^(-psi); differences are taken in the exponents.
+    product, gap = np.exp(-u - psi), -np.expm1(-u - psi)
+    if opposed:
+        difference = np.sign(psi - u) * np.exp(-min(u, psi)) * -np.expm1(-abs(psi - u))
+        return float(gap / (2.0 * w * (1.0 + product))), float(difference / (2.0 * w * (1.0 + product)))
+    return float((1.0 + product) / (2.0 * w * gap)), float((np.exp(-u) + np.exp(-psi)) / (2.0 * w * gap))

@@ -1,0 +1,129 @@
+"""The linear map of a step with a delay, found by evaluating it: its state and the lagged values to the new state.
+
+Bounded nonlinear terms vanish beside the others at large states, and differ from their derivatives as little as one
+likes at small ones. A step that is not linear is looked at in both limits, between which its solutions move.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..forms import DelaySDAE
+from ..noise import Increment
+from ..scheme import Scheme, flatten
+from .affine import AFFINE, at_corners, defect, relative, trial_states
+from .delay_equation import LinearDelay
+from .delay_step import LinearDelayStep
+from .nodes import SEED
+from .states import WHEN
+
+# Sizes of the states: in a unit of the problem's own, and small and large enough for either limit.
+UNIT, SMALL, LARGE = 1.0, 1e-12, 1e14
+# Noise at which the step must be what it is by its values at 0 and at one standard deviation.
+REACH, TRIALS = 4.0, 3
+
+
+class ProbedStep(NamedTuple):
+    """What was found.
+
+    Attributes
+    ----------
+    step : LinearDelayStep
+    offset : ndarray, shape (1 + l, k)
+        What a step adds to linear terms: without noise, and for one standard deviation of each noise.
+    defect : float
+        Of linearity in the state and in the noise, relative.
+    failed : bool
+        Whether the scheme found no root somewhere.
+    """
+
+    step: LinearDelayStep
+    offset: Array
+    defect: float
+    failed: bool
+
+
+def probed_step(scheme: Scheme, view: DelaySDAE, h: float, scale: float = UNIT) -> ProbedStep:
+    """Return the matrices of a step of size h.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : DelaySDAE
+        Of the scheme's form, with a delay.
+    h : float
+    scale : float
+        Size of the states at which it is evaluated.
+
+    Returns
+    -------
+    ProbedStep
+    """
+    k, l = len(flatten(scheme.start(view, 1, h))), view.noise_dim
+    inputs = trial_states(k + 2 * view.dimension)
+    xi = np.concatenate([np.zeros((l, 1)), np.eye(l), _further(l)], axis=1)
+    values, failed = _evaluated(scheme, view, h, (scale * inputs, xi))
+    values = values / scale
+    factors = at_corners(values[:, : inputs.shape[0] + 1])
+    noise = factors[..., 1 : 1 + l] - factors[..., :1]
+    expected = factors[..., :1] + np.einsum("ijn,ns->ijs", noise, xi[:, 1 + l :])
+    found = factors[..., 1 + l :]
+    off = relative(found - expected, np.abs(found).max(axis=1, keepdims=True) + 0.0 * found)
+    matrices = np.moveaxis(noise[:-1, :-1], -1, 0)
+    step = LinearDelayStep(factors[:-1, :-1, 0], matrices)
+    offset = scale * np.concatenate([factors[:-1, -1, :1], noise[:-1, -1]], axis=1).T
+    return ProbedStep(step, offset, max(defect(values[..., : 1 + l], factors[..., : 1 + l]), off), failed)
+
+
+def linear_delay(view: DelaySDAE, scale: float = UNIT) -> LinearDelay:
+    """Return the coefficients of the equation with y eliminated, at states of some size; it is scalar."""
+    plain, none = view.without_y(), np.zeros((0, 3))
+    x, v = scale * np.array([[[0.0, 1.0, 0.0]], [[0.0, 0.0, 1.0]]])
+    f = np.broadcast_to(plain.drift(0.0, x, v, none), (1, 3))[0]
+    g = np.broadcast_to(plain.diffusion(0.0, x, v, none), (1, 1, 3))[0, 0]
+    (A, B), (c, d) = ((values[1:] - values[0]) / scale for values in (f, g))
+    return LinearDelay(float(A), float(B), float(c), float(d), view.delay)
+
+
+def at_rest(view: DelaySDAE) -> bool:
+    """Tell whether zero is a solution of the equation with y eliminated."""
+    plain, zero, none = view.without_y(), np.zeros((view.dimension, 1)), np.zeros((0, 1))
+    return not any(np.any(part(0.0, zero, zero, none)) for part in (plain.drift, plain.diffusion))
+
+
+def is_autonomous(view: DelaySDAE) -> bool:
+    """Tell whether drift and diffusion with y eliminated are the same at two times."""
+    plain, none = view.without_y(), np.zeros((0, 4))
+    x, v = np.random.Generator(np.random.Philox(key=SEED + 6)).standard_normal((2, view.dimension, 4))
+    later = WHEN * view.horizon
+    return all(
+        np.allclose(part(0.0, x, v, none), part(later, x, v, none), rtol=1e-12, atol=0.0)
+        for part in (plain.drift, plain.diffusion)
+    )
+
+
+def limits(scheme: Scheme, view: DelaySDAE, h: float) -> tuple[float, ...]:
+    """Return the sizes of states at which a step is linear: one of a linear step, else a small and a large one."""
+    if probed_step(scheme, view, h).defect <= AFFINE:
+        return (UNIT,)
+    return tuple(size for size in (SMALL, LARGE) if probed_step(scheme, view, h, size).defect <= AFFINE)
+
+
+def _evaluated(scheme: Scheme, view: DelaySDAE, h: float, at: tuple[Array, Array]) -> tuple[Array, bool]:
+    """Return the new states at all inputs, shape (k, S, K), for every column of noise."""
+    inputs, xi = at
+    d, count = view.dimension, xi.shape[1]
+    z, dW = np.repeat(inputs, count, axis=1), np.sqrt(h) * np.tile(xi, inputs.shape[1])
+    noise = Increment(dW, np.zeros_like(dW), lagged=z[-2 * d : -d], ahead=z[-d:])
+    start = scheme.start(view, 1, h)
+    cuts = np.cumsum([len(part) for part in start])
+    state = type(start)(*np.split(z[: -2 * d], cuts[:-1]))
+    step = scheme.prepare(view, h)(state, WHEN * view.horizon, noise)
+    failed = step.failed is not None and bool(step.failed.any())
+    return flatten(step.state).reshape(-1, inputs.shape[1], count), failed
+
+
+def _further(l: int) -> Array:
+    rng = np.random.Generator(np.random.Philox(key=SEED + 7))
+    return np.asarray(REACH * rng.uniform(-1.0, 1.0, (l, TRIALS)))

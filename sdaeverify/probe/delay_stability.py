@@ -1,0 +1,95 @@
+"""Mean-square stability of a scheme on an equation with a delay: exact verdicts, the history being in the state.
+
+The set of stable step sizes need not be an interval: on meshes that the delay is no multiple of, stability at one
+step size does not imply it at a smaller one. The scan takes several positions of the delay between mesh points.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..arrays import Array
+from ..forms import DelaySDAE, Problem
+from ..scheme import Scheme
+from .delay_linear import UNIT, at_rest, is_autonomous, limits, linear_delay, probed_step
+from .delay_radius import radius
+from .stability import Radius, StabilityRecord
+from .windows import crossings
+
+# Step sizes of the scan: down to this part of the delay, or of the equation's own time where that is shorter, but no
+# history longer than this.
+FINE, OWN, LONGEST = 1.0 / 64.0, 0.1, 512
+PER_DECADE, LONGER, MOST = 12, 16, 1e3
+SMALLEST_M, POSITIONS = range(1, 9), (0.0, 0.25, 0.5, 0.75)
+
+
+def no_delay_stability(scheme: Scheme, view: DelaySDAE) -> str:
+    """Return why mean-square stability cannot be asked for, or an empty string."""
+    if scheme.law.clip:
+        return "its clipped increments have no simple variance"
+    if not is_autonomous(view):
+        return "its coefficients depend on time"
+    if not limits(scheme, view, view.delay / 4.0):
+        return "a step is linear neither at small states nor at large ones"
+    return ""
+
+
+def delay_stability(scheme: Scheme, view: DelaySDAE, step_sizes: Sequence[float], scale: float) -> StabilityRecord:
+    """Return the spectral radius on a wide grid and at some step sizes, and where it crosses 1.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : DelaySDAE
+        Of a pair that `no_delay_stability` has nothing against.
+    step_sizes : sequence of float
+    scale : float
+        Size of the states at which the step is taken for linear, see `limits`.
+
+    Returns
+    -------
+    StabilityRecord
+        Of an equation in more than one dimension, neither growth rate nor stability are known: NaN.
+    """
+
+    def found(h: float) -> tuple[float, ...]:
+        probed = probed_step(scheme, view, h, scale)
+        rho, width = radius(probed.step, view.mesh(h))
+        return h, rho, width, probed.defect, float(probed.failed), np.inf
+
+    with np.errstate(all="ignore"):
+        scan, run = (_collected([found(h) for h in sizes]) for sizes in (_scan(view, scale), step_sizes))
+        boundaries = crossings(lambda h: found(h)[1], scan.h, scan.sign)
+        abscissa, decays = _equation(view, scale)
+    return StabilityRecord(*scan, *run, boundaries, abscissa, decays, float(at_rest(view)))
+
+
+def is_delayed(view: Problem | None) -> bool:
+    """Tell whether a problem has a delay."""
+    return isinstance(view, DelaySDAE) and view.delay > 0.0
+
+
+def _equation(view: DelaySDAE, scale: float) -> tuple[float, float]:
+    if view.dimension > 1 or view.noise_dim > 1:
+        return np.nan, np.nan
+    equation = linear_delay(view, scale)
+    return equation.growth_rate, {True: 1.0, False: 0.0, None: np.nan}[equation.stable]
+
+
+def _scan(view: DelaySDAE, scale: float) -> Array:
+    rate = 0.0
+    if view.dimension == view.noise_dim == 1:
+        A, B, c, d, _ = linear_delay(view, scale)
+        rate = abs(A) + abs(B) + (abs(c) + abs(d)) ** 2
+    delay = view.delay
+    low = max(min(FINE * delay, OWN / rate if rate else np.inf), delay / LONGEST)
+    count = round(PER_DECADE * np.log10(delay / low))
+    between = np.array([delay / (m - part) for m in SMALLEST_M for part in POSITIONS if m - part >= 1.0])
+    # Beyond the delay, bounded terms of the unknown take part in the solve: at large states that is no linear step.
+    longer = np.geomspace(delay, MOST * delay, LONGER)[1:]
+    parts = [np.geomspace(low, delay, count)[:-1], between, longer]
+    return np.unique(np.concatenate(parts[: 2 if scale > UNIT else 3]))
+
+
+def _collected(rows: list[tuple[float, ...]]) -> Radius:
+    return Radius(*np.array(rows).reshape(-1, len(Radius._fields)).T)

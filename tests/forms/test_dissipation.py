@@ -1,0 +1,98 @@
+"""Sufficient conditions of mean-square stability: printed constants, no random equation or scheme against them."""
+
+import numpy as np
+import pytest
+
+from probe.theta_cells import SETS, Linear
+from sdaeverify import Dissipation
+from sdaeverify.probe.delay_radius import is_stable
+
+# In parts of a bound; where there is none, in parts of the delay.
+BELOW = (0.1, 0.6, 1.0 - 1e-6)
+ANY = (0.01, 0.3, 3.0, 100.0)
+
+
+def random_cell(rng: np.random.Generator) -> Linear:
+    """Return a test equation with C > 0, by a margin between a thousandth and ten times what has to be outweighed."""
+    b, c, d, l, q = rng.standard_normal(5) * rng.exponential(1.0, 5) * (rng.random(5) < 0.7)
+    load = abs(b) + abs(l) + abs(q) + 0.5 * (abs(c) + abs(d)) ** 2
+    return Linear(-(load + 0.1) * (1.0 + 10.0 ** rng.uniform(-3.0, 1.0)), b, c, d, l, q)
+
+
+def sweep(count: int, seed: int, widened: float = 1.0) -> tuple[int, int]:
+    """Return in how many of so many random equations the theorem on the equation, and those on schemes, fail."""
+    rng = np.random.default_rng(seed)
+    equations = schemes = 0
+    for _ in range(count):
+        cell, theta = random_cell(rng), rng.choice([0.0, rng.uniform(0.0, 0.5), rng.uniform(0.5, 1.0), 1.0])
+        assert cell.dissipation.C > 0.0
+        equations += cell.equation.stable is not True
+        bounds = cell.dissipation.largest_step(theta), widened * cell.dissipation.sharpened(theta)
+        sizes = {part * bound for bound in bounds if bound < np.inf for part in BELOW}
+        sizes |= set(ANY) if bounds[1] == np.inf else set()
+        schemes += any(is_stable(cell.step(theta, h), cell.mesh(h)) is not True for h in sizes)
+    return equations, schemes
+
+
+@pytest.mark.parametrize(
+    ("name", "C"), [("I", 1.0), ("II", -4.0), ("III", -24.2), ("IV", 7.0), ("V", -9.0), ("VI", 2.6)]
+)
+def test_margins_of_the_six_sets(name: str, C: float) -> None:
+    """-2a - 2|b| - (|c| + |d|)^2 - 2(|q| + |l|), which is lam0 - lam1."""
+    found = SETS[name].dissipation
+    a, b, c, d, l, q, _ = SETS[name]
+    assert pytest.approx(-2.0 * a - 2.0 * abs(b) - (abs(c) + abs(d)) ** 2 - 2.0 * (abs(q) + abs(l))) == C
+    assert pytest.approx(C, abs=1e-13) == found.C
+
+
+def test_bounds_of_the_step_size() -> None:
+    """Printed h_0 of sets IV and VI; without (4.1) nothing is promised, for theta = 1 everything."""
+    assert SETS["IV"].dissipation.largest_step(0.0) == pytest.approx(0.0389, abs=0.5e-4)
+    assert SETS["VI"].dissipation.largest_step(0.5) == pytest.approx(0.1967, abs=0.5e-4)
+    assert SETS["IV"].dissipation.largest_step(1.0) == np.inf
+    assert SETS["IV"].dissipation.sharpened(0.5) == np.inf
+    assert SETS["II"].dissipation.largest_step(1.0) == SETS["II"].dissipation.sharpened(0.5) == 0.0
+
+
+def test_all_constants_enter() -> None:
+    """With every constant its own prime: lam0, lam1, C and K by hand."""
+    found = Dissipation(2000.0, 2.0, 3.0, 5.0, 7.0, 11.0, 0.5, 2.0, 3.0, 5.0)
+    assert found.lam0 == 4000.0 - 3.0 - 7.0 - 60.0 - 50.0 - 36.0
+    assert found.lam1 == 3.0 + 11.0 + 50.0 + 100.0
+    assert found.C == 4000.0 - 6.0 - 7.0 - 11.0 - 160.0 - 136.0
+    assert (found.K1, found.K2) == (32.0, 53.0)
+    assert found.largest_step(0.5) == pytest.approx(found.C / (0.5 * (32.0**2 + 53.0**2)))
+    assert found.sharpened(0.25) == pytest.approx(found.C / (0.5 * 85.0**2))
+
+
+def test_the_printed_bound_is_never_above_the_sharpened_one() -> None:
+    """On random constants and all theta."""
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        found = random_cell(rng).dissipation
+        assert all(found.largest_step(theta) <= found.sharpened(theta) for theta in np.linspace(0.0, 0.99, 12))
+
+
+@pytest.mark.parametrize("theta", [0.0, 0.3])
+def test_the_sharpened_bound_is_attained(theta: float) -> None:
+    """Dx = a x dt + c x dW is stable a millionth below it and unstable a millionth above."""
+    cell = Linear(-2.0, 0.0, 1.0, 0.0)
+    bound = cell.dissipation._replace(al2=0.0).sharpened(theta)
+    for h, stable in ((bound * (1.0 - 1e-6), True), (bound * (1.0 + 1e-6), False)):
+        assert is_stable(cell.step(theta, h), cell.mesh(h)) is stable
+
+
+def test_random_equations_and_schemes_obey_the_theorems() -> None:
+    """Below both bounds and, from theta = 1/2 on, at any step size, shorter or longer than the delay."""
+    assert sweep(12, seed=2) == (0, 0)
+
+
+@pytest.mark.slow
+def test_a_thousand_random_equations_and_schemes_obey_the_theorems() -> None:
+    """The same on 1000 sets of coefficients."""
+    assert sweep(1000, seed=3) == (0, 0)
+
+
+def test_a_bound_that_is_too_large_is_refuted() -> None:
+    """The sharpened bound times 3 fails somewhere on the same kind of sets."""
+    assert sweep(12, seed=2, widened=3.0)[1] > 0

@@ -1,0 +1,88 @@
+"""One delayed step as a recursion and as a queue, against the recursion of the formula sheet written out."""
+
+import numpy as np
+import pytest
+
+from probe.theta_cells import MESHES, SETS, companion, random_step, walked
+from sdaeverify import Array, Mesh
+from sdaeverify.probe.delay_step import LinearDelayStep, lagged, queue_operator
+
+
+def sizes(F: Array, count: int) -> Array:
+    return np.sort(np.abs(np.linalg.eigvals(F)))[::-1][:count]
+
+
+@pytest.mark.parametrize("mesh", [mesh for mesh in MESHES if mesh.m > 0])
+def test_both_are_the_recursion_written_out(mesh: Mesh) -> None:
+    """Without noise, with interpolated lagged values and with a lag shorter than a step."""
+    m, delta = mesh
+    rng = np.random.default_rng(0)
+    step = random_step(rng, 1, 1, 1)
+    x = rng.standard_normal(m + 1)
+    expected = walked(step, mesh, x, 12)
+
+    past = np.array(x[::-1])
+    recursion = lagged(step, mesh)
+    F, found = companion(recursion), [past[0]]
+    past = past[: len(F)] if len(F) < len(past) else past
+    for _ in range(12):
+        past = F @ past
+        found.append(past[0])
+    assert found == pytest.approx(expected, rel=1e-13)
+
+    lags = [delta * x[j + 1] + (1.0 - delta) * x[j] for j in range(m)]
+    queue, found = np.array([x[-1], *lags]), [x[-1]]
+    for _ in range(12):
+        queue = queue_operator(step, mesh).factors[..., 0] @ queue
+        found.append(queue[0])
+    assert found == pytest.approx(expected, rel=1e-13)
+
+
+@pytest.mark.parametrize("mesh", MESHES)
+@pytest.mark.parametrize(("k", "d"), [(1, 1), (2, 1), (3, 2)])
+def test_recursion_and_queue_have_the_same_eigenvalues(mesh: Mesh, k: int, d: int) -> None:
+    """All that are not 0 of the smaller matrix, with algebraic components, too."""
+    step = random_step(np.random.default_rng(1), k, d, 2)
+    F, queue = companion(lagged(step, mesh)), queue_operator(step, mesh).factors[..., 0]
+    count = k + max(0, mesh.m - 1) * d
+    assert sizes(F, count) == pytest.approx(sizes(queue, count), rel=1e-6)
+
+
+@pytest.mark.parametrize("mesh", MESHES)
+def test_noise_reads_the_same_lagged_values(mesh: Mesh) -> None:
+    """Noise with the drift's coefficients has the drift's recursion, and the drift's rows of the queue."""
+    step = random_step(np.random.default_rng(2), 3, 2, 1)
+    doubled = LinearDelayStep(step.drift, 2.0 * step.drift[None])
+    drift, noise = lagged(doubled, mesh).maps
+    assert noise == pytest.approx(2.0 * drift)
+
+    factors = queue_operator(doubled, mesh).factors
+    assert factors[:3, :, 1] == pytest.approx(2.0 * factors[:3, :, 0])
+    # Of the lagged values only the newest one has noise, delta times that of x.
+    assert factors[3:-2, :, 1] == pytest.approx(0.0)
+    if mesh.m > 0:
+        assert factors[-2:, :, 1] == pytest.approx(mesh.delta * factors[:2, :, 1])
+
+
+def test_at_most_four_lags_have_coefficients() -> None:
+    """However long the delay: those of y_n, v_n and v_{n+1}."""
+    step = SETS["VI"].step(0.3, 1.0 / 99.5)
+    assert lagged(step, SETS["VI"].mesh(1.0 / 99.5)).lags.tolist() == [0, 98, 99, 100]
+    assert lagged(step, Mesh(1, 0.5)).lags.tolist() == [0, 1]
+
+
+@pytest.mark.parametrize("theta", [0.0, 0.2, 0.5, 1.0])
+@pytest.mark.parametrize("h", [0.25, 0.3, 0.6, 1.0, 1.7])
+def test_the_theta_step_of_these_tests_solves_its_equations(theta: float, h: float) -> None:
+    """(2.10) and the constraint hold to rounding in a step with random data, also where the lag is within it."""
+    cell = SETS["VI"]
+    a, b, c, d, l, q, _ = cell
+    x, v, known, xi = np.random.default_rng(3).standard_normal(4)
+    y, weight, step = l * v + q * x, cell.mesh(h).weight, cell.step(theta, h)
+    arguments = np.array([x, y, v, known])
+    new, new_y = step.drift @ arguments + step.noise[0] @ arguments * xi
+    ahead = known + weight * new
+
+    drift = theta * (a * new + b * ahead + new_y) + (1.0 - theta) * (a * x + b * v + y)
+    assert new == pytest.approx(x + h * drift + (c * x + d * v) * np.sqrt(h) * xi, abs=1e-14)
+    assert new_y == pytest.approx(l * ahead + q * new, abs=1e-14)
