@@ -4,23 +4,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from math import nan
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from sdaeverify import (
-    SDE,
-    Array,
-    Claim,
-    DelaySDAE,
-    DelayState,
-    Increment,
-    ParameterError,
-    Problem,
-    Scheme,
-    Step,
-    hookimpl,
-)
+from sdaeverify import SDE, Array, Claim, DelaySDAE, Increment, ParameterError, Problem, Scheme, Step, hookimpl
 from sdaeverify.numerics import Root, is_analytic, jacobian, newton
 
 from ._delay_orders import DELAYED
@@ -91,9 +79,9 @@ class StochasticTheta(Scheme):
             return ""
         return "drift is not analytic (abs, real buffers?), so that Newton's method has no Jacobian"
 
-    def step(self, problem: SDE | DelaySDAE, state: Array | DelayState, t: float, h: float, noise: Increment) -> Step:
+    def step(self, problem: SDE | DelaySDAE, state: Any, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x of an SDE has shape (d, P)."""
-        if isinstance(state, DelayState):
+        if isinstance(problem, DelaySDAE):
             return delay_theta(problem, state, t, h, noise, self.theta)
         x = state
         f, kick = problem.drift(t, x), problem.diffused(t, x, noise.dW)
