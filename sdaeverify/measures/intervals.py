@@ -6,7 +6,7 @@ over each ((k - 1) tau, k tau] by itself, which the maximum over all times would
 x on the first of them, ``x up to 2 tau`` on the second.
 """
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import Any, ClassVar
 
@@ -16,11 +16,12 @@ from ..arrays import Array, Parts
 from ..forms import DelaySDAE, Problem
 from ..hookspecs import hookimpl
 from ..lanes import Snapshot
-from ..measure import Evidence, Judgement, Measure
-from ..scheme import Scheme
+from ..measure import Evidence, Finding, Judgement, Measure, Verdict
+from ..probe.delay_consistency import DelayConsistency, consistency_order, delay_consistency, no_delay_consistency
+from ..scheme import Claim, Scheme
 from ..settings import Settings
-from ..tally import Tally
-from ..verdicts import FITTED, doubted
+from ..tally import Tally, packed, unpacked
+from ..verdicts import FITTED, Opinion, doubted
 from ._errors import ErrorObserver
 from ._level_rows import level_rows
 from ._path_order import usable_levels
@@ -31,6 +32,9 @@ NORMS = {"L2": 2}
 # A grid time is the end of an interval if it is to so many parts of it.
 CLOSE = 1e-9
 FIRST = " up to tau"
+GIVEN_PAST = "one step given its past"
+# How far below its claim an order without sampling error may be.
+TOLERANCE = 0.1
 
 
 class Intervals(Measure):
@@ -53,7 +57,10 @@ class Intervals(Measure):
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the local defects before and after the first delay, where the one-step map can be probed."""
-        return probe_strong(scheme, view, 1).merged(probe_strong(scheme, view, 2))
+        found = probe_strong(scheme, view, 1).merged(probe_strong(scheme, view, 2))
+        if no_delay_consistency(scheme, view):
+            return found
+        return found.merged(packed(GIVEN_PAST, delay_consistency(scheme, view)))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component on each interval, and their levels."""
@@ -63,6 +70,7 @@ class Intervals(Measure):
             finding(first if each.name.endswith(FIRST) else later, each, each.name, each.name.split(" up to ", 1)[0])
             for each in quantities
         ]
+        findings += _given_past(question=later)
         rows = (level_rows(each, set(usable_levels(evidence, each)[0][-FITTED:]), NORMS) for each in quantities)
         return Judgement(tuple(doubted(findings)), tuple(chain.from_iterable(rows)))
 
@@ -113,6 +121,25 @@ class IntervalObserver:
             renamed = (_renamed(each, suffix) for each in (sums, noted.maxima, noted.largest))
             found = found.merged(Tally(*renamed)).merged(Tally(sums=paths))
         return found
+
+
+def _given_past(question: Question) -> Iterator[Finding]:
+    """Yield the finding on the consistency of one step, if it was probed."""
+    record = unpacked(GIVEN_PAST, DelayConsistency, question.evidence.tally)
+    if record is None:
+        return
+    claim, no_claim = question.claim(GIVEN_PAST)
+    order = consistency_order(record)
+    opinion = Opinion(Verdict.OUT_OF_SCOPE, no_claim) if claim is None else _opinion(order, claim)
+    method = "one step given its past (T1)"
+    yield Finding(quantity=GIVEN_PAST, claim=claim, estimate=order, method=method, tier=1, **opinion._asdict())
+
+
+def _opinion(order: float, claim: Claim) -> Opinion:
+    if isinstance(claim.value, str) or np.isnan(order):
+        return Opinion(Verdict.INCONCLUSIVE, f"order {order:.3f} given its past")
+    verdict = Verdict.VERIFIED if order >= claim.value - TOLERANCE else Verdict.REFUTED
+    return Opinion(verdict, f"consistent of order {order:.3f} given its past")
 
 
 def _suffix(interval: int) -> str:

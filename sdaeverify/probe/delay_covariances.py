@@ -17,7 +17,7 @@ the gain is the sum of r^-(n+1) (g^T F^n w)^2.
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_banded
+from scipy.linalg import eig, solve_banded
 from scipy.sparse import csr_array
 
 from ..arrays import Array
@@ -34,7 +34,8 @@ class Gain(NamedTuple):
     ----------
     value : float
     error : float
-        An estimate: the change in one step of iterative refinement, which is what rounding has done.
+        An estimate, to first order: what rounding of every entry does to the eigenvalue. Rounding is taken from the
+        change in one step of iterative refinement.
     """
 
     value: float
@@ -94,8 +95,13 @@ def noise_gain(recursion: Lagged, r: float) -> Gain:
     Q = np.stack([smat(each, k) for each in unit], axis=-1)
     gamma, change = covariances(recursion, Q)
     gain = np.stack([svec(P) for P in np.moveaxis(_noise(recursion, gamma), -1, 0)], axis=-1)
-    value = float(np.abs(np.linalg.eigvals(gain)).max())
-    return Gain(value, (change + 16.0 * EPS * k) * value)
+    values, left, right = eig(gain, left=True)
+    largest = np.abs(values).argmax()
+    y, x = left[:, largest], right[:, largest]
+    value = float(np.abs(values[largest]))
+    # At a multiple eigenvalue y is orthogonal to x, and rounding is at most what its square root would be.
+    condition = np.abs(y) @ np.abs(gain) @ np.abs(x) / max(abs(np.vdot(y, x)), np.sqrt(EPS))
+    return Gain(value, (change + 16.0 * EPS * k) * max(value, float(condition)))
 
 
 def covariances(recursion: Lagged, Q: Array) -> tuple[Array, float]:

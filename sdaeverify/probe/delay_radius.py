@@ -27,13 +27,13 @@ def is_stable(step: LinearDelayStep, mesh: Mesh) -> bool | None:
     if not np.isfinite(step.maps).all():
         return None
     recursion = lagged(step, mesh)
-    for width in (0.0, *WIDTHS[:CLOSE]):
-        # On the circle itself an eigenvalue of the means may lie, while noise makes the radius larger.
-        if _side(recursion, 1.0 + width) < 0:
-            return False
-        if _side(recursion, 1.0 - width) > 0:
-            return True
-    return None
+    side = _side(recursion, 1.0)
+    # On the circle itself an eigenvalue of the means may lie, while noise makes the radius larger.
+    beside = (d for width in WIDTHS[:CLOSE] for d in (width, -width))
+    while side == 0 and (d := next(beside, 0.0)):
+        found = _side(recursion, 1.0 + d)
+        side = found if found * d < 0.0 else 0
+    return {1: True, 0: None, -1: False}[side]
 
 
 def radius(step: LinearDelayStep, mesh: Mesh) -> SpectralRadius:

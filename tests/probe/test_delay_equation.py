@@ -155,6 +155,17 @@ def test_the_boundary_in_d_depends_on_the_sign_of_c() -> None:
     assert np.isnan(equation._replace(c=3.0).boundary_in_d).all()
 
 
+def test_means_decay_where_the_rightmost_root_says_so() -> None:
+    """On random coefficients, in all four quadrants, with delays shorter and longer than their time scale."""
+    rng = np.random.default_rng(0)
+    seen = set()
+    for A, B in 3.0 * rng.standard_normal((60, 2)):
+        equation = LinearDelay(A, B, 0.0, 0.0, rng.exponential(1.0))
+        assert equation.mean_decays is bool(equation.rightmost_root.real < 0.0)
+        seen.add((A < 0.0, B < A, equation.mean_decays))
+    assert {(True, True, True), (True, True, False), (True, False, True), (False, True, True)} <= seen
+
+
 def test_means_at_the_boundary_decide_nothing() -> None:
     """A = 0, B tau = -pi/2 has roots on the axis; a billionth beside, and at A + B = 0, all is certain."""
     edge = LinearDelay(0.0, -0.5 * np.pi, 0.0, 0.0, 1.0)

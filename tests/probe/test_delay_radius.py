@@ -137,6 +137,17 @@ def test_nothing_that_grows_is_0() -> None:
     assert is_stable(zero, Mesh(2, 0.5)) is True
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_defective_radius_is_known_as_far_as_its_width_says(seed: int) -> None:
+    """Two equal noisy components, one driving the other, turned: a threefold eigenvalue in one Jordan block."""
+    turn = np.linalg.qr(np.random.default_rng(seed).standard_normal((2, 2)))[0]
+    maps = np.array([[[0.5, 0.0], [1.0, 0.5]], [[0.6, 0.0], [0.0, 0.0]], [[0.0, 0.0], [0.0, 0.6]]])
+    turned = np.pad(turn @ maps @ turn.T, ((0, 0), (0, 0), (0, 2)))
+    rho, width = radius(LinearDelayStep(turned[0], turned[1:]), Mesh(2, 0.0))
+    assert abs(rho - 0.61) <= width
+    assert 1e-8 < width < 1e-3
+
+
 def test_small_radii_are_found() -> None:
     """A stiff equation without lagged terms, theta = 1: the length of the delay plays no part."""
     cell, h = Linear(-1e6, 0.0, 10.0, 0.0), 1.0 / 64.0
