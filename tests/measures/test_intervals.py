@@ -1,0 +1,73 @@
+"""Strong orders on each interval of the delay."""
+
+import numpy as np
+import pytest
+
+from sdaeverify import Settings
+from sdaeverify.lanes import Snapshot
+from sdaeverify.measure import Evidence, Verdict
+from sdaeverify.measures.intervals import GIVEN_PAST, IntervalObserver, Intervals
+from sdaeverify.tally import Tally
+from sdaeverify_problems.delay_test import delay_test
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
+from sdaeverify_schemes.stochastic_theta import StochasticTheta
+
+PATHS = 400
+SETTINGS = Settings(paths=PATHS, coarsest=4, levels=4)
+
+
+def health() -> Tally:
+    """Return the counts of a run in which nothing went wrong."""
+    zeros = np.zeros(SETTINGS.levels)
+    counts = {"failed": zeros, "lost": zeros, "truncated": zeros, "steps": np.full(SETTINGS.levels, 1e6)}
+    return Tally(sums=counts)
+
+
+def noted(*orders: float) -> Tally:
+    """Return what is noted on two delays of two steps each, with errors of one order on each interval."""
+    z = np.random.default_rng(5).normal(size=(1, PATHS))
+    observer = IntervalObserver(1.0, 0.5, {"x": np.zeros((1, PATHS))}, SETTINGS)
+    for order in np.repeat(orders, 2):
+        levels = [{"x": 1.0 + z * (0.5 / 2**level) ** order} for level in range(SETTINGS.levels)]
+        observer.after_coarsest_step(Snapshot(levels, {"x": np.ones((1, PATHS))}, None))
+    return observer.tally()
+
+
+def test_each_interval_has_its_own_order() -> None:
+    """Errors of order 1 up to the first delay are not mixed with those of order 1/2 after it."""
+    problem = delay_test(horizon=2.0)
+    evidence = Evidence(StochasticTheta(), problem, problem, SETTINGS, noted(1.0, 0.5), health())
+    found = {each.quantity: each for each in Intervals().judge(evidence).findings}
+    assert found["x up to tau"].estimate == pytest.approx(1.0, abs=1e-9)
+    assert found["x up to 2 tau"].estimate == pytest.approx(0.5, abs=1e-9)
+
+
+def test_a_low_order_up_to_the_first_delay_is_refuted() -> None:
+    """The same claim of order 1 that set IV keeps there, by paths alone."""
+    problem = delay_test(horizon=2.0)
+    assert "delayed-noise" in problem.traits
+    evidence = Evidence(StochasticTheta(), problem, problem, SETTINGS, noted(0.5, 0.5), health())
+    found = {each.quantity: each for each in Intervals().judge(evidence).findings}
+    assert found["x up to tau"].claim is not None
+    assert found["x up to tau"].claim.value == 1.0
+    assert found["x up to tau"].verdict is Verdict.REFUTED
+
+
+def test_consistency_given_the_past_is_a_finding_of_its_own() -> None:
+    """Theorem 3.1, verified by probing."""
+    problem, measure = delay_test(horizon=2.0), Intervals()
+    tally = measure.probe(StochasticTheta(), problem, SETTINGS)
+    evidence = Evidence(StochasticTheta(), problem, problem, SETTINGS, tally, health())
+    (found,) = (each for each in measure.judge(evidence).findings if each.quantity == GIVEN_PAST)
+    assert found.verdict is Verdict.VERIFIED
+    assert found.estimate == pytest.approx(0.5, abs=0.05)
+
+
+def test_what_makes_no_sense_is_refused() -> None:
+    """No delay, a run within the first delay, and increments that are not Brownian."""
+    measure = Intervals()
+    assert measure.refuses(StochasticTheta(), gbm()) == "the problem has no delay"
+    assert "within the first delay" in measure.refuses(StochasticTheta(), delay_test(horizon=1.0))
+    assert "not Brownian" in measure.refuses(PlatenWeak2(), delay_test())
+    assert measure.refuses(StochasticTheta(), delay_test()) == ""

@@ -1,0 +1,58 @@
+"""Stable step sizes with a delay, against the sheet's numbers and known boundaries."""
+
+import numpy as np
+import pytest
+
+from sdaeverify.probe.delay_linear import LARGE, SMALL, UNIT
+from sdaeverify.probe.delay_stability import delay_stability, is_delayed, no_delay_stability
+from sdaeverify_problems.delay_linear import delay_linear
+from sdaeverify_problems.delay_test import delay_test
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_schemes.stochastic_theta import StochasticTheta
+
+# Set, theta, spectral radius at h = 1/32 and growth rate for l = 0.
+PAPER = [("I", 0.2, 0.96971567, -1.0), ("II", 0.2, 1.02532217, 0.8049), ("III", 0.2, np.nan, -2.71)]
+
+
+@pytest.mark.parametrize(("name", "theta", "rho", "rate"), PAPER)
+def test_the_papers_steps_have_the_sheets_radius(name: str, theta: float, rho: float, rate: float) -> None:
+    """And its equations their growth rates."""
+    record = delay_stability(StochasticTheta(theta=theta), delay_test(name, l=0.0), [1 / 32], UNIT)
+    assert record.abscissa == pytest.approx(rate, abs=5e-3)
+    assert np.isnan(rho) or record.run.rho[0] == pytest.approx(rho, abs=1e-8)
+
+
+def test_without_an_acting_delay_the_boundary_is_that_of_the_plain_method() -> None:
+    """On dx = a x dt + c x dW stability ends at -(2a + c^2)/(a^2 (1 - 2 theta))."""
+    record = delay_stability(StochasticTheta(theta=0.2), delay_test("I"), [0.1], UNIT)
+    assert record.windows == [(0.0, pytest.approx(1.0 / 0.6, rel=1e-9))]
+    expected = ((1.0 - 0.8 * 0.1) ** 2 + 0.1) / (1.0 + 0.2 * 0.1) ** 2
+    assert record.run.rho[0] == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_stable_steps_of_set_iv_are_no_interval() -> None:
+    """At small states with theta = 0: a window closes and opens again between two constrained meshes."""
+    record = delay_stability(StochasticTheta(theta=0.0), delay_test("IV"), [1 / 32], SMALL)
+    (_, first), (second, last) = record.windows[:2]
+    assert (first, second, last) == pytest.approx((0.199225, 0.201458, 0.239473), abs=1e-6)
+
+
+def test_at_large_states_no_step_is_longer_than_the_delay() -> None:
+    """The bounded term of the unknown would take part in the solve, and the step not be linear."""
+    record = delay_stability(StochasticTheta(theta=1.0), delay_test("V"), [1 / 32], LARGE)
+    assert record.scan.h.max() <= 1.0
+    assert record.decays == 0.0
+
+
+@pytest.mark.parametrize(("d", "stable"), [(1.774, 1.0), (1.776, 0.0)])
+def test_the_equations_own_boundary_is_met_on_both_sides(d: float, stable: float) -> None:
+    """A = -2, B = 1, c = 0: |d| = 1.7749729938, and backward Euler keeps what is stable on short steps."""
+    record = delay_stability(StochasticTheta(theta=1.0), delay_linear(A=-2.0, B=1.0, c=0.0, d=d), [1 / 8], UNIT)
+    assert record.decays == stable
+
+
+def test_what_makes_no_sense_is_refused() -> None:
+    """A problem without delay is none of this; the shipped ones have nothing against them."""
+    assert not is_delayed(gbm())
+    assert is_delayed(delay_test())
+    assert no_delay_stability(StochasticTheta(), delay_test()) == ""
