@@ -1,8 +1,8 @@
 """Steps onto a level set of the constraint along normals that are taken at the old point."""
 
-from collections.abc import Container
+from collections.abc import Callable, Container
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -39,23 +39,28 @@ class OldNormals:
     level: Array
 
     def solved(self, *, frozen: bool = False) -> Reached:
-        """Return y + g(x) lambda, by Newton's method from lambda = 0.
+        """Return y + g(x) lambda: in the way of the constraint's author, on other paths by Newton's method.
 
-        Its matrix is g(x')^T g(x), or throughout g(x)^T g(x) if it is frozen: then only the distance
-        tells roots apart. With several constraints, roots that
-        are in doubt are followed from lambda = 0.
+        With the matrix g(x)^T g(x) throughout if it is frozen: then only the distance tells roots apart.
         """
         if frozen:
             return Reached.by(self._iterated(self.y, (), self.at.gram), self.y)
+        if (known := self.at.root(self.y, self.level)) is None:
+            return self.searched()
+        return self._once_more(Reached(*known), ~known.converged, OldNormals.searched)
+
+    def searched(self) -> Reached:
+        """Return y + g(x) lambda, by Newton's method from lambda = 0 with the matrix g(x')^T g(x).
+
+        With several constraints, roots that are in doubt are followed from lambda = 0.
+        """
         if len(self.level) <= CHEAP:
             return Reached.by(self._iterated(self.y, NEWTON), self.y)
         end = self._iterated(self.y, CHORDS)
         reached = Reached.by(end, self.y)
         sure = reached.found & (end.second <= end.first)
         for parts in PARTS:
-            if sure.all():
-                break
-            reached = self._once_more(reached, np.flatnonzero(~sure), parts)
+            reached = self._once_more(reached, ~sure, partial(OldNormals.followed, parts=parts))
             sure |= reached.found
         return reached
 
@@ -71,12 +76,14 @@ class OldNormals:
                 break
         return Reached(z, found, iterations)
 
-    def _once_more(self, reached: Reached, paths: Array, parts: int) -> Reached:
-        at = self.at.problem.near(self.at.x[:, paths])
-        again = OldNormals(at, self.y[:, paths], self.level[:, paths]).followed(parts)
+    def _once_more(self, reached: Reached, where: Mask, search: Callable[["OldNormals"], Reached]) -> Reached:
+        if not where.any():
+            return reached
+        at = self.at.problem.near(self.at.x[:, where])
+        again = search(OldNormals(at, self.y[:, where], self.level[:, where]))
         x, found, iterations = (part.copy() for part in reached)
-        x[:, paths], found[paths] = again.x, again.found
-        iterations[paths] += again.iterations
+        x[:, where], found[where] = again.x, again.found
+        iterations[where] += again.iterations
         return Reached(x, found, iterations)
 
     def _iterated(self, z: Array, anew: Container[int], frozen: Gram | None = None) -> Ending:

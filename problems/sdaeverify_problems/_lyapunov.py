@@ -8,6 +8,7 @@ Smith (1968): the series converges where all eigenvalues of M have positive real
 In p (p + 1)/2 unknowns the same equation costs p^6/24 operations instead of some 10 p^3.
 """
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -43,10 +44,9 @@ class Lyapunov(NamedTuple):
     @classmethod
     def of(cls, M: Array) -> "Lyapunov":
         """Return the equation, prepared for any number of right sides."""
-        unit = np.eye(len(M))[..., None]
         with np.errstate(all="ignore"):
-            inverse = eliminated(M + unit).solve(np.broadcast_to(unit, M.shape))
-            powers = [2.0 * inverse - unit]
+            inverse, A = transformed(M)
+            powers = [A]
             # Written so that a NaN counts as poor.
             while (poor := ~(_size(powers[-1]) <= NEGLIGIBLE)).any() and len(powers) < MOST:
                 powers.append(product(powers[-1], powers[-1]))
@@ -56,9 +56,7 @@ class Lyapunov(NamedTuple):
         """Return lambda from the entries of R on and above the diagonal; shape (q, P) or (q, k, P)."""
         upper = Upper.of(len(self.M))
         with np.errstate(all="ignore"):
-            X = conjugated(self.inverse, 2.0 * b[upper.number])
-            for power in self.powers:
-                X = X + conjugated(power, X)
+            X = series(self.inverse, self.powers, b[upper.number])
         c: Array = X[upper.i, upper.j]
         c[upper.diagonal] *= 0.5
         if self.poor.any():
@@ -70,13 +68,34 @@ class Lyapunov(NamedTuple):
         if not self.poor.any():
             return ~self.poor
         positive = ~self.poor
-        positive[self.poor] = determinant(dense(self.M[..., self.poor])) > 0.0
+        with np.errstate(all="ignore"):
+            positive[self.poor] = determinant(dense(self.M[..., self.poor])) > 0.0
         return positive
+
+
+def transformed(M: Array) -> tuple[Array, Array]:
+    """Return N^{-1} and A, shape (p, p, P)."""
+    unit = np.eye(len(M))[..., None]
+    inverse = eliminated(M + unit).solve(np.broadcast_to(unit, M.shape))
+    return inverse, 2.0 * inverse - unit
+
+
+def series(inverse: Array, powers: Iterable[Array], R: Array) -> Array:
+    """Return Lambda up to A^n Lambda (A^n)^T, n twice that of the last power, from R of shape (p, p, ..., P)."""
+    X = conjugated(inverse, 2.0 * R)
+    for power in powers:
+        X = X + conjugated(power, X)
+    return X
 
 
 def product(A: Array, B: Array) -> Array:
     """Return A B on every path; shapes (n, p, P), (p, m, P) -> (n, m, P)."""
     return np.asarray(np.einsum("nkP,kmP->nmP", A, B))
+
+
+def transposed_product(A: Array, B: Array) -> Array:
+    """Return A^T B on every path; shapes (n, p, P), (n, m, P) -> (p, m, P)."""
+    return np.asarray(np.einsum("niP,njP->ijP", A, B))
 
 
 def conjugated(A: Array, X: Array) -> Array:

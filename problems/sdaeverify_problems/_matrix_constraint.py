@@ -9,7 +9,7 @@ import numpy as np
 
 from sdaeverify import Array
 
-from ._lyapunov import Lyapunov
+from ._lyapunov import Lyapunov, transposed_product
 from ._upper import Upper
 
 
@@ -39,7 +39,7 @@ class MatrixJacobian(NamedTuple):
 
     def gram(self, other: "MatrixJacobian") -> Lyapunov:
         """Return the matrix of Lambda -> M Lambda + Lambda M^T with M = x^T y, y the matrix of the other."""
-        return Lyapunov.of(np.einsum("niP,njP->ijP", self.x, other.x))
+        return Lyapunov.of(transposed_product(self.x, other.x))
 
     def size(self) -> Array:
         """Return the Frobenius norm of g, shape (P,): |g|^2 = (p + 3) |x|^2."""
@@ -50,7 +50,7 @@ class MatrixJacobian(NamedTuple):
 def zeta(p: int, x: Array) -> Array:
     """Return the entries of x^T x - Id, shape (d p, P) -> (q, P)."""
     rows, upper = x.reshape(-1, p, x.shape[-1]), Upper.of(p)
-    products = np.einsum("niP,njP->ijP", rows, rows)
+    products = transposed_product(rows, rows)
     return np.asarray(products[upper.i, upper.j] - upper.diagonal[:, None])
 
 

@@ -13,11 +13,12 @@ from functools import cached_property
 import numpy as np
 
 from sdaeverify import Array, ConstrainedLangevin, ConstraintGeometry
-from sdaeverify.numerics import eliminated
+from sdaeverify.numerics import Root, eliminated
 
 from ._inverse_sums import inverse_sums
-from ._lyapunov import product
+from ._lyapunov import product, transposed_product
 from ._matrix_constraint import MatrixJacobian
+from ._matrix_root import MatrixLevel
 from ._upper import Upper
 
 
@@ -40,7 +41,7 @@ class MatrixGeometry(ConstraintGeometry):
     @cached_property
     def C(self) -> Array:
         """Return C = x^T x, shape (p, p, P)."""
-        return np.asarray(np.einsum("niP,njP->ijP", self.rows, self.rows))
+        return transposed_product(self.rows, self.rows)
 
     @cached_property
     def J(self) -> MatrixJacobian:
@@ -92,6 +93,12 @@ class MatrixGeometry(ConstraintGeometry):
     def normal_traces(self) -> Array:
         """Return (tr H_k P)_k, the entries of 2 ((p + 1) Id - C Psi), shape (q, P)."""
         return self._upper(2.0 * ((self.p + 1.0) * self._identity - product(self.C, self.psi)))
+
+    def root(self, y: Array, level: Array) -> Root:
+        """Return y + x Lambda, shape (d p, P), with the entries of `level` in x^T x - Id."""
+        target = self._identity + level[Upper.of(self.p).number]
+        root = MatrixLevel.of(self.rows, self.C, y.reshape(self.rows.shape), target).solved()
+        return root._replace(x=y + self._times(root.x.reshape(self.C.shape)))
 
     @property
     def _identity(self) -> Array:

@@ -39,8 +39,10 @@ def orthogonal_group(
     """
     check_stiffness(eps)
     check_positive(stiffness=stiffness)
-    if m < 2 or stiffness > 1e4:
-        raise ParameterError(f"m must be at least 2 and stiffness at most 1e4, got {m!r} and {stiffness!r}")
+    if m < 2:
+        raise ParameterError(f"m must be at least 2, got {m!r}: the orthogonal group of 1 x 1 matrices is two points")
+    if stiffness > 1e4:
+        raise ParameterError(f"stiffness must be at most 1e4, got {stiffness!r}")
     identity = np.eye(m).reshape(-1, 1)
     known = truths(eps, m, stiffness)
     return ConstrainedLangevin(

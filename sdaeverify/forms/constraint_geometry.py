@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Array
+from ..numerics import Root
 from .constraint_jacobian import ConstraintJacobian, Gram
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ class ConstraintGeometry:
     """What schemes need of a constraint at points x, each of it computed when it is first asked for.
 
     Authors of problems with closed forms, matrix groups for example, override `relaxation`, `quadratic`, `fixman`
-    and `divergence`.
+    and `divergence`, and `root` if they can find multipliers.
 
     Attributes
     ----------
@@ -88,6 +89,21 @@ class ConstraintGeometry:
             for g_j, dual_j in zip(gradients, self.dual, strict=True)
         )
         return np.asarray(sum(terms, np.zeros_like(self.zeta)))
+
+    def root(self, y: Array, level: Array) -> Root | None:  # noqa: ARG002 - most authors know no better way
+        """Return x' = y + g lambda with zeta(x') = level, where the author has a way of his own; otherwise None.
+
+        Parameters
+        ----------
+        y : ndarray, shape (d, P)
+        level : ndarray, shape (q, P)
+
+        Returns
+        -------
+        Root or None
+            Converged only where it is surely the root that is connected to lambda = 0; schemes search for others.
+        """
+        return None
 
     def normal(self, y: Array) -> Array:
         """Return P y = g G^{-1} g^T y, shape (d, P)."""

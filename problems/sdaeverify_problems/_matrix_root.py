@@ -1,0 +1,106 @@
+"""Steps from matrices onto a level set of x^T x along the normals x Lambda of another matrix, by Newton's method.
+
+With C = x^T x, B = x^T y and W = x^T x' = B + C Lambda, the equation x'^T x' = L for x' = y + x Lambda is
+
+    F(Lambda) = Lambda C Lambda + Lambda B + B^T Lambda = L - y^T y,    F'(Lambda) D = W^T D + D W.
+
+As tr(D F'(Lambda) D) = tr(D (W + W^T) D), F is injective where the symmetric part of W is positive definite: a convex
+set, so that a root in it is the only one there and is connected to Lambda = 0 if that is in it, too.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sdaeverify import Array, Mask
+from sdaeverify.numerics import Root, newton
+
+from ._lyapunov import product, series, transformed, transposed_product
+
+# After the usual number of iterations on all paths, those that take longer go on alone.
+USUAL, MOST = 5, 25
+
+
+class MatrixLevel(NamedTuple):
+    """The equation for Lambda on every path.
+
+    Attributes
+    ----------
+    C, B, right : ndarray, shape (p, p, P)
+        x^T x, x^T y and L - y^T y.
+    rounding : ndarray, shape (P,)
+        Bound of the rounding errors of Lambda, in its largest entry.
+    """
+
+    C: Array
+    B: Array
+    right: Array
+    rounding: Array
+
+    @classmethod
+    def of(cls, x: Array, C: Array, y: Array, L: Array) -> "MatrixLevel":
+        """Return the equation for x and y of shape (d, p, P), C and L of shape (p, p, P)."""
+        square = transposed_product(y, y)
+        # A sum of d products and three more have d + 2 rounding errors, halved by the inverse of F'.
+        size = (len(x) + 2.0) * np.finfo(float).eps * np.abs(square).max(axis=(0, 1))
+        return cls(C, transposed_product(x, y), L - square, size)
+
+    def solved(self) -> Root:
+        """Return Lambda, shape (p p, P), converged where it is surely the root that is connected to Lambda = 0."""
+        with np.errstate(all="ignore"):
+            root = self._reached(self._guess().reshape(-1, len(self.rounding)), USUAL)
+            late = ~root.converged
+            if late.any():
+                rest = MatrixLevel(*(part[..., late] for part in self))._reached(root.x[:, late], MOST)
+                root.x[:, late], root.converged[late] = rest.x, rest.converged
+                root.iterations[late] += rest.iterations
+            sure = _definite(self.B) & _definite(self.B + product(self.C, self._matrix(root.x)))
+        return root._replace(converged=root.converged & sure)
+
+    def _guess(self) -> Array:
+        """Return Lambda for C = c Id if V = Lambda + S, S + K = B/c with K^T = -K, commutes with K.
+
+        Then V^2 = T = (L - y^T y + B^T B/c)/c + K^2: exact in the limit eps = 0, up to powers of T/t - Id from the
+        third on.
+        """
+        p, unit = len(self.C), np.eye(len(self.C))[..., None]
+        c = _trace(self.C) / p
+        B = self.B / c
+        S = 0.5 * _twice(B)
+        T = self.right / c + transposed_product(B, B) + product(B - S, B - S)
+        t = _trace(T) / p
+        rest = T / t - unit
+        return np.asarray(np.sqrt(t) * (unit + 0.5 * rest - 0.125 * product(rest, rest)) - S)
+
+    def _reached(self, begin: Array, most: int) -> Root:
+        return newton(self._linearised, begin, self.rounding, most, _update)
+
+    def _linearised(self, entries: Array) -> tuple[Array, Array]:
+        Lambda = self._matrix(entries)
+        half = 0.5 * product(self.C, Lambda)
+        U = self.B + half
+        return (_twice(product(Lambda, U)) - self.right).reshape(entries.shape), U + half
+
+    def _matrix(self, entries: Array) -> Array:
+        return entries.reshape(self.C.shape)
+
+
+def _update(W: Array, defect: Array) -> Array:
+    # What is left out is less than a hundredth of the rest even where eigenvalues of W are 1/3 or 3.
+    inverse, A = transformed(np.swapaxes(W, 0, 1))
+    return series(inverse, (A, product(A, A)), defect.reshape(W.shape)).reshape(defect.shape)
+
+
+def _definite(W: Array) -> Mask:
+    """Tell where the symmetric part S is surely positive definite: tr S > 0 and (tr S)^2 > (p - 1) |S|^2."""
+    S, trace = 0.5 * _twice(W), _trace(W)
+    return np.asarray((trace > 0.0) & (trace**2 > (len(W) - 1.0) * np.einsum("ijP,ijP->P", S, S)))
+
+
+def _twice(A: Array) -> Array:
+    """Return A + A^T."""
+    return A + np.swapaxes(A, 0, 1)
+
+
+def _trace(A: Array) -> Array:
+    return np.asarray(np.einsum("iiP->P", A))
