@@ -35,7 +35,8 @@ class Ending(NamedTuple):
     x : ndarray, shape (d, P)
     converged : ndarray of bool, shape (P,)
         Whether what is left of the error is rounding.
-    iterations : ndarray of int, shape (P,)
+    updates, matrices : ndarray of int, shape (P,)
+        Iterations, and those of them with a matrix of their own: Newton's.
     first, second : ndarray, shape (P,)
         Lengths of the first two updates, the second with the matrix of the first if it is used again.
     last : Local
@@ -44,7 +45,8 @@ class Ending(NamedTuple):
 
     x: Array
     converged: Mask
-    iterations: Array
+    updates: Array
+    matrices: Array
     first: Array
     second: Array
     last: Local
@@ -67,20 +69,22 @@ def iterate(local: Callable[[Array], Local], x: Array, anew: Container[int], mos
     """
     size = norm(x)
     enough = LEFT * np.where(size > 0.0, size, 1.0)
-    active, iterations = np.ones(len(size), dtype=bool), np.zeros(len(size), dtype=np.int64)
+    active, updates = np.ones(len(size), dtype=bool), np.zeros(len(size), dtype=np.int64)
+    matrices = updates + 1
     last = local(x)
     update = last.update(last.defect)
     first = second = before = length = norm(update)
     for n in range(1, most + 1):
         x = np.where(active, x - update, x)
-        iterations += active
+        updates += active
         # Written so that a NaN stays active and ends as a failure.
         active &= ~(length * np.minimum(length, before) <= enough * before)
         if n == most or not active.any():
             break
         new, before = local(x), length
-        last = new if n in anew else last
+        if n in anew:
+            last, matrices = new, matrices + active
         update = last.update(new.defect)
         length = norm(update)
         second = length if n == 1 else second
-    return Ending(x, ~active, iterations, first, second, last)
+    return Ending(x, ~active, updates, matrices, first, second, last)

@@ -54,4 +54,8 @@ class ImplicitLangevin(LangevinScheme):
         else:
             new = OldNormals(at, y, level).solved(frozen=self.solver == "frozen")
         kept = at.x if self.no_root == "hold" else np.nan
-        return Step(np.where(new.found, new.x, kept), ~new.found, costs={"newton_iterations": new.iterations})
+        return Step(
+            np.where(new.found, new.x, kept),
+            ~new.found,
+            costs={"newton_iterations": new.matrices, "updates": new.updates},
+        )

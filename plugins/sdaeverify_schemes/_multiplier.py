@@ -39,15 +39,15 @@ class OldNormals:
     level: Array
 
     def solved(self, *, frozen: bool = False) -> Reached:
-        """Return y + g(x) lambda: in the way of the constraint's author, on other paths by Newton's method.
+        """Return y + g(x) lambda: as the constraint's author does, on other paths by Newton's method.
 
         With the matrix g(x)^T g(x) throughout if it is frozen: then only the distance tells roots apart.
         """
         if frozen:
-            return Reached.by(self._iterated(self.y, (), self.at.gram), self.y)
+            return Reached.by(self._iterated(self.y, (), MANY, self.at.gram), self.y)
         if (known := self.at.root(self.y, self.level)) is None:
             return self.searched()
-        return self._once_more(Reached(*known), ~known.converged, OldNormals.searched)
+        return self._once_more(Reached(*known, known.iterations), ~known.converged, OldNormals.searched)
 
     def searched(self) -> Reached:
         """Return y + g(x) lambda, by Newton's method from lambda = 0 with the matrix g(x')^T g(x).
@@ -66,29 +66,34 @@ class OldNormals:
 
     def followed(self, parts: int) -> Reached:
         """Return y + g(x) lambda by continuation: the level moves from zeta(y), in parts, and det > 0 all along."""
-        begin, z = self.at.problem.constraint(self.y), self.y
-        found, iterations = np.ones(z.shape[1], dtype=bool), np.zeros(z.shape[1], dtype=np.int64)
+        begin, z = self.at.problem.constraint(self.y), self.y.copy()
+        found, counts = np.ones(z.shape[1], dtype=bool), np.zeros((2, z.shape[1]), dtype=np.int64)
         for part in np.arange(1, parts + 1) / parts:
-            end = replace(self, level=begin + part * (self.level - begin))._iterated(z, NEWTON)
-            found &= end.converged & end.last.positive() & (end.second <= SURE * end.first)
-            z, iterations = end.x, iterations + end.iterations
-            if not found.any():
-                break
-        return Reached(z, found, iterations)
+            towards = replace(self, level=begin + part * (self.level - begin))
+            # Two updates tell where it is not sure; only the others are worth the rest.
+            for most in (2, FEW):
+                where = np.flatnonzero(found)
+                if not len(where):
+                    return Reached(z, found, *counts)
+                end = towards._part(where)._iterated(z[:, where], NEWTON, most)
+                found[where] &= end.second <= SURE * end.first
+            found[where] &= end.converged & end.last.positive()
+            z[:, where] = end.x
+            counts[:, where] += end.updates, end.matrices
+        return Reached(z, found, *counts)
+
+    def _part(self, where: Array) -> "OldNormals":
+        at = self.at.problem.near(self.at.x[:, where])
+        return OldNormals(at, self.y[:, where], self.level[:, where])
 
     def _once_more(self, reached: Reached, where: Mask, search: Callable[["OldNormals"], Reached]) -> Reached:
         if not where.any():
             return reached
-        at = self.at.problem.near(self.at.x[:, where])
-        again = search(OldNormals(at, self.y[:, where], self.level[:, where]))
-        x, found, iterations = (part.copy() for part in reached)
-        x[:, where], found[where] = again.x, again.found
-        iterations[where] += again.iterations
-        return Reached(x, found, iterations)
+        return reached.searched_again(where, search(self._part(np.flatnonzero(where))))
 
-    def _iterated(self, z: Array, anew: Container[int], frozen: Gram | None = None) -> Ending:
+    def _iterated(self, z: Array, anew: Container[int], most: int = FEW, frozen: Gram | None = None) -> Ending:
         problem = self.at.problem
-        return iterate(lambda z: _Local(self, problem.near(z), frozen), z, anew, MANY if frozen else FEW)
+        return iterate(lambda z: _Local(self, problem.near(z), frozen), z, anew, most)
 
 
 @dataclass(frozen=True, eq=False)

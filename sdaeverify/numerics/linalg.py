@@ -93,6 +93,7 @@ def _lapack_solve(A: Array, b: Array) -> Array:
     except np.linalg.LinAlgError:
         # The sign is 0 where elimination met a zero pivot, which is what made `solve` raise; a determinant
         # may also underflow, or be 0 * inf.
-        singular = np.linalg.slogdet(matrices).sign == 0.0
+        with np.errstate(invalid="ignore"):
+            singular = np.linalg.slogdet(matrices).sign == 0.0
         x = np.linalg.solve(np.where(singular[:, None, None], np.nan, matrices), right)
     return np.moveaxis(x, 0, -1).reshape(b.shape)

@@ -123,7 +123,7 @@ def test_the_moment_tends_to_the_invariant_mean(m, stiffness):
         next(truth.value for truth in orthogonal_group(0.0, m, stiffness).truths if isinstance(truth, kind))
         for kind in (Moment, InvariantMean)
     )
-    # Polynomials are orthonormal for a weight that varies by e^{4 a}, so that they are large by its root where it is low.
+    # The polynomials are orthonormal for a weight that varies by e^{4 a}: large by its root where it is low.
     rounding = 8 * np.finfo(float).eps * np.exp(2 * stiffness)
     assert moment(1e3) == pytest.approx(mean, abs=1e-12 + rounding)
 
@@ -231,7 +231,7 @@ def test_tabulated_means_are_known_for_their_parameters_only():
         (orthogonal_group, {"eps": -0.1}, "eps must be finite and not negative"),
         (orthogonal_group, {"m": 1}, "m must be at least 2"),
         (orthogonal_group, {"stiffness": 0.0}, "stiffness must be positive"),
-        (orthogonal_group, {"stiffness": 1e9}, "stiffness at most 1e4"),
+        (orthogonal_group, {"stiffness": 1e9}, "stiffness must be at most 1e4"),
         (stiefel, {"eps": float("nan")}, "eps must be finite and not negative"),
         (stiefel, {"p": 4}, "p must be between 1 and d"),
         (stiefel, {"d": 1, "p": 1}, "d at least 2"),

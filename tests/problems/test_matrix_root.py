@@ -45,7 +45,7 @@ def test_the_root_is_that_of_the_general_search(d: int, p: int, off: float) -> N
     assert np.abs(at.problem.constraint(root.x) - system.level).max() < 16 * EPS
     assert np.abs(root.x - y - at.normal(root.x - y)).max() < 16 * EPS
     assert np.abs(root.x - general.x).max() < 64 * EPS
-    assert root.iterations.mean() <= general.iterations.mean()
+    assert root.iterations.mean() <= general.updates.mean()
 
 
 @pytest.mark.parametrize("m", [2, 3, 5])
@@ -119,7 +119,7 @@ def test_paths_that_are_not_sure_are_searched(monkeypatch: pytest.MonkeyPatch) -
     assert reached.found.all()
     assert np.abs(reached.x - alone.x).max() < 64 * EPS
     assert np.array_equal(reached.x[:, ~doubtful], known.x[:, ~doubtful])
-    assert np.array_equal(reached.iterations, known.iterations + np.where(doubtful, alone.iterations, 0))
+    assert np.array_equal(reached.updates, known.iterations + np.where(doubtful, alone.updates, 0))
 
 
 def test_without_root_there_is_no_warning() -> None:
