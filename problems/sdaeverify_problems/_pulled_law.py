@@ -9,10 +9,12 @@ a = (d + 1 + 1/(sigma^2 eps))/2. With z = sigma^2 eps k^2/2 its power series in 
 whose sums are those of the series of 1F1(a; d/2; z), all terms being positive.
 """
 
+from math import nan
+
 import numpy as np
 from scipy.special import ive, roots_jacobi
 
-from sdaeverify import Array, ParameterError
+from sdaeverify import Array
 
 from ._interval_diffusion import IntervalDiffusion
 
@@ -22,17 +24,18 @@ MOST_TERMS = 2**20
 def invariant_means(eps: float, d: int, sigma: float, pull: float) -> dict[str, float]:
     """Return the means of x_1, x_1^2, |x|^2 and |x|^4 under the invariant law.
 
-    Raises
-    ------
-    ParameterError
-        If the penalty is so weak that the series is too long.
+    They are not numbers where the penalty is so weak that the series is too long: its length is of the order of
+    z = 2 eps (pull/sigma)^2.
     """
     k = 2.0 * pull / sigma**2
     if eps == 0.0:
         first = float(ive(0.5 * d, abs(k)) / ive(0.5 * d - 1.0, abs(k)) * np.sign(k))
         return {"x_1": first, "x_1^2": 1.0 - (d - 1.0) * first / k, "|x|^2": 1.0, "|x|^4": 1.0}
     a, z = 0.5 * (d + 1.0 + 1.0 / (sigma**2 * eps)), 0.5 * sigma**2 * eps * k**2
-    n, p = _mixture(a, 0.5 * d, z)
+    last = 60.0 + 4.0 * (z + np.sqrt(a * z))
+    if not last < MOST_TERMS:
+        return dict.fromkeys(("x_1", "x_1^2", "|x|^2", "|x|^4"), nan)
+    n, p = _mixture(a, 0.5 * d, z, last)
     scale = 2.0 * sigma**2 * eps
     square = scale * (a + n)
     return {
@@ -56,11 +59,8 @@ def on_the_sphere(d: int, sigma: float, pull: float) -> IntervalDiffusion:
     return IntervalDiffusion(u, weights / weights.sum(), 0.5 * sigma**2 * (1.0 - u * u), count)
 
 
-def _mixture(a: float, b: float, z: float) -> tuple[Array, Array]:
+def _mixture(a: float, b: float, z: float, last: float) -> tuple[Array, Array]:
     """Return n and p_n ~ (a)_n z^n / ((b)_n n!), up to where the terms have long been negligible."""
-    last = 60.0 + 4.0 * (z + np.sqrt(a * z))
-    if not last < MOST_TERMS:
-        raise ParameterError("eps is too large for so strong a pull: nothing holds the solution")
     n = np.arange(np.ceil(last))
     logs = np.concatenate([[0.0], np.cumsum(np.log((a + n) * z / ((b + n) * (n + 1.0))))])[: len(n)]
     p = np.exp(logs - logs.max())

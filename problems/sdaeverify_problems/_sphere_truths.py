@@ -76,19 +76,22 @@ def moments(known: Mapping[str, Known], source: str) -> Iterator[Truth]:
 
 
 def limits(known: Mapping[str, Known], source: str) -> Iterator[Truth]:
-    """Yield the invariant means, but those that overflow."""
+    """Yield the invariant means, but those that overflow or are not known."""
     for name, each in known.items():
         if np.isfinite(each.limit):
             yield InvariantMean(observable=name, value=each.limit, source=source)
 
 
-def polar_chart(law: RadialLaw, square: float) -> Chart:
+def polar_chart(law: RadialLaw, square: float) -> Chart | None:
     """Return the angle and log |x| in the plane, the angle alone on the circle, for E |x|^2 in the long run.
 
+    There is none where E |x|^2 is not known.
     Var |x|^2 = (2 sigma^2/b) E |x|^2 without pull, and log |x| varies by half of |x|^2/E |x|^2.
     """
     if law.eps == 0.0:
         return Chart(axes=(Angle(),), embed=direction, read=lambda x: np.arctan2(x[1], x[0])[None])
+    if not np.isfinite(square):
+        return None
     line = Line(0.5 * float(np.log(square)), law.sigma / float(np.sqrt(2.0 * law.rate * square)))
     return Chart(
         axes=(Angle(), line),

@@ -48,6 +48,12 @@ def numbers(values: ArrayLike) -> Array | None:
         return None
 
 
+def largest_component(values: Array) -> str:
+    """Return in words the component of a vector (n,) that is largest, and how large it is."""
+    worst = int(np.argmax(np.where(np.isnan(values), np.inf, np.abs(values))))
+    return f"{values[worst]:.3g} in component {worst + 1} of {len(values)}"
+
+
 def columns(x: Array, paths: int = PROBES) -> Array:
     """Repeat a vector (n,) as the columns of an array (n, P)."""
     return np.repeat(x[:, None], paths, axis=1)

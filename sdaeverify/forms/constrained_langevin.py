@@ -23,6 +23,7 @@ from .checks import (
     check_shape,
     check_truth,
     columns,
+    largest_component,
     vector,
 )
 from .constraint_geometry import ConstraintGeometry
@@ -242,4 +243,4 @@ class ConstrainedLangevin(Problem):
             raise ProblemError(f"the gradient of the constraint has not full rank at start {x[:, 0].tolist()}")
         value, scale = self.constraint(x), self.linearised(x).size() * norm(x)
         if np.abs(value).max() > CONSISTENCY * max(1.0, scale.max()):
-            raise ProblemError(f"start violates constraint = 0: constraint = {value[:, 0].tolist()}")
+            raise ProblemError(f"start violates constraint = 0: constraint is {largest_component(value[:, 0])}")

@@ -25,6 +25,7 @@ from .checks import (
     check_shape,
     check_truth,
     columns,
+    largest_component,
     numbers,
     shown,
     vector,
@@ -275,8 +276,7 @@ class HolonomicSDAE(Problem):
             raise ProblemError(f"Dg does not have full rank at the initial position {r[:, 0].tolist()}")
         for name, (value, scale) in self.residuals({"r": r, "v": v}).items():
             if np.abs(value).max() > CONSISTENCY * max(1.0, scale.max()):
-                text = f"initial data violate {name} = 0: {name} = {value[:, 0].tolist()}"
-                raise ProblemError(f"{text} at r = {r[:, 0].tolist()}, v = {v[:, 0].tolist()}")
+                raise ProblemError(f"initial data violate {name} = 0: {name} is {largest_component(value[:, 0])}")
         if self.constraint_bound is not None and not 1.0 <= self.constraint_bound < np.inf:
             raise ProblemError(f"constraint_bound C_g must be finite and at least 1, got {self.constraint_bound!r}")
 

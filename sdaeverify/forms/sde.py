@@ -20,6 +20,7 @@ from .checks import (
     check_shape,
     check_truth,
     columns,
+    largest_component,
     vector,
 )
 from .constraint_jacobian import ConstraintJacobian, DenseJacobian
@@ -183,7 +184,8 @@ class SDE(Problem):
             raise ProblemError("constraint is not analytic (abs, real buffers?), so that Dg cannot be taken")
         scale = self.residuals(self.parts(x))["g"].scale.max()
         if np.abs(value).max() > CONSISTENCY * max(1.0, scale):
-            raise ProblemError(f"the initial state violates constraint = 0: constraint = {value[:, 0].tolist()}")
+            text = "the initial state violates constraint = 0: constraint is"
+            raise ProblemError(f"{text} {largest_component(value[:, 0])}")
 
 
 def zero_columns(blocks: Array, above: int) -> Array:

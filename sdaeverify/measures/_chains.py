@@ -20,7 +20,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtr, stdtrit
+from scipy.special import stdtrit
 
 from ..arrays import Array
 from ..chains import GROUPS, ChainRecord
@@ -28,6 +28,7 @@ from ..measure import Evidence
 from ..scheme import Claim
 from ..statistics import EPS
 from ..verdicts import RESOLVED, RISING
+from ._outweighed import growth, outweighs, t_values
 
 # What is left of a mean's error may be this part of the bias at the coarsest level.
 CONFIRMED = 0.25
@@ -70,7 +71,7 @@ class Sample:
     @cached_property
     def signals(self) -> Array:
         """Mean differences in units of their standard errors, shape (L - 1,); 0 where there is none."""
-        return np.array([_t(D) for D in self.differences.T])
+        return np.array([float(t_values(D)) for D in self.differences.T])
 
     @property
     def resolved(self) -> bool:
@@ -224,14 +225,11 @@ def opinion(found: list[Sample], claim: Claim, planned: float, evidence: Evidenc
     slow = [sample.p_slow(claim) if steady else 1.0 for sample in found]
     wrong = [sample.p_wrong(float(claim.value)) for sample in found]
     verified, too_slow, off = (min(1.0, planned * min(looks)) for looks in (falls, slow, wrong))
-    return ChainOpinion(verified, too_slow, off, _growth(falls[-1], evidence.level / planned))
+    return ChainOpinion(verified, too_slow, off, growth(falls[-1], evidence.level / planned))
 
 
 def exceeds(a: Array, b: Array) -> float:
-    """Return the p-value of the hypothesis |E a| <= |E b|.
-
-    |E a| > |E b| means that s E a + E b and s E a - E b are both positive for a sign s: the larger p-value of the
-    two t-tests, and twice that because s is taken from the sample.
+    """Return the p-value of the hypothesis |E a| <= |E b|; see `outweighs`.
 
     Parameters
     ----------
@@ -242,17 +240,4 @@ def exceeds(a: Array, b: Array) -> float:
     -------
     float
     """
-    s = 1.0 if a.mean() >= 0.0 else -1.0
-    t = float(np.minimum(_t(s * a + b), _t(s * a - b)))
-    return 1.0 if np.isnan(t) else min(1.0, 2.0 * float(stdtr(GROUPS - 1, -t)))
-
-
-def _t(values: Array) -> float:
-    mean, se = values.mean(), values.std(ddof=1) / np.sqrt(GROUPS)
-    return float(mean / se) if se > 0.0 else float(np.sign(mean) * np.inf if mean else 0.0)
-
-
-def _growth(p: float, needed: float) -> float:
-    now, then = (float(stdtrit(GROUPS - 1, 1.0 - 0.5 * value)) for value in (p, needed))
-    # From less than one standard error nothing can be foretold.
-    return max(1.0, (then / now) ** 2) if now > 1.0 else np.inf
+    return float(outweighs(a, b))

@@ -1,7 +1,8 @@
 """Uniform accuracy: the order in h of the largest error over all stiffness parameters, on one family of problems.
 
 The problem is rebuilt, its truths included, with eps = 1e-8, ..., 10, and the supremum over this grid is looked at as
-a function of h; see `probe.uniform_errors` for why no slope is fitted at fixed eps. Nothing is sampled:
+a function of h; see `probe.uniform_errors` for why no slope is fitted at fixed eps. Where something is exact for all
+eps, nothing is sampled:
 
 ``weak``
     Each first and second moment at T, where problem and step are linear: two eps a decade.
@@ -9,6 +10,9 @@ a function of h; see `probe.uniform_errors` for why no slope is fitted at fixed 
     (E |X_N - X(T)|^2)^{1/2} on one Brownian path, where both are linear and the noise is additive.
 ``invariant``
     Stationary means by the transition operator, where the family has a chart and known means: one eps a decade.
+
+Elsewhere the weak and the strong error are sampled, all members and step sizes on the same noise; see
+`probe.paired_members` and `_paired_findings`.
 
 A claim is that of Laurent (2022), Theorem 2.7: an order, of which the claim's margin is left out.
 """
@@ -24,6 +28,7 @@ from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdi
 from ..probe import transition
 from ..probe.linear_pair import no_linear_pair
 from ..probe.moments import no_moments
+from ..probe.paired_members import PairedErrors, paired_errors
 from ..probe.stiffness import member, no_family
 from ..probe.transition_errors import invariant_observables
 from ..probe.uniform_errors import (
@@ -38,8 +43,9 @@ from ..scheme import Scheme
 from ..settings import Settings
 from ..tally import Tally, packed, unpacked
 from ..verdicts import Opinion, claim_for
+from ._paired_findings import STRONG, WEAK, paired_findings
 
-WEAK, STRONG, INVARIANT = "weak", "strong", "invariant"
+INVARIANT, PAIRED = "invariant", "paired"
 METHODS = {
     WEAK: "supremum over eps of errors of moments (T2)",
     STRONG: "supremum over eps of distances by moments (T2)",
@@ -53,17 +59,19 @@ class Uniformity(Measure):
     name: ClassVar[str] = "uniformity"
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
-        """Refuse problems without family, schemes without claim, and families for which nothing is exact."""
+        """Refuse problems without family, schemes without claim, and atoms where errors must be sampled."""
         if reason := no_family(scheme, problem, self.name):
             return reason
         one = member(scheme.view_of(problem))
         if scheme.refuses(one):
             return scheme.refuses(one)
-        return "" if not no_moments(scheme, one) else _no_operator(scheme, one)
+        return _unpaired(scheme, one) if _inexact(scheme, one) else ""
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return the errors of what can be had without sampling."""
+        """Return the errors of what can be had without sampling, or those of a share of the run's paths."""
         one, steps = member(view), settings.steps
+        if _inexact(scheme, one):
+            return packed(PAIRED, paired_errors(scheme, view, settings))
         if no_moments(scheme, one):
             return packed(INVARIANT, invariant_suprema(scheme, view, steps))
         evidence = packed(WEAK, moment_suprema(scheme, view, steps))
@@ -73,6 +81,10 @@ class Uniformity(Measure):
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each kind of error, and its suprema."""
+        paired = unpacked(PAIRED, PairedErrors, evidence.tally)
+        if paired is not None:
+            findings, levels = zip(*paired_findings(evidence, paired), strict=True)
+            return Judgement(findings, tuple(row for rows in levels for row in rows))
         records = ((name, unpacked(name, UniformErrors, evidence.tally)) for name in METHODS)
         found = [(name, record) for name, record in records if record is not None]
         if not found:
@@ -87,11 +99,15 @@ def sdaeverify_measures() -> list[Measure]:
     return [Uniformity()]
 
 
-def _no_operator(scheme: Scheme, one: Problem) -> str:
-    reason = transition.refusal(scheme, one)
-    if not reason and not invariant_observables(one):
-        reason = "no stationary mean is known"
-    return f"neither moments nor stationary means are exact for every eps: {reason}" if reason else ""
+def _inexact(scheme: Scheme, one: Problem) -> bool:
+    """Tell whether neither moments nor stationary means are exact for every eps."""
+    return bool(no_moments(scheme, one) and (transition.refusal(scheme, one) or not invariant_observables(one)))
+
+
+def _unpaired(scheme: Scheme, one: Problem) -> str:
+    if scheme.law.bounded:
+        return f"nothing is exact, and its {scheme.law.name} increments are not Brownian: step sizes share no paths"
+    return "" if one.observables else "nothing is exact, and the problem has no observables"
 
 
 def _finding(evidence: Evidence, name: str, record: UniformErrors) -> Finding:

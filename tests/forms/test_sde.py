@@ -279,7 +279,7 @@ def test_admissible_states_are_on_the_manifold_and_near():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"start": [1.2, 0.9]}, "the initial state violates constraint = 0: constraint = [0.1"),
+        ({"start": [1.2, 0.9]}, "the initial state violates constraint = 0: constraint is 0.1"),
         ({"constraint": lambda x: np.abs(x[:1]) - 1.2}, "constraint is not analytic"),
         ({"constraint": lambda x: 0.0 * x[0]}, "constraint(x) returned shape (3,), expected (1, 3)"),
         ({"constraint": lambda x: None}, "constraint(x) returned NoneType"),

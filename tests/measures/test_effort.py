@@ -1,12 +1,20 @@
 """The effort measure: bounds that are kept, exceeded, or about to be."""
 
+from functools import partial
+
 import pytest
 
 from measures.stiff_cells import AFFINE, Climbing, Explicit, Right, judged, whole
 from sdaeverify import Claim
 from sdaeverify.measure import Verdict
 from sdaeverify.measures.effort import Effort
+from sdaeverify_problems.constrained_curve import constrained_curve
 from sdaeverify_problems.exponential_strip import exponential_strip
+from sdaeverify_problems.penalised_sphere import penalised_sphere
+from sdaeverify_problems.rigid_trimer import rigid_trimer
+from sdaeverify_problems.sphere_product import sphere_product
+from sdaeverify_problems.torus import torus
+from sdaeverify_problems.tube_torus import tube_torus
 from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
 
 MEASURE, NAME = Effort(), "newton_iterations"
@@ -15,6 +23,27 @@ MEASURE, NAME = Effort(), "newton_iterations"
 def at_most(count):
     """Return the claim of a bound."""
     return Claim(measure="effort", value=f"at most {count} iterations", source="test")
+
+
+CURVED = {
+    "torus": torus,
+    "tube torus": tube_torus,
+    "sphere": partial(penalised_sphere, d=3),
+    "trimer": rigid_trimer,
+    "two spheres": sphere_product,
+    "curve": constrained_curve,
+}
+
+
+@pytest.mark.parametrize("theta", [0.0, pytest.param(1.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", CURVED)
+def test_newton_takes_three_to_four_iterations_on_curved_problems(name, theta):
+    """The means lie between 2.5 and 4.5 for all eps from 1e-8 to 10, and no step takes more than five."""
+    found = judged(MEASURE, Right(theta=theta), CURVED[name]())[NAME]
+
+    assert found.verdict is Verdict.VERIFIED
+    assert 2.5 < found.low <= found.estimate < 4.5
+    assert found.high <= 5.0
 
 
 @pytest.mark.parametrize("problem", [AFFINE, exponential_strip()])

@@ -106,8 +106,11 @@ def test_claims_that_are_too_high_unknown_or_not_made():
 
 
 def test_what_makes_no_sense_is_refused():
-    """Equations without eps, schemes without claim, and families of which nothing is exact without sampling."""
+    """Equations without eps, schemes without claim, and atoms where errors have to be sampled on one path."""
     assert "no stiffness parameter" in MEASURE.refuses(EulerMaruyama(), ou())
     assert "no stiffness parameter" in MEASURE.refuses(EulerMaruyama(), AFFINE)
     assert "claims nothing about uniformity" in MEASURE.refuses(ConstrainedEuler(), AFFINE)
-    assert "neither moments nor" in MEASURE.refuses(Right(), penalised_sphere(d=3))
+    assert "three-point increments are not Brownian" in MEASURE.refuses(
+        Right(xi="three-point"), penalised_sphere(d=3)
+    )
+    assert MEASURE.refuses(Right(), penalised_sphere(d=3)) == ""
