@@ -7,7 +7,7 @@ from .calibrated import CalibrationCase
 from .chart import Angle, Chart, Line
 from .controls import Control
 from .errors import ParameterError, PluginError, ProblemError, SchemeError, SdaeverifyError, UsageError
-from .experiment import Experiment, Printed, Row
+from .experiment import Experiment, FineRun, Printed, Row
 from .forms import (
     SDE,
     ConstrainedLangevin,
@@ -61,6 +61,7 @@ __all__ = [
     "DenseJacobian",
     "Dissipation",
     "Experiment",
+    "FineRun",
     "Gram",
     "HolonomicSDAE",
     "HolonomicState",

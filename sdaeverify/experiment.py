@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
+from typing import NamedTuple
 
 from .errors import ProblemError
 
@@ -43,9 +44,24 @@ class Printed:
         return 0.5 * 10.0 ** int(exponent)
 
 
+class FineRun(NamedTuple):
+    """What a row is compared with path by path: a run with shorter steps on the same Brownian paths.
+
+    Attributes
+    ----------
+    scheme : str
+        Label of a registered scheme.
+    steps : int
+        Number of steps up to the final time.
+    """
+
+    scheme: str
+    steps: int
+
+
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """The mean of an observable at the final time.
+    """The mean of an observable, or the mean square of its difference from a reference.
 
     Attributes
     ----------
@@ -59,6 +75,10 @@ class Row:
         What the paper has for it.
     costly : bool
         Whether the row is left out unless all are asked for.
+    at : int or None
+        After how many of the steps the mean is taken; after all if left out.
+    reference : FineRun or None
+        With phi the observable of a path, the row is E (phi - phi_reference)^2 if there is one, and E phi if not.
     """
 
     problem: str
@@ -67,6 +87,28 @@ class Row:
     observable: str
     printed: Printed | None = None
     costly: bool = False
+    at: int | None = None
+    reference: FineRun | None = None
+
+    def __post_init__(self) -> None:
+        if self.steps < 1:
+            raise ProblemError(f"a row needs at least 1 step, got {self.steps}")
+        if not 1 <= self.steps_made <= self.steps:
+            raise ProblemError(f"a mean must be taken after 1 to {self.steps} steps, got {self.at!r}")
+        if self.reference and (self.reference.steps <= self.steps or not _doubled(self.reference.steps, self.steps)):
+            raise ProblemError(
+                f"steps of a reference must be {self.steps} times a power of 2, got {self.reference.steps}"
+            )
+
+    @property
+    def steps_made(self) -> int:
+        """After how many of the steps the mean is taken."""
+        return self.steps if self.at is None else self.at
+
+    @property
+    def runs(self) -> tuple[int, ...]:
+        """Numbers of steps of all runs it is taken from."""
+        return (self.steps, self.reference.steps) if self.reference else (self.steps,)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,7 +116,7 @@ class Experiment:
     """A table or figure of a paper.
 
     All rows of a problem run on the same Brownian paths. A row's exact value is the moment that the problem knows at
-    the final time.
+    the row's time.
 
     Attributes
     ----------
@@ -87,6 +129,8 @@ class Experiment:
         The step numbers of one problem are the least one times powers of 2.
     paths : int
         Trajectories of every row, if nothing else is asked for.
+    block : int
+        Trajectories that are simulated together; part of what determines the noise.
     equilibrium : bool
         Whether the final time is so late that means are those of the invariant law, to all digits.
     notes : tuple of str
@@ -98,15 +142,18 @@ class Experiment:
     source: str
     rows: tuple[Row, ...]
     paths: int = 1000
+    block: int = 500
     equilibrium: bool = False
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rows:
             raise ProblemError(f"experiment {self.name!r} has no rows")
+        if self.block < 1:
+            raise ProblemError(f"experiment {self.name!r}: a block needs at least 1 path, got {self.block}")
         for problem in dict.fromkeys(row.problem for row in self.rows):
-            steps = [row.steps for row in self.rows if row.problem == problem]
-            if min(steps) < 1 or not all(_doubled(count, min(steps)) for count in steps):
+            steps = [count for row in self.rows if row.problem == problem for count in row.runs]
+            if not all(_doubled(count, min(steps)) for count in steps):
                 raise ProblemError(
                     f"experiment {self.name!r}: steps on {problem} must be the least times powers of 2, got {steps}"
                 )

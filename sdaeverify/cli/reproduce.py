@@ -1,7 +1,9 @@
 """``reproduce``: tables and figures of papers, run again at a chosen budget."""
 
+from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import nullcontext
+from itertools import compress
 from math import floor, isfinite, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +18,7 @@ from ..errors import UsageError
 from ..registry import Registry
 from ..report.terminal import visible
 from ..settings import Settings
+from ..specs import unknown
 from ..study.workers import BLOCKS_A_WORKER, available_cores, worker_pool
 from .console import complain, output
 from .exit_codes import ExitCode
@@ -24,7 +27,7 @@ from .options import once, plugins
 from .progress import KINDS, progress
 
 if TYPE_CHECKING:
-    from ..experiments import ExperimentRun, Line
+    from ..experiments import ExperimentRun, Line, Order
 
 FOLDER = Path("reports")
 CSV, JSON = "table.csv", "run.json"
@@ -36,9 +39,17 @@ WORDS = {
 }
 CODES = "Exit codes: " + "; ".join(f"{code.value} {words}" for code, words in WORDS.items()) + "."
 HEADINGS = (
-    "problem", "scheme", "h", "mean of", "paper", "here", "exact", "here - exact", "paper - here", "paper - exact",
+    "problem", "scheme", "h", "t", "mean of", "paper", "here", "effective paths", "of the scheme", "here - scheme",
+    "exact", "here - exact", "paper - here", "paper - exact",
 )  # fmt: skip
 BRACKETS = "Brackets hold the standard error in units of the last digit."
+# A mean is said to rest on few paths from this part of them down.
+FEW = 0.1
+EFFECTIVE = "Effective paths, (sum y)^2/sum y^2, are shown where they are fewer than a tenth of the paths."
+# Numbers below are printed with a power of 10.
+SMALL = 1e-3
+# The reference of a row.
+REFERENCE = "ref"
 
 
 @click.command(epilog=CODES, short_help="Run the experiments of papers again.")
@@ -67,6 +78,9 @@ def reproduce(context: click.Context, /, **options: Any) -> ExitCode:
         return _listed(registry, output(unbroken=True))
     if name is None:
         raise UsageError("reproduce expects the name of an experiment; --list shows all")
+    if name not in registry.experiments:
+        reason = str(unknown("experiment", name, registry.experiments))
+        raise UsageError(f"{reason}{'' if reason.endswith('?') else ';'} --list shows all")
     plan = experiment_plan(registry, name, paths=options["paths"], seed=options["seed"], every=options["every"])
     folder = options["out"] or FOLDER / name
     require_writable(folder)
@@ -102,18 +116,21 @@ def _carried_out(run: "ExperimentRun", jobs: int, registry: Registry, kind: str)
 def _finished(
     run: "ExperimentRun", registry: Registry, arguments: tuple[str, ...], folder: Path, code: ExitCode
 ) -> ExitCode:
-    from ..experiments import in_words, lines, table  # noqa: PLC0415
+    from ..experiments import in_words, lines, orders, table  # noqa: PLC0415
     from ..report.files import write_json, write_table  # noqa: PLC0415
     from ..report.provenance import made_with  # noqa: PLC0415
 
     found, plan = lines(run), run.plan
+    fitted = orders(found)
     write_table(table(found), folder / CSV)
     about = {"experiment": plan.experiment.name, "source": plan.experiment.source, "paths": plan.paths}
+    about |= {"orders": [each.record() for each in fitted]} if fitted else {}
     write_json({**made_with(registry, plan.seed, arguments), **about}, folder / JSON)
     console = output(unbroken=True)
     console.print(_table(found, f"{plan.experiment.source}: {plan.experiment.title}"))
     console.print()
-    for text in (BRACKETS, *plan.experiment.notes, *in_words(found), f"{CSV} and {JSON} are in {folder}"):
+    words = (*_explained(found), *map(_order, fitted), *_growths(found), *plan.experiment.notes, *in_words(found))
+    for text in (*words, f"{CSV} and {JSON} are in {folder}"):
         console.print(Text(visible(text)), soft_wrap=True)
     if code is ExitCode.OK and any(line.sample.error for line in found):
         code = ExitCode.NOT_MEASURED
@@ -123,10 +140,13 @@ def _finished(
 
 
 def _table(found: "list[Line]", title: str) -> Table:
-    shown = _empty(*HEADINGS)
+    cells = [_words(line) for line in found]
+    # A column is left out that has nothing to say in any row.
+    kept = [any(column) for column in zip(*cells, strict=True)]
+    shown = _empty(*compress(HEADINGS, kept))
     shown.title, shown.title_justify = Text(visible(title)), "left"
-    for line in found:
-        shown.add_row(*(Text(visible(text)) for text in _words(line)))
+    for words in cells:
+        shown.add_row(*(Text(visible(text)) for text in compress(words, kept)))
     return shown
 
 
@@ -136,24 +156,67 @@ def _words(line: "Line") -> tuple[str, ...]:
         row.problem,
         row.scheme,
         f"{line.h:.4g}",
-        row.observable,
+        "" if row.at is None else f"{line.time:.4g}",
+        f"({row.observable} - {REFERENCE})^2" if row.reference else row.observable,
         row.printed.digits if row.printed else "",
-        _with_error(sample.value, sample.std_error),
-        f"{line.exact.value:.10g}" if isfinite(line.exact.value) else "",
-        _with_error(line.error, sample.std_error),
+        with_error(sample.value, sample.std_error),
+        f"{sample.effective:.1f}" if _few_effective(line) else "",
+        _exactly(line.scheme_mean.value),
+        _compared(line.sampling_error, line.ours_and_scheme),
+        _exactly(line.exact.value),
+        with_error(line.error, sample.std_error),
         _compared(line.print_to_ours, line.print_and_ours),
         _compared(line.print_to_exact, line.print_and_exact),
     )
 
 
-def _with_error(value: float, std_error: float) -> str:
+def _few_effective(line: "Line") -> bool:
+    return line.sample.effective < FEW * line.sample.paths
+
+
+def _explained(found: "list[Line]") -> Iterator[str]:
+    yield BRACKETS
+    if any(map(_few_effective, found)):
+        yield EFFECTIVE
+    for reference, problem in dict.fromkeys((line.row.reference, line.row.problem) for line in found):
+        if reference:
+            yield (
+                f"{REFERENCE}: {reference.scheme} with {reference.steps} steps to the final time, "
+                f"on the same Brownian paths of {problem}"
+            )
+
+
+def _growths(found: "list[Line]") -> Iterator[str]:
+    for line in {(line.row.problem, line.row.scheme, line.h): line for line in found}.values():
+        factor, rate = line.scheme_mean.growth
+        if isfinite(factor):
+            where = f"{line.row.scheme} on {line.row.problem}, h = {line.h:.4g}"
+            equation = f", those of the equation as e^({rate:.4f} t)" if isfinite(rate) else ""
+            yield f"{where}: second moments change by the factor {factor:.6f} a step{equation}"
+
+
+def _order(order: "Order") -> str:
+    error = f"root mean square of {order.observable} - {REFERENCE}"
+    value = with_error(*order.estimate)
+    return f"{order.scheme} on {order.problem}: order {value} of the {error}, from {order.step_sizes} step sizes"
+
+
+def _exactly(value: float) -> str:
+    return f"{value:.10g}" if isfinite(value) else ""
+
+
+def with_error(value: float, std_error: float) -> str:
     """Return a number up to the second digit of its standard error, 2.0062(12); empty if there is none."""
     if not isfinite(value):
         return ""
     if not 0.0 < std_error < 1.0:
         return f"{value:.4g}" + (f" +- {std_error:.2g}" if std_error else "")
-    digits = 1 - floor(log10(std_error))
-    return f"{value:.{digits}f}({std_error * 10**digits:.0f})"
+    # Small numbers in the notation of their last digit, 3.34(35)e-07.
+    size = max(abs(value), std_error)
+    exponent = floor(log10(size)) if size < SMALL else 0
+    digits = 1 - floor(log10(std_error)) + exponent
+    power = f"e{exponent:+03d}" if exponent else ""
+    return f"{value * 10.0**-exponent:.{digits}f}({std_error * 10.0 ** (digits - exponent):.0f}){power}"
 
 
 def _compared(difference: float, word: str) -> str:

@@ -1,9 +1,8 @@
 """One block of an experiment's paths on one problem: every scheme and step size on the same Brownian paths."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,15 +14,9 @@ from ..matching import match
 from ..noise import Brownian, Piece, Source
 from ..scheme import Scheme
 from ..specs import ProblemSpec
+from .notebook import Notebook
+from .quantity import Noted, Quantity, Value
 from .sample import Sample
-
-
-class Quantity(NamedTuple):
-    """The mean of an observable at the final time, by a scheme with a number of steps."""
-
-    scheme: Scheme
-    steps: int
-    observable: str
 
 
 @dataclass(frozen=True)
@@ -34,7 +27,7 @@ class BlockTask:
     ----------
     spec : ProblemSpec
     quantities : tuple of Quantity
-        Their numbers of steps are the least one times powers of 2.
+        The numbers of steps of their values are the least one times powers of 2.
     seed : int
     block : int
         Paths of a full block.
@@ -71,17 +64,25 @@ def run_block(task: BlockTask, block: int, paths: int) -> tuple[Sample, ...]:
 
 
 def _run_block(task: BlockTask, block: int, paths: int) -> tuple[Sample, ...]:
-    problem, coarsest = task.spec.build(), min(quantity.steps for quantity in task.quantities)
-    keys = dict.fromkeys((quantity.scheme, quantity.steps) for quantity in task.quantities)
-    runs = {key: _Run(*key, problem, coarsest, paths) for key in keys}
+    problem, runs = task.spec.build(), _values_by_run(task.quantities)
+    coarsest = min(steps for _, steps in runs)
+    tracks = [_Run(key, values, problem, coarsest, paths) for key, values in runs.items()]
     source = Source(task.seed, task.spec.label, block, task.block, paths)
-    finest = max(run.level for run in runs.values())
-    areas = any("H" in scheme.noise for scheme, _ in keys)
+    areas = any("H" in scheme.noise for scheme, _ in runs)
+    finest = max(run.level for run in tracks)
     brownian = Brownian(source, problem.noise_dim, problem.horizon / coarsest, finest, areas)
     for piece in _pieces(brownian, coarsest):
-        for run in runs.values():
+        for run in tracks:
             run.advance(piece)
-    return tuple(runs[scheme, steps].sample(observable) for scheme, steps, observable in task.quantities)
+    noted = {value: found for run in tracks for value, found in run.noted().items()}
+    return tuple(quantity.sample(noted) for quantity in task.quantities)
+
+
+def _values_by_run(quantities: tuple[Quantity, ...]) -> dict[tuple[Scheme, int], list[Value]]:
+    found: dict[tuple[Scheme, int], list[Value]] = {}
+    for value in dict.fromkeys(value for quantity in quantities for value in quantity.values):
+        found.setdefault((value.scheme, value.steps), []).append(value)
+    return found
 
 
 def _pieces(brownian: Brownian, coarsest: int) -> Iterator[Piece]:
@@ -90,35 +91,37 @@ def _pieces(brownian: Brownian, coarsest: int) -> Iterator[Piece]:
 
 
 class _Run:
-    """A scheme with one number of steps; what goes wrong in it costs its own quantities only."""
+    """A scheme with one number of steps; what goes wrong in it costs its own values only."""
 
-    def __init__(self, scheme: Scheme, steps: int, problem: Problem, coarsest: int, paths: int) -> None:
-        self.scheme, self.problem, self.error = scheme, problem, ""
+    def __init__(
+        self, key: tuple[Scheme, int], values: Sequence[Value], problem: Problem, coarsest: int, paths: int
+    ) -> None:
+        (self.scheme, steps), self.problem, self.values, self.error = key, problem, values, ""
         self.level = (steps // coarsest).bit_length() - 1
+        self.observers: tuple[Notebook, ...] = ()
         with self._guarded():
-            matched = match(scheme, problem)
+            matched = match(self.scheme, problem)
             if matched.problem is None:
                 raise SchemeError(matched.reason)
-            self.track = Track(scheme, matched.problem, self.level, problem.horizon / steps, paths)
+            self.track = Track(self.scheme, matched.problem, self.level, problem.horizon / steps, paths)
+            known = [value for value in values if value.observable in problem.observables]
+            self.observers = (Notebook(self.track, problem, known),)
 
     def advance(self, piece: Piece) -> None:
         """Make the steps of a piece of noise of this level."""
         if piece.level == self.level and not self.error:
             with self._guarded():
-                self.track.advance(piece.noise, ())
+                self.track.advance(piece.noise, self.observers)
 
-    def sample(self, observable: str) -> Sample:
-        """Return the observable at the final time."""
+    def noted(self) -> dict[Value, Noted]:
+        """Return what was noted, or why nothing was."""
         if self.error:
-            return Sample(error=self.error)
-        known = self.problem.observables
-        if observable not in known:
-            return Sample(error=f"the problem has no observable {observable!r}; it has {', '.join(known)}")
-        self.track.find_lost(0.0)
-        values = known[observable](self.problem.horizon, self.track.parts())
-        # What is lost has no value, also where an observable gives it a finite one.
-        values = np.where(self.track.lost, np.nan, values)
-        return Sample.of(values, int(self.track.failed.sum()), int(self.track.lost.sum()))
+            return {value: Noted(error=self.error) for value in self.values}
+        names = ", ".join(self.problem.observables)
+        return {
+            value: Noted(error=f"the problem has no observable {value.observable!r}; it has {names}")
+            for value in self.values
+        } | {value: found for notebook in self.observers for value, found in notebook.noted.items()}
 
     @contextmanager
     def _guarded(self) -> Iterator[None]:

@@ -11,12 +11,10 @@ from ..scheme import Scheme
 from ..selection import select_problems, select_schemes
 from ..settings import Settings
 from ..specs import ProblemSpec, unknown
-from .block import BlockTask, Quantity
+from .block import BlockTask
+from .quantity import Quantity, Value
 
 Thing = TypeVar("Thing")
-
-# Paths simulated together; part of what determines the noise.
-BLOCK = 500
 
 
 @dataclass(frozen=True)
@@ -45,8 +43,9 @@ class ExperimentPlan:
     @property
     def sizes(self) -> tuple[int, ...]:
         """Number of paths of each block."""
-        whole, rest = divmod(self.paths, BLOCK)
-        return (BLOCK,) * whole + ((rest,) if rest else ())
+        block = self.experiment.block
+        whole, rest = divmod(self.paths, block)
+        return (block,) * whole + ((rest,) if rest else ())
 
     def jobs(self) -> Iterator[tuple[int, int]]:
         """Yield (group, block), all problems of a block first: an interrupt finds as many paths of each."""
@@ -82,14 +81,21 @@ def experiment_plan(
         raise UsageError(f"paths must be at least 2, or there is no standard error, got {paths}")
     seed = Settings(seed=Settings().seed if seed is None else seed).seed
     rows = [row for row in experiment.rows if every or not row.costly]
-    problems = dict.fromkeys(row.problem for row in rows)
-    groups = (_group(registry, tuple(row for row in rows if row.problem == problem), seed) for problem in problems)
+    groups = []
+    for problem in dict.fromkeys(row.problem for row in rows):
+        chosen = tuple(row for row in rows if row.problem == problem)
+        quantities = tuple(_quantity(registry, row) for row in chosen)
+        groups.append((BlockTask(_problem(registry, problem), quantities, seed, experiment.block), chosen))
     return ExperimentPlan(experiment, tuple(groups), paths, seed)
 
 
-def _group(registry: Registry, rows: tuple[Row, ...], seed: int) -> tuple[BlockTask, tuple[Row, ...]]:
-    quantities = tuple(Quantity(_scheme(registry, row.scheme), row.steps, row.observable) for row in rows)
-    return BlockTask(_problem(registry, rows[0].problem), quantities, seed, BLOCK), rows
+def _quantity(registry: Registry, row: Row) -> Quantity:
+    value = Value(_scheme(registry, row.scheme), row.steps, row.observable, row.steps_made)
+    if row.reference is None:
+        return Quantity(value)
+    label, steps = row.reference
+    at = row.steps_made * (steps // row.steps)
+    return Quantity(value, Value(_scheme(registry, label), steps, row.observable, at))
 
 
 def _scheme(registry: Registry, label: str) -> Scheme:

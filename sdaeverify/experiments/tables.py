@@ -8,10 +8,11 @@ import pandas as pd
 
 from ..experiment import Experiment, Row
 from ..forms import Problem
-from ..specs import ProblemSpec
 from ..truths import InvariantMean, Moment
+from .block import BlockTask
 from .run import ExperimentRun
 from .sample import Sample
+from .scheme_means import SchemeMean, scheme_means
 
 # Two means agree that differ by no more than four standard errors, and half a unit of what is printed: by chance they
 # disagree once in 16000 times.
@@ -33,19 +34,35 @@ class Line(NamedTuple):
     ----------
     row : Row
     h : float
+    time : float
+        When the mean is taken.
     sample : Sample
     exact : Exact
+    scheme_mean : SchemeMean
+        What the scheme's mean is without sampling.
     """
 
     row: Row
     h: float
+    time: float
     sample: Sample
     exact: Exact
+    scheme_mean: SchemeMean = SchemeMean()
 
     @property
     def error(self) -> float:
         """Our mean minus the exact value."""
         return self.sample.value - self.exact.value
+
+    @property
+    def sampling_error(self) -> float:
+        """Our mean minus what the scheme's mean is."""
+        return self.sample.value - self.scheme_mean.value
+
+    @property
+    def ours_and_scheme(self) -> str:
+        """Whether our mean is what the scheme's is: it is not where paths that are too rare to be drawn carry it."""
+        return _agreement(self.sampling_error, STANDARD_ERRORS * self.sample.std_error)
 
     @property
     def print_to_ours(self) -> float:
@@ -73,15 +90,13 @@ class Line(NamedTuple):
         return self.sample.deviation / sqrt(self.row.printed.paths) if self.row.printed else nan
 
     def _compared(self, difference: float, std_error: float) -> str:
-        if self.row.printed is None or not isfinite(difference) or not isfinite(std_error):
-            return ""
-        allowed = self.row.printed.half_unit + STANDARD_ERRORS * std_error
-        return AGREES if abs(difference) <= allowed else DISAGREES
+        half_unit = self.row.printed.half_unit if self.row.printed else nan
+        return _agreement(difference, half_unit + STANDARD_ERRORS * std_error)
 
 
 def lines(run: ExperimentRun) -> list[Line]:
     """Return the rows as they are now."""
-    found = {row: line for task, rows in run.plan.groups for row, line in _group(run, task.spec, rows)}
+    found = {row: line for task, rows in run.plan.groups for row, line in _group(run, task, rows)}
     return [found[row] for row in run.plan.rows]
 
 
@@ -92,7 +107,8 @@ def table(found: list[Line]) -> pd.DataFrame:
 
 def in_words(found: list[Line]) -> Iterator[str]:
     """Yield what could not be measured, one line for each scheme and step size."""
-    for row, h, sample, _ in found:
+    for line in found:
+        row, h, sample = line.row, line.h, line.sample
         where = f"{row.scheme} on {row.problem}, h = {h:.4g}"
         if sample.error:
             yield f"{where}: {sample.error}"
@@ -104,21 +120,33 @@ def in_words(found: list[Line]) -> Iterator[str]:
             yield f"{where}: on {sample.without_root} of {sample.paths} paths a step found no root"
 
 
-def _group(run: ExperimentRun, spec: ProblemSpec, rows: tuple[Row, ...]) -> Iterator[tuple[Row, Line]]:
-    problem = spec.build()
-    for row in rows:
-        exact = _exact(run.plan.experiment, problem, row.observable)
-        yield row, Line(row, problem.horizon / row.steps, run.sample_of(row), exact)
+def _group(run: ExperimentRun, task: BlockTask, rows: tuple[Row, ...]) -> Iterator[tuple[Row, Line]]:
+    problem, samples = task.spec.build(), [run.sample_of(row) for row in rows]
+    measured = zip(task.quantities, samples, strict=True)
+    means = scheme_means(
+        problem, [each.value for each, sample in measured if each.reference is None and sample.paths]
+    )
+    for row, quantity, sample in zip(rows, task.quantities, samples, strict=True):
+        h, t = problem.horizon / row.steps, problem.horizon * (row.steps_made / row.steps)
+        exact = Exact() if quantity.reference else _exact(run.plan.experiment, problem, row.observable, t)
+        mean = SchemeMean() if quantity.reference else means.get(quantity.value, SchemeMean())
+        yield row, Line(row, h, t, sample, exact, mean)
 
 
-def _exact(experiment: Experiment, problem: Problem, observable: str) -> Exact:
+def _exact(experiment: Experiment, problem: Problem, observable: str, t: float) -> Exact:
     for truth in problem.truths:
         if isinstance(truth, Moment) and truth.observable == observable:
-            return Exact(float(truth.value(problem.horizon)), truth.source)
+            return Exact(float(truth.value(t)), truth.source)
     for truth in problem.truths:
         if experiment.equilibrium and isinstance(truth, InvariantMean) and truth.observable == observable:
             return Exact(truth.value, truth.source)
     return Exact()
+
+
+def _agreement(difference: float, allowed: float) -> str:
+    if not isfinite(difference) or not isfinite(allowed):
+        return ""
+    return AGREES if abs(difference) <= allowed else DISAGREES
 
 
 def _record(line: Line) -> dict[str, object]:
@@ -128,13 +156,22 @@ def _record(line: Line) -> dict[str, object]:
         "scheme": row.scheme,
         "steps": row.steps,
         "h": line.h,
+        "time": line.time,
         "observable": row.observable,
+        "reference_scheme": row.reference.scheme if row.reference else "",
+        "reference_steps": row.reference.steps if row.reference else "",
         "printed": row.printed.digits if row.printed else "",
         "printed_paths": row.printed.paths if row.printed else "",
         "printed_std_error": line.print_std_error,
         "mean": sample.value,
         "std_error": sample.std_error,
         "paths": sample.paths,
+        "effective_paths": sample.effective,
+        "scheme_mean": line.scheme_mean.value,
+        "mean_minus_scheme_mean": line.sampling_error,
+        "mean_and_scheme_mean": line.ours_and_scheme,
+        "scheme_growth_factor": line.scheme_mean.growth.factor,
+        "growth_rate": line.scheme_mean.growth.rate,
         "exact": line.exact.value,
         "exact_source": line.exact.source,
         "mean_minus_exact": line.error,

@@ -2,14 +2,16 @@
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import pytest
 
+from sdaeverify.cli.reproduce import with_error
 from sdaeverify.experiments import ExperimentRun
 
 ROWS = """
-from sdaeverify import Experiment, Printed, Row
+from sdaeverify import Experiment, FineRun, Printed, Row
 
 def row(steps, digits="1.5625", **other):
     return Row(**{{"problem": "gbm[b=0]", "scheme": "euler-maruyama", "steps": steps, "observable": "x",
@@ -59,13 +61,15 @@ def test_unknown_name(reproduce):
 
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err == (
-        "sdaeverify: error: unknown experiment 'laurent-2022-tabel-1'; did you mean laurent-2022-table-1?\n"
+        "sdaeverify: error: unknown experiment 'laurent-2022-tabel-1'; did you mean laurent-2022-table-1? "
+        "--list shows all\n"
     )
 
 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
+        (("nosuch",), "unknown experiment 'nosuch'; --list shows all"),
         ((), "reproduce expects the name of an experiment; --list shows all"),
         (("laurent-2022-table-1", "--paths", "1"), "paths must be at least 2"),
         (("laurent-2022-table-1", "--seed", "-1"), "seed must be between 0 and 2^63 - 1, got -1"),
@@ -93,6 +97,88 @@ def test_table(reproduce, mine):
     assert [word for word in second if word.endswith("agrees")] == ["disagrees", "disagrees"]
     assert "Read this first." in outcome.out
     assert outcome.out.splitlines()[-1] == "exit code 0: every row is run"
+
+
+def test_columns(reproduce, mine):
+    """A column that says nothing in any row is left out, and one that does is headed."""
+    few = reproduce("mine", "--plugin", mine("row(2, printed=None), row(4, printed=None)"))
+    some = reproduce("mine", "--plugin", mine("row(2), row(4, at=1, printed=None)"))
+
+    assert few.out.splitlines()[1].split() == [
+        "problem",
+        "scheme",
+        "h",
+        "mean",
+        "of",
+        "here",
+        "exact",
+        "here",
+        "-",
+        "exact",
+    ]
+    assert some.out.splitlines()[1].split()[:7] == ["problem", "scheme", "h", "t", "mean", "of", "paper"]
+    assert [line.split()[3] for line in some.out.splitlines() if line.startswith("gbm")] == ["x", "0.25"]
+
+
+def test_error_against_a_reference(reproduce, mine):
+    """An error is named by its reference, small numbers keep their digits, and three step sizes make an order."""
+    fine = "reference=FineRun('euler-maruyama', 512), printed=None, problem='gbm'"
+    outcome = reproduce("mine", "--plugin", mine(", ".join(f"row({steps}, {fine})" for steps in (16, 32, 64))))
+
+    assert (outcome.code, outcome.err) == (0, "")
+    rows = [line.split() for line in outcome.out.splitlines() if line.startswith("gbm ")]
+    assert [" ".join(words[3:6]) for words in rows] == ["(x - ref)^2"] * 3
+    found = rows_of("reports/mine/table.csv")
+    for words, row in zip(rows, found, strict=True):
+        shown = re.fullmatch(r"(\d\.?\d*)\((\d+)\)(e-\d\d)?", words[6])
+        assert float(shown[1] + (shown[3] or "")) == pytest.approx(float(row["mean"]), rel=0.05)
+        assert (row["reference_scheme"], row["reference_steps"]) == ("euler-maruyama", "512")
+    assert "ref: euler-maruyama with 512 steps to the final time, on the same Brownian paths of gbm" in outcome.out
+    (order,) = json.loads(Path("reports/mine/run.json").read_text())["orders"]
+    words = r"euler-maruyama on gbm: order (\S+)\(\d+\) of the root mean square of x - ref, from 3 step sizes"
+    assert float(re.search(words, outcome.out)[1]) == pytest.approx(order["order"], abs=0.05)
+    assert (order["observable"], order["step_sizes"]) == ("x", 3)
+
+
+@pytest.mark.parametrize(
+    ("value", "std_error", "text"),
+    [
+        (2.0062, 0.0012, "2.0062(12)"),
+        (3.34e-7, 3.5e-8, "3.34(35)e-07"),
+        (-4.5375e-5, 2.0e-8, "-4.5375(20)e-05"),
+        (1e-9, 3.456e-8, "0.1(35)e-08"),
+        (0.0134, 0.01, "0.013(10)"),
+        (10.73, 4.0, "10.73 +- 4"),
+        (0.25, 0.0, "0.25"),
+        (float("nan"), 1.0, ""),
+    ],
+)
+def test_numbers_with_errors(value, std_error, text):
+    """A number has the digits up to the second of its standard error, which stands in brackets."""
+    assert with_error(value, std_error) == text
+
+
+def test_effective_paths(reproduce, mine):
+    """Where few paths carry a mean it is shown how many, with what is meant by that; elsewhere it is not."""
+    heavy = reproduce("mine", "--paths", "400", "--plugin", mine("row(8, problem='gbm[b=3.0]', observable='x^2'),"))
+    light = reproduce("mine", "--paths", "400", "--plugin", mine("row(8, problem='gbm[b=0.1]', observable='x^2'),"))
+
+    assert "effective paths" in heavy.out.splitlines()[1]
+    assert "Effective paths, (sum y)^2/sum y^2, are shown where they are fewer than a tenth" in heavy.out
+    assert "ffective" not in light.out
+
+
+def test_mean_of_the_scheme(reproduce, mine):
+    """Beside an average stands what the scheme's mean is, where that is known without sampling."""
+    delayed = "problem='delay-test[set=I,horizon=1.0]', scheme='stochastic-theta[theta=0.0]', observable='x^2'"
+    outcome = reproduce("mine", "--paths", "400", "--plugin", mine(f"row(2, {delayed}, printed=None),"))
+
+    # ((1 - h)^2 + h)^2 with h = 1/2.
+    assert "0.5625" in outcome.out
+    assert "of the scheme  here - scheme" in outcome.out
+    (row,) = rows_of("reports/mine/table.csv")
+    assert float(row["scheme_mean"]) == pytest.approx(0.5625, rel=1e-14)
+    assert row["mean_and_scheme_mean"] == "agrees"
 
 
 def test_files(reproduce, mine):

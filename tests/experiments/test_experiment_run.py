@@ -6,8 +6,10 @@ from math import isnan
 import numpy as np
 import pytest
 
-from sdaeverify import SDE, Row
-from sdaeverify.experiments.block import BlockTask, Quantity, run_block
+from experiments.euler_errors import mean_square
+from sdaeverify import SDE, FineRun, Row
+from sdaeverify.experiments.block import BlockTask, run_block
+from sdaeverify.experiments.quantity import Quantity, Value
 from sdaeverify.specs import problem_spec
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
@@ -36,8 +38,12 @@ class Raises(EulerMaruyama):
         raise FloatingPointError("no step")
 
 
-def row(scheme="euler-maruyama", steps=4, problem="gbm[b=0]", observable="x"):
-    return Row(problem=problem, scheme=scheme, steps=steps, observable=observable)
+def row(scheme="euler-maruyama", steps=4, problem="gbm[b=0]", observable="x", **other):
+    return Row(problem=problem, scheme=scheme, steps=steps, observable=observable, **other)
+
+
+def final(scheme, steps, observable):
+    return Quantity(Value(scheme, steps, observable, steps))
 
 
 def finished(run, executor=None, window=1):
@@ -90,9 +96,9 @@ def test_more_paths_keep_the_first(planned):
 def test_rows_share_their_paths():
     """W(T) is the same for all numbers of steps and schemes, up to the rounding of its sum."""
     quantities = (
-        Quantity(EulerMaruyama(), 3, "x"),
-        Quantity(EulerMaruyama(), 96, "x"),
-        Quantity(Milstein(), 24, "x"),
+        final(EulerMaruyama(), 3, "x"),
+        final(EulerMaruyama(), 96, "x"),
+        final(Milstein(), 24, "x"),
     )
     samples = run_block(BlockTask(problem_spec(brownian_motion), quantities, 7, 50), 0, 50)
 
@@ -104,10 +110,10 @@ def test_rows_share_their_paths():
 def test_faults_cost_their_own_rows():
     """A scheme that raises or loses its paths costs its own rows; a lost path has no value of any observable."""
     quantities = (
-        Quantity(Raises(), 4, "x"),
-        Quantity(Explodes(), 8, "x"),
-        Quantity(Explodes(), 8, "t"),
-        Quantity(EulerMaruyama(), 4, "x"),
+        final(Raises(), 4, "x"),
+        final(Explodes(), 8, "x"),
+        final(Explodes(), 8, "t"),
+        final(EulerMaruyama(), 4, "x"),
     )
     raised, lost, timed, right = run_block(BlockTask(problem_spec(brownian_motion), quantities, 7, 50), 0, 50)
 
@@ -117,6 +123,66 @@ def test_faults_cost_their_own_rows():
     assert isnan(timed.value)
     assert right.paths == 50
     assert right.lost == 0
+
+
+def test_means_on_the_way(planned):
+    """A mean after n of N steps is that of n steps, at its own time."""
+    rows = [row(steps=12, at=at, observable=name) for at in (1, 5, 12) for name in ("x", "x^2")]
+    ((*samples,),) = finished(planned(*rows))
+
+    expected = [(1 + 1 / 24) ** (at * power) for at in (1, 5, 12) for power in (1, 2)]
+    assert [sample.value for sample in samples] == pytest.approx(expected, rel=24 * np.finfo(float).eps)
+
+
+def test_time_of_a_mean():
+    """An observable is given the time at which its mean is taken."""
+    quantities = tuple(Quantity(Value(EulerMaruyama(), 8, "t", at)) for at in (1, 6, 8))
+    samples = run_block(BlockTask(problem_spec(brownian_motion), quantities, 7, 5), 0, 5)
+
+    assert [sample.value for sample in samples] == [0.25, 1.5, 2.0]
+
+
+def test_mean_square_against_a_reference(planned):
+    """A row with a reference has the mean square of their difference on the same paths, also on the way."""
+    reference = FineRun("euler-maruyama", 32)
+    rows = [row(steps=4, problem="gbm[b=0.3]", reference=reference, at=at) for at in (2, 4)]
+    ((half, whole),) = finished(planned(*rows, paths=8000))
+
+    assert abs(whole.value - mean_square(0.5, 0.3, 4, 8)) < 4 * whole.std_error
+    # Half of the time is that of the equation with a/2 and b/sqrt(2).
+    assert abs(half.value - mean_square(0.25, 0.3 / 2**0.5, 2, 8)) < 4 * half.std_error
+    # Another refinement is told apart.
+    assert abs(whole.value - mean_square(0.5, 0.3, 4, 2)) > 4 * whole.std_error
+    assert abs(half.value - mean_square(0.25, 0.3 / 2**0.5, 2, 2)) > 4 * half.std_error
+
+
+def test_reference_of_another_scheme(planned):
+    """A reference may be of another scheme: Milstein's is exact where the noise is 0, and no path differs."""
+    same = row(scheme="milstein", reference=FineRun("euler-maruyama", 8))
+    ((sample,),) = finished(planned(same))
+
+    assert sample.value == pytest.approx(((1 + 1 / 8) ** 4 - (1 + 1 / 16) ** 8) ** 2, rel=1e-12)
+
+
+def test_faults_of_a_reference_cost_its_rows():
+    """Where the reference raises or loses its paths, so do the rows that are compared with it, and no others."""
+    own, raising, losing = (Value(scheme, 8, "x", 8) for scheme in (EulerMaruyama(), Raises(), Explodes()))
+    coarse = Value(EulerMaruyama(), 4, "x", 4)
+    quantities = Quantity(coarse, own), Quantity(coarse, raising), Quantity(coarse, losing), Quantity(own)
+    right, raised, lost, alone = run_block(BlockTask(problem_spec(brownian_motion), quantities, 7, 50), 0, 50)
+
+    assert (right.paths, alone.paths, right.lost, alone.lost) == (50, 50, 0, 0)
+    assert raised.error == "scheme raises: FloatingPointError: no step"
+    assert lost.lost == 50
+    assert isnan(lost.value)
+
+
+def test_block_size(planned):
+    """An experiment says how many paths are simulated together; it is part of what determines them."""
+    small, large = (planned(row(problem="gbm"), paths=40, block=block) for block in (20, 40))
+
+    assert (small.plan.sizes, large.plan.sizes) == ((20, 20), (40,))
+    assert finished(small) != finished(large)
 
 
 def test_scheme_that_does_not_match(planned):

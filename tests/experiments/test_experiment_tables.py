@@ -4,9 +4,10 @@ from math import isnan, nan
 
 import pytest
 
-from sdaeverify import InvariantMean, Printed, Row
+from sdaeverify import FineRun, InvariantMean, Printed, Row
 from sdaeverify.experiments import Line, in_words, lines, table
 from sdaeverify.experiments.sample import Sample
+from sdaeverify.experiments.scheme_means import SchemeMean
 from sdaeverify.experiments.tables import Exact
 
 # 400 paths of standard deviation 2: standard error 0.1, and 0.02 for a print from 10000 paths.
@@ -15,7 +16,8 @@ SAMPLE = Sample(400, 1.0, 4.0 * 399)
 
 def line(digits="1.0", exact=1.0, paths=10**4, sample=SAMPLE):
     printed = Printed(digits, paths) if digits else None
-    return Line(Row(problem="p", scheme="s", steps=4, observable="x", printed=printed), 0.25, sample, Exact(exact))
+    row = Row(problem="p", scheme="s", steps=4, observable="x", printed=printed)
+    return Line(row, 0.25, 1.0, sample, Exact(exact))
 
 
 @pytest.mark.parametrize(
@@ -63,6 +65,25 @@ def test_exact_values(planned, registry):
     assert invariant[1].exact.source
 
 
+def test_exact_value_on_the_way(planned):
+    """The exact value is the moment at the time at which the mean is taken; an error has none."""
+    rows = [
+        Row(problem="gbm[b=0]", scheme="milstein", steps=4, observable="x", at=1),
+        Row(problem="gbm[b=0]", scheme="milstein", steps=4, observable="x", reference=FineRun("milstein", 8)),
+    ]
+    mean, error = lines(planned(*rows))
+
+    assert (mean.time, error.time) == (0.25, 1.0)
+    assert mean.exact.value == pytest.approx(1.1331484530668263, rel=1e-14)
+    assert isnan(error.exact.value)
+
+
+@pytest.mark.parametrize(("scheme_mean", "word"), [(1.39, "agrees"), (1.41, "disagrees"), (nan, "")])
+def test_mean_of_the_scheme(scheme_mean, word):
+    """Our mean is compared with the scheme's to four standard errors, where that is known."""
+    assert line()._replace(scheme_mean=SchemeMean(scheme_mean)).ours_and_scheme == word
+
+
 def test_table(planned):
     """Every row of the table has all that is known, with all digits."""
     row = Row(problem="gbm[b=0]", scheme="euler-maruyama", steps=2, observable="x", printed=Printed("1.5624", 9))
@@ -77,7 +98,10 @@ def test_table(planned):
     assert (found["printed"], found["printed_and_mean"], found["printed_and_exact"]) == (
         "1.5624", "disagrees", "disagrees",
     )  # fmt: skip
-    assert (found["steps"], found["h"], found["paths"]) == (2, 0.5, 10)
+    assert (found["steps"], found["h"], found["time"], found["paths"]) == (2, 0.5, 1.0, 10)
+    # Without noise all paths are equal.
+    assert found["effective_paths"] == pytest.approx(10.0, rel=1e-12)
+    assert found["reference_scheme"] == found["reference_steps"] == found["mean_and_scheme_mean"] == ""
 
 
 def test_words():

@@ -48,3 +48,28 @@ def test_no_paths():
     assert isnan(Sample().std_error)
     assert Sample().merged(Sample()) == Sample()
     assert Sample.of(np.ones(3)).merged(Sample()) == Sample.of(np.ones(3))
+
+
+def test_groups():
+    """Paths and sums of the groups are those of all paths, however they are cut into blocks of whole rounds."""
+    values = np.random.default_rng(2).standard_normal(107)
+
+    merged = Sample.of(values[:40]).merged(Sample.of(values[40:]))
+
+    counts, sums = zip(*merged.groups, strict=True)
+    assert counts == tuple(len(values[g::20]) for g in range(20))
+    assert sums == pytest.approx([values[g::20].sum() for g in range(20)], rel=1e-13)
+    assert Sample().groups == ()
+
+
+def test_effective_paths():
+    """Equal values count as many as they are, and one that outweighs all others as 1."""
+    equal = Sample.of(np.full(8, 0.3))
+    one = Sample.of(np.array([1.0, 0.0, 0.0, 0.0])).merged(Sample.of(np.zeros(4)))
+    values = np.random.default_rng(3).exponential(size=50)
+
+    assert equal.effective == pytest.approx(8.0, rel=1e-14)
+    assert one.effective == pytest.approx(1.0, rel=1e-14)
+    assert Sample.of(values).effective == pytest.approx(values.sum() ** 2 / (values**2).sum(), rel=1e-13)
+    assert isnan(Sample().effective)
+    assert isnan(Sample.of(np.array([1.0, np.nan]), lost=1).effective)

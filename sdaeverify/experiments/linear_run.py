@@ -1,0 +1,71 @@
+"""A run that is linear with a delay, so that its first two moments need no sampling."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..forms import DelaySDAE, DelayState, Problem
+from ..matching import match
+from ..probe.affine import AFFINE
+from ..probe.delay_linear import at_rest, is_autonomous, linear_delay, probed_step
+from ..probe.delay_moments import RunMoments, Start, run_moments
+from ..probe.delay_radius import radius
+from ..probe.delay_step import LinearDelayStep
+from ..scheme import Scheme, flatten
+
+
+class Growth(NamedTuple):
+    """How second moments grow in the long run.
+
+    Attributes
+    ----------
+    factor : float
+        Of a step of the scheme: its spectral radius.
+    rate : float
+        Of the equation, as e^(rate t); NaN if it is not known.
+    """
+
+    factor: float
+    rate: float
+
+
+class LinearRun(NamedTuple):
+    """A scheme with one step size on a linear equation with a delay.
+
+    Attributes
+    ----------
+    scheme : Scheme
+    view : DelaySDAE
+        As the scheme sees the equation.
+    h : float
+    step : LinearDelayStep
+    """
+
+    scheme: Scheme
+    view: DelaySDAE
+    h: float
+    step: LinearDelayStep
+
+    def moments(self, steps: int) -> RunMoments:
+        """Return means and second moments of x and y up to so many steps."""
+        mesh, start = self.view.mesh(self.h), self.scheme.start(self.view, 1, self.h)
+        lagged = np.stack([self.view.past(n * self.h - self.view.delay)[:, 0] for n in range(mesh.m)])
+        return run_moments(self.step, mesh, Start(flatten(start)[:, 0], lagged), steps)
+
+    def growth(self) -> Growth:
+        """Return how second moments grow; the equation's rate is known of one x and one noise."""
+        scalar = self.view.dimension == self.view.noise_dim == 1
+        rate = linear_delay(self.view).growth_rate if scalar else np.nan
+        return Growth(radius(self.step, self.view.mesh(self.h)).rho, rate)
+
+
+def linear_run(scheme: Scheme, steps: int, problem: Problem) -> LinearRun | None:
+    """Return the run of a scheme with so many steps to the final time; None where it is not linear."""
+    view, h = match(scheme, problem).problem, problem.horizon / steps
+    if not isinstance(view, DelaySDAE) or not view.delay or scheme.law.clip:
+        return None
+    if not isinstance(scheme.start(view, 1, h), DelayState) or not at_rest(view) or not is_autonomous(view):
+        return None
+    found = probed_step(scheme, view, h)
+    linear = not found.failed and max(found.defect, np.abs(found.offset).max()) <= AFFINE
+    return LinearRun(scheme, view, h, found.step) if linear else None
