@@ -246,7 +246,7 @@ def test_additive_noise_is_not_additive_in_the_view():
     """The projector depends on r; but as only v is driven, the Milstein term vanishes."""
     problem = HolonomicSDAE(**{**fields_of(pendulum(1.0)), "traits": frozenset({"additive-noise"})})
     sde = problem.view(SDE)
-    assert sde.traits == {"vanishing-milstein-term", "constrained"}
+    assert sde.traits == {"vanishing-milstein-term", "constrained", "no-delay"}
     r, v = plane_points()
     x = np.concatenate([r, v])
     B = sde.diffusion(0.0, x)

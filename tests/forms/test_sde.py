@@ -190,7 +190,7 @@ def test_observables_that_cannot_be_evaluated_are_refused(observable, words):
 )
 def test_traits_that_follow_are_added(changes, traits):
     """One motion is scalar noise; additive noise has no Milstein term; without constraint nothing can be left."""
-    assert make(**changes).traits == traits | {"unconstrained"}
+    assert make(**changes).traits == traits | {"unconstrained", "no-delay"}
 
 
 def test_views_are_of_its_own_form_only():
