@@ -1,52 +1,15 @@
 """The test problem of Qu, Huang & Liu (2010), (5.1), with its six sets of coefficients or any others."""
 
 from math import isnan, nan
-from typing import NamedTuple
 
 import numpy as np
 
-from sdaeverify import Array, DelaySDAE, Dissipation, ParameterError, Partials, hookimpl
+from sdaeverify import Array, DelaySDAE, ParameterError, Partials, hookimpl
+
+from ._delay_coefficients import SETS, Coefficients
+from ._delay_test_moments import moments
 
 SOURCE = "Qu, Huang & Liu 2010, (5.1)"
-
-
-class Coefficients(NamedTuple):
-    """a, b, c, d, l and q, in units of 1/time or 1/sqrt(time)."""
-
-    a: float
-    b: float
-    c: float
-    d: float
-    l: float
-    q: float
-
-    @property
-    def dissipation(self) -> Dissipation:
-        """The constants of (4.1); L_1 = 1."""
-        a, b, c, d, l, q = self
-        mixed = abs(c * d)
-        return Dissipation(
-            abar=-a,
-            al0=abs(a),
-            al1=abs(b),
-            al2=1.0,
-            be0=c * c + mixed,
-            be1=d * d + mixed,
-            be2=0.0,
-            L1=1.0,
-            L2=abs(q),
-            L3=abs(l),
-        )
-
-
-SETS = {
-    "I": Coefficients(-1.0, 0.0, 1.0, 0.0, 0.0, 0.0),
-    "II": Coefficients(-1.0, 1.0, 1.0, 1.0, 0.0, 0.0),
-    "III": Coefficients(-1.0, 1.0, 1.0, 1.0, 0.1, -10.0),
-    "IV": Coefficients(-8.0, 2.0, 0.0, 1.0, 1.0, 1.0),
-    "V": Coefficients(-4.0, 1.0, 0.0, 3.0, 1.0, 2.0),
-    "VI": Coefficients(-4.0, 1.0, 0.0, 1.0, 0.2, 1.0),
-}
 
 
 def delay_test(  # noqa: PLR0913, PLR0917 - the paper's six coefficients
@@ -67,8 +30,18 @@ def delay_test(  # noqa: PLR0913, PLR0917 - the paper's six coefficients
     ----------
     set : str
         I to VI, the paper's coefficients.
-    a, b, c, d, l, q : float
-        In the place of the set's, where given; unit 1/time, c and d 1/sqrt(time).
+    a : float
+        In the place of the set's, as all others, where given; unit 1/time.
+    b : float
+        Unit 1/time.
+    c : float
+        Unit 1/sqrt(time).
+    d : float
+        Unit 1/sqrt(time).
+    l : float
+        Unit 1/time.
+    q : float
+        Unit 1/time.
     horizon : float
         Final time, the delay being 1.
 
@@ -110,6 +83,7 @@ def problem(at: Coefficients, horizon: float) -> DelaySDAE:
             "x^3": lambda t, s: s["x"][0] ** 3,
             "y": lambda t, s: s["y"][0],
         },
+        truths=moments(at, horizon),
         dissipation=at.dissipation,
         units="x dimensionless, time in the unit of the delay",
         source=SOURCE,

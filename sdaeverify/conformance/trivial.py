@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array, Parts
-from ..forms import SDE, HolonomicSDAE, Langevin, Problem
+from ..forms import SDE, DelaySDAE, HolonomicSDAE, Langevin, Problem
 
 # Two columns, then one: full, diagonal, single.
 NOISES: tuple[Array, ...] = (
@@ -23,6 +23,12 @@ NOISES: tuple[Array, ...] = (
 ALONG = np.array([[0.7, -0.3], [0.0, 0.0]])
 RATE = np.array([0.6, -0.4])
 SPEED, FRICTION = 0.5, 0.5
+# The checks' step size, and the factor by which it is shortened where an error is found.
+H, SHORTER = 2.0**-6, 2.0**-20
+# Delays, in steps.
+DELAYS = (2.7, 0.3, 0.0)
+# Rates and strengths of what vanishes on the solution.
+PULL = 0.8
 SOURCE = "trivial problem of the conformance checks"
 
 
@@ -36,11 +42,14 @@ class Trivial(NamedTuple):
     problem : Problem
     solution : callable, (float, ndarray of shape (l, P)) -> mapping of str to ndarray
         The components that are known at time t, given the sum of all increments of W.
+    finer : Trivial or None
+        What takes its place on shorter steps: a delay of the same number of them.
     """
 
     name: str
     problem: Problem
     solution: Callable[[float, Array], Parts]
+    finer: "Trivial | None" = None
 
 
 @cache
@@ -144,8 +153,63 @@ def _damped(name: str, speed: float, force: float, sigma: float, known: tuple[st
     return Trivial(name, problem, solution)
 
 
+def _delays() -> list[tuple[Trivial, ...]]:
+    noise, none = (NOISES[1], NOISES[2]), tuple(np.zeros_like(S) for S in NOISES[1:])
+    equations = [(0.0 * RATE, none), (RATE, none), (0.0 * RATE, noise)]
+    return [
+        tuple(_on_both(steps, c, S, algebraic=algebraic) for S in strengths for algebraic in (True, False))
+        for steps in DELAYS
+        for c, strengths in equations
+    ]
+
+
+def _on_both(steps: float, c: Array, S: Array, *, algebraic: bool) -> Trivial:
+    coarse, fine = (_delayed(steps * h, c, S, algebraic=algebraic) for h in (H, H * SHORTER))
+    return coarse._replace(finer=fine)
+
+
+def _delayed(tau: float, c: Array, S: Array, *, algebraic: bool) -> Trivial:
+    """Return x moving at the velocity c, or by noise, and y that follows its past or, by noise, x itself.
+
+    Where x moves at the velocity c, all else that coefficients hold vanishes if lagged values are right.
+    """
+    start, follows = np.array([1.0, -0.5]), not S.any()
+    given: dict[str, Any] = {"constraint": _lags(follows), "algebraic": start - tau * c} if algebraic else {}
+
+    def behind(x: Array, v: Array) -> Array:
+        return np.asarray(v - x + tau * c[:, None]) if follows else 0.0 * x
+
+    def drift(_t: float, x: Array, v: Array, y: Array) -> Array:
+        pull = y - (v if follows else x) if algebraic else 0.0
+        return np.asarray(c[:, None] + PULL * (behind(x, v) + pull))
+
+    def solution(t: float, W: Array) -> Parts:
+        x = start[:, None] + t * c[:, None] + S @ W
+        return {"x": x, "y": x - tau * c[:, None]} if algebraic else {"x": x}
+
+    problem = DelaySDAE(
+        drift=drift,
+        diffusion=lambda _t, x, v, _y: S[..., None] + PULL * behind(x, v)[:, None],
+        delay=tau,
+        history=lambda t: start + t * c,
+        **given,
+        noise_dim=S.shape[1],
+        horizon=1.0,
+        traits=frozenset({"additive-noise"} if not follows else set()),
+        source=SOURCE,
+    )
+    equation = "dx = S dW" if S.any() else "dx = c dt" if c.any() else "dx = 0"
+    follower = (", y = x(t - tau)" if follows else ", y = x") if algebraic else ""
+    return Trivial(equation + follower, problem, solution)
+
+
+def _lags(follows: bool) -> Callable[[float, Array, Array, Array], Array]:
+    return lambda _t, x, v, y: y - (v if follows else x)
+
+
 FORMS: dict[type[Any], Callable[[], list[tuple[Trivial, ...]]]] = {
     SDE: _sdes,
+    DelaySDAE: _delays,
     HolonomicSDAE: _constrained,
     Langevin: _langevins,
 }

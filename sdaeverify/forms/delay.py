@@ -205,8 +205,8 @@ class DelaySDAE(Problem):
         return DelayState(x, self.eliminated(0.0, x, x))
 
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:
-        """Return the defect u where the lagged x and the time are known."""
-        if self.constraint is None or (self.delay and "lagged" not in parts):
+        """Return the defect u where y, the lagged x and the time are known."""
+        if self.constraint is None or "y" not in parts or (self.delay and "lagged" not in parts):
             return {}
         x, y, t = parts["x"], parts["y"], float(parts["t"][0, 0]) if "t" in parts else 0.0
         v = parts.get("lagged", x)

@@ -106,8 +106,12 @@ class Drift(Measure):
     name: ClassVar[str] = "drift"
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
-        """Refuse problems without constraints."""
-        return "" if problem.has_constraints else "the problem has no constraint"
+        """Refuse problems without constraints, and schemes that see one without its algebraic components."""
+        if not problem.has_constraints:
+            return "the problem has no constraint"
+        view = scheme.view_of(problem)
+        eliminated = "algebraic" in problem.traits and view is not None and view is not problem
+        return "the scheme sees the equation with y eliminated: no constraint is left" if eliminated else ""
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> ResidualObserver:
         """Return the notebook for one block."""

@@ -6,10 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdaeverify.arrays import Array, Mask
-from sdaeverify.forms import HolonomicSDAE, Problem
+from sdaeverify.arrays import Array, Mask, Parts
+from sdaeverify.forms import SDE, DelaySDAE, HolonomicSDAE, Problem
 from sdaeverify.matching import match
 from sdaeverify.noise import Increment, Source, brownian_steps
+from sdaeverify.probe.delay_links import linked_equation
 from sdaeverify.registry import Registry
 from sdaeverify.scheme import Scheme, State, Step
 from sdaeverify.specs import ProblemSpec
@@ -18,10 +19,14 @@ from sdaeverify.truths import Moment
 # Parameters that switch truths or terms on which the defaults leave off.
 VARIANTS = {
     "damped-pendulum": ({"c_g": "0.0"}, {"c_g": "0.0", "gamma": "0.3", "kT": "1.5"}),
+    "delay-linear": ({"c": "0.0"},),
+    "delay-test": ({"set": "II"}, {"set": "V", "l": "0.0"}, {"horizon": "1.0"}),
     "double-well": ({"sigma": "0.5"},),
     "ellipse": ({"measure": "delta"},),
     "fibre-clamped": ({"d": "3", "N": "3"},),
     "fibre-free": ({"d": "3", "N": "3"},),
+    "gbm-algebraic": ({"tau": "0.3"},),
+    "nonlinear-constraint": ({"tau": "0.0"},),
     "ou": ({"a": "-0.8"},),
     "pendulum": ({"c_g": "0.0"}, {"c_g": "0.0", "omega_0": "-1.5", "theta_0": "2.0"}),
     "pendulum-velocity-noise": ({"gamma": "0.7", "sigma": "0.3"}, {"gamma": "0.5", "sigma": "1.0"}),
@@ -127,7 +132,7 @@ def spread(scheme: Scheme, problem: Problem, paths: int) -> State:
     h = problem.horizon / paths
     state = scheme.start(problem, paths, h)
     for n in range(paths):
-        new = step(Cell(scheme, problem, ""), state, h, draw(problem.noise_dim, paths, h, n)).state
+        new = step(Cell(scheme, problem, ""), state, h, driving(problem, paths, h, n)).state
         state = _chosen(np.arange(paths) > n, new, state)
     for array in fields(state):
         array.flags.writeable = False
@@ -138,6 +143,32 @@ def draw(dimension: int, paths: int, h: float, block: int = 0) -> Increment:
     """Return the noise of one step."""
     (level,) = next(brownian_steps(Source(1, "conformance", block, paths), dimension, h, 0))
     return level.increment(0)
+
+
+def driving(problem: Problem, paths: int, h: float, block: int = 0) -> Increment:
+    """Return the noise of one step of a problem, with a past of its own on each path where there is a delay."""
+    noise = draw(problem.noise_dim, paths, h, block)
+    if problem.recall(h, paths) is None:
+        return noise
+    x = problem.initial(paths).x
+    past = x + 0.5 * np.random.default_rng(block).standard_normal((2, *x.shape))
+    past.flags.writeable = False
+    return noise._replace(lagged=past[0], ahead=past[1])
+
+
+def equation(problem: Problem) -> SDE:
+    """Return the Ito equation of a problem, with a delay that of the solution now and one delay ago."""
+    seen = linked_equation(problem, 2) if isinstance(problem, DelaySDAE) and problem.delay else problem.view(SDE)
+    assert isinstance(seen, SDE)
+    return seen
+
+
+def at_the_start(problem: Problem, paths: int = 1) -> Parts:
+    """Return the initial components, with what else a constraint may depend on."""
+    parts = problem.parts(problem.initial(paths))
+    if not isinstance(problem, DelaySDAE):
+        return parts
+    return {**parts, "lagged": np.repeat(problem.past(-problem.delay), paths, axis=1), "t": np.zeros((1, 1))}
 
 
 def step(cell: Cell, state: State, h: float, noise: Increment) -> Step:

@@ -14,6 +14,7 @@ from sdaeverify.forms import Problem
 from sdaeverify.specs import ProblemSpec
 from sdaeverify.truths import Moment
 from sdaeverify_problems import _circle as circle
+from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.pendulum import pendulum
 
@@ -68,3 +69,16 @@ def test_a_wrong_rate_of_a_moment_is_noticed(value: Callable[[float], float]) ->
         truths.test_promised_moments_start_with_the_rate_of_the_generator(
             Promise(ProblemSpec("pendulum", lambda: pendulum(c_g=0.0)), moment, "planted")
         )
+
+
+@pytest.mark.parametrize("observable", ["x", "x^2", "y"])
+def test_a_wrong_rate_of_a_moment_with_delay_is_noticed(observable: str) -> None:
+    """What is added to a moment of x or of y, the latter moving with the history, fails; the moment itself passes."""
+    spec = ProblemSpec("delay-test", delay_test, (("horizon", 1.0),))
+    (known,) = (t for t in spec.build().truths if isinstance(t, Moment) and t.observable == observable)
+    check = truths.test_promised_moments_start_with_the_rate_of_the_generator
+    check(Promise(spec, known, "right"))
+    wrong = dataclasses.replace(known, value=lambda t: known.value(t) + 1e-3 * t)
+
+    with pytest.raises(AssertionError):
+        check(Promise(spec, wrong, "planted"))

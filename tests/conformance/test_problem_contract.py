@@ -6,11 +6,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from conformance.cells import LENGTHS, Trait, spread
+from conformance.cells import LENGTHS, Trait, at_the_start, equation, spread
 from conformance.differences import FIRST_ERROR, SECOND_ERROR, first, second
 from sdaeverify.arrays import Array
 from sdaeverify.errors import ProblemError
-from sdaeverify.forms import SDE, TRAITS, HolonomicSDAE, Problem
+from sdaeverify.forms import SDE, TRAITS, DelaySDAE, Dissipation, HolonomicSDAE, Problem
 from sdaeverify.numerics import directional, jacobian, second_directional
 from sdaeverify.specs import ProblemSpec
 from sdaeverify.truths import InvariantMean
@@ -23,7 +23,7 @@ TIMES = (0.0, 0.37, 0.91)
 
 def states(problem: Problem) -> Array:
     """Return states of the problem's view as an SDE along a pilot trajectory, shape (d, P)."""
-    return spread(EulerMaruyama(), problem.view(SDE), PATHS)
+    return spread(EulerMaruyama(), equation(problem), PATHS)
 
 
 def directions(x: Array, count: int = 3) -> list[Array]:
@@ -52,7 +52,7 @@ def test_a_problem_describes_itself(spec: ProblemSpec) -> None:
 def test_a_problem_starts_where_its_constraints_hold(spec: ProblemSpec) -> None:
     """All residuals vanish at the initial state to rounding."""
     problem = spec.build()
-    residuals = problem.residuals(problem.parts(problem.initial(1)))
+    residuals = problem.residuals(at_the_start(problem))
 
     assert bool(residuals) == problem.has_constraints
     for value, scale in residuals.values():
@@ -105,7 +105,7 @@ def test_a_relaxation_time_is_given_where_an_invariant_law_is(spec: ProblemSpec)
 
 def test_functions_are_the_same_on_one_path_and_on_many(spec: ProblemSpec) -> None:
     """Drift and diffusion of a path do not depend on the paths beside it."""
-    view = spec.build().view(SDE)
+    view = equation(spec.build())
     x = states(view)
     for f in (view.drift, view.diffusion):
         together = np.broadcast_to(f(0.2, x), (*f(0.2, x).shape[:-1], PATHS))
@@ -116,7 +116,7 @@ def test_functions_are_the_same_on_one_path_and_on_many(spec: ProblemSpec) -> No
 
 def test_the_derivative_of_the_diffusion_is_one(spec: ProblemSpec) -> None:
     """DB(x) y agrees with complex steps and with differences."""
-    view = spec.build().view(SDE)
+    view = equation(spec.build())
     x = states(view)
     for y in LENGTHS.get(spec.name, 1.0) * np.stack(directions(x)):
         DB, B = view.derivative_of_diffusion(0.2, x, y), view.diffusion(0.2, x)
@@ -191,7 +191,7 @@ def is_additive(problem: Problem) -> None:
     x = states(problem)
     count = len(x) // 2
     own = isinstance(problem, HolonomicSDAE)
-    arguments, diffusion = ((x[:count], x[count:]), problem.diffusion) if own else ((x,), problem.view(SDE).diffusion)
+    arguments, diffusion = ((x[:count], x[count:]), problem.diffusion) if own else ((x,), equation(problem).diffusion)
     values = [diffusion(t, *arguments) for t in TIMES]
     assert all(np.array_equal(B, np.broadcast_to(values[0][..., :1], B.shape)) for B in values)
 
@@ -209,7 +209,7 @@ def is_diagonal(problem: Problem) -> None:
 
 
 def has_no_milstein_term(problem: Problem) -> None:
-    view = problem.view(SDE)
+    view = equation(problem)
     x = states(view)
     B = np.broadcast_to(view.diffusion(0.2, x), (len(x), view.noise_dim, PATHS))
     for k in range(view.noise_dim):
@@ -238,6 +238,52 @@ def has_a_constraint(problem: Problem) -> None:
     assert problem.has_constraints
 
 
+def arguments(problem: DelaySDAE) -> tuple[Array, Array, Array]:
+    """Return x, v and y with the solution's sizes, one of each on a path."""
+    rng, d = np.random.default_rng(8), problem.dimension
+    x, v = problem.initial(PATHS).x + rng.standard_normal((2, d, PATHS))
+    return x, v, rng.standard_normal((problem.constraints, PATHS))
+
+
+def has_index_1(problem: Problem) -> None:
+    assert isinstance(problem, DelaySDAE)
+    assert problem.constraints > 0
+    u_y = problem.linearised_constraint(0.2, *arguments(problem)).y
+    assert np.linalg.matrix_rank(np.moveaxis(u_y, -1, 0)).min() == problem.constraints
+
+
+def has_no_delay(problem: Problem) -> None:
+    assert not (isinstance(problem, DelaySDAE) and problem.delay)
+
+
+def has_delayed_noise(problem: Problem) -> None:
+    assert isinstance(problem, DelaySDAE)
+    x, v, y = arguments(problem)
+    values = [problem.diffusion(0.2, z, v, w) for z, w in ((x, y), (y.sum() - 2.0 * x, 1.0 - y))]
+    assert np.array_equal(*values)
+
+
+def is_dissipative(problem: Problem) -> None:
+    """Try condition (4.1) at random arguments, far from rounding."""
+    assert isinstance(problem, DelaySDAE)
+    k = problem.dissipation
+    assert k is not None
+    assert k.C > 0.0
+    (x, v, y), slack = arguments(problem), 1.0 + 64 * EPS
+    change = 0.5 * y + 1.0
+
+    def size(z: Array) -> Array:
+        return np.sqrt((z * z).sum(axis=tuple(range(z.ndim - 1))))
+
+    f, f_1 = problem.drift(0.0, x, v, y), problem.drift(0.0, 2.0 * v, x, change)
+    alone = problem.drift(0.0, x, 0.0 * v, 0.0 * y)
+    assert np.all((x * alone).sum(axis=0) <= -k.abar * size(x) ** 2 + 64 * EPS * size(x) ** 2)
+    lipschitz = k.al0 * size(x - 2.0 * v) + k.al1 * size(v - x) + k.al2 * size(y - change)
+    assert np.all(size(f - f_1) <= slack * lipschitz)
+    growth = k.be0 * size(x) ** 2 + k.be1 * size(v) ** 2 + k.be2 * size(y) ** 2
+    assert np.all(size(problem.diffusion(0.0, x, v, y)) ** 2 <= slack * growth)
+
+
 CHECKS: dict[str, Callable[[Problem], None]] = {
     "unconstrained": has_no_constraint,
     "constrained": has_a_constraint,
@@ -246,6 +292,10 @@ CHECKS: dict[str, Callable[[Problem], None]] = {
     "diagonal-noise": is_diagonal,
     "vanishing-milstein-term": has_no_milstein_term,
     "normal-milstein-term": has_normal_milstein_term,
+    "algebraic": has_index_1,
+    "no-delay": has_no_delay,
+    "delayed-noise": has_delayed_noise,
+    "dissipative": is_dissipative,
 }
 
 
@@ -294,3 +344,46 @@ def test_false_traits_are_noticed(name: str) -> None:
     """A problem that declares a trait it has not cannot be made, or fails the check of this trait."""
     with pytest.raises((AssertionError, ProblemError)):
         CHECKS[FALSE[name][1]](two_noises(*FALSE[name]))
+
+
+def delayed(**changes: object) -> DelaySDAE:
+    """Return dx = -2 x dt + v dW with a delay, and without y, changed."""
+    fields = {
+        "drift": lambda t, x, v, y: -2.0 * x,
+        "diffusion": lambda t, x, v, y: v[:, None],
+        "delay": 0.5,
+        "history": lambda t: [1.0],
+        "noise_dim": 1,
+        "horizon": 1.0,
+        "source": "planted",
+    }
+    return DelaySDAE(**{**fields, **changes})
+
+
+RIGHT = Dissipation(abar=2.0, al0=2.0, al1=0.0, al2=0.0, be0=0.0, be1=1.0, be2=0.0, L1=1.0, L2=0.0, L3=0.0)
+FALSE_WITH_DELAY = {
+    "noise of the state": ("delayed-noise", {"diffusion": lambda t, x, v, y: x[:, None] + v[:, None]}),
+    "no y": ("algebraic", {}),
+    "a delay": ("no-delay", {}),
+    "less damping": ("dissipative", {"dissipation": RIGHT._replace(abar=2.5)}),
+    "more drift": ("dissipative", {"dissipation": RIGHT._replace(al0=1.5)}),
+    "more noise": ("dissipative", {"dissipation": RIGHT._replace(be1=0.5)}),
+}
+
+
+@pytest.mark.parametrize("name", FALSE_WITH_DELAY)
+def test_false_traits_of_delay_equations_are_noticed(name: str) -> None:
+    """The check of a trait passes where the problem has it, and fails where one term is changed."""
+    trait, change = FALSE_WITH_DELAY[name]
+
+    with pytest.raises(AssertionError):
+        CHECKS[trait](delayed(**change))
+
+
+def test_true_traits_of_delay_equations_pass() -> None:
+    """Delayed noise and the constants of dissipation are recognised, as is the absence of a delay."""
+    problem = delayed(dissipation=RIGHT, traits=frozenset({"delayed-noise"}))
+
+    CHECKS["dissipative"](problem)
+    CHECKS["delayed-noise"](problem)
+    CHECKS["no-delay"](delayed(delay=0.0))

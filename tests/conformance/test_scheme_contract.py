@@ -6,8 +6,8 @@ import pickle
 import numpy as np
 import pytest
 
-from conformance.cells import Cell, copied, draw, fields, spread, step, take
-from sdaeverify.forms import TRAITS
+from conformance.cells import Cell, copied, driving, fields, spread, step, take
+from sdaeverify.forms import NOISE, TRAITS
 from sdaeverify.noise import Increment
 from sdaeverify.registry import load_registry
 from sdaeverify.scheme import Scheme, State, flatten, same_kind
@@ -29,7 +29,7 @@ def state(cell: Cell) -> State:
 
 @pytest.fixture(scope="module")
 def noise(cell: Cell, h: float) -> Increment:
-    return draw(cell.problem.noise_dim, PATHS, h, block=PATHS)
+    return driving(cell.problem, PATHS, h, block=PATHS)
 
 
 def equal(left: State, right: State) -> bool:
@@ -105,7 +105,7 @@ def test_a_step_returns_a_state_like_the_one_given(cell: Cell, h: float, paths: 
     """State, flags and outputs have the number of paths that was given."""
     given = cell.scheme.start(cell.problem, paths, cell.problem.horizon / PATHS)
 
-    result = step(cell, given, h, draw(cell.problem.noise_dim, paths, h))
+    result = step(cell, given, h, driving(cell.problem, paths, h))
 
     same_kind(given, result)
     assert all(array.shape[-1] == paths for array in (*fields(result.state), *result.outputs.values()))
@@ -118,7 +118,7 @@ def test_a_step_uses_the_increment_of_the_brownian_motion(cell: Cell, state: Sta
 
     A linear step may by chance be even in dW, or constant on one side of 0, at one step size.
     """
-    noise = draw(cell.problem.noise_dim, PATHS, h, block=1)
+    noise = driving(cell.problem, PATHS, h, block=1)
     new, opposite, half = (
         flatten(step(cell, state, h, noise._replace(dW=s * noise.dW, H=s * noise.H)).state) for s in (1.0, -1.0, 0.5)
     )
@@ -131,7 +131,7 @@ def test_a_scheme_uses_the_noise_it_declares_and_no_other(
 ) -> None:
     """Noise that a scheme does not declare may be anything, even no number, and changes nothing."""
     nothing = np.full_like(noise.dW, np.nan)
-    others = {name: nothing for name in noise._fields if name not in cell.scheme.noise}
+    others = dict.fromkeys((NOISE | {"xi"}) - cell.scheme.noise, nothing)
 
     result = step(cell, state, h, noise._replace(**others))
 

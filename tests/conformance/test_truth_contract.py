@@ -9,7 +9,7 @@ from numpy.polynomial import Chebyshev
 from conformance.cells import Promise, draw
 from conformance.differences import SECOND_ERROR, first, second
 from sdaeverify.arrays import Array, Parts
-from sdaeverify.forms import SDE, HolonomicSDAE, Problem
+from sdaeverify.forms import SDE, DelaySDAE, HolonomicSDAE, Problem
 from sdaeverify.noise import Increment
 from sdaeverify.numerics import apply
 from sdaeverify.specs import ProblemSpec
@@ -24,6 +24,8 @@ def initial_parts(problem: Problem, paths: int = 1) -> Parts:
 
 def flow(problem: Problem, x: Array) -> tuple[Array, Array]:
     """Return drift and diffusion of all named components at time 0, with the multiplier's where there is one."""
+    if isinstance(problem, DelaySDAE):
+        return delay_flow(problem)
     if not isinstance(problem, HolonomicSDAE):
         view = problem.view(SDE)
         return view.drift(0.0, x), np.broadcast_to(view.diffusion(0.0, x), (len(x), view.noise_dim, 1))
@@ -35,6 +37,27 @@ def flow(problem: Problem, x: Array) -> tuple[Array, Array]:
     rate = problem.inherent_multiplier(J, r, v, np.broadcast_to(problem.force(0.0, r, v), r.shape))
     drift = np.concatenate([view.drift(0.0, x[: 2 * n]), rate])
     return drift, np.concatenate([view.diffusion(0.0, x[: 2 * n]), np.stack(columns, axis=1)])
+
+
+def delay_flow(problem: DelaySDAE) -> tuple[Array, Array]:
+    """Return drift and diffusion of x and y at time 0, y being U(x, v) and v moving along the history."""
+    start, v, e = problem.initial(1), problem.past(-problem.delay), 2.0**-10
+    f = problem.drift(0.0, start.x, v, start.y)
+    g = np.broadcast_to(problem.diffusion(0.0, start.x, v, start.y), (len(f), problem.noise_dim, 1))
+    if not problem.constraints:
+        return f, g
+
+    def of_x(x: Array) -> Array:
+        return problem.eliminated(0.0, x, v if problem.delay else x)
+
+    columns = list(np.moveaxis(g, 1, 0))
+    slope = first(of_x, start.x, f) + 0.5 * sum(second(of_x, start.x, column) for column in columns)
+    if problem.delay:
+        # The histories are affine.
+        along = (problem.past(e - problem.delay) - v) / e
+        slope = slope + first(lambda z: problem.eliminated(0.0, start.x, z), v, along)
+    kicks = np.stack([first(of_x, start.x, column) for column in columns], axis=1)
+    return np.concatenate([f, slope]), np.concatenate([g, kicks])
 
 
 def observed(problem: Problem, name: str) -> Callable[[Array], Array]:

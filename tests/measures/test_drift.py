@@ -11,6 +11,10 @@ from sdaeverify.measure import Evidence, Verdict
 from sdaeverify.measures._residuals import EDGES, ResidualObserver, log_spaced, quadrature, quantile
 from sdaeverify.measures.drift import Drift
 from sdaeverify.tally import Tally
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.gbm_algebraic import gbm_algebraic
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 SETTINGS = Settings(paths=400, block=400)
 SIZES = np.abs(np.random.default_rng(8).normal(size=400)) + 0.5
@@ -165,3 +169,12 @@ def test_a_defect_that_is_reset_is_met_at_all_its_phases(steps, period):
     found = sum(weight * (step % period) ** 2 for step, weight in quadrature(steps).items())
 
     assert found == pytest.approx((np.arange(period) ** 2).mean(), rel=0.125)
+
+
+def test_what_is_eliminated_leaves_no_residual() -> None:
+    """A scheme that sees an index-1 problem without its algebraic components has no constraint to drift from."""
+    problem = gbm_algebraic()
+
+    assert Drift().refuses(StochasticTheta(), problem) == ""
+    assert "y eliminated" in Drift().refuses(EulerMaruyama(), problem)
+    assert "no constraint" in Drift().refuses(EulerMaruyama(), gbm())

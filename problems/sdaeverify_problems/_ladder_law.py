@@ -1,0 +1,90 @@
+"""The law of the node voltages of a resistor-capacitor ladder with thermal noise: it is normal.
+
+    C dx = (j - G x) dt + N dW,    N N^T = 2 kT G,    j = G (U, U),
+
+so that x has in the long run mean (U, U) and covariance kT C^{-1}: the fluctuation-dissipation relation.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+
+from sdaeverify import Array, Chart, InvariantMean, Line, Moment, Parts, Truth
+
+SOURCE = "variation of constants, and the fluctuation-dissipation relation"
+
+
+class Observed(NamedTuple):
+    """An observable, and its expectation as a function of mean and covariance."""
+
+    value: Callable[[float, Parts], Array]
+    mean: Callable[[Array, Array], float]
+
+
+OBSERVED = {
+    "e_1": Observed(lambda t, s: s["x"][0], lambda m, P: m[0]),
+    "e_2": Observed(lambda t, s: s["x"][1], lambda m, P: m[1]),
+    "e_1^2": Observed(lambda t, s: s["x"][0] ** 2, lambda m, P: m[0] ** 2 + P[0, 0]),
+    "e_1 e_2": Observed(lambda t, s: s["x"][0] * s["x"][1], lambda m, P: m[0] * m[1] + P[0, 1]),
+    "e_2^2": Observed(lambda t, s: s["x"][1] ** 2, lambda m, P: m[1] ** 2 + P[1, 1]),
+}
+
+
+class Ladder(NamedTuple):
+    """Capacitances, shape (2,), conductances, shape (2, 2), the voltage of the source, and kT.
+
+    Attributes
+    ----------
+    C, G : ndarray
+    U, kT : float
+    """
+
+    C: Array
+    G: Array
+    U: float
+    kT: float
+
+    @property
+    def rates(self) -> Array:
+        """-C^{-1} G."""
+        return np.asarray(-self.G / self.C[:, None])
+
+    @property
+    def limit(self) -> tuple[Array, Array]:
+        """Mean and covariance in the long run."""
+        return np.full(2, self.U), np.diag(self.kT / self.C)
+
+    @property
+    def relaxation(self) -> float:
+        """Time in which a deviation of the mean shrinks by a factor e."""
+        return float(-1.0 / np.linalg.eigvals(self.rates).real.max())
+
+    @property
+    def chart(self) -> Chart | None:
+        """The voltages themselves, where they fluctuate."""
+        if not self.kT:
+            return None
+        axes = tuple(Line(self.U, float(np.sqrt(self.kT / C))) for C in self.C)
+        return Chart(axes=axes, embed=lambda z: z, read=lambda x: x)
+
+    def law(self, t: float) -> tuple[Array, Array]:
+        """Return mean and covariance at time t, all voltages being 0 at time 0."""
+        change, (m, P) = expm(self.rates * t), self.limit
+        return m - change @ m, P - change @ P @ change.T
+
+
+def truths(ladder: Ladder) -> tuple[Truth, ...]:
+    """Return the expectations of all observables, at every time and in the long run."""
+
+    def at(mean: Callable[[Array, Array], float]) -> Callable[[float], float]:
+        return lambda t: float(mean(*ladder.law(t)))
+
+    return (
+        *(Moment(observable=name, value=at(each.mean), source=SOURCE) for name, each in OBSERVED.items()),
+        *(
+            InvariantMean(observable=name, value=float(each.mean(*ladder.limit)), source=SOURCE)
+            for name, each in OBSERVED.items()
+        ),
+    )

@@ -1,0 +1,65 @@
+"""Problems of a scalar linear delay equation, with the mean and the second moment of their solution."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from sdaeverify import Array, DelaySDAE, Moment, Partials
+
+from ._renewal_equation import second
+from ._scalar_delay import ScalarDelay, mean, piece
+
+MOMENTS = "variation of constants and its renewal equation"
+# Delays within the horizon up to which moments are found: their cost grows with the square.
+MOST_DELAYS = 16
+OBSERVABLES = {
+    "x": lambda t, s: s["x"][0],
+    "x^2": lambda t, s: s["x"][0] ** 2,
+    "x^3": lambda t, s: s["x"][0] ** 3,
+}
+
+
+def linear_delay(equation: ScalarDelay, *, horizon: float, truths: tuple[Any, ...] = (), **further: Any) -> DelaySDAE:
+    """Return the problem dx = (A x + B v) dt + (c x + d v + s) dW without y.
+
+    Parameters
+    ----------
+    equation : ScalarDelay
+    horizon : float
+    truths : tuple of Truth, optional
+        Beside the moments.
+    **further
+        Further fields of the problem.
+
+    Returns
+    -------
+    DelaySDAE
+    """
+    A, B, c, d, s, tau, *_ = equation
+
+    def matrix(value: float, x: Array) -> Array:
+        return np.full((1, 1, x.shape[-1]), value)
+
+    fields: Mapping[str, Any] = {"noise": frozenset({"dW"}), "observables": OBSERVABLES, **further}
+    return DelaySDAE(
+        drift=lambda t, x, v, y: A * x + B * v,
+        diffusion=lambda t, x, v, y: (c * x + d * v + s)[:, None],
+        drift_partials=lambda t, x, v, y: Partials(matrix(A, x), matrix(B, x), np.zeros((1, 0, x.shape[-1]))),
+        delay=tau,
+        history=equation.past,
+        noise_dim=1,
+        horizon=horizon,
+        truths=(*moments(equation, horizon), *truths),
+        **fields,
+    )
+
+
+def moments(equation: ScalarDelay, horizon: float) -> tuple[Moment, ...]:
+    """Return E x and E x^2, unless too many delays fit into the horizon."""
+    if horizon > MOST_DELAYS * equation.tau:
+        return ()
+    return (
+        Moment(observable="x", value=lambda t: mean(equation, *piece(equation, t)), source=MOMENTS),
+        Moment(observable="x^2", value=lambda t: second(equation, t), source=MOMENTS),
+    )

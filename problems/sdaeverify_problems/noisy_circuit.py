@@ -1,0 +1,93 @@
+"""A ladder of resistors and capacitors with thermal noise, by nodal analysis."""
+
+import numpy as np
+
+from sdaeverify import Array, DelaySDAE, ParameterError, hookimpl, on_request
+
+from ._ladder_law import OBSERVED, Ladder, truths
+
+SOURCE = "Winkler 2003: circuits of index 1 with noise in parallel to capacitances; Nyquist 1928"
+# Boltzmann's constant in pF mV^2/K.
+BOLTZMANN = 1.380649e-5
+
+
+@on_request
+def noisy_circuit(  # noqa: PLR0913, PLR0917 - one number for each element
+    R_1: float = 1.0,
+    R_a: float = 0.5,
+    R_b: float = 0.5,
+    C_1: float = 1.0,
+    C_2: float = 1.0,
+    U: float = 0.1,
+    temperature: float = 300.0,
+    horizon: float = 1.0,
+) -> DelaySDAE:
+    """Noisy RC ladder: source U, R_1, node 1 with C_1 to ground, R_a, node 3, R_b, node 2 with C_2 to ground.
+
+    The voltages x = (e_1, e_2) obey Kirchhoff's law with the currents of the noise, that of node 3, y, without any:
+
+        C_1 de_1 = [(U - e_1)/R_1 - (e_1 - y)/R_a] dt + sqrt(2 kT/R_1) dW_1 - sqrt(2 kT/(R_a + R_b)) dW_2
+        C_2 de_2 = (y - e_2)/R_b dt + sqrt(2 kT/(R_a + R_b)) dW_2,        0 = (e_1 - y)/R_a - (y - e_2)/R_b,
+
+    the resistors in series having one source of noise. In the long run e_1 and e_2 are independent, with mean U and
+    variances kT/C_1 and kT/C_2. All voltages are 0 at the start.
+
+    Parameters
+    ----------
+    R_1 : float
+        Resistance, unit kOhm, positive as all others.
+    R_a : float
+        Resistance, unit kOhm.
+    R_b : float
+        Resistance, unit kOhm.
+    C_1 : float
+        Capacitance, unit pF, positive.
+    C_2 : float
+        Capacitance, unit pF, positive.
+    U : float
+        Voltage of the source, unit mV.
+    temperature : float
+        T, unit K, not negative.
+    horizon : float
+        Final time, unit ns.
+
+    Source
+    ------
+    Winkler (2003), J. Comput. Appl. Math. 157, 477: index-1 equations of circuits with noise.
+    """
+    if not min(R_1, R_a, R_b, C_1, C_2) > 0.0:
+        raise ParameterError(f"resistances and capacitances must be positive, got {(R_1, R_a, R_b, C_1, C_2)!r}")
+    if not temperature >= 0.0:
+        raise ParameterError(f"the temperature must not be negative, got {temperature!r}")
+    C, series, kT = np.array([C_1, C_2]), R_a + R_b, BOLTZMANN * temperature
+    G = np.array([[1.0 / R_1 + 1.0 / series, -1.0 / series], [-1.0 / series, 1.0 / series]])
+    ladder = Ladder(C, G, U, kT)
+    currents = np.sqrt(2.0 * kT / np.array([R_1, series])) * np.array([[1.0, -1.0], [0.0, 1.0]])
+
+    def drift(t: float, x: Array, v: Array, y: Array) -> Array:
+        into = np.stack([(U - x[0]) / R_1 - (x[0] - y[0]) / R_a, (y[0] - x[1]) / R_b])
+        return np.asarray(into / C[:, None])
+
+    return DelaySDAE(
+        drift=drift,
+        diffusion=lambda t, x, v, y: (currents / C[:, None])[..., None],
+        constraint=lambda t, x, v, y: (x[:1] - y) / R_a - (y - x[1:]) / R_b,
+        delay=0.0,
+        history=lambda t: [0.0, 0.0],
+        algebraic=[0.0],
+        noise_dim=2,
+        horizon=horizon,
+        traits=frozenset({"additive-noise"}),
+        observables={name: each.value for name, each in OBSERVED.items()},
+        truths=truths(ladder),
+        chart=ladder.chart,
+        relaxation=ladder.relaxation,
+        units="voltages in mV, time in ns",
+        source=SOURCE,
+    )
+
+
+@hookimpl
+def sdaeverify_problems() -> list[object]:
+    """Register the problem."""
+    return [noisy_circuit]

@@ -1,0 +1,83 @@
+"""A nonlinear constraint without usable solution, and an x that is known all the same."""
+
+import numpy as np
+
+from sdaeverify import Array, DelaySDAE, Increment, Partials, Parts, Pathwise, hookimpl
+
+from .gbm import power
+
+SOURCE = "Kloeden & Platen 1992, (4.4.6), in the variable of a cubic constraint"
+
+
+def nonlinear_constraint(a: float = -1.0, b: float = 0.5, tau: float = 0.3, horizon: float = 1.0) -> DelaySDAE:
+    """Cubic constraint: dx = a z dt + b z dW, z = y + y^3 + v/2, 0 = y + y^3 - x + v/2, v(t) = x(t - tau).
+
+    The constraint makes z = x, so that x(t) = exp((a - b^2/2) t + b W(t)); x = 1 for t <= 0. y is left to Newton's
+    method, and known on a path without delay.
+
+    Parameters
+    ----------
+    a : float
+        Growth rate, unit 1/time.
+    b : float
+        Volatility, unit 1/sqrt(time).
+    tau : float
+        Delay, in the unit of time; 0 for none.
+    horizon : float
+        Final time.
+
+    Source
+    ------
+    Kloeden & Platen (1992), section 4.4, (4.6), behind a constraint of index 1.
+    """
+
+    def seen(v: Array, y: Array) -> Array:
+        return np.asarray(y + y**3 + 0.5 * v)
+
+    def scaled(factor: float, y: Array) -> Partials:
+        one = np.ones((1, *y.shape))
+        return Partials(0.0 * one, 0.5 * factor * one, factor * (1.0 + 3.0 * y**2)[None])
+
+    def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
+        return x * np.exp((a - 0.5 * b * b) * h + b * noise.dW)
+
+    def known(t: float, x: Array) -> Parts:
+        return {"x": x, "y": cubic_root(0.5 * x)}
+
+    solution = Pathwise(start=lambda paths: np.ones((1, paths)), advance=advance, parts=known, source=SOURCE)
+    return DelaySDAE(
+        drift=lambda t, x, v, y: a * seen(v, y),
+        diffusion=lambda t, x, v, y: b * seen(v, y)[:, None],
+        constraint=lambda t, x, v, y: seen(v, y) - x,
+        drift_partials=lambda t, x, v, y: scaled(a, y),
+        constraint_partials=lambda t, x, v, y: scaled(1.0, y)._replace(x=-np.ones((1, *y.shape))),
+        delay=tau,
+        history=lambda t: [1.0],
+        algebraic=1,
+        noise_dim=1,
+        noise=frozenset({"dW"}),
+        horizon=horizon,
+        observables={
+            "x": lambda t, s: s["x"][0],
+            "x^2": lambda t, s: s["x"][0] ** 2,
+            "x^3": lambda t, s: s["x"][0] ** 3,
+        },
+        truths=(
+            *(() if tau else (solution,)),
+            *(power(name, n, 1.0, a, b) for n, name in enumerate(("x", "x^2", "x^3"), start=1)),
+        ),
+        units="x and y dimensionless, time in the unit of 1/|a|",
+        source=SOURCE,
+    )
+
+
+def cubic_root(p: Array) -> Array:
+    """Return the y with y + y^3 = p."""
+    scale = np.sqrt(3.0)
+    return np.asarray(2.0 / scale * np.sinh(np.arcsinh(1.5 * scale * p) / 3.0))
+
+
+@hookimpl
+def sdaeverify_problems() -> list[object]:
+    """Register the problem."""
+    return [nonlinear_constraint]

@@ -1,0 +1,95 @@
+"""Exactness with a delay: trivial delay equations are what they say, and wrong lagged values do not pass."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from sdaeverify import DelaySDAE, DelayState, Increment, Mesh, Scheme, Step
+from sdaeverify.conformance.exactness import exactness_breach
+from sdaeverify.conformance.trivial import SHORTER, H, Trivial, trivial_problems
+from sdaeverify_planted.delay_lag import AnticipatingNoise, WrongLag
+from sdaeverify_planted.delay_theta import KeptAlgebraic, OldLagAlgebraic
+from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta
+from sdaeverify_schemes.stochastic_theta import StochasticTheta
+
+# Where each of the wrong readings is found: what leaves out a part of the unknown misses even what is at rest.
+MOVING = "dx = c dt, y = x(t - tau)"
+WHERE = {"behind": MOVING, "present": MOVING, "swapped": MOVING, "known": "dx = 0, y = x(t - tau)"}
+EVERY = [trivial for variants in trivial_problems(DelaySDAE) for trivial in variants]
+
+
+@dataclass(frozen=True)
+class WrongStrength(StochasticTheta):
+    """Noise one per cent too strong."""
+
+    name: ClassVar[str] = "planted-strength"
+    form: ClassVar[tuple[type[DelaySDAE], ...]] = (DelaySDAE,)
+
+    def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        return super().step(problem, state, t, h, noise._replace(dW=1.01 * noise.dW))
+
+
+@pytest.mark.parametrize("theta", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("kind", [StochasticTheta, LaggedAlgebraicTheta])
+def test_right_schemes_are_exact(kind: type, theta: float) -> None:
+    """Neither the coupled method nor the one with the old y is accused."""
+    assert exactness_breach(kind(theta)) == ""
+
+
+@pytest.mark.parametrize("reading", WHERE)
+def test_wrong_lagged_values_at_the_end_are_found(reading: str) -> None:
+    """On a line a lagged value is known, and y repeats it: another one is off by a fixed part of the motion."""
+    assert exactness_breach(WrongLag(0.5, reading)).partition(" on ")[2].startswith(WHERE[reading])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "equation"),
+    [
+        (KeptAlgebraic(), "dx = c dt, y = x(t - tau)"),
+        (OldLagAlgebraic(), "dx = c dt, y = x(t - tau)"),
+        (WrongStrength(), "dx = S dW, y = x"),
+    ],
+)
+def test_other_faults_are_named(wrong: Scheme, equation: str) -> None:
+    """A wrong y and noise of the wrong strength are found on the equation that shows them."""
+    assert f"on {equation}" in exactness_breach(wrong)
+
+
+@pytest.mark.parametrize("wrong", [WrongLag(0.5, "ahead"), AnticipatingNoise()])
+def test_errors_that_vanish_with_the_step_are_let_pass(wrong: Scheme) -> None:
+    """A lagged value of the step's end at its begin alone is a matter of order."""
+    assert exactness_breach(wrong) == ""
+
+
+@pytest.mark.parametrize("trivial", EVERY, ids=lambda trivial: trivial.name)
+def test_trivial_delay_problems_are_solved_by_their_solution(trivial: Trivial) -> None:
+    """Along the solution the constraint holds, and drift and noise are those of straight lines or of W."""
+    problem, rng, paths = trivial.problem, np.random.default_rng(3), 4
+    W = rng.standard_normal((problem.noise_dim, paths))
+    t, noisy = 0.2, "dW" in trivial.name
+    now = trivial.solution(t, W)
+    past = trivial.solution(t - problem.delay, W)["x"]
+    y = now.get("y", now["x"][:0])
+    later = trivial.solution(t + 1.0, W)["x"]
+
+    np.testing.assert_allclose(problem.drift(t, now["x"], past, y), later - now["x"], atol=1e-14)
+    B = problem.diffusion(t, now["x"], past, y)
+    step = trivial.solution(t, 2.0 * W)["x"] - now["x"]
+    np.testing.assert_allclose(np.einsum("dlP,lP->dP", np.broadcast_to(B, (2, *W.shape)), W), step, atol=1e-14)
+    assert noisy is bool(np.abs(step).max() > 0.0)
+    for value, scale in problem.residuals({**now, "lagged": past}).values():
+        assert np.all(np.abs(value) <= 1e-15 * (1.0 + scale))
+    for name, value in trivial.solution(0.0, 0.0 * W).items():
+        np.testing.assert_allclose(value, problem.parts(problem.initial(paths))[name], rtol=1e-15)
+
+
+def test_trivial_delays_lie_on_every_kind_of_mesh() -> None:
+    """One reaches back over several steps, one over a part of a step, and one is none; on shorter steps, too."""
+    for h, trivials in ((H, EVERY), (H * SHORTER, [trivial.finer for trivial in EVERY])):
+        meshes = {
+            Mesh.of(trivial.problem.delay, h).m: Mesh.of(trivial.problem.delay, h).delta for trivial in trivials
+        }
+        assert meshes == pytest.approx({3: 0.3, 1: 0.7, 0: 0.0})

@@ -1,0 +1,258 @@
+"""The form of delay SDAEs: what it refuses, its derivatives, y solved for, its views and residuals."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sdaeverify import SDE, DelaySDAE, DelayState, HolonomicSDAE, Increment, ParameterError, Partials, ProblemError
+from sdaeverify.arrays import Array
+from sdaeverify_problems.delay_linear import delay_linear
+from sdaeverify_problems.delay_martingale import delay_martingale
+from sdaeverify_problems.delay_ou import delay_ou
+from sdaeverify_problems.delay_test import delay_test
+from sdaeverify_problems.noisy_circuit import noisy_circuit
+
+EPS = np.finfo(float).eps
+
+
+def drift(t: float, x: Array, v: Array, y: Array) -> Array:
+    return np.stack([np.sin(x[1]) - x[0] * v[1] + y[0], np.exp(-v[0]) - x[1] * y[0] + t])
+
+
+def drift_partials(t: float, x: Array, v: Array, y: Array) -> Partials:
+    zero, one = 0.0 * x[0], 1.0 + 0.0 * x[0]
+    return Partials(
+        np.stack([np.stack([-v[1], np.cos(x[1])]), np.stack([zero, -y[0]])]),
+        np.stack([np.stack([zero, -x[0]]), np.stack([-np.exp(-v[0]), zero])]),
+        np.stack([one, -x[1]])[:, None],
+    )
+
+
+def diffusion(t: float, x: Array, v: Array, y: Array) -> Array:
+    return np.stack([np.stack([x[0], v[1]]), np.stack([y[0], 1.0 + 0.0 * x[0]])])
+
+
+def constraint(t: float, x: Array, v: Array, y: Array) -> Array:
+    return (y[0] + y[0] ** 3 - x[0] * v[1] + x[1] - t)[None]
+
+
+def constraint_partials(t: float, x: Array, v: Array, y: Array) -> Partials:
+    zero, one = 0.0 * x[0], 1.0 + 0.0 * x[0]
+    return Partials(np.stack([-v[1], one])[None], np.stack([zero, -x[0]])[None], (1.0 + 3.0 * y[0] ** 2)[None, None])
+
+
+def make(**changes: Any) -> DelaySDAE:
+    """Return a valid problem with some of its arguments changed."""
+    valid = {
+        "drift": drift,
+        "diffusion": diffusion,
+        "constraint": constraint,
+        "algebraic": 1,
+        "delay": 0.5,
+        "history": lambda t: [1.0 + t, 0.5 - t],
+        "noise_dim": 2,
+        "horizon": 1.0,
+        "source": "made up",
+    }
+    return DelaySDAE(**{**valid, **changes})
+
+
+def states(paths: int = 5) -> tuple[Array, Array, Array]:
+    rng = np.random.default_rng(2)
+    return rng.standard_normal((2, paths)), rng.standard_normal((2, paths)), rng.standard_normal((1, paths))
+
+
+def kinked(t: float, x: Array, v: Array, y: Array) -> Array:
+    return y - np.abs(x[:1] - 1.0)
+
+
+REFUSED: list[tuple[dict[str, Any], str]] = [
+    ({"delay": -0.1}, "delay must be finite and not negative, got -0.1"),
+    ({"delay": np.nan}, "delay must be finite and not negative, got nan"),
+    ({"delay": np.inf}, "delay must be finite and not negative, got inf"),
+    ({"horizon": 0.0}, "horizon must be a positive time, got 0.0"),
+    ({"algebraic": None}, "constraint and algebraic, the y at time 0 or their number, must be given together"),
+    ({"constraint": None}, "constraint and algebraic, the y at time 0 or their number, must be given together"),
+    ({"history": lambda t: [1.0, np.nan]}, "history(0.0) must be a vector of finite numbers, got [1.0, nan]"),
+    ({"history": lambda t: 1.0}, "history(0.0) must be a vector of finite numbers, got 1.0"),
+    ({"history": lambda t: [1.0] * (2 if t == 0.0 else 3)}, "history(-0.5) has another number of components"),
+    ({"history": lambda t: [1.0, 0.5] if t in {0.0, -0.5} else [1.0]}, "history(-0.25) has another number"),
+    ({"history": lambda t: [1.0, np.inf if t else 0.0]}, "history(-0.5) must be a vector of finite numbers"),
+    ({"drift": lambda t, x, v, y: x[:1]}, "drift(t, x, v, y) returned shape (1, 3), expected (2, 3) for 3 paths"),
+    ({"drift": lambda t, x, v, y: None}, "drift(t, x, v, y) returned NoneType"),
+    ({"drift": lambda t, x, v, y: x / 0.0 * 0.0}, "drift(t, x, v, y) is not finite at the initial state"),
+    ({"diffusion": lambda t, x, v, y: x}, "diffusion(t, x, v, y) returned shape (2, 3), expected (2, 2, 3)"),
+    ({"noise_dim": 1}, "diffusion(t, x, v, y) returned shape (2, 2, 3), expected (2, 1, 3)"),
+    ({"constraint": lambda t, x, v, y: y[0]}, "constraint(t, x, v, y) returned shape (3,), expected (1, 3)"),
+    ({"algebraic": [0.3, 0.1]}, "constraint(t, x, v, y) returned shape (1, 3), expected (2, 3)"),
+    ({"algebraic": [0.9]}, "algebraic: y = [0.9] at time 0 violates constraint = 0; it is solved by ["),
+    ({"algebraic": [np.nan]}, "algebraic must be a vector of finite numbers, got [nan]"),
+    ({"constraint": lambda t, x, v, y: y**2 + x[:1]}, "the constraint has no solution y at time 0"),
+    ({"constraint": lambda t, x, v, y: x[:1] - 1.0 + 0.0 * y, "algebraic": [0.0]}, "the problem has not index 1"),
+    ({"constraint": lambda t, x, v, y: y**2, "algebraic": [0.0]}, "the problem has not index 1; du/dy = [[0.0]]"),
+    ({"constraint": kinked, "algebraic": [0.0]}, "constraint is not analytic (abs, real buffers?); give"),
+    (
+        {"drift_partials": lambda *at: drift_partials(*at)._replace(v=2.0 * drift_partials(*at).v)},
+        "drift_partials(t, x, v, y).v disagrees with a difference quotient",
+    ),
+    (
+        {"drift_partials": lambda *at: drift_partials(*at)._replace(y=0.0 * drift_partials(*at).y)},
+        "drift_partials(t, x, v, y).y disagrees with a difference quotient",
+    ),
+    (
+        {"constraint_partials": lambda *at: constraint_partials(*at)._replace(x=-constraint_partials(*at).x)},
+        "constraint_partials(t, x, v, y).x disagrees with a difference quotient",
+    ),
+    ({"traits": frozenset({"delayed"})}, "unknown traits ['delayed']"),
+    (
+        {"observables": {"z": lambda t, s: s["z"][0]}},
+        "observable 'z' asks for 'z'; the problem's components are x, y",
+    ),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), REFUSED, ids=[text for _, text in REFUSED])
+def test_contradictory_problems_are_refused_in_one_line(changes: dict[str, Any], message: str) -> None:
+    """The message says what was expected and what was given."""
+    with np.errstate(all="ignore"), pytest.raises(ProblemError) as caught:
+        make(**changes)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+FAMILIES: list[tuple[Callable[[], DelaySDAE], str]] = [
+    (lambda: delay_test("VII"), "set must be one of I, II, III, IV, V, VI, got 'VII'"),
+    (lambda: delay_ou(tau=0.0), "tau must be positive, got 0.0"),
+    (lambda: delay_linear(tau=-1.0), "tau must be positive, got -1.0"),
+    (lambda: delay_martingale(tau=np.nan), "tau must be positive, got nan"),
+    (lambda: noisy_circuit(R_a=0.0), "resistances and capacitances must be positive"),
+    (lambda: noisy_circuit(temperature=-1.0), "the temperature must not be negative, got -1.0"),
+]
+
+
+@pytest.mark.parametrize(("family", "message"), FAMILIES, ids=[text for _, text in FAMILIES])
+def test_impossible_parameters_are_refused_in_one_line(family: Callable[[], DelaySDAE], message: str) -> None:
+    """Unknown sets, delays and elements that are not positive are told."""
+    with pytest.raises(ParameterError) as caught:
+        family()
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_complex_steps_agree_with_given_derivatives() -> None:
+    """Derivatives in x, v and y by complex step are exact to a few roundings."""
+    by_step = make()
+    given = make(drift_partials=drift_partials, constraint_partials=constraint_partials)
+    for name in ("linearised_drift", "linearised_constraint"):
+        pairs = zip(getattr(by_step, name)(0.3, *states()), getattr(given, name)(0.3, *states()), strict=True)
+        for found, expected in pairs:
+            assert found.shape == expected.shape
+            assert np.all(np.abs(found - expected) <= 8 * EPS * (1.0 + np.abs(expected)))
+
+
+def test_y_is_solved_for_at_the_start() -> None:
+    """Of the number of algebraic components, the y with y + y^3 = x_0 v_1 - x_1 is found."""
+    y = make().initial(1).y[0, 0]
+
+    assert y + y**3 == pytest.approx(1.0 * 1.0 - 0.5, rel=8 * EPS)
+    assert make(algebraic=[y]).initial(3).y.tolist() == [[y] * 3]
+
+
+def test_y_is_a_differentiable_function_of_x_and_v() -> None:
+    """U solves the constraint on every path, and a complex step through Newton's method gives -u_y^{-1} u_x."""
+    problem, (x, v, _) = make(), states()
+    y = problem.eliminated(0.3, x, v)
+    along = np.stack([1.0 + 0.0 * x[0], -2.0 + 0.0 * x[0]])
+    step = problem.eliminated(0.3, x + 1e-100j * along, v).imag / 1e-100
+    found = problem.linearised_constraint(0.3, x, v, y)
+
+    assert np.abs(constraint(0.3, x, v, y)).max() <= 32 * EPS
+    expected = -np.einsum("qdP,dP->qP", found.x, along) / found.y[0]
+    assert np.abs(step - expected).max() <= 1e-13
+
+
+def test_y_is_nan_where_the_constraint_has_no_solution() -> None:
+    """Elsewhere it is the root near the start."""
+    problem = make(constraint=lambda t, x, v, y: y**2 - x[:1], algebraic=[1.0])
+    with np.errstate(all="ignore"):
+        y = problem.eliminated(0.0, np.array([[4.0, -1.0, 0.25], [0.0, 0.0, 0.0]]), np.zeros((2, 3)))
+
+    assert np.isnan(y[0, 1])
+    assert y[0, [0, 2]].tolist() == pytest.approx([2.0, 0.5])
+
+
+def test_without_y_the_coefficients_are_those_at_the_solved_y() -> None:
+    """The view with y eliminated has drift, noise and history of the problem, and nothing algebraic."""
+    problem, (x, v, none) = make(), states()
+    plain, y = problem.without_y(), problem.eliminated(0.3, x, v)
+
+    assert plain.constraints == 0
+    assert not plain.has_constraints
+    assert np.array_equal(plain.drift(0.3, x, v, none[:0]), drift(0.3, x, v, y))
+    assert np.array_equal(plain.diffusion(0.3, x, v, none[:0]), diffusion(0.3, x, v, y))
+    assert plain.without_y() is plain
+
+
+def test_views_with_and_without_delay() -> None:
+    """Only without delay x alone is a state: then there is an equation of x, the same object each time."""
+    late, prompt = make(), make(delay=0.0, algebraic=1, history=lambda t: [1.0, 0.5])
+
+    assert late.view(DelaySDAE) is late
+    assert late.view(SDE) is None
+    assert late.ito() is None
+    assert prompt.view(HolonomicSDAE) is None
+    equation = prompt.view(SDE)
+    assert equation is prompt.ito()
+    assert isinstance(equation, SDE)
+    x = states()[0]
+    y = prompt.eliminated(0.3, x, x)
+    np.testing.assert_allclose(equation.drift(0.3, x), drift(0.3, x, x, y), rtol=1e-13)
+    assert prompt.recall(0.1, 3) is None
+
+
+@pytest.mark.parametrize(
+    ("problem", "there", "missing"),
+    [
+        (make(), {"algebraic", "constrained"}, {"no-delay", "dissipative", "unconstrained"}),
+        (make(delay=0.0), {"algebraic", "no-delay"}, {"dissipative"}),
+        (delay_ou(), {"unconstrained", "additive-noise"}, {"algebraic", "no-delay", "vanishing-milstein-term"}),
+        (delay_test("IV"), {"dissipative", "delayed-noise", "algebraic"}, {"no-delay"}),
+        (delay_test("II"), {"algebraic"}, {"dissipative", "delayed-noise"}),
+    ],
+)
+def test_traits_are_those_of_the_equation(problem: DelaySDAE, there: set[str], missing: set[str]) -> None:
+    """The form sets what it knows: y, the delay, and whether condition (4.1) holds."""
+    assert there <= problem.traits
+    assert not missing & problem.traits
+
+
+def test_the_residual_needs_the_past() -> None:
+    """Without the lagged x or y nothing is said of the constraint; with it, its defect and the size of its terms."""
+    problem, (x, v, y) = make(), states(3)
+    parts = {"x": x, "y": y}
+
+    assert problem.residuals(parts) == {}
+    assert problem.residuals({"x": x, "lagged": v}) == {}
+    residual = problem.residuals({**parts, "lagged": v, "t": np.full((1, 1), 0.3)})["u"]
+    assert np.array_equal(residual.value, constraint(0.3, x, v, y))
+    assert np.all(residual.scale > 0.0)
+
+
+def test_the_first_step_is_driven_by_the_history() -> None:
+    """At time 0 the lagged value is phi(-tau), at the end of the first step phi(h - tau)."""
+    noise = make().driven(0.125, Increment(np.zeros((2, 4)), None))
+
+    assert noise.lagged is not None
+    assert noise.ahead is not None
+    assert noise.lagged.tolist() == [[0.5] * 4, [1.0] * 4]
+    assert noise.ahead.tolist() == [[0.625] * 4, [0.875] * 4]
+
+
+def test_components_are_named() -> None:
+    """Y is a component only where there is one."""
+    x, _, y = states()
+
+    assert list(make().parts(DelayState(x, y))) == ["x", "y"]
+    assert list(delay_ou().parts(DelayState(x[:1], y[:0]))) == ["x"]

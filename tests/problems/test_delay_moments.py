@@ -1,0 +1,208 @@
+"""Moments of linear delay equations against closed forms, and against Euler's method with all its covariances."""
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from sdaeverify import DelaySDAE, InvariantMean, MeanSquareStability, Moment
+from sdaeverify.arrays import Array
+from sdaeverify.probe.delay_equation import LinearDelay
+from sdaeverify_problems import _delay_equilibrium as equilibrium
+from sdaeverify_problems import _delay_test_moments as of_test
+from sdaeverify_problems._delay_coefficients import SETS
+from sdaeverify_problems._renewal_equation import second
+from sdaeverify_problems._scalar_delay import ScalarDelay, mean, piece
+from sdaeverify_problems.delay_linear import delay_linear
+from sdaeverify_problems.delay_martingale import delay_martingale
+from sdaeverify_problems.delay_ou import delay_ou
+from sdaeverify_problems.delay_test import delay_test
+
+# A, B, c, d, s, tau, x_0 and slope: all terms at once, and each of them missing.
+EQUATIONS = {
+    "all": ScalarDelay(-0.7, 0.4, 0.3, -0.5, 0.2, 1.0, 1.0, 0.5),
+    "no delay in the drift": ScalarDelay(-0.7, 0.0, 0.3, -0.5, 0.2, 0.5, 1.0, 0.0),
+    "additive": ScalarDelay(-0.5, -1.0, 0.0, 0.0, 0.7, 1.0, 1.0, 0.0),
+    "set II": ScalarDelay(-1.0, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0),
+    "growing": ScalarDelay(0.3, -0.8, 0.2, 0.6, 0.0, 0.8, 1.0, -0.3),
+}
+
+
+def euler(at: ScalarDelay, t: float, m: int) -> Array:
+    """Return E x and E x^2 of Euler's method with h = tau/m, by the covariances of all pairs of times."""
+    h, n = at.tau / m, round(t * m / at.tau)
+    means = [at.past(-k * h)[0] for k in range(m, -1, -1)]
+    R = np.zeros((m + n + 1, m + n + 1))
+    R[: m + 1, : m + 1] = np.outer(means, means)
+    for now in range(m, m + n):
+        old = now - m
+        means.append((1.0 + h * at.A) * means[now] + h * at.B * means[old])
+        row = (1.0 + h * at.A) * R[now, : now + 1] + h * at.B * R[old, : now + 1]
+        R[now + 1, : now + 1] = R[: now + 1, now + 1] = row
+        g = at.c**2 * R[now, now] + at.d**2 * R[old, old] + 2.0 * at.c * at.d * R[now, old]
+        g += 2.0 * at.s * (at.c * means[now] + at.d * means[old]) + at.s**2
+        R[now + 1, now + 1] = (1.0 + h * at.A) * row[now] + h * at.B * row[old] + h * g
+    return np.array([means[-1], R[-1, -1]])
+
+
+def extrapolated(value: Callable[[int], Array], coarsest: int = 8, levels: int = 6) -> Array:
+    """Return the limit for h to 0 of what has an expansion in h."""
+    table = [value(coarsest * 2**level) for level in range(levels)]
+    for power in range(1, levels):
+        table = [(2.0**power * b - a) / (2.0**power - 1.0) for a, b in pairwise(table)]
+    return table[0]
+
+
+@pytest.mark.parametrize("name", EQUATIONS)
+@pytest.mark.parametrize("delays", [1.0, 2.5, 4.0])
+def test_moments_are_the_limit_of_eulers(name: str, delays: float) -> None:
+    """E x and E x^2 agree with the extrapolated ones of Euler's method, within and between intervals."""
+    equation = EQUATIONS[name]
+    t = delays * equation.tau
+
+    expected = extrapolated(lambda m: euler(equation, t, m))
+
+    assert [mean(equation, *piece(equation, t)), second(equation, t)] == pytest.approx(expected, rel=1e-7)
+
+
+def test_another_coefficient_would_be_noticed() -> None:
+    """A change of 1e-4 in any coefficient moves E x^2 by ten times the agreement."""
+    at = EQUATIONS["all"]
+    exact = second(at, 1.5)
+    for field in ("A", "B", "c", "d", "s", "x_0", "slope"):
+        changed = second(at._replace(**{field: getattr(at, field) + 1e-4}), 1.5)
+        assert abs(changed / exact - 1.0) > 1e-6, field
+
+
+@pytest.mark.parametrize("t", [0.3, 1.0, 3.7])
+def test_without_delay_in_the_coefficients_it_is_geometric_brownian_motion(t: float) -> None:
+    """Set I has E x = E x^2 = e^{-t}."""
+    equation = ScalarDelay(-1.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0)
+
+    assert mean(equation, *piece(equation, t)) == pytest.approx(np.exp(-t), rel=1e-13)
+    assert second(equation, t) == pytest.approx(np.exp(-t), rel=1e-13)
+
+
+def test_the_martingales_second_moment_is_a_polynomial() -> None:
+    """On the first intervals it is 1 + e t, and further integrals of its own past, e = d^2."""
+    e = 0.8**2
+    value = next(m.value for m in moments_of(delay_martingale(horizon=3.0)) if m.observable == "x^2")
+
+    for u in (0.0, 0.25, 0.9):
+        one = 1.0 + e
+        two = one + e * (1.0 + e / 2.0)
+        assert value(u) == pytest.approx(1.0 + e * u, rel=1e-14)
+        assert value(1.0 + u) == pytest.approx(one + e * (u + e * u**2 / 2.0), rel=1e-14)
+        assert value(2.0 + u) == pytest.approx(two + e * (one * u + e * (u**2 / 2 + e * u**3 / 6)), rel=1e-14)
+
+
+def moments_of(problem: DelaySDAE) -> list[Moment]:
+    return [truth for truth in problem.truths if isinstance(truth, Moment)]
+
+
+@pytest.mark.parametrize("name", ["II", "III", "V", "VI"])
+def test_both_ways_to_the_moments_of_the_first_interval_agree(name: str) -> None:
+    """Where l = 0, up to the first delay, the moment equations with a known past give the renewal equation's."""
+    at = SETS[name]._replace(l=0.0)
+    for one, other in zip(of_test.moments(at, 4.0), of_test._first_interval(at), strict=True):
+        for t in (0.0, 0.4, 1.0):
+            assert one.value(t) == pytest.approx(other.value(t), rel=1e-11, abs=1e-13)
+
+
+@pytest.mark.parametrize("name", ["III", "IV", "V", "VI"])
+def test_the_mean_on_the_first_interval_has_its_closed_form(name: str) -> None:
+    """m(t) = e^{At} + b (e^{At} - 1 - At)/A^2 + l (e^{At} - cos t - A sin t)/(1 + A^2), E y = l sin t + q m."""
+    a, b, _, _, l, q = SETS[name]
+    A, known = a + q, {m.observable: m for m in moments_of(delay_test(name, horizon=1.0))}
+    for t in (0.2, 0.7, 1.0):
+        e = np.exp(A * t)
+        m = e + b * (e - 1.0 - A * t) / A**2 + l * (e - np.cos(t) - A * np.sin(t)) / (1.0 + A**2)
+        assert known["x"].value(t) == pytest.approx(m, rel=1e-11)
+        assert known["y"].value(t) == pytest.approx(l * np.sin(t) + q * m, rel=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("problem", "known"),
+    [
+        (lambda: delay_test("IV"), set()),
+        (lambda: delay_test("IV", horizon=1.0), {"x", "x^2", "y"}),
+        (lambda: delay_test("II"), {"x", "x^2", "y"}),
+        (lambda: delay_test("II", horizon=40.0), set()),
+        (lambda: delay_linear(tau=0.01), set()),
+    ],
+)
+def test_moments_are_attached_where_they_hold_and_can_be_found(
+    problem: Callable[[], DelaySDAE], known: set[str]
+) -> None:
+    """With a sine only up to the first delay, and for no more delays than can be afforded."""
+    assert {moment.observable for moment in moments_of(problem())} == known
+
+
+STATIONARY = [(-0.5, -1.0), (-1.0, -1.0), (-2.0, 1.0), (-2.0, -1.0), (-3.0, 0.0), (0.2, -1.0), (-1.0, -1.0 + 1e-9)]
+
+
+@pytest.mark.parametrize(("A", "B"), STATIONARY)
+@pytest.mark.parametrize("tau", [0.5, 1.0])
+def test_covariances_are_integrals_of_the_fundamental_solution(A: float, B: float, tau: float) -> None:
+    """K(0) and K(tau) are the integrals of r^2 and r r(t - tau), summed over many delays."""
+    equation = ScalarDelay(A, B, 0.0, 0.0, 0.0, tau, 1.0, 0.0)
+    end, (x, w) = int(25.0 / tau), np.polynomial.legendre.leggauss(20)
+    u, weights = 0.5 * tau * (1.0 + x), 0.5 * tau * w
+    pieces = [equation.decay(k, u) for k in range(end)]
+    now = sum(float(weights @ r**2) for r in pieces)
+    lagged = sum(float(weights @ (older * r)) for older, r in pairwise(pieces))
+
+    found, left = equilibrium.covariances(equation), 4.0 * np.exp(50.0 * equilibrium.rate(equation))
+    assert tuple(found) == pytest.approx((now, lagged), abs=1e-9 + left)
+    assert left < 1e-4
+    assert tuple(found) == pytest.approx(LinearDelay(A, B, 0.0, 0.0, tau).covariances, rel=1e-7)
+
+
+@pytest.mark.parametrize(("A", "B"), STATIONARY)
+def test_the_rate_is_that_of_a_root(A: float, B: float) -> None:
+    """It is the rightmost root's real part, as another solver finds it."""
+    equation = ScalarDelay(A, B, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0)
+
+    assert equilibrium.rate(equation) == pytest.approx(
+        LinearDelay(A, B, 0.0, 0.0, 1.0).rightmost_root.real, abs=1e-12
+    )
+
+
+def test_delay_ou_settles_at_its_invariant_law() -> None:
+    """After many relaxation times the variance is the stationary one, to the part that is left."""
+    problem = delay_ou(horizon=8.0)
+    limits = {truth.observable: truth.value for truth in problem.truths if isinstance(truth, InvariantMean)}
+    known = {moment.observable: moment.value for moment in moments_of(problem)}
+
+    left = np.exp(-2.0 * 8.0 / problem.relaxation)
+    assert known["x^2"](8.0) == pytest.approx(limits["x^2"], abs=4.0 * left)
+    assert abs(known["x^2"](1.0) - limits["x^2"]) > 0.05
+    assert left < 1e-2
+
+
+def test_an_unstable_delay_ou_has_no_invariant_law() -> None:
+    """Where the mean grows there is none, and no relaxation time."""
+    problem = delay_ou(B=-4.0)
+
+    assert problem.relaxation == np.inf
+    assert not any(isinstance(truth, InvariantMean) for truth in problem.truths)
+
+
+@pytest.mark.parametrize(("d", "stable"), [(1.7749, True), (1.7750, False)])
+def test_the_boundary_of_mean_square_stability(d: float, stable: bool) -> None:
+    """For A = -2, B = 1 and c = 0 it is at d = 1.7749729938."""
+    problem = delay_linear(A=-2.0, B=1.0, c=0.0, d=d)
+    (truth,) = (truth for truth in problem.truths if isinstance(truth, MeanSquareStability))
+
+    assert truth.stable is stable
+
+
+def test_mean_square_stability_agrees_with_the_frameworks() -> None:
+    """On random coefficients, away from the boundary, both formulas decide alike, and both answers occur."""
+    rng, found = np.random.default_rng(6), set()
+    for A, B, c, d in rng.uniform(-2.0, 2.0, (200, 4)) - np.array([2.0, 0.0, 0.0, 0.0]):
+        stable = equilibrium.mean_square_stable(ScalarDelay(A, B, c, d, 0.0, 1.0, 1.0, 0.0))
+        assert stable == LinearDelay(A, B, c, d, 1.0).stable
+        found.add(stable)
+    assert found == {True, False}
