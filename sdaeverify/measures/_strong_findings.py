@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ..forms import Problem
 from ..measure import Evidence, Finding, Verdict
-from ..probe.delay_links import X, Y, keeps_constraint, linked
+from ..probe.delay_links import X, Y, keeps_constraint, linked, loses_algebraic
 from ..probe.local_orders import LocalOpinion
 from ..probe.local_strong import StrongOrder, judge_strong, strong_order
 from ..probe.one_step import OneStep
@@ -83,7 +83,9 @@ def probe_strong(scheme: Scheme, view: Problem, links: int = 2) -> Tally:
     Tally
     """
     pair = linked(scheme, view, links)
-    return Tally() if no_local_order(*pair) else packed(PROBED[links], local_strong(*pair))
+    if loses_algebraic(scheme, view) or no_local_order(*pair):
+        return Tally()
+    return packed(PROBED[links], local_strong(*pair))
 
 
 def local_orders(evidence: Evidence, links: int = 2) -> Orders:

@@ -7,7 +7,7 @@ from ..forms import DelaySDAE, Problem
 from ..measure import Evidence, Verdict
 from ..probe import local_weak as local
 from ..probe import transition
-from ..probe.delay_links import linked
+from ..probe.delay_links import linked, loses_algebraic
 from ..probe.delay_moment_errors import delay_moment_errors, no_delay_moments
 from ..probe.functional_orders import FunctionalOrder, functional_orders, obstacle
 from ..probe.local_orders import LocalOpinion
@@ -63,7 +63,7 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
     """Return local weak defects; moments where the problem is linear; the operator where the former do not decide."""
     evidence, found = Tally(), None
     pair = linked(scheme, view)
-    if not local.refusal(*pair):
+    if not (loses_algebraic(scheme, view) or local.refusal(*pair)):
         found = local.local_weak(*pair, _reference(pair[1]))
         evidence = evidence.merged(packed(LOCAL, found))
     if isinstance(view, DelaySDAE) and view.delay:

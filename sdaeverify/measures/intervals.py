@@ -18,6 +18,7 @@ from ..hookspecs import hookimpl
 from ..lanes import Snapshot
 from ..measure import Evidence, Finding, Judgement, Measure, Verdict
 from ..probe.delay_consistency import DelayConsistency, consistency_order, delay_consistency, no_delay_consistency
+from ..probe.delay_links import loses_algebraic
 from ..scheme import Claim, Scheme
 from ..settings import Settings
 from ..tally import Tally, packed, unpacked
@@ -58,7 +59,7 @@ class Intervals(Measure):
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the local defects before and after the first delay, where the one-step map can be probed."""
         found = probe_strong(scheme, view, 1).merged(probe_strong(scheme, view, 2))
-        if no_delay_consistency(scheme, view):
+        if loses_algebraic(scheme, view) or no_delay_consistency(scheme, view):
             return found
         return found.merged(packed(GIVEN_PAST, delay_consistency(scheme, view)))
 

@@ -18,7 +18,7 @@ from ..forms import Problem
 from ..hookspecs import hookimpl
 from ..measure import Evidence, Finding, Judgement, Measure, Verdict
 from ..probe.consistency import Consistency, consistency, judge_consistency
-from ..probe.delay_links import linked
+from ..probe.delay_links import linked, loses_algebraic
 from ..probe.local_orders import LocalOpinion
 from ..probe.one_step import OneStep
 from ..probe.strong_defects import no_local_order
@@ -56,7 +56,9 @@ class Uniform(Measure):
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the defects of one step, where it can be probed."""
         pair = linked(scheme, view)
-        return Tally() if no_local_order(*pair) else packed(PROBED, consistency(*pair))
+        if loses_algebraic(scheme, view) or no_local_order(*pair):
+            return Tally()
+        return packed(PROBED, consistency(*pair))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return two findings for each component, and their levels."""

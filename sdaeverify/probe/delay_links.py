@@ -46,6 +46,11 @@ def linked(scheme: Scheme, view: Problem, links: int = 2) -> tuple[Scheme, Probl
     return LinkedScheme(scheme, view, links), linked_equation(view, links)
 
 
+def loses_algebraic(scheme: Scheme, view: Problem) -> bool:
+    """Tell whether there is a y that steps do not solve for: it is memory then, which a step from x alone resets."""
+    return isinstance(view, DelaySDAE) and bool(view.constraints) and not keeps_constraint(scheme, view)
+
+
 def keeps_constraint(scheme: Scheme, view: Problem) -> bool:
     """Tell whether y solves the constraint after a step that begins with such a y, so that its order is that of x."""
     if not isinstance(view, DelaySDAE) or not view.constraints:
