@@ -8,12 +8,13 @@ import numpy as np
 from ..contributions import MeasureEntry, ProblemEntry, SchemeEntry
 from ..controls import Control
 from ..errors import ProblemError, SdaeverifyError, UsageError, one_line
-from ..forms import Problem
+from ..forms import DelaySDAE, Problem
 from ..labels import REQUIRED, describe_kind
 from ..registry import PluginRow
 from ..scheme import Claim, Scheme, form_names
 from ..truths import InvariantMean, Moment, Pathwise, Truth
 from .catalogue import AnyEntry, docstring, parameters_of, subject
+from .describe_stability import stability_lines
 
 
 def describe_entry(entry: AnyEntry, texts: Mapping[str, str]) -> list[str]:
@@ -104,6 +105,7 @@ def _problem(problem: Problem) -> list[str]:
         "truths:" if problem.truths else "truths: none",
     ]
     truths = [f"  {_truth(truth)}" for truth in problem.truths]
+    truths += stability_lines(problem) if isinstance(problem, DelaySDAE) else []
     controls = ["controls:", *(f"  {_control(control)}" for control in problem.controls)]
     return ["", *lines, *truths, *(controls if problem.controls else ["controls: none"]), f"source: {problem.source}"]
 
