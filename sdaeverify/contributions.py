@@ -178,9 +178,12 @@ def hooks_of(plugin: object) -> dict[str, str | None]:
 
     It is None where the function is not marked.
     """
-    manager = _manager()
+    # What is marked shows without the specifications.
+    manager = pluggy.PluginManager(hookspecs.PROJECT)
     found: dict[str, str | None] = {}
     for name in dir(plugin):
+        if name.startswith("__"):
+            continue
         options = manager.parse_hookimpl_opts(plugin, name)
         if options is not None:
             found[name] = options.get("specname") or name

@@ -156,7 +156,7 @@ def _load(paths: Sequence[str | Path], environ: Mapping[str, str]) -> Registry:
     for file in files:
         outcomes.append(_from_file(file, outcomes))
     known = {entry.name for entry in entries} | {outcome.row.name for outcome in outcomes}
-    known |= {normalized(origin_of(entry).distribution) for entry in entries}
+    known |= {normalized(outcome.row.distribution) for outcome in outcomes}
     return _assemble(outcomes, settings.warnings + unmatched(settings.disabled, known), files)
 
 

@@ -1,6 +1,7 @@
 """The cut of the code, read from its source: layers, who may import whom, sizes of files and functions."""
 
 import ast
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 from statistics import median
@@ -93,10 +94,17 @@ def nodes(tree, with_typing=True):
             yield from nodes(child, with_typing)
 
 
+@cache
+def parsed(path):
+    """Return the syntax tree of a file."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@cache
 def imported_names(path, with_typing=True):
     """Return the absolute dotted names a file imports; ``from a import b`` gives a.b, whatever b is."""
     found = set()
-    for node in nodes(ast.parse(path.read_text(encoding="utf-8")), with_typing):
+    for node in nodes(parsed(path), with_typing):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -107,6 +115,7 @@ def imported_names(path, with_typing=True):
     return found
 
 
+@cache
 def module_file(dotted):
     """Return the file of the longest part of a dotted name that is a module of the framework, or None."""
     parts = dotted.split(".")
@@ -136,7 +145,7 @@ def allowed(importer, imported):
 def functions(*folders):
     """Yield (where, function) for every function and method."""
     for path in sources(*folders):
-        for node in nodes(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in nodes(parsed(path)):
             if isinstance(node, ast.FunctionDef):
                 yield f"{name(path)}:{node.lineno} {node.name}", node
 

@@ -12,6 +12,8 @@ from sdaeverify.errors import ParameterError, PluginError, ProblemError, UsageEr
 from sdaeverify.registry import PluginRow, Registry, load_registry
 
 Install = Callable[..., None]
+# The shipped plugins are left out where nothing is asked of them.
+ALONE = {"SDAEVERIFY_DISABLED_PLUGINS": "sdaeverify"}
 
 HEADER = """
 from dataclasses import dataclass, field
@@ -95,7 +97,7 @@ def one(install: Install) -> Callable[[str], PluginRow]:
 
     def load(text: str) -> PluginRow:
         install("fake-dist", {"fake_plugin.py": text}, {"fake": "fake_plugin"}, version="2.5")
-        return row(load_registry(environ={}), "fake")
+        return row(load_registry(environ=ALONE), "fake")
 
     return load
 
@@ -157,7 +159,7 @@ def test_package_with_hooks_of_its_own_is_one_plugin(install: Install) -> None:
     files = {"fake_package/__init__.py": SCHEME, "fake_package/bad.py": "1 / 0"}
     install("fake-dist", files, {"fake": "fake_package"})
 
-    registry = load_registry(environ={})
+    registry = load_registry(environ=ALONE)
 
     assert [row.name for row in registry.plugins if row.distribution == "fake-dist"] == ["fake"]
 
@@ -167,7 +169,7 @@ def test_package_without_any_hook_is_broken(install: Install, more: Mapping[str,
     """An entry point that brings nothing at all is shown."""
     install("fake-dist", {"fake_package/__init__.py": "", **more}, {"fake": "fake_package"})
 
-    found = row(load_registry(environ={}), "fake")
+    found = row(load_registry(environ=ALONE), "fake")
 
     assert found.status == "broken"
     assert "hook" in found.reason
@@ -179,7 +181,7 @@ def test_entry_point_of_an_object(install: Install) -> None:
     text = f"{SCHEME}\n{methods}\nit = Plugin()"
     install("fake-dist", {"fake_object.py": text}, {"fake": "fake_object:it"})
 
-    registry = load_registry(environ={})
+    registry = load_registry(environ=ALONE)
 
     assert row(registry, "fake")[3:5] == ("fake_object:it", "loaded")
     assert [scheme.label for scheme in registry.schemes["fake-scheme"].variants] == ["fake-scheme"]
@@ -381,7 +383,7 @@ def test_broken_plugin_is_rolled_back(install: Install) -> None:
     install("fake-a", {"fake_a.py": SCHEME + hook("sdaeverify_problems", "1 / 0")}, {"a": "fake_a"})
     install("fake-b", {"fake_b.py": SCHEME}, {"b": "fake_b"})
 
-    registry = load_registry(environ={})
+    registry = load_registry(environ=ALONE)
 
     assert row(registry, "a").status == "broken"
     assert row(registry, "a")[-3:] == (0, 0, 0)
@@ -393,7 +395,7 @@ def test_plugin_with_one_taken_name_is_refused_as_a_whole(install: Install) -> N
     install("fake-a", {"fake_a.py": PROBLEM}, {"a": "fake_a"}, version="1.1")
     install("fake-b", {"fake_b.py": SCHEME + PROBLEM}, {"b": "fake_b"}, version="2.2")
 
-    registry = load_registry(environ={})
+    registry = load_registry(environ=ALONE)
 
     assert row(registry, "b").reason == (
         "problem 'fake-problem' of plugin b (fake-b 2.2) is already registered by plugin a (fake-a 1.1)"
@@ -406,7 +408,7 @@ def test_keyboard_interrupt_passes(install: Install) -> None:
     install("fake-dist", {"fake_plugin.py": "raise KeyboardInterrupt"}, {"fake": "fake_plugin"})
 
     with pytest.raises(KeyboardInterrupt):
-        load_registry(environ={})
+        load_registry(environ=ALONE)
 
 
 def test_bad_entry_point_is_isolated(install: Install) -> None:
@@ -417,7 +419,7 @@ def test_bad_entry_point_is_isolated(install: Install) -> None:
         {"a": "fake_plugin:nothing", "b": "no module!", "c": "fake_plugin"},
     )
 
-    registry = load_registry(environ={})
+    registry = load_registry(environ=ALONE)
 
     assert [row(registry, name).status for name in "abc"] == ["broken", "broken", "loaded"]
 
@@ -430,7 +432,7 @@ def test_file(tmp_path: Path, install: Install) -> None:
     file = tmp_path / "mine.py"
     file.write_text(SCHEME)
 
-    registry = load_registry([str(file), str(file)], environ={})
+    registry = load_registry([str(file), str(file)], environ=ALONE)
 
     assert row(registry, "mine") == PluginRow("mine", "", "", str(file), "loaded", "", 1, 0, 0)
     assert registry.files == (str(file),)
@@ -452,7 +454,7 @@ def test_broken_file_is_refused(tmp_path: Path, install: Install, text: str, rea
     file.write_text(text)
 
     with pytest.raises(PluginError) as caught:
-        load_registry([str(file)], environ={})
+        load_registry([str(file)], environ=ALONE)
 
     assert str(caught.value).startswith(f"plugin file {file}: {reason}")
 
@@ -464,7 +466,7 @@ def test_file_with_a_taken_name_is_refused(tmp_path: Path, install: Install) -> 
     install("fake-dist", {"fake_plugin.py": SCHEME}, {"fake": "fake_plugin"})
 
     with pytest.raises(PluginError) as caught:
-        load_registry([file], environ={})
+        load_registry([file], environ=ALONE)
 
     assert str(caught.value) == (
         f"plugin file {file}: scheme 'fake-scheme' of plugin mine ({file}) is already registered by "
@@ -485,7 +487,7 @@ def test_no_python_file(tmp_path: Path, name: str, reason: str) -> None:
     (tmp_path / "notes.txt").write_text("")
 
     with pytest.raises(PluginError, match=reason):
-        load_registry([tmp_path / name], environ={})
+        load_registry([tmp_path / name], environ=ALONE)
 
 
 def test_broken_file_leaves_no_module(tmp_path: Path) -> None:
@@ -526,7 +528,7 @@ def test_other_process_unpickles_after_loading_the_file(tmp_path: Path, install:
     """A process that loads the file can read the schemes and problems pickled elsewhere."""
     file = tmp_path / "mine.py"
     file.write_text(SCHEME + PROBLEM)
-    registry = load_registry([file], environ={})
+    registry = load_registry([file], environ=ALONE)
     scheme = registry.schemes["fake-scheme"].make({"order": "3"})
     problem = registry.problems["fake-problem"].make({"a": "2"})
     message = pickle.dumps((scheme, problem))
@@ -544,7 +546,7 @@ def test_other_process_unpickles_after_loading_the_file(tmp_path: Path, install:
 def test_scheme_with_parameters(install: Install) -> None:
     """Texts become a scheme; what it does not accept is a parameter error that names it."""
     install("fake-dist", {"fake_plugin.py": SCHEME}, {"fake": "fake_plugin"})
-    entry = load_registry(environ={}).schemes["fake-scheme"]
+    entry = load_registry(environ=ALONE).schemes["fake-scheme"]
 
     assert entry.make({"mode": "2"}).label == 'fake-scheme[mode="2"]'
     with pytest.raises(ParameterError, match=r"^scheme 'fake-scheme': ValueError: negative order$"):
@@ -556,7 +558,7 @@ def test_scheme_with_parameters(install: Install) -> None:
 def test_problem_with_parameters(install: Install) -> None:
     """Texts become a recipe, equal to another one exactly if the labels are; it builds the problem."""
     install("fake-dist", {"fake_plugin.py": PROBLEM}, {"fake": "fake_plugin"})
-    entry = load_registry(environ={}).problems["fake-problem"]
+    entry = load_registry(environ=ALONE).problems["fake-problem"]
 
     assert entry.make({"a": "1", "label": "x"}) == entry.make()
     assert entry.make({"a": "2"}).label == "fake-problem[a=2]"
@@ -568,7 +570,7 @@ def test_problem_with_parameters(install: Install) -> None:
 def test_problem_function_that_returns_no_problem(install: Install) -> None:
     """The error names the function and its module."""
     install("fake-dist", {"fake_plugin.py": PROBLEM}, {"fake": "fake_plugin"})
-    spec = load_registry(environ={}).problems["no-problem"].make()
+    spec = load_registry(environ=ALONE).problems["no-problem"].make()
 
     with pytest.raises(
         ProblemError, match=r"^fake_plugin\.no_problem returned an object of type dict, expected a problem"
@@ -585,7 +587,7 @@ def test_report_hooks_are_isolated(tmp_path: Path, install: Install) -> None:
     files = {"fake_a.py": hook("sdaeverify_report", "1 / 0"), "fake_b.py": writer}
     install("fake-dist", files, {"a": "fake_a", "b": "fake_b"})
 
-    failures = load_registry(environ={}).report(tmp_path)
+    failures = load_registry(environ=ALONE).report(tmp_path)
 
     assert failures == ("report of plugin a: ZeroDivisionError: division by zero",)
     assert (tmp_path / "more.txt").read_text() == "x"

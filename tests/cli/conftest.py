@@ -1,13 +1,17 @@
 """The command line called in this process, and plugin files that misbehave."""
 
+import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 
+from sdaeverify import registry
 from sdaeverify.cli.main import execute
+from sdaeverify.registry import Registry, load_registry
 
 HEADER = """
 import multiprocessing, os, sys, time
@@ -50,6 +54,23 @@ class Outcome(NamedTuple):
 
 Call = Callable[..., Outcome]
 Write = Callable[[str], str]
+LOADERS = ("loading", "listing", "calibrate")
+
+
+@cache
+def installed(
+    path: tuple[str, ...], entry_points: Callable[[], object], environ: frozenset[tuple[str, str]]
+) -> Registry:
+    """Return what is registered with these folders on the path, found in this way, with these variables."""
+    return load_registry(environ=dict(environ))
+
+
+def loaded(files: Sequence[str] = ()) -> Registry:
+    """Load plugin files anew each time, and what is installed where any of this has changed."""
+    if files:
+        return load_registry(files)
+    environ = {name: text for name, text in os.environ.items() if name.startswith("SDAEVERIFY")}
+    return installed(tuple(sys.path), registry.entry_points, frozenset(environ.items()))
 
 
 @pytest.fixture
@@ -59,6 +80,8 @@ def call(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest
     monkeypatch.setenv("COLUMNS", "80")
     for name in ("FORCE_COLOR", "NO_COLOR", "SDAEVERIFY_DISABLED_PLUGINS", "SDAEVERIFY_STRICT_PLUGINS"):
         monkeypatch.delenv(name, raising=False)
+    for module in LOADERS:
+        monkeypatch.setattr(f"sdaeverify.cli.{module}.load_registry", loaded)
 
     def execute_it(*arguments: str) -> Outcome:
         code = execute(arguments)

@@ -118,7 +118,7 @@ def test_dead_worker(start, odd_scheme, tmp_path):
     [
         (("list",), 0),
         (("list", "--json"), 0),
-        (("matrix", "-s", "odd", "-p", "gbm", *BUDGET, "-j", "1", "--progress", "none"), 3),
+        (("matrix", "-s", "odd", "-p", "gbm", *STRONG, *BUDGET, "-j", "1", "--progress", "none"), 3),
     ],
     ids=["list", "json", "matrix"],
 )
@@ -131,12 +131,11 @@ def test_closed_pipe(start, odd_scheme, arguments, code):
     assert process.wait(timeout=PATIENCE) == code
 
 
-def test_any_number_of_workers(start, tmp_path):
-    """One worker and two give the same rows, bit by bit."""
+def test_any_number_of_workers(call, tmp_path):
+    """The program by itself and two workers give the same rows, bit by bit."""
     for jobs in ("1", "2"):
-        chosen = ("-p", "gbm,pendulum", "-s", SCHEMES, *BUDGET)
-        process = start("matrix", *chosen, "-j", jobs, "--out", jobs, "--progress", "none")
-        assert process.communicate(timeout=PATIENCE)[1] == ""
+        chosen = ("-p", "gbm,pendulum", "-s", SCHEMES, "-m", "strong,weak,drift", *BUDGET)
+        assert call("matrix", *chosen, "-j", jobs, "--out", jobs, "--progress", "none").err == ""
 
     one, two = verdicts(tmp_path / "1"), verdicts(tmp_path / "2")
     assert [{**row, "seconds": ""} for row in one] == [{**row, "seconds": ""} for row in two]

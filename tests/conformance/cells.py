@@ -1,7 +1,7 @@
 """What the conformance tests are run over: the registry, crossed by the rule the program itself uses."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -128,12 +128,17 @@ def declared(registry: Registry) -> Iterator[Trait]:
 
 
 def spread(scheme: Scheme, problem: Problem, paths: int) -> State:
-    """Return read-only states along a pilot trajectory over the horizon: path p is stopped after p steps."""
-    h = problem.horizon / paths
-    state = scheme.start(problem, paths, h)
-    for n in range(paths):
-        new = step(Cell(scheme, problem, ""), state, h, driving(problem, paths, h, n)).state
-        state = _chosen(np.arange(paths) > n, new, state)
+    """Return read-only states along a pilot trajectory over the horizon: paths are stopped one after the other.
+
+    There are at most 32 steps: of more paths some stop together, each where its own noise has led it.
+    """
+    steps = min(paths, 32)
+    h, last = problem.horizon / steps, np.arange(paths) * steps // paths
+    cell, state = Cell(scheme, problem, ""), scheme.start(problem, paths, h)
+    stepper = prepared(cell, h)
+    for n in range(last[-1]):
+        new = stepper(state, driving(problem, paths, h, n)).state
+        state = _chosen(last > n, new, state)
     for array in fields(state):
         array.flags.writeable = False
     return state
@@ -171,10 +176,20 @@ def at_the_start(problem: Problem, paths: int = 1) -> Parts:
     return {**parts, "lagged": np.repeat(problem.past(-problem.delay), paths, axis=1), "t": np.zeros((1, 1))}
 
 
+def prepared(cell: Cell, h: float) -> Callable[[State, Increment], Step]:
+    """Return the step as the harness makes it: non-finite numbers are evidence, no warning."""
+    stepper = cell.scheme.prepare(cell.problem, h)
+
+    def made(state: State, noise: Increment) -> Step:
+        with np.errstate(all="ignore"):
+            return stepper(state, 0.3 * cell.problem.horizon, noise)
+
+    return made
+
+
 def step(cell: Cell, state: State, h: float, noise: Increment) -> Step:
-    """Make one step as the harness does: non-finite numbers are evidence, no warning."""
-    with np.errstate(all="ignore"):
-        return cell.scheme.prepare(cell.problem, h)(state, 0.3 * cell.problem.horizon, noise)
+    """Prepare and make one step."""
+    return prepared(cell, h)(state, noise)
 
 
 def fields(state: State) -> tuple[Array, ...]:

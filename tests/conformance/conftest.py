@@ -5,7 +5,7 @@ from functools import cache
 import pytest
 
 from conformance import cells
-from sdaeverify.registry import load_registry
+from sdaeverify.registry import Registry, load_registry
 
 COLLECTIONS = {
     "scheme": cells.schemes,
@@ -20,9 +20,21 @@ COLLECTIONS = {
 
 
 @cache
+def loaded() -> Registry:
+    """Return what is registered, loaded once for all tests."""
+    return load_registry(environ={})
+
+
+@cache
 def collection(name: str) -> list:
     """Return what a fixture ranges over, made once for all tests."""
-    return list(COLLECTIONS[name](load_registry(environ={})))
+    return list(COLLECTIONS[name](loaded()))
+
+
+@pytest.fixture(scope="session")
+def registry() -> Registry:
+    """Return what is registered."""
+    return loaded()
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:

@@ -10,15 +10,16 @@ import numpy as np
 import pytest
 
 from conformance import test_scheme_contract as contract
-from conformance.cells import Cell, draw, spread
+from conformance.cells import Cell, draw, spread, step
 from sdaeverify.arrays import Array
 from sdaeverify.errors import SchemeError
 from sdaeverify.forms import SDE
 from sdaeverify.noise import Increment
+from sdaeverify.registry import Registry
 from sdaeverify.scheme import Claim, Scheme, Step
 from sdaeverify_problems.gbm import gbm
 
-Rule = Callable[[Array, float, Increment], Array]
+Rule = Callable[[Array, float, Increment], Array | Step]
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,8 @@ class Planted(Scheme):
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
-        return Step(self.rule(state, h, noise))
+        new = self.rule(state, h, noise)
+        return new if isinstance(new, Step) else Step(new)
 
 
 def writes(x: Array, h: float, noise: Increment) -> Array:
@@ -54,6 +56,16 @@ PLANTED: dict[str, tuple[Rule, type[Exception], str]] = {
     "knows its place": (lambda x, h, n: x + n.dW + np.arange(x.size), AssertionError, "paths_can_be_reordered"),
     "returns one path": (lambda x, h, n: (x + n.dW)[:, :1], SchemeError, "a_step_returns_a_state_like"),
     "is deaf": (lambda x, h, n: x + h, AssertionError, "a_step_uses_the_increment"),
+    "is deaf on one path": (
+        lambda x, h, n: x + h + n.dW * (x > x.min()),
+        AssertionError,
+        "a_step_uses_the_increment",
+    ),
+    "is deaf and fails": (
+        lambda x, h, n: Step(x + h, failed=np.ones(x.shape[1], dtype=bool)),
+        AssertionError,
+        "a_step_uses_the_increment",
+    ),
     "hears more": (lambda x, h, n: x + n.dW + n.H, AssertionError, "a_scheme_uses_the_noise_it_declares"),
 }
 
@@ -62,16 +74,16 @@ def check(cell: Cell, test: str) -> None:
     """Run the one contract test of this name on a cell."""
     h, paths = cell.problem.horizon / 64, contract.PATHS
     (function,) = [f for name, f in vars(contract).items() if name.startswith(f"test_{test}")]
+    state, noise = spread(Planted(), cell.problem, paths), draw(1, paths, h, block=paths)
     given = {
-        "cell": cell,
-        "h": h,
-        "size": 5,
-        "paths": 3,
-        "state": spread(Planted(), cell.problem, paths),
-        "noise": draw(1, paths, h, block=paths),
+        "cell": lambda: cell,
+        "h": lambda: h,
+        "state": lambda: state,
+        "noise": lambda: noise,
+        "made": lambda: step(cell, state, h, noise),
     }
     names = function.__code__.co_varnames[: function.__code__.co_argcount]
-    function(**{name: given[name] for name in names})
+    function(**{name: given[name]() for name in names})
 
 
 @pytest.mark.parametrize("fault", PLANTED)
@@ -93,7 +105,7 @@ CLAIM = Claim(measure="strong", value=1.0, source="made up")
 
 
 @pytest.mark.parametrize("change", [{"source": " "}, {"measure": "strnog"}])
-def test_claims_that_nobody_can_verify_are_noticed(change: dict[str, object]) -> None:
+def test_claims_that_nobody_can_verify_are_noticed(change: dict[str, object], registry: Registry) -> None:
     """A claim without source or with an unknown measure fails."""
 
     @dataclass(frozen=True)
@@ -101,4 +113,4 @@ def test_claims_that_nobody_can_verify_are_noticed(change: dict[str, object]) ->
         claims: ClassVar[tuple[Claim, ...]] = (dataclasses.replace(CLAIM, **change),)
 
     with pytest.raises(AssertionError):
-        contract.test_claims_can_be_verified(Claiming())
+        contract.test_claims_can_be_verified(Claiming(), registry, set())

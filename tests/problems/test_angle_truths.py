@@ -18,7 +18,7 @@ from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_problems.pendulum_tangential import pendulum_tangential
 
 EPS = np.finfo(float).eps
-PATHS, COARSEST, LEVELS, DEPTH, HORIZON = 240, 4, 4, 11, 0.5
+PATHS, COARSEST, LEVELS, DEPTH, HORIZON = 240, 4, 4, 10, 0.5
 # Halfway between order 3/2 and order 1, which is what any one missing term of the step would leave.
 BETWEEN = 1.25
 CONFIDENCE = 0.999

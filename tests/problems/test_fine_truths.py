@@ -1,6 +1,7 @@
 """Solutions on curves and fine references of order 3/2, against schemes that share no formula with them."""
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import pytest
@@ -32,6 +33,7 @@ def truth_of(problem: Problem) -> Pathwise:
     return problem.pathwise
 
 
+@cache
 def noises(name: str) -> list[LevelNoise]:
     """Return the noise of the whole horizon at levels 0 to DEPTH, one array each."""
     source = Source(12, name, 0, PATHS)
@@ -131,20 +133,27 @@ PLANTED: dict[str, tuple[str, Callable[[Array, float, Increment], Array]]] = {
 }
 
 
-def own_order(name: str, term: Callable[[Array, float, Increment], Array] | None = None) -> Estimate:
-    """Return the order of a fine reference, with or without one of its terms.
+@cache
+def finest(name: str) -> Array:
+    """Return the ends that a fine reference is compared with.
 
-    With additive noise against a Runge-Kutta scheme of order 3/2 at its finest; on the ellipse against itself.
+    With additive noise those of a Runge-Kutta scheme of order 3/2; on the ellipse its own on the finest noise.
     """
+    if name in ADDITIVE:
+        return by_scheme(SRA1(), ADDITIVE[name](), noises("taylor")[DEPTH])
+    problem = CURVES[name]()
+    return by_truth(problem, truth_of(problem).advance, noises("taylor")[DEPTH])
+
+
+def own_order(name: str, term: Callable[[Array, float, Increment], Array] | None = None) -> Estimate:
+    """Return the order of a fine reference, with or without one of its terms."""
     problem, levels = {**ADDITIVE, **CURVES}[name](), noises("taylor")
     right = truth_of(problem).advance
 
     def lacking(z: Array, t: float, h: float, noise: Increment) -> Array:
         return right(z, t, h, noise) - (term(z, h, noise) if term else 0.0)
 
-    fine = levels[DEPTH]
-    final = by_scheme(SRA1(), problem, fine) if name in ADDITIVE else by_truth(problem, right, fine)
-    return order([by_truth(problem, lacking, levels[k]) - final for k in range(LEVELS)])
+    return order([by_truth(problem, lacking, levels[k]) - finest(name) for k in range(LEVELS)])
 
 
 @pytest.mark.parametrize("name", [*ADDITIVE, "ellipse, delta"])
