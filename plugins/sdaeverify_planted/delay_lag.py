@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from sdaeverify import Array, DelaySDAE, DelayState, Increment, Lag, Planted, Problem, Step, hookimpl
-from sdaeverify_schemes._delay_theta import begun, coupled, held
+from sdaeverify_schemes._delay_root import held
+from sdaeverify_schemes._delay_theta import begun, coupled
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 
@@ -65,7 +66,7 @@ class WrongLag(StochasticTheta):
         lag = READINGS[self.reading](problem.lag(state.x, h, noise), state.x)
         begin = begun(problem, state, t, h, noise._replace(lagged=lag.now), self.theta)._replace(lag=lag)
         root = coupled(problem, begin, t + h, self.theta * h)
-        return held(state, root.x[: problem.dimension], root.x[problem.dimension :], root)
+        return held(state, DelayState(root.x[: problem.dimension], root.x[problem.dimension :]), root)
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ class AnticipatingNoise(StochasticTheta):
         now, end = begin.lag.now, begin.lag.ahead(begin.guess.x)
         added = problem.diffused(t, x, end, y, noise.dW) - problem.diffused(t, x, now, y, noise.dW)
         root = coupled(problem, begin._replace(known=begin.known + added), t + h, self.theta * h)
-        return held(state, root.x[: problem.dimension], root.x[problem.dimension :], root)
+        return held(state, DelayState(root.x[: problem.dimension], root.x[problem.dimension :]), root)
 
 
 @hookimpl

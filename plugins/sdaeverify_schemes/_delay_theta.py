@@ -15,6 +15,8 @@ import numpy as np
 from sdaeverify import Array, DelaySDAE, DelayState, Increment, Lag, Step
 from sdaeverify.numerics import Root, largest, newton
 
+from ._delay_root import held, regular
+
 # Newton's last update is below this part of the state, so that its error is rounding: about the square.
 TOLERANCE = 1e-9
 
@@ -88,20 +90,17 @@ def reached(linearised: Callable[[Array], tuple[Array, Array]], *given: Array) -
     return newton(linearised, guess, TOLERANCE * np.where(size > 0.0, size, 1.0))
 
 
-def held(state: DelayState, x: Array, y: Array, root: Root) -> Step:
-    """Return the step to (x, y); a path without root keeps its state and is counted."""
-    new = (np.where(root.converged, now, before) for now, before in zip((x, y), state, strict=True))
-    return Step(DelayState(*new), failed=~root.converged, costs={"newton_iterations": root.iterations})
-
-
 def delay_theta(problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment, theta: float) -> Step:
     """Make one step with parameter theta."""
     begin = begun(problem, state, t, h, noise, theta)
     if theta == 0.0:
         root = algebraic(problem, begin.lag, t + h, begin.guess.x, state.y)
-        return held(state, begin.guess.x, root.x, root)
-    root = coupled(problem, begin, t + h, theta * h)
-    return held(state, root.x[: problem.dimension], root.x[problem.dimension :], root)
+        new = DelayState(begin.guess.x, root.x)
+    else:
+        root = coupled(problem, begin, t + h, theta * h)
+        new = DelayState(root.x[: problem.dimension], root.x[problem.dimension :])
+    sound = root.converged & regular(problem, begin.lag, (t, t + h), state, new)
+    return held(state, new, root._replace(converged=sound))
 
 
 def _blocks(rows: list[list[Array]], paths: int) -> Array:

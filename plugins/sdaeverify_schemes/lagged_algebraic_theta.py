@@ -9,7 +9,8 @@ from sdaeverify import Array, Claim, DelaySDAE, DelayState, Increment, Parameter
 from sdaeverify.numerics import Root
 
 from ._delay_orders import DELAYED
-from ._delay_theta import algebraic, begun, held, reached
+from ._delay_root import held, regular
+from ._delay_theta import algebraic, begun, reached
 from ._euler_orders import STRONG_HALF
 
 
@@ -38,8 +39,10 @@ class LaggedAlgebraicTheta(Scheme):
             raise ParameterError(f"theta must be between 0 and 1, got {self.theta!r}")
 
     def refuses(self, problem: DelaySDAE) -> str:
-        """Refuse problems without y, on which it is the stochastic theta method."""
-        return "" if problem.constraints else "the problem has no algebraic component: use stochastic-theta"
+        """Refuse problems without y, on which it is the stochastic theta method, and drifts without derivatives."""
+        if not problem.constraints:
+            return "the problem has no algebraic component: use stochastic-theta"
+        return "" if self.theta == 0.0 else problem.no_jacobian()
 
     def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
@@ -54,8 +57,9 @@ class LaggedAlgebraicTheta(Scheme):
 
         first = reached(linearised, begin.guess.x, begin.known, lag.known)
         second = algebraic(problem, lag, t + h, first.x, y)
-        both = first.converged & second.converged
-        return held(state, first.x, second.x, Root(first.x, both, first.iterations + second.iterations))
+        new = DelayState(first.x, second.x)
+        sound = first.converged & second.converged & regular(problem, lag, (t, t + h), state, new)
+        return held(state, new, Root(first.x, sound, first.iterations + second.iterations))
 
 
 @hookimpl

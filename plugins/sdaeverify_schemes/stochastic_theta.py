@@ -73,8 +73,10 @@ class StochasticTheta(Scheme):
 
     def refuses(self, problem: SDE | DelaySDAE) -> str:
         """Refuse drifts that complex steps cannot differentiate, unless theta is 0."""
-        if self.theta == 0.0 or not isinstance(problem, SDE):
+        if self.theta == 0.0:
             return ""
+        if isinstance(problem, DelaySDAE):
+            return problem.no_jacobian()
         if is_analytic(lambda x: problem.drift(0.0, x), problem.initial(1)):
             return ""
         return "drift is not analytic (abs, real buffers?), so that Newton's method has no Jacobian"

@@ -72,7 +72,10 @@ class Trial:
         if self.x is not None:
             return frozen(OneStep(self.scheme, self.view).enter(self.x, WHEN * self.view.horizon, self.h))
         # A first step takes the paths apart.
-        return frozen(self.step(frozen(self.scheme.start(self.view, SIZE, self.h)), self.noise).state)
+        start = frozen(self.scheme.start(self.view, SIZE, self.h))
+        result = self.step(start, self.noise)
+        same_kind(start, result)
+        return frozen(result.state)
 
     @cached_property
     def stepper(self) -> Stepper:
@@ -172,7 +175,11 @@ def _follows_the_paths(trial: Trial) -> str:
 
 def _takes_paths_alone(trial: Trial) -> str:
     batches = [slice(0, SIZE // 2), slice(SIZE // 2, None), *(slice(n, n + 1) for n in range(0, SIZE, 4))]
-    return "" if all(map(trial.agree, batches)) else "a path goes elsewhere in another batch: it sees its neighbours"
+    return (
+        ""
+        if all(map(trial.agree, batches))
+        else "a path goes elsewhere in another batch: it sees its neighbours, or the step remembers"
+    )
 
 
 def _uses_declared_noise(trial: Trial) -> str:

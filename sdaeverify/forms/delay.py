@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,13 +14,15 @@ from ..noise import Increment
 from ..numerics import apply, norm
 from .algebraic import solve_algebraic
 from .checks import CONSISTENCY, PROBES, check_observables, check_shape, check_truth, columns, numbers, shown, vector
-from .delay_checks import check_jacobians, check_regular
+from .delay_checks import check_jacobians, check_regular, check_solved, no_drift_partials
 from .delay_mesh import Lag, Mesh, Recall
 from .dissipation import Dissipation
 from .partial_derivatives import Partials, partials
 from .problem import Problem, Residual
 from .sde import SDE
 
+# Times at which a history is looked at.
+HISTORY = 17
 # Of x, the delayed x and y.
 Coefficient = Callable[[float, Array, Array, Array], Array]
 
@@ -94,9 +96,10 @@ class DelaySDAE(Problem):
             raise ProblemError(f"delay must be finite and not negative, got {self.delay!r}")
         if (self.constraint is None) != (self.algebraic is None):
             raise ProblemError("constraint and algebraic, the y at time 0 or their number, must be given together")
-        for t in (0.0, -self.delay, -0.5 * self.delay):
-            if len(vector(f"history({t!r})", self.history(t))) != self.dimension:
-                raise ProblemError(f"history({t!r}) has another number of components than history(0)")
+        if np.ndim(cast("ArrayLike", self.algebraic)) == 0 and self.algebraic is not None and not self.constraints:
+            raise ProblemError(f"algebraic must be y at time 0 or a number of at least 1, got {self.algebraic!r}")
+        for t in np.linspace(0.0, -self.delay, HISTORY):
+            self.past(float(t))
         self._check_functions()
         check_observables(self, self.parts(self.initial(PROBES)))
         check_truth(self, self.parts(self.initial(PROBES)))
@@ -114,15 +117,17 @@ class DelaySDAE(Problem):
     @cached_property
     def dimension(self) -> int:
         """Number d of differential components."""
-        return len(vector("history(0)", self.history(0.0)))
+        return len(vector("history(0.0)", self.history(0.0)))
 
     @cached_property
     def constraints(self) -> int:
         """Number q of algebraic components."""
         given = self.algebraic
-        if given is None or isinstance(given, int):
-            return given or 0
-        return len(vector("algebraic", given))
+        if given is None or (
+            (is_count := isinstance(given, int | np.integer)) and (isinstance(given, bool) or given < 1)
+        ):
+            return 0
+        return int(cast("int", given)) if is_count else len(vector("algebraic", cast("ArrayLike", given)))
 
     @property
     def has_constraints(self) -> bool:
@@ -131,7 +136,10 @@ class DelaySDAE(Problem):
 
     def past(self, t: float) -> Array:
         """Return phi(t), shape (d, 1)."""
-        return np.asarray(self.history(t), dtype=float)[:, None]
+        value = vector(f"history({t!r})", self.history(t))
+        if len(value) != self.dimension:
+            raise ProblemError(f"history({t!r}) has {len(value)} components, history(0.0) has {self.dimension}")
+        return value[:, None]
 
     def initial(self, paths: int) -> DelayState:
         """Return x and y at time 0 on every path."""
@@ -156,6 +164,10 @@ class DelaySDAE(Problem):
         assert noise.lagged is not None
         assert noise.ahead is not None
         return Lag(noise.lagged, noise.ahead, self.mesh(h).weight)
+
+    def no_jacobian(self) -> str:
+        """Return why the drift cannot be differentiated, or an empty string."""
+        return no_drift_partials(self)
 
     def diffused(self, t: float, x: Array, v: Array, y: Array, w: Array) -> Array:
         """Return g(t, x, v, y) w, shape (d, P), for w of shape (l, P)."""
@@ -233,12 +245,13 @@ class DelaySDAE(Problem):
     def _start_y(self) -> Array:
         if self.algebraic is None:
             return np.zeros(0)
-        if not isinstance(self.algebraic, int):
+        if not isinstance(self.algebraic, int | np.integer):
             return vector("algebraic", self.algebraic)
-        x, v = self.past(0.0), self.past(-self.delay)
-        y = self.solved(0.0, x, v) if self.solved else solve_algebraic(self, 0.0, x, v, np.zeros((self.algebraic, 1)))
+        x, v, zeros = self.past(0.0), self.past(-self.delay), np.zeros((self.constraints, 1))
+        y = self.solved(0.0, x, v) if self.solved else solve_algebraic(self, 0.0, x, v, zeros)
         if not np.isfinite(y).all():
-            raise ProblemError("the constraint has no solution y at time 0 that Newton's method finds from 0")
+            text = "the constraint has no solution y at time 0 that Newton's method finds from 0"
+            raise ProblemError(f"{text}; give algebraic=[y(0)]")
         return np.asarray(y[:, 0])
 
     def _check_functions(self) -> None:
@@ -246,12 +259,13 @@ class DelaySDAE(Problem):
         (x, y), v = self.initial(PROBES), np.repeat(self.past(-self.delay), PROBES, axis=1)
         check_shape("drift(t, x, v, y)", self.drift(0.0, x, v, y), (d, PROBES))
         check_shape("diffusion(t, x, v, y)", self.diffusion(0.0, x, v, y), (d, self.noise_dim, PROBES))
+        check_jacobians(self, x, v, y)
         if self.constraint is None:
             return
         u = self.constraint(0.0, x, v, y)
         check_shape("constraint(t, x, v, y)", u, (q, PROBES))
-        check_jacobians(self, x, v, y)
         check_regular(self, x, v, y)
+        check_solved(self, x, v)
         sizes = [float(np.abs(A).max() * np.abs(z).max()) for A, z in self._terms(0.0, x, v, y)]
         if np.abs(u).max() > CONSISTENCY * max(1.0, *sizes):
             given = shown(numbers(y[:, 0]).tolist())  # type: ignore[union-attr]

@@ -67,7 +67,7 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
         found = local.local_weak(*pair, _reference(pair[1]))
         evidence = evidence.merged(packed(LOCAL, found))
     if isinstance(view, DelaySDAE) and view.delay:
-        if not no_delay_moments(scheme, view):
+        if not no_delay_moments(scheme, view, settings.steps):
             evidence = evidence.merged(packed(MOMENTS, delay_moment_errors(scheme, view, settings.steps)))
     elif not no_moments(scheme, view):
         evidence = evidence.merged(packed(MOMENTS, moment_errors(scheme, view, settings.steps)))

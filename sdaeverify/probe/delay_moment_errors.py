@@ -23,12 +23,23 @@ from .nodes import SEED
 
 # Accuracy that truths are asked to have, relative to the largest moment: further step sizes would not tell more.
 KNOWN = 1e-10
-FURTHER = 2
+FURTHER, FEWEST = 2, 3
 POWERS = (1, 2)
 
 
-def no_delay_moments(scheme: Scheme, view: DelaySDAE) -> str:
-    """Return why moments cannot be propagated, or an empty string."""
+def constrained(view: DelaySDAE, steps: Sequence[int]) -> list[int]:
+    """Return the numbers of steps that a delay is a multiple of.
+
+    On other meshes the leading coefficient of an error depends on where the delay lies between two mesh points, and
+    local orders follow that, too.
+    """
+    return [count for count in steps if view.mesh(view.horizon / count).delta == 0.0]
+
+
+def no_delay_moments(scheme: Scheme, view: DelaySDAE, steps: Sequence[int]) -> str:
+    """Return why moments cannot be propagated for these numbers of steps, or an empty string."""
+    if len(constrained(view, steps)) < FEWEST:
+        return "the delay is no multiple of the steps"
     if view.dimension > 1 or view.noise_dim > 1:
         return "moments with a delay are propagated for scalar equations with scalar noise"
     if len(known_moments(view)) < len(POWERS):
@@ -50,13 +61,14 @@ def delay_moment_errors(scheme: Scheme, view: DelaySDAE, steps: Sequence[int]) -
     view : DelaySDAE
         Of a pair that `no_delay_moments` has nothing against.
     steps : sequence of int
-        Numbers N of steps to the final time, each twice the one before; two more follow.
+        Numbers N of steps to the final time, each twice the one before; two more follow. Those are taken that the
+        delay is a multiple of.
 
     Returns
     -------
     MomentErrors
     """
-    steps = [*steps, *(steps[-1] * 2**level for level in range(1, FURTHER + 1))]
+    steps = constrained(view, [*steps, *(steps[-1] * 2**level for level in range(1, FURTHER + 1))])
     exact = known_moments(view)
     found = [_propagated(scheme, view, count) for count in steps]
     errors = np.array([each[:2] for each in found]) - exact

@@ -4,7 +4,7 @@ The set of stable step sizes need not be an interval: on meshes that the delay i
 step size does not imply it at a smaller one. The scan takes several positions of the delay between mesh points.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -20,7 +20,9 @@ from .windows import crossings
 # history longer than this.
 FINE, OWN, LONGEST = 1.0 / 64.0, 0.1, 512
 PER_DECADE, LONGER, MOST = 12, 16, 1e3
-SMALLEST_M, POSITIONS = range(1, 9), (0.0, 0.25, 0.5, 0.75)
+SMALLEST_M, POSITIONS = range(1, 25), (0.0, 0.23, 0.49, 0.77)
+# The scan is halved where the scheme's rate is less than this part of the equation's, and the radius this close to 1.
+SHARE, NEAR_ONE = 0.5, 0.2
 
 
 def no_delay_stability(scheme: Scheme, view: DelaySDAE) -> str:
@@ -58,10 +60,18 @@ def delay_stability(scheme: Scheme, view: DelaySDAE, step_sizes: Sequence[float]
         return h, rho, width, probed.defect, float(probed.failed), np.inf
 
     with np.errstate(all="ignore"):
-        scan, run = (_collected([found(h) for h in sizes]) for sizes in (_scan(view, scale), step_sizes))
-        boundaries = crossings(lambda h: found(h)[1], scan.h, scan.sign)
         abscissa, decays = _equation(view, scale)
+        scan, run = _refined(found, _scan(view, scale), abscissa), _collected([found(h) for h in step_sizes])
+        boundaries = crossings(lambda h: found(h)[1], scan.h, scan.sign)
     return StabilityRecord(*scan, *run, boundaries, abscissa, decays, float(at_rest(view)))
+
+
+def _refined(found: Callable[[float], tuple[float, ...]], sizes: Array, abscissa: float) -> Radius:
+    """Return the radius on a scan with more step sizes where it comes near 1, other than by short steps."""
+    scan = _collected([found(float(h)) for h in sizes])
+    slow = ~(np.abs(np.log(scan.rho)) >= SHARE * scan.h * abs(abscissa)) & (np.abs(scan.rho - 1.0) < NEAR_ONE)
+    middle = np.sqrt(scan.h[:-1] * scan.h[1:])[slow[:-1] | slow[1:]]
+    return _collected(sorted([*zip(*scan, strict=True), *(found(float(h)) for h in middle)]))
 
 
 def is_delayed(view: Problem | None) -> bool:

@@ -22,7 +22,7 @@ from ..numerics import jacobian
 from ..scheme import Scheme
 from . import test_functions
 from .nodes import LARGEST, Nodes, step_nodes
-from .one_step import OneStep
+from .one_step import OneStep, unresolved
 from .romberg import Romberg, depth
 from .states import WHEN, cloud
 from .weak_order import LocalWeak
@@ -67,7 +67,8 @@ def refusal(scheme: Scheme, view: Problem) -> str:
     nodes = _nodes(scheme, view.noise_dim)
     if not nodes.exact or len(nodes.weights) > LARGEST:
         return f"noise in {view.noise_dim} dimensions has too many nodes"
-    return OneStep(scheme, view).refusal()
+    shortest = float(LEVELS[-1]) * min(1.0, view.horizon)
+    return unresolved(view, shortest) or OneStep(scheme, view).refusal()
 
 
 def weak_reference(view: Problem) -> Reference:

@@ -14,7 +14,7 @@ from ..forms import SDE, Problem
 from ..scheme import Scheme
 from .local_orders import SETTLED, TOLERANCE, last_orders
 from .nodes import HalfSteps, half_steps
-from .one_step import OneStep
+from .one_step import OneStep, unresolved
 from .states import WHEN, cloud
 
 # Step sizes 4^-2, ..., 4^-8 of the horizon, or of the unit of time where that is shorter.
@@ -58,7 +58,8 @@ def no_local_order(scheme: Scheme, view: Problem) -> str:
     """Return why a pair has no local strong order, or an empty string."""
     if scheme.law.bounded:
         return f"sums of {scheme.law.name} increments are no increments of a longer step"
-    return OneStep(scheme, view).refusal()
+    shortest = float(LEVELS[-1]) * min(1.0, view.horizon)
+    return unresolved(view, shortest) or OneStep(scheme, view).refusal()
 
 
 def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:

@@ -95,6 +95,7 @@ def verdicts_in_words(results: Sequence[CellResult]) -> Iterator[Text]:
         if len(lines) > most:
             yield Text(f"and {len(lines) - most} more inconclusive, see verdicts.csv", style="yellow")
     yield from map(Text, shortened(drifts(results), "drifts"))
+    yield from map(Text, shortened(windows(results), "windows"))
     yield Text(counts(results), style="bold")
 
 
@@ -133,6 +134,19 @@ def counts(results: Iterable[CellResult]) -> str:
 def drifts(results: Iterable[CellResult]) -> list[str]:
     """Return in words which scheme leaves which constraint on which problem, and how that depends on h."""
     return [visible(line) for result in results for line in _drifts(result)]
+
+
+def windows(results: Iterable[CellResult]) -> list[str]:
+    """Return in words for which step sizes second moments tend to 0, and how they grow for the equation."""
+    return [
+        visible(
+            f"{result.cell.scheme.label} on {result.cell.spec.label}, {finding.quantity}: stable windows "
+            f"{finding.details['windows']}; growth rate of the equation {finding.details['growth_rate']:.5g}"
+        )
+        for result in results
+        for finding in result.findings
+        if finding.details.get("windows")
+    ]
 
 
 def plan_table(plan: Plan) -> Table:

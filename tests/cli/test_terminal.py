@@ -8,7 +8,16 @@ from rich.console import Console
 from sdaeverify.measure import Finding, Verdict
 from sdaeverify.measures.drift import _classify
 from sdaeverify.registry import load_registry
-from sdaeverify.report.terminal import broken, counts, drifts, orders, summary_tables, verdicts_in_words, visible
+from sdaeverify.report.terminal import (
+    broken,
+    counts,
+    drifts,
+    orders,
+    summary_tables,
+    verdicts_in_words,
+    visible,
+    windows,
+)
 from sdaeverify.selection import select_measures, select_problems, select_schemes
 from sdaeverify.study import Cell, CellResult
 
@@ -165,3 +174,11 @@ def test_orders_in_words(cell):
     lines = orders([CellResult(cell("milstein", "gbm", "strong"), (order, at_end, unknown))])
 
     assert lines == ["strong, milstein on gbm: x 0.50 ±0.02"]
+
+
+def test_windows_in_words(cell):
+    """Of every finding that has them, with a claim or without."""
+    where = cell("stochastic-theta", "linear-test")
+    stable = finding("second moment", Verdict.OUT_OF_SCOPE, windows="h < 0.5", growth_rate=-1.25)
+    line = "stochastic-theta on linear-test, second moment: stable windows h < 0.5; growth rate of the equation -1.25"
+    assert windows([CellResult(where, (stable, finding("x", Verdict.VERIFIED)))]) == [line]

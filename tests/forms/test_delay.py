@@ -77,9 +77,9 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"constraint": None}, "constraint and algebraic, the y at time 0 or their number, must be given together"),
     ({"history": lambda t: [1.0, np.nan]}, "history(0.0) must be a vector of finite numbers, got [1.0, nan]"),
     ({"history": lambda t: 1.0}, "history(0.0) must be a vector of finite numbers, got 1.0"),
-    ({"history": lambda t: [1.0] * (2 if t == 0.0 else 3)}, "history(-0.5) has another number of components"),
-    ({"history": lambda t: [1.0, 0.5] if t in {0.0, -0.5} else [1.0]}, "history(-0.25) has another number"),
-    ({"history": lambda t: [1.0, np.inf if t else 0.0]}, "history(-0.5) must be a vector of finite numbers"),
+    ({"history": lambda t: [1.0] * (2 if t == 0.0 else 3)}, "has 3 components, history(0.0) has 2"),
+    ({"history": lambda t: [1.0, 0.5] if t in {0.0, -0.5} else [1.0]}, "components, history(0.0) has 2"),
+    ({"history": lambda t: [1.0, np.inf if t else 0.0]}, ") must be a vector of finite numbers"),
     ({"drift": lambda t, x, v, y: x[:1]}, "drift(t, x, v, y) returned shape (1, 3), expected (2, 3) for 3 paths"),
     ({"drift": lambda t, x, v, y: None}, "drift(t, x, v, y) returned NoneType"),
     ({"drift": lambda t, x, v, y: x / 0.0 * 0.0}, "drift(t, x, v, y) is not finite at the initial state"),
@@ -256,3 +256,49 @@ def test_components_are_named() -> None:
 
     assert list(make().parts(DelayState(x, y))) == ["x", "y"]
     assert list(delay_ou().parts(DelayState(x[:1], y[:0]))) == ["x"]
+
+
+def test_a_wrong_closed_form_of_y_is_refused_beside_the_start() -> None:
+    """At the start it may be right by chance."""
+
+    def linear(t: float, x: Array, v: Array, y: Array) -> Array:
+        return y - x[:1]
+
+    right = {"constraint": linear, "algebraic": [1.0]}
+    assert make(**right, solved=lambda t, x, v: 1.0 * x[:1]).constraints == 1
+    with pytest.raises(ProblemError, match=r"solved\(t, x, v\) leaves constraint = "):
+        make(**right, solved=lambda t, x, v: x[:1] ** 2)
+    with pytest.raises(ProblemError, match=r"solved\(t, x, v\) returned shape"):
+        make(**right, solved=lambda t, x, v: 1.0 * x)
+
+
+@pytest.mark.parametrize("given", [0, -1, True])
+def test_a_number_of_algebraic_components_is_at_least_one(given: int) -> None:
+    """Anything else is said in one line."""
+    with pytest.raises(ProblemError, match=r"algebraic must be y at time 0 or a number of at least 1"):
+        make(algebraic=given)
+
+
+def test_a_history_is_looked_at_in_between() -> None:
+    """Not at its ends alone; and at every time that a run asks for."""
+    with pytest.raises(ProblemError, match=r"history\(-0\.\d+\) must be a vector of finite numbers"):
+        make(history=lambda t: [np.nan if -0.4 < t < -0.1 else 1.0, 0.5])
+    with pytest.raises(ProblemError, match=r"history\(-0\.\d+\) has 1 components, history\(0\.0\) has 2"):
+        make(history=lambda t: [1.0] if -0.4 < t < -0.1 else [1.0, 0.5])
+
+
+def test_wrong_derivatives_of_the_drift_are_found_without_a_constraint_too() -> None:
+    """They serve Newton's method all the same."""
+    bare = {"constraint": None, "algebraic": None, "drift": lambda t, x, v, y: -1.0 * x}
+    unit = np.eye(2)[..., None]
+
+    def partials(factor: float) -> Callable[..., Partials]:
+        return lambda t, x, v, y: Partials(factor * unit + 0.0 * x[:1], 0.0 * unit + 0.0 * x[:1], np.zeros((2, 0, 1)))
+
+    assert make(
+        **bare, diffusion=lambda t, x, v, y: 0.0 * x[:, None] + np.eye(2)[..., None], drift_partials=partials(-1.0)
+    )
+    with pytest.raises(ProblemError, match=r"drift_partials\(t, x, v, y\)\.x disagrees"):
+        make(
+            **bare, diffusion=lambda t, x, v, y: 0.0 * x[:, None] + np.eye(2)[..., None], drift_partials=partials(5.0)
+        )

@@ -209,3 +209,41 @@ def test_the_theta_method_takes_problems_with_and_without_delay() -> None:
 
     assert match(StochasticTheta(), problem).problem is problem
     assert match(StochasticTheta(), delay_ou()).problem is not None
+
+
+@pytest.mark.parametrize("kind", [StochasticTheta, LaggedAlgebraicTheta])
+@pytest.mark.parametrize("theta", [0.0, 1.0])
+def test_a_constraint_that_turns_over_in_a_step_ends_the_path(kind: type, theta: float) -> None:
+    """Where du/dy = 0.7 - t changes its sign the solution has ended, although a step across it has a root."""
+    problem = DelaySDAE(
+        drift=lambda t, x, v, y: -1.0 * x,
+        diffusion=lambda t, x, v, y: 0.1 * x[:, None],
+        constraint=lambda t, x, v, y: (0.7 - t) * y - x,
+        algebraic=[1.0 / 0.7],
+        delay=0.0,
+        history=lambda t: [1.0],
+        noise_dim=1,
+        horizon=1.0,
+        source="made up",
+    )
+    x = np.ones((1, 3))
+    noise = Increment(np.zeros((1, 3)), None)
+    for t, lost in ((0.5, False), (0.65, True)):
+        step = kind(theta=theta).step(problem, DelayState(x, x / (0.7 - t)), t, 0.1, noise)
+        assert step.failed is not None
+        assert bool(step.failed.all()) is lost
+
+
+def test_a_drift_that_cannot_be_differentiated_is_refused() -> None:
+    """With a delay as without, unless nothing is solved for."""
+    problem = DelaySDAE(
+        drift=lambda t, x, v, y: -np.abs(x),
+        diffusion=lambda t, x, v, y: 0.1 * x[:, None],
+        delay=1.0,
+        history=lambda t: [1.0],
+        noise_dim=1,
+        horizon=2.0,
+        source="made up",
+    )
+    assert "not analytic" in StochasticTheta(theta=1.0).refuses(problem)
+    assert StochasticTheta(theta=0.0).refuses(problem) == ""

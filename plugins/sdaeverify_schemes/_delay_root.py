@@ -1,0 +1,31 @@
+"""Whether a step of an index-1 equation has a root, and what becomes of the paths on which it has none."""
+
+import numpy as np
+
+from sdaeverify import DelaySDAE, DelayState, Lag, Mask, Step
+from sdaeverify.numerics import Root, determinant
+
+
+def held(state: DelayState, new: DelayState, root: Root) -> Step:
+    """Return a step; a path without root keeps its state and is counted."""
+    kept = (np.where(root.converged, now, before) for now, before in zip(new, state, strict=True))
+    return Step(DelayState(*kept), failed=~root.converged, costs={"newton_iterations": root.iterations})
+
+
+def regular(problem: DelaySDAE, lag: Lag, t: tuple[float, float], before: DelayState, after: DelayState) -> Mask:
+    """Tell on which paths du/dy keeps its orientation: where it turns over, the solution has ended on the way.
+
+    Parameters
+    ----------
+    problem : DelaySDAE
+    lag : Lag
+    t : float, float
+        Times of the step's begin and end.
+    before, after : DelayState
+        States there.
+    """
+    if problem.constraint is None or problem.solved is not None:
+        return np.ones(before.x.shape[-1], dtype=bool)
+    begin = problem.linearised_constraint(t[0], before.x, lag.now, before.y).y
+    end = problem.linearised_constraint(t[1], after.x, lag.ahead(after.x), after.y).y
+    return np.asarray(determinant(begin) * determinant(end) > 0.0)
