@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
+from ..forms import ConstrainedLangevin, Problem
 from ..measure import Evidence
 from ..scheme import Claim
 from ..statistics import Estimate, corrected_slope_weights
@@ -68,8 +69,17 @@ def usable_levels(evidence: Evidence, quantity: Quantity) -> tuple[Array, str]:
     rounding = known <= 60.0 * quantity.rounding(np.array(evidence.settings.steps[: len(known)]))
     if rounding.any():
         remarks.append(at_levels("rounding", rounding))
+    stiff = _stiff(evidence.problem, quantity.h)
+    if stiff.any():
+        remarks.append(at_levels("steps longer than eps", stiff))
     sound = sound[sound < len(known)]
-    return sound[~rounding[sound]], "; ".join(remarks)
+    return sound[~(rounding | stiff[: len(known)])[sound]], "; ".join(remarks)
+
+
+def _stiff(problem: Problem, h: Array) -> Array:
+    # Slopes are not fitted across h = eps: errors go from one law to another there, however accurate the scheme is.
+    eps = problem.eps if isinstance(problem, ConstrainedLangevin) else 0.0
+    return (eps > 0.0) & (h > eps)
 
 
 def fit(evidence: Evidence, quantity: Quantity, usable: Array, left_out: str) -> Fit:

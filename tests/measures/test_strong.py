@@ -14,6 +14,7 @@ from sdaeverify.measures._errors import ErrorObserver
 from sdaeverify.measures.strong import Strong
 from sdaeverify.tally import Tally
 from sdaeverify.verdicts import Opinion, guard
+from sdaeverify_problems.affine_constraint import affine_constraint
 from sdaeverify_problems.gbm import gbm
 
 SETTINGS = Settings(paths=4000)
@@ -360,3 +361,12 @@ def test_a_solution_that_ends_at_zero_has_no_finite_relative_error():
     observer.after_coarsest_step(Snapshot([level] * 6, end, None))
 
     assert np.isinf(observer.tally().sums["relative x@T"]).all()
+
+
+def test_no_slope_is_fitted_across_the_stiffness_parameter() -> None:
+    """Errors that stand still while h > eps are held against no order: the levels with h > eps are left out."""
+    problem = affine_constraint(eps=float(H[2]) * 1.01, horizon=1.0)
+    levels = [np.where(h > problem.eps, 1.0, h / problem.eps) * np.ones(4000) for h in H]
+    found = judge([level * np.random.default_rng(1).normal(size=4000) for level in levels], problem=problem)
+    assert "steps longer than eps at 2 levels" in found.reason
+    assert found.estimate == pytest.approx(1.0, abs=1e-6)
