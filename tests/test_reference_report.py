@@ -16,7 +16,7 @@ CELL = ["scheme", "problem", "measure"]
 @pytest.fixture(scope="module")
 def verdicts():
     """Return the committed verdicts."""
-    return pd.read_csv(FOLDER / "verdicts.csv")
+    return pd.read_csv(FOLDER / "verdicts.csv", low_memory=False)
 
 
 def test_report_covers_the_shipped_matrix(verdicts):
