@@ -13,12 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from sdaeverify import Array, DelaySDAE, DelayState, Increment, Lag, Step
-from sdaeverify.numerics import Root, largest, newton
+from sdaeverify.numerics import Root, largest, newton, update_tolerance
 
 from ._delay_root import held, regular
-
-# Newton's last update is below this part of the state, so that its error is rounding: about the square.
-TOLERANCE = 1e-9
 
 
 class Begun(NamedTuple):
@@ -86,8 +83,7 @@ def algebraic(problem: DelaySDAE, lag: Lag, t: float, x: Array, guess: Array) ->
 
 def reached(linearised: Callable[[Array], tuple[Array, Array]], *given: Array) -> Root:
     """Return where Newton's method leads from the first of what is given; the solution is as large as all of it."""
-    guess, size = given[0], np.max([largest(part) for part in given], axis=0)
-    return newton(linearised, guess, TOLERANCE * np.where(size > 0.0, size, 1.0))
+    return newton(linearised, given[0], update_tolerance(*map(largest, given)))
 
 
 def delay_theta(problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment, theta: float) -> Step:

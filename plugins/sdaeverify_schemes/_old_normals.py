@@ -5,10 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdaeverify import SDE, Array, ConstraintJacobian, Gram, HolonomicSDAE, Mask
-from sdaeverify.numerics import newton, norm
-
-# Newton's last update moves the position by less than this part of it, so that its error is rounding: the square.
-TOLERANCE = 1e-9
+from sdaeverify.numerics import newton, norm, update_tolerance
 
 
 class Projected(NamedTuple):
@@ -60,10 +57,9 @@ def onto_constraint(problem: HolonomicSDAE | SDE, y: Array, old: ConstraintJacob
     def moved(kappa: Array) -> Array:
         return norm(problem.push(old, kappa))
 
-    size, none = norm(y), np.zeros_like(old.times(y))
+    none = np.zeros_like(old.times(y))
     # kappa scales like 1/g, so that positions tell how small an update is.
-    tolerance = TOLERANCE * np.where(size > 0.0, size, 1.0)
-    root = newton(linearised, none, tolerance, solver=lambda A, value: A.solve(value), size=moved)
+    root = newton(linearised, none, update_tolerance(norm(y)), solver=lambda A, value: A.solve(value), size=moved)
     r = y + problem.push(old, root.x)
     J = problem.linearised(r)
     A = J.gram(old)

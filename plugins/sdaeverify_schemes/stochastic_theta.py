@@ -9,14 +9,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sdaeverify import SDE, Array, Claim, DelaySDAE, Increment, ParameterError, Problem, Scheme, Step, hookimpl
-from sdaeverify.numerics import Root, is_analytic, jacobian, newton
+from sdaeverify.numerics import Root, is_analytic, jacobian, largest, newton, update_tolerance
 
 from ._delay_orders import DELAYED
 from ._delay_theta import delay_theta
 from ._euler_orders import ORDERS
 
-# Newton's last update is below this part of the state, so that its error is rounding: about the square.
-TOLERANCE = 1e-9
 # Sources of mean-square stability, by the trait of the problems it is claimed for.
 STABLE = {
     "no-delay": "Higham 2000; on dx = A x dt + ..., E |(Id - theta h A) x|^2 decreases in the equation's norm",
@@ -102,8 +100,7 @@ def implicit(f: Callable[[Array], Array], s: float, known: Array, guess: Array) 
     def linearised(y: Array) -> tuple[Array, Array]:
         return y - s * f(y) - known, unit - s * jacobian(f, y)
 
-    size = np.abs(guess).max(axis=0)
-    return newton(linearised, guess, TOLERANCE * np.where(size > 0.0, size, 1.0))
+    return newton(linearised, guess, update_tolerance(largest(guess)))
 
 
 @hookimpl

@@ -1,5 +1,7 @@
 """Geometric Brownian motion: growing, with heavy tails, and stable as the linear test equation."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from sdaeverify import SDE, Array, Increment, MeanSquareStability, Moment, Pathwise, hookimpl
@@ -27,10 +29,6 @@ def gbm(a: float = 0.5, b: float = 0.6, x_0: float = 1.0, horizon: float = 1.0) 
     ------
     Kloeden & Platen (1992), section 4.4, (4.6).
     """
-
-    def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
-        return x * np.exp((a - 0.5 * b * b) * h + b * noise.dW)
-
     return SDE(
         controls=controls.SCALAR,
         drift=lambda t, x: a * x,
@@ -49,7 +47,7 @@ def gbm(a: float = 0.5, b: float = 0.6, x_0: float = 1.0, horizon: float = 1.0) 
         truths=(
             Pathwise(
                 start=lambda paths: np.full((1, paths), x_0),
-                advance=advance,
+                advance=exponential(a, b),
                 parts=lambda t, x: {"x": x},
                 source=SOURCE,
             ),
@@ -97,6 +95,11 @@ def linear_test(a: float = -2.0, b: float = 1.0, x_0: float = 1.0, horizon: floa
     Higham (2000); Saito & Mitsui (1996).
     """
     return gbm(a, b, x_0, horizon)
+
+
+def exponential(a: float, b: float) -> Callable[[Array, float, float, Increment], Array]:
+    """Return the advance of x(t) = x_0 exp((a - b^2/2) t + b W(t)) over a step."""
+    return lambda x, t, h, noise: x * np.exp((a - 0.5 * b * b) * h + b * noise.dW)
 
 
 def power(name: str, n: int, x_0: float, a: float, b: float) -> Moment:

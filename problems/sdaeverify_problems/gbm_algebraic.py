@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from sdaeverify import Array, DelaySDAE, Increment, MeanSquareStability, Partials, Parts, Pathwise, hookimpl
+from sdaeverify import Array, DelaySDAE, MeanSquareStability, Partials, Parts, Pathwise, hookimpl
 
-from .gbm import power
+from .gbm import exponential, power
 
 SOURCE = "Kloeden & Platen 1992, (4.4.6), with y = q x"
 
@@ -41,9 +41,6 @@ def gbm_algebraic(
     def known(t: float, x: Array) -> Parts:
         return {"x": x, "y": q * x}
 
-    def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
-        return x * np.exp((A - 0.5 * b * b) * h + b * noise.dW)
-
     return DelaySDAE(
         drift=lambda t, x, v, y: a * x + y,
         diffusion=lambda t, x, v, y: b * x[:, None],
@@ -63,7 +60,9 @@ def gbm_algebraic(
             "x^3": lambda t, s: s["x"][0] ** 3,
         },
         truths=(
-            Pathwise(start=lambda paths: np.full((1, paths), x_0), advance=advance, parts=known, source=SOURCE),
+            Pathwise(
+                start=lambda paths: np.full((1, paths), x_0), advance=exponential(A, b), parts=known, source=SOURCE
+            ),
             *(power(name, n, x_0, A, b) for n, name in enumerate(("x", "x^2", "x^3"), start=1)),
             MeanSquareStability(stable=2.0 * A + b * b < 0.0, source=SOURCE),
         ),

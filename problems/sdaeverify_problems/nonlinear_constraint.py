@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from sdaeverify import Array, DelaySDAE, Increment, Partials, Parts, Pathwise, hookimpl
+from sdaeverify import Array, DelaySDAE, Partials, Parts, Pathwise, hookimpl
 
-from .gbm import power
+from .gbm import exponential, power
 
 SOURCE = "Kloeden & Platen 1992, (4.4.6), in the variable of a cubic constraint"
 
@@ -38,13 +38,12 @@ def nonlinear_constraint(a: float = -1.0, b: float = 0.5, tau: float = 0.3, hori
         one = np.ones((1, *y.shape))
         return Partials(0.0 * one, 0.5 * factor * one, factor * (1.0 + 3.0 * y**2)[None])
 
-    def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
-        return x * np.exp((a - 0.5 * b * b) * h + b * noise.dW)
-
     def known(t: float, x: Array) -> Parts:
         return {"x": x, "y": cubic_root(0.5 * x)}
 
-    solution = Pathwise(start=lambda paths: np.ones((1, paths)), advance=advance, parts=known, source=SOURCE)
+    solution = Pathwise(
+        start=lambda paths: np.ones((1, paths)), advance=exponential(a, b), parts=known, source=SOURCE
+    )
     return DelaySDAE(
         drift=lambda t, x, v, y: a * seen(v, y),
         diffusion=lambda t, x, v, y: b * seen(v, y)[:, None],

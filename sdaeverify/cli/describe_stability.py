@@ -1,7 +1,7 @@
 """What is known of the mean-square stability of an equation with a delay, in lines for the terminal."""
 
 from ..forms import DelaySDAE, Dissipation
-from ..probe.delay_linear import LARGE, SMALL, at_rest, is_autonomous, linear_delay
+from ..probe.delay_linear import LARGE, SMALL, at_rest, is_autonomous, is_scalar, linear_delay
 
 THETAS = (0.0, 0.25, 0.5, 1.0)
 
@@ -15,8 +15,7 @@ def stability_lines(problem: DelaySDAE) -> list[str]:
 
 
 def _growth(problem: DelaySDAE) -> list[str]:
-    scalar = problem.dimension == problem.noise_dim == 1
-    if not (scalar and at_rest(problem) and is_autonomous(problem)):
+    if not (is_scalar(problem) and at_rest(problem) and is_autonomous(problem)):
         return []
     small, large = (linear_delay(problem, size).growth_rate for size in (SMALL, LARGE))
     between = (

@@ -4,14 +4,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..forms import DelaySDAE, DelayState, Problem
+from ..forms import DelaySDAE, DelayState, Problem, is_delayed
 from ..matching import match
 from ..probe.affine import AFFINE
-from ..probe.delay_linear import at_rest, is_autonomous, linear_delay, probed_step
-from ..probe.delay_moments import RunMoments, Start, run_moments
+from ..probe.delay_linear import at_rest, is_autonomous, is_scalar, linear_delay, probed_step, run_start
+from ..probe.delay_moments import RunMoments, run_moments
 from ..probe.delay_radius import radius
 from ..probe.delay_step import LinearDelayStep
-from ..scheme import Scheme, flatten
+from ..scheme import Scheme
 
 
 class Growth(NamedTuple):
@@ -48,21 +48,19 @@ class LinearRun(NamedTuple):
 
     def moments(self, steps: int) -> RunMoments:
         """Return means and second moments of x and y up to so many steps."""
-        mesh, start = self.view.mesh(self.h), self.scheme.start(self.view, 1, self.h)
-        lagged = np.stack([self.view.past(n * self.h - self.view.delay)[:, 0] for n in range(mesh.m)])
-        return run_moments(self.step, mesh, Start(flatten(start)[:, 0], lagged), steps)
+        start = run_start(self.scheme, self.view, self.h)
+        return run_moments(self.step, self.view.mesh(self.h), start, steps)
 
     def growth(self) -> Growth:
         """Return how second moments grow; the equation's rate is known of one x and one noise."""
-        scalar = self.view.dimension == self.view.noise_dim == 1
-        rate = linear_delay(self.view).growth_rate if scalar else np.nan
+        rate = linear_delay(self.view).growth_rate if is_scalar(self.view) else np.nan
         return Growth(radius(self.step, self.view.mesh(self.h)).rho, rate)
 
 
 def linear_run(scheme: Scheme, steps: int, problem: Problem) -> LinearRun | None:
     """Return the run of a scheme with so many steps to the final time; None where it is not linear."""
     view, h = match(scheme, problem).problem, problem.horizon / steps
-    if not isinstance(view, DelaySDAE) or not view.delay or scheme.law.clip:
+    if not is_delayed(view) or scheme.law.clip:
         return None
     if not isinstance(scheme.start(view, 1, h), DelayState) or not at_rest(view) or not is_autonomous(view):
         return None

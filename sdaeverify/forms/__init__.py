@@ -3,7 +3,7 @@
 from .constrained_langevin import ConstrainedLangevin
 from .constraint_geometry import ConstraintGeometry
 from .constraint_jacobian import ConstraintJacobian, DenseJacobian, Gram
-from .delay import DelaySDAE, DelayState
+from .delay import DelaySDAE, DelayState, is_delayed
 from .delay_mesh import Lag, Mesh
 from .dissipation import Dissipation
 from .holonomic import HolonomicSDAE, HolonomicState
@@ -34,4 +34,5 @@ __all__ = [
     "Problem",
     "Residual",
     "Structure",
+    "is_delayed",
 ]

@@ -5,13 +5,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Array
-from ..numerics import largest, newton, solve
+from ..numerics import largest, newton, solve, update_tolerance
 
 if TYPE_CHECKING:
     from .delay import DelaySDAE
-
-# Newton's last update is below this part of the solution, so that its error is rounding: about the square.
-TOLERANCE = 1e-9
 
 
 def solve_algebraic(problem: "DelaySDAE", t: float, x: Array, v: Array, guess: Array) -> Array:
@@ -39,8 +36,7 @@ def solve_algebraic(problem: "DelaySDAE", t: float, x: Array, v: Array, guess: A
         return constraint(t, real, lagged, y), problem.linearised_constraint(t, real, lagged, y).y
 
     begin = np.broadcast_to(guess, (len(guess), x.shape[-1]))
-    size = np.fmax(largest(begin), largest(real))
-    root = newton(linearised, begin, TOLERANCE * np.where(size > 0.0, size, 1.0))
+    root = newton(linearised, begin, update_tolerance(largest(begin), largest(real)))
     y = np.where(root.converged, root.x, np.nan)
     if not (np.iscomplexobj(x) or np.iscomplexobj(v)):
         return y

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, cast
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +14,7 @@ from ..noise import Increment
 from ..numerics import apply, norm
 from .algebraic import solve_algebraic
 from .checks import CONSISTENCY, PROBES, check_observables, check_shape, check_truth, columns, numbers, shown, vector
-from .delay_checks import check_jacobians, check_regular, check_solved, no_drift_partials
+from .delay_checks import check_jacobians, check_regular, check_solved, no_drift_partials, size_of_terms
 from .delay_mesh import Lag, Mesh, Recall
 from .dissipation import Dissipation
 from .partial_derivatives import Partials, partials
@@ -38,6 +38,16 @@ class DelayState(NamedTuple):
 
     x: Array
     y: Array
+
+
+def _is_number(given: object) -> TypeGuard[int]:
+    """Tell whether y at time 0 is given as its number of components, to be solved for."""
+    return isinstance(given, int | np.integer)
+
+
+def is_delayed(problem: object) -> "TypeGuard[DelaySDAE]":
+    """Tell whether a problem has a delay; a `DelaySDAE` may have none."""
+    return isinstance(problem, DelaySDAE) and problem.delay > 0.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,7 +106,7 @@ class DelaySDAE(Problem):
             raise ProblemError(f"delay must be finite and not negative, got {self.delay!r}")
         if (self.constraint is None) != (self.algebraic is None):
             raise ProblemError("constraint and algebraic, the y at time 0 or their number, must be given together")
-        if np.ndim(cast("ArrayLike", self.algebraic)) == 0 and self.algebraic is not None and not self.constraints:
+        if _is_number(self.algebraic) and (isinstance(self.algebraic, bool) or self.constraints < 1):
             raise ProblemError(f"algebraic must be y at time 0 or a number of at least 1, got {self.algebraic!r}")
         for t in np.linspace(0.0, -self.delay, HISTORY):
             self.past(float(t))
@@ -123,11 +133,9 @@ class DelaySDAE(Problem):
     def constraints(self) -> int:
         """Number q of algebraic components."""
         given = self.algebraic
-        if given is None or (
-            (is_count := isinstance(given, int | np.integer)) and (isinstance(given, bool) or given < 1)
-        ):
+        if given is None:
             return 0
-        return int(cast("int", given)) if is_count else len(vector("algebraic", cast("ArrayLike", given)))
+        return int(given) if _is_number(given) else len(vector("algebraic", given))
 
     @property
     def has_constraints(self) -> bool:
@@ -222,12 +230,10 @@ class DelaySDAE(Problem):
             return {}
         x, y, t = parts["x"], parts["y"], float(parts["t"][0, 0]) if "t" in parts else 0.0
         v = parts.get("lagged", x)
-        sizes = [np.abs(A).max(axis=(0, 1)) * norm(z) for A, z in self._terms(t, x, v, y)]
+        terms = zip(self.linearised_constraint(t, x, v, y), (x, v, y), strict=True)
+        sizes = [np.abs(A).max(axis=(0, 1)) * norm(z) for A, z in terms]
         scale = np.broadcast_to(sum(sizes, np.zeros(1)), x.shape[-1:])
         return {"u": Residual(self.constraint(t, x, v, y), scale)}
-
-    def _terms(self, t: float, x: Array, v: Array, y: Array) -> list[tuple[Array, Array]]:
-        return list(zip(self.linearised_constraint(t, x, v, y), (x, v, y), strict=True))
 
     # Built once: making an equation checks it, and what is found for it serves all schemes that see it.
     @cached_property
@@ -245,7 +251,7 @@ class DelaySDAE(Problem):
     def _start_y(self) -> Array:
         if self.algebraic is None:
             return np.zeros(0)
-        if not isinstance(self.algebraic, int | np.integer):
+        if not _is_number(self.algebraic):
             return vector("algebraic", self.algebraic)
         x, v, zeros = self.past(0.0), self.past(-self.delay), np.zeros((self.constraints, 1))
         y = self.solved(0.0, x, v) if self.solved else solve_algebraic(self, 0.0, x, v, zeros)
@@ -266,8 +272,7 @@ class DelaySDAE(Problem):
         check_shape("constraint(t, x, v, y)", u, (q, PROBES))
         check_regular(self, x, v, y)
         check_solved(self, x, v)
-        sizes = [float(np.abs(A).max() * np.abs(z).max()) for A, z in self._terms(0.0, x, v, y)]
-        if np.abs(u).max() > CONSISTENCY * max(1.0, *sizes):
+        if np.abs(u).max() > CONSISTENCY * size_of_terms(self, x, v, y):
             given = shown(numbers(y[:, 0]).tolist())  # type: ignore[union-attr]
             solution = shown(self.eliminated(0.0, x, v)[:, 0].tolist())
             raise ProblemError(

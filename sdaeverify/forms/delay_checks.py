@@ -72,10 +72,14 @@ def check_solved(problem: "DelaySDAE", x: Array, v: Array) -> None:
         y = problem.solved(0.0, *at)
         check_shape("solved(t, x, v)", y, (problem.constraints, PROBES))
         off = np.abs(problem.constraint(0.0, *at, y)).max()
-        sizes = zip(problem.linearised_constraint(0.0, *at, y), (*at, y), strict=True)
-        scale = max(1.0, *(float(np.abs(A).max() * np.abs(z).max()) for A, z in sizes))
-        if not off <= SOLVED * scale:
+        if not off <= SOLVED * size_of_terms(problem, *at, y):
             raise ProblemError(f"solved(t, x, v) leaves constraint = {off:.3g} at x = {at[0][:, 0].tolist()}")
+
+
+def size_of_terms(problem: "DelaySDAE", *at: Array) -> float:
+    """Return the size of what cancels in the constraint at time 0, at least 1, at x, v and y of some paths."""
+    terms = zip(problem.linearised_constraint(0.0, *at), at, strict=True)
+    return max(1.0, *(float(np.abs(A).max() * np.abs(z).max()) for A, z in terms))
 
 
 def check_regular(problem: "DelaySDAE", *at: Array) -> None:

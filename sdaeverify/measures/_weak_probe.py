@@ -3,7 +3,7 @@
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from ..forms import DelaySDAE, Problem
+from ..forms import Problem, is_delayed
 from ..measure import Evidence, Verdict
 from ..probe import local_weak as local
 from ..probe import transition
@@ -66,7 +66,7 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
     if not (loses_algebraic(scheme, view) or local.refusal(*pair)):
         found = local.local_weak(*pair, _reference(pair[1]))
         evidence = evidence.merged(packed(LOCAL, found))
-    if isinstance(view, DelaySDAE) and view.delay:
+    if is_delayed(view):
         if not no_delay_moments(scheme, view, settings.steps):
             evidence = evidence.merged(packed(MOMENTS, delay_moment_errors(scheme, view, settings.steps)))
     elif not no_moments(scheme, view):

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import Array, Parts
-from ..forms import DelaySDAE, Problem
+from ..forms import Problem, is_delayed
 from ..hookspecs import hookimpl
 from ..lanes import Snapshot
 from ..measure import Evidence, Finding, Judgement, Measure, Verdict
@@ -47,13 +47,13 @@ class Intervals(Measure):
         """Refuse problems without delay or with a single interval, and schemes with bounded increments."""
         if scheme.law.bounded:
             return f"its {scheme.law.name} increments are not Brownian: no strong order"
-        if not isinstance(problem, DelaySDAE) or not problem.delay:
+        if not is_delayed(problem):
             return "the problem has no delay"
         return "" if problem.delay < problem.horizon else "the problem ends within the first delay: see strong"
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> "IntervalObserver":
         """Return the notebook for one block."""
-        assert isinstance(problem, DelaySDAE)
+        assert is_delayed(problem)
         return IntervalObserver(problem.delay, problem.horizon / settings.coarsest, parts, settings)
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:

@@ -10,19 +10,19 @@ E |x_n|^2 gives wrong verdicts where it is carried by rare paths. Two claims are
 """
 
 from collections.abc import Iterator
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.special import erfc
 
 from ..arrays import Array
 from ..errors import FAULTS, one_line
-from ..forms import DelaySDAE, Problem
+from ..forms import Problem, is_delayed
 from ..hookspecs import hookimpl
 from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
 from ..probe.affine import AFFINE
 from ..probe.delay_linear import LARGE, SMALL, UNIT, limits
-from ..probe.delay_stability import delay_stability, is_delayed, no_delay_stability
+from ..probe.delay_stability import delay_stability, no_delay_stability
 from ..probe.stability import StabilityRecord, no_stability, stability
 from ..probe.windows import smallest_boundary, undecided, worded
 from ..scheme import Claim, Scheme
@@ -52,7 +52,7 @@ class Stability(Measure):
             return "the problem has no view of the scheme's form"
         try:
             if is_delayed(view):
-                return no_delay_stability(scheme, cast("DelaySDAE", view))
+                return no_delay_stability(scheme, view)
             return no_stability(scheme, view)
         except FAULTS as error:
             # Nothing obliges a problem to have coefficients far from its solutions.

@@ -5,7 +5,7 @@ from .block_systems import solve_blocks
 from .derivatives import directional, is_analytic, jacobian, matches_differences, second_directional
 from .elimination import Elimination, eliminated
 from .linalg import all_finite, apply, apply_transposed, determinant, largest, norm, product_transposed, solve
-from .newton import Root, newton
+from .newton import Root, newton, update_tolerance
 from .tridiagonal import Tridiagonal
 
 __all__ = [
@@ -31,4 +31,5 @@ __all__ = [
     "second_directional",
     "solve",
     "solve_blocks",
+    "update_tolerance",
 ]

@@ -12,6 +12,10 @@ Linearisation = Callable[[Array], tuple[Array, Any]]
 Solver = Callable[[Any, Array], Array]
 
 
+# Newton's last update is below this part of the solution, so that its error is rounding: about the square.
+RELATIVE = 1e-9
+
+
 class Root(NamedTuple):
     """What Newton's method reached.
 
@@ -74,3 +78,19 @@ def newton(
         if not active.any():
             break
     return Root(x, ~active, iterations)
+
+
+def update_tolerance(*sizes: Array) -> Array:
+    """Return the size of an update that leaves rounding alone, for solutions as large as the largest of these.
+
+    Parameters
+    ----------
+    *sizes : ndarray, shape (P,)
+        Not negative; where all are 0, the tolerance is that of a solution of size 1.
+
+    Returns
+    -------
+    ndarray, shape (P,)
+    """
+    size = np.fmax.reduce(sizes)
+    return np.asarray(RELATIVE * np.where(size > 0.0, size, 1.0))

@@ -14,6 +14,7 @@ from ..noise import Increment
 from ..scheme import Scheme, flatten
 from .affine import AFFINE, at_corners, defect, relative, trial_states
 from .delay_equation import LinearDelay
+from .delay_moments import Start
 from .delay_step import LinearDelayStep
 from .nodes import SEED
 from .states import WHEN
@@ -84,6 +85,17 @@ def linear_delay(view: DelaySDAE, scale: float = UNIT) -> LinearDelay:
     g = np.broadcast_to(plain.diffusion(0.0, x, v, none), (1, 1, 3))[0, 0]
     (A, B), (c, d) = ((values[1:] - values[0]) / scale for values in (f, g))
     return LinearDelay(float(A), float(B), float(c), float(d), view.delay)
+
+
+def is_scalar(view: DelaySDAE) -> bool:
+    """Tell whether x and the noise have one dimension, so that `linear_delay` says all of the equation."""
+    return view.dimension == view.noise_dim == 1
+
+
+def run_start(scheme: Scheme, view: DelaySDAE, h: float) -> Start:
+    """Return where a run with steps of size h begins: the scheme's state, and the lagged values of its history."""
+    lagged = [view.past(min(0.0, n * h - view.delay))[:, 0] for n in range(view.mesh(h).m)]
+    return Start(flatten(scheme.start(view, 1, h))[:, 0], np.array(lagged))
 
 
 def at_rest(view: DelaySDAE) -> bool:

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import Array, Parts
-from ..forms import SDE, DelaySDAE, DelayState, Problem
+from ..forms import SDE, DelaySDAE, DelayState, Problem, is_delayed
 from ..laws import Law
 from ..noise import Increment
 from ..scheme import Claim, Scheme, State, Step
@@ -41,7 +41,7 @@ def linked(scheme: Scheme, view: Problem, links: int = 2) -> tuple[Scheme, Probl
     Scheme, Problem
         The given ones where there is no delay.
     """
-    if not isinstance(view, DelaySDAE) or not view.delay:
+    if not is_delayed(view):
         return scheme, view
     return LinkedScheme(scheme, view, links), linked_equation(view, links)
 

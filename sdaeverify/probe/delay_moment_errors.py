@@ -11,11 +11,11 @@ import numpy as np
 
 from ..arrays import Array
 from ..forms import DelaySDAE
-from ..scheme import Scheme, flatten
+from ..scheme import Scheme
 from ..statistics import EPS
 from ..truths import Moment
 from .affine import AFFINE
-from .delay_linear import is_autonomous, probed_step
+from .delay_linear import is_autonomous, is_scalar, probed_step, run_start
 from .delay_moments import Start, run_moments
 from .delay_step import LinearDelayStep
 from .moments import ABOVE_FLOOR, ROUNDING, MomentErrors
@@ -40,7 +40,7 @@ def no_delay_moments(scheme: Scheme, view: DelaySDAE, steps: Sequence[int]) -> s
     """Return why moments cannot be propagated for these numbers of steps, or an empty string."""
     if len(constrained(view, steps)) < FEWEST:
         return "the delay is no multiple of the steps"
-    if view.dimension > 1 or view.noise_dim > 1:
+    if not is_scalar(view):
         return "moments with a delay are propagated for scalar equations with scalar noise"
     if len(known_moments(view)) < len(POWERS):
         return "the problem's truths do not know E x and E x^2"
@@ -103,10 +103,9 @@ def known_moments(view: DelaySDAE) -> Array:
 def _propagated(scheme: Scheme, view: DelaySDAE, count: int) -> tuple[float, ...]:
     """Return E x_N, E x_N^2, the largest moment on the way, the step's defect and whether it failed."""
     h = view.horizon / count
-    probed, mesh = probed_step(scheme, view, h), view.mesh(h)
-    start = np.append(flatten(scheme.start(view, 1, h))[:, 0], 1.0)
-    lagged = np.array([view.past(min(0.0, n * h - view.delay))[:, 0] for n in range(mesh.m)])
-    found = run_moments(_homogeneous(probed.step, probed.offset), mesh, Start(start, lagged), count)
+    probed, (y, lagged) = probed_step(scheme, view, h), run_start(scheme, view, h)
+    start = Start(np.append(y, 1.0), lagged)
+    found = run_moments(_homogeneous(probed.step, probed.offset), view.mesh(h), start, count)
     mean, second = found.mean[:, 0], found.second[:, 0, 0]
     largest = float(np.abs(found.second[:, :-1, :-1]).max())
     return float(mean[-1]), float(second[-1]), largest, probed.defect, float(probed.failed)

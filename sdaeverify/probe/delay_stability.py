@@ -9,9 +9,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ..arrays import Array
-from ..forms import DelaySDAE, Problem
+from ..forms import DelaySDAE
 from ..scheme import Scheme
-from .delay_linear import UNIT, at_rest, is_autonomous, limits, linear_delay, probed_step
+from .delay_linear import UNIT, at_rest, is_autonomous, is_scalar, limits, linear_delay, probed_step
 from .delay_radius import radius
 from .stability import Radius, StabilityRecord
 from .windows import crossings
@@ -74,13 +74,8 @@ def _refined(found: Callable[[float], tuple[float, ...]], sizes: Array, abscissa
     return _collected(sorted([*zip(*scan, strict=True), *(found(float(h)) for h in middle)]))
 
 
-def is_delayed(view: Problem | None) -> bool:
-    """Tell whether a problem has a delay."""
-    return isinstance(view, DelaySDAE) and view.delay > 0.0
-
-
 def _equation(view: DelaySDAE, scale: float) -> tuple[float, float]:
-    if view.dimension > 1 or view.noise_dim > 1:
+    if not is_scalar(view):
         return np.nan, np.nan
     equation = linear_delay(view, scale)
     return equation.growth_rate, {True: 1.0, False: 0.0, None: np.nan}[equation.stable]
@@ -88,7 +83,7 @@ def _equation(view: DelaySDAE, scale: float) -> tuple[float, float]:
 
 def _scan(view: DelaySDAE, scale: float) -> Array:
     rate = 0.0
-    if view.dimension == view.noise_dim == 1:
+    if is_scalar(view):
         A, B, c, d, _ = linear_delay(view, scale)
         rate = abs(A) + abs(B) + (abs(c) + abs(d)) ** 2
     delay = view.delay

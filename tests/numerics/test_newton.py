@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify.numerics import newton
+from sdaeverify.numerics import newton, update_tolerance
 
 EPS = np.finfo(float).eps
 TOLERANCE = 1e-9
@@ -91,3 +91,9 @@ def test_the_starting_point_is_not_written_into():
     start.flags.writeable = False
     newton(square_minus(np.array([4.0, 2.0])), start, TOLERANCE)
     assert start.tolist() == [[3.0, 3.0]]
+
+
+def test_the_tolerance_of_an_update_follows_the_largest_size() -> None:
+    """Of all that is given, path by path; it is absolute where all of it is 0."""
+    tolerance = update_tolerance(np.array([0.0, 2.0, 0.0]), np.array([3.0, 1.0, 0.0]))
+    assert tolerance == pytest.approx([3e-9, 2e-9, 1e-9], rel=1e-15)
