@@ -1,44 +1,44 @@
 """sdaeverify tells whether a numerical scheme for stochastic differential-algebraic equations keeps its promises."""
 
+from importlib import import_module
 from typing import TYPE_CHECKING
-
-from .arrays import Array, Mask, Parts
-from .calibrated import CalibrationCase
-from .chart import Angle, Chart, Line
-from .controls import Control
-from .errors import ParameterError, PluginError, ProblemError, SchemeError, SdaeverifyError, UsageError
-from .experiment import Experiment, FineRun, Printed, Row
-from .forms import (
-    SDE,
-    ConstrainedLangevin,
-    ConstraintGeometry,
-    ConstraintJacobian,
-    DelaySDAE,
-    DelayState,
-    DenseJacobian,
-    Dissipation,
-    Gram,
-    HolonomicSDAE,
-    HolonomicState,
-    Lag,
-    Langevin,
-    Mesh,
-    Partials,
-    Problem,
-    Residual,
-    Structure,
-)
-from .hookspecs import hookimpl
-from .laws import GAUSSIAN, THREE_POINT, TWO_POINT, Law, clipped_gaussian
-from .noise import Increment
-from .planted import Planted
-from .scheme import Claim, Scheme, Step
-from .settings import Settings
-from .specs import on_request
-from .truths import InvariantMean, MeanSquareStability, Moment, Pathwise, Truth
 
 if TYPE_CHECKING:
     from .api import Result, verify
+    from .arrays import Array, Mask, Parts
+    from .calibrated import CalibrationCase
+    from .chart import Angle, Chart, Line
+    from .controls import Control
+    from .errors import ParameterError, PluginError, ProblemError, SchemeError, SdaeverifyError, UsageError
+    from .experiment import Experiment, FineRun, Printed, Row
+    from .forms import (
+        SDE,
+        ConstrainedLangevin,
+        ConstraintGeometry,
+        ConstraintJacobian,
+        DelaySDAE,
+        DelayState,
+        DenseJacobian,
+        Dissipation,
+        Gram,
+        HolonomicSDAE,
+        HolonomicState,
+        Lag,
+        Langevin,
+        Mesh,
+        Partials,
+        Problem,
+        Residual,
+        Structure,
+    )
+    from .hookspecs import hookimpl
+    from .laws import GAUSSIAN, THREE_POINT, TWO_POINT, Law, clipped_gaussian
+    from .noise import Increment
+    from .planted import Planted
+    from .scheme import Claim, Scheme, Step
+    from .settings import Settings
+    from .specs import on_request
+    from .truths import InvariantMean, MeanSquareStability, Moment, Pathwise, Truth
 
 __version__ = "0.1.0"
 
@@ -103,10 +103,37 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> object:
-    # Tables need pandas, which workers and plugins do not: it is imported by whoever asks for a table.
-    if name in {"Result", "verify"}:
-        from . import api  # noqa: PLC0415
+# Whoever asks for a name pays for its module: every run of pytest imports the plugin of this package, most of them
+# without need of numpy; tables need pandas, which workers do not.
+_NAMES = {
+    "api": "Result verify",
+    "arrays": "Array Mask Parts",
+    "calibrated": "CalibrationCase",
+    "chart": "Angle Chart Line",
+    "controls": "Control",
+    "errors": "ParameterError PluginError ProblemError SchemeError SdaeverifyError UsageError",
+    "experiment": "Experiment FineRun Printed Row",
+    "forms": (
+        "SDE ConstrainedLangevin ConstraintGeometry ConstraintJacobian DelaySDAE DelayState DenseJacobian "
+        "Dissipation Gram HolonomicSDAE HolonomicState Lag Langevin Mesh Partials Problem Residual Structure"
+    ),
+    "hookspecs": "hookimpl",
+    "laws": "GAUSSIAN THREE_POINT TWO_POINT Law clipped_gaussian",
+    "noise": "Increment",
+    "planted": "Planted",
+    "scheme": "Claim Scheme Step",
+    "settings": "Settings",
+    "specs": "on_request",
+    "truths": "InvariantMean MeanSquareStability Moment Pathwise Truth",
+}
 
-        return getattr(api, name)
+
+def __getattr__(name: str) -> object:
+    for module, names in _NAMES.items():
+        if name in names.split():
+            return getattr(import_module(f".{module}", __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

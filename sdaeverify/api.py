@@ -1,6 +1,7 @@
 """The Python interface: `verify` crosses schemes with problems and returns tables."""
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,6 +22,7 @@ from .selection import select_measures, select_problems, select_schemes
 from .settings import Settings
 from .specs import ProblemSpec
 from .study import CellResult, Plan, Study, plan
+from .study.asking import asking
 from .study.workers import BLOCKS_A_WORKER, worker_pool
 
 Schemes = str | Sequence[str | Scheme]
@@ -147,14 +149,16 @@ def settings_from(**settings: Unpack[SettingsOptions]) -> Settings:
     return Settings(**settings)
 
 
-def plan_of(registry: Registry, schemes: Schemes, problems: Problems, measures: Measures) -> Plan:
-    """Select and cross; see `verify` for the parameters."""
-    return plan(
+def plan_of(
+    registry: Registry, schemes: Schemes, problems: Problems, measures: Measures, executor: Executor | None = None
+) -> Plan:
+    """Select and cross; see `verify` for the parameters. Isolated workers are asked what can be run."""
+    chosen = (
         select_schemes(registry, schemes),
         select_problems(registry, problems),
         select_measures(registry, measures),
-        lambda label: select_schemes(registry, label)[0],
     )
+    return plan(*chosen, lambda label: select_schemes(registry, label)[0], asking(executor, *chosen))
 
 
 def result_of(study: Study, registry: Registry, arguments: Sequence[str]) -> Result:

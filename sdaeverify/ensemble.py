@@ -17,6 +17,7 @@ from .arrays import Parts
 from .conformance import breach
 from .errors import FAULTS, SchemeError, one_line
 from .forms import Problem
+from .guard import PROBLEM, Guard
 from .lanes import Lane, Observer, Snapshot
 from .matching import match
 from .measure import Measure
@@ -73,7 +74,7 @@ class LaneEvidence(NamedTuple):
     breach: str = ""
 
 
-def run_block(task: Task, block: int) -> tuple[LaneEvidence, ...]:
+def run_block(task: Task, block: int, guard: Guard | None = None) -> tuple[LaneEvidence, ...]:
     """Simulate one block of paths, in a worker process or in this one.
 
     Parameters
@@ -81,6 +82,8 @@ def run_block(task: Task, block: int) -> tuple[LaneEvidence, ...]:
     task : Task
     block : int
         Index of the block.
+    guard : Guard, optional
+        Is told whose code runs.
 
     Returns
     -------
@@ -90,10 +93,10 @@ def run_block(task: Task, block: int) -> tuple[LaneEvidence, ...]:
     try:
         # Non-finite numbers are evidence here: they are counted, not warned about.
         with np.errstate(all="ignore"), one_thread():
-            return _run_block(task, block)
+            return _run_block(task, block, guard or Guard())
     except FAULTS as error:
         reason = f"problem {task.spec.label}: {one_line(error)}"
-        return tuple(_without_evidence(entry, 0.0, reason) for entry in task.entries)
+        return tuple(without_evidence(entry, reason) for entry in task.entries)
 
 
 def one_thread() -> AbstractContextManager[object]:
@@ -107,29 +110,43 @@ def _threads() -> ThreadpoolController:
     return ThreadpoolController()
 
 
-def _run_block(task: Task, block: int) -> tuple[LaneEvidence, ...]:
-    problem = task.spec.build()
-    reference = Reference(problem, task.settings, block)
-    runs = [_Run(entry, problem, reference, task.settings, first=block == 0) for entry in task.entries]
+def _run_block(task: Task, block: int, guard: Guard) -> tuple[LaneEvidence, ...]:
+    with guard.of(PROBLEM):
+        problem = task.spec.build()
+        reference = Reference(problem, task.settings, block)
+    place = _Place(problem, reference, task.settings, guard, first=block == 0)
+    runs = [_Run(entry, index, place) for index, entry in enumerate(task.entries)]
     if any(run.sampled for run in runs):
         source = Source(task.settings.seed, task.spec.label, block, reference.drawn, reference.paths)
-        _simulate(problem, reference, runs, source)
+        _simulate(place, runs, source)
     return tuple(run.evidence() for run in runs)
 
 
-def _without_evidence(entry: Entry, seconds: float, error: str, breach: str = "") -> LaneEvidence:
+def without_evidence(entry: Entry, error: str, seconds: float = 0.0, breach: str = "") -> LaneEvidence:
+    """Return that nothing is known of a scheme, and why."""
     nothing = tuple(Tally() for _ in entry.measures)
     return LaneEvidence(nothing, nothing, Tally(), seconds, tuple(error for _ in entry.measures), breach=breach)
 
 
-def _simulate(problem: Problem, reference: Reference, runs: "Sequence[_Run]", source: Source) -> None:
-    coarsest = runs[0].settings.coarsest
+class _Place(NamedTuple):
+    """What all schemes of a block share."""
+
+    problem: Problem
+    reference: Reference
+    settings: Settings
+    guard: Guard
+    first: bool
+
+
+def _simulate(place: _Place, runs: "Sequence[_Run]", source: Source) -> None:
+    problem, reference, coarsest = place.problem, place.reference, place.settings.coarsest
     extra = source.stream("truth", reference.level)
     areas = "H" in problem.noise
     brownian = Brownian(source, problem.noise_dim, problem.horizon / coarsest, reference.finest, areas)
     for _, pieces in zip(range(coarsest), brownian.pieces(), strict=False):
         for piece in pieces:
-            reference.advance(piece, extra)
+            with place.guard.of(PROBLEM):
+                reference.advance(piece, extra)
             for run in runs:
                 run.advance(piece)
         for run in runs:
@@ -139,8 +156,9 @@ def _simulate(problem: Problem, reference: Reference, runs: "Sequence[_Run]", so
 class _Watch:
     """One measure on one lane; what goes wrong in it costs this measure only."""
 
-    def __init__(self, measure: Measure, problem: Problem, parts: Parts, settings: Settings) -> None:
-        self.measure, self.error = measure, ""
+    def __init__(self, measure: Measure, index: int, place: _Place, parts: Parts) -> None:
+        problem, settings = place.problem, place.settings
+        self.measure, self.index, self.guard, self.error = measure, index, place.guard, ""
         self.observer: Observer | None = None
         self.wanted: Sequence[Container[int]] = [frozenset()] * settings.levels
         with self.guarded():
@@ -152,7 +170,8 @@ class _Watch:
     def guarded(self) -> Iterator[None]:
         """Keep what the measure raises as its reason; nothing more is noted then."""
         try:
-            yield
+            with self.guard.measure(self.index):
+                yield
         except FAULTS as error:
             self.error = self.error or f"measure {self.measure.name}: {one_line(error)}"
             self.observer = None
@@ -181,27 +200,26 @@ class _Watch:
 class _Run:
     """A scheme on one block; what goes wrong in it costs this scheme only."""
 
-    def __init__(
-        self, entry: Entry, problem: Problem, reference: Reference, settings: Settings, *, first: bool
-    ) -> None:
-        self.entry, self.reference, self.settings, self.first = entry, reference, settings, first
+    def __init__(self, entry: Entry, index: int, place: _Place) -> None:
+        self.entry, self.index, self.place = entry, index, place
+        self.reference, self.settings = place.reference, place.settings
         self.error, self.breach, self.seconds = "", "", 0.0
         self.watches: list[_Watch] = []
         with self._guarded():
-            self._begin(problem)
+            self._begin()
 
-    def _begin(self, problem: Problem) -> None:
+    def _begin(self) -> None:
         scheme, paths = self.entry.scheme, self.reference.paths
-        matched = match(scheme, problem)
+        matched = match(scheme, self.place.problem)
         if matched.problem is None:
             raise SchemeError(matched.reason)
         self.view = matched.problem
-        self.breach = breach(scheme, self.view) if self.first else ""
+        self.breach = breach(scheme, self.view) if self.place.first else ""
         if self.breach:
             return
         self.lane = Lane(scheme, self.view, self.settings, paths, self.reference.own)
         parts = self.lane.tracks[0].constrained_parts()
-        self.watches = [_Watch(measure, problem, parts, self.settings) for measure in self.entry.measures]
+        self.watches = [_Watch(m, index, self.place, parts) for index, m in enumerate(self.entry.measures)]
 
     @property
     def sampled(self) -> bool:
@@ -231,7 +249,7 @@ class _Run:
                 tallies = [watch.tally() for watch in self.watches]
                 probes = [self._probed(watch) for watch in self.watches]
         if self.error or self.breach:
-            return _without_evidence(self.entry, self.seconds, self.error, self.breach)
+            return without_evidence(self.entry, self.error, self.seconds, self.breach)
         errors = tuple(watch.error for watch in self.watches)
         return LaneEvidence(
             tuple(tallies), tuple(probes), self.lane.health(), self.seconds, errors, self.reference.paths
@@ -239,7 +257,7 @@ class _Run:
 
     def _probed(self, watch: _Watch) -> Tally:
         probed = Tally()
-        if self.first:
+        if self.place.first:
             with watch.guarded():
                 probed = watch.measure.probe(self.entry.scheme, self.view, self.settings)
         return probed
@@ -249,7 +267,8 @@ class _Run:
         """Time a piece of work and keep what the scheme raises as the reason of its cells."""
         begun = time.perf_counter()
         try:
-            yield
+            with self.place.guard.of(self.index):
+                yield
         except FAULTS as error:
             self.error = one_line(error)
         finally:

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from .arrays import Parts
+from .error_sizes import ErrorSizes
 from .forms import Problem
 from .lanes import Observer
 from .scheme import Claim, Scheme
@@ -145,6 +146,11 @@ class Measure:
     """
 
     name: ClassVar[str]
+    # Whether `probe` looks at the budget: the number of paths, looks, confidence, family. Paths that are added later
+    # leave the evidence of a measure that does not as it is.
+    budgeted: ClassVar[bool] = False
+    # Whether a cell takes seconds even where hardly any paths are wanted: the gate's smallest tier leaves it out.
+    lengthy: ClassVar[bool] = False
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:  # noqa: ARG002 - most measures refuse nothing
         """Return why the question makes no sense for this pair, or an empty string."""
@@ -161,3 +167,7 @@ class Measure:
     def judge(self, evidence: Evidence) -> Judgement:
         """Turn evidence into rows; a pure function."""
         raise NotImplementedError
+
+    def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:  # noqa: ARG002 - most measures size nothing
+        """Return how large errors are, by quantity, to compare two versions of a scheme; a pure function."""
+        return {}

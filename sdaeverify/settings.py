@@ -4,10 +4,11 @@ from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
+from math import isqrt
 
 from .errors import UsageError
 
-FEWEST_PATHS = 40
+FEWEST_PATHS, MOST_PATHS = 40, 10**9
 # Paths of the first block: what a cell that is easy to decide costs.
 FIRST_BLOCK = 256
 FINEST_STEPS = 2**20
@@ -55,6 +56,7 @@ class Settings:
 
     def __post_init__(self) -> None:
         _require(self.paths >= FEWEST_PATHS, "paths", f"at least {FEWEST_PATHS}", self.paths)
+        _require(self.paths <= MOST_PATHS, "paths", "at most 10^9", self.paths)
         _require(self.coarsest >= 1, "the coarsest number of steps", "at least 1", self.coarsest)
         _require(self.levels >= 3, "levels", "at least 3, or no slope can be told", self.levels)
         _require(self.steps[-1] <= FINEST_STEPS, "the finest number of steps", "at most 2^20", self.steps[-1])
@@ -96,6 +98,11 @@ class Settings:
         while len(ends) < self.looks and 2 * totals[0] <= totals[ends[-1] - 1]:
             ends.append(bisect_right(totals, totals[ends[-1] - 1] / 2))
         return tuple(reversed(ends))
+
+    @property
+    def extremes(self) -> int:
+        """How many of the largest errors tell of tails: the square root of the number of paths."""
+        return isqrt(self.paths - 1) + 1
 
     @property
     def level(self) -> float:

@@ -7,6 +7,7 @@ import inspect
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 from .errors import ProblemError, UsageError
 from .forms import Problem
@@ -45,7 +46,7 @@ class ProblemSpec:
     family: Callable[..., Problem]
     parameters: tuple[tuple[str, object], ...] = ()
 
-    @property
+    @cached_property
     def label(self) -> str:
         """Canonical label, ``name[key=value,...]``."""
         return make_label(self.name, function_parameters(self.family), dict(self.parameters))

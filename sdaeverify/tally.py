@@ -10,6 +10,9 @@ from .arrays import Array
 
 Record = TypeVar("Record")
 
+# So many of the largest values are noted of each block, whatever the number of paths: more can be added later.
+EXTREMES = 128
+
 
 @dataclass(frozen=True)
 class Tally:

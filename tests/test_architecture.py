@@ -41,17 +41,25 @@ LAYERS = {
     "probe": 3,  # the one-step map at cubature nodes
     "tally": 3,
     "reference": 3,
+    "error_sizes": 3,  # of two versions, for a comparison
     "measure": 3,  # the contract of a measure: the ensemble runs its observers
+    "guard": 3,  # is told by the ensemble whose code runs
     "ensemble": 3,
     "verdicts": 4,
     "measures": 4,
+    "store": 4,  # evidence on disk
     "study": 5,
     "calibration": 6,
+    "compare": 6,
     "experiments": 6,
     "report": 6,
+    "scaffold": 6,  # the template of a plugin
     "selftest": 6,
+    "gate": 6,
+    "testing": 7,  # the conformance kit
     "cli": 7,
     "api": 7,
+    "pytest_plugin": 7,
     "__main__": 7,
     "__init__": 7,
 }

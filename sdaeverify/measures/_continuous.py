@@ -3,13 +3,12 @@
 from collections import deque
 from collections.abc import Container, Sequence
 from itertools import pairwise
-from math import isqrt
 
 import numpy as np
 
 from ..arrays import Array, Parts
 from ..settings import Settings
-from ..tally import Tally, largest
+from ..tally import EXTREMES, Tally, largest
 from ._errors import POWERS, STATE, power_sums
 
 # Halvings between a level and the grid on which its interpolant is compared.
@@ -70,11 +69,10 @@ class ContinuousErrors:
 
     def tally(self) -> Tally:
         """Return sums of the errors' powers over groups of paths, and the largest errors."""
-        keep = isqrt(self.settings.paths - 1) + 1
         errors = dict(zip(self.quantities, np.sqrt(self.squares), strict=True))
         return Tally(
             sums={f"{CONTINUOUS} {name}": power_sums(value, len(POWERS)) for name, value in errors.items()},
-            largest={f"{CONTINUOUS} {name}": largest(value, keep) for name, value in errors.items()},
+            largest={f"{CONTINUOUS} {name}": largest(value, EXTREMES) for name, value in errors.items()},
         )
 
     def _compare(self, level: int) -> None:

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from copy import copy
 from itertools import pairwise
-from math import isqrt
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from ..arrays import Array, Parts
 from ..lanes import Snapshot
 from ..settings import Settings
 from ..statistics import group_sums
-from ..tally import Tally, largest
+from ..tally import EXTREMES, Tally, largest
 
 POWERS = np.array([0.5, 1.0, 2.0, 4.0])
 # The last of them is noted only where it is asked for.
@@ -81,12 +80,11 @@ class ErrorObserver:
         """
         sums: dict[str, Array] = {}
         tops: dict[str, Array] = {}
-        keep = isqrt(self.settings.paths - 1) + 1
         for index, name in enumerate(self._quantities()):
             for suffix, values in (("", self.worst), (AT_T, self.final))[: 1 + at_end]:
                 for kind, value in values.items():
                     sums[f"{kind} {name}{suffix}"] = power_sums(value[index], self.powers)
-                tops[f"{name}{suffix}"] = largest(values["error"][index], keep)
+                tops[f"{name}{suffix}"] = largest(values["error"][index], EXTREMES)
             if at_end:
                 sums[f"relative {name}{AT_T}"] = self._relative(index)
         paths = self.final["error"].shape[-1]

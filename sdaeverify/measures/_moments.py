@@ -1,7 +1,6 @@
 """What the moments measure notes on one block: the largest V of each path over the coarsest grid, at every level."""
 
 from collections.abc import Sequence
-from math import isqrt
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from ..lanes import Snapshot
 from ..probe.growth import lyapunov
 from ..settings import Settings
 from ..statistics import group_sums
-from ..tally import Tally, largest
+from ..tally import EXTREMES, Tally, largest
 
 # Histogram of log2 V in quarters, so that shares above any bound are known of merged blocks; infinity is in the last.
 EDGES = np.arange(0.0, 256.25, 0.25)
@@ -37,13 +36,12 @@ class MomentObserver:
     def tally(self) -> Tally:
         """Return sums over groups of V and V^2, histograms and the largest values."""
         V = self.worst
-        keep = isqrt(self.settings.paths - 1) + 1
         sums = {
             "paths": group_sums(np.ones(V.shape[1])),
             "moment": np.moveaxis(group_sums(np.stack([V, V * V])), 1, -1),
             "histogram": np.stack([_histogram(values) for values in V]),
         }
-        return Tally(sums=sums, largest={"V": largest(V, keep)})
+        return Tally(sums=sums, largest={"V": largest(V, EXTREMES)})
 
     def _V(self, parts: Parts) -> Array:
         if not all(name in parts for name in self.names):

@@ -113,7 +113,7 @@ def quantities_of(evidence: Evidence) -> Iterator[Quantity]:
             blurred=sums.get(f"blurred {name}"),
             relative=sums.get(f"relative {name}"),
             counts=sums["paths"],
-            largest=evidence.tally.largest[name],
+            largest=evidence.tally.largest[name][..., : evidence.settings.extremes],
             size=float(evidence.tally.maxima[f"size {component}"][0]),
             moved=float(evidence.tally.maxima[f"moved {component}"][0]),
         )

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
+from ..error_sizes import ErrorSizes
 from ..forms import Problem
 from ..measure import Evidence, Finding, Verdict
 from ..probe.delay_links import X, Y, keeps_constraint, linked, loses_algebraic
@@ -14,6 +15,7 @@ from ..probe.strong_defects import LocalStrong, local_strong, no_local_order
 from ..scheme import Claim, Scheme
 from ..tally import Tally, packed, unpacked
 from ..verdicts import FEWEST, FITTED, Decision, Tests, claim_for, guard, unfitted
+from ._error_sizes import of_step
 from ._errors import STATE
 from ._path_order import (
     EXACT,
@@ -98,6 +100,14 @@ def local_orders(evidence: Evidence, links: int = 2) -> Orders:
     if keeps_constraint(scheme, view):
         orders[Y] = orders[X]
     return {**orders, STATE: strong_order(record)}
+
+
+def step_sizes(evidence: Evidence, links: int = 2) -> dict[str, ErrorSizes]:
+    """Return the sizes of the defects of one step, if the one-step map was probed."""
+    record = unpacked(PROBED[links], LocalStrong, evidence.tally)
+    if record is None:
+        return {}
+    return dict(of_step(record, list(OneStep(*linked(evidence.scheme, evidence.view, links)).names)))
 
 
 def _local(question: Question, name: str, claim: Claim | None) -> _Local:

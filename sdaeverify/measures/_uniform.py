@@ -53,7 +53,7 @@ def pairs_of(evidence: Evidence) -> Iterator[tuple[str, Quantity, Quantity]]:
             error=error,
             difference=np.empty((len(error), 0, len(POWERS))),
             blurred=None,
-            largest=evidence.tally.largest[f"{CONTINUOUS} {grid.name}"],
+            largest=evidence.tally.largest[f"{CONTINUOUS} {grid.name}"][..., : evidence.settings.extremes],
         )
         yield grid.name, replace(grid, name=f"{grid.name}{ON_GRID}"), between
 

@@ -3,6 +3,7 @@
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+from ..error_sizes import ErrorSizes
 from ..forms import Problem, is_delayed
 from ..measure import Evidence, Verdict
 from ..probe import local_weak as local
@@ -18,6 +19,7 @@ from ..probe.weak_order import LocalWeak, WeakOrder, judge_weak, weak_order
 from ..scheme import Claim, Scheme
 from ..settings import Settings
 from ..tally import Tally, packed, unpacked
+from ._error_sizes import of_moments, of_operator, of_step_expectations
 
 LOCAL, MOMENTS, OPERATOR = "local weak", "moments", "operator"
 # How far below its claim an order without sampling error may be.
@@ -87,6 +89,18 @@ def probed_weak(evidence: Evidence) -> WeakProbe:
     return WeakProbe(
         None if defects is None else weak_order(defects), None if moments is None else moment_order(moments), orders
     )
+
+
+def probed_sizes(evidence: Evidence) -> dict[str, ErrorSizes]:
+    """Return the sizes of errors of expectations: in one step, of moments at T, by the operator."""
+    defects = unpacked(LOCAL, LocalWeak, evidence.tally)
+    moments = unpacked(MOMENTS, MomentErrors, evidence.tally)
+    operator = unpacked(OPERATOR, TransitionErrors, evidence.tally)
+    found = {} if defects is None else {"one step": of_step_expectations(defects)}
+    found |= {} if moments is None else dict(of_moments(moments))
+    if operator is not None and not obstacle(operator):
+        found |= of_operator(operator, chart_observables(evidence.view), "by the operator")
+    return found
 
 
 def judge_probe(probed: WeakProbe, claim: Claim | None, observable: str) -> ProbeOpinion:

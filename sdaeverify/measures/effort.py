@@ -39,6 +39,7 @@ class Effort(Measure):
     """Whether the number of iterations is bounded uniformly in eps."""
 
     name: ClassVar[str] = "effort"
+    lengthy: ClassVar[bool] = True
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse what has no family or no claim, and schemes that report no iterations."""

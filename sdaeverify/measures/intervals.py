@@ -42,6 +42,7 @@ class Intervals(Measure):
     """Strong order of convergence of each component over each interval of the delay."""
 
     name: ClassVar[str] = "intervals"
+    lengthy: ClassVar[bool] = True
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse problems without delay or with a single interval, and schemes with bounded increments."""

@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..chains import ChainRecord, Plan, run_chains
+from ..error_sizes import ErrorSizes
 from ..forms import Problem
 from ..hookspecs import hookimpl
 from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
@@ -24,6 +25,7 @@ from ..tally import Tally, packed, unpacked
 from ..truths import InvariantMean
 from ..verdicts import claim_for
 from ._chain_findings import chain_findings, chain_levels, decided
+from ._error_sizes import of_operator
 from ._operator_findings import operator_findings, operator_levels, usable
 
 OPERATOR, CHAINS = "stationary law", "chains"
@@ -34,6 +36,8 @@ class Invariant(Measure):
     """Order of the bias of stationary means."""
 
     name: ClassVar[str] = "invariant"
+    lengthy: ClassVar[bool] = True
+    budgeted: ClassVar[bool] = True
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse problems without known invariant means."""
@@ -67,6 +71,13 @@ class Invariant(Measure):
                 findings |= {name: sampled[name] for name in _left_open(findings)}
                 levels += chain_levels(evidence, chains)
         return Judgement(tuple(findings.values()), tuple(levels))
+
+    def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:
+        """Return the errors of stationary means by the transition operator; those of chains are not compared."""
+        record = unpacked(OPERATOR, TransitionErrors, evidence.tally)
+        if record is None or not usable(record):
+            return {}
+        return dict(of_operator(record, invariant_observables(evidence.view), "by the operator"))
 
 
 @hookimpl

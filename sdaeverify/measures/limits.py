@@ -31,6 +31,7 @@ class Limits(Measure):
     """Exponents of eps in the distance from the limit and in the constraint."""
 
     name: ClassVar[str] = "limits"
+    lengthy: ClassVar[bool] = True
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse what has no family or no claim, and schemes that cannot be run at eps = 0."""

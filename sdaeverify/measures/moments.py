@@ -108,7 +108,7 @@ class Sample(NamedTuple):
     def of(cls, evidence: Evidence) -> "Sample":
         """Return the sample of a cell."""
         sums = evidence.tally.sums
-        h, top = np.array(evidence.step_sizes), evidence.tally.largest["V"]
+        h, top = np.array(evidence.step_sizes), evidence.tally.largest["V"][..., : evidence.settings.extremes]
         return cls(h, sums["paths"], sums["moment"], sums["histogram"], top)
 
     @property

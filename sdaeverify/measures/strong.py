@@ -4,10 +4,12 @@ The local order (T1) needs no sampling; errors at T and their maximum over the c
 decide alone where the one-step map cannot be probed.
 """
 
+from collections.abc import Mapping
 from itertools import chain
 from typing import Any, ClassVar
 
 from ..arrays import Parts
+from ..error_sizes import ErrorSizes
 from ..forms import Problem
 from ..hookspecs import hookimpl
 from ..measure import Evidence, Judgement, Measure
@@ -15,11 +17,12 @@ from ..scheme import Scheme
 from ..settings import Settings
 from ..tally import Tally
 from ..verdicts import FITTED, doubted
+from ._error_sizes import of_paths
 from ._errors import AT_T, ErrorObserver
 from ._level_rows import level_rows
 from ._path_order import usable_levels
 from ._quantity import quantities_of
-from ._strong_findings import Question, finding, local_orders, probe_strong, unknown
+from ._strong_findings import Question, finding, local_orders, probe_strong, step_sizes, unknown
 
 # Beside the mean, as indices of the powers that are noted.
 NORMS = {"L1/2": 0, "L2": 2}
@@ -52,6 +55,10 @@ class Strong(Measure):
         findings += unknown(question, {quantity.name for quantity in quantities})
         rows = (level_rows(each, set(usable_levels(evidence, each)[0][-FITTED:]), NORMS) for each in quantities)
         return Judgement(tuple(findings), tuple(chain.from_iterable(rows)))
+
+    def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:
+        """Return errors along paths, and defects of one step where it was probed."""
+        return {**{each.name: of_paths(evidence, each) for each in quantities_of(evidence)}, **step_sizes(evidence)}
 
 
 @hookimpl

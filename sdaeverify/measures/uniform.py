@@ -9,11 +9,12 @@ Two kinds of claims are known: an order, and ``converges`` without one; see `_co
 that. The verdict is taken from p = 1; the slopes for p = 2 and p = 4 stand beside it.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import chain
 from typing import Any, ClassVar
 
 from ..arrays import Parts
+from ..error_sizes import ErrorSizes
 from ..forms import Problem
 from ..hookspecs import hookimpl
 from ..measure import Evidence, Finding, Judgement, Measure, Verdict
@@ -26,6 +27,7 @@ from ..scheme import Scheme
 from ..settings import Settings
 from ..tally import Tally, packed, unpacked
 from ..verdicts import claim_for, doubted
+from ._error_sizes import of_paths
 from ._errors import STATE
 from ._level_rows import level_rows
 from ._uniform import ON_GRID, UniformObserver, pairs_of
@@ -68,6 +70,10 @@ class Uniform(Measure):
         findings = doubted([each.finding for each in judged]) + list(_unknown(evidence))
         rows = (level_rows(each.quantity, each.fitted, NORMS) for each in judged)
         return Judgement(tuple(findings), tuple(chain.from_iterable(rows)))
+
+    def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:
+        """Return the largest errors on the grid; those in continuous time are of the paths' own roughness."""
+        return {grid.name: of_paths(evidence, grid) for _, grid, _ in pairs_of(evidence)}
 
 
 @hookimpl

@@ -57,6 +57,8 @@ class Uniformity(Measure):
     """Orders of suprema over eps."""
 
     name: ClassVar[str] = "uniformity"
+    lengthy: ClassVar[bool] = True
+    budgeted: ClassVar[bool] = True
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse problems without family, schemes without claim, and atoms where errors must be sampled."""

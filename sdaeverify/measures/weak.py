@@ -5,11 +5,12 @@ by the exact propagation of moments (T2) where the problem is linear, and by mea
 decide alone where the one-step map cannot be probed.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
 from ..arrays import Parts
+from ..error_sizes import ErrorSizes
 from ..forms import Problem
 from ..hookspecs import hookimpl
 from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
@@ -17,9 +18,10 @@ from ..scheme import Claim, Scheme
 from ..settings import Settings
 from ..tally import Tally
 from ..verdicts import FEWEST, RESOLVED, Decision, claim_for, guard, sound_levels
+from ._error_sizes import of_means
 from ._mean_order import TOO_FEW, MeanOrder, mean_order
 from ._means import MeanObserver, Means, means_of
-from ._weak_probe import ProbeOpinion, WeakProbe, judge_probe, probe_weak, probed_weak
+from ._weak_probe import ProbeOpinion, WeakProbe, judge_probe, probe_weak, probed_sizes, probed_weak
 
 STATE = "state"
 LOST = "paths are lost at the finest level"
@@ -46,6 +48,11 @@ class Weak(Measure):
         findings = [_finding(evidence, found, probed) for found in means.values()]
         findings = _enough(findings or [_of_state(evidence, probed)])
         return Judgement(tuple(findings), tuple(row for found in means.values() for row in _levels(found)))
+
+    def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:
+        """Return mean differences along paths, and errors that are known without sampling."""
+        found = means_of(evidence).values()
+        return {**{means.name: of_means(evidence, means) for means in found}, **probed_sizes(evidence)}
 
 
 @hookimpl

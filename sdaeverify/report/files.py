@@ -5,10 +5,16 @@ import os
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
+from pandas.api.types import is_numeric_dtype
 
 from ..errors import UsageError
+from .terminal import visible
+
+# What a spreadsheet takes for the beginning of a formula, full-width signs included.
+FORMULA = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 
 
 def require_writable(folder: Path) -> None:
@@ -28,8 +34,35 @@ def require_writable(folder: Path) -> None:
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:
-    """Write a table as CSV, numbers with all their digits."""
-    write_text(table.to_csv(index=False, lineterminator="\n"), path)
+    """Write a table as CSV, numbers with all their digits and texts made harmless by `harmless`, headings too."""
+    texts = {name: _harmless(table[name]) for name in table.columns if not is_numeric_dtype(table[name].dtype)}
+    safe = table.assign(**texts).rename(columns=harmless)
+    write_text(safe.to_csv(index=False, lineterminator="\n"), path)
+
+
+def harmless(value: object) -> object:
+    """Return the value of a cell such that neither a terminal nor a spreadsheet takes it for an order.
+
+    Numbers and other values that are no text stay as they are. In texts, control characters become escapes; a text
+    that a spreadsheet would evaluate, since ``=``, ``+``, ``-`` or ``@`` is the first thing in it, gets an apostrophe
+    in front, which a spreadsheet does not show. A text that is a number is none of these.
+    """
+    if not isinstance(value, str):
+        return value
+    text = visible(value)
+    return f"'{text}" if text.lstrip().startswith(FORMULA) and not _number(text) else text
+
+
+def _harmless(column: "pd.Series[Any]") -> "pd.Series[Any]":
+    return pd.Series([harmless(value) for value in column], index=column.index, dtype=object)
+
+
+def _number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def write_json(values: Mapping[str, object], path: Path) -> None:

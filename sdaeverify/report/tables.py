@@ -133,18 +133,14 @@ def claim_text(claim: Claim | None) -> str:
 
 
 def _verdict_rows(result: CellResult, settings: Settings, command: str) -> Iterator[dict[str, object]]:
+    names, measured = _names(result), _measured(result, settings, command)
     for finding in result.findings:
-        yield {**_names(result, finding.quantity), **_judged(finding), **_measured(result, settings, command)}
+        yield {**names, "quantity": finding.quantity, **_judged(finding), **measured}
 
 
-def _names(result: CellResult, quantity: str) -> dict[str, object]:
+def _names(result: CellResult) -> dict[str, object]:
     cell = result.cell
-    return {
-        "scheme": cell.scheme.label,
-        "problem": cell.spec.label,
-        "measure": cell.measure.name,
-        "quantity": quantity,
-    }
+    return {"scheme": cell.scheme.label, "problem": cell.spec.label, "measure": cell.measure.name}
 
 
 def _judged(finding: Finding) -> dict[str, object]:
@@ -177,9 +173,11 @@ def _measured(result: CellResult, settings: Settings, command: str) -> dict[str,
 
 
 def _level_rows(result: CellResult, settings: Settings) -> Iterator[dict[str, object]]:
+    names = _names(result)
     for row in result.levels:
         yield {
-            **_names(result, row.quantity),
+            **names,
+            "quantity": row.quantity,
             "h": row.h,
             "estimate": row.estimate,
             "std_error": row.std_error,

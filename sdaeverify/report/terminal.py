@@ -3,6 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import product
 from math import isfinite
 
 from rich import box
@@ -39,6 +40,8 @@ NARROW = 20
 
 def visible(text: str) -> str:
     """Return a text with everything that cannot be seen, control characters above all, as escapes."""
+    if text.isprintable():
+        return text
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
@@ -55,7 +58,8 @@ def summary_tables(results: Iterable[CellResult], width: int, *, plain: bool = F
     """
     cells = _counted(results)
     schemes, problems = sorted({scheme for scheme, _ in cells}), list(dict.fromkeys(problem for _, problem in cells))
-    texts = {place: _cell(measures, plain=plain) for place, measures in cells.items()}
+    # A run that was merged has not crossed everything with everything.
+    texts = {place: _cell(cells.get(place, {}), plain=plain) for place in product(schemes, problems)}
     widths = [_column_width(problem, [texts[scheme, problem] for scheme in schemes]) for problem in problems]
     longest = max(map(len, schemes))
     label = longest if longest + sum(GAP + column for column in widths) <= width else min(longest, NARROW)

@@ -12,6 +12,7 @@ from ..scheme import Scheme
 from ..selection import select_measures, select_problems, select_schemes
 from ..specs import ProblemSpec
 from ..study import Cell, Plan, ProblemPlan, plan
+from ..study.claimed import promises_of
 
 Wanted = Callable[[Scheme, ProblemSpec], bool]
 
@@ -92,6 +93,5 @@ def _plans(registry: Registry, placed: Mapping[Planted, ProblemSpec], wanted: Wa
 def _claimed(cells: tuple[Cell, ...], wrong: list[Scheme]) -> Iterator[Cell]:
     """Yield the cells about which something is claimed, and of the correct schemes those that apply."""
     for cell in cells:
-        claims = any(claim.measure == cell.measure.name for claim in cell.scheme.promises)
-        if claims and (cell.scheme in wrong or cell.verdict is not Verdict.NOT_APPLICABLE):
+        if promises_of(cell) and (cell.scheme in wrong or cell.verdict is not Verdict.NOT_APPLICABLE):
             yield cell

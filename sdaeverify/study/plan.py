@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from ..scheme import Scheme
 from ..specs import ProblemSpec
 
 Resolve = Callable[[str], Scheme]
+# Tells the cells of a problem from elsewhere.
+Ask = Callable[[ProblemSpec], "Told"]
 
 # What numbers far out of range raise in arithmetic, in numpy and for want of memory.
 OUT_OF_RANGE = (ArithmeticError, ValueError, MemoryError)
@@ -41,6 +44,21 @@ class Cell:
     view: str = ""
     verdict: Verdict | None = None
     reason: str = ""
+
+
+class Told(NamedTuple):
+    """What another process says of a problem.
+
+    Attributes
+    ----------
+    cells : tuple of Cell
+        In any order; without those of schemes that it says nothing about.
+    builds : bool
+        Whether it is safe to build the problem.
+    """
+
+    cells: tuple[Cell, ...]
+    builds: bool = True
 
 
 @dataclass(frozen=True)
@@ -114,6 +132,7 @@ def plan(
     specs: Sequence[ProblemSpec],
     measures: Sequence[Measure],
     resolve: Resolve | None = None,
+    ask: Ask | None = None,
 ) -> Plan:
     """Cross schemes, problems and measures.
 
@@ -124,6 +143,8 @@ def plan(
     measures : sequence of Measure
     resolve : callable, str -> Scheme, optional
         Finds the scheme of a label, for the controls that problems name; without it no control can be run.
+    ask : callable, ProblemSpec -> Told, optional
+        Tells what can be run of a problem, found out where it can do no harm; by default it is found out here.
 
     Returns
     -------
@@ -134,11 +155,16 @@ def plan(
     UsageError
         If a problem does not accept the parameters that were asked for.
     """
-    plans = [_problem_plan(spec, schemes, measures) for spec in specs]
+    plans = [_problem_plan(spec, schemes, measures, ask) for spec in specs]
     return Plan(tuple(replace(made, controls=tuple(_controls(made, measures, resolve))) for made in plans))
 
 
-def _problem_plan(spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure]) -> ProblemPlan:
+def _problem_plan(
+    spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure], ask: Ask | None
+) -> ProblemPlan:
+    told = ask(spec) if ask else Told(())
+    if not told.builds:
+        return ProblemPlan(spec, None, told.cells)
     try:
         # A number that is not finite is said in one line, by the problem.
         with np.errstate(all="ignore"):
@@ -151,11 +177,15 @@ def _problem_plan(spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequen
         reason = f"problem {spec.label} cannot be built: {one_line(error)}"
         cells = [Cell(s, spec, m, "", Verdict.ERROR, reason) for s in schemes for m in measures]
         return ProblemPlan(spec, None, tuple(cells))
-    cells = [cell for scheme in schemes for cell in _scheme_cells(scheme, spec, problem, measures)]
-    return ProblemPlan(spec, problem, tuple(cells))
+    known: dict[Scheme, list[Cell]] = {}
+    for cell in told.cells:
+        known.setdefault(cell.scheme, []).append(cell)
+    found = (known.get(scheme) or scheme_cells(scheme, spec, problem, measures) for scheme in schemes)
+    return ProblemPlan(spec, problem, tuple(cell for cells in found for cell in cells))
 
 
-def _scheme_cells(scheme: Scheme, spec: ProblemSpec, problem: Problem, measures: Sequence[Measure]) -> list[Cell]:
+def scheme_cells(scheme: Scheme, spec: ProblemSpec, problem: Problem, measures: Sequence[Measure]) -> list[Cell]:
+    """Return the cells of a scheme on a problem, one for each measure: this asks all three."""
     try:
         with np.errstate(all="ignore"):
             matched = match(scheme, problem)
@@ -180,18 +210,16 @@ def _controls(made: ProblemPlan, measures: Sequence[Measure], resolve: Resolve |
         return
     for control in made.problem.controls:
         if control.measure in named:
-            yield _control(made.spec, made.problem, control, named[control.measure], resolve)
+            yield _control(made, control, named[control.measure], resolve)
 
 
-def _control(
-    spec: ProblemSpec, problem: Problem, control: Control, measure: Measure, resolve: Resolve | None
-) -> ControlPlan:
+def _control(made: ProblemPlan, control: Control, measure: Measure, resolve: Resolve | None) -> ControlPlan:
     if resolve is None:
         return ControlPlan(control, missing="its controls are not known here")
     cells: list[Cell] = []
     for label in (control.positive, control.negative):
         try:
-            (cell,) = _scheme_cells(resolve(label), spec, problem, [measure])
+            cell = _asked(made, resolve(label), measure)
         except SdaeverifyError as error:
             return ControlPlan(control, missing=f"its control {label} is missing: {error}")
         if cell.verdict is not None:
@@ -199,3 +227,12 @@ def _control(
         cells.append(cell)
     positive, negative = cells
     return ControlPlan(control, positive, negative)
+
+
+def _asked(made: ProblemPlan, scheme: Scheme, measure: Measure) -> Cell:
+    """Return the cell of a control, asking its scheme only if it was not asked before."""
+    known = (cell for cell in made.cells if cell.scheme == scheme and cell.measure is measure)
+    if (cell := next(known, None)) is not None:
+        return cell
+    assert made.problem is not None
+    return scheme_cells(scheme, made.spec, made.problem, [measure])[0]

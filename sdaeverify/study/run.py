@@ -1,23 +1,20 @@
 """Blocks over an executor: evidence merged in block order, so that the result does not depend on the workers."""
 
-import pickle
-from collections.abc import Iterable, Iterator, Sequence
+from collections import deque
+from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor
-from functools import partial
 from typing import NamedTuple
 
-from ..ensemble import LaneEvidence, Task, run_block
-from ..errors import FAULTS, UsageError, one_line
+from ..ensemble import Task
 from ..settings import Settings
+from ..store import Store
+from .blocks import Blocks
 from .families import family_wise
 from .judging import CellResult
 from .plan import Plan
 from .sequence import ProblemRun
-from .workers import in_turn
 
-Lanes = tuple[LaneEvidence, ...]
-UNSENT = "a scheme, problem or measure cannot be read in a"
-ELSE = "define it at the top level of a module, or use one job"
+HALTED = "no further evidence is in the folder; matrix with the same --out computes it"
 
 
 class Advanced(NamedTuple):
@@ -49,6 +46,10 @@ class Study:
     ----------
     plan : Plan
     settings : Settings
+    store : Store, optional
+        Evidence that is there already is not computed again; what is computed goes there as soon as it is.
+    stored_only : bool
+        Whether nothing is computed at all: a problem is judged as far as there is evidence on all its cells.
 
     Attributes
     ----------
@@ -58,8 +59,10 @@ class Study:
         Why the other cells were not run.
     """
 
-    def __init__(self, plan: Plan, settings: Settings) -> None:
-        self.plan, self.settings = plan, settings
+    def __init__(
+        self, plan: Plan, settings: Settings, store: Store | None = None, *, stored_only: bool = False
+    ) -> None:
+        self.plan, self.settings, self.store, self.stored_only = plan, settings, store, stored_only
         self.problems = [ProblemRun(problem, settings) for problem in plan.problems]
         self.finished: dict[str, tuple[CellResult, ...]] = {}
         self.stopped = "not reached"
@@ -83,23 +86,34 @@ class Study:
         ------
         Advanced or Finished
         """
-        done = 0
+        blocks = Blocks(executor, self.store)
         yield from self._finish(problem for problem in self.problems if not problem.open)
-        while waiting := [problem for problem in self.problems if problem.open]:
-            jobs = [job for problem in waiting for job in _jobs(problem)]
-            total = done + len(jobs)
-            for job, lanes in _results(executor, window, jobs):
-                done += 1
-                job.problem.absorb(job.task, lanes)
-                yield Advanced(done, total, job.task.spec.label)
-                if job.block == job.last:
-                    job.problem.judge()
-                    yield from self._finish([] if job.problem.open else [job.problem])
+        waiting = [problem for problem in self.problems if problem.open]
+        yield from self._finish(problem for problem in waiting if not self._goes_on(problem))
+        jobs = deque(job for problem in waiting if problem.open for job in _jobs(problem))
+        total = len(jobs)
+        for done, (job, lanes) in enumerate(blocks.results(jobs, window), start=1):
+            job.problem.absorb(job.task, lanes)
+            yield Advanced(done, total, job.task.spec.label)
+            if job.block == job.last:
+                job.problem.judge()
+                if job.problem.open and self._goes_on(job.problem):
+                    further = list(_jobs(job.problem))
+                    jobs += further
+                    total += len(further)
+                else:
+                    yield from self._finish([job.problem])
 
     def results(self) -> list[CellResult]:
         """Return the results of all cells as they are, family-wise errors corrected; see `stopped` for the others."""
         found = [result for problem in self.problems for result in problem.results(self.stopped)]
         return family_wise(found, 1.0 - self.settings.confidence)
+
+    def _goes_on(self, problem: ProblemRun) -> bool:
+        """Return whether a problem takes its next look; if nothing is computed, cells without evidence are halted."""
+        if self.store is not None and self.stored_only:
+            problem.halt(self.store.lacking(problem.task(), problem.blocks), HALTED)
+        return problem.open
 
     def _finish(self, problems: Iterable[ProblemRun]) -> Iterator[Finished]:
         for problem in problems:
@@ -121,35 +135,3 @@ def _jobs(problem: ProblemRun) -> Iterator[_Job]:
     task, blocks = problem.task(), problem.blocks
     for block in blocks:
         yield _Job(problem, task, block, blocks[-1])
-
-
-def _results(executor: Executor | None, window: int, jobs: Sequence[_Job]) -> Iterator[tuple[_Job, Lanes]]:
-    if executor is None:
-        yield from in_turn(None, window, ((job, partial(run_block, job.task, job.block)) for job in jobs))
-        return
-    pickled = {job.task.spec.label: _pickled(job.task) for job in jobs}
-    calls = ((job, partial(run_pickled, pickled[job.task.spec.label], job.block)) for job in jobs)
-    yield from in_turn(executor, window, calls)
-
-
-def run_pickled(task: bytes, block: int) -> Lanes:
-    """Run a block in a worker process.
-
-    Raises
-    ------
-    UsageError
-        If the task cannot be read there: a class or function of it is not at the top level of its module.
-    """
-    try:
-        loaded: Task = pickle.loads(task)
-    except FAULTS as error:
-        raise UsageError(f"{UNSENT} worker process: {one_line(error)}; {ELSE}") from None
-    return run_block(loaded, block)
-
-
-def _pickled(task: Task) -> bytes:
-    try:
-        return pickle.dumps(task)
-    except FAULTS as error:
-        what = f"problem {task.spec.label} or a scheme or measure on it cannot be sent to worker processes"
-        raise UsageError(f"{what}: {one_line(error)}; {ELSE}") from error

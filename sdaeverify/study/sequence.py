@@ -1,11 +1,12 @@
 """One problem under way: look by look, more paths for the cells that are not decided yet."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..ensemble import Entry, LaneEvidence, Task
+from ..errors import FAULTS, one_line
 from ..measure import Finding, Verdict
 from ..scheme import Scheme
 from ..settings import Settings
@@ -25,17 +26,20 @@ class CellRun:
         As judged at the last look.
     least : dict of str to ndarray, shape (2,)
         By quantity, the least p-values of all looks.
+    halted : str
+        Why no further look is taken; empty if that is open.
     """
 
     cell: Cell
     evidence: CellEvidence = field(default_factory=CellEvidence)
     result: CellResult | None = None
     least: dict[str, np.ndarray] = field(default_factory=dict)
+    halted: str = ""
 
     @property
     def settled(self) -> bool:
         """Whether no more paths are wanted."""
-        return self.result is not None and all(finding.settled for finding in self.result.findings)
+        return bool(self.halted) or (self.result is not None and all(f.settled for f in self.result.findings))
 
 
 class ProblemRun:
@@ -64,6 +68,12 @@ class ProblemRun:
         """Blocks of the next look."""
         return range(self.settings.ends[self.look - 1] if self.look else 0, self.settings.ends[self.look])
 
+    def halt(self, lacking: Collection[tuple[Scheme, str]], reason: str) -> None:
+        """Take no further look at some cells, by scheme and measure, for a reason that their rows give."""
+        for run in (*self.runs, *self.controls):
+            if _key(run.cell) in lacking:
+                run.halted = reason
+
     def task(self) -> Task:
         """Return what determines the evidence of the next look: the open cells, and the controls."""
         entries: dict[Scheme, list[CellRun]] = {}
@@ -78,11 +88,12 @@ class ProblemRun:
         for entry, lane in zip(task.entries, lanes, strict=True):
             for index, measure in enumerate(entry.measures):
                 run = runs[entry.scheme, measure.name]
-                run.evidence = run.evidence.merged(lane, index)
+                run.evidence = _merged(run.evidence, lane, index)
 
     def judge(self) -> None:
         """Judge the open cells at the end of a look."""
-        evidence = {_key(run.cell): run.evidence for run in (*self.runs, *self.controls)}
+        runs = (*self.runs, *self.controls)
+        evidence = {_key(r.cell): replace(r.evidence, error=r.halted) if r.halted else r.evidence for r in runs}
         doubt = doubts_of(self.plan, self.settings, evidence)
         for run in self.runs:
             if not run.settled:
@@ -92,16 +103,17 @@ class ProblemRun:
 
     def results(self, stopped: str) -> tuple[CellResult, ...]:
         """Return the results of all cells as they are now; `stopped` says why further looks were not taken."""
-        done = [run.result or unmeasured(run.cell, Verdict.NOT_RUN, stopped) for run in self.runs]
-        if self.open and stopped:
-            done = [replace(result, findings=tuple(_cut_short(result.findings, stopped))) for result in done]
+        unsettled = self.open
+        done = (
+            _as_it_is(run, run.halted or (stopped if unsettled or run.result is None else "")) for run in self.runs
+        )
         return (*done, *planned_out(self.plan))
 
     def _running(self) -> Iterator[CellRun]:
         # A cell that is settled keeps the evidence of its last look; a control goes on for the cells it controls.
         wanted = {_key(cell) for cell in self.plan.control_cells}
         for run in (*self.runs, *self.controls):
-            if (_key(run.cell) in wanted or not run.settled) and not run.evidence.refused:
+            if (_key(run.cell) in wanted or not run.settled) and not (run.halted or run.evidence.refused):
                 yield run
 
     def _sequential(self, run: CellRun, result: CellResult) -> CellResult:
@@ -118,6 +130,20 @@ class ProblemRun:
 
 def _key(cell: Cell) -> tuple[Scheme, str]:
     return cell.scheme, cell.measure.name
+
+
+def _merged(known: CellEvidence, lane: LaneEvidence, index: int) -> CellEvidence:
+    try:
+        return known.merged(lane, index)
+    except FAULTS as error:
+        # Only of files that were not written by this program.
+        return replace(known, error=f"evidence of two blocks does not go together: {one_line(error)}")
+
+
+def _as_it_is(run: CellRun, stopped: str) -> CellResult:
+    if run.result is None:
+        return unmeasured(run.cell, Verdict.NOT_RUN, stopped)
+    return replace(run.result, findings=tuple(_cut_short(run.result.findings, stopped))) if stopped else run.result
 
 
 def _cut_short(findings: Sequence[Finding], stopped: str) -> Iterator[Finding]:

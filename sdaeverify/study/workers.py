@@ -1,23 +1,29 @@
 """A pool of worker processes on this machine."""
 
+import importlib
 import multiprocessing
 import os
 import signal
+import tempfile
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing.context import SpawnContext, SpawnProcess
+from pathlib import Path
 from typing import TypeVar
 
 from ..discovery import load_file
+from .isolated import Isolated
+from .limits import Limits, limit_memory
 
 Key = TypeVar("Key")
 Result = TypeVar("Result")
 
 # Enough blocks in flight to keep every worker busy while one result waits for its turn.
 BLOCKS_A_WORKER = 3
+NONE = Limits()
 
 
 def available_cores() -> int:
@@ -28,8 +34,8 @@ def available_cores() -> int:
 
 
 @contextmanager
-def worker_pool(jobs: int, files: Sequence[str] = ()) -> Iterator[Executor]:
-    """Give an executor of fresh processes, and end them at once if the block is left by an exception.
+def worker_pool(jobs: int, files: Sequence[str] = (), limits: Limits = NONE) -> Iterator[Executor]:
+    """Give an executor of fresh processes, and end them at once when the block is left, whatever they do.
 
     Workers are started anew rather than forked, so that they behave alike on every platform and inherit no
     threads; plugin files that were named by path are loaded in each of them.
@@ -40,17 +46,26 @@ def worker_pool(jobs: int, files: Sequence[str] = ()) -> Iterator[Executor]:
         Number of processes.
     files : sequence of str
         Plugin files to load.
+    limits : Limits
+        What each process is held to.
     """
+
+    def make() -> ProcessPoolExecutor:
+        started = (tuple(files), limits.memory)
+        return ProcessPoolExecutor(1, mp_context=_Context(), initializer=_begin, initargs=started)
+
     before = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(jobs, mp_context=_Context(), initializer=_begin, initargs=(tuple(files),))
-    try:
-        yield pool
-    except BaseException:
-        for worker in set(multiprocessing.active_children()) - before:
-            worker.terminate()
-        pool.shutdown(wait=True, cancel_futures=True)
-        raise
-    pool.shutdown()
+    with tempfile.TemporaryDirectory(prefix="sdaeverify-") as marks:
+        pool = Isolated(make, jobs, limits, Path(marks))
+        try:
+            yield pool
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+            workers = set(multiprocessing.active_children()) - before
+            for worker in workers:
+                worker.kill()
+            for worker in workers:
+                worker.join()
 
 
 def in_turn(
@@ -97,11 +112,14 @@ class _Context(SpawnContext):
     Process = _Worker
 
 
-def _begin(files: Sequence[str]) -> None:
+def _begin(files: Sequence[str], memory: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     for file in files:
         load_file(file)
+    # What the framework itself needs is loaded before the limit is set.
+    importlib.import_module(f"{__package__}.blocks")
+    limit_memory(memory)
 
 
 def _end_with_parent() -> None:

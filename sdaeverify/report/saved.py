@@ -1,0 +1,70 @@
+"""A run as its folder tells: which cells it was about, and with which settings. Text in, nothing is executed."""
+
+import json
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from ..errors import SdaeverifyError, UsageError
+from ..settings import Settings
+
+FILE = "run.json"
+
+
+@dataclass(frozen=True)
+class SavedRun:
+    """What ``run.json`` says.
+
+    Attributes
+    ----------
+    folder : Path
+    settings : Settings
+    schemes, problems, measures : tuple of str
+        Labels and names.
+    """
+
+    folder: Path
+    settings: Settings
+    schemes: tuple[str, ...]
+    problems: tuple[str, ...]
+    measures: tuple[str, ...]
+
+
+def read_run(folder: Path) -> SavedRun:
+    """Read what a run was about.
+
+    Raises
+    ------
+    UsageError
+        If the folder holds no run, or its ``run.json`` is not as this program writes it.
+    """
+    file = folder / FILE
+    try:
+        saved = json.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise UsageError(f"{folder} holds no run: cannot read {file}: {error.strerror or error}") from error
+    except (ValueError, RecursionError) as error:
+        raise UsageError(f"{file} is no JSON: {error}") from error
+    try:
+        selection, numbers = saved["selection"], saved["settings"]
+        settings = Settings(**{f.name: _number(numbers[f.name], f.type) for f in fields(Settings)})
+        names = (_texts(selection[kind]) for kind in ("schemes", "problems", "measures"))
+        return SavedRun(folder, settings, *names)
+    except (KeyError, TypeError, ValueError, ArithmeticError) as error:
+        why = str(error) if isinstance(error, SdaeverifyError) else f"{type(error).__name__}: {error}"
+        raise UsageError(f"{file} does not tell of a run as this program writes it: {why}") from error
+
+
+def _number(value: Any, kind: object) -> Any:
+    wanted = float if kind in {float, "float"} else int
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError(f"expected a number, got {value!r}")
+    if wanted(value) != value:
+        raise ValueError(f"expected a whole number, got {value!r}")
+    return wanted(value)
+
+
+def _texts(values: Any) -> tuple[str, ...]:
+    if not (isinstance(values, list) and all(isinstance(value, str) for value in values)):
+        raise TypeError(f"expected a list of names, got {values!r}")
+    return tuple(values)

@@ -1,0 +1,7 @@
+"""Evidence on disk: one file for each scheme, problem and block, under a hash of everything that determines it."""
+
+from .files import StoredLane, read_lane, read_lanes
+from .parts import joined
+from .store import Place, Recalled, Store, keep
+
+__all__ = ["Place", "Recalled", "Store", "StoredLane", "joined", "keep", "read_lane", "read_lanes"]

@@ -1,0 +1,172 @@
+"""What code a scheme, problem or measure is made of: a hash of its module and of what that imports of its package.
+
+Installed packages of others count by their version, modules of others that are installed nowhere by their source, and
+those of the framework too. What a function imports only when it is called counts.
+"""
+
+import ast
+import hashlib
+import platform
+import sys
+from collections.abc import Iterable, Iterator
+from functools import cache
+from importlib import metadata
+from importlib.machinery import EXTENSION_SUFFIXES, ModuleSpec
+from importlib.util import find_spec
+from pathlib import Path
+
+FRAMEWORK = "sdaeverify"
+# The module that runs schemes on paths.
+RUNNER = f"{FRAMEWORK}.ensemble"
+# Packages whose arithmetic the numbers come from.
+ARITHMETIC = ("numpy", "scipy")
+# Folders of installed packages.
+INSTALLED = frozenset({"site-packages", "dist-packages"})
+UNKNOWN = ""
+
+
+@cache
+def framework_source() -> str:
+    """Return a hash of what runs schemes on paths, and the versions of what it computes with."""
+    python = ".".join(platform.python_version_tuple()[:2])
+    versions = " ".join(f"{name} {metadata.version(name)}" for name in ARITHMETIC)
+    return f"{source_of(RUNNER)}, Python {python}, {versions}"
+
+
+@cache
+def source_of(module: str) -> str:
+    """Return a hash of a module's file and of those it imports from its own package, with versions of the others.
+
+    Parameters
+    ----------
+    module : str
+        Dotted name of a module that is imported.
+
+    Returns
+    -------
+    str
+        Empty if there is no source to be read, so that nothing can be said about what it does.
+    """
+    file = getattr(sys.modules.get(module), "__file__", None)
+    if not (file and file.endswith(".py") and Path(file).is_file()):
+        return UNKNOWN
+    files, foreign = _closure(module, Path(file))
+    return ", ".join([_hash(file.read_bytes() for file in files), *map(_version, sorted(foreign))])
+
+
+def _closure(start: str, first: Path) -> tuple[list[Path], set[str]]:
+    """Return the files of a module and of all it imports whose source counts, and the other packages."""
+    files: dict[str, Path] = {}
+    foreign: set[str] = set()
+    waiting = [(start, first)]
+    while waiting:
+        name, file = waiting.pop()
+        if name in files:
+            continue
+        files[name] = file
+        for found in _imported(name, file) if file.suffix == ".py" else ():
+            source = _own_file(found, start, first) or _local_file(found, start)
+            if source is not None:
+                waiting.append((_module_of(found, source), source))
+            elif _is_foreign(found, start):
+                foreign.add(found.partition(".")[0])
+    return [files[name] for name in sorted(files)], foreign
+
+
+def _own_file(name: str, start: str, first: Path) -> Path | None:
+    """Return the file of a module below the package of another one, or None if there is none."""
+    depth = start.count(".") + (first.name == "__init__.py")
+    if name.partition(".")[0] != start.partition(".")[0] or not depth:
+        return None
+    return _file_below(first.parents[depth - 1], name)
+
+
+def _local_file(name: str, start: str) -> Path | None:
+    """Return the file of a module of the framework, or of another that is not among the installed packages."""
+    top = name.partition(".")[0]
+    if top in {start.partition(".")[0], *ARITHMETIC} or top in sys.stdlib_module_names:
+        return None
+    spec = _spec(top)
+    if spec is None or not (spec.origin and spec.origin.endswith(".py")):
+        return None
+    file = Path(spec.origin)
+    if top != FRAMEWORK and INSTALLED & set(file.parts):
+        return None
+    package = top == FRAMEWORK or (spec.submodule_search_locations and name != top)
+    return _file_below(file.parent, name) if package else file
+
+
+@cache
+def _file_below(package: Path, name: str) -> Path | None:
+    """Return the source or the extension of a module, given the folder of its outermost package."""
+    parts = name.split(".")
+    if len(parts) < 2:
+        return None
+    stem = package.joinpath(*parts[1:])
+    endings = (".py", *EXTENSION_SUFFIXES)
+    candidates = [stem / "__init__.py", *(stem.with_name(f"{stem.name}{ending}") for ending in endings)]
+    # What is defined in the package itself; that of the framework only collects the names of its modules.
+    if len(parts) == 2 and parts[0] != FRAMEWORK:
+        candidates.append(package / "__init__.py")
+    return next((file for file in candidates if file.is_file()), None)
+
+
+def _module_of(name: str, file: Path) -> str:
+    """Return the module of an imported name: the package where the name is one of its attributes."""
+    attribute = file.name == "__init__.py" and file.parent.name != name.rpartition(".")[2]
+    return name.rpartition(".")[0] if attribute else name
+
+
+@cache
+def _spec(package: str) -> ModuleSpec | None:
+    try:
+        return find_spec(package)
+    except (ImportError, ValueError):
+        return None
+
+
+@cache
+def _imported(module: str, file: Path) -> tuple[str, ...]:
+    """Return the dotted names a module imports, those of attributes too, which name no module."""
+    package = module if file.name == "__init__.py" else module.rpartition(".")[0]
+    try:
+        tree = ast.parse(file.read_bytes())
+    except (SyntaxError, ValueError):
+        return ()
+    return tuple(_names(tree, package))
+
+
+def _names(tree: ast.AST, package: str) -> Iterator[str]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            parts = package.split(".") if node.level else []
+            stem = [*parts[: len(parts) - node.level + 1], *([node.module] if node.module else [])]
+            yield ".".join(stem)
+            yield from (".".join([*stem, alias.name]) for alias in node.names)
+
+
+def _is_foreign(name: str, start: str) -> bool:
+    top = name.partition(".")[0]
+    known = {FRAMEWORK, *ARITHMETIC, start.partition(".")[0]}
+    return top not in sys.stdlib_module_names and top not in known
+
+
+def _version(package: str) -> str:
+    names = [package] if _is_distribution(package) else sorted(metadata.packages_distributions().get(package, []))
+    return ", ".join(f"{name} {metadata.version(name)}" for name in names) or package
+
+
+def _is_distribution(name: str) -> bool:
+    try:
+        return bool(metadata.version(name))
+    except metadata.PackageNotFoundError:
+        return False
+
+
+def _hash(contents: Iterable[bytes]) -> str:
+    digest = hashlib.blake2b(digest_size=12)
+    for content in contents:
+        digest.update(content + b"\0")
+    return digest.hexdigest()

@@ -1,0 +1,238 @@
+"""Evidence of a block: from the store or simulated, with the schemes set apart whose worker process died."""
+
+import pickle
+from collections import deque
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor, Future
+from dataclasses import replace
+from itertools import count
+from math import inf
+from pathlib import Path
+from typing import NamedTuple, Protocol, TypeVar
+
+from ..ensemble import Entry, LaneEvidence, Task, run_block, without_evidence
+from ..errors import FAULTS, UsageError, one_line
+from ..guard import NO_MEASURE, PROBLEM
+from ..store import Place, Recalled, Store, joined, keep
+from .isolated import Died, Isolated
+from .limits import NOBODY, Mark, Watchdog, read_mark
+
+Lanes = tuple[LaneEvidence, ...]
+Parts = list[tuple[Entry, LaneEvidence]]
+UNSENT = "a scheme, problem or measure cannot be read in a"
+ELSE = "define it at the top level of a module, or use one job"
+DIED = "its worker process died, perhaps for want of memory"
+OUT_OF_MEMORY = "MemoryError"
+# Schemes that one worker evaluates without paths before another could help.
+PROBED_TOGETHER = 3
+# What a worker whose memory is used up may raise outside the code of a scheme.
+SHORT = (MemoryError, OSError)
+
+
+class Parcel(NamedTuple):
+    """A block to be simulated, and where the evidence on each entry goes."""
+
+    task: Task
+    block: int
+    places: tuple[Place | None, ...]
+
+    def only(self, entries: Sequence[Entry]) -> "Parcel":
+        """Return the parcel with some of its entries, or with some of their measures."""
+        known = {entry.scheme: place for entry, place in zip(self.task.entries, self.places, strict=True)}
+        places = tuple(known[entry.scheme] for entry in entries)
+        return Parcel(replace(self.task, entries=tuple(entries)), self.block, places)
+
+
+def run_parcel(parcel: Parcel, guard: Watchdog | None = None) -> Lanes:
+    """Simulate a block and keep its evidence."""
+    lanes = run_block(parcel.task, parcel.block, guard)
+    keep(parcel.places, parcel.task.entries, lanes)
+    return lanes
+
+
+def run_pickled(parcel: bytes, mark: Path | None, timeout: float) -> Lanes:
+    """Run a parcel in a worker process.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be read there: a class or function of it is not at the top level of its module.
+    """
+    try:
+        loaded: Parcel = pickle.loads(parcel)
+    except MemoryError:
+        raise
+    except FAULTS as error:
+        raise UsageError(f"{UNSENT} worker process: {one_line(error)}; {ELSE}") from None
+    return run_parcel(loaded, None if mark is None else Watchdog(mark, timeout))
+
+
+class Job(Protocol):
+    """A block of paths that is to be run."""
+
+    @property
+    def task(self) -> Task:
+        """What is run on it."""
+        ...
+
+    @property
+    def block(self) -> int:
+        """Index of the block."""
+        ...
+
+
+SomeJob = TypeVar("SomeJob", bound=Job)
+
+
+class Begun(NamedTuple):
+    """A parcel on its way: a future, or nothing where it is run in this process when its turn comes."""
+
+    parcel: Parcel
+    future: Future[Lanes] | None = None
+    mark: Path | None = None
+    fresh: bool = False
+
+    @property
+    def last(self) -> bool:
+        """Whether nothing better can be tried if memory is short: one scheme, in a process of its own."""
+        return self.fresh and len(self.parcel.task.entries) == 1
+
+
+class Blocks:
+    """Runs blocks over an executor.
+
+    Parameters
+    ----------
+    executor : Executor or None
+        With an `Isolated` one, a scheme whose worker dies or takes too long costs its own evidence only.
+    store : Store or None
+    """
+
+    def __init__(self, executor: Executor | None, store: Store | None) -> None:
+        self.executor, self.store, self.numbers = executor, store, count()
+        self.isolated = executor if isinstance(executor, Isolated) else None
+
+    def results(self, jobs: "deque[SomeJob]", window: int) -> "Iterator[tuple[SomeJob, Lanes]]":
+        """Take jobs from a queue, which may grow meanwhile, and yield their evidence in their order.
+
+        Parameters
+        ----------
+        jobs : deque of Job
+        window : int
+            Blocks under way at most.
+        """
+        waiting: deque[tuple[SomeJob, list[Recalled], list[Begun]]] = deque()
+        most = window if self.executor else 1
+        while jobs or waiting:
+            while jobs and len(waiting) < most:
+                job = jobs.popleft()
+                waiting.append((job, *self._begin(job.task, job.block)))
+            job, recalled, begun = waiting.popleft()
+            yield job, self._end(job.task, recalled, begun)
+
+    def _begin(self, task: Task, block: int) -> tuple[list[Recalled], list[Begun]]:
+        if self.store is None:
+            return [], self._sent(Parcel(task, block, tuple(None for _ in task.entries)))
+        recalled = self.store.recall(task, block)
+        missing = [r for r in recalled if r.missing]
+        entries = tuple(Entry(r.entry.scheme, r.missing) for r in missing)
+        parcel = Parcel(replace(task, entries=entries), block, tuple(r.place for r in missing))
+        return recalled, self._sent(parcel) if missing else []
+
+    def _sent(self, parcel: Parcel) -> list[Begun]:
+        """Send a parcel, the first block of a problem in pieces: what is found without paths outweighs the noise."""
+        entries = parcel.task.entries
+        size = PROBED_TOGETHER if self.isolated and parcel.block == 0 else len(entries)
+        return [self._send(parcel.only(entries[n : n + size])) for n in range(0, len(entries), size)]
+
+    def _end(self, task: Task, recalled: list[Recalled], begun: list[Begun]) -> Lanes:
+        parts = [(r.entry, r.lane) for r in recalled if r.lane is not None]
+        parts += [part for one in begun for part in self._parts(one)]
+        if [entry for entry, _ in parts] == list(task.entries):
+            return tuple(lane for _, lane in parts)
+        return tuple(joined(e, [part for part in parts if part[0].scheme == e.scheme]) for e in task.entries)
+
+    def _send(self, parcel: Parcel, *, fresh: bool = False) -> Begun:
+        if self.executor is None:
+            return Begun(parcel)
+        if self.isolated is None:
+            return Begun(parcel, self.executor.submit(run_pickled, _pickled(parcel), None, inf))
+        mark = self.isolated.marks / str(next(self.numbers))
+        submit = self.isolated.submit_afresh if fresh else self.isolated.submit
+        return Begun(parcel, submit(run_pickled, _pickled(parcel), mark, self.isolated.limits.timeout), mark, fresh)
+
+    def _parts(self, begun: Begun) -> Parts:
+        if begun.future is None:
+            return list(zip(begun.parcel.task.entries, run_parcel(begun.parcel), strict=True))
+        if begun.mark is None:
+            return list(zip(begun.parcel.task.entries, begun.future.result(), strict=True))
+        try:
+            lanes = begun.future.result()
+        except Died as death:
+            if not (begun.mark.is_file() or begun.fresh):
+                # It died before it began with this, of something else.
+                return self._parts(self._send(begun.parcel, fresh=True))
+            mark = read_mark(begun.mark) if begun.mark.is_file() else Mark()
+            return self._salvaged(begun.parcel, mark, late=mark.timed_out(death.when))
+        except SHORT as error:
+            lanes = tuple(without_evidence(e, f"{OUT_OF_MEMORY}: {error}") for e in begun.parcel.task.entries)
+        finally:
+            begun.mark.unlink(missing_ok=True)
+        return [
+            part
+            for one in zip(begun.parcel.task.entries, lanes, strict=True)
+            for part in self._with_room(begun, *one)
+        ]
+
+    def _salvaged(self, parcel: Parcel, mark: Mark, *, late: bool) -> Parts:
+        """Return the evidence of a parcel in which a process died, of its suspect by itself and of the others."""
+        entries = parcel.task.entries
+        if mark.lane == PROBLEM or (mark.lane == NOBODY and len(entries) == 1):
+            who = f"problem {parcel.task.spec.label}: " if mark.lane == PROBLEM else ""
+            return [(entry, without_evidence(entry, who + self._why(late=late))) for entry in entries]
+        if mark.lane == NOBODY:
+            return [part for entry in entries for part in self._parts(self._send(parcel.only([entry])))]
+        suspect, rest = _set_apart(entries, mark)
+        if late or not rest:
+            parts = [(suspect, without_evidence(suspect, self._why(late=late)))]
+        else:
+            parts = self._parts(self._send(parcel.only([suspect])))
+        return parts + (self._parts(self._send(parcel.only(rest))) if rest else [])
+
+    def _with_room(self, begun: Begun, entry: Entry, lane: LaneEvidence) -> Parts:
+        """Return the evidence on an entry; one that ran out of memory is tried by itself, in a new process."""
+        if not any(OUT_OF_MEMORY in error for error in lane.errors):
+            return [(entry, lane)]
+        if not begun.last:
+            return self._parts(self._send(begun.parcel.only([entry]), fresh=True))
+        return [(entry, lane._replace(errors=tuple(map(self._of_memory, lane.errors))))]
+
+    def _of_memory(self, error: str) -> str:
+        capped = self.isolated is not None and self.isolated.limits.memory
+        if not (capped and OUT_OF_MEMORY in error):
+            return error
+        return f"{error}; a worker may have {capped / 2**30:.3g} GiB (--memory)"
+
+    def _why(self, *, late: bool) -> str:
+        assert self.isolated is not None
+        if not late:
+            return DIED
+        return f"no result within {self.isolated.limits.timeout:g} s on a block of paths (--timeout)"
+
+
+def _set_apart(entries: tuple[Entry, ...], mark: Mark) -> tuple[Entry, list[Entry]]:
+    """Return the entry whose code ran, with the measure alone if it was one's, and all that is left."""
+    culprit, rest = entries[mark.lane], [e for index, e in enumerate(entries) if index != mark.lane]
+    if mark.measure == NO_MEASURE or len(culprit.measures) == 1:
+        return culprit, rest
+    own = culprit.measures[mark.measure]
+    others = tuple(measure for measure in culprit.measures if measure is not own)
+    return Entry(culprit.scheme, (own,)), [*rest, Entry(culprit.scheme, others)]
+
+
+def _pickled(parcel: Parcel) -> bytes:
+    try:
+        return pickle.dumps(parcel)
+    except FAULTS as error:
+        what = f"problem {parcel.task.spec.label} or a scheme or measure on it cannot be sent to worker processes"
+        raise UsageError(f"{what}: {one_line(error)}; {ELSE}") from error

@@ -1,0 +1,121 @@
+"""An executor whose worker processes die alone: one that does takes its own call with it and no other."""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from .limits import Limits
+
+Make = Callable[[], ProcessPoolExecutor]
+
+
+class Died(BrokenExecutor):
+    """A worker process has died.
+
+    Parameters
+    ----------
+    why : str
+    when : float
+        On the monotonic clock.
+    """
+
+    def __init__(self, why: str, when: float) -> None:
+        super().__init__(why)
+        self.when = when
+
+
+class Isolated(Executor):
+    """A pool of one process for each worker; a pool that breaks is replaced.
+
+    Parameters
+    ----------
+    make : callable
+        Returns a pool of one process.
+    jobs : int
+        Number of workers.
+    limits : Limits
+        What its processes are held to.
+    marks : Path
+        Folder in which they mark whose code runs.
+    """
+
+    def __init__(self, make: Make, jobs: int, limits: Limits, marks: Path) -> None:
+        self.limits, self.marks = limits, marks
+        self._make, self._lock = make, threading.RLock()
+        self._idle, self._pools = list(range(jobs)), dict[int, ProcessPoolExecutor]()
+        self._retired: list[ProcessPoolExecutor] = []
+        self._waiting: deque[tuple[Future[Any], Callable[[], Any], bool]] = deque()
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Make a call in the next worker that is free; its future fails with `Died` if the worker does."""
+        return self._begin(partial(fn, *args, **kwargs), fresh=False)
+
+    def submit_afresh(self, fn: Callable[..., Any], /, *args: Any) -> Future[Any]:
+        """Make a call in a new process, in which nobody has used up anything."""
+        return self._begin(partial(fn, *args), fresh=True)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the workers; calls that wait are made first, or given up."""
+        with self._lock:
+            if cancel_futures:
+                for future, *_ in self._waiting:
+                    future.cancel()
+                self._waiting.clear()
+            pools = [*self._pools.values(), *self._retired]
+        for pool in pools:
+            pool.shutdown(wait=wait, cancel_futures=cancel_futures)
+
+    def _begin(self, call: Callable[[], Any], *, fresh: bool) -> Future[Any]:
+        future: Future[Any] = Future()
+        with self._lock:
+            self._waiting.append((future, call, fresh))
+            self._dispatch()
+        return future
+
+    def _dispatch(self) -> None:
+        while self._idle and self._waiting:
+            worker, (future, call, fresh) = self._idle.pop(), self._waiting.popleft()
+            if fresh and worker in self._pools:
+                self._retire(worker)
+            try:
+                inner = self._sent(worker, call)
+            except Exception as error:
+                # Whoever waits for the call must hear of it, in whatever thread this is.
+                self._idle.append(worker)
+                future.set_exception(error)
+            else:
+                inner.add_done_callback(partial(self._done, worker, future))
+
+    def _sent(self, worker: int, call: Callable[[], Any]) -> Future[Any]:
+        if worker in self._pools:
+            try:
+                return self._pools[worker].submit(call)
+            except BrokenExecutor:
+                # It died while it had nothing to do.
+                self._retire(worker)
+        self._pools[worker] = self._make()
+        return self._pools[worker].submit(call)
+
+    def _retire(self, worker: int) -> None:
+        self._retired.append(self._pools.pop(worker))
+        self._retired[-1].shutdown(wait=False)
+
+    def _done(self, worker: int, future: Future[Any], inner: Future[Any]) -> None:
+        error = None if inner.cancelled() else inner.exception()
+        with self._lock:
+            if isinstance(error, BrokenExecutor):
+                error = Died(str(error), time.monotonic())
+                self._retire(worker)
+            self._idle.append(worker)
+            self._dispatch()
+        if inner.cancelled():
+            future.cancel()
+        elif error is not None:
+            future.set_exception(error)
+        else:
+            future.set_result(inner.result())

@@ -1,0 +1,445 @@
+"""What is kept of a run is found again as long as nothing that determines it has changed."""
+
+import os
+import sys
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from sdaeverify import Settings
+from sdaeverify.ensemble import Entry, LaneEvidence, Task, run_block, without_evidence
+from sdaeverify.errors import UsageError
+from sdaeverify.measure import Measure
+from sdaeverify.measures.drift import Drift
+from sdaeverify.measures.strong import Strong
+from sdaeverify.measures.weak import Weak
+from sdaeverify.specs import problem_spec
+from sdaeverify.store import Store, joined, keep
+from sdaeverify.store import keys as keys_module
+from sdaeverify.store.files import read_lane
+from sdaeverify.store.keys import differences, key, lane_ingredients, measure_ingredients
+from sdaeverify.store.store import NEW, SOURCELESS
+from sdaeverify.tally import Tally
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.ou import ou
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from sdaeverify_schemes.stochastic_theta import StochasticTheta
+
+SETTINGS = Settings(paths=120, block=40, levels=3)
+ONE = (Strong(),)
+TALLY = Tally({"paths": np.array([40.0])})
+STEPS = Tally({"steps": np.array([320.0])})
+
+
+@dataclass(frozen=True)
+class Probing(Measure):
+    """A measure whose probe looks at the budget."""
+
+    name: ClassVar[str] = "probing"
+    budgeted: ClassVar[bool] = True
+
+
+def task(scheme=None, measures=ONE, settings=SETTINGS, family=gbm, **parameters):
+    """Return a task of one scheme."""
+    texts = {name: str(value) for name, value in parameters.items()}
+    return Task(problem_spec(family, texts), (Entry(scheme or EulerMaruyama(), tuple(measures)),), settings)
+
+
+def made_up(entry, **changes):
+    """Return evidence that nobody simulated."""
+    nothing = tuple("" for _ in entry.measures)
+    tallies, probes = tuple(TALLY for _ in nothing), tuple(Tally() for _ in nothing)
+    return LaneEvidence(tallies, probes, STEPS, 0.5, nothing, 40)._replace(**changes)
+
+
+def filled(folder, given=None, block=0, **changes):
+    """Keep evidence of a task."""
+    given = given or task()
+    recalled = Store(folder).recall(given, block)
+    entries = [Entry(r.entry.scheme, r.missing) for r in recalled]
+    keep([r.place for r in recalled], entries, [made_up(entry, **changes) for entry in entries])
+
+
+def found(folder, given=None, block=0, **options):
+    """Return what is recalled of a task, and the store."""
+    store = Store(folder, **options)
+    (recalled,) = store.recall(given or task(), block)
+    return recalled, store
+
+
+def test_what_was_kept_is_found(tmp_path):
+    """Numbers, health, paths and time of a block come back, and it is counted as reused."""
+    filled(tmp_path)
+
+    recalled, store = found(tmp_path)
+
+    assert recalled.missing == ()
+    assert recalled.entry == task().entries[0]
+    assert recalled.lane.tallies[0].sums["paths"] == 40.0
+    assert recalled.lane.health.sums["steps"] == 320.0
+    assert (recalled.lane.seconds, recalled.lane.paths, recalled.lane.errors) == (0.5, 40, ("",))
+    assert (store.reused, dict(store.reasons)) == (1, {})
+    assert store.summary() == "evidence of 1 of 1 blocks of paths was reused"
+
+
+def test_nothing_is_there_at_first(tmp_path):
+    """An empty folder has nothing to tell."""
+    recalled, store = found(tmp_path)
+
+    assert recalled.lane is None
+    assert [measure.name for measure in recalled.missing] == ["strong"]
+    assert dict(store.reasons) == {NEW: 1}
+    assert not store.telling
+
+
+CHANGES = {
+    "seed": (task(settings=replace(SETTINGS, seed=1)), "seed"),
+    "levels": (task(settings=replace(SETTINGS, levels=4)), "levels"),
+    "coarsest": (task(settings=replace(SETTINGS, coarsest=4)), "coarsest"),
+    "block": (task(settings=replace(SETTINGS, block=60)), "paths of the block, block"),
+}
+
+
+@pytest.mark.parametrize(("other", "name"), CHANGES.values(), ids=CHANGES)
+def test_another_setting_is_not_reused_and_named(tmp_path, other, name):
+    """What determines the numbers may not change; the reason says what did."""
+    filled(tmp_path)
+
+    recalled, store = found(tmp_path, other)
+
+    assert recalled.lane is None
+    assert dict(store.reasons) == {f"with another {name}": 1}
+    assert store.telling
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        task(family=ou),
+        task(StochasticTheta()),
+        task(StochasticTheta(theta=0.75)),
+        task(a=0.25),
+    ],
+    ids=["problem", "scheme", "parameter", "parameter of the problem"],
+)
+def test_another_cell_is_new(tmp_path, other):
+    """Evidence of one cell is never that of another, its parameters included."""
+    filled(tmp_path, task(StochasticTheta(theta=0.6)))
+    filled(tmp_path)
+
+    recalled, store = found(tmp_path, other)
+
+    assert recalled.lane is None
+    assert dict(store.reasons) == {NEW: 1}
+
+
+def test_blocks_are_told_apart(tmp_path):
+    """Evidence of one block is never that of another."""
+    filled(tmp_path, block=1)
+
+    assert found(tmp_path, block=0)[0].lane is None
+    assert found(tmp_path, block=2)[0].lane is None
+    assert found(tmp_path, block=1)[0].lane is not None
+
+
+def test_the_last_block_counts_by_its_paths(tmp_path):
+    """A block of which fewer paths were used is not the same block."""
+    fewer = task(settings=replace(SETTINGS, paths=100))
+    filled(tmp_path, fewer, block=2)
+
+    recalled, store = found(tmp_path, block=2)
+
+    assert recalled.lane is None
+    assert dict(store.reasons) == {"with another paths of the block": 1}
+
+
+@pytest.mark.parametrize(
+    ("module", "name"),
+    [("euler_maruyama", "source of the scheme"), ("gbm", "source of the problem")],
+    ids=["scheme", "problem"],
+)
+def test_another_source_is_not_reused(tmp_path, monkeypatch, module, name):
+    """A change of code that makes the paths is named."""
+    filled(tmp_path)
+    before = keys_module.source_of
+    monkeypatch.setattr(keys_module, "source_of", lambda m: before(m) + (" changed" if m.endswith(module) else ""))
+
+    recalled, store = found(tmp_path)
+
+    assert recalled.lane is None
+    assert dict(store.reasons) == {f"with another {name}": 1}
+
+
+def test_another_framework_is_not_reused(tmp_path, monkeypatch):
+    """A change of what runs schemes, or of numpy, is named."""
+    filled(tmp_path)
+    monkeypatch.setattr(keys_module, "framework_source", lambda: "another")
+
+    assert dict(found(tmp_path)[1].reasons) == {"with another framework": 1}
+
+
+def test_another_source_of_a_measure_costs_that_measure_only(tmp_path, monkeypatch):
+    """Of two measures, the one that did not change is reused, and the other replaced."""
+    given = task(measures=(Strong(), Weak()))
+    filled(tmp_path, given)
+    before = keys_module.source_of
+    monkeypatch.setattr(keys_module, "source_of", lambda m: before(m) + (" changed" if m.endswith("weak") else ""))
+
+    recalled, store = found(tmp_path, given)
+    filled(tmp_path, given)
+
+    assert [measure.name for measure in recalled.entry.measures] == ["strong"]
+    assert [measure.name for measure in recalled.missing] == ["weak"]
+    assert dict(store.reasons) == {"of which a measure has changed": 1}
+    assert found(tmp_path, given)[0].missing == ()
+
+
+BUDGETS = {"paths": 200, "looks": 2, "confidence": 0.9, "family": 7}
+
+
+@pytest.mark.parametrize("name", BUDGETS)
+def test_another_budget_is_reused(tmp_path, name):
+    """How many paths there are in all and when they are judged leaves a block as it is."""
+    filled(tmp_path)
+
+    recalled, store = found(tmp_path, task(settings=replace(SETTINGS, **{name: BUDGETS[name]})))
+
+    assert recalled.missing == ()
+    assert store.reused == 1
+
+
+@pytest.mark.parametrize("name", BUDGETS)
+def test_another_budget_is_not_reused_where_a_probe_looks_at_it(tmp_path, name):
+    """A measure whose probe looks at the budget is computed again, the others are not."""
+    measures = (Strong(), Probing())
+    filled(tmp_path, task(measures=measures))
+
+    recalled, _ = found(tmp_path, task(measures=measures, settings=replace(SETTINGS, **{name: BUDGETS[name]})))
+
+    assert [measure.name for measure in recalled.missing] == ["probing"]
+    assert [measure.name for measure in recalled.entry.measures] == ["strong"]
+
+
+def test_a_measure_is_added_to_what_is_there(tmp_path):
+    """Evidence on one more measure goes into the same file, beside that on the others, with the fuller health."""
+    filled(tmp_path, health=Tally({"steps": np.array([0.0])}), seconds=1.0)
+    both = task(measures=(Strong(), Drift()))
+
+    recalled, store = found(tmp_path, both)
+    filled(tmp_path, both, seconds=2.0)
+
+    assert dict(store.reasons) == {"to which a measure was added": 1}
+    assert [measure.name for measure in recalled.missing] == ["drift"]
+    assert len(list(tmp_path.rglob("*.npz"))) == 1
+    lane = found(tmp_path, both)[0].lane
+    assert (lane.seconds, lane.health.sums["steps"]) == (3.0, 320.0)
+
+
+def test_parts_are_put_together_in_the_order_of_the_entry():
+    """Of two parts of the measures of a scheme the evidence is that of the whole."""
+    entry = Entry(EulerMaruyama(), (Drift(), Strong(), Weak()))
+    one, two = Entry(entry.scheme, (Strong(),)), Entry(entry.scheme, (Weak(), Drift()))
+    numbers = [Tally({"x": np.array([value])}) for value in (1.0, 2.0, 3.0)]
+    parts = [
+        (one, made_up(one, tallies=(numbers[1],), errors=("lost",))),
+        (two, made_up(two, tallies=(numbers[2], numbers[0]), health=Tally())),
+    ]
+
+    whole = joined(entry, parts)
+
+    assert [tally.sums["x"].item() for tally in whole.tallies] == [1.0, 2.0, 3.0]
+    assert whole.errors == ("", "lost", "")
+    assert whole.health.sums["steps"] == 320.0
+    assert (whole.seconds, whole.paths) == (1.0, 40)
+
+
+def test_computed_later_is_computed_together():
+    """A measure that is simulated by itself has the numbers, health and paths it has beside others."""
+    together = task(measures=(Strong(), Weak()))
+    (whole,) = run_block(together, 0)
+    parts = [(part.entries[0], run_block(part, 0)[0]) for part in (task(), task(measures=(Weak(),)))]
+
+    lane = joined(together.entries[0], parts)
+
+    assert lane.paths == whole.paths
+    for one, other in zip(
+        (*lane.tallies, *lane.probes, lane.health), (*whole.tallies, *whole.probes, whole.health), strict=True
+    ):
+        assert one.sums.keys() == other.sums.keys()
+        assert all(np.array_equal(one.sums[name], other.sums[name], equal_nan=True) for name in one.sums)
+        assert one.largest.keys() == other.largest.keys()
+        assert all(np.array_equal(one.largest[name], other.largest[name]) for name in one.largest)
+
+
+def test_what_failed_is_not_kept(tmp_path):
+    """A measure that failed, a scheme that failed and one that breaks a contract are tried again."""
+    both = task(measures=(Strong(), Weak()))
+    filled(tmp_path, both, errors=("measure strong: KeyError", ""))
+    filled(tmp_path, both, block=1, errors=("KeyError", "KeyError"))
+    filled(tmp_path, both, block=2, breach="draws noise of its own")
+
+    assert [measure.name for measure in found(tmp_path, both)[0].missing] == ["strong"]
+    assert found(tmp_path, both, block=1)[0].lane is None
+    assert found(tmp_path, both, block=2)[0].lane is None
+    assert len(list(tmp_path.rglob("*.npz"))) == 1
+
+
+def test_nothing_is_kept_of_nothing(tmp_path):
+    """A scheme without evidence leaves no file."""
+    given = task()
+    (recalled,) = Store(tmp_path).recall(given, 0)
+    keep([recalled.place], given.entries, [without_evidence(given.entries[0], "it hangs")])
+
+    assert not list(tmp_path.rglob("*.npz"))
+
+
+def test_afresh(tmp_path):
+    """What is there is left unread if that is asked for, and replaced as a whole."""
+    both = task(measures=(Strong(), Weak()))
+    filled(tmp_path, both)
+
+    recalled, store = found(tmp_path, fresh=True)
+    keep([recalled.place], task().entries, [made_up(task().entries[0], seconds=9.0)])
+
+    assert recalled.lane is None
+    assert dict(store.reasons) == {"asked for afresh": 1}
+    assert [measure.name for measure in found(tmp_path, both)[0].missing] == ["weak"]
+    assert found(tmp_path)[0].lane.seconds == 9.0
+
+
+def test_a_damaged_file_is_computed_again(tmp_path):
+    """A file that was cut is said to be damaged, and replaced."""
+    filled(tmp_path)
+    (file,) = tmp_path.rglob("*.npz")
+    file.write_bytes(file.read_bytes()[:-9])
+
+    recalled, store = found(tmp_path)
+    filled(tmp_path)
+
+    assert recalled.lane is None
+    assert dict(store.reasons) == {"damaged": 1}
+    assert found(tmp_path)[0].missing == ()
+
+
+def test_a_file_under_the_name_of_another_is_not_believed(tmp_path):
+    """What a file says it is about counts, not what it is called; nothing of it is taken over."""
+    filled(tmp_path, task(measures=(Strong(), Weak())), block=1)
+    (file,) = tmp_path.rglob("*.npz")
+    place = found(tmp_path, block=0)[0].place.path
+    file.replace(place)
+
+    recalled, store = found(tmp_path)
+    filled(tmp_path)
+
+    assert recalled.lane is None
+    assert dict(store.reasons) == {"damaged": 1}
+    assert set(read_lane(place).measures) == {"strong"}
+
+
+def test_code_without_a_source_is_not_kept(tmp_path, monkeypatch):
+    """Where nothing is known of what determines evidence, none is kept."""
+    monkeypatch.setattr(keys_module, "source_of", lambda _: "")
+
+    filled(tmp_path)
+
+    assert not list(tmp_path.iterdir())
+    assert dict(found(tmp_path)[1].reasons) == {SOURCELESS: 1}
+
+
+def test_a_measure_without_a_source_is_not_kept(tmp_path, monkeypatch):
+    """Of two measures, the one whose source is known is."""
+    before = keys_module.source_of
+    monkeypatch.setattr(keys_module, "source_of", lambda m: "" if m.endswith("weak") else before(m))
+    both = task(measures=(Strong(), Weak()))
+
+    filled(tmp_path, both)
+
+    assert [measure.name for measure in found(tmp_path, both)[0].missing] == ["weak"]
+
+
+def test_whether_all_is_there(tmp_path):
+    """A study asks before it judges from what is stored alone; that leaves no trace."""
+    filled(tmp_path)
+    filled(tmp_path, block=1)
+    store = Store(tmp_path)
+
+    assert store.lacking(task(), range(2)) == set()
+    assert store.lacking(task(), range(3)) == {(EulerMaruyama(), "strong")}
+    assert store.lacking(task(measures=(Strong(), Weak())), range(1)) == {(EulerMaruyama(), "weak")}
+    assert (store.reused, dict(store.reasons)) == (0, {})
+
+
+def test_reasons_are_summed_up(tmp_path):
+    """How much was reused and why the rest was not is one line, the most frequent reason first."""
+    filled(tmp_path)
+    store = Store(tmp_path)
+    for block in range(3):
+        store.recall(task(), block)
+
+    assert store.summary() == "evidence of 1 of 3 blocks of paths was reused; computed: 2 not there yet"
+
+
+@pytest.mark.skipif(sys.platform == "win32" or os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_that_cannot_be_written(tmp_path):
+    """A folder without permission is an error in one line that says what to do."""
+    tmp_path.chmod(0o500)
+    try:
+        with pytest.raises(UsageError, match=r"cannot write .*Permission denied; choose another --out") as error:
+            filled(tmp_path)
+    finally:
+        tmp_path.chmod(0o700)
+    assert "\n" not in str(error.value)
+
+
+def test_a_full_disk(tmp_path, monkeypatch):
+    """A full disk is an error in one line, and leaves nothing half-written."""
+    monkeypatch.setattr(np, "savez", lambda *_, **__: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+
+    with pytest.raises(UsageError, match=r"cannot write .*No space left on device; choose another --out"):
+        filled(tmp_path)
+
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+
+
+def test_a_file_where_a_folder_belongs(tmp_path):
+    """A file in the way is an error in one line."""
+    (tmp_path / "evidence").write_text("")
+
+    with pytest.raises(UsageError, match="cannot write"):
+        filled(tmp_path)
+
+
+def test_long_names(tmp_path):
+    """Names as long as their authors like are names of files all the same, and are told apart."""
+
+    def named(letter):
+        @dataclass(frozen=True)
+        class Long(EulerMaruyama):
+            name: ClassVar[str] = "n" * 300 + letter
+
+        return task(Long())
+
+    filled(tmp_path, named("a"))
+
+    assert found(tmp_path, named("a"))[0].missing == ()
+    assert found(tmp_path, named("b"))[0].lane is None
+
+
+def test_a_key_is_of_all_ingredients():
+    """Any change of any ingredient changes the key, and is named."""
+    whole = dict(lane_ingredients(EulerMaruyama(), problem_spec(gbm), SETTINGS, 0))
+
+    assert {key({**whole, name: "other"}) for name in whole}.isdisjoint({key(whole)})
+    assert len({key({**whole, name: "other"}) for name in whole}) == len(whole)
+    assert all(differences({**whole, name: "other"}, whole) == [name] for name in whole)
+
+
+def test_every_setting_is_an_ingredient_or_part_of_the_budget():
+    """A setting that is added later counts, unless it is said to be part of the budget."""
+    lane = lane_ingredients(EulerMaruyama(), problem_spec(gbm), SETTINGS, 0)
+    own = measure_ingredients(Probing(), SETTINGS)
+
+    assert {*lane, *own} >= {"paths", "coarsest", "levels", "seed", "confidence", "block", "looks", "family"}
+    assert keys_module.BUDGET.isdisjoint(lane)

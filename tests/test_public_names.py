@@ -1,0 +1,47 @@
+"""The public names: each is there, imported by whoever asks for it first."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import sdaeverify
+
+SOURCE = Path(sdaeverify.__file__)
+
+
+def imported_for_type_checkers():
+    (block,) = (node for node in ast.parse(SOURCE.read_text(encoding="utf-8")).body if isinstance(node, ast.If))
+    return {node.module: {alias.name for alias in node.names} for node in block.body}
+
+
+def test_type_checkers_see_what_is_there():
+    """The table of lazy names and the imports for type checkers say the same, and it is what is public."""
+    seen = imported_for_type_checkers()
+
+    assert {module: set(names.split()) for module, names in sdaeverify._NAMES.items()} == seen
+    assert set().union(*seen.values()) == set(sdaeverify.__all__) - {"__version__"}
+
+
+@pytest.mark.parametrize("name", sdaeverify.__all__)
+def test_every_public_name_is_there(name):
+    """A name comes from the module the table says."""
+    assert getattr(sdaeverify, name) is not None
+    assert name in dir(sdaeverify)
+
+
+def test_no_other_name_is_there():
+    """A misspelt name is missing, as in any other module."""
+    with pytest.raises(AttributeError, match="has no attribute 'Shceme'"):
+        sdaeverify.Shceme  # noqa: B018
+
+
+def test_importing_the_package_is_cheap():
+    """The package alone, and the plugin that every run of pytest loads, import neither numpy nor anything slow."""
+    heavy = ["numpy", "scipy", "pandas", "rich", "click", "pluggy", "sdaeverify.registry"]
+    code = f"import sys, sdaeverify; print([name for name in {heavy} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+
+    assert done.stdout.strip() == "[]"
