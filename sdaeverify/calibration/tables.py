@@ -7,7 +7,9 @@ from typing import NamedTuple
 import pandas as pd
 
 from ..noise import fingerprint
+from ..report.markdown import escaped
 from ..report.provenance import versions
+from ..report.terminal import visible
 from .plan import CalibrationPlan
 from .rates import NOTHING, TABLE_LEVEL, Rate, offending
 
@@ -74,17 +76,18 @@ def markdown(rates: Sequence[Rate], plan: CalibrationPlan, command: str) -> str:
     -------
     str
     """
+    shown = visible(command).replace("`", "")
     made = ", ".join(f"{name} {version}" for name, version in versions().items())
     lines = [
         "# Calibration",
         "",
-        f"Made by `{command}` with seed {plan.seed}, stream {fingerprint(plan.seed)}, {made}.",
+        f"Made by `{shown}` with seed {plan.seed}, stream {fingerprint(plan.seed)}, {made}.",
         "",
         f"Shares of trials, with Clopper and Pearson's 95 % intervals; about {plan.repetitions} trials of 400 paths,",
         "four times as many of 100, a quarter of 1600, a part of that on costly cells. A star marks a rate",
         f"that disagrees with what is promised, at level {TABLE_LEVEL} for the whole table.",
         "",
-        *summary(rates),
+        *map(escaped, summary(rates)),
     ]
     for section in sections(rates):
         lines += ["", f"## {section.study.capitalize()}", "", *_table(section)]
@@ -144,4 +147,4 @@ def _entry(rate: Rate, outside: Sequence[Rate] = ()) -> str:
 
 def _table(section: Section) -> list[str]:
     rows = [section.headings, ["---"] * len(section.headings), *section.rows]
-    return [f"| {' | '.join(text.replace('|', chr(92) + '|') for text in row)} |" for row in rows]
+    return [f"| {' | '.join(map(escaped, row))} |" for row in rows]

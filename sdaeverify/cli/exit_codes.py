@@ -1,9 +1,11 @@
 """Exit codes: one meaning each, never a count, printed in words at the end of a run."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
 
 from ..errors import PluginError, SdaeverifyError, UsageError
+from ..gate.outcomes import Outcome, Status, is_red
+from ..gate.policy import Policy
 from ..measure import Verdict
 from ..study import CellResult
 
@@ -15,8 +17,10 @@ class ExitCode(IntEnum):
     REFUTED = 1
     USAGE = 2
     NOT_MEASURED = 3
+    UNDECIDED = 4
     NOTHING = 5
     PLUGIN = 6
+    UNEXPECTED = 7
     INTERRUPTED = 130
 
     @property
@@ -30,9 +34,18 @@ WORDS = {
     ExitCode.REFUTED: "a claim is refuted",
     ExitCode.USAGE: "the command line is wrong",
     ExitCode.NOT_MEASURED: "cells could not be measured",
-    ExitCode.NOTHING: "nothing was there to be measured",
+    ExitCode.UNDECIDED: "a claim is undecided, and must not be",
+    ExitCode.NOTHING: "nothing was there to be measured, or less than is locked",
     ExitCode.PLUGIN: "a requested plugin failed to load",
+    ExitCode.UNEXPECTED: "a claim is verified that was expected to fail",
     ExitCode.INTERRUPTED: "interrupted; what was finished is saved",
+}
+# What of the outcomes of a gate its code tells, worst first.
+SEVERITY = {
+    Status.FAILED: ExitCode.REFUTED,
+    Status.UNMEASURED: ExitCode.NOT_MEASURED,
+    Status.XPASSED: ExitCode.UNEXPECTED,
+    Status.UNDECIDED: ExitCode.UNDECIDED,
 }
 
 
@@ -44,6 +57,22 @@ def code_of_results(results: Iterable[CellResult]) -> ExitCode:
     if verdicts & {Verdict.ERROR, Verdict.DIVERGED, Verdict.NOT_RUN}:
         return ExitCode.NOT_MEASURED
     return ExitCode.NOTHING if verdicts <= {Verdict.NOT_APPLICABLE} else ExitCode.OK
+
+
+def code_of_gate(outcomes: Sequence[Outcome], policy: Policy, *, locked: bool) -> ExitCode:
+    """Return the code of a gate: that of the worst outcome that fails it, nothing being worse than any outcome.
+
+    Parameters
+    ----------
+    outcomes : sequence of Outcome
+    policy : Policy
+    locked : bool
+        Whether all that the lock file demands is there.
+    """
+    if not outcomes or not locked:
+        return ExitCode.NOTHING
+    red = {outcome.status for outcome in outcomes if is_red(outcome, policy)}
+    return next((code for status, code in SEVERITY.items() if status in red), ExitCode.OK)
 
 
 def code_of_error(error: SdaeverifyError) -> ExitCode:

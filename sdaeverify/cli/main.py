@@ -12,10 +12,15 @@ from .. import __version__
 from ..errors import SdaeverifyError, UsageError
 from ..labels import did_you_mean
 from .calibrate import calibrate
+from .check import check
+from .compare import compare
 from .console import PROGRAM, complain, silence
 from .exit_codes import ExitCode, code_of_error
+from .gate import gate
 from .listing import info, listing
 from .matrix import matrix
+from .merge import merge
+from .new_plugin import new_plugin
 from .reproduce import reproduce
 from .selftest import selftest
 
@@ -34,7 +39,7 @@ class _Commands(click.Group):
 
 @click.group(
     cls=_Commands,
-    commands=[matrix, listing, info, selftest, calibrate, reproduce],
+    commands=[matrix, gate, compare, merge, listing, info, check, selftest, calibrate, reproduce, new_plugin],
     context_settings={"help_option_names": ["-h", "--help"]},
     invoke_without_command=True,
 )

@@ -10,9 +10,9 @@ from ..registry import Registry
 from ..report.terminal import plan_table, visible
 from ..settings import Settings
 from ..study import Plan
-from ..study.workers import available_cores
 from .console import complain, output
 from .exit_codes import WORDS, ExitCode
+from .limits import limits, options_of
 from .loading import loaded
 from .options import levels_text, once, plugins, read_levels
 from .progress import KINDS
@@ -49,6 +49,7 @@ CODES = "Exit codes: " + "; ".join(f"{code.value} {words}" for code, words in WO
 @once(
     "--progress", type=click.Choice(KINDS), default=KINDS[0], help="On stderr: a bar, a line for each cell, nothing."
 )
+@limits
 @click.option("--dry-run", is_flag=True, help="Show every cell and why it cannot be run; run and write nothing.")
 @click.pass_context
 def matrix(context: click.Context, /, **options: Any) -> ExitCode:
@@ -58,19 +59,21 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
     """
     # Tables need pandas, which takes longer to load than all other commands need in all.
     from ..api import plan_of  # noqa: PLC0415
-    from .running import Run, carry_out  # noqa: PLC0415
+    from .running import Run, carry_out, workers  # noqa: PLC0415
 
     settings = _settings(options)
     registry = loaded(options["plugins"])
     if not registry.plugins:
         return _nothing("no plugin is found; is sdaeverify installed? Run pip install . in its folder")
-    todo = plan_of(registry, options["schemes"], options["problems"], options["measures"])
-    if not todo.cells:
-        return _nothing(_missing(registry))
-    if options["dry_run"]:
-        return _shown(todo, settings)
-    run = Run(todo, settings, registry, tuple(context.obj), options["out"])
-    return carry_out(run, options["jobs"] or available_cores(), options["progress"])
+    with workers(*options_of(options), registry) as crew:
+        schemes, problems, measures = (options[kind] for kind in ("schemes", "problems", "measures"))
+        todo = plan_of(registry, schemes, problems, measures, crew.executor)
+        if not todo.cells:
+            return _nothing(_missing(registry))
+        if options["dry_run"]:
+            return _shown(todo, settings)
+        run = Run(todo, settings, registry, tuple(context.obj), options["out"], options["fresh"])
+        return carry_out(run, crew, options["progress"])
 
 
 def _settings(options: dict[str, Any]) -> Settings:

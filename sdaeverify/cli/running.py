@@ -1,9 +1,12 @@
 """A matrix run: whatever is finished is saved, however the run ends."""
 
-from concurrent.futures import BrokenExecutor
-from contextlib import nullcontext
+import time
+from collections.abc import Iterator
+from concurrent.futures import BrokenExecutor, Executor
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 from rich.console import Console
 from rich.text import Text
@@ -13,11 +16,28 @@ from ..registry import Registry
 from ..report.files import require_writable
 from ..report.terminal import legend, orders, summary_tables, verdicts_in_words, visible
 from ..settings import Settings
+from ..store import Store
 from ..study import Finished, Plan, Study
+from ..study.limits import Limits
 from ..study.workers import BLOCKS_A_WORKER, worker_pool
 from .console import complain, output
 from .exit_codes import ExitCode, code_of_results
 from .progress import progress
+
+
+class Crew(NamedTuple):
+    """Who runs blocks.
+
+    Attributes
+    ----------
+    executor : Executor or None
+        None for this process.
+    jobs : int
+        Number of workers.
+    """
+
+    executor: Executor | None
+    jobs: int
 
 
 @dataclass
@@ -32,6 +52,10 @@ class Run:
     arguments : tuple of str
         Words of the command line.
     folder : Path
+    fresh : bool
+        Whether evidence in the folder is left unread.
+    stored_only : bool
+        Whether nothing is computed.
     study : Study
     """
 
@@ -40,10 +64,12 @@ class Run:
     registry: Registry
     arguments: tuple[str, ...]
     folder: Path
+    fresh: bool = False
+    stored_only: bool = False
     study: Study = field(init=False)
 
     def __post_init__(self) -> None:
-        self.study = Study(self.plan, self.settings)
+        self.study = Study(self.plan, self.settings, Store(self.folder, self.fresh), stored_only=self.stored_only)
 
     @property
     def result(self) -> Result:
@@ -57,14 +83,13 @@ class Run:
         return f"{finished} of {every} problems are finished and saved in {self.folder}"
 
 
-def carry_out(run: Run, jobs: int, kind: str) -> ExitCode:
+def carry_out(run: Run, crew: Crew, kind: str) -> ExitCode:
     """Run the study, save and show its results.
 
     Parameters
     ----------
     run : Run
-    jobs : int
-        Worker processes at most.
+    crew : Crew
     kind : str
         Of progress.
 
@@ -75,7 +100,7 @@ def carry_out(run: Run, jobs: int, kind: str) -> ExitCode:
     """
     require_writable(run.folder)
     try:
-        _advance(run, min(jobs, run.study.total), kind)
+        advance(run, crew, kind)
     except KeyboardInterrupt:
         return _stopped(run, "interrupted", ExitCode.INTERRUPTED)
     except BrokenExecutor:
@@ -85,13 +110,38 @@ def carry_out(run: Run, jobs: int, kind: str) -> ExitCode:
     return _finished(run)
 
 
-def _advance(run: Run, jobs: int, kind: str) -> None:
-    pool = worker_pool(jobs, run.registry.files) if jobs > 1 else nullcontext()
-    with pool as executor, progress(kind, run.study.total) as show:
-        for event in run.study.run(executor, BLOCKS_A_WORKER * jobs):
-            if isinstance(event, Finished):
+@contextmanager
+def workers(jobs: int, limits: Limits | None, registry: Registry) -> Iterator[Crew]:
+    """Give the workers of a run; one job without limits is done in this process.
+
+    Parameters
+    ----------
+    jobs : int
+        Number of processes.
+    limits : Limits or None
+        What they are held to.
+    registry : Registry
+        With the plugin files that they load.
+    """
+    if limits is None and jobs == 1:
+        yield Crew(None, 1)
+        return
+    with worker_pool(jobs, registry.files, limits or Limits()) as executor:
+        yield Crew(executor, jobs)
+
+
+def advance(run: Run, crew: Crew, kind: str) -> None:
+    """Run the study, showing its progress and saving what is finished; see `carry_out` for the parameters."""
+    due = 0.0
+    with progress(kind, run.study.total) as show:
+        for event in run.study.run(crew.executor, BLOCKS_A_WORKER * crew.jobs):
+            begun = time.monotonic()
+            if isinstance(event, Finished) and begun >= due:
                 run.result.save(run.folder)
+                # Evidence is safe as it is: tables take a tenth of the time at most.
+                due = time.monotonic() + 10.0 * (time.monotonic() - begun)
             show(event)
+    run.result.save(run.folder)
 
 
 def _stopped(run: Run, why: str, code: ExitCode) -> ExitCode:
@@ -136,6 +186,8 @@ def _show(run: Run, code: ExitCode) -> None:
     _show_orders(console, run)
     for line in verdicts_in_words(results):
         console.print(line, soft_wrap=True)
+    if run.study.store is not None and run.study.store.telling:
+        console.print(Text(visible(run.study.store.summary())), soft_wrap=True)
     files = f"verdicts.csv, levels.csv and run.json are in {run.folder}"
     console.print(Text(visible(files)), soft_wrap=True)
     console.print(f"exit code {code.value}: {code.words}", style="green" if code is ExitCode.OK else "red")

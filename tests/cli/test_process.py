@@ -100,17 +100,17 @@ def test_workers_end_with_a_killed_parent(start, odd_problem, tmp_path):
 
 
 def test_dead_worker(start, odd_scheme, tmp_path):
-    """A worker that dies is one line and its exit code; what was finished is saved."""
-    plugin = odd_scheme("os._exit(9)")
-    process = start("matrix", "-s", "odd", "-p", "gbm", *STRONG, "--plugin", plugin, *BUDGET, "-j", "2")
+    """A worker that dies costs the rows of the scheme whose code ran, and no others."""
+    plugin = odd_scheme("os._exit(0)")
+    process = start("matrix", "-s", "odd,milstein", "-p", "gbm", *STRONG, "--plugin", plugin, *BUDGET, "-j", "2")
 
-    out, err = process.communicate(timeout=PATIENCE)
+    out, _ = process.communicate(timeout=PATIENCE)
 
-    assert (process.returncode, out) == (3, "")
-    assert err.startswith("sdaeverify: error: a worker process died, perhaps for want of memory; 0 of 1 problems")
-    assert len(err.splitlines()) == 1
-    (row,) = [row for row in verdicts(tmp_path / "reports" / "latest") if row["measure"] == "strong"]
-    assert (row["verdict"], row["reason"][:23]) == ("not_run", "a worker process died, ")
+    assert process.returncode == 3
+    assert "error: odd on gbm, strong: its worker process died, perhaps for want of memory" in out
+    rows = verdicts(tmp_path / "reports" / "latest")
+    assert {row["verdict"] for row in rows if row["scheme"] == "odd"} == {"error"}
+    assert "error" not in {row["verdict"] for row in rows if row["scheme"] == "milstein"}
 
 
 @pytest.mark.parametrize(

@@ -1,20 +1,19 @@
 """What the conformance tests are run over: the registry, crossed by the rule the program itself uses."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
-import numpy as np
-
-from sdaeverify.arrays import Array, Mask, Parts
-from sdaeverify.forms import SDE, DelaySDAE, HolonomicSDAE, Problem
+from sdaeverify.forms import Problem
 from sdaeverify.matching import match
-from sdaeverify.noise import Increment, Source, brownian_steps
-from sdaeverify.probe.delay_links import linked_equation
+from sdaeverify.planted import Planted
 from sdaeverify.registry import Registry
-from sdaeverify.scheme import Scheme, State, Step
+from sdaeverify.scheme import Scheme
 from sdaeverify.specs import ProblemSpec
-from sdaeverify.truths import Moment
+from sdaeverify.testing.problem_subject import ProblemSubject
+from sdaeverify.testing.questions import Question, problem_questions
+from sdaeverify.testing.subjects import CellSubject, SchemeSubject, components
+from sdaeverify.testing.table import checks
 
 # Parameters that switch truths or terms on which the defaults leave off.
 VARIANTS = {
@@ -31,12 +30,11 @@ VARIANTS = {
     "pendulum": ({"c_g": "0.0"}, {"c_g": "0.0", "omega_0": "-1.5", "theta_0": "2.0"}),
     "pendulum-velocity-noise": ({"gamma": "0.7", "sigma": "0.3"}, {"gamma": "0.5", "sigma": "1.0"}),
 }
-# Lengths over which coefficients vary where it is not 1: a quarter of the distance of two points of a fibre.
-LENGTHS = {"fibre-clamped": 2.0**-5, "fibre-free": 2.0**-5}
-
-
 # So many views of each form are tried, and each with its own schemes everywhere.
 VIEWS = 1
+# What takes seconds: controls everywhere, and these on long problems.
+LONG = frozenset({"solution-simulated", "moments-simulated", "moments-settle"})
+LATE = frozenset({"delay-ou"})
 
 
 class Cell(NamedTuple):
@@ -44,22 +42,6 @@ class Cell(NamedTuple):
 
     scheme: Scheme
     problem: Problem
-    label: str
-
-
-class Promise(NamedTuple):
-    """A problem and the expectation it knows of one of its observables."""
-
-    spec: ProblemSpec
-    moment: Moment
-    label: str
-
-
-class Trait(NamedTuple):
-    """A problem and a trait it declares."""
-
-    spec: ProblemSpec
-    name: str
     label: str
 
 
@@ -73,21 +55,6 @@ def specs(registry: Registry) -> list[ProblemSpec]:
     defaults = [entry.make() for entry in registry.problems.values()]
     entries = registry.problems.items()
     return defaults + [entry.make(texts) for name, entry in entries for texts in VARIANTS.get(name, ())]
-
-
-def constrained(registry: Registry) -> list[ProblemSpec]:
-    """Return the problems with constraints."""
-    return [spec for spec in specs(registry) if isinstance(spec.build(), HolonomicSDAE)]
-
-
-def solved(registry: Registry) -> list[ProblemSpec]:
-    """Return the problems whose solution on a path is known."""
-    return [spec for spec in specs(registry) if spec.build().pathwise is not None]
-
-
-def charted(registry: Registry) -> list[ProblemSpec]:
-    """Return the problems with a chart."""
-    return [spec for spec in specs(registry) if spec.build().chart is not None]
 
 
 def cells(registry: Registry) -> Iterator[Cell]:
@@ -107,111 +74,36 @@ def cells(registry: Registry) -> Iterator[Cell]:
                 yield Cell(scheme, found, f"{scheme.label} on {label}")
 
 
-def components(problem: Problem) -> int:
-    """Return the number of components of a problem's state."""
-    return sum(len(part) for part in problem.parts(problem.initial(1)).values())
+def breaches(registry: Registry) -> list[Planted]:
+    """Return the planted bugs that break a contract or are inexact."""
+    modules = {"contract", "exactness"}
+    return [entry.planted for entry in registry.planted.values() if entry.origin.module.split(".")[-1] in modules]
 
 
-def promises(registry: Registry) -> Iterator[Promise]:
-    """Yield every expectation a problem knows."""
+def questions_of_schemes(registry: Registry) -> Iterator[Question]:
+    """Yield what every scheme is asked once."""
+    for scheme in schemes(registry):
+        for check in (check for check in checks("scheme") if not check.each_problem):
+            yield Question(check, scheme.label, "scheme", "", SchemeSubject(scheme, registry))
+
+
+def questions_of_cells(registry: Registry) -> Iterator[Question]:
+    """Yield what every scheme is asked on each of its problems."""
+    for cell in cells(registry):
+        subject = CellSubject(cell.scheme, cell.problem, cell.label)
+        for check in (check for check in checks("scheme") if check.each_problem):
+            yield Question(check, cell.label, "scheme", "", subject)
+
+
+def questions_of_problems(registry: Registry, *, long: bool) -> Iterator[Question]:
+    """Yield what every problem is asked: what takes seconds, or the rest."""
     for spec in specs(registry):
-        for truth in spec.build().truths:
-            if isinstance(truth, Moment):
-                yield Promise(spec, truth, f"{spec.label} {truth.observable}")
+        slow = {"controls"} | (LONG if registry.problems[spec.name].on_request or spec.name in LATE else frozenset())
+        for question in problem_questions(ProblemSubject(spec, registry), None):
+            if (question.check.name in slow) is long:
+                yield question
 
 
-def declared(registry: Registry) -> Iterator[Trait]:
-    """Yield every trait a problem declares."""
-    for spec in specs(registry):
-        for name in sorted(spec.build().traits):
-            yield Trait(spec, name, f"{spec.label} {name}")
-
-
-def spread(scheme: Scheme, problem: Problem, paths: int) -> State:
-    """Return read-only states along a pilot trajectory over the horizon: paths are stopped one after the other.
-
-    There are at most 32 steps: of more paths some stop together, each where its own noise has led it.
-    """
-    steps = min(paths, 32)
-    h, last = problem.horizon / steps, np.arange(paths) * steps // paths
-    cell, state = Cell(scheme, problem, ""), scheme.start(problem, paths, h)
-    stepper = prepared(cell, h)
-    for n in range(last[-1]):
-        new = stepper(state, driving(problem, paths, h, n)).state
-        state = _chosen(last > n, new, state)
-    for array in fields(state):
-        array.flags.writeable = False
-    return state
-
-
-def draw(dimension: int, paths: int, h: float, block: int = 0) -> Increment:
-    """Return the noise of one step."""
-    (level,) = next(brownian_steps(Source(1, "conformance", block, paths), dimension, h, 0))
-    return level.increment(0)
-
-
-def driving(problem: Problem, paths: int, h: float, block: int = 0) -> Increment:
-    """Return the noise of one step of a problem, with a past of its own on each path where there is a delay."""
-    noise = draw(problem.noise_dim, paths, h, block)
-    if problem.recall(h, paths) is None:
-        return noise
-    x = problem.initial(paths).x
-    past = x + 0.5 * np.random.default_rng(block).standard_normal((2, *x.shape))
-    past.flags.writeable = False
-    return noise._replace(lagged=past[0], ahead=past[1])
-
-
-def equation(problem: Problem) -> SDE:
-    """Return the Ito equation of a problem, with a delay that of the solution now and one delay ago."""
-    seen = linked_equation(problem, 2) if isinstance(problem, DelaySDAE) and problem.delay else problem.view(SDE)
-    assert isinstance(seen, SDE)
-    return seen
-
-
-def at_the_start(problem: Problem, paths: int = 1) -> Parts:
-    """Return the initial components, with what else a constraint may depend on."""
-    parts = problem.parts(problem.initial(paths))
-    if not isinstance(problem, DelaySDAE):
-        return parts
-    return {**parts, "lagged": np.repeat(problem.past(-problem.delay), paths, axis=1), "t": np.zeros((1, 1))}
-
-
-def prepared(cell: Cell, h: float) -> Callable[[State, Increment], Step]:
-    """Return the step as the harness makes it: non-finite numbers are evidence, no warning."""
-    stepper = cell.scheme.prepare(cell.problem, h)
-
-    def made(state: State, noise: Increment) -> Step:
-        with np.errstate(all="ignore"):
-            return stepper(state, 0.3 * cell.problem.horizon, noise)
-
-    return made
-
-
-def step(cell: Cell, state: State, h: float, noise: Increment) -> Step:
-    """Prepare and make one step."""
-    return prepared(cell, h)(state, noise)
-
-
-def fields(state: State) -> tuple[Array, ...]:
-    """Return the arrays of a state."""
-    return state if isinstance(state, tuple) else (state,)
-
-
-def take(thing: State, paths: Array | slice) -> State:
-    """Return a state, or the noise, of some of the paths."""
-    if not isinstance(thing, tuple):
-        return thing[..., paths]
-    return type(thing)(*(None if x is None else x[..., paths] for x in thing))
-
-
-def copied(thing: State) -> State:
-    """Return a copy that can be written into."""
-    if not isinstance(thing, tuple):
-        return thing.copy()
-    return type(thing)(*(None if x is None else x.copy() for x in thing))
-
-
-def _chosen(mask: Mask, new: State, old: State) -> State:
-    if not isinstance(new, tuple):
-        return np.where(mask, new, old)
-    return type(new)(*(np.where(mask, a, b) for a, b in zip(new, old, strict=True)))
+def name_of(question: Question) -> str:
+    """Return what a question is about, for the id of a test."""
+    return f"{question.check.name}: {question.label}"

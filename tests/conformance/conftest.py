@@ -1,21 +1,22 @@
 """Tests here are run over everything that is registered, whoever wrote it."""
 
-from functools import cache
+from functools import cache, partial
+from typing import Any
 
 import pytest
 
 from conformance import cells
 from sdaeverify.registry import Registry, load_registry
+from sdaeverify.testing.questions import Question
 
 COLLECTIONS = {
-    "scheme": cells.schemes,
-    "spec": cells.specs,
-    "constrained": cells.constrained,
-    "solved": cells.solved,
-    "charted": cells.charted,
-    "cell": cells.cells,
-    "promise": cells.promises,
-    "trait": cells.declared,
+    "shipped_scheme": cells.schemes,
+    "shipped_spec": cells.specs,
+    "planted": cells.breaches,
+    "asked_of_scheme": cells.questions_of_schemes,
+    "asked_of_cell": cells.questions_of_cells,
+    "asked_of_problem": partial(cells.questions_of_problems, long=False),
+    "asked_for_long": partial(cells.questions_of_problems, long=True),
 }
 
 
@@ -40,5 +41,10 @@ def registry() -> Registry:
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     for name in COLLECTIONS.keys() & set(metafunc.fixturenames):
         things = collection(name)
-        # One pilot trajectory serves all tests of a cell.
-        metafunc.parametrize(name, things, ids=[thing.label for thing in things], scope="module")
+        metafunc.parametrize(name, things, ids=[_id(thing) for thing in things])
+
+
+def _id(thing: Any) -> str:
+    if isinstance(thing, Question):
+        return cells.name_of(thing)
+    return str(thing.label)

@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from conformance.differences import first, second
 from sdaeverify.arrays import Array
 from sdaeverify.forms import Problem
+from sdaeverify.testing.differences import first, second
 
 Function = Callable[[Array], Array]
 

@@ -12,10 +12,10 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import iv
 
-from conformance.differences import SECOND_ERROR
 from problems.generator import generator, observed
 from sdaeverify.arrays import Array
 from sdaeverify.forms import Problem
+from sdaeverify.testing.differences import SECOND_ERROR
 from sdaeverify.truths import InvariantMean
 from sdaeverify_problems.angle_pendulum import angle_pendulum
 from sdaeverify_problems.circle import circle

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from conformance.differences import SECOND_ERROR
 from problems.generator import generator, observed
 from sdaeverify import ConstraintGeometry, Increment, ParameterError
 from sdaeverify.probe.nodes import step_nodes
+from sdaeverify.testing.differences import SECOND_ERROR
 from sdaeverify.truths import InvariantMean, Moment
 from sdaeverify_problems import _lyapunov
 from sdaeverify_problems._eigenangle_law import mean_trace

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from conformance.differences import FIRST_ERROR, first
 from problems.generator import generator, observed
 from sdaeverify import ParameterError
+from sdaeverify.testing.differences import FIRST_ERROR, first
 from sdaeverify.truths import InvariantMean
 from sdaeverify_problems._torus_geometry import Quartic, Tube, surface_chart
 from sdaeverify_problems._torus_law import surface_means, tube_means

@@ -10,14 +10,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sdaeverify.arrays import Array
+from ..arrays import Array
+from ..statistics import EPS
 
 Function = Callable[[Array], Array]
 
 FIRST_STEP, SECOND_STEP = 2.0**-7, 2.0**-6
 # A tenfold of the rounding errors leaves room for what the function itself rounds.
-FIRST_ERROR = 20 * np.finfo(float).eps / FIRST_STEP
-SECOND_ERROR = 70 * np.finfo(float).eps / SECOND_STEP**2
+FIRST_ERROR = 20 * EPS / FIRST_STEP
+SECOND_ERROR = 70 * EPS / SECOND_STEP**2
 
 FIRST = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
 SECOND = {1: 8 / 5, 2: -1 / 5, 3: 8 / 315, 4: -1 / 560}
@@ -26,11 +27,11 @@ SECOND = {1: 8 / 5, 2: -1 / 5, 3: 8 / 315, 4: -1 / 560}
 def first(f: Function, x: Array, y: Array) -> Array:
     """Return Df(x) y."""
     s = FIRST_STEP
-    return sum(w * (f(x + k * s * y) - f(x - k * s * y)) for k, w in FIRST.items()) / s
+    return np.asarray(sum(w * (f(x + k * s * y) - f(x - k * s * y)) for k, w in FIRST.items()) / s)
 
 
 def second(f: Function, x: Array, y: Array) -> Array:
     """Return D^2 f(x)(y, y)."""
     s = SECOND_STEP
     sides = sum(w * (f(x + k * s * y) + f(x - k * s * y)) for k, w in SECOND.items())
-    return (sides - 205 / 72 * f(x)) / s**2
+    return np.asarray((sides - 205 / 72 * f(x)) / s**2)

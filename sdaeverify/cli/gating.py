@@ -1,0 +1,191 @@
+"""A gate under way: run, judge, compare with the lock file, write and print the reports."""
+
+import json
+from collections.abc import Iterator
+from concurrent.futures import BrokenExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from ..gate.badge import badge
+from ..gate.gated import Gated, shortened
+from ..gate.json_report import json_report
+from ..gate.junit import junit_xml
+from ..gate.lock import Claims, Lock, compared
+from ..gate.lock_file import demanded, locked_tiers, write_lock
+from ..gate.markdown_report import markdown_report
+from ..gate.outcomes import Outcome, idle, outcomes
+from ..gate.plan import gate_plan, left_out, untested
+from ..gate.policy import Policy
+from ..gate.text_report import text_report
+from ..gate.tiers import Cover, settings_of, tier_of
+from ..registry import Registry
+from ..report.files import require_writable, write_json, write_text
+from ..study.limits import Limits
+from .console import complain
+from .exit_codes import ExitCode, code_of_gate
+from .running import Crew, Run, advance, workers
+
+MOST_UNTESTED = 20
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a command line asks for.
+
+    Attributes
+    ----------
+    policy : Policy
+    registry : Registry
+    arguments : tuple of str
+        Words of the command line.
+    folder : Path
+        Of the reports.
+    jobs : int
+        Worker processes at most.
+    limits : Limits or None
+    progress, report : str
+    junitxml : Path or None
+    write_lock, fresh : bool
+    narrowed : bool
+        Whether the command line selects schemes, problems or measures: the lock file is not held against the rest.
+    """
+
+    policy: Policy
+    registry: Registry
+    arguments: tuple[str, ...]
+    folder: Path
+    jobs: int
+    limits: Limits | None
+    progress: str
+    junitxml: Path | None
+    report: str
+    write_lock: bool
+    fresh: bool
+    narrowed: bool
+
+
+def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
+    """Run a gate, write its reports and print the one that is asked for.
+
+    Parameters
+    ----------
+    request : Request
+
+    Returns
+    -------
+    Gated or None
+        None if it was not carried to its end.
+    ExitCode
+
+    Raises
+    ------
+    UsageError
+        If a name is unknown, the lock file is missing or damaged, or a report cannot be written.
+    """
+    policy = request.policy
+    tiers = {} if request.write_lock else locked_tiers(policy)
+    for folder in (request.folder, *([request.junitxml.parent] if request.junitxml else [])):
+        require_writable(folder)
+    with workers(request.jobs, request.limits, request.registry) as crew:
+        plan = gate_plan(request.registry, policy, crew.executor)
+        run = Run(plan, settings_of(policy), request.registry, request.arguments, request.folder, request.fresh)
+        if (code := _run(run, crew, request.progress)) is not ExitCode.OK:
+            return None, code
+    for failure in request.registry.report(request.folder):
+        complain("warning", failure)
+    found = tuple(outcomes(run.study.results(), policy))
+    gated = _judged(run, request, found, tiers)
+    _written(gated, request)
+    for line in _printed(gated, request.report):
+        click.echo(line)
+    return gated, ExitCode(gated.code)
+
+
+def _run(run: Run, crew: Crew, kind: str) -> ExitCode:
+    why, code = "", ExitCode.OK
+    try:
+        advance(run, crew, kind)
+    except KeyboardInterrupt:
+        why, code = "interrupted", ExitCode.INTERRUPTED
+    except (BrokenExecutor, MemoryError):
+        why, code = "a worker process died or memory ran out; try fewer --jobs", ExitCode.NOT_MEASURED
+    run.study.stopped = why or run.study.stopped
+    run.result.save(run.folder)
+    if why:
+        complain("error", f"{why}; {run.so_far}; nothing is gated")
+    return code
+
+
+def _judged(run: Run, request: Request, found: tuple[Outcome, ...], tiers: dict[str, Claims] | None) -> Gated:
+    policy = request.policy
+    lock = Lock()
+    if tiers and policy.tier in tiers:
+        lock = compared(demanded(tiers[policy.tier], request.registry, policy, narrowed=request.narrowed), found)
+    code = code_of_gate(found, policy, locked=not lock.violations)
+    return Gated(
+        found,
+        policy,
+        run.settings,
+        lock,
+        code,
+        f"exit code {code.value}: {code.words}",
+        request.registry.files,
+        run.result.unnamed,
+        tuple(_warnings(found, request)),
+        (*_notes(found, request, tiers), *_untested(run, request), *_reused(run)),
+    )
+
+
+def _warnings(found: tuple[Outcome, ...], request: Request) -> Iterator[str]:
+    if not found:
+        yield "no claim of the selected schemes is tested by the selected problems and measures"
+    # A smaller selection need not reach what is expected to fail.
+    if not request.narrowed and tier_of(request.policy).cover is Cover.EVERYTHING:
+        for one in idle(found, request.policy):
+            yield f"no finding matches the expected failure {one} ({one.reason}); remove it"
+
+
+def _notes(found: tuple[Outcome, ...], request: Request, tiers: dict[str, Claims] | None) -> Iterator[str]:
+    file, tier = request.policy.lock_file, request.policy.tier
+    if request.write_lock:
+        yield write_lock(request.policy, found)
+    elif tiers is None:
+        yield f"there is no lock file, so nobody notices a claim that is dropped; gate --write-lock writes {file}"
+    elif tier not in tiers:
+        yield f"{file} locks nothing for tier {tier}; gate --tier {tier} --write-lock adds it"
+    if skipped := left_out(request.registry, request.policy):
+        yield f"tier {tier} leaves out {', '.join(skipped)}; a larger tier runs them, or a policy that names them"
+
+
+def _untested(run: Run, request: Request) -> list[str]:
+    pairs = [] if request.narrowed else untested(request.registry, request.policy, run.plan)
+    lines = []
+    for scheme, claim in pairs:
+        where = f" where the problem has {', '.join(sorted(claim.when))}" if claim.when else ""
+        lines.append(f"no selected problem tests {scheme.label}: {claim.measure} {claim}{where}")
+    return shortened(lines, MOST_UNTESTED)
+
+
+def _reused(run: Run) -> list[str]:
+    store = run.study.store
+    return [store.summary()] if store is not None and store.telling else []
+
+
+def _written(gated: Gated, request: Request) -> None:
+    write_json(json_report(gated), request.folder / "gate.json")
+    write_text(markdown_report(gated), request.folder / "gate.md")
+    write_json(badge(gated), request.folder / "badge.json")
+    if request.junitxml is not None:
+        write_text(junit_xml(gated), request.junitxml)
+
+
+def _printed(gated: Gated, report: str) -> Iterator[str]:
+    if report == "json":
+        yield json.dumps(json_report(gated), indent=2)
+    elif report == "markdown":
+        yield markdown_report(gated)
+    else:
+        yield from text_report(gated)
+        yield gated.words

@@ -1,0 +1,95 @@
+"""``merge``: runs of several machines as one."""
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..errors import SdaeverifyError, UsageError
+from ..registry import Registry
+from ..selection import select_measures, select_problems, select_schemes
+from ..settings import Settings
+from .console import complain
+from .exit_codes import ExitCode
+from .limits import read_limits
+from .loading import loaded
+from .options import once, plugins
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from ..report.saved import SavedRun
+
+FOLDER = Path("reports", "merged")
+
+
+@click.command(short_help="Merge runs of several machines.")
+@click.argument("runs", nargs=-1, required=True, type=click.Path(path_type=Path))
+@once("--out", type=click.Path(path_type=Path), default=FOLDER, help="Folder of the merged run.")
+@plugins
+@click.pass_context
+def merge(context: click.Context, /, runs: tuple[Path, ...], **options: Any) -> ExitCode:
+    """Put the evidence of RUNS, folders that matrix or gate wrote, into one folder and judge it there.
+
+    Nothing is computed: a problem is judged as far as there is evidence on all its cells. The runs must have the same
+    settings, but for the number of paths. matrix with the same --out computes what is missing.
+    """
+    # Tables need pandas, which takes longer to load than all other commands need in all.
+    from ..report.files import require_writable  # noqa: PLC0415
+    from ..report.saved import read_run  # noqa: PLC0415
+    from ..store.copying import copy_evidence  # noqa: PLC0415
+    from .running import Crew, Run, carry_out, workers  # noqa: PLC0415
+
+    saved = [read_run(folder) for folder in runs]
+    settings, registry = _settings(saved), loaded(options["plugins"])
+    with workers(*read_limits(None, None, None), registry) as crew:
+        todo = _plan(saved, registry, crew.executor)
+    require_writable(options["out"])
+    for folder in runs:
+        copied = copy_evidence(folder, options["out"])
+        complain("", f"{folder}: {copied.new} blocks are new, {copied.same} were there")
+        if copied.other:
+            complain("warning", f"{folder}: {copied.other} blocks are there with other numbers, which are kept")
+        if copied.damaged:
+            complain("warning", f"{folder}: {copied.damaged} files of evidence are damaged and left out")
+    run = Run(todo, settings, registry, tuple(context.obj), options["out"], stored_only=True)
+    return carry_out(run, Crew(None, 1), "none")
+
+
+def _settings(saved: "Sequence[SavedRun]") -> Settings:
+    first, most = saved[0], max(run.settings.paths for run in saved)
+    for run in saved[1:]:
+        for name in (field.name for field in fields(Settings) if field.name != "paths"):
+            one, other = getattr(first.settings, name), getattr(run.settings, name)
+            if one != other:
+                raise UsageError(f"{first.folder} was run with {name} {one}, {run.folder} with {other}: cannot merge")
+    return replace(first.settings, paths=most)
+
+
+def _plan(saved: "Sequence[SavedRun]", registry: Registry, executor: "Executor | None") -> Any:
+    from ..api import plan_of  # noqa: PLC0415
+    from ..study.union import union  # noqa: PLC0415
+
+    select = {"schemes": select_schemes, "problems": select_problems, "measures": select_measures}
+    plans = []
+    for run in saved:
+        known = {kind: _known(registry, run, kind, select[kind]) for kind in select}
+        if all(known.values()):
+            plans.append(plan_of(registry, known["schemes"], known["problems"], known["measures"], executor))
+    if not plans:
+        raise UsageError("nothing to merge: no run is about schemes, problems and measures that are registered here")
+    return union(plans)
+
+
+def _known(registry: Registry, run: "SavedRun", kind: str, select: Any) -> list[str]:
+    """Return the labels that mean something here; the others are told."""
+    known = []
+    for label in getattr(run, kind):
+        try:
+            select(registry, label)
+            known.append(label)
+        except SdaeverifyError as error:
+            complain("warning", f"{run.folder}: {error}; its evidence is copied and not judged")
+    return known

@@ -1,0 +1,111 @@
+"""A step under trial: a scheme's states on many paths, each with its own noise, that nobody can write into."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..noise import Increment
+from ..probe.nodes import SEED
+from ..probe.one_step import OneStep
+from ..probe.states import SIZE, WHEN
+from ..scheme import Scheme, State, Step, Stepper, flatten, same_kind
+from ..statistics import EPS
+from .batches import frozen, nudged, taken
+
+# Paths may differ between batches by so many rounding errors: vector instructions round otherwise at a row's end.
+ROUNDINGS = 8.0
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A scheme's step at the states of the cloud, each with its own noise; no input can be written into.
+
+    Attributes
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form.
+    h : float
+        Step size.
+    x : ndarray, shape (d, P), or None
+        States of the cloud; None where the scheme has memory that only steps can set.
+    paths : int
+        Number P of paths.
+    given : ndarray or NamedTuple of ndarray, P paths, optional
+        The scheme's states, where they are not those of the cloud.
+    """
+
+    scheme: Scheme
+    view: Any
+    h: float
+    x: Array | None
+    paths: int = SIZE
+    given: State = None
+
+    @cached_property
+    def noise(self) -> Increment:
+        """Noise of the step with the scheme's law, H where the problem has it drawn."""
+        rng = np.random.Generator(np.random.Philox(key=SEED))
+        dW, H = np.sqrt(self.h) * rng.standard_normal((2, self.view.noise_dim, self.paths))
+        drawn = Increment(dW, H / np.sqrt(12.0) if "H" in self.view.noise else None)
+        return self.lawful(drawn._replace(**self._past(rng)))
+
+    def lawful(self, noise: Increment) -> Increment:
+        """Return Brownian noise as the scheme is given it."""
+        increment: Increment = frozen(self.scheme.law.increment(noise, self.h))
+        return increment
+
+    def _past(self, rng: np.random.Generator) -> dict[str, Array]:
+        """Return lagged values around the first state where the problem has a delay."""
+        if self.view.recall(self.h, self.paths) is None:
+            return {}
+        x = self.view.initial(self.paths).x
+        lagged, ahead = x + 0.5 * rng.standard_normal((2, *x.shape))
+        return {"lagged": lagged, "ahead": ahead}
+
+    @cached_property
+    def state(self) -> State:
+        """The scheme's states."""
+        if self.given is not None:
+            return frozen(self.given)
+        if self.x is not None:
+            return frozen(OneStep(self.scheme, self.view).enter(self.x, WHEN * self.view.horizon, self.h))
+        # A first step takes the paths apart.
+        start = frozen(self.scheme.start(self.view, self.paths, self.h))
+        result = self.step(start, self.noise)
+        same_kind(start, result)
+        return frozen(result.state)
+
+    @cached_property
+    def stepper(self) -> Stepper:
+        """The step that all checks but one use."""
+        return self.scheme.prepare(self.view, self.h)
+
+    def step(self, state: State, noise: Increment) -> Step:
+        """Make one step."""
+        return self.stepper(state, WHEN * self.view.horizon, noise)
+
+    @cached_property
+    def first(self) -> Step:
+        """The step of all paths, made before any other."""
+        return self.step(self.state, self.noise)
+
+    @cached_property
+    def rounding(self) -> Array:
+        """How much of each path may be rounding, shape (P,): eps of its size, or what eps of the inputs changes."""
+        before, after = flatten(self.state), flatten(self.first.state)
+        other = flatten(self.step(nudged(self.state), nudged(self.noise)).state)
+        size = np.fmax(np.abs(before).max(axis=0), np.abs(after).max(axis=0))
+        return np.asarray(ROUNDINGS * np.fmax(EPS * size, np.abs(other - after).max(axis=0)))
+
+    def agree(self, paths: Array | slice) -> bool:
+        """Tell whether some paths, in this order, go where they go among all of them."""
+        some = self.step(taken(self.state, paths), taken(self.noise, paths))
+        got, expected = flatten(some.state), flatten(taken(self.first.state, paths))
+        if got.shape != expected.shape:
+            return False
+        same = (got == expected) | (np.isnan(got) & np.isnan(expected))
+        return bool(np.all(same | (np.abs(got - expected) <= self.rounding[paths])))

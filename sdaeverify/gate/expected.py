@@ -1,0 +1,67 @@
+"""Expected failures: findings that are known not to pass, each with its reason."""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+
+from ..errors import UsageError
+from ..measure import Finding
+from ..study import Cell
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExpectedFailure:
+    """A pattern of findings that are expected to fail.
+
+    Attributes
+    ----------
+    reason : str
+        Why; it is shown with every finding that matches.
+    scheme, problem, measure, quantity : str
+        Globs of labels and names, in which ``*`` and ``?`` alone are special.
+    strict : bool
+        Whether a finding that matches fails the gate once it is verified.
+
+    Raises
+    ------
+    UsageError
+        If there is no reason.
+    """
+
+    reason: str
+    scheme: str = "*"
+    problem: str = "*"
+    measure: str = "*"
+    quantity: str = "*"
+    strict: bool = True
+
+    def __post_init__(self) -> None:
+        if not self.reason.strip():
+            raise UsageError(f"the expected failure {self} has no reason; say why it is expected")
+
+    def matches(self, cell: Cell, finding: Finding) -> bool:
+        """Tell whether a finding is meant."""
+        pairs = (
+            (self.scheme, cell.scheme.label),
+            (self.problem, cell.spec.label),
+            (self.measure, cell.measure.name),
+            (self.quantity, finding.quantity),
+        )
+        return all(_pattern(glob).fullmatch(text) for glob, text in pairs)
+
+    def __str__(self) -> str:
+        named = ("scheme", "problem", "measure", "quantity")
+        given = [f"{name}={getattr(self, name)}" for name in named if getattr(self, name) != "*"]
+        return ", ".join(given) or "everything"
+
+
+def expectation(cell: Cell, finding: Finding, expected: Iterable[ExpectedFailure]) -> ExpectedFailure | None:
+    """Return the first expected failure that a finding matches, or None."""
+    return next((one for one in expected if one.matches(cell, finding)), None)
+
+
+@cache
+def _pattern(glob: str) -> re.Pattern[str]:
+    special = {"*": ".*", "?": "."}
+    return re.compile("".join(special.get(letter, re.escape(letter)) for letter in glob), re.DOTALL)

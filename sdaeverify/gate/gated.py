@@ -1,0 +1,96 @@
+"""A gate that has come to its end: all that its reports are made of."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from ..settings import Settings
+from .lock import Lock
+from .messages import command_of
+from .outcomes import ORDER, Outcome, Status, is_red
+from .policy import Policy
+
+# The plural of what a status says of claims.
+WORDS = {
+    Status.PASSED: "verified",
+    Status.FAILED: "refuted",
+    Status.UNMEASURED: "not measured",
+    Status.XPASSED: "unexpectedly verified",
+    Status.UNDECIDED: "undecided",
+    Status.XFAILED: "failing as expected",
+}
+
+
+@dataclass(frozen=True)
+class Gated:
+    """What a gate came to.
+
+    Attributes
+    ----------
+    outcomes : tuple of Outcome
+    policy : Policy
+    settings : Settings
+    lock : Lock
+    code : int
+        Exit code.
+    words : str
+        Its meaning.
+    plugins : tuple of str
+        Plugin files named by path.
+    unnamed : frozenset of str
+        Labels of schemes and problems that no command can name.
+    warnings, notes : tuple of str
+        What else is worth a line.
+    """
+
+    outcomes: tuple[Outcome, ...]
+    policy: Policy
+    settings: Settings
+    lock: Lock = field(default_factory=Lock)
+    code: int = 0
+    words: str = ""
+    plugins: tuple[str, ...] = ()
+    unnamed: frozenset[str] = frozenset()
+    warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def counts(self) -> Counter[Status]:
+        """How many outcomes have which status."""
+        return Counter(outcome.status for outcome in self.outcomes)
+
+    @property
+    def summary(self) -> str:
+        """The counts in words."""
+        counts = self.counts
+        told = (Status.PASSED, *(status for status in ORDER if counts[status] and status is not Status.PASSED))
+        parts = ", ".join(f"{counts[status] or 'none'} {WORDS[status]}" for status in told)
+        return f"{len(self.outcomes)} claimed {'quantity' if len(self.outcomes) == 1 else 'quantities'}: {parts}"
+
+    @property
+    def told(self) -> list[Outcome]:
+        """The outcomes that did not simply pass, worst first."""
+        return [o for status in ORDER if status is not Status.PASSED for o in self.outcomes if o.status is status]
+
+    @property
+    def budget(self) -> str:
+        """The tier with its numbers, in words."""
+        s = self.settings
+        steps = f"{s.steps[0]}..{s.steps[-1]} steps"
+        return f"tier {self.policy.tier}: up to {s.paths} paths, {steps}, seed {s.seed}, alpha {self.policy.alpha:g}"
+
+    def red(self, outcome: Outcome) -> bool:
+        """Tell whether an outcome fails the gate."""
+        return is_red(outcome, self.policy)
+
+    def command(self, outcome: Outcome) -> str:
+        """Return the command that computes an outcome again; empty where none can."""
+        cell = outcome.cell
+        nameless = {cell.scheme.label, cell.spec.label} & self.unnamed
+        return "" if nameless else command_of(outcome, self.settings, self.plugins)
+
+
+def shortened(lines: Sequence[str], most: int) -> list[str]:
+    """Return the first of many lines, and how many more there are."""
+    more = len(lines) - most
+    return [*lines[:most], f"and {more} more"] if more > 0 else list(lines)

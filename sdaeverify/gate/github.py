@@ -1,0 +1,90 @@
+"""A gate as GitHub reads it: annotations at the lines of claims, all other output fenced off from commands.
+
+The runner takes a line that begins with ``::`` for a command. All that plugins may print is printed between
+``::stop-commands::TOKEN`` and ``::TOKEN::``, with a token that nobody can guess; in annotations it is escaped.
+"""
+
+import secrets
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ..report.terminal import visible
+from .claim_lines import claim_place
+from .gated import Gated
+from .messages import estimate_text, headline
+from .outcomes import Outcome, Status
+
+MOST = 10
+KINDS = {Status.FAILED: "error", Status.UNMEASURED: "error", Status.XPASSED: "error", Status.UNDECIDED: "warning"}
+
+
+@contextmanager
+def fence(write: Callable[[str], None]) -> Iterator[None]:
+    """Switch commands off while something is written that is nobody's command, whatever it begins with.
+
+    Parameters
+    ----------
+    write : callable
+        Writes a line to where the runner reads commands from.
+    """
+    token = secrets.token_hex(16)
+    write(f"::stop-commands::{token}")
+    try:
+        yield
+    finally:
+        write(f"::{token}::")
+
+
+def annotations(gated: Gated, root: Path) -> Iterator[str]:
+    """Yield the commands that annotate what failed or stayed undecided, the worst first and ten at most.
+
+    Parameters
+    ----------
+    gated : Gated
+    root : Path
+        Folder that files are named relative to; a claim outside of it is annotated without its file.
+    """
+    told = [outcome for outcome in gated.told if outcome.status in KINDS]
+    lines = [f"lock file: {line}" for line in gated.lock.violations]
+    shown = [_command("error", {"title": "sdaeverify lock file"}, visible(line)) for line in lines[: MOST // 2]]
+    shown += [_annotation(outcome, gated, root) for outcome in told[: MOST - len(shown)]]
+    yield from shown
+
+
+def property_text(text: str) -> str:
+    """Return a text as the value of a property of a command."""
+    return data_text(text).replace(":", "%3A").replace(",", "%2C")
+
+
+def data_text(text: str) -> str:
+    """Return a text as the message of a command."""
+    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _annotation(outcome: Outcome, gated: Gated, root: Path) -> str:
+    finding = outcome.finding
+    kind = "error" if gated.red(outcome) else KINDS[outcome.status]
+    place = claim_place(outcome.cell.scheme, finding.claim)
+    properties = {"title": f"sdaeverify: {outcome.cell.measure.name} {outcome.status}"}
+    if place is not None and (file := _relative(place.file, root)):
+        properties = {"file": file, "line": str(place.line), **properties}
+    parts = (
+        headline(outcome),
+        estimate_text(finding, gated.settings.confidence),
+        finding.reason,
+        gated.command(outcome),
+    )
+    return _command(kind, properties, "\n".join(visible(part) for part in parts if part))
+
+
+def _command(kind: str, properties: dict[str, str], message: str) -> str:
+    listed = ",".join(f"{name}={property_text(visible(text))}" for name, text in properties.items())
+    return f"::{kind} {listed}::{data_text(message)}"
+
+
+def _relative(file: Path, root: Path) -> str:
+    try:
+        return file.resolve().relative_to(root.resolve()).as_posix()
+    except ValueError:
+        return ""

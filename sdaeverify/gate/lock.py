@@ -1,0 +1,156 @@
+"""The lock file: the claims a gate must find, so that nothing is dropped, weakened or left unmeasured unnoticed.
+
+::
+
+    {"schema_version": 1, "tiers": {"ci": {"milstein": {"gbm": {"strong": {"x": "order >= 1.0"}}}}}}
+
+Schemes, problems, measures and quantities are sorted, each claim on a line of its own.
+"""
+
+import json
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..errors import UsageError
+from ..scheme import Claim
+from .outcomes import Outcome
+
+SCHEMA = 1
+MARGIN = Claim(measure="strong", value=1.0, source="default").margin
+_ORDER = re.compile(r"order >= ([0-9.e+-]+)(?:, margin ([0-9.e+-]+))?")
+
+
+class Key(NamedTuple):
+    """What a claim is about: label of the scheme, label of the problem, measure, quantity."""
+
+    scheme: str
+    problem: str
+    measure: str
+    quantity: str
+
+    def __str__(self) -> str:
+        return f"{self.scheme} on {self.problem}, {self.measure} {self.quantity}".strip()
+
+
+Claims = dict[Key, str]
+
+
+@dataclass(frozen=True)
+class Lock:
+    """What a lock file demands of a tier, compared with what was found.
+
+    Attributes
+    ----------
+    violations : tuple of str
+        A line for each claim that is gone, weaker or no longer measured.
+    notes : tuple of str
+        What is new.
+    """
+
+    violations: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def claim_words(claim: Claim) -> str:
+    """Return a claim as it is locked: with its margin, unless that is the default."""
+    plain = isinstance(claim.value, str) or claim.margin == MARGIN
+    return str(claim) if plain else f"{claim}, margin {claim.margin!r}"
+
+
+def found_claims(outcomes: Iterable[Outcome]) -> Claims:
+    """Return the claims that were put to the test, by what they are about."""
+    pairs = ((_key(outcome), outcome.finding.claim) for outcome in outcomes)
+    return {key: claim_words(claim) for key, claim in pairs if claim is not None and key.quantity}
+
+
+def compared(locked: Claims, outcomes: Iterable[Outcome]) -> Lock:
+    """Compare what is locked with what was found.
+
+    A cell in which nothing could be measured at all is no violation: its own outcome says so.
+
+    Parameters
+    ----------
+    locked : dict of Key to str
+    outcomes : iterable of Outcome
+
+    Returns
+    -------
+    Lock
+    """
+    known = list(outcomes)
+    found = found_claims(known)
+    whole = {_key(outcome)[:3] for outcome in known if not outcome.finding.quantity}
+    without = {_key(outcome) for outcome in known if outcome.finding.claim is None}
+    missing = [key for key in locked if key not in found and key[:3] not in whole and key not in without]
+    changed = [key for key in locked if key in found and found[key] != locked[key]]
+    weaker = [key for key in changed if not _implies(found[key], locked[key])]
+    violations = [f"no longer tested: {key}: {locked[key]}" for key in missing]
+    violations += [f"claim weakened: {key}: was {locked[key]}, is {found[key]}" for key in weaker]
+    notes = [f"claim strengthened: {k}: was {locked[k]}, is {found[k]}" for k in changed if k not in weaker]
+    if new := [key for key in found if key not in locked]:
+        more = f" and {len(new) - 1} more" if len(new) > 1 else ""
+        notes.append(f"not in the lock file: {new[0]}{more}; --write-lock adds what is new")
+    return Lock(tuple(sorted(violations)), tuple(notes))
+
+
+def read_lock(file: Path) -> dict[str, Claims]:
+    """Return the locked claims of each tier.
+
+    Raises
+    ------
+    UsageError
+        If the file cannot be read or is no lock file.
+    """
+    try:
+        data = json.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise UsageError(f"cannot read the lock file {file}: {error.strerror or error}") from error
+    except ValueError as error:
+        raise UsageError(f"{file} is no lock file: {error}; write it anew with gate --write-lock") from error
+    if not isinstance(data, dict) or data.get("schema_version") != SCHEMA:
+        raise UsageError(f"{file} is no lock file of version {SCHEMA}; write it anew with gate --write-lock")
+    try:
+        return {tier: _flat(nested) for tier, nested in data["tiers"].items()}
+    except (KeyError, AttributeError, TypeError) as error:
+        raise UsageError(f"{file} is damaged; write it anew with gate --write-lock") from error
+
+
+def lock_text(tiers: Mapping[str, Claims]) -> str:
+    """Return the text of a lock file."""
+    nested = {tier: _nested(claims) for tier, claims in tiers.items() if claims}
+    return json.dumps({"schema_version": SCHEMA, "tiers": nested}, indent=1, sort_keys=True) + "\n"
+
+
+def _key(outcome: Outcome) -> Key:
+    cell = outcome.cell
+    return Key(cell.scheme.label, cell.spec.label, cell.measure.name, outcome.finding.quantity)
+
+
+def _nested(claims: Claims) -> dict[str, Any]:
+    nested: dict[str, Any] = {}
+    for key, text in claims.items():
+        nested.setdefault(key.scheme, {}).setdefault(key.problem, {}).setdefault(key.measure, {})[key.quantity] = text
+    return nested
+
+
+def _flat(nested: Mapping[str, Any]) -> Claims:
+    return {
+        Key(scheme, problem, measure, quantity): str(text)
+        for scheme, problems in nested.items()
+        for problem, measures in problems.items()
+        for measure, quantities in measures.items()
+        for quantity, text in quantities.items()
+    }
+
+
+def _implies(found: str, locked: str) -> bool:
+    return _bound(found) >= _bound(locked) > -inf
+
+
+def _bound(text: str) -> float:
+    match = _ORDER.fullmatch(text)
+    return float(match[1]) - float(match[2] or MARGIN) if match else -inf

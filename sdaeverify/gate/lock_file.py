@@ -1,0 +1,79 @@
+"""The lock file of a policy: what is read from it, held against a gate, and written into it."""
+
+from collections.abc import Sequence
+
+from ..errors import UsageError
+from ..registry import Registry
+from ..report.files import write_text
+from ..selection import select_measures, select_problems
+from .lock import Claims, found_claims, lock_text, read_lock
+from .outcomes import Outcome, Status
+from .plan import gated_schemes
+from .policy import Policy
+
+
+def locked_tiers(policy: Policy) -> dict[str, Claims] | None:
+    """Return the locked claims by tier, or None where there is no lock file and none is asked for.
+
+    Raises
+    ------
+    UsageError
+        If the policy names a file that is not there, or it is no lock file.
+    """
+    file = policy.lock_file
+    if file.exists():
+        return read_lock(file)
+    if policy.lock_named:
+        raise UsageError(f"there is no lock file {file}, though the policy names it; write it with gate --write-lock")
+    return None
+
+
+def demanded(locked: Claims, registry: Registry, policy: Policy, *, narrowed: bool) -> Claims:
+    """Return the locked claims that a gate must find: all, or those that a narrowed selection reaches.
+
+    Parameters
+    ----------
+    locked : dict of Key to str
+    registry : Registry
+    policy : Policy
+    narrowed : bool
+        Whether the command line selects schemes, problems or measures.
+    """
+    if not narrowed:
+        return locked
+    schemes = {scheme.label for scheme in gated_schemes(registry, policy)}
+    problems = {spec.label for spec in select_problems(registry, policy.problems)}
+    measures = {measure.name for measure in select_measures(registry, policy.measures)}
+    return {
+        key: claim
+        for key, claim in locked.items()
+        if key.scheme in schemes and key.problem in problems and key.measure in measures
+    }
+
+
+def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> str:
+    """Write the claims that a gate has found into the section of its tier; other sections stay.
+
+    Parameters
+    ----------
+    policy : Policy
+    outcomes : sequence of Outcome
+
+    Returns
+    -------
+    str
+        What was done, or why nothing was: a cell that could not be measured would be forgotten.
+
+    Raises
+    ------
+    UsageError
+        If the file cannot be read or written.
+    """
+    file, tier = policy.lock_file, policy.tier
+    unmeasured = [outcome for outcome in outcomes if outcome.status is Status.UNMEASURED]
+    if unmeasured or not outcomes:
+        why = f"not measured: {len(unmeasured)}" if unmeasured else "no claim was tested"
+        return f"the lock file {file} is not written: {why}"
+    claims = found_claims(outcomes)
+    write_text(lock_text({**(read_lock(file) if file.exists() else {}), tier: claims}), file)
+    return f"{len(claims)} claims of tier {tier} are locked in {file}"

@@ -1,0 +1,115 @@
+"""What a maintainer needs to know of each gated finding: whether it passed, and if not, whether that was expected."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+
+from ..measure import Finding, Verdict
+from ..study import Cell, CellResult
+from ..study.claimed import promises_of
+from .expected import ExpectedFailure, expectation
+from .policy import Policy
+
+UNMEASURED = frozenset({Verdict.ERROR, Verdict.DIVERGED, Verdict.NOT_RUN})
+
+
+class Status(StrEnum):
+    """What a finding means for the gate."""
+
+    PASSED = "passed"
+    FAILED = "failed"
+    UNMEASURED = "unmeasured"
+    UNDECIDED = "undecided"
+    XFAILED = "xfailed"
+    XPASSED = "xpassed"
+
+
+# Worst first: the order in which outcomes are told.
+ORDER = (
+    Status.FAILED,
+    Status.UNMEASURED,
+    Status.XPASSED,
+    Status.UNDECIDED,
+    Status.XFAILED,
+    Status.PASSED,
+)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A gated finding.
+
+    Attributes
+    ----------
+    cell : Cell
+    finding : Finding
+    status : Status
+    expected : str
+        Reason of the expected failure it matches; empty if none does.
+    paths : int
+        Number of paths the cell took.
+    seconds : float
+        Time of the scheme on this problem, all its measures together.
+    """
+
+    cell: Cell
+    finding: Finding
+    status: Status
+    expected: str = ""
+    paths: int = 0
+    seconds: float = 0.0
+
+    @property
+    def claim(self) -> str:
+        """The claim in words, with its margin; where nothing was measured, all that the cell was to test."""
+        claims = (self.finding.claim,) if self.finding.claim else promises_of(self.cell)
+        words = (str(c) if isinstance(c.value, str) else f"{c} up to a margin of {c.margin:g}" for c in claims)
+        return " and ".join(dict.fromkeys(words))
+
+
+def outcomes(results: Iterable[CellResult], policy: Policy) -> list[Outcome]:
+    """Return an outcome for each finding that a claim covers, and for each cell that could not be measured.
+
+    Parameters
+    ----------
+    results : iterable of CellResult
+        Family-wise, as `Study.results` gives them.
+    policy : Policy
+
+    Returns
+    -------
+    list of Outcome
+        In the order of the results.
+    """
+    return [outcome for result in results for outcome in _outcomes(result, policy.expected_failures)]
+
+
+def is_red(outcome: Outcome, policy: Policy) -> bool:
+    """Tell whether an outcome fails the gate."""
+    if outcome.status is Status.UNDECIDED:
+        return policy.fails_undecided
+    return outcome.status in {Status.FAILED, Status.UNMEASURED, Status.XPASSED}
+
+
+def idle(found: Iterable[Outcome], policy: Policy) -> list[ExpectedFailure]:
+    """Return the expected failures that no finding matches."""
+    known = list(found)
+    return [one for one in policy.expected_failures if not any(one.matches(o.cell, o.finding) for o in known)]
+
+
+def _outcomes(result: CellResult, expected: tuple[ExpectedFailure, ...]) -> Iterator[Outcome]:
+    for finding in result.findings:
+        if finding.claim is not None or finding.verdict in UNMEASURED:
+            one = expectation(result.cell, finding, expected)
+            status = _status(finding, one)
+            yield Outcome(result.cell, finding, status, one.reason if one else "", result.paths, result.seconds)
+
+
+def _status(finding: Finding, expected: ExpectedFailure | None) -> Status:
+    if finding.verdict is Verdict.VERIFIED:
+        return Status.XPASSED if expected is not None and expected.strict else Status.PASSED
+    if expected is not None:
+        return Status.XFAILED
+    if finding.verdict in UNMEASURED:
+        return Status.UNMEASURED
+    return Status.FAILED if finding.verdict is Verdict.REFUTED else Status.UNDECIDED

@@ -1,0 +1,89 @@
+"""Tiers: how much a gate spends, and on what."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from ..settings import Settings
+
+if TYPE_CHECKING:
+    from .policy import Policy
+
+
+class Cover(StrEnum):
+    """Which of the claimed cells are run."""
+
+    EVERY_CLAIM_ONCE = "every claim once"
+    EVERYTHING = "every claimed cell"
+
+
+@dataclass(frozen=True)
+class Tier:
+    """A budget.
+
+    Attributes
+    ----------
+    name : str
+    words : str
+        What it is for.
+    settings : Settings
+        Sample size, step sizes and looks; seed and confidence are those of the policy.
+    cover : Cover
+    lengthy : bool
+        Whether measures are run that take seconds a cell, if the policy does not name them.
+    controls : bool
+        Whether nothing is verified on a problem that does not tell right from wrong.
+    fails_undecided : bool
+        Whether a claim that stays undecided fails the gate, unless the policy says otherwise.
+    """
+
+    name: str
+    words: str
+    settings: Settings
+    cover: Cover
+    lengthy: bool
+    controls: bool
+    fails_undecided: bool
+
+
+# From 800 paths on, paths may refute; most cells are decided after the first 256.
+SMOKE = Tier(
+    "smoke",
+    "every claim of the quick measures on the cheapest problem that tests it, in seconds",
+    Settings(paths=800, levels=5, looks=3),
+    Cover.EVERY_CLAIM_ONCE,
+    lengthy=False,
+    controls=False,
+    fails_undecided=False,
+)
+CI = Tier(
+    "ci",
+    "every claimed cell at a small budget, for each change",
+    Settings(paths=1024, looks=3),
+    Cover.EVERYTHING,
+    lengthy=True,
+    controls=True,
+    fails_undecided=False,
+)
+NIGHTLY = Tier(
+    "nightly",
+    "every claimed cell at the full budget, on a schedule",
+    Settings(),
+    Cover.EVERYTHING,
+    lengthy=True,
+    controls=True,
+    fails_undecided=True,
+)
+TIERS: Mapping[str, Tier] = MappingProxyType({tier.name: tier for tier in (SMOKE, CI, NIGHTLY)})
+
+
+def tier_of(policy: "Policy") -> Tier:
+    """Return the tier that a policy asks for."""
+    return TIERS[policy.tier]
+
+
+def settings_of(policy: "Policy") -> Settings:
+    """Return the settings of a policy: those of its tier, with its seed and its error probability."""
+    return replace(tier_of(policy).settings, seed=policy.seed, confidence=1.0 - policy.alpha)

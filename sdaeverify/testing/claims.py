@@ -1,0 +1,267 @@
+"""Claims as tests: each claimed cell is one, all cells of a problem being run together when the first is asked for.
+
+Noise and reference are paid once a problem. What is decided is decided at a level that all tests of the session
+share, whether they are run or not, so that the outcome of a cell depends neither on the selection of the others nor
+on the worker that runs it.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, field, fields, replace
+from math import inf
+from typing import TYPE_CHECKING, Any
+
+from ..errors import UsageError
+from ..forms import Problem
+from ..gate.expected import ExpectedFailure
+from ..gate.messages import command_of, message, title
+from ..gate.outcomes import ORDER, Outcome, Status, is_red, outcomes
+from ..gate.plan import gate_plan
+from ..gate.policy import Policy
+from ..gate.tiers import settings_of
+from ..labels import did_you_mean
+from ..measure import Finding, Measure, Verdict
+from ..registry import Registry
+from ..report.terminal import visible
+from ..scheme import Scheme
+from ..settings import Settings
+from ..specs import ProblemSpec
+from ..study import Cell, CellResult, Finished, Plan, ProblemPlan, Study
+from ..study.limits import Limits
+from ..study.workers import worker_pool
+from .subjects import installed
+
+if TYPE_CHECKING:
+    import pytest
+
+Expected = ExpectedFailure | Mapping[str, Any]
+
+# Findings of a cell, and one-sided tests of each, that a session reckons with.
+TESTS_OF_A_CELL = 10
+
+
+class ClaimError(AssertionError):
+    """A claim does not hold, could not be measured, or holds although it was expected to fail."""
+
+
+@dataclass
+class ClaimRun:
+    """The claimed cells of a policy: each problem is run once, when one of its cells is asked for.
+
+    Attributes
+    ----------
+    plan : Plan
+    policy : Policy
+    registry : Registry
+    wanted : set of Cell or None
+        The cells that will be asked for; all if None.
+    """
+
+    plan: Plan
+    policy: Policy
+    registry: Registry
+    wanted: set[Cell] | None = None
+    _known: dict[str, tuple[CellResult, ...]] = field(default_factory=dict)
+
+    @property
+    def settings(self) -> Settings:
+        """Those of the tier, the level being shared among all tests there may be."""
+        settings = settings_of(self.policy)
+        return replace(settings, family=max(settings.family, TESTS_OF_A_CELL * len(self.plan.cells)))
+
+    def outcomes(self, cell: Cell) -> list[Outcome]:
+        """Return the outcomes of a cell, worst first."""
+        results = [result for result in self._results(cell) if result.cell == cell]
+        return sorted(outcomes(results, self.policy), key=lambda outcome: ORDER.index(outcome.status))
+
+    def words(self, outcome: Outcome) -> str:
+        """Return an outcome in words, with the command that computes it again where its names are registered."""
+        command = command_of(outcome, self.settings, self.registry.files) if self._is_named(outcome.cell) else ""
+        return message(outcome, self.settings, command)
+
+    def check(self, cell: Cell) -> None:
+        """Raise what became of a cell: nothing if all its claims are verified.
+
+        Raises
+        ------
+        ClaimError
+            If one is refuted, could not be measured, is undecided where the policy says that this fails, or is
+            verified although it was expected to fail.
+        pytest.skip.Exception, pytest.xfail.Exception
+            If one is undecided, or fails as expected.
+        """
+        __tracebackhide__ = True
+        found = self.outcomes(cell)
+        red = [outcome for outcome in found if is_red(outcome, self.policy)]
+        if red:
+            raise ClaimError("\n".join(map(self.words, red)))
+        _excused(found)
+
+    def _results(self, cell: Cell) -> tuple[CellResult, ...]:
+        label = cell.spec.label
+        if label not in self._known:
+            (made,) = (problem for problem in self.plan.problems if problem.spec.label == label)
+            wanted = tuple(c for c in made.cells if self.wanted is None or c in self.wanted or c == cell)
+            self._known[label] = self._run(replace(made, cells=wanted))
+        return self._known[label]
+
+    def _run(self, made: ProblemPlan) -> tuple[CellResult, ...]:
+        # Not the results of the study: those hold for a whole run of cells, and these for each cell by itself.
+        with self._workers() as executor:
+            events = Study(Plan((made,)), self.settings).run(executor)
+            return tuple(result for event in events if isinstance(event, Finished) for result in event.results)
+
+    def _workers(self) -> AbstractContextManager[Executor | None]:
+        """Return a process that can be ended, if the policy has limits; None to run here if it has none."""
+        timeout, memory = self.policy.timeout, self.policy.memory
+        if not (timeout or memory):
+            return nullcontext()
+        return worker_pool(1, self.registry.files, Limits(timeout or inf, memory or 0))
+
+    def _is_named(self, cell: Cell) -> bool:
+        scheme, problem = self.registry.schemes.get(cell.scheme.name), self.registry.problems.get(cell.spec.name)
+        registered = scheme is not None and type(scheme.variants[0]) is type(cell.scheme)
+        return registered and problem is not None and problem.family is cell.spec.family
+
+
+@dataclass(frozen=True)
+class ClaimCheck:
+    """The check of one claimed cell, as a parameter of a test."""
+
+    run: ClaimRun
+    cell: Cell
+
+    def __call__(self, subject: object) -> None:  # noqa: ARG002 - a test reads better with its subject
+        """Raise what became of the cell; see `ClaimRun.check`."""
+        __tracebackhide__ = True
+        self.run.check(self.cell)
+
+    def __repr__(self) -> str:
+        return visible(f"{self.cell.measure.name} on {self.cell.spec.label}")
+
+
+def claim_run(registry: Registry, policy: Policy) -> ClaimRun:
+    """Plan the claimed cells of a policy.
+
+    Raises
+    ------
+    UsageError
+        If a name is unknown or a pattern matches nothing.
+    """
+    return ClaimRun(gate_plan(registry, policy), policy, registry)
+
+
+def parametrize_with_claims(
+    schemes: Sequence[str | Scheme],
+    *,
+    problems: Sequence[str | ProblemSpec | Callable[..., Problem]] = (),
+    measures: Sequence[str | Measure] = (),
+    tier: str = "smoke",
+    seed: int | None = None,
+    expected_failures: Iterable[Expected] = (),
+) -> "pytest.MarkDecorator":
+    """Return a decorator of a test function of ``subject`` and ``check`` that makes a test of each claimed cell.
+
+    ::
+
+        @parametrize_with_claims([MyScheme()], problems=["gbm"])
+        def test_claims(subject, check):
+            check(subject)
+
+    Parameters
+    ----------
+    schemes : sequence of Scheme or str
+        Schemes and patterns of registered ones, mixed.
+    problems : sequence of str, ProblemSpec or callable, optional
+        Patterns, recipes and problem functions; those that the tier covers if left out.
+    measures : sequence of str or Measure, optional
+        Those about which something is claimed if left out.
+    tier : str, optional
+        Budget: ``smoke``, ``ci`` or ``nightly``.
+    seed : int, optional
+        Of all noise.
+    expected_failures : sequence of mapping, optional
+        Each with a ``reason``, and globs ``scheme``, ``problem``, ``measure`` and ``quantity`` where it does not hold
+        for all. A finding that matches is an expected failure of its test; if it is verified all the same, the test
+        fails, unless ``strict`` is False.
+
+    Returns
+    -------
+    pytest.MarkDecorator
+
+    Raises
+    ------
+    UsageError
+        If a name is unknown, nothing is claimed, or an expected failure matches no cell.
+    """
+    import pytest  # noqa: PLC0415 - the kit itself needs no pytest
+
+    if not schemes:
+        raise UsageError("schemes is empty; name the schemes whose claims are to be tested")
+    expected = tuple(map(_expected, expected_failures))
+    policy = Policy(
+        schemes=_sequence(schemes), problems=_sequence(problems), measures=_sequence(measures), tier=tier,
+        seed=Settings().seed if seed is None else seed, expected_failures=expected,
+    )  # fmt: skip
+    run = claim_run(installed(), policy)
+    _require_cells(run.plan, expected)
+    cells = [(problem, cell) for problem in run.plan.problems for cell in problem.cells]
+    return pytest.mark.parametrize(("subject", "check"), [_parameters(run, *pair) for pair in cells])
+
+
+def idle(plan: Plan, expected: Iterable[ExpectedFailure]) -> list[str]:
+    """Return a line for each expected failure that matches no cell, whatever its quantities."""
+    anything, cells = Finding(quantity="", verdict=Verdict.NOT_RUN), plan.cells
+    return [
+        f"the expected failure {one} matches no claimed cell"
+        for one in expected
+        if not any(replace(one, quantity="*").matches(cell, anything) for cell in cells)
+    ]
+
+
+def undecided(found: Sequence[Outcome]) -> str:
+    """Return in one line what is undecided of a cell, and why."""
+    open_ones = [outcome for outcome in found if outcome.status is Status.UNDECIDED]
+    return "; ".join(f"undecided: {title(each)}: {visible(each.finding.reason)}" for each in open_ones)
+
+
+def _excused(found: Sequence[Outcome]) -> None:
+    import pytest  # noqa: PLC0415
+
+    if not found:
+        raise pytest.skip.Exception("none of its claims is in scope here", _use_item_location=True)
+    if found[0].status is Status.UNDECIDED:
+        raise pytest.skip.Exception(undecided(found), _use_item_location=True)
+    if found[0].status is Status.XFAILED:
+        raise pytest.xfail.Exception(visible("; ".join(dict.fromkeys(o.expected for o in found if o.expected))))
+
+
+def _parameters(run: ClaimRun, problem: ProblemPlan, cell: Cell) -> Any:
+    import pytest  # noqa: PLC0415
+
+    name = f"{problem.spec.label}-{cell.scheme.label}-{cell.measure.name}"
+    return pytest.param(cell.scheme, ClaimCheck(run, cell), id=visible(name), marks=())
+
+
+def _sequence(given: Any) -> tuple[Any, ...]:
+    return (given,) if isinstance(given, str) or not isinstance(given, Iterable) else tuple(given)
+
+
+def _expected(given: Expected) -> ExpectedFailure:
+    if isinstance(given, ExpectedFailure):
+        return given
+    known = [each.name for each in fields(ExpectedFailure)]
+    for key in given:
+        if key not in known:
+            raise UsageError(f"expected failure with unknown key {key!r}{did_you_mean(key, known)}")
+    if "reason" not in given:
+        raise UsageError(f"the expected failure {dict(given)} has no reason; say why it is expected")
+    return ExpectedFailure(**given)
+
+
+def _require_cells(plan: Plan, expected: Iterable[ExpectedFailure]) -> None:
+    if not plan.cells:
+        raise UsageError("none of these schemes claims anything of these measures on these problems")
+    for text in idle(plan, expected):
+        raise UsageError(text)

@@ -1,0 +1,57 @@
+"""Failures that an author expects, each with a reason."""
+
+from collections.abc import Iterable, Mapping
+from fnmatch import fnmatchcase
+
+from ..errors import UsageError
+from ..labels import did_you_mean
+
+Expected = Mapping[str, str]
+
+
+def expected_reason(expected: Expected, check: str, problem: str = "") -> str:
+    """Return the reason why a check is expected to fail, or an empty string.
+
+    Parameters
+    ----------
+    expected : mapping of str to str
+        Reasons by the name of a check, or by ``check on problem``; ``*`` and ``?`` are wildcards.
+    check : str
+    problem : str
+        Label of the problem a scheme is asked on; empty if there is none.
+    """
+    names = _names(check, problem)
+    return next((reason for pattern, reason in expected.items() if _matches(pattern, names)), "")
+
+
+def require_known(expected: Expected, asked: Iterable[tuple[str, str]]) -> None:
+    """Check that each pattern of an expected failure names a check that is asked, and has a reason.
+
+    Parameters
+    ----------
+    expected : mapping of str to str
+    asked : iterable of (str, str)
+        Names of checks and labels of their problems.
+
+    Raises
+    ------
+    UsageError
+        If one does not: a failure that is expected of nothing hides a misspelt name.
+    """
+    names = [_names(check, problem) for check, problem in asked]
+    known = sorted({check for check, *_ in names})
+    for pattern, reason in expected.items():
+        if not any(_matches(pattern, each) for each in names):
+            hint = did_you_mean(pattern, known)
+            raise UsageError(f"expected failure {pattern!r} matches no check{hint} (known: {', '.join(known)})")
+        if not (isinstance(reason, str) and reason.strip()):
+            raise UsageError(f"expected failure {pattern!r} has no reason; say in words why the check fails")
+
+
+def _names(check: str, problem: str) -> tuple[str, ...]:
+    return (check, f"{check} on {problem}") if problem else (check,)
+
+
+def _matches(pattern: str, names: Iterable[str]) -> bool:
+    # Labels have brackets, which are no set of characters here.
+    return any(fnmatchcase(name, pattern.replace("[", "[[]")) for name in names)

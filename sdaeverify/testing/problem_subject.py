@@ -1,0 +1,108 @@
+"""A problem under trial: states along a run of its equation, at which its functions are compared with each other."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..arrays import Array, Parts
+from ..conformance.own_run import stopped_states
+from ..forms import SDE, DelaySDAE, Problem
+from ..noise import Increment
+from ..probe.delay_links import linked_equation
+from ..registry import Registry
+from ..scheme import Scheme, Step
+from ..specs import ProblemSpec
+from .check import Inapplicable
+
+# Paths of the run, and the time at which coefficients are looked at.
+PATHS, WHEN = 12, 0.2
+
+
+@dataclass(frozen=True)
+class Euler(Scheme):
+    """x+ = x + f h + B dW: the run along which states are taken, and the simulation that truths are compared with."""
+
+    name: ClassVar[str] = "euler-of-the-kit"
+    form: ClassVar[type[SDE]] = SDE
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        return Step(state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
+
+
+@dataclass(frozen=True)
+class ProblemSubject:
+    """A problem, and what is registered: schemes that its controls name.
+
+    Attributes
+    ----------
+    spec : ProblemSpec
+    registry : Registry
+    """
+
+    spec: ProblemSpec
+    registry: Registry
+
+    @cached_property
+    def problem(self) -> Any:
+        """The problem itself, of whatever form."""
+        return self.spec.build()
+
+    @cached_property
+    def equation(self) -> SDE:
+        """Its Ito equation, with a delay that of the solution now and one delay ago."""
+        delayed = isinstance(self.problem, DelaySDAE) and self.problem.delay
+        seen = linked_equation(self.problem, 2) if delayed else self.problem.view(SDE)
+        if not isinstance(seen, SDE):
+            raise Inapplicable(f"a {type(self.problem).__name__} has no view as an SDE")
+        return seen
+
+    @cached_property
+    def x(self) -> Array:
+        """States of the equation along a run, shape (d, 12); off a manifold by what the run has left it."""
+        with np.errstate(all="ignore"):
+            states: Array = stopped_states(Euler(), self.equation, PATHS)
+        if not np.isfinite(states).all():
+            raise Inapplicable("a run of Euler's scheme with 12 steps over the horizon leaves all bounds")
+        return states
+
+    @cached_property
+    def B(self) -> Array:
+        """The diffusion matrix at these states, shape (d, l, 12)."""
+        shape = (len(self.x), self.equation.noise_dim, PATHS)
+        return np.asarray(np.broadcast_to(self.equation.diffusion(WHEN, self.x), shape))
+
+    def of_form(self, *forms: type[Problem]) -> Any:
+        """Return the problem, if it is of one of some forms.
+
+        Raises
+        ------
+        Inapplicable
+            If it is not.
+        """
+        if not isinstance(self.problem, forms):
+            raise Inapplicable(f"it is asked of a {' or '.join(form.__name__ for form in forms)}")
+        return self.problem
+
+    def start(self, paths: int = 1) -> Parts:
+        """Return the initial components, with what else a constraint may depend on."""
+        problem = self.problem
+        parts: Parts = problem.parts(problem.initial(paths))
+        if not isinstance(problem, DelaySDAE):
+            return parts
+        return {**parts, "lagged": np.repeat(problem.past(-problem.delay), paths, axis=1), "t": np.zeros((1, 1))}
+
+
+def directions(x: Array, count: int = 3) -> list[Array]:
+    """Return unit vectors in random directions on each path."""
+    vectors = np.random.default_rng(5).standard_normal((count, *x.shape))
+    return list(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+
+
+def excess(value: Array, bound: float, *terms: Array) -> str:
+    """Return in words how far a number is from a rounding error of terms that cancel, or an empty string."""
+    size = max(1.0, *(float(np.max(np.abs(term), initial=0.0)) for term in terms), 0.0)
+    worst = float(np.max(np.abs(value), initial=0.0))
+    return "" if worst <= bound * size else f"off by {worst:.2g}, where {bound * size:.1g} would be rounding"

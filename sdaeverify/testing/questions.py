@@ -1,0 +1,127 @@
+"""Every check with its subject: what a scheme or a problem is asked, and the answers."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import FAULTS, UsageError, one_line
+from .check import LEVEL, Check, Outcome, Status, asked
+from .declarations import usable
+from .expected import Expected, expected_reason, require_known
+from .problem_declarations import built
+from .problem_declarations import usable as usable_family
+from .problem_subject import ProblemSubject
+from .subjects import Problems, SchemeSubject, cells_of
+from .table import checks
+
+# What a problem is asked even if it cannot be built.
+FIRST = ("declaration", "builds", "docstring")
+NEWER = "the check came with level {since} of the kit, and level {level} is asked for"
+
+
+@dataclass(frozen=True)
+class Question:
+    """A check that is put to a subject.
+
+    Attributes
+    ----------
+    check : Check
+    label, kind : str
+        Of the scheme or problem.
+    problem : str
+        Label of the problem on which a scheme is asked; empty if on none.
+    subject : object
+        What the check's function takes.
+    skipped : str
+        Why it is not asked; empty if it is.
+    """
+
+    check: Check
+    label: str
+    kind: str
+    problem: str
+    subject: Any
+    skipped: str = ""
+
+    def answer(self, expected: Expected) -> Outcome:
+        """Ask, and compare with the failures that are expected."""
+        unasked = (Status.SKIPPED, self.skipped, 0.0)
+        status, reason, seconds = unasked if self.skipped else asked(self.check, self.subject)
+        why = expected_reason(expected, self.check.name, self.problem)
+        if why and status is Status.FAILED:
+            status, reason = Status.XFAILED, f"{why}: {reason}"
+        elif why and status is Status.PASSED:
+            status, reason = Status.XPASSED, f"it passes, but was expected to fail: {why}"
+        check = self.check
+        return Outcome(
+            self.label, self.kind, check.name, check.category, check.since, self.problem, status, reason, seconds
+        )
+
+
+def scheme_questions(subject: SchemeSubject, problems: Problems | None, level: int | None) -> list[Question]:
+    """Return everything that a scheme is asked.
+
+    Parameters
+    ----------
+    subject : SchemeSubject
+    problems : str or sequence, optional
+        As `cells_of` takes them.
+    level : int, optional
+        Newest level of the kit whose checks are made; the newest there is if left out.
+    """
+    scheme = subject.scheme
+    broken = usable(subject)
+    cells = [] if broken else cells_of(scheme, problems, subject.registry)
+    label = type(scheme).__name__ if broken else scheme.label
+    found = []
+    for check in checks("scheme"):
+        skipped = _skipped(check, level)
+        if check.category != "api" and broken:
+            found.append(Question(check, label, "scheme", "", subject, f"it cannot be used: {broken}"))
+        elif check.each_problem:
+            found += [Question(check, label, "scheme", cell.label, cell, skipped) for cell in cells]
+        else:
+            found.append(Question(check, label, "scheme", "", subject, skipped))
+    return found
+
+
+def problem_questions(subject: ProblemSubject, level: int | None) -> list[Question]:
+    """Return everything that a problem is asked; see `scheme_questions` for the parameters."""
+    unusable = usable_family(subject)
+    broken = unusable or _unbuilt(subject)
+    label = subject.spec.name if unusable else subject.spec.label
+    found = []
+    for check in checks("problem"):
+        skipped = "" if check.name in FIRST else broken and f"it cannot be built: {broken}"
+        found.append(Question(check, label, "problem", "", subject, skipped or _skipped(check, level)))
+    return found
+
+
+def _unbuilt(subject: ProblemSubject) -> str:
+    try:
+        with np.errstate(all="ignore"):
+            return built(subject)
+    except FAULTS as error:
+        return one_line(error)
+
+
+def answers(questions: list[Question], expected: Expected | None) -> Iterator[Outcome]:
+    """Yield what becomes of each question.
+
+    Raises
+    ------
+    UsageError
+        If a failure is expected of a check that is not asked, or without a reason.
+    """
+    require_known(expected or {}, [(question.check.name, question.problem) for question in questions])
+    for question in questions:
+        yield question.answer(expected or {})
+
+
+def _skipped(check: Check, level: int | None) -> str:
+    asked_for = LEVEL if level is None else level
+    if not (isinstance(asked_for, int) and 1 <= asked_for <= LEVEL):
+        raise UsageError(f"level must be a whole number from 1 to {LEVEL}, the newest of this kit, got {level!r}")
+    return NEWER.format(since=check.since, level=asked_for) if check.since > asked_for else ""

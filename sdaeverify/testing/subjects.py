@@ -1,0 +1,191 @@
+"""What the checks of the kit are put to: a scheme, a scheme on a problem, a problem."""
+
+import inspect
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from typing import Any
+
+import numpy as np
+
+from ..conformance.contract import trials
+from ..conformance.own_run import stopped_states
+from ..conformance.trial import Trial
+from ..errors import FAULTS, UsageError, one_line
+from ..forms import Problem
+from ..matching import Match, match
+from ..registry import Registry, load_registry
+from ..scheme import Scheme
+from ..selection import select_problems, select_schemes
+from ..specs import ProblemSpec, describe, family_name
+
+Problems = str | Sequence[str | ProblemSpec | Callable[..., Problem]]
+
+# Problems a scheme is put to where none are named.
+FEW = 3
+# Steps over the horizon at which truncation shows, and paths of a scheme's own run.
+LONG, PATHS = 2, 32
+
+
+@dataclass(frozen=True)
+class SchemeSubject:
+    """A scheme, and what is registered: measures that it may claim something about.
+
+    Attributes
+    ----------
+    scheme : Scheme
+    registry : Registry
+    """
+
+    scheme: Scheme
+    registry: Registry
+
+
+@dataclass(frozen=True)
+class CellSubject:
+    """A scheme on a problem of its form.
+
+    Attributes
+    ----------
+    scheme : Scheme
+    problem : Problem
+        In the view that the scheme solves.
+    label : str
+        Of the problem.
+    """
+
+    scheme: Scheme
+    problem: Problem
+    label: str
+
+    @property
+    def trials(self) -> Iterator[Trial]:
+        """A fine step at the states of the cloud, and a long one at states of the scheme's own run.
+
+        They are made anew, so that no check sees the steps of another.
+        """
+        yield replace(self._at_the_cloud[0])
+        yield replace(self._on_its_own)
+
+    @property
+    def coarse(self) -> Trial:
+        """A coarse step at the states of the cloud, made anew."""
+        return replace(self._at_the_cloud[1])
+
+    def of_paths(self, paths: int, steps: int) -> Trial:
+        """Return a step on so many paths, of which so many make the horizon."""
+        return Trial(self.scheme, self.problem, self.problem.horizon / steps, None, paths)
+
+    @cached_property
+    def _at_the_cloud(self) -> tuple[Trial, ...]:
+        return trials(self.scheme, self.problem)
+
+    @cached_property
+    def _on_its_own(self) -> Trial:
+        states = stopped_states(self.scheme, self.problem, PATHS)
+        return Trial(self.scheme, self.problem, self.problem.horizon / LONG, None, PATHS, states)
+
+
+@cache
+def installed() -> Registry:
+    """Return what is registered by installed plugins, loaded once in a process."""
+    return load_registry()
+
+
+def scheme_of(given: object, registry: Registry) -> Scheme:
+    """Return a scheme, given itself or by its label.
+
+    Raises
+    ------
+    UsageError
+        If it is neither, or its label means none or several.
+    """
+    if isinstance(given, Scheme):
+        return given
+    if not isinstance(given, str):
+        hint = f"; write {given.__name__}()" if isinstance(given, type) else ""
+        raise UsageError(f"expected a scheme or its label, got {describe(given)}{hint}")
+    found = select_schemes(registry, given)
+    if len(found) != 1:
+        raise UsageError(f"expected the label of one scheme, got {given!r}, which means {len(found)}")
+    return found[0]
+
+
+def problem_of(given: object, registry: Registry) -> ProblemSpec:
+    """Return the recipe of a problem, given as such, as its function or by its label.
+
+    A function that cannot be registered is let pass: that is a check's business.
+
+    Raises
+    ------
+    UsageError
+        If it is none of these, or its label means none or several.
+    """
+    if inspect.isfunction(given):
+        return ProblemSpec(family_name(given), given)
+    found = select_problems(registry, [given])  # type: ignore[list-item]
+    if len(found) != 1:
+        raise UsageError(f"expected the label of one problem, got {given!r}, which means {len(found)}")
+    return found[0]
+
+
+def cells_of(scheme: Scheme, problems: Problems | None, registry: Registry) -> list[CellSubject]:
+    """Return a scheme with each of the problems it is put to.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    problems : str or sequence of str, ProblemSpec or callable, optional
+        Where left out, registered problems that the scheme does not refuse, but for those on request: of its own
+        form rather than in a view, and of these the three whose states have the fewest components.
+    registry : Registry
+
+    Raises
+    ------
+    UsageError
+        If a problem that is named does not match the scheme, or nothing does.
+    """
+    if problems is None:
+        return _few(scheme, registry)
+    if not problems:
+        raise UsageError("problems is empty; leave it out for a few registered ones")
+    return [_cell(scheme, spec) for spec in select_problems(registry, problems)]
+
+
+def _cell(scheme: Scheme, spec: ProblemSpec) -> CellSubject:
+    found = _offered(scheme, spec.build(), spec.label)
+    if found.problem is None:
+        raise UsageError(f"scheme {scheme.label!r} cannot be put to problem {spec.label!r}: {found.reason}")
+    return CellSubject(scheme, found.problem, spec.label)
+
+
+def _few(scheme: Scheme, registry: Registry) -> list[CellSubject]:
+    matched = [cell for spec in select_problems(registry) for cell in _matching(scheme, spec)]
+    if not matched:
+        raise UsageError(f"no registered problem matches scheme {scheme.label!r}; give problems=[...]")
+    return sorted(matched, key=lambda cell: (bool(cell.problem.seen_as), components(cell.problem), cell.label))[:FEW]
+
+
+def _matching(scheme: Scheme, spec: ProblemSpec) -> Iterator[CellSubject]:
+    try:
+        with np.errstate(all="ignore"):
+            problem = spec.build()
+    except FAULTS:
+        # Somebody else's problem is broken: that is found out where it is checked itself.
+        return
+    if (found := _offered(scheme, problem, spec.label)).problem is not None:
+        yield CellSubject(scheme, found.problem, spec.label)
+
+
+def _offered(scheme: Scheme, problem: Problem, label: str) -> Match:
+    try:
+        with np.errstate(all="ignore"):
+            return match(scheme, problem)
+    except FAULTS as error:
+        text = f"scheme {scheme.label!r} cannot be put to problem {label!r}: it raises {one_line(error)}"
+        raise UsageError(text) from error
+
+
+def components(problem: Any) -> int:
+    """Return the number of components of a problem's state."""
+    return sum(len(part) for part in problem.parts(problem.initial(1)).values())

@@ -1,0 +1,111 @@
+"""The table of checks: what the kit asks of a scheme, and of a problem."""
+
+from collections.abc import Callable
+from typing import Any
+
+from ..errors import UsageError
+from . import (
+    behaviour,
+    declarations,
+    derivatives,
+    discrimination,
+    manifold,
+    moments,
+    problem_declarations,
+    problem_functions,
+    sampled,
+    solutions,
+    traits,
+)
+from .check import Check
+
+API, BEHAVIOUR, TRUTHS = "api", "behaviour", "truths"
+
+
+def checks(kind: str) -> tuple[Check, ...]:
+    """Return the checks of a ``scheme`` or of a ``problem``, in the order in which they are made.
+
+    Raises
+    ------
+    UsageError
+        If there is no such kind.
+    """
+    if kind not in TABLE:
+        raise UsageError(f"there are checks of {' and '.join(TABLE)}, not of {kind!r}")
+    return TABLE[kind]
+
+
+def _api(name: str, function: Callable[[Any], str], since: int = 1) -> Check:
+    return Check(name, API, since, function)
+
+
+def _once(name: str, function: Callable[[Any], str], since: int = 1) -> Check:
+    return Check(name, BEHAVIOUR, since, function)
+
+
+def _step(name: str, function: Callable[[Any], str], since: int = 1) -> Check:
+    return Check(name, BEHAVIOUR, since, function, each_problem=True)
+
+
+def _truth(name: str, function: Callable[[Any], str], since: int = 1) -> Check:
+    return Check(name, TRUTHS, since, function)
+
+
+SCHEME_CHECKS = (
+    _api("declaration", declarations.usable),
+    _api("label", declarations.named_again),
+    _api("pickle", declarations.pickled),
+    _api("frozen", declarations.unchangeable),
+    _api("docstring", declarations.described),
+    _api("source", declarations.sourced),
+    _api("claims", declarations.claimed),
+    _once("exact-on-trivial-equations", behaviour.exact),
+    _step("inputs-untouched", behaviour.untouched),
+    _step("state-like-its-own", behaviour.like_its_state),
+    _step("any-number-of-paths", behaviour.any_number),
+    _step("finite", behaviour.finite),
+    _step("same-call-same-bits", behaviour.same_again),
+    _step("paths-in-any-order", behaviour.reordered),
+    _step("paths-alone", behaviour.alone),
+    _step("declared-noise-only", behaviour.nothing_else_heard),
+    _step("noise-is-used", behaviour.heard),
+    _step("own-memory", behaviour.own_memory),
+    _step("state-is-whole", behaviour.whole_state),
+)
+PROBLEM_CHECKS = (
+    _api("declaration", problem_declarations.usable),
+    _api("builds", problem_declarations.built),
+    _api("label", problem_declarations.named_again),
+    _api("pickle", problem_declarations.pickled),
+    _api("docstring", problem_declarations.described),
+    _api("source", problem_declarations.sourced),
+    _api("on-request", problem_declarations.marked),
+    _api("relaxation", problem_declarations.relaxing),
+    _once("consistent-start", problem_functions.consistent),
+    _once("observables", problem_functions.observed),
+    _once("path-by-path", problem_functions.path_by_path),
+    _once("diffusion-product", problem_functions.multiplied),
+    _once("diffusion-derivative", derivatives.of_the_diffusion),
+    _once("constraint-jacobian", derivatives.of_the_constraint),
+    _once("constraint-curvature", derivatives.of_the_jacobian),
+    _once("constraint-second-derivatives", derivatives.of_the_gradients),
+    _once("constraint-linearisation", derivatives.structured),
+    _once("force-derivatives", derivatives.of_the_force),
+    _once("delay-derivatives", derivatives.of_a_delay_equation),
+    _once("algebraic-solution", derivatives.eliminated),
+    _once("constraints-kept", manifold.kept),
+    _once("view-equals-form", manifold.the_same),
+    _once("traits", traits.declared),
+    _once("chart", problem_functions.charted),
+    _truth("moments-start", moments.started),
+    _truth("moments-rate", moments.moving),
+    _truth("moments-settle", moments.settled),
+    _truth("moments-simulated", sampled.moments_simulated),
+    _truth("solution-start", solutions.started),
+    _truth("solution-step", solutions.stepped),
+    _truth("solution-still", solutions.still),
+    _truth("solution-simulated", sampled.solution_simulated),
+    _truth("solution-averaged", sampled.solution_averaged),
+    _truth("controls", discrimination.discriminating),
+)
+TABLE = {"scheme": SCHEME_CHECKS, "problem": PROBLEM_CHECKS}

@@ -1,0 +1,231 @@
+"""``compare``: two runs of matrix, the second with a scheme whose errors have changed."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from sdaeverify.store import read_lane
+from sdaeverify.store.files import write_lane
+
+SCHEME = '''
+from dataclasses import dataclass
+from typing import ClassVar
+
+from sdaeverify import SDE, Claim, Scheme, Step, hookimpl
+
+
+@dataclass(frozen=True)
+class Mine(Scheme):
+    """Euler-Maruyama with a multiple of Milstein's correction for one Brownian motion."""
+
+    name: ClassVar[str] = "mine"
+    form: ClassVar[type] = SDE
+    noise_dim: ClassVar[int] = 1
+    claims: ClassVar = (Claim(measure="strong", value=0.5, source="test"),)
+
+    def step(self, problem, state, t, h, noise):
+        B = problem.diffusion(t, state)
+        euler = state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW)
+        if problem.noise_dim > 1:
+            return Step(euler)
+        correction = problem.derivative_of_diffusion(t, state, B[:, 0])[:, 0] * (noise.dW**2 - h)
+        return Step(euler + {share} * 0.5 * correction)
+
+
+@hookimpl
+def sdaeverify_schemes():
+    return [Mine()]
+'''
+# Of Milstein's correction: none, and the wrong sign, which leaves the order and doubles the error.
+EULER, DOUBLED = 0.0, -1.0
+
+
+@pytest.fixture
+def measured(call, tmp_path):
+    """Return a function that runs matrix with a version of the scheme into a folder."""
+
+    def run(folder, share=EULER, problems="gbm", **changes):
+        plugin = tmp_path / f"{folder}.py"
+        plugin.write_text(SCHEME.replace("{share}", str(share)))
+        options = {"paths": 100, "levels": "8..32", "looks": 1, "jobs": 1, "progress": "none", **changes}
+        words = ("-s", "mine", "-p", problems, "-m", "strong", "--plugin", str(plugin), "--out", folder)
+        return call("matrix", *words, *(word for key, value in options.items() for word in (f"--{key}", str(value))))
+
+    return run
+
+
+@pytest.fixture
+def compared(call):
+    """Return a function that compares two folders and returns exit code and JSON."""
+
+    def run(*arguments):
+        outcome = call("compare", *arguments, "--plugin", "old.py", "--json")
+        return outcome.code, json.loads(outcome.out)
+
+    return run
+
+
+def by_quantity(answer):
+    return {row["quantity"]: row for row in answer["quantities"]}
+
+
+def test_order_kept_and_error_doubled(measured, compared):
+    """With 256 paths the claimed order is verified all the same, and the comparison tells the error has doubled."""
+    budget = {"paths": 256, "levels": "8..256"}
+    assert (measured("old", **budget).code, measured("new", DOUBLED, **budget).code) == (0, 0)
+    assert set(pd.read_csv("new/verdicts.csv").verdict) == {"verified"}
+    code, answer = compared("old", "new")
+
+    assert code == answer["exit_code"] == 1
+    row = by_quantity(answer)["x@T"]
+    assert row["verdict"] == "worse"
+    assert 1.9 < row["ci_low"] < row["factor"] < row["ci_high"] < 2.1
+    assert (row["paths"], row["levels"]) == (256, 4)
+    # Of one step it is known without sampling, up to what a defect has beside its leading term.
+    step = by_quantity(answer)["one step: root mean square of x"]
+    assert step["factor"] == step["ci_low"] == step["ci_high"] == pytest.approx(2.0, rel=0.02)
+
+
+def test_improvement_is_shown_and_no_failure(measured, call):
+    """The other way round the errors are better, which is in the table, and the command succeeds."""
+    measured("old"), measured("new", DOUBLED)
+    outcome = call("compare", "new", "old", "--plugin", "new.py")
+
+    assert outcome.code == 0
+    assert "mine    gbm      strong   x@T" in outcome.out
+    assert [line.split()[-1] for line in outcome.out.splitlines() if line.startswith("mine ")] == ["better"] * 3
+    assert "4 quantities compared: none worse, 3 better, 1 the same, none undecided" in outcome.out
+
+
+def test_the_same_scheme_has_the_factor_one(measured, compared, call):
+    """Runs of the same scheme agree to the last bit, and the table has nothing to show."""
+    measured("old"), measured("new")
+    code, answer = compared("old", "new")
+
+    assert code == 0
+    assert {row["verdict"] for row in answer["quantities"]} == {"same"}
+    assert {row[key] for row in answer["quantities"] for key in ("factor", "ci_low", "ci_high")} == {1.0}
+    assert "scheme" not in call("compare", "old", "new", "--plugin", "old.py").out
+    assert "x@T" in call("compare", "old", "new", "--plugin", "old.py", "--all").out
+
+
+@pytest.mark.parametrize(
+    ("further", "words"),
+    [
+        ({"seed": 7}, "seed 20170601 in old and 7 in new"),
+        ({"levels": "16..64"}, "coarsest 8 in old and 16 in new"),
+        ({"block": 512}, "block 4096 in old and 512 in new"),
+    ],
+)
+def test_runs_without_common_noise_are_refused(measured, call, further, words):
+    """One line names the setting that differs."""
+    measured("old"), measured("new", EULER, **further)
+    outcome = call("compare", "old", "new")
+
+    assert (outcome.code, outcome.out) == (2, "")
+    assert f"needs runs on common noise, with the same settings: {words}" in outcome.err
+    assert len(outcome.err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("old", "nowhere"), "nowhere holds no run"),
+        (("old", "empty"), "empty holds no evidence of the run in it"),
+        (("old", "old", "--factor", "1"), "the factor must be above 1, got 1.0"),
+        (("old", "old", "--alpha", "0"), "alpha must be above 0"),
+        (("old",), "missing argument"),
+    ],
+)
+def test_what_a_user_gets_wrong(measured, call, arguments, words):
+    """It is one line and exit code 2."""
+    measured("old")
+    Path("empty").mkdir()
+    shutil.copy("old/run.json", "empty")
+    outcome = call("compare", *arguments)
+
+    assert outcome.code == 2
+    assert words in outcome.err.lower().replace("'", "") or words in outcome.err
+    assert len(outcome.err.splitlines()) == 1
+
+
+def changed_lanes(folder, change):
+    """Write the evidence in a folder again with changes."""
+    for path in Path(folder).rglob("*.npz"):
+        write_lane(change(read_lane(path)), path)
+
+
+def with_ingredients(**changes):
+    return lambda lane: lane._replace(ingredients={**lane.ingredients, **changes})
+
+
+def of_another_shape(lane):
+    odd = {name: array[:3] for name, array in lane.measures["strong"].sampled.sums.items()}
+    record = lane.measures["strong"]
+    return lane._replace(measures={"strong": record._replace(sampled=replace(record.sampled, sums=odd))})
+
+
+def renamed_measure(lane):
+    return lane._replace(measures={"sideways": lane.measures["strong"]})
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (with_ingredients(**{"source of the problem": "other"}), "the problem has changed"),
+        (with_ingredients(**{"paths of the block": "9 drawn, 9 used"}), "first block of paths is not in both runs"),
+        (of_another_shape, "its evidence cannot be read: "),
+        (renamed_measure, "only in old"),
+    ],
+)
+def test_evidence_that_cannot_be_compared(measured, compared, change, reason):
+    """Each cell that is left out is listed with its reason, and a comparison of nothing is no success."""
+    measured("old")
+    shutil.copytree("old", "new")
+    changed_lanes("new", change)
+    code, answer = compared("old", "new")
+
+    assert code == 5
+    assert answer["quantities"] == []
+    assert any(row["reason"].startswith(reason) or reason in row["reason"] for row in answer["omitted"])
+
+
+def test_a_scheme_that_is_not_registered_here(measured, call):
+    """Without its plugin the components of a scheme have no names: it is left out, and the reason says why."""
+    measured("old"), measured("new")
+    outcome = call("compare", "old", "new")
+
+    assert outcome.code == 5
+    assert "not compared: mine on gbm: it cannot be made here: unknown scheme 'mine'" in outcome.out
+
+
+def test_cells_of_one_run_only(measured, call):
+    """They are listed, and the others are compared."""
+    measured("old"), measured("new", EULER, "gbm,ou")
+    outcome = call("compare", "old", "new", "--plugin", "old.py")
+
+    assert outcome.code == 0
+    assert "not compared: mine on ou: only in new" in outcome.out
+    assert " quantities compared: none worse, none better" in outcome.out
+
+
+def test_names_from_elsewhere_are_shown_in_letters(measured, call):
+    """A run from elsewhere may name anything: what is said of it steers neither a terminal nor a log."""
+    measured("old")
+    shutil.copytree("old", "new")
+    nasty = "\x1b[2J\n::error::=1+1"
+    changed_lanes("new", with_ingredients(scheme=nasty))
+    about = json.loads(Path("new/run.json").read_text(encoding="utf-8"))
+    about["selection"]["schemes"] = [nasty]
+    Path("new/run.json").write_text(json.dumps(about), encoding="utf-8")
+    outcome, answer = call("compare", "old", "new"), call("compare", "old", "new", "--json")
+
+    assert outcome.code == answer.code == 5
+    assert "\\x1b[2J\\n::error::" in outcome.out
+    assert all(line.isprintable() and not line.startswith("::") for line in outcome.out.split("\n"))
+    assert answer.out.isascii()
+    assert "\x1b" not in answer.out

@@ -1,0 +1,236 @@
+"""The command ``gate``: policy, exit codes, lock file, reports."""
+
+import json
+from pathlib import Path
+from xml.etree.ElementTree import parse
+
+import pytest
+
+from sdaeverify.cli.exit_codes import ExitCode
+from sdaeverify.cli.gate import gate, policy_of
+from sdaeverify.errors import UsageError
+from sdaeverify.gate.seeds import seed_of
+from sdaeverify.registry import PluginRow, Registry
+
+PLUGIN = """
+@dataclass(frozen=True)
+class Right(Scheme):
+    name: ClassVar[str] = "right"
+    form: ClassVar[type] = SDE
+    claims: ClassVar[tuple] = (Claim(measure="strong", value=0.5, source="a book"),)
+
+    def step(self, problem, state, t, h, noise):
+        return Step(state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
+
+@dataclass(frozen=True)
+class Wrong(Right):
+    name: ClassVar[str] = "wrong"
+    claims: ClassVar[tuple] = (
+        Claim(measure="strong", value=1.0, source="wishful thinking"),
+    )
+
+@hookimpl
+def sdaeverify_schemes():
+    return [Right(), Wrong()]
+"""
+POLICY = """
+[tool.sdaeverify]
+plugins = ["odd_plugin.py"]
+problems = ["gbm"]
+tier = "smoke"
+"""
+EXPECTED = """
+[[tool.sdaeverify.expected-failures]]
+scheme = "{}"
+reason = "issue 12"
+"""
+
+
+@pytest.fixture
+def project(call, write, tmp_path, monkeypatch):
+    """Run the gate of a project with one right and one wrong scheme."""
+    for name in ("GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE"):
+        monkeypatch.delenv(name, raising=False)
+    write(PLUGIN)
+    (tmp_path / "pyproject.toml").write_text(POLICY)
+
+    def run(*arguments, policy=""):
+        if policy:
+            (tmp_path / "pyproject.toml").write_text(POLICY + policy)
+        return call("gate", "-j", "1", "--progress", "none", *arguments)
+
+    return run
+
+
+def test_one_right_one_wrong(project):
+    """A wrong claim fails the gate with claim, interval and command; every report is written and says so."""
+    outcome = project("--junitxml", "out/junit.xml")
+
+    assert outcome.code == ExitCode.REFUTED
+    assert "refuted: wrong on gbm, strong x: claimed order >= 1.0 up to a margin of 0.2" in outcome.out
+    assert "estimate: 0." in outcome.out
+    assert "% interval)" in outcome.out
+    assert "reproduce: python -m sdaeverify matrix -s wrong -p gbm -m strong" in outcome.out
+    assert "right on gbm" not in outcome.out
+    assert outcome.out.splitlines()[-1] == "exit code 1: a claim is refuted"
+
+    folder = Path("reports", "gate")
+    report = json.loads((folder / "gate.json").read_text())
+    assert {(row["scheme"], row["status"]) for row in report["outcomes"]} == {
+        ("right", "passed"),
+        ("wrong", "failed"),
+    }
+    assert json.loads((folder / "badge.json").read_text())["color"] == "red"
+    assert "| wrong | gbm | strong x |" in (folder / "gate.md").read_text()
+    assert {"verdicts.csv", "levels.csv", "run.json"} <= {file.name for file in folder.iterdir()}
+    assert parse("out/junit.xml").getroot().get("failures") == "2"
+
+
+def test_right_alone(project):
+    """Options come before the policy; what is right passes."""
+    outcome = project("-s", "right", "--report", "json", "--alpha", "0.05")
+    report = json.loads(outcome.out)
+
+    assert outcome.code == report["exit_code"] == 0
+    assert report["alpha"] == 0.05
+    assert report["counts"] == {"passed": 2}
+
+
+def test_second_run(project):
+    """What was measured before is reused, and said to be, unless a fresh run is asked for."""
+    first, second, fresh = project("-s", "right"), project("-s", "right"), project("-s", "right", "--fresh")
+
+    assert [("note: evidence of 1 of 1 blocks" in outcome.out) for outcome in (first, second, fresh)] == [
+        False,
+        True,
+        False,
+    ]
+    assert {outcome.code for outcome in (first, second, fresh)} == {ExitCode.OK}
+
+
+def test_expected_failure(project):
+    """What is expected to fail does not fail the gate, and is told with its reason in the reports."""
+    outcome = project("--report", "markdown", policy=EXPECTED.format("wrong"))
+
+    assert outcome.code == 0
+    assert "(expected: issue 12)" in outcome.out
+
+
+def test_unexpected_pass(project):
+    """What was expected to fail and is verified fails the gate."""
+    outcome = project("-s", "right", policy=EXPECTED.format("right"))
+
+    assert outcome.code == ExitCode.UNEXPECTED
+    assert "expected to fail, but verified: right on gbm" in outcome.out
+
+
+def test_idle_expectation(project):
+    """An expected failure that nothing matches is a warning, where all cells were run."""
+    outcome = project("--tier", "ci", policy=EXPECTED.format("writhe"))
+
+    assert "warning: no finding matches the expected failure scheme=writhe (issue 12); remove it" in outcome.out
+
+
+def test_lock(project, tmp_path):
+    """What is locked must be there: a claim that is gone is code 5 and is named."""
+    written = project("--write-lock")
+    assert f"4 claims of tier smoke are locked in {tmp_path / 'sdaeverify.lock'}" in written.out
+
+    assert project().code == ExitCode.REFUTED
+    plugin = tmp_path / "odd_plugin.py"
+    plugin.write_text(plugin.read_text().replace("value=1.0", "value=0.9").replace("[Right(), ", "["))
+    outcome = project()
+
+    assert outcome.code == ExitCode.NOTHING
+    assert "lock file: no longer tested: right on gbm, strong x: order >= 0.5" in outcome.out
+    assert "lock file: claim weakened: wrong on gbm, strong x: was order >= 1.0, is order >= 0.9" in outcome.out
+
+
+def test_lock_of_a_part(project):
+    """Where the command line selects, only what it selects must be there; nothing can be locked then."""
+    project("--write-lock")
+
+    assert project("-s", "right").code == 0
+    assert "leave out -s, -p and -m" in project("-s", "right", "--write-lock").err
+
+
+def test_missing_lock(project):
+    """A lock file that the policy names must be there; without one a note says how to write it."""
+    assert "note: there is no lock file" in project("-s", "right").out
+    (Path("pyproject.toml")).write_text(f"{POLICY}lock = 'claims.lock'\n")
+
+    outcome = project()
+    assert outcome.code == ExitCode.USAGE
+    assert "claims.lock, though the policy names it; write it with gate --write-lock" in outcome.err
+
+
+def test_nothing_measured(project):
+    """A gate that tests no claim fails."""
+    outcome = project("-m", "moments")
+
+    assert outcome.code == ExitCode.NOTHING
+    assert "warning: no claim of the selected schemes is tested" in outcome.out
+
+
+def test_github(project, tmp_path, monkeypatch):
+    """Text is fenced, annotations come after it, and the summary is appended to the file that is named."""
+    summary = tmp_path / "summary.md"
+    summary.write_text("before\n")
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(summary))
+    lines = project("--report", "github").out.splitlines()
+
+    token = lines[0].removeprefix("::stop-commands::")
+    end = lines.index(f"::{token}::")
+    assert not any(line.startswith("::") for line in lines[1:end])
+    assert [line.split(",title")[0] for line in lines[end + 1 :]] == 2 * ["::error file=odd_plugin.py,line=21"]
+    assert summary.read_text().startswith("before\n## ")
+
+
+def test_line_of_the_claim(project, tmp_path):
+    """The line of an annotation is that of the claim."""
+    line = (tmp_path / "odd_plugin.py").read_text().splitlines()[20]
+
+    assert line.strip().startswith('Claim(measure="strong", value=1.0')
+
+
+def test_seed_of_the_day(project, monkeypatch):
+    """The seed of a day is printed; it cannot be given along with another one."""
+    options = dict.fromkeys(parameter.name for parameter in gate.params)
+    empty = {"schemes": (), "problems": (), "measures": (), "plugins": (), "seed_from": "date"}
+    monkeypatch.setattr("sdaeverify.cli.gate.seed_of", lambda day: seed_of(day) * 0 + 7)
+
+    assert policy_of({**options, **empty}).seed == 7
+    with pytest.raises(UsageError, match="--seed and --seed-from"):
+        policy_of({**options, **empty, "seed": 1})
+    assert "seed 7," in project("--seed-from", "date", "-s", "right").out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--tier", "nightmare"), "tier must be one of smoke, ci, nightly, got 'nightmare'"),
+        (("--alpha", "2"), "alpha must be above 0 and at most 0.5, got 2.0"),
+        (("--config", "nowhere.toml"), "cannot read the policy nowhere.toml"),
+        (("-s", "rigth"), "unknown scheme 'rigth'; did you mean right?"),
+        (("--memory", "much"), "--memory expects an amount of memory"),
+        (("--report", "xml"), "--report"),
+    ],
+)
+def test_wrong_options(project, arguments, message):
+    """A wrong option is one line and code 2."""
+    outcome = project(*arguments)
+
+    assert outcome.code == ExitCode.USAGE
+    assert message in outcome.err
+    assert len(outcome.err.splitlines()) == 1
+
+
+def test_own_plugin_is_broken(project, monkeypatch, tmp_path):
+    """A broken plugin of the project itself fails its gate, whatever else is registered."""
+    row = PluginRow("mine", "mypack", "1", "mine.schemes", "broken", "ImportError: no")
+    monkeypatch.setattr("sdaeverify.cli.gate.loaded", lambda files: Registry({}, {}, {}, (row,)))
+    (tmp_path / "pyproject.toml").write_text(f"[project]\nname = 'mypack'\n{POLICY}")
+    outcome = project()
+
+    assert outcome.code == ExitCode.PLUGIN
+    assert "plugin mine of mypack, which is gated, is broken: ImportError: no" in outcome.err

@@ -1,0 +1,302 @@
+"""Schemes, measures and problems that hang, die or eat memory cost their own rows and nothing else."""
+
+import csv
+import multiprocessing
+import signal
+import sys
+from pathlib import Path
+
+import pytest
+
+from sdaeverify.cli.limits import read_limits
+from sdaeverify.errors import UsageError
+
+BUDGET = ("--paths", "80", "--block", "40", "--levels", "8..32", "--progress", "none")
+GOOD = ("milstein", "euler-maruyama")
+BAD = ("zz-hang", "zz-sleep", "zz-leave", "zz-abort", "zz-late")
+PLUGIN = """
+HOARD = []
+
+def hang(h, state):
+    while True:
+        pass
+
+def sleep(h, state):
+    time.sleep(300.0)
+
+def leave(h, state):
+    os._exit(0)
+
+def abort(h, state):
+    os.abort()
+
+def eat(h, state):
+    HOARD.append(np.ones(2**30))
+
+def hoard(h, state):
+    # Nothing is left for anybody, and this scheme does not need any.
+    try:
+        while True:
+            HOARD.append(np.ones(2**13))
+    except MemoryError:
+        pass
+
+def fine(h, state):
+    pass
+
+def late(h, state):
+    # Only where one path is tried the scheme is well.
+    if state.shape[-1] == 40 and h < 0.1:
+        os._exit(3)
+
+def made(kind):
+    @dataclass(frozen=True)
+    class Bad(Scheme):
+        name: ClassVar[str] = f"zz-{kind.__name__}"
+        form: ClassVar[type] = SDE
+        claims: ClassVar[tuple] = (Claim(measure="strong", value=0.5, source="nowhere"),)
+
+        def step(self, problem, state, t, h, noise):
+            kind(h, state)
+            dX = (problem.diffusion(t, state) * noise.dW).sum(axis=1)
+            return Step(state + h * problem.drift(t, state) + dX)
+
+    Bad.__qualname__ = Bad.__name__ = f"Bad{kind.__name__}"
+    globals()[Bad.__name__] = Bad
+    return Bad()
+
+SCHEMES = [made(kind) for kind in (hang, sleep, leave, abort, eat, hoard, fine, late)]
+
+@hookimpl
+def sdaeverify_schemes():
+    return SCHEMES
+
+class Hanging(Measure):
+    name = "zz-probe"
+
+    def probe(self, scheme, view, settings):
+        while scheme.name == "milstein":
+            pass
+        return Tally()
+
+    def judge(self, evidence):
+        return Judgement((Finding(quantity="x", verdict=Verdict.INCONCLUSIVE, settled=True),), ())
+
+@hookimpl
+def sdaeverify_measures():
+    return [Hanging()]
+
+def problem(drift):
+    diffusion = lambda t, x: x[:, None]
+    return SDE(drift=drift, diffusion=diffusion, start=[1.0], noise_dim=1, horizon=1.0, source="nowhere")
+
+def zz_hangs() -> SDE:
+    return problem(lambda t, x: (time.sleep(300.0) if x.shape[-1] == 40 else None, x)[1])
+
+def zz_dies() -> SDE:
+    return problem(lambda t, x: (os._exit(1) if x.shape[-1] == 40 else None, x)[1])
+
+@hookimpl
+def sdaeverify_problems():
+    return [zz_hangs, zz_dies]
+"""
+IMPORTS = """
+from sdaeverify.measure import Finding, Judgement, Measure, Verdict
+from sdaeverify.tally import Tally
+"""
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="limits of processes are a matter of POSIX")
+
+
+@pytest.fixture
+def plugin(write):
+    """Write a plugin with everything that is bad."""
+    return write(IMPORTS + PLUGIN)
+
+
+@pytest.fixture
+def rows(call, plugin, tmp_path):
+    """Run ``matrix`` with the bad plugin and return its rows by scheme, problem and measure."""
+
+    def run(schemes, *arguments, measures="strong", problems="gbm", out="out"):
+        chosen = ("-s", ",".join(schemes), "-p", problems, "-m", measures, "--plugin", plugin, "--out", out)
+        outcome = call("matrix", *chosen, *BUDGET, *arguments)
+        assert "Traceback" not in outcome.err
+        assert not multiprocessing.active_children()
+        with (tmp_path / out / "verdicts.csv").open(newline="") as file:
+            found = {}
+            for row in csv.DictReader(file):
+                key = row["scheme"], row["problem"], row["measure"]
+                found.setdefault(key, []).append({**row, "seconds": "", "reproduce": ""})
+        return found
+
+    return run
+
+
+def of(rows, *schemes):
+    """Return the rows of some schemes, without what corrects for the number of tests of the run."""
+    left = {"p_family", "family", "p_adjusted"}
+    return {
+        key: [{name: text for name, text in row.items() if name not in left} for row in found]
+        for key, found in rows.items()
+        if key[0] in schemes
+    }
+
+
+def why(rows, scheme, problem="gbm", measure="strong"):
+    """Return verdict and reason of a cell without evidence."""
+    (row,) = rows[scheme, problem, measure]
+    return row["verdict"], row["reason"]
+
+
+@pytest.mark.slow
+@POSIX
+def test_bad_schemes_beside_good_ones(rows):
+    """Two that hang and two that die, in one block: the good ones have exactly the rows they have without them."""
+    alone = rows((*GOOD, "zz-fine"), "-j", "1", out="alone")
+
+    beside = rows((*GOOD, *BAD, "zz-fine"), "-j", "2", "--timeout", "3")
+
+    assert of(beside, *GOOD, "zz-fine") == of(alone, *GOOD, "zz-fine")
+    for scheme in ("zz-hang", "zz-sleep"):
+        assert why(beside, scheme) == ("error", "no result within 3 s on a block of paths (--timeout)")
+    for scheme in ("zz-leave", "zz-abort", "zz-late"):
+        assert why(beside, scheme) == ("error", "its worker process died, perhaps for want of memory")
+
+
+@POSIX
+def test_a_scheme_that_eats_memory(rows):
+    """Who asks for more than a worker may have gets an error that names the limit; the others have their rows."""
+    alone = rows(GOOD, "-j", "1", out="alone")
+
+    beside = rows((*GOOD, "zz-eat"), "-j", "2", "--memory", "1G")
+
+    assert of(beside, *GOOD) == of(alone, *GOOD)
+    verdict, reason = why(beside, "zz-eat")
+    assert verdict == "error"
+    assert reason.startswith("MemoryError")
+    assert reason.endswith("a worker may have 1 GiB (--memory)")
+
+
+@POSIX
+def test_a_scheme_that_hoards_memory(rows):
+    """A scheme that keeps all the memory of its worker costs no rows of those that run there after it."""
+    alone = rows(GOOD, "-j", "1", out="alone")
+
+    beside = rows((*GOOD, "zz-hoard"), "-j", "1", "--memory", "300M")
+
+    assert of(beside, *GOOD) == of(alone, *GOOD)
+
+
+@POSIX
+def test_a_measure_that_hangs(rows):
+    """A probe that hangs costs its own cell: other measures of the scheme and that measure of others stay."""
+    names = {"measures": "strong,zz-probe", "out": "beside"}
+    alone = rows(GOOD, "-j", "1", out="alone")
+
+    beside = rows(GOOD, "-j", "1", "--timeout", "3", **names)
+
+    strong = {key: found for key, found in beside.items() if key[2] == "strong"}
+    assert of(strong, *GOOD) == of(alone, *GOOD)
+    assert why(beside, "milstein", measure="zz-probe") == (
+        "error",
+        "no result within 3 s on a block of paths (--timeout)",
+    )
+    assert why(beside, "euler-maruyama", measure="zz-probe")[0] == "inconclusive"
+
+
+@pytest.mark.slow
+@POSIX
+def test_problems_that_hang_or_die(rows):
+    """A problem whose drift never comes back or ends the process costs its own rows."""
+    alone = rows(GOOD, "-j", "1", out="alone")
+
+    beside = rows(GOOD, "-j", "2", "--timeout", "2", problems="gbm,zz-hangs,zz-dies", out="beside")
+
+    assert of({key: found for key, found in beside.items() if key[1] == "gbm"}, *GOOD) == of(alone, *GOOD)
+    for scheme in GOOD:
+        assert why(beside, scheme, "zz-hangs")[0] == "error"
+        assert "no result within 2 s on a block of paths (--timeout)" in why(beside, scheme, "zz-hangs")[1]
+        assert why(beside, scheme, "zz-dies")[0] == "error"
+        assert "its worker process died" in why(beside, scheme, "zz-dies")[1]
+
+
+@pytest.mark.slow
+@POSIX
+def test_what_failed_is_tried_again_and_the_rest_is_not(rows):
+    """A run that is repeated computes the blocks of the bad schemes only, and comes to the same."""
+    chosen = (*GOOD, "zz-leave")
+    first = rows(chosen, "-j", "1", "--timeout", "60")
+    kept = sorted(path.stat().st_mtime_ns for path in evidence())
+
+    second = rows(chosen, "-j", "1", "--timeout", "60")
+
+    assert second == first
+    assert kept == sorted(path.stat().st_mtime_ns for path in evidence())
+    assert {*GOOD} < {path.parent.name for path in evidence()}
+    assert "zz-leave" not in {path.parent.name for path in evidence()}
+
+
+def evidence():
+    """Return the files of evidence of a run in this folder."""
+    return list(Path("out", "evidence").rglob("*.npz"))
+
+
+@POSIX
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ((None, None, 1), None),
+        ((None, None, 2), (600.0,)),
+        ((5.0, None, 1), (5.0,)),
+        ((0.0, "0", 1), (float("inf"), 0)),
+    ],
+    ids=["one job", "default", "timeout", "none"],
+)
+def test_limits(arguments, expected):
+    """One job runs in this process unless a limit is asked for; 0 is none."""
+    workers, limits = read_limits(*arguments)
+
+    assert workers == arguments[2]
+    assert limits is None if expected is None else (limits.timeout, limits.memory)[: len(expected)] == expected
+
+
+@POSIX
+def test_the_default_of_memory_is_shared():
+    """All workers together may have most of the memory there is."""
+    (_, one), (_, four) = read_limits(5.0, None, 1), read_limits(None, None, 4)
+
+    assert one.memory // 4 == pytest.approx(four.memory, abs=4)
+    assert one.memory > 2**28
+
+
+@pytest.mark.parametrize("timeout", [-1.0, float("nan"), float("inf")])
+def test_no_limit_of_time(timeout):
+    """A time that is none is refused in one line."""
+    with pytest.raises(UsageError, match="--timeout expects a number of seconds, or 0 for no limit, got"):
+        read_limits(timeout, None, None)
+
+
+@pytest.mark.parametrize("memory", ["", "-1G", "much", "0G", "1E", "nan"])
+def test_no_limit_of_memory(memory):
+    """An amount that is none is refused in one line."""
+    with pytest.raises(UsageError, match="--memory expects an amount of memory such as 500M or 2G, got"):
+        read_limits(None, memory, None)
+
+
+def test_no_limits_where_there_are_none(monkeypatch):
+    """A platform without alarms refuses a limit that is asked for, and sets none by default."""
+    monkeypatch.delattr(signal, "setitimer")
+
+    assert read_limits(None, "0", 2)[1].timeout == float("inf")
+    with pytest.raises(UsageError, match="this platform cannot end a step that hangs; leave out --timeout"):
+        read_limits(5.0, "0", 2)
+
+
+def test_bad_limits_on_the_command_line(call):
+    """They are told before anything is run."""
+    for option, value in (("--timeout", "-1"), ("--memory", "much")):
+        outcome = call("matrix", "-s", "milstein", "-p", "gbm", option, value)
+
+        assert outcome.code == 2
+        assert outcome.err.count("\n") == 1
+        assert option in outcome.err

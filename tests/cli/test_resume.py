@@ -1,0 +1,237 @@
+"""Runs that are killed, resumed, extended and begun afresh."""
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+PROGRAM = (sys.executable, "-m", "sdaeverify", "matrix", "-p", "gbm,ou,pendulum", "-m", "strong,weak,drift")
+CHOSEN = ("-s", "milstein,euler-maruyama,half-explicit-euler", "--paths", "1024", "--looks", "3", "-j", "2")
+MOMENTS = 20
+# Of the moments, those that are tried among the fast tests.
+FEW = 1
+PATIENCE = 120.0
+
+
+def begin(folder: Path, *further: str) -> "subprocess.Popen[str]":
+    """Start the run in a session of its own."""
+    pipe, words = subprocess.PIPE, (*PROGRAM, *CHOSEN, "--progress", "none", "--out", str(folder), *further)
+    return subprocess.Popen(words, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
+
+
+def finish(folder: Path, *further: str) -> str:
+    """Carry a run to its end and return what it says."""
+    out, err = begin(folder, *further).communicate(timeout=PATIENCE)
+    assert err == ""
+    return out
+
+
+def tables(folder: Path) -> tuple[str, list[dict[str, str]]]:
+    """Return both tables, without the time that it took."""
+    with (folder / "verdicts.csv").open(newline="") as file:
+        verdicts = [{**row, "seconds": "", "reproduce": ""} for row in csv.DictReader(file)]
+    return (folder / "levels.csv").read_text(), verdicts
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
+    """Return the folder of a run that nobody interrupted, and how long it took."""
+    folder, begun = tmp_path_factory.mktemp("whole"), time.monotonic()
+    finish(folder)
+    return folder, time.monotonic() - begun
+
+
+def killed_and_resumed(whole: tuple[Path, float], folder: Path, moment: int) -> None:
+    """Kill a run at a random moment, its workers too or not, resume it, and compare."""
+    rng = np.random.default_rng(moment)
+    process = begin(folder)
+    time.sleep(whole[1] * rng.random())
+    kill = os.killpg if moment % 2 else os.kill
+    kill(process.pid, signal.SIGKILL)
+    process.communicate()
+
+    finish(folder)
+
+    assert tables(folder) == tables(whole[0])
+    assert not list(folder.rglob(".unfinished-*")) or moment % 2
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are a matter of POSIX")
+@pytest.mark.parametrize("moment", range(FEW))
+def test_a_killed_run_goes_on(whole, tmp_path, moment):
+    """After kill -9 the resumed run has the tables of an uninterrupted one, bit by bit."""
+    killed_and_resumed(whole, tmp_path, moment)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are a matter of POSIX")
+@pytest.mark.parametrize("moment", range(FEW, MOMENTS))
+def test_a_killed_run_goes_on_at_any_moment(whole, tmp_path, moment):
+    """After kill -9 at a random moment the resumed run has the tables of an uninterrupted one, bit by bit."""
+    killed_and_resumed(whole, tmp_path, moment)
+
+
+SMALL = ("--block", "40", "--levels", "8..32", "-j", "1", "--progress", "none")
+
+
+@pytest.fixture
+def small(call, tmp_path):
+    """Run ``matrix`` in this process at a small budget; return what it says and both tables."""
+
+    def run(out, *arguments, paths=80):
+        outcome = call("matrix", *arguments, *SMALL, "--paths", str(paths), "--out", out)
+        assert "Traceback" not in outcome.err
+        return outcome, tables(tmp_path / out)
+
+    return run
+
+
+def evidence(folder):
+    """Return when each file of evidence was written."""
+    return {path.relative_to(folder): path.stat().st_mtime_ns for path in folder.rglob("*.npz")}
+
+
+TWO = ("-s", "milstein,euler-maruyama", "-p", "gbm", "-m", "strong,weak")
+
+
+def test_a_repeated_run_reuses_everything(small, tmp_path):
+    """A run that is made again writes the same tables, computes nothing, and says so."""
+    first, before = small("out", *TWO)
+    files = evidence(tmp_path / "out")
+
+    second, after = small("out", *TWO)
+
+    assert after == before
+    assert evidence(tmp_path / "out") == files
+    assert "was reused" not in first.out
+    said = [line for line in second.out.splitlines() if "was reused" in line]
+    assert said == [f"evidence of {len(files)} of {len(files)} blocks of paths was reused"]
+
+
+def test_afresh(small, tmp_path):
+    """With --fresh everything is computed again, to the same numbers."""
+    _, before = small("out", *TWO)
+    files = evidence(tmp_path / "out")
+
+    outcome, after = small("out", *TWO, "--fresh")
+
+    assert after == before
+    assert all(when > files[name] for name, when in evidence(tmp_path / "out").items())
+    assert (
+        f"evidence of 0 of {len(files)} blocks of paths was reused; computed: {len(files)} asked for" in outcome.out
+    )
+
+
+def test_what_a_run_says_of_another_seed(small, tmp_path):
+    """The reason why nothing was reused names what is different."""
+    small("out", *TWO)
+
+    outcome, _ = small("out", *TWO, "--seed", "7")
+
+    count = len(evidence(tmp_path / "out")) // 2
+    assert f"evidence of 0 of {count} blocks of paths was reused; computed: {count} with another seed" in outcome.out
+
+
+def measured(rows):
+    """Return the measures that have numbers."""
+    return {row["measure"] for row in rows if row["quantity"]}
+
+
+def test_evidence_survives_the_file(small):
+    """Judged from the files of a run, measures come to the rows they came to at once."""
+    chosen = ("-s", "milstein,half-explicit-euler", "-p", "gbm,pendulum")
+    _, before = small("out", *chosen)
+
+    outcome, after = small("out", *chosen)
+
+    assert after == before
+    assert "computed" not in outcome.out
+    assert measured(before[1]) >= {"drift", "strong", "weak"}
+
+
+def test_further_measures_and_schemes(small):
+    """What is added to a run later comes to what it comes to beside the rest from the start."""
+    whole = small("whole", *TWO)[1]
+    small("parts", "-s", "milstein", "-p", "gbm", "-m", "strong")
+    small("parts", "-s", "milstein", "-p", "gbm", "-m", "weak")
+
+    outcome, parts = small("parts", *TWO)
+
+    assert parts == whole
+    assert "was reused" in outcome.out
+
+
+@pytest.mark.slow
+def test_fewer_measures(small):
+    """A cell that is judged by itself, from files of a larger run, comes to what it comes to in a fresh folder."""
+    small("out", "-s", "milstein,half-explicit-euler", "-p", "gbm,pendulum")
+    for measure in ("drift", "weak", "effort", "moments"):
+        chosen = ("-s", "milstein,half-explicit-euler", "-p", "gbm,pendulum", "-m", measure)
+
+        assert small("out", *chosen)[1] == small(measure, *chosen)[1]
+
+
+@pytest.mark.parametrize("first", [80, 100], ids=["whole blocks", "a part of a block"])
+def test_more_paths(small, tmp_path, first):
+    """More paths in the folder of a run with fewer are a run with more; no whole block is computed again."""
+    fresh = small("fresh", *TWO, paths=400)[1]
+    small("out", *TWO, paths=first)
+    files = evidence(tmp_path / "out")
+
+    outcome, extended = small("out", *TWO, paths=400)
+
+    assert extended == fresh
+    assert files.items() <= evidence(tmp_path / "out").items()
+    assert "was reused" in outcome.out
+
+
+@pytest.mark.slow
+def test_four_times_the_paths(call, tmp_path):
+    """With 2048 paths after 512, tables are those of a fresh run with 2048, to the byte, and old blocks stay."""
+    chosen = ("matrix", *TWO, "--levels", "8..64", "-j", "2", "--progress", "none")
+    call(*chosen, "--paths", "2048", "--out", "fresh")
+    call(*chosen, "--paths", "512", "--out", "out")
+    files = evidence(tmp_path / "out")
+
+    call(*chosen, "--paths", "2048", "--out", "out")
+
+    assert tables(tmp_path / "out") == tables(tmp_path / "fresh")
+    assert files.items() <= evidence(tmp_path / "out").items()
+    assert evidence(tmp_path / "fresh").keys() <= evidence(tmp_path / "out").keys()
+
+
+def test_damaged_evidence(small, tmp_path):
+    """A file that was cut is computed again, and said to have been damaged."""
+    _, before = small("out", *TWO)
+    file = next((tmp_path / "out").rglob("*.npz"))
+    file.write_bytes(file.read_bytes()[:100])
+
+    outcome, after = small("out", *TWO)
+
+    assert after == before
+    assert "computed: 1 damaged" in outcome.out
+
+
+def test_a_folder_that_holds_no_evidence(small, tmp_path):
+    """A file in the place of the evidence is told in one line."""
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "evidence").write_text("")
+
+    outcome = small_failed(small, tmp_path)
+
+    assert outcome.code == 2
+    assert outcome.err.count("\n") == 1
+    assert "cannot write out/evidence" in outcome.err
+
+
+def small_failed(small, tmp_path):
+    """Run into a folder where nothing can be written."""
+    (tmp_path / "out" / "verdicts.csv").write_text("")
+    (tmp_path / "out" / "levels.csv").write_text("")
+    return small("out", *TWO)[0]

@@ -1,0 +1,3 @@
+"""What all tests share: runs of pytest inside a test."""
+
+pytest_plugins = "pytester"

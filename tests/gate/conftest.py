@@ -1,0 +1,103 @@
+"""Cells, findings and outcomes made by hand."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import pytest
+
+from sdaeverify import SDE, Claim, Scheme, Settings
+from sdaeverify.contributions import MeasureEntry, ProblemEntry, SchemeEntry
+from sdaeverify.discovery import Origin
+from sdaeverify.gate.gated import Gated
+from sdaeverify.gate.outcomes import outcomes
+from sdaeverify.gate.policy import Policy
+from sdaeverify.measure import Finding, Measure, Verdict
+from sdaeverify.registry import Registry
+from sdaeverify.specs import problem_spec
+from sdaeverify.study import Cell, CellResult
+
+SHARP = Claim(measure="sharp", value=1.0, source="made up")
+WEAKER = Claim(measure="sharp", value=0.5, source="made up")
+UNCLAIMED = {Verdict.ERROR, Verdict.NOT_RUN, Verdict.OUT_OF_SCOPE, Verdict.NOT_APPLICABLE}
+NASTY = 'a<b>&"\n::error::x\x00\x1b[31m|`%0A'
+
+
+@dataclass(frozen=True)
+class Plain(Scheme):
+    kind: str = "plain"
+
+    name: ClassVar[str] = "plain"
+    form: ClassVar[type] = SDE
+    claims: ClassVar[tuple] = (SHARP,)
+
+
+@dataclass(frozen=True)
+class Fussy(Plain):
+    name: ClassVar[str] = "fussy"
+    claims: ClassVar[tuple] = (WEAKER, replace(SHARP, when=frozenset({"additive-noise"})))
+
+
+class Sharp(Measure):
+    name = "sharp"
+
+
+class Blunt(Measure):
+    name = "blunt"
+
+
+def problem(components=1, traits=(), **fields):
+    return SDE(
+        drift=lambda t, x: 0 * x,
+        diffusion=lambda t, x: 0 * x[:, None] + 1,
+        start=[1.0] * components,
+        noise_dim=1,
+        horizon=1.0,
+        source="made up",
+        traits=frozenset(traits),
+        **fields,
+    )
+
+
+def line() -> SDE:
+    return problem()
+
+
+def added() -> SDE:
+    return problem(traits={"additive-noise"})
+
+
+def plane() -> SDE:
+    return problem(2)
+
+
+def registered(schemes=(Plain(), Fussy()), families=(line, added, plane), distribution="pack"):
+    """Return a registry of these schemes and problems, and the measures sharp and blunt."""
+    origin = Origin("test", distribution, "1", "module")
+    named = {}
+    for scheme in schemes:
+        named.setdefault(scheme.name, []).append(scheme)
+    return Registry(
+        {name: SchemeEntry(name, tuple(variants), origin) for name, variants in named.items()},
+        {family.__name__: ProblemEntry(family.__name__, family, origin) for family in families},
+        {measure.name: MeasureEntry(measure.name, measure, origin) for measure in (Blunt(), Sharp())},
+    )
+
+
+def result(verdict, *, scheme=Plain(), quantity="x", claim=SHARP, reason="because", **fields):
+    """Return the result of a cell with one finding."""
+    claim = None if verdict in UNCLAIMED else claim
+    finding = Finding(quantity=quantity, verdict=verdict, reason=reason, claim=claim, **fields)
+    return CellResult(Cell(scheme, problem_spec(line), Sharp()), (finding,), paths=256, seconds=0.5)
+
+
+def gated(*results, policy=None, **fields):
+    """Return a gate that came to its end with these results."""
+    policy = policy or Policy()
+    return Gated(tuple(outcomes(results, policy)), policy, Settings(), **fields)
+
+
+@pytest.fixture
+def everything():
+    """Return one result of each verdict, with names and texts that are hard to show."""
+    odd = Plain(NASTY)
+    return [result(verdict, scheme=odd, quantity=f"x{NASTY}", reason=NASTY) for verdict in Verdict]

@@ -1,0 +1,98 @@
+"""Output for GitHub's runner."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sdaeverify.errors import UsageError
+from sdaeverify.gate.github import MOST, annotations, data_text, fence, property_text
+from sdaeverify.gate.lock import Lock
+from sdaeverify.measure import Verdict
+
+from .conftest import Plain, gated, result
+
+PIECES = [*"a:,%]=|`\r\n\x00\x1b\u2028", "::", "::error::", "%0A::"]
+TEXTS = st.lists(st.sampled_from(PIECES), max_size=12).map("".join)
+
+
+def lines_of(gate, root):
+    return list(annotations(gate, root))
+
+
+@settings(deadline=None)
+@given(reason=TEXTS, quantity=TEXTS, kind=TEXTS, gone=TEXTS)
+def test_untrusted_text_begins_no_command(reason, quantity, kind, gone):
+    """Whatever a plugin's texts hold, a command is one line that begins as it must and has one message."""
+    found = result(Verdict.REFUTED, scheme=Plain(kind), reason=reason, quantity=quantity)
+    gate = gated(found, result(Verdict.INCONCLUSIVE, reason=reason), lock=Lock((gone,)))
+
+    for line in annotations(gate, Path("/")):
+        head, separator, rest = line.removeprefix("::").partition("::")
+        assert line.splitlines() == [line]
+        assert line.startswith(("::error ", "::warning "))
+        assert separator
+        assert all(pair.count("=") >= 1 for pair in head.split(" ", 1)[1].split(","))
+        assert "%" not in rest.replace("%25", "").replace("%0A", "").replace("%0D", "")
+
+
+@given(TEXTS)
+def test_escaped_texts(text):
+    """Neither a message nor a property keeps what would end it."""
+    assert not set(data_text(text)) & set("\r\n")
+    assert not set(property_text(text)) & set("\r\n:,")
+
+
+def test_escapes():
+    """Escapes are those that the runner undoes."""
+    assert data_text("50 %\r\n") == "50 %25%0D%0A"
+    assert property_text("C:\\a,b%") == "C%3A\\a%2Cb%25"
+
+
+def test_place_of_a_claim(tmp_path):
+    """An annotation names the file relative to the root, and none where the scheme is elsewhere."""
+    here = Path(__file__).parent
+    (inside,) = lines_of(gated(result(Verdict.REFUTED)), here)
+    (outside,) = lines_of(gated(result(Verdict.REFUTED)), tmp_path)
+
+    assert inside.startswith("::error file=conftest.py,line=")
+    assert outside.startswith("::error title=")
+
+
+def test_worst_first_and_not_too_many(tmp_path):
+    """Errors come before warnings, and there are ten annotations at most."""
+    doubts = [result(Verdict.INCONCLUSIVE, quantity=f"x{n}") for n in range(20)]
+    lines = lines_of(gated(*doubts, result(Verdict.ERROR), result(Verdict.REFUTED)), tmp_path)
+
+    assert len(lines) == MOST
+    assert [line.split(" ")[0] for line in lines[:3]] == ["::error", "::error", "::warning"]
+    assert "refuted" in lines[0]
+
+
+def test_lock_leaves_room_for_claims(tmp_path):
+    """Many lines of the lock file do not hide what is refuted."""
+    lines = lines_of(gated(result(Verdict.REFUTED), lock=Lock(tuple(map(str, range(30))))), tmp_path)
+
+    assert len(lines) == MOST // 2 + 1
+    assert "refuted" in lines[-1]
+
+
+def test_fence():
+    """Commands are off inside of the fence, with a token that is new each time, and on again after an error."""
+    written = []
+
+    def fail():
+        with fence(written.append):
+            written.append("::error::inside")
+            raise UsageError("wrong")
+
+    for _ in range(2):
+        with pytest.raises(UsageError):
+            fail()
+
+    first, inside, last, again = written[:4]
+    token = first.removeprefix("::stop-commands::")
+    assert len(token) == 32
+    assert (inside, last) == ("::error::inside", f"::{token}::")
+    assert again != first

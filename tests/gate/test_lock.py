@@ -1,0 +1,106 @@
+"""What is locked, and what is held against it."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from sdaeverify import Claim
+from sdaeverify.errors import UsageError
+from sdaeverify.gate.lock import Key, claim_words, compared, found_claims, lock_text, read_lock
+from sdaeverify.gate.outcomes import outcomes
+from sdaeverify.gate.policy import Policy
+from sdaeverify.measure import Verdict
+
+from .conftest import SHARP, WEAKER, result
+
+X, Y = Key("plain", "line", "sharp", "x"), Key("plain", "line", "sharp", "y")
+FOUND = (result(Verdict.VERIFIED), result(Verdict.INCONCLUSIVE, quantity="y", claim=WEAKER))
+
+
+def held(locked, *results):
+    return compared(locked, outcomes(results, Policy()))
+
+
+def test_what_is_locked():
+    """Every claim that was put to the test is locked, verified or not, with a margin that is not the default."""
+    wide = Claim(measure="sharp", value=1.0, margin=0.5, source="made up")
+
+    assert found_claims(outcomes(FOUND, Policy())) == {X: "order >= 1.0", Y: "order >= 0.5"}
+    assert claim_words(wide) == "order >= 1.0, margin 0.5"
+    assert claim_words(replace(wide, value="round-off")) == "round-off"
+
+
+def test_nothing_to_say():
+    """What is locked and found is no news."""
+    assert held({X: "order >= 1.0", Y: "order >= 0.5"}, *FOUND) == held({})
+
+
+def test_dropped_claim():
+    """A claim that is locked and not found is a violation that names it."""
+    lock = held({X: "order >= 1.0", Y: "order >= 0.5"}, FOUND[0])
+
+    assert lock.violations == ("no longer tested: plain on line, sharp y: order >= 0.5",)
+
+
+@pytest.mark.parametrize(
+    ("locked", "weaker"),
+    [
+        ("order >= 1.0", False),
+        ("order >= 0.5", False),
+        ("order >= 1.5", True),
+        ("order >= 1.0, margin 0.1", True),
+        ("order >= 1.0, margin 0.3", False),
+        ("order >= 1.1, margin 0.3", False),
+        ("round-off", True),
+    ],
+)
+def test_changed_claim(locked, weaker):
+    """A claim whose bound has become lower is a violation, one that says more is a note."""
+    lock = held({X: locked}, result(Verdict.VERIFIED, claim=SHARP))
+
+    assert bool(lock.violations) is weaker
+    assert bool(lock.notes) is (not weaker and locked != "order >= 1.0")
+
+
+def test_new_claims():
+    """What is not locked is a note."""
+    (note,) = held({}, *FOUND).notes
+
+    assert note == "not in the lock file: plain on line, sharp x and 1 more; --write-lock adds what is new"
+
+
+@pytest.mark.parametrize("verdict", [Verdict.ERROR, Verdict.REFUTED])
+def test_cell_without_quantities(verdict):
+    """A cell that could not be measured, or breaks the contract, fails by itself and is not missed as well."""
+    assert held({X: "order >= 1.0", Y: "order >= 0.5"}, result(verdict, quantity="")).violations == ()
+
+
+def test_file(tmp_path):
+    """What is written can be read; the order of the claims does not matter and each has a line of its own."""
+    file = tmp_path / "my.lock"
+    locked = {X: "order >= 1.0", Y: "order >= 0.5"}
+    file.write_text(lock_text({"ci": locked, "smoke": {}}))
+
+    assert read_lock(file) == {"ci": locked}
+    assert lock_text({"ci": dict(reversed(locked.items()))}) == file.read_text()
+    assert '"x": "order >= 1.0",\n' in file.read_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{", "is no lock file: .*; write it anew"),
+        ("[]", "is no lock file of version 1"),
+        (json.dumps({"schema_version": 2}), "is no lock file of version 1"),
+        (json.dumps({"schema_version": 1}), "is damaged"),
+        (json.dumps({"schema_version": 1, "tiers": {"ci": {"plain": "gbm"}}}), "is damaged"),
+    ],
+)
+def test_damaged_file(tmp_path, text, message):
+    """A file that is no lock file is an error in one line."""
+    file = tmp_path / "my.lock"
+    file.write_text(text)
+
+    with pytest.raises(UsageError, match=message):
+        read_lock(file)

@@ -1,0 +1,110 @@
+"""From findings to outcomes."""
+
+import pytest
+
+from sdaeverify.cli.exit_codes import ExitCode, code_of_gate
+from sdaeverify.gate.expected import ExpectedFailure
+from sdaeverify.gate.outcomes import Status, idle, is_red, outcomes
+from sdaeverify.gate.policy import Policy
+from sdaeverify.measure import Verdict
+
+from .conftest import result
+
+ANY = (ExpectedFailure(reason="known"),)
+LAX = (ExpectedFailure(reason="known", strict=False),)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "plain", "expected"),
+    [
+        (Verdict.VERIFIED, Status.PASSED, Status.XPASSED),
+        (Verdict.REFUTED, Status.FAILED, Status.XFAILED),
+        (Verdict.INCONCLUSIVE, Status.UNDECIDED, Status.XFAILED),
+        (Verdict.DIVERGED, Status.UNMEASURED, Status.XFAILED),
+        (Verdict.ERROR, Status.UNMEASURED, Status.XFAILED),
+        (Verdict.NOT_RUN, Status.UNMEASURED, Status.XFAILED),
+    ],
+)
+def test_status(verdict, plain, expected):
+    """Each verdict has a status, and another one where it is expected to fail."""
+    (alone,) = outcomes([result(verdict)], Policy())
+    (known,) = outcomes([result(verdict)], Policy(expected_failures=ANY))
+
+    assert (alone.status, alone.expected) == (plain, "")
+    assert (known.status, known.expected) == (expected, "known")
+
+
+@pytest.mark.parametrize("verdict", [Verdict.OUT_OF_SCOPE, Verdict.NOT_APPLICABLE])
+def test_what_is_not_claimed_is_not_gated(verdict):
+    """A finding without a claim has no outcome."""
+    assert outcomes([result(verdict, claim=None)], Policy()) == []
+
+
+def test_lax_expectation_may_pass():
+    """What is not strictly expected to fail passes where it is verified."""
+    (outcome,) = outcomes([result(Verdict.VERIFIED)], Policy(expected_failures=LAX))
+
+    assert outcome.status is Status.PASSED
+
+
+@pytest.mark.parametrize(
+    ("verdict", "red"),
+    [
+        (Verdict.VERIFIED, False),
+        (Verdict.REFUTED, True),
+        (Verdict.ERROR, True),
+        (Verdict.INCONCLUSIVE, False),
+    ],
+)
+def test_red(verdict, red):
+    """Refuted and unmeasured fail the gate; undecided where the policy says so."""
+    (outcome,) = outcomes([result(verdict)], Policy())
+
+    assert is_red(outcome, Policy()) is red
+    assert is_red(outcome, Policy(inconclusive="fail")) is (red or verdict is Verdict.INCONCLUSIVE)
+
+
+def test_idle_expectations():
+    """An expected failure that no finding matches is told."""
+    entries = (ExpectedFailure(reason="a", quantity="x"), ExpectedFailure(reason="b", quantity="y"))
+    policy = Policy(expected_failures=entries)
+
+    assert idle(outcomes([result(Verdict.REFUTED)], policy), policy) == [entries[1]]
+
+
+def test_claim_of_an_unmeasured_cell():
+    """Where nothing was measured the claim in words is all that the cell was to test."""
+    (outcome,) = outcomes([result(Verdict.ERROR)], Policy())
+
+    assert outcome.claim == "order >= 1.0 up to a margin of 0.2"
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "options", "locked", "code"),
+    [
+        ([Verdict.VERIFIED], {}, True, ExitCode.OK),
+        ([], {}, True, ExitCode.NOTHING),
+        ([Verdict.REFUTED, Verdict.ERROR], {}, False, ExitCode.NOTHING),
+        ([Verdict.ERROR, Verdict.REFUTED], {}, True, ExitCode.REFUTED),
+        ([Verdict.ERROR, Verdict.INCONCLUSIVE], {"inconclusive": "fail"}, True, ExitCode.NOT_MEASURED),
+        ([Verdict.INCONCLUSIVE], {"inconclusive": "fail"}, True, ExitCode.UNDECIDED),
+        ([Verdict.INCONCLUSIVE], {}, True, ExitCode.OK),
+        ([Verdict.VERIFIED, Verdict.REFUTED], {"expected_failures": ANY}, True, ExitCode.UNEXPECTED),
+        ([Verdict.REFUTED, Verdict.ERROR], {"expected_failures": ANY}, True, ExitCode.OK),
+    ],
+)
+def test_code(verdicts, options, locked, code):
+    """The worst outcome gives the code, in the order 5, 1, 3, 7, 4."""
+    policy = Policy(**options)
+
+    assert code_of_gate(outcomes(map(result, verdicts), policy), policy, locked=locked) is code
+
+
+def test_unexpected_before_undecided():
+    """An unexpected pass is worse than an undecided claim, and an unmeasured cell is worse than both."""
+    policy = Policy(inconclusive="fail", expected_failures=(ExpectedFailure(reason="known", quantity="y"),))
+    results = [result(Verdict.INCONCLUSIVE), result(Verdict.VERIFIED, quantity="y")]
+
+    assert code_of_gate(outcomes(results, policy), policy, locked=True) is ExitCode.UNEXPECTED
+    results.append(result(Verdict.ERROR))
+    assert code_of_gate(outcomes(results, policy), policy, locked=True) is ExitCode.NOT_MEASURED

@@ -1,0 +1,21 @@
+"""The lock file of the shipped schemes."""
+
+from pathlib import Path
+
+import pytest
+
+from sdaeverify.gate.lock import read_lock
+from sdaeverify.gate.plan import gate_plan
+from sdaeverify.gate.policy import Policy
+from sdaeverify.registry import load_registry
+
+LOCK = Path(__file__).parents[2] / "sdaeverify.lock"
+
+
+@pytest.mark.parametrize("tier", ["smoke", "ci"])
+def test_every_claimed_cell_is_locked(tier):
+    """The cells of the lock file are those that a gate runs: a claim that is added or dropped changes the file."""
+    plan = gate_plan(load_registry(environ={}), Policy(distribution="sdaeverify", tier=tier))
+    cells = {(cell.scheme.label, cell.spec.label, cell.measure.name) for cell in plan.cells}
+
+    assert {key[:3] for key in read_lock(LOCK)[tier]} == cells

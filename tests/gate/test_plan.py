@@ -1,0 +1,173 @@
+"""What a gate runs."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from sdaeverify import Control, Pathwise
+from sdaeverify.contributions import SchemeEntry
+from sdaeverify.discovery import Origin
+from sdaeverify.gate.plan import gate_plan, untested
+from sdaeverify.gate.policy import Policy
+from sdaeverify.gate.tiers import TIERS, settings_of
+from sdaeverify.measure import Verdict
+
+from .conftest import SHARP, WEAKER, Fussy, Plain, added, line, plane, problem, registered
+
+
+@dataclass(frozen=True)
+class Weak(Plain):
+    name: ClassVar[str] = "weak"
+    claims: ClassVar[tuple] = (WEAKER,)
+
+
+@dataclass(frozen=True)
+class Picky(Plain):
+    name: ClassVar[str] = "picky"
+    claims: ClassVar[tuple] = (replace(SHARP, when=frozenset({"algebraic"})),)
+
+
+def known():
+    truth = Pathwise(
+        start=lambda paths: np.ones((2, paths)),
+        advance=lambda x, t, h, noise: x + noise.dW,
+        parts=lambda t, x: {"x": x},
+        source="made up",
+    )
+    return problem(2, truths=(truth,))
+
+
+def told():
+    orders = (0.5, 1.0, 1.5)
+    return problem(
+        controls=tuple(Control(measure="sharp", order=p, positive="plain", negative="weak") for p in orders)
+    )
+
+
+def cells(registry, **policy):
+    plan = gate_plan(registry, Policy(**policy))
+    return {(cell.scheme.label, cell.spec.label, cell.measure.name) for cell in plan.cells}
+
+
+def test_claimed_cells_only():
+    """A cell is run where a claim of its measure is in scope."""
+    assert cells(registered((Plain(), Picky()))) == {("plain", name, "sharp") for name in ("line", "added", "plane")}
+
+
+def test_every_claim_once():
+    """Each claim is on the problem with the fewest components on which it is the one that counts."""
+    assert cells(registered(), tier="smoke") == {
+        ("plain", "added", "sharp"),  # before line by its name, before plane by its size
+        ("fussy", "added", "sharp"),  # the stronger claim
+        ("fussy", "line", "sharp"),  # the weaker one, which does not count on added
+    }
+
+
+def test_known_paths_come_first():
+    """A problem with a pathwise truth is taken before one with fewer components."""
+    assert cells(registered((Plain(),), (line, known)), tier="smoke") == {("plain", "known", "sharp")}
+
+
+def test_every_variant():
+    """Variants of a scheme are covered each by itself."""
+    assert cells(registered((Plain(), Plain("odd"))), tier="smoke") == {
+        ("plain", "added", "sharp"),
+        ("plain[kind=odd]", "added", "sharp"),
+    }
+
+
+def test_error_is_kept():
+    """A problem that cannot be built stays in every tier, as an error of the cells that claim something."""
+
+    def broken():
+        raise ValueError("no such thing")
+
+    broken.__module__ = __name__
+    plan = gate_plan(registered((Plain(),), (line, broken)), Policy(tier="smoke"))
+
+    assert {(c.spec.label, c.verdict) for c in plan.cells} == {("line", None), ("broken", Verdict.ERROR)}
+
+
+def test_own_schemes():
+    """Without patterns the schemes of the project's own distribution are gated, or everything if it has none."""
+    registry = registered((Plain(),))
+    other = Origin("theirs", "other", "1", "module")
+    both = replace(registry, schemes={**registry.schemes, "fussy": SchemeEntry("fussy", (Fussy(),), other)})
+
+    assert {scheme for scheme, *_ in cells(both, distribution="Pack")} == {"plain"}
+    assert {scheme for scheme, *_ in cells(both, distribution="unknown")} == {"plain", "fussy"}
+    assert {scheme for scheme, *_ in cells(both)} == {"plain", "fussy"}
+    assert {scheme for scheme, *_ in cells(both, distribution="Pack", schemes=("fussy",))} == {"fussy"}
+
+
+def test_schemes_of_plugin_files():
+    """Schemes of a file that is named as a plugin belong to the project, too."""
+    registry = registered((Plain(),))
+    file = Origin("mine", "", "", "/somewhere/mine.py")
+    both = replace(registry, schemes={**registry.schemes, "fussy": SchemeEntry("fussy", (Fussy(),), file)})
+
+    assert {scheme for scheme, *_ in cells(both, plugins=("/somewhere/mine.py",))} == {"fussy"}
+
+
+def test_instances():
+    """Schemes and problems need not be registered."""
+    assert cells(registered(()), schemes=(Plain("odd"),), problems=(plane,)) == {
+        ("plain[kind=odd]", "plane", "sharp")
+    }
+
+
+def test_largest_first():
+    """Problems with more work come first, so that workers end together."""
+    plan = gate_plan(registered((Plain(),)), Policy())
+
+    assert plan.problems[0].spec.label == "plane"
+
+
+def test_controls():
+    """Only controls of claimed orders are run; of the others it is known that they are declared."""
+    registry = registered((Plain(), Weak()), (told,))
+    (made,) = gate_plan(registry, Policy(schemes=("plain",))).problems
+
+    assert [(plan.control.order, plan.missing) for plan in made.controls] == [
+        (0.5, "no claim asks for it"),
+        (1.0, ""),
+        (1.5, "no claim asks for it"),
+    ]
+
+
+def test_no_controls_at_the_smallest_tier():
+    """The smallest tier runs nothing but what is claimed."""
+    (made,) = gate_plan(registered((Plain(), Weak()), (told,)), Policy(tier="smoke", schemes=("plain",))).problems
+
+    assert made.controls == ()
+
+
+@pytest.mark.parametrize("tier", TIERS)
+def test_settings(tier):
+    """Seed and error probability are those of the policy, the budget that of the tier."""
+    settings = settings_of(Policy(tier=tier, seed=5, alpha=0.001))
+
+    assert (settings.seed, settings.confidence) == (5, 0.999)
+    assert settings.paths == TIERS[tier].settings.paths
+
+
+def test_tiers_grow():
+    """A larger tier has no smaller budget, and every tier has the paths that a refutation takes."""
+    paths = [TIERS[name].settings.paths for name in ("smoke", "ci", "nightly")]
+
+    assert paths == sorted(paths)
+    assert paths[0] >= 800
+
+
+def test_nothing_claimed():
+    """Where nothing is claimed nothing is planned."""
+    assert gate_plan(registered((Plain(),), (added,)), Policy(measures=("blunt",))).problems == ()
+
+
+def test_untested_claims():
+    """A claim that is in scope on no selected problem is told."""
+    registry, policy = registered((Plain(), Picky())), Policy()
+
+    assert untested(registry, policy, gate_plan(registry, policy)) == [(Picky(), *Picky.claims)]

@@ -1,0 +1,129 @@
+"""Reports: JSON, Markdown, badge and words."""
+
+import json
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sdaeverify.gate.badge import badge
+from sdaeverify.gate.expected import ExpectedFailure
+from sdaeverify.gate.json_report import json_report
+from sdaeverify.gate.lock import Lock
+from sdaeverify.gate.markdown_report import markdown_report
+from sdaeverify.gate.policy import Policy
+from sdaeverify.gate.text_report import text_report
+from sdaeverify.measure import Verdict
+
+from .conftest import NASTY, Plain, gated, result
+
+ODD = st.text(st.sampled_from("a|\n\r`<&![](\x00\x1b:"), max_size=12)
+
+
+def test_json_is_strict(everything):
+    """The report is JSON without NaN and infinities, and has a row for each outcome."""
+    report = json_report(gated(*everything, result(Verdict.VERIFIED, estimate=float("inf")), code=1, words="red"))
+    again = json.loads(json.dumps(report, allow_nan=False))
+
+    assert again == report
+    assert len(again["outcomes"]) == 7
+    assert again["counts"] == {"failed": 1, "passed": 2, "undecided": 1, "unmeasured": 3}
+    assert "\x1b" not in str(report)
+
+
+def test_row_of_the_json():
+    """A row has the claim, the interval and the command."""
+    found = result(Verdict.REFUTED, estimate=0.5, low=0.4, high=0.6)
+    (row,) = json_report(gated(found))["outcomes"]
+
+    assert (row["scheme"], row["problem"], row["measure"], row["quantity"]) == ("plain", "line", "sharp", "x")
+    assert (row["estimate"], row["ci_low"], row["ci_high"], row["red"]) == (0.5, 0.4, 0.6, True)
+    assert row["claim"] == "order >= 1.0 up to a margin of 0.2"
+    assert row["reproduce"].startswith("python -m sdaeverify matrix -s plain -p line -m sharp")
+
+
+def test_no_command_without_a_name():
+    """What is not registered has no command."""
+    (row,) = json_report(gated(result(Verdict.REFUTED), unnamed=frozenset({"plain"})))["outcomes"]
+
+    assert row["reproduce"] == ""
+
+
+@settings(deadline=None)
+@given(reason=ODD, kind=ODD, line=ODD)
+def test_markdown_stays_in_its_cells(reason, kind, line):
+    """No text adds a row, a column, HTML or code to the tables."""
+    found = result(Verdict.REFUTED, scheme=Plain(kind), reason=reason)
+    lines = markdown_report(gated(found, lock=Lock((line,)))).splitlines()
+    rows = [text.replace("\\|", "") for text in lines if text.startswith("| ")]
+
+    assert [row.count("|") for row in rows] == [8, 8, 3, 3]
+    assert len(lines) == 19
+    assert not any(letter in text for text in rows[1:] for letter in "<`\x00\x1b")
+
+
+def test_markdown_of_many(monkeypatch):
+    """A long list is cut, and says so."""
+    monkeypatch.setattr("sdaeverify.gate.markdown_report.MOST", 2)
+    text = markdown_report(gated(*(result(Verdict.REFUTED, quantity=f"x{n}") for n in range(5))))
+
+    assert "and 3 more, see verdicts.csv" in text
+    assert "x1" in text
+    assert "x2" not in text
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "policy", "message", "colour"),
+    [
+        ([Verdict.VERIFIED], Policy(), "verified 1/1", "brightgreen"),
+        ([Verdict.VERIFIED, Verdict.INCONCLUSIVE], Policy(), "verified 1/2, 1 undecided", "yellow"),
+        (
+            [Verdict.REFUTED],
+            Policy(expected_failures=(ExpectedFailure(reason="known"),)),
+            "verified 0/1, 1 failing as expected",
+            "yellow",
+        ),
+    ],
+)
+def test_badge(verdicts, policy, message, colour):
+    """A badge is green only if everything is verified."""
+    made = badge(gated(*map(result, verdicts), policy=policy))
+
+    assert made == {"schemaVersion": 1, "label": "sdaeverify", "message": message, "color": colour}
+
+
+def test_red_badge():
+    """A badge is red where the gate is."""
+    assert badge(gated(result(Verdict.REFUTED), code=1))["color"] == "red"
+
+
+def test_words():
+    """What fails is told with claim, interval, reason and command, the rest in a line each, then the counts."""
+    found = result(Verdict.REFUTED, estimate=0.5, low=0.4, high=0.6, reason="too low", method="paths")
+    lines = list(text_report(gated(result(Verdict.VERIFIED), result(Verdict.INCONCLUSIVE), found)))
+
+    assert lines[:6] == [
+        "refuted: plain on line, sharp x: claimed order >= 1.0 up to a margin of 0.2",
+        "  source: made up",
+        "  estimate: 0.5, between 0.4 and 0.6 (99 % interval)",
+        "  reason: too low",
+        "  method: paths",
+        lines[5],
+    ]
+    assert lines[5].startswith("  reproduce: python -m sdaeverify matrix -s plain")
+    assert lines[7] == "undecided: plain on line, sharp x: claimed order >= 1.0 up to a margin of 0.2"
+    assert lines[-1] == "3 claimed quantities: 1 verified, 1 refuted, 1 undecided"
+
+
+def test_words_without_an_interval():
+    """A refutation that took no sampling says that there is no interval."""
+    lines = list(text_report(gated(result(Verdict.REFUTED, method="contract and exactness (T0)", tier=0))))
+
+    assert "  estimate: none, and no interval: no sampling was needed" in lines
+
+
+def test_words_show_no_control_characters(everything):
+    """Every line is printable, whatever names and reasons hold."""
+    lines = list(text_report(gated(*everything, lock=Lock((NASTY,)), warnings=(NASTY,))))
+
+    assert all(line.isprintable() for line in lines)

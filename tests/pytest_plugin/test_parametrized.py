@@ -1,0 +1,126 @@
+"""`parametrize_with_claims`: claimed cells as parameters of a test."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import pytest
+
+from sdaeverify import SDE, Claim, Scheme, Step, UsageError
+from sdaeverify.gate.policy import Policy
+from sdaeverify.study import Plan
+from sdaeverify.testing import parametrize_with_claims
+from sdaeverify.testing.claims import ClaimRun, claim_run
+from sdaeverify.testing.subjects import installed
+
+
+@dataclass(frozen=True)
+class Mine(Scheme):
+    """Euler-Maruyama, registered by nobody."""
+
+    name: ClassVar[str] = "mine"
+    form: ClassVar[type] = SDE
+    claims: ClassVar = (
+        Claim(measure="strong", value=0.5, source="test"),
+        Claim(measure="weak", value=2.0, source="wrong on purpose"),
+    )
+
+    def step(self, problem, state, t, h, noise):
+        return Step(state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
+
+
+def parameters(mark):
+    """Return id, subject and check of each test."""
+    return {case.id: case.values for case in mark.args[1]}
+
+
+def test_a_test_for_each_claimed_cell():
+    """Named by problem, scheme and measure, with the scheme as subject."""
+    made = parameters(parametrize_with_claims([Mine(), "milstein"], problems=["gbm"], measures=["strong", "weak"]))
+
+    assert list(made) == [f"gbm-{name}-{measure}" for name in ("milstein", "mine") for measure in ("strong", "weak")]
+    assert made["gbm-mine-strong"][0] == Mine()
+    assert repr(made["gbm-mine-strong"][1]) == "strong on gbm"
+
+
+def test_a_check_raises_what_became_of_its_claim():
+    """Nothing if it holds, an AssertionError if not; there is no command for a scheme that nobody can name."""
+    made = parameters(parametrize_with_claims([Mine()], problems=["gbm"]))
+    subject, check = made["gbm-mine-strong"]
+
+    check(subject)
+    with pytest.raises(AssertionError, match="refuted: mine on gbm, weak x: claimed order >= 2") as failure:
+        made["gbm-mine-weak"][1](subject)
+    assert "reproduce" not in str(failure.value)
+
+
+def test_expected_failures():
+    """A claim that is expected to fail is an xfail with its reason; an expectation that is not met fails."""
+    expected = [{"measure": "weak", "reason": "order 1"}, {"measure": "strong", "reason": "it holds"}]
+    made = parameters(parametrize_with_claims([Mine()], problems=["gbm"], expected_failures=expected))
+    subject, check = made["gbm-mine-weak"]
+
+    with pytest.raises(pytest.xfail.Exception, match="order 1"):
+        check(subject)
+    with pytest.raises(AssertionError, match="expected to fail, but verified"):
+        made["gbm-mine-strong"][1](subject)
+
+
+def test_in_a_test_file(pytester):
+    """The decorator makes ordinary tests whose failures show the claim and no inside of this package."""
+    pytester.makepyfile(
+        """
+        from sdaeverify.testing import parametrize_with_claims
+
+        @parametrize_with_claims(["euler-maruyama"], problems=["gbm"], measures=["strong"],
+                                 expected_failures=[{"reason": "not so"}])
+        def test_claims(subject, check):
+            check(subject)
+        """
+    )
+    result = pytester.runpytest_inprocess("-p", "no:hypothesispytest", "-p", "no:benchmark")
+
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["E *expected to fail, but verified: euler-maruyama on gbm, strong x: *"])
+    assert "claims.py" not in result.stdout.str().replace("test_in_a_test_file", "")
+
+
+@pytest.mark.parametrize(
+    ("schemes", "options", "words"),
+    [
+        ([], {}, "schemes is empty"),
+        (["milstien"], {}, "unknown scheme 'milstien'; did you mean milstein?"),
+        ([Mine], {}, "expected a scheme, got the class Mine; write Mine"),
+        (["milstein"], {"tier": "smok"}, "did you mean smoke?"),
+        (["milstein"], {"measures": ["limits"]}, "claims anything of these measures"),
+        (
+            ["milstein"],
+            {"expected_failures": [{"problem": "x*", "reason": "r"}]},
+            "problem=x\\* matches no claimed cell",
+        ),
+        (["milstein"], {"expected_failures": [{"problem": "*"}]}, "has no reason"),
+        (["milstein"], {"expected_failures": [{"shceme": "*"}]}, "unknown key 'shceme'; did you mean scheme?"),
+    ],
+)
+def test_what_an_author_gets_wrong(schemes, options, words):
+    """It is said where the tests are made, before any is run."""
+    with pytest.raises(UsageError, match=words):
+        parametrize_with_claims(schemes, **options)
+
+
+def test_a_cell_does_not_depend_on_the_others():
+    """Run alone or with all others of its problem, a cell has the same outcomes, to the last bit."""
+    policy = Policy(schemes=(Mine(), "milstein", "heun"), problems=("gbm",), tier="smoke")
+    alone, together = claim_run(installed(), policy), claim_run(installed(), policy)
+    for cell in alone.plan.cells:
+        alone.wanted, alone._known = {cell}, {}
+        one, other = alone.outcomes(cell), together.outcomes(cell)
+        assert repr([outcome.finding for outcome in one]) == repr([outcome.finding for outcome in other])
+
+
+def test_the_level_is_shared_among_all_cells():
+    """With many cells, one test gets a smaller part of the error probability, whatever is run of them."""
+    few = claim_run(installed(), Policy(schemes=("milstein",), problems=("gbm",), tier="ci"))
+    many = ClaimRun(Plan(200 * few.plan.problems), few.policy, few.registry)
+
+    assert few.settings.family == 1000
+    assert many.settings.family == 10 * len(many.plan.cells) > 1000

@@ -1,0 +1,59 @@
+"""Names of a new plugin."""
+
+from pathlib import Path
+
+import pytest
+
+from sdaeverify.errors import UsageError
+from sdaeverify.scaffold import names_of
+
+
+@pytest.mark.parametrize("given", ["my-schemes", "My_Schemes", "my.schemes", "MY--schemes"])
+def test_spellings_of_one_name_are_normalised(given):
+    """The distribution is in lower case with hyphens, the module the same with underscores."""
+    assert names_of(Path(), given) == ("my-schemes", "my_schemes")
+
+
+def test_name_is_the_last_part_of_the_folder(tmp_path):
+    """Without a name, the folder has it, even where it is written in a roundabout way."""
+    assert names_of(tmp_path / "sub" / ".." / "rodeo").distribution == "rodeo"
+
+
+def test_registered_names_begin_with_that_of_the_distribution():
+    """Two new plugins beside each other register different names."""
+    names = names_of(Path(), "rodeo")
+
+    assert (names.scheme, names.problem) == ("rodeo-platen", "rodeo-sinh")
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        "",
+        "3body",
+        "my schemes",
+        "schémas",
+        "-x-",
+        "a/b",
+        "x\n",
+        "x'",
+        "$module",
+        "class",
+        "numpy",
+        "SdaeVerify",
+        "json",
+        "x" * 61,
+    ],
+)
+def test_names_that_cannot_be_are_refused(given):
+    """What is no name of a distribution, or is one of Python's or ours, is refused in one line."""
+    with pytest.raises(UsageError, match="cannot be the name of a plugin") as caught:
+        names_of(Path(), given)
+
+    assert "\n" not in str(caught.value)
+
+
+def test_a_bad_folder_hints_at_the_option():
+    """Where the name is from the folder, the message says how to give another."""
+    with pytest.raises(UsageError, match="choose another with --name"):
+        names_of(Path("3body"))

@@ -1,0 +1,22 @@
+"""One check of the kit put to one subject."""
+
+from sdaeverify.testing.problem_subject import ProblemSubject
+from sdaeverify.testing.questions import problem_questions, scheme_questions
+from sdaeverify.testing.subjects import SchemeSubject, installed, problem_of
+
+
+def of_scheme(scheme, check, problem):
+    """Return the outcome of a check of a scheme on a problem."""
+    questions = scheme_questions(SchemeSubject(scheme, installed()), [problem], None)
+    return only(questions, check)
+
+
+def of_problem(problem, check):
+    """Return the outcome of a check of a problem function, a recipe or a label."""
+    return only(problem_questions(ProblemSubject(problem_of(problem, installed()), installed()), None), check)
+
+
+def only(questions, check):
+    """Return the answer to the one question with this name."""
+    (question,) = [question for question in questions if question.check.name == check]
+    return question.answer({})

@@ -1,0 +1,61 @@
+"""Wrong moments and wrong derivatives are noticed, where they show at all."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from sdaeverify import Moment, ProblemError
+from sdaeverify_problems import _circle as circle
+from sdaeverify_problems.delay_test import delay_test
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.pendulum import pendulum
+from testing.asking import of_problem
+
+RATE = "moments-rate"
+
+
+@pytest.mark.parametrize(
+    ("family", "change"),
+    [
+        (gbm, {"diffusion_derivative": lambda t, x, y: 0.61 * y[:, None]}),
+        (pendulum, {"jacobian": lambda r: r[None]}),
+        (pendulum, {"jacobian": lambda r: np.stack([-r[0], -1.5 * r[1] + 0.5 * r[1] ** 2])[None]}),
+        (pendulum, {"curvature": lambda r, y, z: -circle.curvature(r, y, z)}),
+    ],
+)
+def test_a_wrong_derivative_is_refused_where_the_problem_is_made(family, change):
+    """A derivative that disagrees with differences, at the start or nearby, makes no problem at all."""
+    with pytest.raises(ProblemError, match="disagrees with a difference quotient"):
+        dataclasses.replace(family(), **change)
+
+
+def knowing(problem, *moments):
+    """Return a problem function that knows these moments alone."""
+
+    def planted():
+        """Know what was planted."""
+        return dataclasses.replace(problem, truths=moments)
+
+    return planted
+
+
+@pytest.mark.parametrize("value", [lambda t: 0.25 + 1.05 * t, lambda t: 0.25 + t**2, lambda t: 0.25 * np.exp(t)])
+def test_a_wrong_rate_of_a_moment_is_noticed(value):
+    """Expectations that start at the right value but not with the right rate fail."""
+    moment = Moment(observable="|v|^2", value=value, source="planted")
+    family = knowing(pendulum(c_g=0.0), moment)
+
+    assert of_problem(family, "moments-start").status == "passed"
+    assert of_problem(family, RATE).status == "failed"
+
+
+@pytest.mark.parametrize("observable", ["x", "x^2", "y"])
+def test_a_wrong_rate_of_a_moment_with_delay_is_noticed(observable):
+    """What is added to a moment of x or of y, the latter moving with the history, fails; the moment itself passes."""
+    problem = delay_test(horizon=1.0)
+    (known,) = (t for t in problem.truths if isinstance(t, Moment) and t.observable == observable)
+    wrong = dataclasses.replace(known, value=lambda t: known.value(t) + 1e-3 * t)
+
+    assert of_problem(knowing(problem, known), RATE).status == "passed"
+    assert of_problem(knowing(problem, wrong), RATE).status == "failed"

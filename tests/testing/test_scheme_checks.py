@@ -1,0 +1,221 @@
+"""Every check of a scheme is seen to fail on a scheme with that one fault, and on no other."""
+
+from dataclasses import dataclass
+from itertools import count
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from sdaeverify import SDE, Claim, Scheme, Step
+from sdaeverify.numerics import apply
+from sdaeverify.testing import check_scheme, checks
+from testing.asking import of_scheme
+
+NAMES = [check.name for check in checks("scheme")]
+SOUND = (Claim(measure="strong", value=0.5, source="a book"),)
+
+
+def euler(problem, x, h, noise):
+    return x + h * problem.drift(0.0, x) + apply(problem.diffusion(0.0, x), noise.dW)
+
+
+@dataclass(frozen=True)
+class Sound(Scheme):
+    """Euler's scheme, in which the faults are planted."""
+
+    theta: float = 0.5
+
+    name: ClassVar[str] = "sound"
+    form: ClassVar[type] = SDE
+    claims: ClassVar[tuple[Claim, ...]] = SOUND
+    source: ClassVar[str] = "a book"
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step."""
+        return Step(euler(problem, state, h, noise))
+
+
+class NoDataclass(Sound):
+    """Parameters of such a class are those of its base."""
+
+
+@dataclass(frozen=True)
+class Doubled(Sound):
+    """A scheme that changes its parameter."""
+
+    def __post_init__(self):
+        object.__setattr__(self, "theta", 2.0 * self.theta)
+
+
+@dataclass(frozen=True)
+class Forgetful(Sound):
+    """A scheme whose copies are others."""
+
+    def __reduce__(self):
+        return Forgetful, (self.theta + 1.0,)
+
+
+@dataclass(frozen=True)
+class Loose(Sound):
+    """A scheme whose parameters can be set."""
+
+
+Loose.__setattr__ = object.__setattr__
+
+
+@dataclass(frozen=True)
+class Wordless(Sound):
+    def step(self, problem, state, t, h, noise):
+        return Step(euler(problem, state, h, noise))
+
+
+@dataclass(frozen=True)
+class Anonymous(Sound):
+    """A scheme from nowhere."""
+
+    source: ClassVar[str] = " "
+    claims: ClassVar[tuple[Claim, ...]] = (*SOUND, Claim(measure="weak", value=1.0, source=" "))
+
+
+@dataclass(frozen=True)
+class Boasting(Sound):
+    """A scheme that claims something about a measure that nobody knows."""
+
+    claims: ClassVar[tuple[Claim, ...]] = (Claim(measure="strnog", value=0.5, source="a book"),)
+
+
+@dataclass(frozen=True)
+class Unfounded(Sound):
+    """A scheme whose claim has no source."""
+
+    claims: ClassVar[tuple[Claim, ...]] = (Claim(measure="strong", value=0.5, source=" "),)
+
+
+def prepared(make):
+    """Return a scheme whose rule (problem, x, h, noise) -> x is made anew for each problem and step size."""
+
+    @dataclass(frozen=True)
+    class Prepared(Sound):
+        """A scheme that is one rule."""
+
+        def prepare(self, problem, h):
+            rule = make()
+            return lambda state, t, noise: Step(rule(problem, state, h, noise))
+
+    return Prepared()
+
+
+def ruled(rule):
+    """Return a scheme that is a rule (problem, x, h, noise) -> x."""
+    return prepared(lambda: rule)
+
+
+def counting():
+    calls = count()
+    return lambda p, x, h, n: euler(p, x, h, n) * (1.0 + 1e-14 * next(calls))
+
+
+def two_steps():
+    """Adams-Bashforth: the last drift is remembered by the state it led to, so that a call repeats itself."""
+    drifts = {}
+
+    def rule(problem, x, h, noise):
+        f = problem.drift(0.0, x)
+        before = drifts.get(x.tobytes(), f)
+        new = x + h * (1.5 * f - 0.5 * before) + apply(problem.diffusion(0.0, x), noise.dW)
+        drifts[new.tobytes()] = f
+        return new
+
+    return rule
+
+
+def writing(problem, x, h, noise):
+    x += 0.0
+    return euler(problem, x, h, noise)
+
+
+def needing_two(problem, x, h, noise):
+    np.zeros(x.shape[1])[1]
+    return euler(problem, x, h, noise)
+
+
+FAULTS = {
+    "declaration": [(NoDataclass(), "put @dataclass")],
+    "label": [(Doubled(), "makes another scheme")],
+    "pickle": [(Forgetful(), "another value")],
+    "frozen": [(Loose(), "can be set")],
+    "docstring": [(Wordless(), "no docstring")],
+    "source": [(Anonymous(), "source is empty")],
+    "claims": [(Boasting(), "did you mean strong"), (Unfounded(), "has no source")],
+    "exact-on-trivial-equations": [(ruled(lambda p, x, h, n: euler(p, x, 2.0 * h, n)), "dx = c dt")],
+    "inputs-untouched": [(ruled(writing), "writes into")],
+    "state-like-its-own": [(ruled(lambda p, x, h, n: euler(p, x, h, n)[:, 1:]), "expected a state like")],
+    "any-number-of-paths": [(ruled(needing_two), "IndexError")],
+    "finite": [(ruled(lambda p, x, h, n: euler(p, x, h, n) / (x > x.min())), "not finite on 1 of")],
+    "same-call-same-bits": [(prepared(counting), "same step made again")],
+    "paths-in-any-order": [
+        (ruled(lambda p, x, h, n: euler(p, x, h, n) + 1e-12 * np.arange(x.shape[1])), "another order")
+    ],
+    "paths-alone": [(ruled(lambda p, x, h, n: euler(p, x, h, n) * (1.0 + 1e-13 * x.mean())), "neighbours")],
+    "declared-noise-only": [(ruled(lambda p, x, h, n: euler(p, x, h, n) + 1e-3 * n.H), "not declare: H")],
+    "noise-is-used": [
+        (ruled(lambda p, x, h, n: x + h * p.drift(0.0, x)), "changes nothing on"),
+        (
+            ruled(lambda p, x, h, n: euler(p, x, h, n._replace(dW=n.dW * (x > x.min())))),
+            "nothing on 1 of",
+        ),
+    ],
+    "own-memory": [(ruled(lambda p, x, h, n: n.dW), "view of the noise")],
+    "state-is-whole": [
+        (prepared(two_steps), "after 3 steps from a copy"),
+        (prepared(counting), "from a copy"),
+    ],
+}
+
+
+def test_every_check_of_a_scheme_has_a_fault():
+    """Nothing is asked that was never seen to fail."""
+    assert list(FAULTS) == NAMES
+
+
+@pytest.mark.parametrize(("check", "scheme", "text"), [(c, *pair) for c, pairs in FAULTS.items() for pair in pairs])
+def test_a_fault_is_found_by_its_check(check, scheme, text):
+    """The check of this fault fails, and says what is wrong in one line."""
+    outcome = of_scheme(scheme, check, "ou")
+
+    assert outcome.status == "failed"
+    assert text in outcome.reason
+    assert "\n" not in outcome.reason
+
+
+@pytest.mark.parametrize("problem", ["ou", "gbm", "noncommuting", "circle"])
+def test_the_scheme_in_which_faults_are_planted_is_sound(problem):
+    """Without fault, every check passes."""
+    assert {row["status"] for row in check_scheme(Sound(), [problem])} == {"passed"}
+
+
+def test_a_drift_that_is_remembered_elsewhere_is_found_by_no_other_check():
+    """Memory that is found again by the state is no breach of purity: only a copied state shows it."""
+    rows = check_scheme(prepared(two_steps), ["double-well"], expected_failures={"pickle": "the class is local"})
+
+    assert {row["check"] for row in rows if row["status"] == "failed"} == {"state-is-whole"}
+
+
+def test_what_cannot_be_declared_is_not_run():
+    """A class without @dataclass fails its declaration, and the checks that would run it are skipped."""
+    statuses = {row["check"]: row["status"] for row in check_scheme(NoDataclass(), ["ou"])}
+
+    assert statuses["declaration"] == "failed"
+    assert {statuses[check.name] for check in checks("scheme") if check.category == "behaviour"} == {"skipped"}
+
+
+def test_paths_without_noise_are_not_asked_whether_they_hear_it():
+    """At x = 0 linear noise vanishes, and no step can show that it was heard."""
+
+    def from_nothing():
+        """Start where there is no noise."""
+        linear = {"drift": lambda t, x: 1.0 - x, "diffusion": lambda t, x: x[:, None]}
+        return SDE(**linear, start=[0.0], noise_dim=1, horizon=1.0, source="planted")
+
+    assert of_scheme(Sound(), "noise-is-used", from_nothing).status == "passed"
