@@ -43,7 +43,14 @@ def test_wheel_runs_a_cell(installed, tmp_path):
 
     run(installed, *words)
 
-    assert {path.name for path in tmp_path.iterdir()} == {"verdicts.csv", "levels.csv", "run.json"}
+    assert {path.name for path in tmp_path.iterdir()} == {"verdicts.csv", "levels.csv", "run.json", "evidence"}
+
+
+def test_wheel_writes_a_plugin(installed, tmp_path):
+    """From the wheel alone, new-plugin finds its template."""
+    run(installed, "new-plugin", str(tmp_path / "rodeo"))
+
+    assert (tmp_path / "rodeo" / ".github" / "workflows" / "verify.yml").is_file()
 
 
 def test_wheel_holds_no_tests(installed):

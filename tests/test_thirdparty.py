@@ -1,0 +1,151 @@
+"""Distributions of others, built and installed by pip: found, listed and verified; broken ones cost themselves."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from sdaeverify.cli.exit_codes import ExitCode
+
+THIRDPARTY = Path(__file__).parent / "thirdparty"
+DISTRIBUTIONS = ("broken", "geodesic", "torchsde_wrapper")
+BROKEN = {
+    "broken-duplicate": "scheme 'euler-maruyama' of plugin broken-duplicate (sdaeverify-broken 0.1.0) is already",
+    "broken-hook": "RuntimeError: no schemes today",
+    "broken-import": "ImportError: this plugin needs a library that is not there",
+    "broken-signature": "Argument(s) {'settings'} are declared in the hookimpl but can not be found in the hookspec",
+}
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """Build and install all of them into a folder of their own, without a network."""
+    folder = tmp_path_factory.mktemp("site")
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    paths = [str(THIRDPARTY / name) for name in DISTRIBUTIONS]
+    command = [*pip, "--no-deps", "--no-index", "--no-build-isolation", "--target", str(folder), *paths]
+    subprocess.run(command, check=True, capture_output=True)
+    return folder
+
+
+@pytest.fixture
+def run(site, tmp_path):
+    """Run a command line of Python with these distributions installed."""
+
+    def execute(*words, disabled="", cwd=tmp_path):
+        environment = {**os.environ, "PYTHONPATH": str(site), "SDAEVERIFY_DISABLED_PLUGINS": disabled}
+        command = [sys.executable, "-m", *words]
+        return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd, env=environment)
+
+    return execute
+
+
+def rows(folder):
+    """Return the rows of a run's verdicts."""
+    with (folder / "verdicts.csv").open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def verdicts(folder, scheme):
+    """Return the verdicts on a scheme, and the reasons of those that are none."""
+    found = [row for row in rows(folder) if row["scheme"] == scheme and row["verdict"] != "not_applicable"]
+    return {row["verdict"] for row in found}, {row["reason"] for row in found}
+
+
+@pytest.fixture(scope="module")
+def listed(site):
+    """List everything that is installed."""
+    environment = {**os.environ, "PYTHONPATH": str(site)}
+    command = [sys.executable, "-m", "sdaeverify", "list", "--json"]
+    found = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+    return json.loads(found.stdout)
+
+
+def test_plugins_are_listed_with_distribution_and_version(listed):
+    """Schemes and problems of others are found by their entry points and carry who brought them."""
+    entries = {entry["name"]: entry for kind in ("schemes", "problems") for entry in listed[kind]}
+
+    for name, distribution in {
+        "geodesic-baoab": "sdaeverify-geodesic",
+        "ellipse-langevin": "sdaeverify-geodesic",
+        "torchsde": "sdaeverify-torchsde",
+        "sound-euler": "sdaeverify-broken",
+    }.items():
+        assert (entries[name]["distribution"], entries[name]["version"]) == (distribution, "0.1.0")
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_plugin_that_fails_to_load_is_left_out_with_its_reason(listed, name):
+    """An import that fails, a hook of another signature, one that raises and a name that is taken are told apart."""
+    (row,) = [row for row in listed["plugins"] if row["name"] == name]
+
+    assert row["status"] == "broken"
+    assert BROKEN[name] in row["reason"]
+
+
+def test_what_fails_to_load_costs_nothing_else(listed):
+    """All other plugins are loaded, also those of that distribution; the name that was taken keeps its owner."""
+    others = {row["name"]: row["status"] for row in listed["plugins"] if row["name"] not in BROKEN}
+    (euler,) = [entry for entry in listed["schemes"] if entry["name"] == "euler-maruyama"]
+
+    assert set(others.values()) == {"loaded"}
+    assert others.keys() >= {"sound", "broken-step", "broken-hang", "broken-memory"}
+    assert euler["distribution"] == "sdaeverify"
+
+
+def test_scheme_that_raises_hangs_or_hoards_costs_its_own_rows(run, tmp_path):
+    """What raises, never returns or takes all memory is in error, with the reason; its neighbour is verified."""
+    schemes = "sound-euler,raising-euler,hanging-euler,hoarding-euler"
+    words = ["matrix", "-s", schemes, "-p", "gbm", "-m", "strong", "--paths", "100", "-j", "2"]
+    limits = ["--timeout", "2", "--memory", "1G", "--progress", "none", "--out", str(tmp_path)]
+
+    ended = run("sdaeverify", *words, *limits)
+
+    assert ended.returncode == ExitCode.NOT_MEASURED, ended.stderr
+    assert verdicts(tmp_path, "sound-euler")[0] == {"verified"}
+    for scheme, reason in {
+        "raising-euler": "ZeroDivisionError: a step that cannot be made",
+        "hanging-euler": "--timeout",
+        "hoarding-euler": "--memory",
+    }.items():
+        found, (why,) = verdicts(tmp_path, scheme)
+        assert found == {"error"}
+        assert reason in why
+
+
+def test_geodesic_scheme_is_verified(run, tmp_path):
+    """The stationary means of geodesic BAOAB tend to the exact ones on the ellipse, with order 2."""
+    words = ["-s", "geodesic-baoab", "-p", "ellipse-langevin", "-m", "invariant", "-j", "1"]
+
+    ended = run("sdaeverify", "matrix", *words, "--out", str(tmp_path), disabled="sdaeverify-broken")
+
+    assert ended.returncode == ExitCode.OK, ended.stdout + ended.stderr
+    assert verdicts(tmp_path, "geodesic-baoab")[0] == {"verified"}
+    orders = [float(row["estimate"]) for row in rows(tmp_path)]
+    assert orders == pytest.approx([2.0] * 4, abs=0.01)
+
+
+@pytest.mark.skipif(find_spec("torchsde") is not None, reason="torchsde is installed")
+def test_wrapper_without_its_library_says_so(run):
+    """Without torchsde, its schemes are listed and every cell tells what to install."""
+    ended = run("sdaeverify", "matrix", "-s", "torchsde", "-p", "ou", "-m", "strong", disabled="sdaeverify-broken")
+
+    assert ended.returncode == ExitCode.NOTHING
+    assert "torchsde is not installed; pip install 'sdaeverify-torchsde[torch]'" in ended.stderr
+
+
+@pytest.mark.skipif(find_spec("torchsde") is None, reason="torchsde is not installed")
+def test_wrapper_is_verified(run, tmp_path):
+    """With torchsde, each of its methods has the order it is known for on an Ornstein-Uhlenbeck process."""
+    words = ["-s", "torchsde*", "-p", "ou", "-m", "strong", "--paths", "500", "--looks", "1", "-j", "1"]
+
+    ended = run("sdaeverify", "matrix", *words, "--out", str(tmp_path), disabled="sdaeverify-broken")
+
+    assert ended.returncode == ExitCode.OK, ended.stdout + ended.stderr
+    found = {row["scheme"]: row["verdict"] for row in rows(tmp_path) if row["verdict"] != "not_applicable"}
+    assert found == dict.fromkeys(("torchsde", "torchsde[method=milstein]", "torchsde[method=euler]"), "verified")

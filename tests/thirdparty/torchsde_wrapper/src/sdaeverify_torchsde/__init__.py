@@ -1,0 +1,1 @@
+"""Methods of torchsde as schemes of sdaeverify."""
