@@ -118,6 +118,7 @@ def test_scheme_that_raises_hangs_or_hoards_costs_its_own_rows(run, tmp_path):
         assert reason in why
 
 
+@pytest.mark.slow
 def test_geodesic_scheme_is_verified(run, tmp_path):
     """The stationary means of geodesic BAOAB tend to the exact ones on the ellipse, with order 2."""
     words = ["-s", "geodesic-baoab", "-p", "ellipse-langevin", "-m", "invariant", "-j", "1"]

@@ -40,7 +40,9 @@ def limits(command: Command) -> Command:
     return command
 
 
-def read_limits(timeout: float | None, memory: str | None, jobs: int | None) -> tuple[int, Limits | None]:
+def read_limits(
+    timeout: float | None, memory: str | None, jobs: int | None, *, always: bool = False
+) -> tuple[int, Limits | None]:
     """Return the number of workers and what they are held to.
 
     Parameters
@@ -51,6 +53,8 @@ def read_limits(timeout: float | None, memory: str | None, jobs: int | None) -> 
         Size; ``0`` for no limit, None for the default.
     jobs : int or None
         Workers that were asked for.
+    always : bool
+        Whether one job is done in a process of its own, too.
 
     Returns
     -------
@@ -63,7 +67,7 @@ def read_limits(timeout: float | None, memory: str | None, jobs: int | None) -> 
     UsageError
         If one is no limit, or the platform has none.
     """
-    if jobs == 1 and timeout is None and memory is None:
+    if jobs == 1 and timeout is None and memory is None and not always:
         return 1, None
     if timeout is not None and not 0.0 <= timeout < inf:
         raise UsageError(f"--timeout expects a number of seconds, or 0 for no limit, got {timeout:g}")

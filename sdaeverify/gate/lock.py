@@ -21,7 +21,8 @@ from .outcomes import Outcome
 
 SCHEMA = 1
 MARGIN = Claim(measure="strong", value=1.0, source="default").margin
-_ORDER = re.compile(r"order >= ([0-9.e+-]+)(?:, margin ([0-9.e+-]+))?")
+_NUMBER = r"[0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]{1,3})?"
+_ORDER = re.compile(rf"order >= ({_NUMBER})(?:, margin ({_NUMBER}))?")
 
 
 class Key(NamedTuple):

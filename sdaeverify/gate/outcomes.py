@@ -108,6 +108,9 @@ def _outcomes(result: CellResult, expected: tuple[ExpectedFailure, ...]) -> Iter
 def _status(finding: Finding, expected: ExpectedFailure | None) -> Status:
     if finding.verdict is Verdict.VERIFIED:
         return Status.XPASSED if expected is not None and expected.strict else Status.PASSED
+    # A step that raises, hangs or dies is no way to fail that anybody expects.
+    if finding.verdict in UNMEASURED - {Verdict.DIVERGED}:
+        return Status.UNMEASURED
     if expected is not None:
         return Status.XFAILED
     if finding.verdict in UNMEASURED:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from ..contributions import SchemeEntry
 from ..discovery import normalized
+from ..errors import UsageError
 from ..registry import Registry
 from ..scheme import Claim, Scheme
 from ..selection import select_measures, select_problems, select_schemes
@@ -61,7 +62,7 @@ def left_out(registry: Registry, policy: Policy) -> list[str]:
 
 
 def gated_schemes(registry: Registry, policy: Policy) -> list[Scheme]:
-    """Return the schemes a policy means: by its patterns, else those of its project, else everything.
+    """Return the schemes a policy means: by its patterns, else those of its project; everything without a project.
 
     Raises
     ------
@@ -71,6 +72,10 @@ def gated_schemes(registry: Registry, policy: Policy) -> list[Scheme]:
     if policy.schemes:
         return select_schemes(registry, policy.schemes)
     own = [entry for entry in registry.schemes.values() if _is_of(entry, policy)]
+    if policy.distribution and not own:
+        raise UsageError(
+            f"project {policy.distribution} registers no scheme here; install it, or name schemes in {policy.file}"
+        )
     everything = own or registry.schemes.values()
     return select_schemes(registry, [variant for entry in everything for variant in entry.variants])
 

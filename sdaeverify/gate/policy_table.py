@@ -53,8 +53,8 @@ def _text(key: str, value: Any) -> str:
 
 
 def _texts(key: str, value: Any) -> tuple[str, ...]:
-    fits = isinstance(value, list) and all(isinstance(text, str) and text.strip() for text in value)
-    _fits(key, "a list of texts", value, fits=fits)
+    fits = isinstance(value, list) and value and all(isinstance(text, str) and text.strip() for text in value)
+    _fits(key, "a list of texts", value, fits=bool(fits))
     return tuple(value)
 
 

@@ -114,7 +114,9 @@ def _local(question: Question, name: str, claim: Claim | None) -> _Local:
     order = question.orders.get(name)
     if order is None or claim is None or isinstance(claim.value, str):
         return _Local(order)
-    return _Local(order, judge_strong(order, claim.value, sharp=question.evidence.scheme.sharp_locally))
+    return _Local(
+        order, judge_strong(order, claim.value, margin=claim.margin, sharp=question.evidence.scheme.sharp_locally)
+    )
 
 
 def finding(question: Question, quantity: Quantity, claimed: str, component: str) -> Finding:

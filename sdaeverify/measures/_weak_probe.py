@@ -111,7 +111,7 @@ def judge_probe(probed: WeakProbe, claim: Claim | None, observable: str) -> Prob
     """
     if claim is None or isinstance(claim.value, str):
         return ProbeOpinion(None)
-    opinion = None if probed.local is None else judge_weak(probed.local, claim.value, TOLERANCE)
+    opinion = None if probed.local is None else judge_weak(probed.local, claim.value, max(TOLERANCE, claim.margin))
     if opinion is not None and opinion.verdict is Verdict.REFUTED:
         return ProbeOpinion(opinion)
     further = _global(probed, claim.value, observable)
@@ -144,7 +144,10 @@ def _decided(found: LocalWeak | None, scheme: Scheme) -> bool:
         return False
     order = weak_order(found)
     claims = [claim for claim in scheme.promises if claim.measure == "weak" and not isinstance(claim.value, str)]
-    return all(judge_weak(order, float(c.value), TOLERANCE).verdict is not Verdict.INCONCLUSIVE for c in claims)
+    return all(
+        judge_weak(order, float(c.value), max(TOLERANCE, c.margin)).verdict is not Verdict.INCONCLUSIVE
+        for c in claims
+    )
 
 
 @lru_cache(maxsize=8)

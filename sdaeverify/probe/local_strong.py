@@ -103,7 +103,9 @@ def strong_order(record: LocalStrong, component: int | None = None) -> StrongOrd
     )
 
 
-def judge_strong(order: StrongOrder, claim: float, tolerance: float = 0.1, *, sharp: bool = True) -> LocalOpinion:
+def judge_strong(
+    order: StrongOrder, claim: float, tolerance: float = 0.1, *, margin: float = 0.0, sharp: bool = True
+) -> LocalOpinion:
     """Compare a local order with a claimed least strong order.
 
     Parameters
@@ -112,6 +114,8 @@ def judge_strong(order: StrongOrder, claim: float, tolerance: float = 0.1, *, sh
     claim : float
     tolerance : float
         How far below the claim the order may be.
+    margin : float
+        That of the claim: where it is wider than `tolerance`, an order between the two decides nothing.
     sharp : bool
         Whether the scheme's local order is its global one; if not, a low local order decides nothing, and
         consistency is asked of a step from where the scheme itself has gone.
@@ -129,7 +133,9 @@ def judge_strong(order: StrongOrder, claim: float, tolerance: float = 0.1, *, sh
         return _unsure(f"no local order: the map is not finite or a solver's tolerance hides its defects; {figures}")
     text = f"local order {order.order:.3f}, claimed {claim}; {figures}"
     if order.order < claim - tolerance:
-        return _too_low(order, claim - tolerance, text, sharp=sharp)
+        low = order.order < claim - margin
+        bound = claim - tolerance
+        return _too_low(order, bound, text, sharp=sharp) if low else _unsure(f"{text}; within the margin {margin:g}")
     if order.ahead < claim - tolerance:
         return _unsure(f"{text}; still falling, to {order.ahead:.3f}")
     void = f"; void below h = {order.plateau_h:.2g}" if order.plateau_h else ""

@@ -8,7 +8,7 @@ import ast
 import hashlib
 import platform
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from importlib import metadata
 from importlib.machinery import EXTENSION_SUFFIXES, ModuleSpec
@@ -23,6 +23,9 @@ ARITHMETIC = ("numpy", "scipy")
 # Folders of installed packages.
 INSTALLED = frozenset({"site-packages", "dist-packages"})
 UNKNOWN = ""
+# What imports modules that no import statement names.
+DYNAMIC = (b"import_module", b"__import__")
+CACHED = "__pycache__"
 
 
 @cache
@@ -51,7 +54,21 @@ def source_of(module: str) -> str:
     if not (file and file.endswith(".py") and Path(file).is_file()):
         return UNKNOWN
     files, foreign = _closure(module, Path(file))
+    files = list(dict.fromkeys([*files, *_unnamed(module, files)]))
     return ", ".join([_hash(file.read_bytes() for file in files), *map(_version, sorted(foreign))])
+
+
+def _unnamed(module: str, files: Sequence[Path]) -> Iterator[Path]:
+    """Yield what no import names: data in packages of third parties, and all of one that imports by name."""
+    top = module.partition(".")[0]
+    folders = {next(p for p in f.parents if p.name == top) for f in files if top in {p.name for p in f.parents}}
+    if top == FRAMEWORK or not folders:
+        return
+    dynamic = any(word in file.read_bytes() for file in files if file.suffix == ".py" for word in DYNAMIC)
+    for folder in sorted(folders):
+        for file in sorted(path for path in folder.rglob("*") if path.is_file() and CACHED not in path.parts):
+            if dynamic or file.suffix != ".py":
+                yield file
 
 
 def _closure(start: str, first: Path) -> tuple[list[Path], set[str]]:
@@ -87,6 +104,11 @@ def _local_file(name: str, start: str) -> Path | None:
     if top in {start.partition(".")[0], *ARITHMETIC} or top in sys.stdlib_module_names:
         return None
     spec = _spec(top)
+    if spec is not None and spec.origin is None:
+        # A folder without __init__.py.
+        folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
+        found = (_file_below(folder, name) for folder in folders if not INSTALLED & set(folder.parts))
+        return next((file for file in found if file is not None), None)
     if spec is None or not (spec.origin and spec.origin.endswith(".py")):
         return None
     file = Path(spec.origin)
@@ -153,9 +175,17 @@ def _is_foreign(name: str, start: str) -> bool:
     return top not in sys.stdlib_module_names and top not in known
 
 
+@cache
 def _version(package: str) -> str:
     names = [package] if _is_distribution(package) else sorted(metadata.packages_distributions().get(package, []))
-    return ", ".join(f"{name} {metadata.version(name)}" for name in names) or package
+    return ", ".join(f"{name} {metadata.version(name)} {_contents(name)}" for name in names) or package
+
+
+def _contents(distribution: str) -> str:
+    """Return a hash of the hashes of a distribution's files: it may be installed anew under the same version."""
+    record = metadata.distribution(distribution).read_text("RECORD") or ""
+    lines = (line for line in record.splitlines() if ".dist-info/" not in line and ".pyc" not in line)
+    return _hash(line.encode() for line in sorted(lines))
 
 
 def _is_distribution(name: str) -> bool:

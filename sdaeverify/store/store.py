@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from hashlib import blake2b
 from pathlib import Path
@@ -136,6 +137,9 @@ class Store:
             self.reasons["of which a measure has changed" if changed else "to which a measure was added"] += 1
         else:
             self.reused += 1
+            # The newest file is the one that was used last: `compare` goes by that.
+            with suppress(OSError):
+                place.path.touch()
         return Recalled(Entry(entry.scheme, known), _lane(stored, known), missing, place)
 
 

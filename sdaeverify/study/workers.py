@@ -114,6 +114,8 @@ class _Context(SpawnContext):
 
 def _begin(files: Sequence[str], memory: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # What a plugin prints is no result.
+    os.dup2(2, 1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     for file in files:
         load_file(file)

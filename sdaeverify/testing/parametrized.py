@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from ..errors import UsageError
 from ..forms import Problem
 from ..labels import parse_label
 from ..report.terminal import visible
@@ -72,8 +73,10 @@ def parametrize_with_checks(
     Raises
     ------
     UsageError
-        As for `check_scheme`.
+        As for `check_scheme`, or if there is no subject.
     """
+    if not subjects:
+        raise UsageError("subjects is empty; name the schemes and problems that are to be checked")
     import pytest  # noqa: PLC0415 - the kit itself needs no pytest
 
     expected = expected_failures or {}

@@ -177,6 +177,7 @@ def test_a_scheme_that_eats_memory(rows):
     assert reason.endswith("a worker may have 1 GiB (--memory)")
 
 
+@pytest.mark.slow
 @POSIX
 def test_a_scheme_that_hoards_memory(rows):
     """A scheme that keeps all the memory of its worker costs no rows of those that run there after it."""
@@ -187,6 +188,7 @@ def test_a_scheme_that_hoards_memory(rows):
     assert of(beside, *GOOD) == of(alone, *GOOD)
 
 
+@pytest.mark.slow
 @POSIX
 def test_a_measure_that_hangs(rows):
     """A probe that hangs costs its own cell: other measures of the scheme and that measure of others stay."""

@@ -62,6 +62,7 @@ def killed_and_resumed(whole: tuple[Path, float], folder: Path, moment: int) -> 
     assert not list(folder.rglob(".unfinished-*")) or moment % 2
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are a matter of POSIX")
 @pytest.mark.parametrize("moment", range(FEW))
 def test_a_killed_run_goes_on(whole, tmp_path, moment):

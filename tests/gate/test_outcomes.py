@@ -21,12 +21,12 @@ LAX = (ExpectedFailure(reason="known", strict=False),)
         (Verdict.REFUTED, Status.FAILED, Status.XFAILED),
         (Verdict.INCONCLUSIVE, Status.UNDECIDED, Status.XFAILED),
         (Verdict.DIVERGED, Status.UNMEASURED, Status.XFAILED),
-        (Verdict.ERROR, Status.UNMEASURED, Status.XFAILED),
-        (Verdict.NOT_RUN, Status.UNMEASURED, Status.XFAILED),
+        (Verdict.ERROR, Status.UNMEASURED, Status.UNMEASURED),
+        (Verdict.NOT_RUN, Status.UNMEASURED, Status.UNMEASURED),
     ],
 )
 def test_status(verdict, plain, expected):
-    """Each verdict has a status, and another one where it is expected to fail."""
+    """Each verdict has a status, and another one where it is expected to fail: nobody expects a crash."""
     (alone,) = outcomes([result(verdict)], Policy())
     (known,) = outcomes([result(verdict)], Policy(expected_failures=ANY))
 
@@ -90,7 +90,7 @@ def test_claim_of_an_unmeasured_cell():
         ([Verdict.INCONCLUSIVE], {"inconclusive": "fail"}, True, ExitCode.UNDECIDED),
         ([Verdict.INCONCLUSIVE], {}, True, ExitCode.OK),
         ([Verdict.VERIFIED, Verdict.REFUTED], {"expected_failures": ANY}, True, ExitCode.UNEXPECTED),
-        ([Verdict.REFUTED, Verdict.ERROR], {"expected_failures": ANY}, True, ExitCode.OK),
+        ([Verdict.REFUTED, Verdict.ERROR], {"expected_failures": ANY}, True, ExitCode.NOT_MEASURED),
     ],
 )
 def test_code(verdicts, options, locked, code):

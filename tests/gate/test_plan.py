@@ -9,6 +9,7 @@ import pytest
 from sdaeverify import Control, Pathwise
 from sdaeverify.contributions import SchemeEntry
 from sdaeverify.discovery import Origin
+from sdaeverify.errors import UsageError
 from sdaeverify.gate.plan import gate_plan, untested
 from sdaeverify.gate.policy import Policy
 from sdaeverify.gate.tiers import TIERS, settings_of
@@ -91,13 +92,14 @@ def test_error_is_kept():
 
 
 def test_own_schemes():
-    """Without patterns the schemes of the project's own distribution are gated, or everything if it has none."""
+    """Without patterns the schemes of the project's own distribution are gated, and everything without a project."""
     registry = registered((Plain(),))
     other = Origin("theirs", "other", "1", "module")
     both = replace(registry, schemes={**registry.schemes, "fussy": SchemeEntry("fussy", (Fussy(),), other)})
 
     assert {scheme for scheme, *_ in cells(both, distribution="Pack")} == {"plain"}
-    assert {scheme for scheme, *_ in cells(both, distribution="unknown")} == {"plain", "fussy"}
+    with pytest.raises(UsageError, match="project unknown registers no scheme here; install it"):
+        cells(both, distribution="unknown")
     assert {scheme for scheme, *_ in cells(both)} == {"plain", "fussy"}
     assert {scheme for scheme, *_ in cells(both, distribution="Pack", schemes=("fussy",))} == {"fussy"}
 

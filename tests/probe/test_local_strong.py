@@ -400,3 +400,11 @@ def test_no_registered_claim_is_refuted() -> None:
     wrong = {label: answer.reason for label, answer in answers.items() if answer.verdict is not Verdict.VERIFIED}
     assert len(answers) > 50
     assert not wrong
+
+
+def test_an_order_within_the_margin_of_its_claim_is_not_refuted() -> None:
+    """Half an order too low refutes a claim with the usual margin, and decides nothing where the margin is wider."""
+    order = found(EulerMaruyama(), gbm())
+
+    assert judge_strong(order, 1.0, margin=0.2).verdict is Verdict.REFUTED
+    assert judge_strong(order, 1.0, margin=0.6).verdict is Verdict.INCONCLUSIVE

@@ -241,3 +241,29 @@ def test_the_framework_is_what_runs_schemes():
     assert not {"terminal.py", "verdicts.py", "matrix.py", "store.py", "judging.py"} & files
     assert "numpy" in framework_source()
     assert "scipy" in framework_source()
+
+
+@pytest.mark.parametrize("text", ["", "import importlib\nh = importlib.import_module('somebody.helper')"])
+def test_what_no_import_names(package, forget, tmp_path, text):
+    """Data beside the modules counts, and the other modules where a module imports by name."""
+    package(__init__="", scheme=text, helper="f = 1")
+    before = source(forget)
+
+    package(helper="f = 2")
+    then = source(forget)
+    (tmp_path / "somebody" / "table.txt").write_text("1 2 3")
+
+    assert (then != before) == bool(text)
+    assert source(forget) != then
+
+
+def test_a_folder_without_init(package, forget, tmp_path):
+    """A module in a folder that is no package of its own counts like any other that is installed nowhere."""
+    package(__init__="", scheme="from loose.helper import f")
+    (tmp_path / "loose").mkdir()
+    (tmp_path / "loose" / "helper.py").write_text("f = 1")
+    before = source(forget)
+
+    (tmp_path / "loose" / "helper.py").write_text("f = 2")
+
+    assert source(forget) != before
