@@ -8,6 +8,7 @@ import pytest
 
 from sdaeverify.cli.exit_codes import ExitCode
 from sdaeverify.cli.gate import gate, policy_of
+from sdaeverify.cli.limits import read_limits
 from sdaeverify.errors import UsageError
 from sdaeverify.gate.seeds import seed_of
 from sdaeverify.registry import PluginRow, Registry
@@ -51,6 +52,8 @@ def project(call, write, tmp_path, monkeypatch):
     """Run the gate of a project with one right and one wrong scheme."""
     for name in ("GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE"):
         monkeypatch.delenv(name, raising=False)
+    # What a gate says does not depend on where it runs; processes of its own take their time.
+    monkeypatch.setattr("sdaeverify.cli.gate.read_limits", lambda *a, **k: (read_limits(*a, **k) and 1, None))
     write(PLUGIN)
     (tmp_path / "pyproject.toml").write_text(POLICY)
 
@@ -234,3 +237,13 @@ def test_own_plugin_is_broken(project, monkeypatch, tmp_path):
 
     assert outcome.code == ExitCode.PLUGIN
     assert "plugin mine of mypack, which is gated, is broken: ImportError: no" in outcome.err
+
+
+def test_one_job_is_isolated_too(call, odd_scheme, tmp_path):
+    """A step that ends its process costs its own cells, and not the gate, with one job as with many."""
+    (tmp_path / "pyproject.toml").write_text("[tool.sdaeverify]\nproblems = ['gbm']\ntier = 'smoke'\n")
+
+    outcome = call("gate", "-j", "1", "--progress", "none", "--plugin", odd_scheme("os._exit(0)"), "-s", "odd")
+
+    assert outcome.code == 3
+    assert "its worker process died" in outcome.out
