@@ -7,10 +7,11 @@ import signal
 import tempfile
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing.context import SpawnContext, SpawnProcess
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import TypeVar
 
@@ -61,11 +62,17 @@ def worker_pool(jobs: int, files: Sequence[str] = (), limits: Limits = NONE) -> 
             yield pool
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
-            workers = set(multiprocessing.active_children()) - before
-            for worker in workers:
-                worker.kill()
-            for worker in workers:
-                worker.join()
+            _end(set(multiprocessing.active_children()) - before)
+            # One may have been about to start.
+            pool.shutdown(wait=True)
+            _end(set(multiprocessing.active_children()) - before)
+
+
+def _end(workers: Collection[BaseProcess]) -> None:
+    for worker in workers:
+        worker.kill()
+    for worker in workers:
+        worker.join()
 
 
 def in_turn(
