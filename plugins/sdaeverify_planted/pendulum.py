@@ -100,8 +100,9 @@ def sdaeverify_planted() -> list[Planted]:
         "no projection": NoProjection(),
         "variance +1 %": WrongHalfExplicit(strength=1.01**0.5),
     }
-    near = "damped-pendulum[theta_0=1.4,horizon=1]"
+    # From there every path falls past the horizontal, where the last axis is tangential.
+    above = "damped-pendulum[theta_0=2.2,horizon=2]"
     return [
         *(Planted(bug=f"pendulum: {b}", scheme=s, problem="damped-pendulum") for b, s in bugs.items()),
-        Planted(bug="pendulum: position projected along a fixed axis", scheme=AlongAxis(), problem=near),
+        Planted(bug="pendulum: position projected along a fixed axis", scheme=AlongAxis(), problem=above),
     ]
