@@ -106,7 +106,8 @@ def pseudo_values(sums: Array, counts: Array, statistic: Callable[[Array], float
     """Return the jackknife's pseudo-values of one or many statistics, shape (G, ...); see `jackknife`."""
     total, n = sums.sum(axis=0), counts.sum()
     full = statistic(total / n)
-    left_out = np.array([statistic((total - sums[g]) / (n - counts[g])) for g in range(GROUPS)])
+    means = (total - sums) / (n - counts).reshape(-1, *(1,) * total.ndim)
+    left_out = np.array([statistic(mean) for mean in means])
     return np.asarray(GROUPS * full - (GROUPS - 1) * left_out)
 
 
