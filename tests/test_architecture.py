@@ -19,6 +19,7 @@ CONTRIBUTED = (ROOT / "plugins", ROOT / "problems")
 LAYERS = {
     "errors": 0,
     "arrays": 0,
+    "atomic": 0,  # files written as a whole or not at all
     "labels": 0,
     "noise": 1,
     "laws": 1,

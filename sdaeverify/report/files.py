@@ -1,7 +1,6 @@
 """Files of a run, each written as a whole or not at all; text only, so that anybody can read them safely."""
 
 import json
-import os
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 import pandas as pd
 from pandas.api.types import is_numeric_dtype
 
+from ..atomic import written
 from ..errors import UsageError
 from .terminal import visible
 
@@ -71,7 +71,7 @@ def write_json(values: Mapping[str, object], path: Path) -> None:
 
 
 def write_text(text: str, path: Path) -> None:
-    """Write a file beside its place and move it there, so that no reader ever finds half of it.
+    """Write a text file.
 
     Raises
     ------
@@ -79,18 +79,7 @@ def write_text(text: str, path: Path) -> None:
         If it cannot be written, for example because the disk is full.
     """
     try:
-        _replace(text, path)
+        with written(path) as file:
+            file.write(text.encode())
     except OSError as error:
         raise UsageError(f"cannot write {path}: {error.strerror or error}") from error
-
-
-def _replace(text: str, path: Path) -> None:
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
-            file.write(text)
-        Path(name).chmod(0o644)
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise

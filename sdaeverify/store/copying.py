@@ -1,11 +1,11 @@
 """Evidence of one folder taken over into another."""
 
-import shutil
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from ..atomic import written
 from ..errors import UsageError
 from ..tally import Tally
 from .files import KINDS, MeasureRecord, StoredLane, read_lane, write_lane
@@ -55,9 +55,8 @@ def _copied(file: Path, place: Path) -> str:
         return "damaged"
     if there is None:
         place.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = place.with_name(f".unfinished-{place.name}")
-        shutil.copyfile(file, unfinished)
-        unfinished.replace(place)
+        with written(place) as copy:
+            copy.write(file.read_bytes())
         return "new"
     added = {name: record for name, record in lane.measures.items() if name not in there.measures}
     if added:

@@ -5,8 +5,6 @@ cannot fill the memory, and objects are never unpickled.
 """
 
 import json
-import os
-import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -15,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
+from ..atomic import written
 from ..errors import FAULTS
 from ..tally import Tally
 from .keys import Ingredients
@@ -70,20 +69,13 @@ class StoredLane(NamedTuple):
 
 
 def write_lane(lane: StoredLane, path: Path) -> None:
-    """Write a file beside its place and move it there, so that no reader ever finds half of it."""
+    """Write a file."""
     arrays: list[Array] = []
     header = json.dumps(_header(lane, arrays)).encode()
+    numbered = {str(index): array for index, array in enumerate(arrays)}
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".unfinished-")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            numbered = {str(index): array for index, array in enumerate(arrays)}
-            np.savez(file, allow_pickle=False, **{HEADER: np.frombuffer(header, dtype=np.uint8)}, **numbered)
-        Path(name).chmod(0o644)
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    with written(path) as file:
+        np.savez(file, allow_pickle=False, **{HEADER: np.frombuffer(header, dtype=np.uint8)}, **numbered)
 
 
 def read_lane(path: Path) -> StoredLane | None:

@@ -109,14 +109,13 @@ class Store:
 
     def _recall(self, task: Task, block: int, entry: Entry) -> Recalled:
         lane = lane_ingredients(entry.scheme, task.spec, task.settings, block)
-        own = {measure.name: measure_ingredients(measure, task.settings) for measure in entry.measures}
         if lane is None:
             return self._unknown(entry, None, SOURCELESS)
+        found = {measure.name: measure_ingredients(measure, task.settings) for measure in entry.measures}
+        measures = {name: given for name, given in found.items() if given}
         names = self.folder / FOLDER / task.spec.name[:LONGEST_NAME] / entry.scheme.name[:LONGEST_NAME]
         start = f"{block:04d}-{_label_key(entry.scheme.label, task.spec.label)}-"
-        place = Place(
-            names / f"{start}{key(lane)}.npz", lane, {n: given for n, given in own.items() if given}, self.fresh
-        )
+        place = Place(names / f"{start}{key(lane)}.npz", lane, measures, self.fresh)
         if self.fresh:
             return self._unknown(entry, place, "asked for afresh")
         stored = read_lane(place.path)

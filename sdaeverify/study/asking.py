@@ -1,23 +1,23 @@
 """What plugins answer when they are asked what can be run, in worker processes: asking already runs their code."""
 
-import pickle
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, Future
-from itertools import count
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import FAULTS, UsageError, one_line
+from ..errors import FAULTS
 from ..guard import PROBLEM, Guard
 from ..measure import Measure, Verdict
 from ..scheme import Scheme
 from ..specs import ProblemSpec
-from .blocks import DIED, ELSE, UNSENT
-from .isolated import Died, Isolated
-from .limits import NOBODY, Mark, Watchdog, read_mark
+from .calls import Call, Lost, packed, unpacked
+from .isolated import Isolated
+from .limits import NOBODY, Mark, Watchdog
 from .plan import Ask, Cell, Told, scheme_cells
+
+LATE = "no answer within {:g} s (--timeout)"
 
 
 class Answer(NamedTuple):
@@ -57,10 +57,8 @@ def asking(
     """
     if not isinstance(executor, Isolated):
         return None
-    asker = _Asker(executor)
-    questions = {spec.label: Question(spec, tuple(schemes), tuple(measures)) for spec in specs}
-    sent = {label: asker.send(question) for label, question in questions.items()}
-    return lambda spec: asker.told(questions[spec.label], sent[spec.label])
+    asked = {spec.label: _asked(executor, Question(spec, tuple(schemes), tuple(measures))) for spec in specs}
+    return lambda spec: asked[spec.label].told()
 
 
 def answers(question: Question, guard: Guard) -> Answers | None:
@@ -79,69 +77,38 @@ def answers(question: Question, guard: Guard) -> Answers | None:
 
 
 def answers_pickled(question: bytes, mark: Path, timeout: float) -> Answers | None:
-    """Answer in a worker process.
-
-    Raises
-    ------
-    UsageError
-        If the question cannot be read there.
-    """
-    try:
-        loaded: Question = pickle.loads(question)
-    except FAULTS as error:
-        raise UsageError(f"{UNSENT} worker process: {one_line(error)}; {ELSE}") from None
-    return answers(loaded, Watchdog(mark, timeout))
+    """Answer in a worker process."""
+    return answers(unpacked(question), Watchdog(mark, timeout))
 
 
-class _Sent(NamedTuple):
-    future: Future[Answers | None]
-    mark: Path
-    again: bool = False
+class _Asked(NamedTuple):
+    """A question on its way."""
 
+    executor: Isolated
+    question: Question
+    call: Call[Answers | None]
 
-class _Asker:
-    """Asks, and asks again without whoever hangs or dies of being asked."""
+    def told(self) -> Told:
+        """Return the cells of the problem; who hangs or dies of being asked costs the others nothing."""
+        found = self.call.outcome()
+        if isinstance(found, Lost):
+            return self._without(found.mark, found.why(LATE))
+        return Told(()) if found is None else Told(tuple(_cells(self.question, found)))
 
-    def __init__(self, executor: Isolated) -> None:
-        self.executor, self.numbers = executor, count()
-
-    def send(self, question: Question, *, again: bool = False) -> _Sent:
-        """Put a question to the next worker that is free, or again to a new one."""
-        mark = self.executor.marks / f"asked-{next(self.numbers)}"
-        try:
-            pickled = pickle.dumps(question)
-        except FAULTS as error:
-            what = f"a scheme, or problem {question.spec.label}, cannot be sent to worker processes"
-            raise UsageError(f"{what}: {one_line(error)}; {ELSE}") from error
-        submit = self.executor.submit_afresh if again else self.executor.submit
-        return _Sent(submit(answers_pickled, pickled, mark, self.executor.limits.timeout), mark, again)
-
-    def told(self, question: Question, sent: _Sent) -> Told:
-        """Return the cells of a problem as far as they were told."""
-        try:
-            found = sent.future.result()
-        except Died as death:
-            if not (sent.mark.is_file() or sent.again):
-                # It died before it began with this, of something else.
-                return self.told(question, self.send(question, again=True))
-            mark = read_mark(sent.mark) if sent.mark.is_file() else Mark()
-            return self._without(question, mark, self._why(late=mark.timed_out(death.when)))
-        finally:
-            sent.mark.unlink(missing_ok=True)
-        return Told(()) if found is None else Told(tuple(_cells(question, found)))
-
-    def _without(self, question: Question, mark: Mark, why: str) -> Told:
-        schemes = question.schemes
+    def _without(self, mark: Mark, why: str) -> Told:
+        schemes = self.question.schemes
         if mark.lane in {PROBLEM, NOBODY}:
-            reason = f"problem {question.spec.label} cannot be built: {why}"
-            return Told(tuple(_failed(question, schemes, reason)), builds=False)
-        failed = tuple(_failed(question, [schemes[mark.lane]], why))
-        rest = question._replace(schemes=(*schemes[: mark.lane], *schemes[mark.lane + 1 :]))
-        told = self.told(rest, self.send(rest))
+            reason = f"problem {self.question.spec.label} cannot be built: {why}"
+            return Told(tuple(_failed(self.question, schemes, reason)), builds=False)
+        failed = tuple(_failed(self.question, [schemes[mark.lane]], why))
+        rest = self.question._replace(schemes=(*schemes[: mark.lane], *schemes[mark.lane + 1 :]))
+        told = _asked(self.executor, rest).told()
         return told._replace(cells=(*told.cells, *failed))
 
-    def _why(self, *, late: bool) -> str:
-        return f"no answer within {self.executor.limits.timeout:g} s (--timeout)" if late else DIED
+
+def _asked(executor: Isolated, question: Question) -> _Asked:
+    argument = packed(question, f"a scheme, or problem {question.spec.label},")
+    return _Asked(executor, question, Call(executor, answers_pickled, argument))
 
 
 def _cells(question: Question, found: Answers) -> Iterator[Cell]:

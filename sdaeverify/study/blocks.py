@@ -1,27 +1,23 @@
 """Evidence of a block: from the store or simulated, with the schemes set apart whose worker process died."""
 
-import pickle
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import replace
-from itertools import count
 from math import inf
 from pathlib import Path
 from typing import NamedTuple, Protocol, TypeVar
 
 from ..ensemble import Entry, LaneEvidence, Task, run_block, without_evidence
-from ..errors import FAULTS, UsageError, one_line
 from ..guard import NO_MEASURE, PROBLEM
 from ..store import Place, Recalled, Store, joined, keep
-from .isolated import Died, Isolated
-from .limits import NOBODY, Mark, Watchdog, read_mark
+from .calls import Call, Lost, packed, unpacked
+from .isolated import Isolated
+from .limits import NOBODY, Mark, Watchdog
 
 Lanes = tuple[LaneEvidence, ...]
 Parts = list[tuple[Entry, LaneEvidence]]
-UNSENT = "a scheme, problem or measure cannot be read in a"
-ELSE = "define it at the top level of a module, or use one job"
-DIED = "its worker process died, perhaps for want of memory"
+LATE = "no result within {:g} s on a block of paths (--timeout)"
 OUT_OF_MEMORY = "MemoryError"
 # Schemes that one worker evaluates without paths before another could help.
 PROBED_TOGETHER = 3
@@ -50,20 +46,9 @@ def run_parcel(parcel: Parcel, guard: Watchdog | None = None) -> Lanes:
     return lanes
 
 
-def run_pickled(parcel: bytes, mark: Path | None, timeout: float) -> Lanes:
-    """Run a parcel in a worker process.
-
-    Raises
-    ------
-    UsageError
-        If it cannot be read there: a class or function of it is not at the top level of its module.
-    """
-    try:
-        loaded: Parcel = pickle.loads(parcel)
-    except MemoryError:
-        raise
-    except FAULTS as error:
-        raise UsageError(f"{UNSENT} worker process: {one_line(error)}; {ELSE}") from None
+def run_pickled(parcel: bytes, mark: Path | None = None, timeout: float = inf) -> Lanes:
+    """Run a parcel in a worker process; memory that is short even for reading it is told as such."""
+    loaded: Parcel = unpacked(parcel, MemoryError)
     return run_parcel(loaded, None if mark is None else Watchdog(mark, timeout))
 
 
@@ -85,17 +70,10 @@ SomeJob = TypeVar("SomeJob", bound=Job)
 
 
 class Begun(NamedTuple):
-    """A parcel on its way: a future, or nothing where it is run in this process when its turn comes."""
+    """A parcel on its way, or without a call where it is run in this process when its turn comes."""
 
     parcel: Parcel
-    future: Future[Lanes] | None = None
-    mark: Path | None = None
-    fresh: bool = False
-
-    @property
-    def last(self) -> bool:
-        """Whether nothing better can be tried if memory is short: one scheme, in a process of its own."""
-        return self.fresh and len(self.parcel.task.entries) == 1
+    call: Call[Lanes] | Future[Lanes] | None = None
 
 
 class Blocks:
@@ -109,7 +87,7 @@ class Blocks:
     """
 
     def __init__(self, executor: Executor | None, store: Store | None) -> None:
-        self.executor, self.store, self.numbers = executor, store, count()
+        self.executor, self.store = executor, store
         self.isolated = executor if isinstance(executor, Isolated) else None
 
     def results(self, jobs: "deque[SomeJob]", window: int) -> "Iterator[tuple[SomeJob, Lanes]]":
@@ -155,56 +133,56 @@ class Blocks:
     def _send(self, parcel: Parcel, *, fresh: bool = False) -> Begun:
         if self.executor is None:
             return Begun(parcel)
+        label = parcel.task.spec.label
+        argument = packed(parcel, f"problem {label} or a scheme or measure on it")
         if self.isolated is None:
-            return Begun(parcel, self.executor.submit(run_pickled, _pickled(parcel), None, inf))
-        mark = self.isolated.marks / str(next(self.numbers))
-        submit = self.isolated.submit_afresh if fresh else self.isolated.submit
-        return Begun(parcel, submit(run_pickled, _pickled(parcel), mark, self.isolated.limits.timeout), mark, fresh)
+            return Begun(parcel, self.executor.submit(run_pickled, argument))
+        return Begun(parcel, Call(self.isolated, run_pickled, argument, fresh=fresh))
 
     def _parts(self, begun: Begun) -> Parts:
-        if begun.future is None:
-            return list(zip(begun.parcel.task.entries, run_parcel(begun.parcel), strict=True))
-        if begun.mark is None:
-            return list(zip(begun.parcel.task.entries, begun.future.result(), strict=True))
+        parcel, call = begun
+        if isinstance(call, Call):
+            return self._isolated(parcel, call)
+        lanes = run_parcel(parcel) if call is None else call.result()
+        return list(zip(parcel.task.entries, lanes, strict=True))
+
+    def _isolated(self, parcel: Parcel, call: Call[Lanes]) -> Parts:
+        """Return the evidence of a parcel; what died or ran out of memory is tried again where that may help."""
+        entries = parcel.task.entries
         try:
-            lanes = begun.future.result()
-        except Died as death:
-            if not (begun.mark.is_file() or begun.fresh):
-                # It died before it began with this, of something else.
-                return self._parts(self._send(begun.parcel, fresh=True))
-            mark = read_mark(begun.mark) if begun.mark.is_file() else Mark()
-            return self._salvaged(begun.parcel, mark, late=mark.timed_out(death.when))
+            lanes = call.outcome()
         except SHORT as error:
-            lanes = tuple(without_evidence(e, f"{OUT_OF_MEMORY}: {error}") for e in begun.parcel.task.entries)
-        finally:
-            begun.mark.unlink(missing_ok=True)
+            lanes = tuple(without_evidence(e, f"{OUT_OF_MEMORY}: {error}") for e in entries)
+        if isinstance(lanes, Lost):
+            return self._salvaged(parcel, lanes)
+        # Nothing better can be tried for one scheme in a process of its own.
+        last = call.fresh and len(entries) == 1
         return [
             part
-            for one in zip(begun.parcel.task.entries, lanes, strict=True)
-            for part in self._with_room(begun, *one)
+            for entry, lane in zip(entries, lanes, strict=True)
+            for part in self._with_room(parcel.only([entry]), lane, last=last)
         ]
 
-    def _salvaged(self, parcel: Parcel, mark: Mark, *, late: bool) -> Parts:
-        """Return the evidence of a parcel in which a process died, of its suspect by itself and of the others."""
-        entries = parcel.task.entries
+    def _salvaged(self, parcel: Parcel, lost: Lost) -> Parts:
+        """Return the evidence of a parcel of which a process died, of its suspect by itself and of the others."""
+        entries, mark, why = parcel.task.entries, lost.mark, lost.why(LATE)
         if mark.lane == PROBLEM or (mark.lane == NOBODY and len(entries) == 1):
             who = f"problem {parcel.task.spec.label}: " if mark.lane == PROBLEM else ""
-            return [(entry, without_evidence(entry, who + self._why(late=late))) for entry in entries]
+            return [(entry, without_evidence(entry, who + why)) for entry in entries]
         if mark.lane == NOBODY:
             return [part for entry in entries for part in self._parts(self._send(parcel.only([entry])))]
         suspect, rest = _set_apart(entries, mark)
-        if late or not rest:
-            parts = [(suspect, without_evidence(suspect, self._why(late=late)))]
+        if lost.late or not rest:
+            parts = [(suspect, without_evidence(suspect, why))]
         else:
             parts = self._parts(self._send(parcel.only([suspect])))
         return parts + (self._parts(self._send(parcel.only(rest))) if rest else [])
 
-    def _with_room(self, begun: Begun, entry: Entry, lane: LaneEvidence) -> Parts:
-        """Return the evidence on an entry; one that ran out of memory is tried by itself, in a new process."""
-        if not any(OUT_OF_MEMORY in error for error in lane.errors):
-            return [(entry, lane)]
-        if not begun.last:
-            return self._parts(self._send(begun.parcel.only([entry]), fresh=True))
+    def _with_room(self, parcel: Parcel, lane: LaneEvidence, *, last: bool) -> Parts:
+        """Return the evidence on one entry; if it ran out of memory, it is tried by itself, in a new process."""
+        if not last and any(OUT_OF_MEMORY in error for error in lane.errors):
+            return self._parts(self._send(parcel, fresh=True))
+        (entry,) = parcel.task.entries
         return [(entry, lane._replace(errors=tuple(map(self._of_memory, lane.errors))))]
 
     def _of_memory(self, error: str) -> str:
@@ -212,12 +190,6 @@ class Blocks:
         if not (capped and OUT_OF_MEMORY in error):
             return error
         return f"{error}; a worker may have {capped / 2**30:.3g} GiB (--memory)"
-
-    def _why(self, *, late: bool) -> str:
-        assert self.isolated is not None
-        if not late:
-            return DIED
-        return f"no result within {self.isolated.limits.timeout:g} s on a block of paths (--timeout)"
 
 
 def _set_apart(entries: tuple[Entry, ...], mark: Mark) -> tuple[Entry, list[Entry]]:
@@ -228,11 +200,3 @@ def _set_apart(entries: tuple[Entry, ...], mark: Mark) -> tuple[Entry, list[Entr
     own = culprit.measures[mark.measure]
     others = tuple(measure for measure in culprit.measures if measure is not own)
     return Entry(culprit.scheme, (own,)), [*rest, Entry(culprit.scheme, others)]
-
-
-def _pickled(parcel: Parcel) -> bytes:
-    try:
-        return pickle.dumps(parcel)
-    except FAULTS as error:
-        what = f"problem {parcel.task.spec.label} or a scheme or measure on it cannot be sent to worker processes"
-        raise UsageError(f"{what}: {one_line(error)}; {ELSE}") from error

@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +46,8 @@ class Isolated(Executor):
     """
 
     def __init__(self, make: Make, jobs: int, limits: Limits, marks: Path) -> None:
-        self.limits, self.marks = limits, marks
+        self.limits = limits
+        self._marks, self._numbers = marks, count()
         self._make, self._lock = make, threading.RLock()
         self._idle, self._pools = list(range(jobs)), dict[int, ProcessPoolExecutor]()
         self._retired: list[ProcessPoolExecutor] = []
@@ -58,6 +60,10 @@ class Isolated(Executor):
     def submit_afresh(self, fn: Callable[..., Any], /, *args: Any) -> Future[Any]:
         """Make a call in a new process, in which nobody has used up anything."""
         return self._begin(partial(fn, *args), fresh=True)
+
+    def new_mark(self) -> Path:
+        """Return a place for a mark that no other call has."""
+        return self._marks / str(next(self._numbers))
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the workers; calls that wait are made first, or given up."""

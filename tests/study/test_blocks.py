@@ -2,7 +2,7 @@
 
 import pickle
 from collections import deque
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from typing import NamedTuple
 
 import pytest
@@ -13,7 +13,8 @@ from sdaeverify.guard import NO_MEASURE, PROBLEM
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
 from sdaeverify.specs import problem_spec
-from sdaeverify.study.blocks import DIED, Blocks
+from sdaeverify.study.blocks import Blocks
+from sdaeverify.study.calls import DIED
 from sdaeverify.study.isolated import Died, Isolated
 from sdaeverify.study.limits import FORMAT, NOBODY, Limits
 from sdaeverify_problems.gbm import gbm
@@ -121,6 +122,13 @@ def test_who_is_blamed_wrongly_is_run_by_itself(tmp_path):
         return (2, NO_MEASURE) if len(first) == 1 else blaming("milstein")(entries)
 
     assert errors(Fragile(tmp_path, BOTH, blamed)) == [("", ""), (DIED, DIED), ("", "")]
+
+
+def test_workers_that_are_not_isolated():
+    """Blocks run over any executor, or over none."""
+    with ThreadPoolExecutor(1) as executor:
+        assert errors(executor) == [("", "")] * 3
+    assert errors(None) == [("", "")] * 3
 
 
 def test_who_takes_too_long_is_not_tried_again(tmp_path):
