@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -23,7 +22,7 @@ from .settings import Settings
 from .specs import ProblemSpec
 from .study import CellResult, Plan, Study, plan
 from .study.asking import asking
-from .study.workers import BLOCKS_A_WORKER, worker_pool
+from .study.workers import BLOCKS_A_WORKER, executor_for
 
 Schemes = str | Sequence[str | Scheme]
 Problems = str | Sequence[str | ProblemSpec | Callable[..., Problem]]
@@ -129,7 +128,7 @@ def verify(
     study = Study(todo, chosen)
     if jobs < 1:
         raise UsageError(f"jobs must be at least 1, got {jobs}")
-    with worker_pool(jobs, registry.files) if jobs > 1 else nullcontext() as executor:
+    with executor_for(jobs, registry.files) as executor:
         for _ in study.run(executor, BLOCKS_A_WORKER * jobs):
             pass
     return result_of(study, registry, ["sdaeverify.verify"])
@@ -169,11 +168,5 @@ def result_of(study: Study, registry: Registry, arguments: Sequence[str]) -> Res
 
 
 def _unnamed(results: Sequence[CellResult], registry: Registry) -> frozenset[str]:
-    labels = set()
-    for cell in (result.cell for result in results):
-        scheme, problem = registry.schemes.get(cell.scheme.name), registry.problems.get(cell.spec.name)
-        if scheme is None or type(scheme.variants[0]) is not type(cell.scheme):
-            labels.add(cell.scheme.label)
-        if problem is None or problem.family is not cell.spec.family:
-            labels.add(cell.spec.label)
-    return frozenset(labels)
+    things = (thing for result in results for thing in (result.cell.scheme, result.cell.spec))
+    return frozenset(thing.label for thing in things if not registry.names(thing))

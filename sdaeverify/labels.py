@@ -11,6 +11,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields
 from difflib import SequenceMatcher
+from fnmatch import fnmatchcase
 from numbers import Integral, Real
 from typing import Any, NamedTuple
 
@@ -164,6 +165,11 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     close = [other for other, score in scores.items() if score >= least]
     close = close or [other for other in scores if word and word.lower() in other.lower()]
     return f"; did you mean {' or '.join(close[:3])}?" if close else ""
+
+
+def matches(glob: str, label: str) -> bool:
+    """Tell whether a glob means a whole label: ``*`` and ``?`` alone are special, brackets stand for themselves."""
+    return fnmatchcase(label, glob.replace("[", "[[]"))
 
 
 def _default(field: "Field[Any]") -> object:

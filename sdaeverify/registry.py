@@ -39,6 +39,8 @@ from .discovery import (
 )
 from .errors import PluginError, one_line
 from .labels import did_you_mean
+from .scheme import Scheme
+from .specs import ProblemSpec
 
 Entry = TypeVar("Entry")
 
@@ -112,6 +114,14 @@ class Registry:
     planted: Mapping[str, PlantedEntry] = field(default_factory=dict)
     cases: Mapping[str, CalibrationCase] = field(default_factory=dict)
     experiments: Mapping[str, ExperimentEntry] = field(default_factory=dict)
+
+    def names(self, given: Scheme | ProblemSpec) -> bool:
+        """Tell whether a scheme or problem is the registered one of its name, so that a command can name it."""
+        if isinstance(given, Scheme):
+            scheme = self.schemes.get(given.name)
+            return scheme is not None and type(scheme.variants[0]) is type(given)
+        problem = self.problems.get(given.name)
+        return problem is not None and problem.family is given.family
 
     def report(self, folder: Path) -> tuple[str, ...]:
         """Let each plugin write beside the report; return one line for each that failed."""

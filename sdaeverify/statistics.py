@@ -107,7 +107,7 @@ def pseudo_values(sums: Array, counts: Array, statistic: Callable[[Array], float
     total, n = sums.sum(axis=0), counts.sum()
     full = statistic(total / n)
     means = (total - sums) / (n - counts).reshape(-1, *(1,) * total.ndim)
-    left_out = np.array([statistic(mean) for mean in means])
+    left_out = np.array([statistic(means[g]) for g in range(GROUPS)])
     return np.asarray(GROUPS * full - (GROUPS - 1) * left_out)
 
 

@@ -15,6 +15,7 @@ from sdaeverify.labels import (
     did_you_mean,
     function_parameters,
     make_label,
+    matches,
     parse_label,
     read_values,
     split_list,
@@ -262,3 +263,24 @@ def test_parameters_of_a_function() -> None:
 def test_did_you_mean(word: str, hint: str) -> None:
     """Close words are found by spelling, or else by being contained."""
     assert did_you_mean(word, ["milstein", "half-explicit-euler"]) == hint
+
+
+def means(glob: str, label: str) -> bool:
+    """Match letter by letter: what `matches` is to do."""
+    if not glob:
+        return not label
+    if glob[0] == "*":
+        return any(means(glob[1:], label[skipped:]) for skipped in range(len(label) + 1))
+    return label != "" and glob[0] in ("?", label[0]) and means(glob[1:], label[1:])
+
+
+@given(st.text("aA[]!*?.\n", max_size=5), st.text("aA[]!.\n", max_size=5))
+@example("x[a=?]", "x[a=1]")
+@example("x[a=1]", "xa")
+@example("[!a]", "A")
+@example("a", "A")
+@example("a*", "[a]")
+@example("*a", "a\n")
+def test_globs_of_labels(glob: str, label: str) -> None:
+    """Wildcards mean any letters or one letter; all else stands for itself, and whole labels are meant."""
+    assert matches(glob, label) is means(glob, label)

@@ -4,23 +4,21 @@ import shlex
 import time
 from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
 from ..registry import load_registry
-from ..report.terminal import visible
+from ..report.terminal import empty_table, visible
 from ..settings import Settings
-from ..study.workers import available_cores, worker_pool
+from ..study.workers import available_cores, executor_for
 from .console import PROGRAM, complain, output
 from .exit_codes import ExitCode
-from .options import once, plugins
-from .progress import KINDS, progress
+from .options import jobs, once, plugins, progress_bar, seed
+from .progress import progress
 
 if TYPE_CHECKING:
     from ..calibration import Calibration, CalibrationPlan, Section
@@ -41,10 +39,10 @@ WORDS = {
 @click.option(
     "--only", multiple=True, metavar="PATTERN", help="Studies or cells in whose names this is found. Repeatable."
 )
-@once("--seed", type=int, default=Settings().seed, help="Seed of all noise.")
+@seed
 @once("--out", type=click.Path(path_type=Path), default=FOLDER, help=f"Folder for {CSV} and {MARKDOWN}.")
-@once("-j", "--jobs", type=click.IntRange(min=1), help="Worker processes.  [default: all available cores]")
-@once("--progress", type=click.Choice(KINDS), default=KINDS[0], help="On stderr: a bar, or nothing.")
+@jobs
+@progress_bar
 @plugins
 def calibrate(**options: Any) -> ExitCode:
     """Count how often intervals contain the truth and tests decide wrongly, on cells of known order.
@@ -81,9 +79,7 @@ def calibrate(**options: Any) -> ExitCode:
 
 def _advance(calibration: "Calibration", jobs: int, files: Sequence[str], kind: str) -> None:
     count = len(calibration.jobs)
-    jobs = min(jobs, count)
-    pool = worker_pool(jobs, files) if jobs > 1 else nullcontext()
-    with pool as executor, progress(kind, count) as show:
+    with executor_for(min(jobs, count), files) as executor, progress(kind, count) as show:
         for event in calibration.run(executor):
             show(event)
 
@@ -107,10 +103,8 @@ def _command(options: dict[str, Any], plan: "CalibrationPlan") -> str:
 
 
 def _table(section: "Section") -> Table:
-    table = Table(
-        box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold",
-        title=Text(section.study), title_justify="left",
-    )  # fmt: skip
+    table = empty_table()
+    table.title, table.title_justify = Text(section.study), "left"
     for heading in section.headings:
         table.add_column(Text(heading))
     for row in section.rows:

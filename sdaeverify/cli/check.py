@@ -7,17 +7,15 @@ from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any
 
 import click
-from rich import box
-from rich.table import Table
 from rich.text import Text
 
 from ..errors import UsageError
 from ..labels import did_you_mean, parse_label, split_list
 from ..registry import Registry
-from ..report.terminal import visible
+from ..report.terminal import empty_table, visible
 from ..selection import select_problems, select_schemes
 from .console import output
-from .exit_codes import ExitCode
+from .exit_codes import ExitCode, codes_in_words
 from .loading import loaded
 from .options import plugins
 
@@ -25,11 +23,10 @@ if TYPE_CHECKING:
     from ..testing.questions import Question
 
 WORDS = {ExitCode.OK: "no check fails", ExitCode.REFUTED: "a check fails", ExitCode.USAGE: "wrong usage"}
-CODES = "Exit codes: " + "; ".join(f"{code.value} {words}" for code, words in WORDS.items()) + "."
 STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
 
 
-@click.command(epilog=CODES, short_help="Put schemes and problems to the conformance kit.")
+@click.command(epilog=codes_in_words(WORDS), short_help="Put schemes and problems to the conformance kit.")
 @click.argument("names", metavar="NAME[PARAMETERS]...", nargs=-1, required=True)
 @click.option(
     "-p", "--problems", multiple=True, help="Problems that schemes are put to.  [default: three small ones]"
@@ -82,9 +79,7 @@ def _kinds(registry: Registry, pattern: str) -> list[str]:
 
 def _show(rows: list[dict[str, object]]) -> None:
     console = output(unbroken=True)
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
-    for heading in ("", "subject", "check", "problem", "reason"):
-        table.add_column(heading, overflow="fold")
+    table = empty_table("", "subject", "check", "problem", "reason")
     for row in (row for row in rows if row["status"] != "passed"):
         texts = (Text(visible(str(row[key]))) for key in ("subject", "check", "problem", "reason"))
         table.add_row(Text(str(row["status"]), style=STYLES[str(row["status"])]), *texts)

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from ..report.terminal import visible
 from .console import complain, output
-from .exit_codes import ExitCode
+from .exit_codes import ExitCode, codes_in_words
 from .loading import loaded
 from .options import once, plugins
 
@@ -25,10 +25,9 @@ WORDS = {
     ExitCode.NOTHING: "the runs have nothing in common that could be compared",
     ExitCode.PLUGIN: "a requested plugin failed to load",
 }
-CODES = "Exit codes: " + "; ".join(f"{code.value} {words}" for code, words in WORDS.items()) + "."
 
 
-@click.command(epilog=CODES, short_help="Tell whether errors have grown from one run to another.")
+@click.command(epilog=codes_in_words(WORDS), short_help="Tell whether errors have grown from one run to another.")
 @click.argument("old", type=click.Path(path_type=Path))
 @click.argument("new", type=click.Path(path_type=Path))
 @once("--factor", type=float, default=MARGIN, help="By how much an error may grow.")

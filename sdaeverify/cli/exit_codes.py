@@ -1,6 +1,6 @@
 """Exit codes: one meaning each, never a count, printed in words at the end of a run."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from enum import IntEnum
 
 from ..errors import PluginError, SdaeverifyError, UsageError
@@ -47,6 +47,11 @@ SEVERITY = {
     Status.XPASSED: ExitCode.UNEXPECTED,
     Status.UNDECIDED: ExitCode.UNDECIDED,
 }
+
+
+def codes_in_words(words: Mapping[ExitCode, str] = WORDS) -> str:
+    """Return the sentence in which the help of a command tells its codes."""
+    return f"Exit codes: {'; '.join(f'{code.value} {meaning}' for code, meaning in words.items())}."
 
 
 def code_of_results(results: Iterable[CellResult]) -> ExitCode:

@@ -16,12 +16,10 @@ from ..gate.policy import Policy, read_policy
 from ..gate.seeds import seed_of
 from ..gate.tiers import TIERS
 from .console import complain
-from .exit_codes import WORDS, ExitCode
+from .exit_codes import ExitCode, codes_in_words
 from .limits import limits, read_limits
 from .loading import loaded
-from .matrix import SELECTION
-from .options import once, plugins
-from .progress import KINDS
+from .options import jobs, once, plugins, progress_of_cells, selection
 
 if TYPE_CHECKING:
     from ..gate.gated import Gated
@@ -32,13 +30,10 @@ GITHUB = "github"
 REPORTS = ("text", "json", "markdown", GITHUB)
 SUMMARY, WORKSPACE = "GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE"
 SEEDS = ("fixed", "date")
-CODES = "Exit codes: " + "; ".join(f"{code.value} {words}" for code, words in WORDS.items()) + "."
 
 
-@click.command(epilog=CODES, short_help="Run the claims of a project; fail where one is wrong.")
-@click.option("-s", "--schemes", multiple=True, metavar="PATTERN", help=f"Schemes. {SELECTION}")
-@click.option("-p", "--problems", multiple=True, metavar="PATTERN", help="Problems, in the same way.")
-@click.option("-m", "--measures", multiple=True, metavar="PATTERN", help="Measures, in the same way.")
+@click.command(epilog=codes_in_words(), short_help="Run the claims of a project; fail where one is wrong.")
+@selection
 @plugins
 @once("--config", type=click.Path(path_type=Path), metavar="FILE", help="Policy.  [default: nearest pyproject.toml]")
 @once("--tier", metavar="TIER", help=f"Budget: {', '.join(TIERS)}.  [default: that of the policy, ci]")
@@ -46,10 +41,8 @@ CODES = "Exit codes: " + "; ".join(f"{code.value} {words}" for code, words in WO
 @once("--seed", type=int, help="Seed of all noise.  [default: that of the policy]")
 @once("--seed-from", type=click.Choice(SEEDS), help="The seed of the policy, or one made of today's date (UTC).")
 @once("--out", type=click.Path(path_type=Path), default=FOLDER, help="Folder of the reports.")
-@once("-j", "--jobs", type=click.IntRange(min=1), help="Worker processes.  [default: all available cores]")
-@once(
-    "--progress", type=click.Choice(KINDS), default=KINDS[0], help="On stderr: a bar, a line for each cell, nothing."
-)
+@jobs
+@progress_of_cells
 @once("--junitxml", type=click.Path(path_type=Path), metavar="FILE", help="JUnit XML, of the family xunit2.")
 @once("--report", type=click.Choice(REPORTS), default=REPORTS[0], help="What is printed on stdout.")
 @click.option("--write-lock", is_flag=True, help="Write the claims that are found into the lock file.")

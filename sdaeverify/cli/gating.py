@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from ..api import Result
 from ..gate.badge import badge
 from ..gate.gated import Gated, shortened
 from ..gate.json_report import json_report
@@ -91,36 +92,34 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
     with workers(request.jobs, request.limits, request.registry) as crew:
         plan = gate_plan(request.registry, policy, crew.executor)
         run = Run(plan, settings_of(policy), request.registry, request.arguments, request.folder, request.fresh)
-        if (code := _run(run, crew, request.progress)) is not ExitCode.OK:
-            return None, code
+        result, code = _run(run, crew, request.progress)
+    if result is None:
+        return None, code
     for failure in request.registry.report(request.folder):
         complain("warning", failure)
-    found = tuple(outcomes(run.study.results(), policy))
-    gated = _judged(run, request, found, tiers)
+    gated = _judged(run, result, request, tiers)
     _written(gated, request)
     for line in _printed(gated, request.report):
         click.echo(line)
     return gated, ExitCode(gated.code)
 
 
-def _run(run: Run, crew: Crew, kind: str) -> ExitCode:
-    why, code = "", ExitCode.OK
+def _run(run: Run, crew: Crew, kind: str) -> tuple[Result | None, ExitCode]:
+    """Return what a run came to; None and why not if it did not come to its end."""
     try:
-        advance(run, crew, kind)
+        return advance(run, crew, kind), ExitCode.OK
     except KeyboardInterrupt:
         why, code = "interrupted", ExitCode.INTERRUPTED
     except (BrokenExecutor, MemoryError):
         why, code = "a worker process died or memory ran out; try fewer --jobs", ExitCode.NOT_MEASURED
-    run.study.stopped = why or run.study.stopped
-    run.result.save(run.folder)
-    if why:
-        complain("error", f"{why}; {run.so_far}; nothing is gated")
-    return code
+    run.stop(why)
+    complain("error", f"{why}; {run.so_far}; nothing is gated")
+    return None, code
 
 
-def _judged(run: Run, request: Request, found: tuple[Outcome, ...], tiers: dict[str, Claims] | None) -> Gated:
-    policy = request.policy
-    lock = Lock()
+def _judged(run: Run, result: Result, request: Request, tiers: dict[str, Claims] | None) -> Gated:
+    policy, lock = request.policy, Lock()
+    found = tuple(outcomes(result.results, policy))
     if tiers and policy.tier in tiers:
         lock = compared(demanded(tiers[policy.tier], request.registry, policy, narrowed=request.narrowed), found)
     code = code_of_gate(found, policy, locked=not lock.violations)
@@ -132,7 +131,7 @@ def _judged(run: Run, request: Request, found: tuple[Outcome, ...], tiers: dict[
         code,
         f"exit code {code.value}: {code.words}",
         request.registry.files,
-        run.result.unnamed,
+        result.unnamed,
         tuple(_warnings(found, request)),
         (*_notes(found, request, tiers), *_untested(run, request), *_reused(run)),
     )
@@ -150,7 +149,7 @@ def _warnings(found: tuple[Outcome, ...], request: Request) -> Iterator[str]:
 def _notes(found: tuple[Outcome, ...], request: Request, tiers: dict[str, Claims] | None) -> Iterator[str]:
     file, tier = request.policy.lock_file, request.policy.tier
     if request.write_lock:
-        yield write_lock(request.policy, found)
+        yield from write_lock(request.policy, found)
     elif tiers is None:
         yield f"there is no lock file, so nobody notices a claim that is dropped; gate --write-lock writes {file}"
     elif tier not in tiers:

@@ -12,7 +12,7 @@ from ..errors import UsageError
 from ..gate.amounts import read_memory
 from ..study.limits import Limits
 from ..study.workers import available_cores
-from .options import Command, once
+from .options import once, together
 
 TIMEOUT = 600.0
 # Of the memory of the machine or of its container, for all workers together.
@@ -20,24 +20,21 @@ SHARE = 0.8
 CONTAINER = Path("/sys/fs/cgroup/memory.max")
 
 
-def limits(command: Command) -> Command:
-    """Add ``--timeout``, ``--memory`` and ``--fresh`` to a command."""
-    for option in (
-        click.option("--fresh", is_flag=True, help="Compute everything again, whatever evidence is in the folder."),
-        once(
-            "--memory",
-            metavar="SIZE",
-            help=f"Memory of each worker, such as 2G; 0 for no limit.  [default: {SHARE:.0%} of all, shared]",
-        ),
-        once(
-            "--timeout",
-            type=float,
-            metavar="SECONDS",
-            help=f"What a scheme may take on a block of paths; 0 for no limit.  [default: {TIMEOUT:.0f}]",
-        ),
-    ):
-        command = option(command)
-    return command
+# How the code of plugins is held to limits, and whether evidence on disk is used.
+limits = together(
+    once(
+        "--timeout",
+        type=float,
+        metavar="SECONDS",
+        help=f"What a scheme may take on a block of paths; 0 for no limit.  [default: {TIMEOUT:.0f}]",
+    ),
+    once(
+        "--memory",
+        metavar="SIZE",
+        help=f"Memory of each worker, such as 2G; 0 for no limit.  [default: {SHARE:.0%} of all, shared]",
+    ),
+    click.option("--fresh", is_flag=True, help="Compute everything again, whatever evidence is in the folder."),
+)
 
 
 def read_limits(

@@ -4,7 +4,6 @@ import json
 from collections.abc import Mapping
 
 import click
-from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -12,7 +11,7 @@ from rich.text import Text
 from ..errors import UsageError
 from ..labels import did_you_mean, parse_label
 from ..registry import Registry, load_registry
-from ..report.terminal import visible
+from ..report.terminal import empty_table, visible
 from .catalogue import Record, catalogue
 from .console import output
 from .describe import describe_entry, describe_plugin
@@ -88,9 +87,7 @@ def _print(console: Console, sections: list[list[str]]) -> None:
 
 
 def _table(kind: str, records: list[Record]) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
-    for column in COLUMNS[kind]:
-        table.add_column(Text(kind if column == "name" else column), overflow="fold")
+    table = empty_table(*(kind if column == "name" else column for column in COLUMNS[kind]))
     for record in records:
         table.add_row(*(Text(visible(_text(record, column))) for column in COLUMNS[kind]))
     return table

@@ -11,24 +11,17 @@ from ..report.terminal import plan_table, visible
 from ..settings import Settings
 from ..study import Plan
 from .console import complain, output
-from .exit_codes import WORDS, ExitCode
+from .exit_codes import ExitCode, codes_in_words
 from .limits import limits, options_of
 from .loading import loaded
-from .options import levels_text, once, plugins, read_levels
-from .progress import KINDS
+from .options import jobs, levels_text, once, plugins, progress_of_cells, read_levels, seed, selection
 
 DEFAULTS = Settings()
 FOLDER = Path("reports", "latest")
-SELECTION = (
-    "Names with parameters, name[key=value,...], or globs, separated by commas. Repeatable; everything if left out."
-)
-CODES = "Exit codes: " + "; ".join(f"{code.value} {words}" for code, words in WORDS.items()) + "."
 
 
-@click.command(epilog=CODES, short_help="Cross schemes with problems and judge every claim.")
-@click.option("-s", "--schemes", multiple=True, metavar="PATTERN", help=f"Schemes. {SELECTION}")
-@click.option("-p", "--problems", multiple=True, metavar="PATTERN", help="Problems, in the same way.")
-@click.option("-m", "--measures", multiple=True, metavar="PATTERN", help="Measures, in the same way.")
+@click.command(epilog=codes_in_words(), short_help="Cross schemes with problems and judge every claim.")
+@selection
 @plugins
 @once("--paths", type=int, default=DEFAULTS.paths, help="Number of paths at most.")
 @once(
@@ -37,7 +30,7 @@ CODES = "Exit codes: " + "; ".join(f"{code.value} {words}" for code, words in WO
     default=levels_text(DEFAULTS),
     help=f"Steps as COARSEST..FINEST, doubling; or a number of levels, from {DEFAULTS.coarsest} steps on.",
 )
-@once("--seed", type=int, default=DEFAULTS.seed, help="Seed of all noise.")
+@seed
 @once("--confidence", type=float, default=DEFAULTS.confidence, help="Level of the intervals verdicts are taken from.")
 @once(
     "--block", type=int, default=DEFAULTS.block, help="Paths simulated together; part of what determines the noise."
@@ -45,10 +38,8 @@ CODES = "Exit codes: " + "; ".join(f"{code.value} {words}" for code, words in WO
 @once("--looks", type=int, default=DEFAULTS.looks, help="How often a cell is judged at most, until it is decided.")
 @once("--family", type=int, default=DEFAULTS.family, help="Tests that early decisions share their error level among.")
 @once("--out", type=click.Path(path_type=Path), default=FOLDER, help="Folder of the report.")
-@once("-j", "--jobs", type=click.IntRange(min=1), help="Worker processes.  [default: all available cores]")
-@once(
-    "--progress", type=click.Choice(KINDS), default=KINDS[0], help="On stderr: a bar, a line for each cell, nothing."
-)
+@jobs
+@progress_of_cells
 @limits
 @click.option("--dry-run", is_flag=True, help="Show every cell and why it cannot be run; run and write nothing.")
 @click.pass_context

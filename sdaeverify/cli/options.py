@@ -8,8 +8,13 @@ import click
 
 from ..errors import UsageError
 from ..settings import Settings
+from .progress import KINDS
 
 Command = TypeVar("Command", bound=Callable[..., Any])
+
+SELECTION = (
+    "Names with parameters, name[key=value,...], or globs, separated by commas. Repeatable; everything if left out."
+)
 
 _COUNT = re.compile(r"[0-9]{1,9}")
 _RANGE = re.compile(r"([0-9]{1,9})\.\.([0-9]{1,9})")
@@ -37,6 +42,30 @@ def once(*names: str, default: object = None, **attributes: Any) -> Callable[[Co
 
 plugins = click.option(
     "--plugin", "plugins", metavar="FILE", multiple=True, help="Plugin without packaging, a Python file. Repeatable."
+)
+seed = once("--seed", type=int, default=Settings().seed, help="Seed of all noise.")
+jobs = once("-j", "--jobs", type=click.IntRange(min=1), help="Worker processes.  [default: all available cores]")
+progress_of_cells = once(
+    "--progress", type=click.Choice(KINDS), default=KINDS[0], help="On stderr: a bar, a line for each cell, nothing."
+)
+progress_bar = once("--progress", type=click.Choice(KINDS), default=KINDS[0], help="On stderr: a bar, or nothing.")
+
+
+def together(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:
+    """Return several options as one decorator; they stand in the help as they stand here."""
+
+    def add(command: Command) -> Command:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return add
+
+
+selection = together(
+    click.option("-s", "--schemes", multiple=True, metavar="PATTERN", help=f"Schemes. {SELECTION}"),
+    click.option("-p", "--problems", multiple=True, metavar="PATTERN", help="Problems, in the same way."),
+    click.option("-m", "--measures", multiple=True, metavar="PATTERN", help="Measures, in the same way."),
 )
 
 

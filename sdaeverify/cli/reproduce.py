@@ -2,29 +2,26 @@
 
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor
-from contextlib import nullcontext
 from itertools import compress
 from math import floor, isfinite, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from ..errors import UsageError
 from ..registry import Registry
-from ..report.terminal import visible
-from ..settings import Settings
+from ..report.terminal import empty_table, visible
 from ..specs import unknown
-from ..study.workers import BLOCKS_A_WORKER, available_cores, worker_pool
+from ..study.workers import BLOCKS_A_WORKER, available_cores, executor_for
 from .console import complain, output
-from .exit_codes import ExitCode
+from .exit_codes import ExitCode, codes_in_words
 from .loading import loaded
-from .options import once, plugins
-from .progress import KINDS, progress
+from .options import jobs, once, plugins, progress_bar, seed
+from .progress import progress
 
 if TYPE_CHECKING:
     from ..experiments import ExperimentRun, Line, Order
@@ -37,7 +34,6 @@ WORDS = {
     ExitCode.NOT_MEASURED: "a row could not be run",
     ExitCode.INTERRUPTED: "interrupted; the paths that were finished are saved",
 }
-CODES = "Exit codes: " + "; ".join(f"{code.value} {words}" for code, words in WORDS.items()) + "."
 HEADINGS = (
     "problem", "scheme", "h", "t", "mean of", "paper", "here", "effective paths", "of the scheme", "here - scheme",
     "exact", "here - exact", "paper - here", "paper - exact",
@@ -52,16 +48,16 @@ SMALL = 1e-3
 REFERENCE = "ref"
 
 
-@click.command(epilog=CODES, short_help="Run the experiments of papers again.")
+@click.command(epilog=codes_in_words(WORDS), short_help="Run the experiments of papers again.")
 @click.argument("name", required=False)
 @click.option("--list", "as_list", is_flag=True, help="List the experiments; run nothing.")
 @once("--paths", type=int, help="Number of paths of each mean.  [default: the experiment's]")
 @click.option("--all", "every", is_flag=True, help="Run the rows that cost most, too.")
 @plugins
-@once("--seed", type=int, default=Settings().seed, help="Seed of all noise.")
+@seed
 @once("--out", type=click.Path(path_type=Path), help=f"Folder for {CSV} and {JSON}.  [default: {FOLDER}/NAME]")
-@once("-j", "--jobs", type=click.IntRange(min=1), help="Worker processes.  [default: all available cores]")
-@once("--progress", type=click.Choice(KINDS), default=KINDS[0], help="On stderr: a bar, or nothing.")
+@jobs
+@progress_bar
 @click.pass_context
 def reproduce(context: click.Context, /, **options: Any) -> ExitCode:
     """Run the experiment NAME of a paper again, and set its numbers beside the printed and the exact ones.
@@ -90,7 +86,7 @@ def reproduce(context: click.Context, /, **options: Any) -> ExitCode:
 
 
 def _listed(registry: Registry, console: Console) -> ExitCode:
-    shown = _empty("experiment", "paths", "what it shows", "source")
+    shown = empty_table("experiment", "paths", "what it shows", "source")
     for name, entry in registry.experiments.items():
         experiment = entry.experiment
         shown.add_row(name, str(experiment.paths), *map(Text, map(visible, (experiment.title, experiment.source))))
@@ -100,9 +96,8 @@ def _listed(registry: Registry, console: Console) -> ExitCode:
 
 def _carried_out(run: "ExperimentRun", jobs: int, registry: Registry, kind: str) -> ExitCode:
     jobs = min(jobs, run.total)
-    pool = worker_pool(jobs, registry.files) if jobs > 1 else nullcontext()
     try:
-        with pool as executor, progress(kind, run.total) as show:
+        with executor_for(jobs, registry.files) as executor, progress(kind, run.total) as show:
             for event in run.run(executor, BLOCKS_A_WORKER * jobs):
                 show(event)
     except KeyboardInterrupt:
@@ -143,7 +138,7 @@ def _table(found: "list[Line]", title: str) -> Table:
     cells = [_words(line) for line in found]
     # A column is left out that has nothing to say in any row.
     kept = [any(column) for column in zip(*cells, strict=True)]
-    shown = _empty(*compress(HEADINGS, kept))
+    shown = empty_table(*compress(HEADINGS, kept))
     shown.title, shown.title_justify = Text(visible(title)), "left"
     for words in cells:
         shown.add_row(*(Text(visible(text)) for text in compress(words, kept)))
@@ -221,10 +216,3 @@ def with_error(value: float, std_error: float) -> str:
 
 def _compared(difference: float, word: str) -> str:
     return f"{difference:+.1e} {word}" if word else ""
-
-
-def _empty(*headings: str) -> Table:
-    shown = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
-    for heading in headings:
-        shown.add_column(Text(heading), overflow="fold")
-    return shown

@@ -1,7 +1,7 @@
 """A matrix run: whatever is finished is saved, however the run ends."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -17,9 +17,9 @@ from ..report.files import require_writable
 from ..report.terminal import legend, orders, summary_tables, verdicts_in_words, visible
 from ..settings import Settings
 from ..store import Store
-from ..study import Finished, Plan, Study
+from ..study import CellResult, Finished, Plan, Study
 from ..study.limits import Limits
-from ..study.workers import BLOCKS_A_WORKER, worker_pool
+from ..study.workers import BLOCKS_A_WORKER, executor_for
 from .console import complain, output
 from .exit_codes import ExitCode, code_of_results
 from .progress import progress
@@ -82,6 +82,11 @@ class Run:
         finished, every = len(self.study.finished), len(self.plan.problems)
         return f"{finished} of {every} problems are finished and saved in {self.folder}"
 
+    def stop(self, why: str) -> None:
+        """Save what is finished of a run that is ended before its time."""
+        self.study.stopped = why
+        self.result.save(self.folder)
+
 
 def carry_out(run: Run, crew: Crew, kind: str) -> ExitCode:
     """Run the study, save and show its results.
@@ -100,19 +105,19 @@ def carry_out(run: Run, crew: Crew, kind: str) -> ExitCode:
     """
     require_writable(run.folder)
     try:
-        advance(run, crew, kind)
+        result = advance(run, crew, kind)
     except KeyboardInterrupt:
         return _stopped(run, "interrupted", ExitCode.INTERRUPTED)
     except BrokenExecutor:
         return _stopped(run, "a worker process died, perhaps for want of memory", ExitCode.NOT_MEASURED)
     except MemoryError:
         return _stopped(run, "out of memory", ExitCode.NOT_MEASURED)
-    return _finished(run)
+    return _finished(run, result.results)
 
 
 @contextmanager
 def workers(jobs: int, limits: Limits | None, registry: Registry) -> Iterator[Crew]:
-    """Give the workers of a run; one job without limits is done in this process.
+    """Give the workers of a run, as `executor_for`.
 
     Parameters
     ----------
@@ -123,15 +128,12 @@ def workers(jobs: int, limits: Limits | None, registry: Registry) -> Iterator[Cr
     registry : Registry
         With the plugin files that they load.
     """
-    if limits is None and jobs == 1:
-        yield Crew(None, 1)
-        return
-    with worker_pool(jobs, registry.files, limits or Limits()) as executor:
+    with executor_for(jobs, registry.files, limits) as executor:
         yield Crew(executor, jobs)
 
 
-def advance(run: Run, crew: Crew, kind: str) -> None:
-    """Run the study, showing its progress and saving what is finished; see `carry_out` for the parameters."""
+def advance(run: Run, crew: Crew, kind: str) -> Result:
+    """Run the study, show its progress, save and return what it comes to; see `carry_out` for the parameters."""
     due = 0.0
     with progress(kind, run.study.total) as show:
         for event in run.study.run(crew.executor, BLOCKS_A_WORKER * crew.jobs):
@@ -141,12 +143,13 @@ def advance(run: Run, crew: Crew, kind: str) -> None:
                 # Evidence is safe as it is: tables take a tenth of the time at most.
                 due = time.monotonic() + 10.0 * (time.monotonic() - begun)
             show(event)
-    run.result.save(run.folder)
+    result = run.result
+    result.save(run.folder)
+    return result
 
 
 def _stopped(run: Run, why: str, code: ExitCode) -> ExitCode:
-    run.study.stopped = why
-    run.result.save(run.folder)
+    run.stop(why)
     if code is ExitCode.INTERRUPTED:
         complain("", f"{why}; {run.so_far}")
     else:
@@ -154,36 +157,36 @@ def _stopped(run: Run, why: str, code: ExitCode) -> ExitCode:
     return code
 
 
-def _finished(run: Run) -> ExitCode:
+def _finished(run: Run, results: Sequence[CellResult]) -> ExitCode:
     for failure in run.registry.report(run.folder):
         complain("warning", failure)
-    code = code_of_results(run.study.results())
+    code = code_of_results(results)
     if code is ExitCode.NOTHING:
         cell = run.plan.cells[0]
         first = f"{cell.scheme.label} on {cell.spec.label}, {cell.measure.name}: {cell.reason}"
         complain("error", f"nothing to measure: no cell can be run ({first}); --dry-run shows all reasons")
     else:
-        _show(run, code)
+        _show(run, results, code)
     return code
 
 
-def _show_orders(console: Console, run: Run) -> None:
-    if lines := orders(run.study.results()):
-        title = f"orders in h at grid times, half widths of {run.settings.confidence:.4g} intervals:"
+def _show_orders(console: Console, results: Sequence[CellResult], confidence: float) -> None:
+    if lines := orders(results):
+        title = f"orders in h at grid times, half widths of {confidence:.4g} intervals:"
         for line in (title, *lines):
             console.print(Text(line), soft_wrap=True)
         console.print()
 
 
-def _show(run: Run, code: ExitCode) -> None:
-    console, results = output(), run.study.results()
+def _show(run: Run, results: Sequence[CellResult], code: ExitCode) -> None:
+    console = output()
     plain = console.options.ascii_only
     for table in summary_tables(results, console.width, plain=plain):
         console.print(table)
         console.print()
     console.print(legend(plain=plain))
     console.print()
-    _show_orders(console, run)
+    _show_orders(console, results, run.settings.confidence)
     for line in verdicts_in_words(results):
         console.print(line, soft_wrap=True)
     if run.study.store is not None and run.study.store.telling:

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,12 +13,12 @@ from rich.text import Text
 from ..report.terminal import visible
 from ..settings import Settings
 from ..study import Study
-from ..study.workers import BLOCKS_A_WORKER, available_cores, worker_pool
+from ..study.workers import BLOCKS_A_WORKER, available_cores, executor_for
 from .console import complain, output
-from .exit_codes import ExitCode
+from .exit_codes import ExitCode, codes_in_words
 from .loading import loaded
-from .options import once, plugins
-from .progress import KINDS, progress
+from .options import jobs, once, plugins, progress_of_cells, seed
+from .progress import progress
 
 if TYPE_CHECKING:
     from ..selftest import KillMatrix
@@ -31,20 +30,17 @@ WORDS = {
     ExitCode.REFUTED: "a planted bug survives, or what is right is refuted",
     ExitCode.NOT_MEASURED: "something could not be measured",
 }
-CODES = "Exit codes: " + "; ".join(f"{code.value} {words}" for code, words in WORDS.items()) + "."
 FILE = "kill.csv"
 
 
-@click.command(epilog=CODES, short_help="Refute planted bugs, and nothing else.")
+@click.command(epilog=codes_in_words(WORDS), short_help="Refute planted bugs, and nothing else.")
 @once("--only", metavar="PATTERN", default="*", help="Schemes or problems, planted or not, whose names match a glob.")
 @plugins
 @once("--paths", type=int, default=DEFAULTS.paths, help="Number of paths at most.")
-@once("--seed", type=int, default=DEFAULTS.seed, help="Seed of all noise.")
+@seed
 @once("--out", type=click.Path(path_type=Path), help=f"Folder for {FILE}; nothing is written if left out.")
-@once("-j", "--jobs", type=click.IntRange(min=1), help="Worker processes.  [default: all available cores]")
-@once(
-    "--progress", type=click.Choice(KINDS), default=KINDS[0], help="On stderr: a bar, a line for each cell, nothing."
-)
+@jobs
+@progress_of_cells
 def selftest(**options: Any) -> ExitCode:
     """Run every planted bug on its problem, and every scheme where it claims something.
 
@@ -72,8 +68,7 @@ def selftest(**options: Any) -> ExitCode:
 
 def _advance(study: Study, jobs: int, files: Sequence[str], kind: str) -> None:
     jobs = max(1, min(jobs, study.total))
-    pool = worker_pool(jobs, files) if jobs > 1 else nullcontext()
-    with pool as executor, progress(kind, study.total) as show:
+    with executor_for(jobs, files) as executor, progress(kind, study.total) as show:
         for event in study.run(executor, BLOCKS_A_WORKER * jobs):
             show(event)
 

@@ -4,11 +4,10 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from math import isfinite
 
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from ..report.terminal import visible
+from ..report.terminal import empty_table, visible
 from .cells import Comparison, Omitted
 from .changes import Change, Changed
 
@@ -44,9 +43,7 @@ def records(rows: Rows) -> list[dict[str, object]]:
 
 def comparison_table(rows: Rows) -> Table:
     """Return the factors, the worst verdicts first and the largest factors first in each."""
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
-    for heading in HEADINGS:
-        table.add_column(heading, overflow="fold")
+    table = empty_table(*HEADINGS)
     order = list(STYLES)
     for compared, changed in sorted(rows, key=lambda row: (order.index(row[1].change), -row[1].factor)):
         interval = f"{changed.low:.3f} to {changed.high:.3f}" if compared.found.sampled else compared.found.reason

@@ -9,7 +9,7 @@ from .dissipation import Dissipation
 from .holonomic import HolonomicSDAE, HolonomicState
 from .langevin import Langevin
 from .partial_derivatives import Partials
-from .problem import NOISE, TRAITS, Problem, Residual
+from .problem import NOISE, TRAITS, Problem, Residual, components
 from .sde import SDE
 from .structure import Structure
 
@@ -34,5 +34,6 @@ __all__ = [
     "Problem",
     "Residual",
     "Structure",
+    "components",
     "is_delayed",
 ]

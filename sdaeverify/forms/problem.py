@@ -203,3 +203,8 @@ class Problem:
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:  # noqa: ARG002 - forms with constraints use it
         """Return the defect of each constraint by name; a problem without constraints has none."""
         return {}
+
+
+def components(problem: Any) -> int:
+    """Return the number of components of a problem's state."""
+    return sum(len(part) for part in problem.parts(problem.initial(1)).values())

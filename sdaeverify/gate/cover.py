@@ -12,8 +12,9 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from ..errors import FAULTS
+from ..forms import components
 from ..matching import match
-from ..scheme import Claim, Scheme, flatten
+from ..scheme import Claim, Scheme
 from ..study import Cell, ProblemPlan
 from ..study.claimed import claims_of
 from ..verdicts import claim_for
@@ -53,10 +54,10 @@ def every_claim_once(plans: Sequence[ProblemPlan]) -> list[ProblemPlan]:
     return [replace(made, cells=tuple(_kept(made.cells, kept))) for made in plans]
 
 
-def components(problem: Any) -> int:
+def size(problem: Any) -> int:
     """Return the number of components of a problem; 0 where there is none, or none that has a start."""
     try:
-        return len(flatten(problem.initial(1))) if problem else 0
+        return components(problem) if problem else 0
     except FAULTS:
         # What is wrong with a plugin's problem shows in its cells.
         return 0
@@ -67,7 +68,7 @@ def _tests(made: ProblemPlan) -> Iterator[_Test]:
     if problem is None:
         return
     kinds = {type(truth) for truth in problem.truths}
-    ends = components(problem), -len(kinds), made.spec.label
+    ends = size(problem), -len(kinds), made.spec.label
     for cell in made.cells:
         view = match(cell.scheme, problem).problem if cell.verdict is None else None
         for claim in claims_of(cell, problem) if view else ():

@@ -1,11 +1,10 @@
 """Expected failures: findings that are known not to pass, each with its reason."""
 
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache
 
 from ..errors import UsageError
+from ..labels import matches
 from ..measure import Finding
 from ..study import Cell
 
@@ -48,7 +47,7 @@ class ExpectedFailure:
             (self.measure, cell.measure.name),
             (self.quantity, finding.quantity),
         )
-        return all(_pattern(glob).fullmatch(text) for glob, text in pairs)
+        return all(matches(glob, text) for glob, text in pairs)
 
     def __str__(self) -> str:
         named = ("scheme", "problem", "measure", "quantity")
@@ -59,9 +58,3 @@ class ExpectedFailure:
 def expectation(cell: Cell, finding: Finding, expected: Iterable[ExpectedFailure]) -> ExpectedFailure | None:
     """Return the first expected failure that a finding matches, or None."""
     return next((one for one in expected if one.matches(cell, finding)), None)
-
-
-@cache
-def _pattern(glob: str) -> re.Pattern[str]:
-    special = {"*": ".*", "?": "."}
-    return re.compile("".join(special.get(letter, re.escape(letter)) for letter in glob), re.DOTALL)

@@ -6,7 +6,7 @@ from ..errors import UsageError
 from ..registry import Registry
 from ..report.files import write_text
 from ..selection import select_measures, select_problems
-from .lock import Claims, found_claims, lock_text, read_lock
+from .lock import Claims, compared, found_claims, lock_text, read_lock
 from .outcomes import Outcome, Status
 from .plan import gated_schemes
 from .policy import Policy
@@ -51,7 +51,7 @@ def demanded(locked: Claims, registry: Registry, policy: Policy, *, narrowed: bo
     }
 
 
-def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> str:
+def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> list[str]:
     """Write the claims that a gate has found into the section of its tier; other sections stay.
 
     Parameters
@@ -61,8 +61,9 @@ def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> str:
 
     Returns
     -------
-    str
-        What was done, or why nothing was: a cell that could not be measured would be forgotten.
+    list of str
+        What was done, with each claim that was locked before and is gone or weaker; or why nothing was: a cell that
+        could not be measured would be forgotten.
 
     Raises
     ------
@@ -73,7 +74,8 @@ def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> str:
     unmeasured = [outcome for outcome in outcomes if outcome.status is Status.UNMEASURED]
     if unmeasured or not outcomes:
         why = f"not measured: {len(unmeasured)}" if unmeasured else "no claim was tested"
-        return f"the lock file {file} is not written: {why}"
-    claims = found_claims(outcomes)
-    write_text(lock_text({**(read_lock(file) if file.exists() else {}), tier: claims}), file)
-    return f"{len(claims)} claims of tier {tier} are locked in {file}"
+        return [f"the lock file {file} is not written: {why}"]
+    claims, before = found_claims(outcomes), read_lock(file) if file.exists() else {}
+    write_text(lock_text({**before, tier: claims}), file)
+    gone = compared(before.get(tier, {}), outcomes).violations
+    return [f"{len(claims)} claims of tier {tier} are locked in {file}", *(f"unlocked: {line}" for line in gone)]

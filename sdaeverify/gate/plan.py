@@ -13,7 +13,7 @@ from ..study import Plan, ProblemPlan, plan
 from ..study.asking import asking
 from ..study.claimed import claims_of
 from ..study.plan import ControlPlan
-from .cover import components, every_claim_once
+from .cover import every_claim_once, size
 from .policy import Policy
 from .tiers import Cover, tier_of
 
@@ -118,4 +118,4 @@ def _idle(unasked: ControlPlan) -> ControlPlan:
 
 def _work(made: ProblemPlan) -> int:
     """Return what a problem costs, very roughly: its cells times its components."""
-    return len(made.cells) * components(made.problem)
+    return len(made.cells) * size(made.problem)

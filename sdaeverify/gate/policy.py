@@ -91,6 +91,8 @@ class Policy:
         _require(fits, "inconclusive", f"{PASS} or {FAIL}", repr(self.inconclusive))
         fits = self.timeout is None or 0.0 <= self.timeout < float("inf")
         _require(fits, "timeout", "a number of seconds, or 0 for no limit", self.timeout)
+        fits = self.level is None or self.level >= 1
+        _require(fits, "level", "a level of the conformance kit, from 1 on", self.level)
 
     @property
     def fails_undecided(self) -> bool:
@@ -121,7 +123,8 @@ def read_policy(start: Path, config: Path | None = None) -> Policy:
     Raises
     ------
     UsageError
-        If the file cannot be read, a key is unknown or a value is not of its type or range.
+        If the file cannot be read, a key is unknown or a value is not of its type or range; or if `config` is neither
+        a policy nor a project.
     """
     file = config if config is not None else _nearest(start)
     if file is None:
@@ -129,6 +132,8 @@ def read_policy(start: Path, config: Path | None = None) -> Policy:
     data = _parsed(file)
     name = _table(data, "project", file).get("name", "")
     table = _table(_table(data, "tool", file), "sdaeverify", file)
+    if config is not None and not table and not name:
+        raise UsageError(f"--config expects a table [tool.sdaeverify] or [project], and there is neither in {file}")
     try:
         values = read_table(table, file.parent)
         return Policy(**values, file=file, distribution=name if isinstance(name, str) else "")

@@ -45,6 +45,15 @@ def visible(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
+def empty_table(*headings: str) -> Table:
+    """Return a table in the style of all, with a column under each heading that folds what is too wide."""
+    # One space of padding and one for the divider: GAP.
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
+    for heading in headings:
+        table.add_column(Text(heading), overflow="fold")
+    return table
+
+
 def summary_tables(results: Iterable[CellResult], width: int, *, plain: bool = False) -> list[Table]:
     """Return the matrix: a row for each scheme, a column for each problem, several tables where it is too wide.
 
@@ -65,7 +74,7 @@ def summary_tables(results: Iterable[CellResult], width: int, *, plain: bool = F
     label = longest if longest + sum(GAP + column for column in widths) <= width else min(longest, NARROW)
     tables = []
     for chunk in _chunks(list(zip(problems, widths, strict=True)), width - label):
-        table = _table()
+        table = empty_table()
         table.add_column("", width=label)
         for problem, column in chunk:
             table.add_column(broken(problem, column), width=column)
@@ -155,7 +164,7 @@ def windows(results: Iterable[CellResult]) -> list[str]:
 
 def plan_table(plan: Plan) -> Table:
     """Return a row for each cell: what would be run, in which view, and why not."""
-    table = _table()
+    table = empty_table()
     for heading in ("", "scheme", "problem", "measure", "view or reason"):
         table.add_column(heading)
     for cell in plan.cells:
@@ -238,8 +247,3 @@ def _chunks(columns: Sequence[tuple[str, int]], width: int) -> Iterator[list[tup
             chunk = []
         chunk.append((problem, column))
     yield chunk
-
-
-def _table() -> Table:
-    # One space of padding and one for the divider: GAP.
-    return Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")

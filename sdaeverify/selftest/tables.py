@@ -3,11 +3,10 @@
 from collections.abc import Iterator
 
 import pandas as pd
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from ..report.terminal import visible
+from ..report.terminal import empty_table, visible
 from .kills import BugResult, KillMatrix
 
 MARKS = {True: ("✓", "x"), False: ("·", ".")}
@@ -40,9 +39,7 @@ def terminal_table(matrix: KillMatrix, *, plain: bool = False) -> Table:
     plain : bool
         Whether only ASCII can be shown.
     """
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
-    for heading in ("bug", "scheme", "problem"):
-        table.add_column(heading, overflow="fold")
+    table = empty_table("bug", "scheme", "problem")
     for check in matrix.checks:
         table.add_column(f"{check.measure}\nT{check.tier}", no_wrap=True, justify="center")
     for bug in matrix.bugs:

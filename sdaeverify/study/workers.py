@@ -68,6 +68,26 @@ def worker_pool(jobs: int, files: Sequence[str] = (), limits: Limits = NONE) -> 
             _end(set(multiprocessing.active_children()) - before)
 
 
+@contextmanager
+def executor_for(jobs: int, files: Sequence[str] = (), limits: Limits | None = None) -> Iterator[Executor | None]:
+    """Give a `worker_pool`, or None for one job without limits: it is done in this process.
+
+    Parameters
+    ----------
+    jobs : int
+        Number of processes; none is started for one without limits.
+    files : sequence of str
+        Plugin files to load.
+    limits : Limits or None
+        What each process is held to: it takes one of its own to be ended.
+    """
+    if limits is None and jobs <= 1:
+        yield None
+        return
+    with worker_pool(jobs, files, limits or NONE) as pool:
+        yield pool
+
+
 def _end(workers: Collection[BaseProcess]) -> None:
     for worker in workers:
         worker.kill()

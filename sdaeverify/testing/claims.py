@@ -6,8 +6,6 @@ on the worker that runs it.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Executor
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, fields, replace
 from math import inf
 from typing import TYPE_CHECKING, Any
@@ -29,7 +27,7 @@ from ..settings import Settings
 from ..specs import ProblemSpec
 from ..study import Cell, CellResult, Finished, Plan, ProblemPlan, Study
 from ..study.limits import Limits
-from ..study.workers import worker_pool
+from ..study.workers import executor_for
 from .subjects import installed
 
 if TYPE_CHECKING:
@@ -108,21 +106,17 @@ class ClaimRun:
 
     def _run(self, made: ProblemPlan) -> tuple[CellResult, ...]:
         # Not the results of the study: those hold for a whole run of cells, and these for each cell by itself.
-        with self._workers() as executor:
+        with executor_for(1, self.registry.files, self._limits) as executor:
             events = Study(Plan((made,)), self.settings).run(executor)
             return tuple(result for event in events if isinstance(event, Finished) for result in event.results)
 
-    def _workers(self) -> AbstractContextManager[Executor | None]:
-        """Return a process that can be ended, if the policy has limits; None to run here if it has none."""
+    @property
+    def _limits(self) -> Limits | None:
         timeout, memory = self.policy.timeout, self.policy.memory
-        if not (timeout or memory):
-            return nullcontext()
-        return worker_pool(1, self.registry.files, Limits(timeout or inf, memory or 0))
+        return Limits(timeout or inf, memory or 0) if timeout or memory else None
 
     def _is_named(self, cell: Cell) -> bool:
-        scheme, problem = self.registry.schemes.get(cell.scheme.name), self.registry.problems.get(cell.spec.name)
-        registered = scheme is not None and type(scheme.variants[0]) is type(cell.scheme)
-        return registered and problem is not None and problem.family is cell.spec.family
+        return self.registry.names(cell.scheme) and self.registry.names(cell.spec)
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,9 @@
 """Failures that an author expects, each with a reason."""
 
 from collections.abc import Iterable, Mapping
-from fnmatch import fnmatchcase
 
 from ..errors import UsageError
-from ..labels import did_you_mean
+from ..labels import did_you_mean, matches
 
 Expected = Mapping[str, str]
 
@@ -21,7 +20,7 @@ def expected_reason(expected: Expected, check: str, problem: str = "") -> str:
         Label of the problem a scheme is asked on; empty if there is none.
     """
     names = _names(check, problem)
-    return next((reason for pattern, reason in expected.items() if _matches(pattern, names)), "")
+    return next((reason for pattern, reason in expected.items() if _means(pattern, names)), "")
 
 
 def require_known(expected: Expected, asked: Iterable[tuple[str, str]]) -> None:
@@ -41,7 +40,7 @@ def require_known(expected: Expected, asked: Iterable[tuple[str, str]]) -> None:
     names = [_names(check, problem) for check, problem in asked]
     known = sorted({check for check, *_ in names})
     for pattern, reason in expected.items():
-        if not any(_matches(pattern, each) for each in names):
+        if not any(_means(pattern, each) for each in names):
             hint = did_you_mean(pattern, known)
             raise UsageError(f"expected failure {pattern!r} matches no check{hint} (known: {', '.join(known)})")
         if not (isinstance(reason, str) and reason.strip()):
@@ -52,6 +51,5 @@ def _names(check: str, problem: str) -> tuple[str, ...]:
     return (check, f"{check} on {problem}") if problem else (check,)
 
 
-def _matches(pattern: str, names: Iterable[str]) -> bool:
-    # Labels have brackets, which are no set of characters here.
-    return any(fnmatchcase(name, pattern.replace("[", "[[]")) for name in names)
+def _means(pattern: str, names: Iterable[str]) -> bool:
+    return any(matches(pattern, name) for name in names)

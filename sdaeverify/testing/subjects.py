@@ -4,7 +4,6 @@ import inspect
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from ..conformance.contract import trials
 from ..conformance.own_run import stopped_states
 from ..conformance.trial import Trial
 from ..errors import FAULTS, UsageError, one_line
-from ..forms import Problem
+from ..forms import Problem, components
 from ..matching import Match, match
 from ..registry import Registry, load_registry
 from ..scheme import Scheme
@@ -184,8 +183,3 @@ def _offered(scheme: Scheme, problem: Problem, label: str) -> Match:
     except FAULTS as error:
         text = f"scheme {scheme.label!r} cannot be put to problem {label!r}: it raises {one_line(error)}"
         raise UsageError(text) from error
-
-
-def components(problem: Any) -> int:
-    """Return the number of components of a problem's state."""
-    return sum(len(part) for part in problem.parts(problem.initial(1)).values())

@@ -1,5 +1,6 @@
 """The command ``gate``: policy, exit codes, lock file, reports."""
 
+import csv
 import json
 from pathlib import Path
 from xml.etree.ElementTree import parse
@@ -12,6 +13,7 @@ from sdaeverify.cli.limits import read_limits
 from sdaeverify.errors import UsageError
 from sdaeverify.gate.seeds import seed_of
 from sdaeverify.registry import PluginRow, Registry
+from sdaeverify.study import Finished, Study
 
 PLUGIN = """
 @dataclass(frozen=True)
@@ -147,6 +149,10 @@ def test_lock(project, tmp_path):
     assert outcome.code == ExitCode.NOTHING
     assert "lock file: no longer tested: right on gbm, strong x: order >= 0.5" in outcome.out
     assert "lock file: claim weakened: wrong on gbm, strong x: was order >= 1.0, is order >= 0.9" in outcome.out
+    again = project("--write-lock")
+    assert "note: unlocked: no longer tested: right on gbm, strong x: order >= 0.5" in again.out
+    assert "note: unlocked: claim weakened: wrong on gbm, strong x: was order >= 1.0, is order >= 0.9" in again.out
+    assert "unlocked" not in project("--write-lock").out
 
 
 def test_lock_of_a_part(project):
@@ -214,6 +220,7 @@ def test_seed_of_the_day(project, monkeypatch):
         (("--tier", "nightmare"), "tier must be one of smoke, ci, nightly, got 'nightmare'"),
         (("--alpha", "2"), "alpha must be above 0 and at most 0.5, got 2.0"),
         (("--config", "nowhere.toml"), "cannot read the policy nowhere.toml"),
+        (("--config", "empty.toml"), "[tool.sdaeverify] or [project], and there is neither in empty.toml"),
         (("-s", "rigth"), "unknown scheme 'rigth'; did you mean right?"),
         (("--memory", "much"), "--memory expects an amount of memory"),
         (("--report", "xml"), "--report"),
@@ -221,6 +228,8 @@ def test_seed_of_the_day(project, monkeypatch):
 )
 def test_wrong_options(project, arguments, message):
     """A wrong option is one line and code 2."""
+    Path("empty.toml").write_text("[tool.other]\n")
+
     outcome = project(*arguments)
 
     assert outcome.code == ExitCode.USAGE
@@ -237,6 +246,34 @@ def test_own_plugin_is_broken(project, monkeypatch, tmp_path):
 
     assert outcome.code == ExitCode.PLUGIN
     assert "plugin mine of mypack, which is gated, is broken: ImportError: no" in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("ending", "why", "code"),
+    [
+        (KeyboardInterrupt, "interrupted", ExitCode.INTERRUPTED),
+        (MemoryError, "a worker process died or memory ran out; try fewer --jobs", ExitCode.NOT_MEASURED),
+    ],
+)
+def test_a_gate_that_is_ended(project, monkeypatch, ending, why, code):
+    """What was finished is saved, the rest says why it was not run, and nothing is gated."""
+    whole = Study.run
+
+    def ended(*arguments):
+        for event in whole(*arguments):
+            yield event
+            if isinstance(event, Finished):
+                raise ending
+
+    monkeypatch.setattr(Study, "run", ended)
+    outcome = project("-s", "right", "-p", "gbm,gbm[a=1]", "--tier", "ci")
+
+    assert (outcome.code, outcome.out) == (code, "")
+    saved = f"{why}; 1 of 2 problems are finished and saved in {Path('reports', 'gate')}; nothing is gated"
+    assert outcome.err == f"sdaeverify: error: {saved}\n"
+    rows = csv.DictReader(Path("reports", "gate", "verdicts.csv").read_text().splitlines())
+    assert {row["problem"]: row["reason"] == why for row in rows} == {"gbm": False, "gbm[a=1]": True}
+    assert not Path("reports", "gate", "gate.json").exists()
 
 
 def test_one_job_is_isolated_too(call, odd_scheme, tmp_path):

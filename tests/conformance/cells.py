@@ -2,9 +2,11 @@
 
 from collections import Counter
 from collections.abc import Iterator
+from functools import cached_property
 from typing import NamedTuple
 
-from sdaeverify.forms import Problem
+from sdaeverify.conformance.trial import Trial
+from sdaeverify.forms import Problem, components
 from sdaeverify.matching import match
 from sdaeverify.planted import Planted
 from sdaeverify.registry import Registry
@@ -12,7 +14,7 @@ from sdaeverify.scheme import Scheme
 from sdaeverify.specs import ProblemSpec
 from sdaeverify.testing.problem_subject import ProblemSubject
 from sdaeverify.testing.questions import Question, problem_questions
-from sdaeverify.testing.subjects import CellSubject, SchemeSubject, components
+from sdaeverify.testing.subjects import CellSubject, SchemeSubject
 from sdaeverify.testing.table import checks
 
 # Parameters that switch truths or terms on which the defaults leave off.
@@ -30,6 +32,8 @@ VARIANTS = {
     "pendulum": ({"c_g": "0.0"}, {"c_g": "0.0", "omega_0": "-1.5", "theta_0": "2.0"}),
     "pendulum-velocity-noise": ({"gamma": "0.7", "sigma": "0.3"}, {"gamma": "0.5", "sigma": "1.0"}),
 }
+# Steps so long that roots have to be followed take long on matrices: the orthogonal group stands for both.
+SHORTER = {"stiefel": {"horizon": "0.0625"}}
 # So many views of each form are tried, and each with its own schemes everywhere.
 VIEWS = 1
 # What takes seconds: controls everywhere, and these on long problems.
@@ -43,6 +47,20 @@ class Cell(NamedTuple):
     scheme: Scheme
     problem: Problem
     label: str
+
+
+class Shared(CellSubject):
+    """A scheme on a problem whose checks share their trials, as those do that every run begins with."""
+
+    @cached_property
+    def trials(self) -> tuple[Trial, ...]:
+        """The trials, of which the first check, that inputs are left alone, sees every first step."""
+        return tuple(super().trials)
+
+    @cached_property
+    def coarse(self) -> Trial:
+        """The coarse trial."""
+        return super().coarse
 
 
 def schemes(registry: Registry) -> list[Scheme]:
@@ -62,7 +80,8 @@ def cells(registry: Registry) -> Iterator[Cell]:
 
     A view is the same code for all problems of a form: those of fewest components stand for them.
     """
-    built = [(entry.make().label, entry.make().build()) for entry in registry.problems.values()]
+    made = [entry.make(SHORTER.get(name)) for name, entry in registry.problems.items()]
+    built = [(spec.label, spec.build()) for spec in made]
     for scheme in schemes(registry):
         seen: Counter[type[Problem]] = Counter()
         for label, problem in sorted(built, key=lambda pair: components(pair[1])):
@@ -80,30 +99,32 @@ def breaches(registry: Registry) -> list[Planted]:
     return [entry.planted for entry in registry.planted.values() if entry.origin.module.split(".")[-1] in modules]
 
 
-def questions_of_schemes(registry: Registry) -> Iterator[Question]:
+class Inquiry(NamedTuple):
+    """All that is asked of one subject: states that take a run to find are found once."""
+
+    label: str
+    questions: list[Question]
+
+
+def asked_of_schemes(registry: Registry) -> Iterator[Inquiry]:
     """Yield what every scheme is asked once."""
+    once = [check for check in checks("scheme") if not check.each_problem]
     for scheme in schemes(registry):
-        for check in (check for check in checks("scheme") if not check.each_problem):
-            yield Question(check, scheme.label, "scheme", "", SchemeSubject(scheme, registry))
+        subject = SchemeSubject(scheme, registry)
+        yield Inquiry(scheme.label, [Question(check, scheme.label, "scheme", "", subject) for check in once])
 
 
-def questions_of_cells(registry: Registry) -> Iterator[Question]:
+def asked_of_cells(registry: Registry) -> Iterator[Inquiry]:
     """Yield what every scheme is asked on each of its problems."""
+    each = [check for check in checks("scheme") if check.each_problem]
     for cell in cells(registry):
-        subject = CellSubject(cell.scheme, cell.problem, cell.label)
-        for check in (check for check in checks("scheme") if check.each_problem):
-            yield Question(check, cell.label, "scheme", "", subject)
+        subject = Shared(cell.scheme, cell.problem, cell.label)
+        yield Inquiry(cell.label, [Question(check, cell.label, "scheme", "", subject) for check in each])
 
 
-def questions_of_problems(registry: Registry, *, long: bool) -> Iterator[Question]:
+def asked_of_problems(registry: Registry, *, long: bool) -> Iterator[Inquiry]:
     """Yield what every problem is asked: what takes seconds, or the rest."""
     for spec in specs(registry):
         slow = {"controls"} | (LONG if registry.problems[spec.name].on_request or spec.name in LATE else frozenset())
-        for question in problem_questions(ProblemSubject(spec, registry), None):
-            if (question.check.name in slow) is long:
-                yield question
-
-
-def name_of(question: Question) -> str:
-    """Return what a question is about, for the id of a test."""
-    return f"{question.check.name}: {question.label}"
+        asked = problem_questions(ProblemSubject(spec, registry), None)
+        yield Inquiry(spec.label, [question for question in asked if (question.check.name in slow) is long])

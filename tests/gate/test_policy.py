@@ -117,6 +117,7 @@ def test_undecided(tier, text, fails):
         ("[tool.sdaeverify]\nseed = -1", r"seed must be between 0 and 2\^63 - 1, got -1"),
         ("[tool.sdaeverify]\ninconclusive = 'warn'", r"inconclusive must be pass or fail, got 'warn'"),
         ("[tool.sdaeverify]\nlock = ''", r"lock expects a text, got ''"),
+        ("[tool.sdaeverify]\nlevel = 0", r"level must be a level of the conformance kit, from 1 on, got 0"),
         ("[tool.sdaeverify]\ntimeout = -1", r"timeout must be a number of seconds, or 0 for no limit, got -1.0"),
         ("[tool.sdaeverify]\nmemory = '2 apples'", r"memory expects an amount of memory such as 500M or 2G"),
         ("[tool.sdaeverify]\nexpected-failures = ['x']", r"expects tables \[\[tool.sdaeverify.expected-failures\]\]"),

@@ -5,7 +5,9 @@ from functools import partial
 
 import pytest
 
-from sdaeverify.study.workers import in_turn
+from sdaeverify.study.isolated import Isolated
+from sdaeverify.study.limits import Limits
+from sdaeverify.study.workers import executor_for, in_turn
 
 
 class Backwards(Executor):
@@ -51,3 +53,13 @@ def test_no_executor():
     next(results)
 
     assert made == [0]
+
+
+@pytest.mark.parametrize(
+    ("jobs", "limits", "kind"),
+    [(0, None, type(None)), (1, None, type(None)), (2, None, Isolated), (1, Limits(memory=2**30), Isolated)],
+)
+def test_processes_only_where_they_are_needed(jobs, limits, kind):
+    """One job runs in this process unless it is held to limits."""
+    with executor_for(jobs, (), limits) as executor:
+        assert type(executor) is kind
