@@ -134,7 +134,9 @@ def test_geodesic_scheme_is_verified(run, tmp_path):
 @pytest.mark.skipif(find_spec("torchsde") is not None, reason="torchsde is installed")
 def test_wrapper_without_its_library_says_so(run):
     """Without torchsde, its schemes are listed and every cell tells what to install."""
-    ended = run("sdaeverify", "matrix", "-s", "torchsde", "-p", "ou", "-m", "strong", disabled="sdaeverify-broken")
+    words = ["-s", "torchsde", "-p", "ou", "-m", "strong", "-j", "1"]
+
+    ended = run("sdaeverify", "matrix", *words, disabled="sdaeverify-broken")
 
     assert ended.returncode == ExitCode.NOTHING
     assert "torchsde is not installed; pip install 'sdaeverify-torchsde[torch]'" in ended.stderr

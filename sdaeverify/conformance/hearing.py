@@ -18,7 +18,7 @@ def hears_its_noise(trial: Trial) -> str:
     A linear step may by chance be even in dW, or constant on one side of 0, at one step size; a step that fails may
     stay where it was, and where the equation has no noise, nothing moves.
     """
-    steps = [trial.step(trial.state, _scaled(trial.noise, s)) for s in (1.0, -1.0, 0.5)]
+    steps = [trial.first, *(trial.step(trial.state, _scaled(trial.noise, s)) for s in (-1.0, 0.5))]
     new, opposite, half = (flatten(made.state) for made in steps)
     changed = np.any((new != opposite) | (new != half), axis=0)
     failed = np.all([np.zeros(trial.paths, dtype=bool) if made.failed is None else made.failed for made in steps], 0)

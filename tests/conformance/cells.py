@@ -32,8 +32,8 @@ VARIANTS = {
     "pendulum": ({"c_g": "0.0"}, {"c_g": "0.0", "omega_0": "-1.5", "theta_0": "2.0"}),
     "pendulum-velocity-noise": ({"gamma": "0.7", "sigma": "0.3"}, {"gamma": "0.5", "sigma": "1.0"}),
 }
-# Steps so long that roots have to be followed take long on matrices: the orthogonal group stands for both.
-SHORTER = {"stiefel": {"horizon": "0.0625"}}
+# Matrices take long where steps are so long that roots have to be followed: they still are on the orthogonal group.
+SHORTER = {"orthogonal-group": {"horizon": "0.25"}, "stiefel": {"horizon": "0.0625"}}
 # So many views of each form are tried, and each with its own schemes everywhere.
 VIEWS = 1
 # What takes seconds: controls everywhere, and these on long problems.

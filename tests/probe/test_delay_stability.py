@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sdaeverify.forms import is_delayed
+from sdaeverify.probe import delay_stability as scanning
 from sdaeverify.probe.delay_linear import LARGE, SMALL, UNIT
 from sdaeverify.probe.delay_stability import delay_stability, no_delay_stability
 from sdaeverify_problems.delay_linear import delay_linear
@@ -15,6 +16,15 @@ from sdaeverify_schemes.stochastic_theta import StochasticTheta
 PAPER = [("I", 0.2, 0.96971567, -1.0), ("II", 0.2, 1.02532217, 0.8049), ("III", 0.2, np.nan, -2.71)]
 
 
+@pytest.fixture
+def few_sizes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Scan few step sizes, where it is not the scan that is looked at."""
+    monkeypatch.setattr(scanning, "PER_DECADE", 3)
+    monkeypatch.setattr(scanning, "SMALLEST_M", range(1, 4))
+    monkeypatch.setattr(scanning, "LONGER", 4)
+
+
+@pytest.mark.usefixtures("few_sizes")
 @pytest.mark.parametrize(("name", "theta", "rho", "rate"), PAPER)
 def test_the_papers_steps_have_the_sheets_radius(name: str, theta: float, rho: float, rate: float) -> None:
     """And its equations their growth rates."""
@@ -23,6 +33,7 @@ def test_the_papers_steps_have_the_sheets_radius(name: str, theta: float, rho: f
     assert np.isnan(rho) or record.run.rho[0] == pytest.approx(rho, abs=1e-8)
 
 
+@pytest.mark.usefixtures("few_sizes")
 def test_without_an_acting_delay_the_boundary_is_that_of_the_plain_method() -> None:
     """On dx = a x dt + c x dW stability ends at -(2a + c^2)/(a^2 (1 - 2 theta))."""
     record = delay_stability(StochasticTheta(theta=0.2), delay_test("I"), [0.1], UNIT)
@@ -38,6 +49,7 @@ def test_the_stable_steps_of_set_iv_are_no_interval() -> None:
     assert (first, second, last) == pytest.approx((0.199225, 0.201458, 0.239473), abs=1e-6)
 
 
+@pytest.mark.usefixtures("few_sizes")
 def test_at_large_states_no_step_is_longer_than_the_delay() -> None:
     """The bounded term of the unknown would take part in the solve, and the step not be linear."""
     record = delay_stability(StochasticTheta(theta=1.0), delay_test("V"), [1 / 32], LARGE)
@@ -45,6 +57,7 @@ def test_at_large_states_no_step_is_longer_than_the_delay() -> None:
     assert record.decays == 0.0
 
 
+@pytest.mark.usefixtures("few_sizes")
 @pytest.mark.parametrize(("d", "stable"), [(1.774, 1.0), (1.776, 0.0)])
 def test_the_equations_own_boundary_is_met_on_both_sides(d: float, stable: float) -> None:
     """A = -2, B = 1, c = 0: |d| = 1.7749729938, and backward Euler keeps what is stable on short steps."""
