@@ -1,9 +1,7 @@
 """The command line called in this process, and plugin files that misbehave."""
 
-import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,7 +9,6 @@ import pytest
 
 from sdaeverify import registry
 from sdaeverify.cli.main import execute
-from sdaeverify.registry import Registry, load_registry
 
 HEADER = """
 import multiprocessing, os, sys, time
@@ -54,34 +51,35 @@ class Outcome(NamedTuple):
 
 Call = Callable[..., Outcome]
 Write = Callable[[str], str]
-LOADERS = ("loading", "listing", "calibrate")
 
 
-@cache
-def installed(
-    path: tuple[str, ...], entry_points: Callable[[], object], environ: frozenset[tuple[str, str]]
-) -> Registry:
-    """Return what is registered with these folders on the path, found in this way, with these variables."""
-    return load_registry(environ=dict(environ))
+@pytest.fixture(scope="session")
+def remembered() -> Callable[..., object]:
+    """Load what is installed once for the same path, choice of plugins and plugins before it; files always anew."""
+    load, known = registry._from_entry_point, {}
 
+    def load_once(entry: object, disabled: frozenset[str], before: Sequence[registry.Outcome]) -> object:
+        key = (tuple(sys.path), entry, disabled, tuple(outcome.row for outcome in before))
+        if key not in known:
+            known[key] = load(entry, disabled, before)
+        return known[key]
 
-def loaded(files: Sequence[str] = ()) -> Registry:
-    """Load plugin files anew each time, and what is installed where any of this has changed."""
-    if files:
-        return load_registry(files)
-    environ = {name: text for name, text in os.environ.items() if name.startswith("SDAEVERIFY")}
-    return installed(tuple(sys.path), registry.entry_points, frozenset(environ.items()))
+    return load_once
 
 
 @pytest.fixture
-def call(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Call]:
+def call(
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    remembered: Callable[..., object],
+) -> Iterator[Call]:
     """Run a command line in an empty folder, 80 columns wide."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
     for name in ("FORCE_COLOR", "NO_COLOR", "SDAEVERIFY_DISABLED_PLUGINS", "SDAEVERIFY_STRICT_PLUGINS"):
         monkeypatch.delenv(name, raising=False)
-    for module in LOADERS:
-        monkeypatch.setattr(f"sdaeverify.cli.{module}.load_registry", loaded)
+    monkeypatch.setattr(registry, "_from_entry_point", remembered)
 
     def execute_it(*arguments: str) -> Outcome:
         code = execute(arguments)

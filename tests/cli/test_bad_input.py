@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 UNREADABLE = "cannot read"
+# Without one job asked for, problems are built in a worker of their own, which takes a second: two cases do.
 WRONG_WORDS = [
     (["-s", "milstien"], "unknown scheme 'milstien'; did you mean milstein?"),
     (["-p", "pendlum"], "unknown problem 'pendlum'; did you mean pendulum"),
@@ -16,7 +17,7 @@ WRONG_WORDS = [
     (["-s", "half-explicit-euler[truncation=maybe]"], "truncation must be theory, none or a positive C_eta"),
     (["-p", "pendulum[c_g=abc]"], "parameter c_g of problem 'pendulum' expects a number, got 'abc'"),
     (["-p", "ou[a=0]"], "a must not be zero"),
-    (["-p", "pendulum[horizon=-1]"], "horizon must be a positive time, got -1.0"),
+    (["-p", "pendulum[horizon=-1]", "-j", "1"], "horizon must be a positive time, got -1.0"),
     (["-p", "pendulum[c_g=1"], UNREADABLE),
     (["-p", "pendulum]c_g=1["], UNREADABLE),
     (["-p", "pendulum[c_g]"], UNREADABLE),
@@ -46,9 +47,9 @@ WRONG_WORDS = [
     (["pendulum"], "unexpected extra argument"),
     (["--paths", "50", "--paths", "60"], "contradictory options: --paths is given as 50 and 60"),
     (["-j", "1", "--jobs", "2"], "contradictory options: --jobs is given as 1 and 2"),
-    (["-p", "fibre-clamped[N=1]"], "a fibre needs at least N = 2 points, got 1"),
-    (["-p", "fibre-clamped[Dr=-1]"], "Dr must be positive and finite, got -1"),
-    (["-p", "torus[eps=nan]"], "eps"),
+    (["-p", "fibre-clamped[N=1]", "-j", "1"], "a fibre needs at least N = 2 points, got 1"),
+    (["-p", "fibre-clamped[Dr=-1]", "-j", "1"], "Dr must be positive and finite, got -1"),
+    (["-p", "torus[eps=nan]", "-j", "1"], "eps"),
     (["-p", "exponential-strip[alpha=1e200]"], "cannot be built with these numbers"),
     (["-s", "implicit-euler-ggl[guess=V3]"], "guess must be V0, V1 or V2, got 'V3'"),
 ]

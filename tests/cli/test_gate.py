@@ -163,6 +163,22 @@ def test_lock_of_a_part(project):
     assert "leave out -s, -p and -m" in project("-s", "right", "--write-lock").err
 
 
+def test_damaged_lock(project, tmp_path):
+    """A lock file that is damaged is wrong usage, until it is written anew, which says that it is replaced."""
+    file = tmp_path / "sdaeverify.lock"
+    file.write_text("[" * 100_000)
+
+    before = project("-s", "right")
+    written = project("--write-lock")
+    after = project("-s", "right")
+
+    assert (before.code, after.code) == (ExitCode.USAGE, ExitCode.OK)
+    assert "is no lock file: " in before.err
+    assert f"note: {file} was no lock file and is replaced" in written.out
+    assert f"note: 4 claims of tier smoke are locked in {file}" in written.out
+    assert "is replaced" not in project("--write-lock").out
+
+
 def test_missing_lock(project):
     """A lock file that the policy names must be there; without one a note says how to write it."""
     assert "note: there is no lock file" in project("-s", "right").out
@@ -218,7 +234,7 @@ def test_seed_of_the_day(project, monkeypatch):
     ("arguments", "message"),
     [
         (("--tier", "nightmare"), "tier must be one of smoke, ci, nightly, got 'nightmare'"),
-        (("--alpha", "2"), "alpha must be above 0 and at most 0.5, got 2.0"),
+        (("--alpha", "2"), "alpha must be at least 1e-12 and at most 0.5, got 2.0"),
         (("--config", "nowhere.toml"), "cannot read the policy nowhere.toml"),
         (("--config", "empty.toml"), "[tool.sdaeverify] or [project], and there is neither in empty.toml"),
         (("-s", "rigth"), "unknown scheme 'rigth'; did you mean right?"),
@@ -235,6 +251,25 @@ def test_wrong_options(project, arguments, message):
     assert outcome.code == ExitCode.USAGE
     assert message in outcome.err
     assert len(outcome.err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("file", "why"),
+    [
+        ("folder", "cannot write folder: Is a directory"),
+        ("pyproject.toml/junit.xml", "cannot write into pyproject.toml: File exists"),
+        ("x" * 300, f"cannot write {'x' * 300}: File name too long"),
+    ],
+)
+def test_junit_file_that_cannot_be_written(project, monkeypatch, file, why):
+    """It is noticed before anything is run, and named by its option."""
+    monkeypatch.setattr("sdaeverify.cli.gating.advance", lambda *_: pytest.fail("cells are run"))
+    Path("folder").mkdir()
+
+    outcome = project("--junitxml", file)
+
+    assert outcome.code == ExitCode.USAGE
+    assert outcome.err == f"sdaeverify: error: {why}; choose another --junitxml\n"
 
 
 def test_own_plugin_is_broken(project, monkeypatch, tmp_path):

@@ -168,7 +168,7 @@ def test_a_scheme_that_eats_memory(rows):
     """Who asks for more than a worker may have gets an error that names the limit; the others have their rows."""
     alone = rows(GOOD, "-j", "1", out="alone")
 
-    beside = rows((*GOOD, "zz-eat"), "-j", "2", "--memory", "1G")
+    beside = rows((*GOOD, "zz-eat"), "-j", "1", "--memory", "1G")
 
     assert of(beside, *GOOD) == of(alone, *GOOD)
     verdict, reason = why(beside, "zz-eat")

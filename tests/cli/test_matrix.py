@@ -39,7 +39,7 @@ def test_defaults_in_the_help(call):
 
 def test_defaults_are_the_settings(quick, call):
     """Without options the settings are those of the Python interface."""
-    outcome = call("matrix", "--dry-run", "-p", "gbm")
+    outcome = call("matrix", "--dry-run", "-p", "gbm", "-j", "1")
     settings = Settings()
 
     budget = f"{settings.paths} paths, {settings.steps[0]}..{settings.steps[-1]} steps, seed {settings.seed}"
@@ -97,12 +97,13 @@ def test_dry_run(call, tmp_path):
 
 def test_dry_run_of_nothing(call):
     """A dry run that finds nothing to run says so by its exit code."""
-    assert call("matrix", "--dry-run", "-s", "half-explicit-euler", "-p", "gbm").code == 5
+    assert call("matrix", "--dry-run", "-s", "half-explicit-euler", "-p", "gbm", "-j", "1").code == 5
 
 
 def test_what_is_shown(quick):
     """Many cells fit into 80 columns, in plain text, and end with the verdicts in words."""
-    outcome = quick("-p", "gbm,ou,pendulum", "-s", "*euler*", "-m", "strong,drift", "--out", "out")
+    chosen = ("-p", "gbm,ou,pendulum", "-s", "half-*,*maruyama,tamed-euler", "-m", "strong,drift")
+    outcome = quick(*chosen, "--out", "out")
     table, words = outcome.out.split("✓ verified", maxsplit=1)
 
     assert (outcome.code, outcome.err) == (0, "")

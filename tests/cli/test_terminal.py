@@ -22,7 +22,7 @@ from sdaeverify.selection import select_measures, select_problems, select_scheme
 from sdaeverify.study import Cell, CellResult
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def cell():
     """Return a cell by the names of its scheme, problem and measure."""
     registry = load_registry()

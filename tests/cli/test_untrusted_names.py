@@ -103,7 +103,7 @@ def test_a_run(call, plugin):
         ("list", "schemes", "--json"),
         ("info", "odd"),
         ("info", "zz-odd"),
-        ("matrix", "-s", "odd", "-p", "zz-odd", "--dry-run"),
+        ("matrix", "-s", "odd", "-p", "zz-odd", "--dry-run", "-j", "1"),
         ("reproduce", "--list"),
     ],
     ids=" ".join,
