@@ -47,12 +47,15 @@ class Tests(NamedTuple):
         The figures in words.
     growth : float
         By which factor the number of paths must grow to decide; infinite if more paths cannot.
+    suspected : float
+        What `refuted` would be if the sample could be relied on: it asks for more paths, and refutes nothing.
     """
 
     verified: float
     refuted: float
     reason: str
     growth: float = inf
+    suspected: float = 1.0
 
     @classmethod
     def none(cls, reason: str, growth: float = inf) -> "Tests":
@@ -99,7 +102,7 @@ def guard(local: Opinion | LocalOpinion | None, tests: Tests, evidence: Evidence
         return Decision(
             Verdict.INCONCLUSIVE, f"{local.reason}, but {evidence.paths} paths are too few to guard it", 3
         )
-    if tests.refuted <= 1.0 - evidence.settings.confidence:
+    if min(tests.refuted, tests.suspected) <= 1.0 - evidence.settings.confidence:
         reason = f"{local.reason}, but the paths do not look like it: {tests.reason}; more of them would tell"
         return Decision(Verdict.INCONCLUSIVE, reason, 3, settled=False, p_refuted=tests.refuted)
     return Decision(Verdict.VERIFIED, local.reason, tier, p_refuted=tests.refuted)
@@ -183,7 +186,7 @@ def with_sample(tests: Tests, paths: int, *, heavy: bool) -> Tests:
         return tests
     growth = max(tests.growth, DEEP_PATHS / paths) if np.isfinite(tests.growth) else inf
     refuted = 1.0 if heavy else max(tests.refuted, SHALLOW)
-    return Tests(max(tests.verified, SHALLOW), refuted, tests.reason, growth)
+    return Tests(max(tests.verified, SHALLOW), refuted, tests.reason, growth, tests.refuted)
 
 
 def doubted(findings: list[Finding]) -> list[Finding]:

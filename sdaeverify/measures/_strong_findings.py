@@ -177,7 +177,7 @@ def _asymptotic(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Clai
     if isinstance(claim.value, str):
         return tests
     order, half = asymptotic_order(quantity, fitted.usable, evidence.settings.confidence)
-    return tests if order + half < claim.value - claim.margin else tests._replace(refuted=1.0)
+    return tests if order + half < claim.value - claim.margin else tests._replace(refuted=1.0, suspected=1.0)
 
 
 def _method(tier: int, reference: str) -> str:

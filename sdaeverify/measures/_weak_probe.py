@@ -66,7 +66,7 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
     evidence, found = Tally(), None
     pair = linked(scheme, view)
     if not (loses_algebraic(scheme, view) or local.refusal(*pair)):
-        found = local.local_weak(*pair, _reference(pair[1]))
+        found = local.local_weak(*pair, _reference)
         evidence = evidence.merged(packed(LOCAL, found))
     if is_delayed(view):
         if not no_delay_moments(scheme, view, settings.steps):
@@ -151,6 +151,6 @@ def _decided(found: LocalWeak | None, scheme: Scheme) -> bool:
 
 
 @lru_cache(maxsize=8)
-def _reference(view: Problem) -> Reference:
+def _reference(view: Problem, t: float) -> Reference:
     # Paid once a problem and form, not once a scheme: problems are compared by identity.
-    return weak_reference(view)
+    return weak_reference(view, t)

@@ -123,7 +123,7 @@ def judge_strong(
     Returns
     -------
     LocalOpinion
-        Refuted as inconsistent only where most states are.
+        Refuted as inconsistent only where most states are, at some time.
     """
     figures = f"p2 = {order.p2:.3f}, p1 = {order.p1:.3f}, q2 = {order.q2:.3f}, q1 = {order.q1:.3f}"
     unknown = np.isnan([order.q2, order.q1 if order.means else order.q2]).any()
@@ -173,12 +173,14 @@ def _consistent(q2: Array, q1: Array, means: bool) -> Array:
 
 
 def _state_by_state(record: LocalStrong, rows: Array) -> tuple[float, float]:
-    """Return the share of the states that are inconsistent, and the median of their orders."""
+    """Return the share of the states that are inconsistent, and the median of their orders, at the worst time."""
     two, one = (
         last_orders(record.h, part[:, rows], ROUNDING * record.scale, record.scale, len(LEVELS))
         for part in (record.rms, record.mean)
     )
     means = bool(record.means)
     p2, p1 = (np.fmax(orders.order, orders.ahead)[SELF].min(axis=0) for orders in (two, one))
-    typical = np.median(np.fmin(p2 - 0.5, p1 - 1.0) if means else p2 - 0.5)
-    return float(1.0 - _consistent(two.order[EM], one.order[EM], means).all(axis=0).mean()), float(typical)
+    typical = np.fmin(p2 - 0.5, p1 - 1.0) if means else p2 - 0.5
+    wrong = ~_consistent(two.order[EM], one.order[EM], means).all(axis=0)
+    by_time = int(record.times), -1
+    return float(wrong.reshape(by_time).mean(axis=1).max()), float(np.median(typical.reshape(by_time), axis=1).min())

@@ -11,6 +11,7 @@ Components are divided by a power of two near their largest value among the stat
 units, and phi keeps its meaning for states of any size.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +25,8 @@ from . import test_functions
 from .nodes import LARGEST, Nodes, step_nodes
 from .one_step import OneStep, unresolved
 from .romberg import Romberg, depth
-from .states import WHEN, cloud
+from .states import cloud
+from .times import times
 from .weak_order import LocalWeak
 
 # Step sizes 2^-3, ..., 2^-18 of the horizon, or of the unit of time where that is shorter. At the finest, defects of
@@ -71,13 +73,15 @@ def refusal(scheme: Scheme, view: Problem) -> str:
     return unresolved(view, shortest) or OneStep(scheme, view).refusal()
 
 
-def weak_reference(view: Problem) -> Reference:
+def weak_reference(view: Problem, t: float) -> Reference:
     """Return the expectations that all schemes of one form are compared with on a problem.
 
     Parameters
     ----------
     view : Problem
         With an Ito equation.
+    t : float
+        When the step begins.
 
     Returns
     -------
@@ -91,7 +95,7 @@ def weak_reference(view: Problem) -> Reference:
     """
     ito = view.ito()
     assert isinstance(ito, SDE)
-    x, t, h = cloud(view, ito), WHEN * view.horizon, LEVELS * min(1.0, view.horizon)
+    x, h = cloud(view, ito), LEVELS * min(1.0, view.horizon)
     largest = np.abs(x).max(axis=1, where=np.isfinite(x), initial=0.0)
     units = np.exp2(np.ceil(np.log2(np.where(largest > 0.0, largest, 1.0))))[:, None]
     expectation = Romberg(ito, lambda y: test_functions.values(y / units), depth(ito.noise_dim))
@@ -104,30 +108,38 @@ def weak_reference(view: Problem) -> Reference:
     return Reference(x[:, sound], units, t, h, means[:, sound], slopes[:, sound], expectation.K)
 
 
-def local_weak(scheme: Scheme, view: Problem, reference: Reference | None = None) -> LocalWeak:
-    """Probe one step of each size at each state of the cloud.
+def local_weak(
+    scheme: Scheme, view: Problem, reference: Callable[[Problem, float], Reference] = weak_reference
+) -> LocalWeak:
+    """Probe one step of each size at each state of the cloud, and at each time that counts.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
         Of the scheme's form; the pair has a local order, see `refusal`.
-    reference : Reference, optional
-        What `weak_reference` gives for this problem in this form.
+    reference : callable, optional
+        `weak_reference`, or what remembers it for further schemes.
 
     Returns
     -------
     LocalWeak
     """
-    known = weak_reference(view) if reference is None else reference
     step, nodes = OneStep(scheme, view), _nodes(scheme, view.noise_dim)
+    known = [reference(view, t) for t in times(step, cloud(view, step.ito))]
     with np.errstate(all="ignore"):
-        levels = [_level(step, known, nodes, float(size)) for size in known.h]
-        means, largest = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
-        defect, scale = means - known.means, largest + known.slopes[..., None]
+        found = zip(*(_at(step, each, nodes) for each in known), strict=True)
+        defect, scale = (np.concatenate(parts, axis=1) for parts in found)
     finite = np.isfinite(defect) & np.isfinite(scale)
-    counts = np.array(float(known.trees)), np.array(float(len(known.units)))
-    return LocalWeak(known.h, np.where(finite, defect, np.nan), np.where(finite, scale, np.nan), *counts)
+    counts = np.array(float(known[0].trees)), np.array(float(len(known[0].units)))
+    return LocalWeak(known[0].h, np.where(finite, defect, np.nan), np.where(finite, scale, np.nan), *counts)
+
+
+def _at(step: OneStep, known: Reference, nodes: Nodes) -> tuple[Array, Array]:
+    """Return the defects of a step from one time, and their scale, both of shape (F, S, H)."""
+    levels = [_level(step, known, nodes, float(size)) for size in known.h]
+    means, largest = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
+    return means - known.means, largest + known.slopes[..., None]
 
 
 def _nodes(scheme: Scheme, noises: int) -> Nodes:

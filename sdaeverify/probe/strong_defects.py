@@ -16,6 +16,7 @@ from .local_orders import SETTLED, TOLERANCE, last_orders
 from .nodes import HalfSteps, half_steps
 from .one_step import OneStep, unresolved
 from .states import WHEN, cloud
+from .times import times
 
 # Step sizes 4^-2, ..., 4^-8 of the horizon, or of the unit of time where that is shorter.
 LEVELS = 4.0 ** -np.arange(2.0, 9.0)
@@ -29,7 +30,7 @@ SELF, EM, LATER = range(3)
 
 
 class LocalStrong(NamedTuple):
-    """Defects of one step at C components, S states and H step sizes.
+    """Defects of one step at C components, S states and H step sizes; a state at another time is another state.
 
     Attributes
     ----------
@@ -44,6 +45,8 @@ class LocalStrong(NamedTuple):
         1 for a component that drift or diffusion depend on, 0 for a pure output.
     means : ndarray, shape ()
         1 if the nodes are a rule, 0 if they are random points, which resolve no means.
+    times : ndarray, shape ()
+        How many times the states are of; those of one time stand side by side.
     """
 
     h: Array
@@ -52,6 +55,7 @@ class LocalStrong(NamedTuple):
     scale: Array
     core: Array
     means: Array
+    times: Array
 
 
 def no_local_order(scheme: Scheme, view: Problem) -> str:
@@ -63,7 +67,7 @@ def no_local_order(scheme: Scheme, view: Problem) -> str:
 
 
 def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
-    """Probe one step and two half steps of each size at each state of the cloud.
+    """Probe one step and two half steps of each size at each state of the cloud, and at each time that counts.
 
     Parameters
     ----------
@@ -77,12 +81,13 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     """
     step = OneStep(scheme, view)
     x = cloud(view, step.ito)
-    nodes = half_steps(view.noise_dim, NODES, areas="H" in scheme.noise)
+    nodes, when = half_steps(view.noise_dim, NODES, areas="H" in scheme.noise), times(step, x)
+    counts = np.array(float(nodes.whole.exact)), np.array(float(len(when)))
 
     def probed(h: Array) -> LocalStrong:
-        levels = [_level(step, x, nodes, float(size)) for size in h]
+        levels = [_level(step, x, nodes, float(size), when) for size in h]
         rms, mean, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
-        return LocalStrong(h, rms, mean, scale, core(step.ito, x), np.array(float(nodes.whole.exact)))
+        return LocalStrong(h, rms, mean, scale, core(step.ito, x), *counts)
 
     unit = min(1.0, view.horizon)
     with np.errstate(all="ignore"):
@@ -118,7 +123,7 @@ def core(ito: SDE, x: Array) -> Array:
 def _joined(a: LocalStrong, b: LocalStrong) -> LocalStrong:
     levels = zip(a[:4], b[:4], strict=True)
     h, rms, mean, scale = (np.concatenate(pair, axis=-1) for pair in levels)
-    return LocalStrong(h, rms, mean, scale, a.core, a.means)
+    return LocalStrong(h, rms, mean, scale, *a[4:])
 
 
 def _slows_down(record: LocalStrong) -> bool:
@@ -133,10 +138,19 @@ def _slows_down(record: LocalStrong) -> bool:
     return False
 
 
-def _level(step: OneStep, x: Array, nodes: HalfSteps, h: float) -> tuple[Array, Array, Array]:
-    """Return root mean squares and means of the defects, shape (3, C, S), and the scale, shape (S,)."""
-    states, t = x.shape[1], WHEN * step.view.horizon
-    weights, wide = nodes.whole.weights, np.repeat(x, len(nodes.whole.weights), axis=1)
+def _level(
+    step: OneStep, x: Array, nodes: HalfSteps, h: float, when: tuple[float, ...]
+) -> tuple[Array, Array, Array]:
+    """Return root mean squares and means of the defects, shape (3, C, S), and the scale, shape (S,), of all times."""
+    found = zip(*(_at(step, x, nodes, h, t) for t in when), strict=True)
+    rms, mean, scale = (np.concatenate(parts, axis=-1) for parts in found)
+    return rms, mean, scale
+
+
+def _at(step: OneStep, x: Array, nodes: HalfSteps, h: float, t: float) -> tuple[Array, Array, Array]:
+    """Return the same of a step from time t."""
+    states, weights = x.shape[1], nodes.whole.weights
+    wide = np.repeat(x, len(weights), axis=1)
     whole, first, second = (part.increment(h, states) for part in nodes)
     once = step(wide, t, h, whole)
     state = step.advance(step.enter(wide, t, 0.5 * h), t, 0.5 * h, first)

@@ -1,18 +1,37 @@
-"""Whether a problem discriminates: nothing is verified where the controls do not come out as they must."""
+"""Whether a problem discriminates: nothing is verified where the controls do not come out as they must.
+
+Nor is anything refuted by paths where a scheme that is known to be right is refuted, too: it is the problem then, its
+truth above all, that is wrong.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..measure import Evidence, Finding, Judgement, Verdict
-from ..scheme import Claim
+from ..scheme import Claim, Scheme
 from .plan import Cell, ControlPlan
 
 # Evidence on the cell of a control, from paths alone or from all tiers; None if there is none.
 Controls = Callable[[Cell, bool], Evidence | None]
 # Why a claim cannot be verified, from paths alone or from all tiers; empty if it can.
 Doubt = Callable[[Claim, bool], str]
+# Why paths cannot refute a scheme's claim on a measure in a quantity; empty if they can.
+Suspicion = Callable[[Scheme, str, str], str]
+
+
+class Doubts(NamedTuple):
+    """What the controls of a problem have against a verdict.
+
+    Attributes
+    ----------
+    verified : callable
+    refuted : callable
+    """
+
+    verified: Doubt
+    refuted: Suspicion
 
 
 @dataclass(frozen=True)
@@ -26,36 +45,42 @@ class Claiming:
         return getattr(self.scheme, name)
 
 
-def gated(finding: Finding, doubt: Doubt) -> Finding:
-    """Return a finding that is verified only if the problem discriminates at the claimed order.
+def gated(finding: Finding, scheme: Scheme, doubts: Doubts) -> Finding:
+    """Return a finding that is verified only if the problem discriminates, and refuted only if it is sound.
 
     Parameters
     ----------
     finding : Finding
-    doubt : callable
-        As `doubts` gives it.
+    scheme : Scheme
+        That it is about.
+    doubts : Doubts
 
     Returns
     -------
     Finding
     """
     claim = finding.claim
-    if claim is None or isinstance(claim.value, str) or finding.verdict is Verdict.REFUTED:
+    if claim is None or isinstance(claim.value, str):
         return finding
+    if finding.verdict is Verdict.REFUTED:
+        return _suspected(
+            finding, doubts.refuted(scheme, claim.measure, finding.quantity) if _by_paths(finding) else ""
+        )
     # The margin belongs to the claim that is tested: the controls are put to the same one.
-    reason = doubt(replace(claim, quantities=(), when=frozenset(), source="control"), finding.tier == 3)
+    reason = doubts.verified(replace(claim, quantities=(), when=frozenset(), source="control"), _by_paths(finding))
     if not reason:
         return finding
     if finding.verdict is not Verdict.VERIFIED:
         return replace(finding, p_verified=1.0)
     text = f"the problem does not discriminate here: {reason}; {finding.reason}"
-    return replace(finding, verdict=Verdict.INCONCLUSIVE, reason=text, p_verified=1.0, settled=finding.tier < 3)
+    settled = not _by_paths(finding)
+    return replace(finding, verdict=Verdict.INCONCLUSIVE, reason=text, p_verified=1.0, settled=settled)
 
 
-def doubts(plans: tuple[ControlPlan, ...], evidence: Controls) -> Doubt:
-    """Return a function of a claim, and of whether paths alone decide, that says why nothing can be verified.
+def doubts(plans: tuple[ControlPlan, ...], evidence: Controls) -> Doubts:
+    """Return what the controls of a problem have against verdicts.
 
-    It answers each question once: many findings rest on the same controls.
+    Each question is answered once: many findings rest on the same controls.
 
     Parameters
     ----------
@@ -65,7 +90,7 @@ def doubts(plans: tuple[ControlPlan, ...], evidence: Controls) -> Doubt:
 
     Returns
     -------
-    callable
+    Doubts
     """
 
     @cache
@@ -76,7 +101,32 @@ def doubts(plans: tuple[ControlPlan, ...], evidence: Controls) -> Doubt:
             return f"it declares no control of {claim.measure} order {claim.value}" if declared else ""
         return plan.missing or _not_told_apart(plan, claim, evidence, sampled=sampled)
 
-    return doubt
+    @cache
+    def refuted(plan: ControlPlan) -> frozenset[str]:
+        assert plan.positive is not None
+        control = plan.control
+        claim = Claim(measure=control.measure, value=control.order, source="control")
+        found = _findings(plan.positive, claim, evidence, sampled=False)
+        return frozenset(finding.quantity for finding in found if finding.verdict is Verdict.REFUTED)
+
+    def suspicion(scheme: Scheme, measure: str, quantity: str) -> str:
+        known = [plan for plan in plans if plan.control.measure == measure and not plan.missing]
+        others = [plan for plan in known if plan.positive is not None and plan.positive.scheme.label != scheme.label]
+        wrong = next((plan.control for plan in others if quantity in refuted(plan)), None)
+        return f"{wrong.positive} is refuted here, too, which has order {wrong.order}" if wrong else ""
+
+    return Doubts(doubt, suspicion)
+
+
+def _by_paths(finding: Finding) -> bool:
+    return finding.tier == 3
+
+
+def _suspected(finding: Finding, reason: str) -> Finding:
+    if not reason:
+        return finding
+    text = f"the truth of the problem is suspect: {reason}; {finding.reason}"
+    return replace(finding, verdict=Verdict.ERROR, reason=text, p_verified=1.0, p_refuted=1.0)
 
 
 def _not_told_apart(plan: ControlPlan, claim: Claim, evidence: Controls, *, sampled: bool) -> str:
@@ -90,9 +140,13 @@ def _not_told_apart(plan: ControlPlan, claim: Claim, evidence: Controls, *, samp
 
 
 def _verdicts(cell: Cell, claim: Claim, evidence: Controls, *, sampled: bool) -> set[Verdict]:
+    return {finding.verdict for finding in _findings(cell, claim, evidence, sampled=sampled)}
+
+
+def _findings(cell: Cell, claim: Claim, evidence: Controls, *, sampled: bool) -> tuple[Finding, ...]:
     known = evidence(cell, sampled)
     if known is None:
-        return set()
+        return ()
     scheme: Any = Claiming(known.scheme, (claim,))
     judged: Judgement = cell.measure.judge(replace(known, scheme=scheme))
-    return {finding.verdict for finding in judged.findings}
+    return judged.findings

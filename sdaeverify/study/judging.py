@@ -12,7 +12,7 @@ from ..measure import Evidence, Finding, LevelFinding, Verdict
 from ..scheme import Scheme
 from ..settings import Settings
 from ..tally import Tally
-from .controlled import Doubt, doubts, gated
+from .controlled import Doubts, doubts, gated
 from .plan import Cell, ProblemPlan
 
 CONTRACT = "contract and exactness (T0)"
@@ -101,7 +101,7 @@ def planned_out(plan: ProblemPlan) -> list[CellResult]:
     return [unmeasured(cell, cell.verdict, cell.reason) for cell in plan.cells if cell.verdict is not None]
 
 
-def judged(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence, doubt: Doubt) -> CellResult:
+def judged(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence, controls: Doubts) -> CellResult:
     """Judge a cell.
 
     Parameters
@@ -110,8 +110,8 @@ def judged(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidenc
     cell : Cell
     settings : Settings
     known : CellEvidence
-    doubt : callable
-        As `doubts_of` gives it for the problem.
+    controls : Doubts
+        As `doubts_of` gives them for the problem.
 
     Returns
     -------
@@ -125,7 +125,7 @@ def judged(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidenc
         # The logarithm of an error that is exactly zero is not a defect; the measures look at what comes out.
         with np.errstate(all="ignore"):
             judgement = cell.measure.judge(_evidence(plan, cell, settings, known))
-            findings = tuple(gated(finding, doubt) for finding in judgement.findings)
+            findings = tuple(gated(finding, cell.scheme, controls) for finding in judgement.findings)
     except FAULTS as error:
         return unmeasured(cell, Verdict.ERROR, f"measure {cell.measure.name}: {one_line(error)}")
     assert plan.problem is not None
@@ -135,8 +135,8 @@ def judged(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidenc
     )
 
 
-def doubts_of(plan: ProblemPlan, settings: Settings, evidences: Evidences) -> Doubt:
-    """Return what the controls of a problem have against a claim.
+def doubts_of(plan: ProblemPlan, settings: Settings, evidences: Evidences) -> Doubts:
+    """Return what the controls of a problem have against verdicts.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def doubts_of(plan: ProblemPlan, settings: Settings, evidences: Evidences) -> Do
 
     Returns
     -------
-    callable
+    Doubts
     """
 
     def evidence(cell: Cell, sampled: bool) -> Evidence | None:

@@ -94,10 +94,10 @@ class ProblemRun:
         """Judge the open cells at the end of a look."""
         runs = (*self.runs, *self.controls)
         evidence = {_key(r.cell): replace(r.evidence, error=r.halted) if r.halted else r.evidence for r in runs}
-        doubt = doubts_of(self.plan, self.settings, evidence)
+        controls = doubts_of(self.plan, self.settings, evidence)
         for run in self.runs:
             if not run.settled:
-                result = judged(self.plan, run.cell, self.settings, run.evidence, doubt)
+                result = judged(self.plan, run.cell, self.settings, run.evidence, controls)
                 run.result = self._sequential(run, result)
         self.look += 1
 

@@ -323,6 +323,18 @@ def test_a_local_order_needs_paths_that_do_not_speak_against_it(paths, p_refuted
     assert (decision.verdict, decision.settled) == (verdict, settled)
 
 
+def test_heavy_tails_are_suspicious_all_the_same():
+    """What is too heavy-tailed to refute with few paths asks for more of them, and lets no local order pass."""
+    tally = Tally(sums={"paths": np.full(20, 400 / 20)})
+    evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, tally, health(), level=1e-2)
+    tests = verdicts.with_sample(verdicts.Tests(1.0, 1e-9, "order 0.1", 1.0), 400, heavy=True)
+
+    decision = guard(LOCAL, tests, evidence)
+
+    assert tests.refuted == 1.0
+    assert (decision.verdict, decision.settled) == (Verdict.INCONCLUSIVE, False)
+
+
 def test_a_local_refutation_needs_no_paths():
     """What one step shows, no sample can take back."""
     evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, Tally(), health())

@@ -12,6 +12,7 @@ from probe.weak_cells import CORRECT, PLANTED, PROBLEMS, SIGMA, A, B, equation, 
 from sdaeverify import THREE_POINT, HolonomicSDAE, HolonomicState, ProblemError, Scheme, Step
 from sdaeverify.measure import Verdict
 from sdaeverify.probe.local_weak import local_weak, refusal, weak_reference
+from sdaeverify.probe.states import WHEN
 from sdaeverify.probe.weak_order import LocalWeak, judge_weak, weak_order
 from sdaeverify.tally import packed, unpacked
 from sdaeverify_problems.pendulum import pendulum
@@ -59,17 +60,16 @@ def test_a_reason_names_the_function_and_the_state():
 
 @cache
 def swinging():
-    """Return the shipped pendulum and what its equation says: it has positions, velocities and a pure output."""
-    problem = pendulum()
-    return problem, weak_reference(problem)
+    """Return the shipped pendulum: it has positions, velocities and a pure output."""
+    return pendulum()
 
 
 @pytest.mark.parametrize("truncation", ["theory", "none"])
 def test_half_explicit_euler_has_weak_order_1(truncation):
     """In law, too, with its multiplier as a fifth component that nothing depends on."""
-    problem, known = swinging()
-    found = weak_order(local_weak(HalfExplicitEuler(truncation=truncation), problem, known))
-    assert len(known.states) == 5
+    problem = swinging()
+    found = weak_order(local_weak(HalfExplicitEuler(truncation=truncation), problem, reference))
+    assert len(reference(problem, WHEN * problem.horizon).states) == 5
     assert found.order == pytest.approx(1.0, abs=0.02)
     assert judge_weak(found, 1.0).verdict is Verdict.VERIFIED
     assert judge_weak(found, 1.5).verdict is Verdict.REFUTED
@@ -90,8 +90,8 @@ def replace_state(step: Step, **parts) -> Step:
 
 def test_a_wrong_pure_output_is_found():
     """What no coefficient depends on is compared with its equation all the same."""
-    problem, known = swinging()
-    opinion = judge_weak(weak_order(local_weak(ForgetsTheMultiplier(truncation="none"), problem, known)), 1.0)
+    forgetful = ForgetsTheMultiplier(truncation="none")
+    opinion = judge_weak(weak_order(local_weak(forgetful, swinging(), reference)), 1.0)
     assert opinion.verdict is Verdict.REFUTED
     assert opinion.inconsistent
 
@@ -114,13 +114,13 @@ def test_orders_do_not_depend_on_units():
 def test_a_reference_serves_all_schemes():
     """Computed once, it gives the same evidence as computed anew."""
     anew = local_weak(scheme(euler), PROBLEMS["gbm"])
-    reused = local_weak(scheme(euler), PROBLEMS["gbm"], reference("gbm"))
+    reused = local_weak(scheme(euler), PROBLEMS["gbm"], reference)
     assert all(np.array_equal(a, b) for a, b in zip(anew, reused, strict=True))
 
 
 def test_orders_can_be_found_again_from_stored_evidence():
     """The record survives being packed as evidence."""
-    record = local_weak(scheme(euler), PROBLEMS["gbm"], reference("gbm"))
+    record = local_weak(scheme(euler), PROBLEMS["gbm"], reference)
     again = unpacked("weak", LocalWeak, packed("weak", record))
     assert weak_order(again).order == weak_order(record).order
 
@@ -128,7 +128,7 @@ def test_orders_can_be_found_again_from_stored_evidence():
 def test_stopping_at_coarse_steps_is_not_enough():
     """Cut at 2^-8, the evidence on projected Euler on the sphere does not decide what the whole of it verifies."""
     tested, problem, known = CORRECT["projected Euler-Maruyama, sphere"]
-    record = local_weak(tested, PROBLEMS[problem], reference(problem))
+    record = local_weak(tested, PROBLEMS[problem], reference)
     cut = record.h >= 2.0**-8
     coarse = record._replace(h=record.h[cut], defect=record.defect[..., cut], scale=record.scale[..., cut])
     assert judge_weak(weak_order(coarse), known).verdict is Verdict.INCONCLUSIVE
@@ -211,8 +211,8 @@ def test_states_where_the_equation_is_not_finite_are_left_out():
         return np.where((x < 0.9) & (t > 0.0), np.nan, A * x)
 
     whole = PROBLEMS["gbm"]
-    part = weak_reference(replace(whole, drift=drift))
-    assert 0 < part.states.shape[1] < reference("gbm").states.shape[1]
+    part = weak_reference(replace(whole, drift=drift), 0.2)
+    assert 0 < part.states.shape[1] < reference(whole, 0.2).states.shape[1]
     assert np.isfinite(part.means[..., -1]).all()
     with pytest.raises(ProblemError, match="none of the states"):
-        weak_reference(replace(whole, drift=lambda t, x: A * x + (np.nan if t > 0.0 else 0.0)))
+        weak_reference(replace(whole, drift=lambda t, x: A * x + (np.nan if t > 0.0 else 0.0)), 0.2)

@@ -69,14 +69,14 @@ PROBLEMS: Mapping[str, SDE] = {
 
 
 @cache
-def reference(name: str) -> Reference:
-    """Return what the equation of a problem says."""
-    return weak_reference(PROBLEMS[name])
+def reference(view: SDE, t: float) -> Reference:
+    """Return what the equation of a problem says, once."""
+    return weak_reference(view, t)
 
 
 def order(of: Scheme, name: str) -> WeakOrder:
     """Return the local weak order of a scheme on a problem."""
-    return weak_order(local_weak(of, PROBLEMS[name], reference(name)))
+    return weak_order(local_weak(of, PROBLEMS[name], reference))
 
 
 def euler(p: SDE, x: Array, t: float, h: float, n: Increment, *, variance: float = 1.0, drift: float = 1.0) -> Array:

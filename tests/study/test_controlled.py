@@ -36,6 +36,9 @@ class Known(Scheme):
         object.__setattr__(self, "order", order)
 
 
+TESTED = Known("tested", 1.0)
+
+
 def plans(positive=1.0, negative=0.5):
     """Return the plan of a control whose schemes have these orders."""
     cells = [Cell(Known(name, order), None, Judge()) for name, order in (("good", positive), ("bad", negative))]
@@ -49,7 +52,7 @@ def evidence(cell, sampled):
 
 def test_a_problem_that_tells_the_orders_apart_verifies():
     """With the positive control verified and the negative one refuted, a finding is left alone."""
-    assert gated(VERIFIED, doubts(plans(), evidence)) == VERIFIED
+    assert gated(VERIFIED, TESTED, doubts(plans(), evidence)) == VERIFIED
 
 
 @pytest.mark.parametrize(
@@ -63,7 +66,7 @@ def test_a_problem_that_tells_the_orders_apart_verifies():
 )
 def test_a_problem_that_does_not_discriminate_verifies_nothing(controls, words):
     """The finding becomes inconclusive, says why, and can no more be verified over the run."""
-    found = gated(VERIFIED, doubts(controls, evidence))
+    found = gated(VERIFIED, TESTED, doubts(controls, evidence))
 
     assert found.verdict is Verdict.INCONCLUSIVE
     assert words in found.reason
@@ -74,20 +77,41 @@ def test_evidence_without_controls_refutes_all_the_same():
     """A refutation needs no control."""
     refuted = replace(VERIFIED, verdict=Verdict.REFUTED)
 
-    assert gated(refuted, doubts(plans(negative=1.0), evidence)) == refuted
+    assert gated(refuted, TESTED, doubts(plans(negative=1.0), evidence)) == refuted
+
+
+def test_paths_refute_nothing_where_a_control_is_refuted():
+    """Where what is right is refuted in the same quantity, too, the problem is in error and not the scheme."""
+    refuted = replace(VERIFIED, verdict=Verdict.REFUTED, tier=3, p_refuted=1e-9)
+    suspect = doubts(plans(positive=0.5), evidence)
+
+    found = gated(refuted, TESTED, suspect)
+
+    assert (found.verdict, found.p_refuted) == (Verdict.ERROR, 1.0)
+    assert "truth of the problem is suspect: good is refuted here, too, which has order 1.0" in found.reason
+    assert gated(replace(refuted, quantity="y"), TESTED, suspect).verdict is Verdict.REFUTED
+    assert gated(replace(refuted, tier=1), TESTED, suspect).verdict is Verdict.REFUTED
+
+
+def test_a_control_that_is_tested_itself_can_be_refuted():
+    """A scheme is not excused by its own refutation."""
+    refuted = replace(VERIFIED, verdict=Verdict.REFUTED, tier=3)
+    controls = plans(positive=0.5)
+
+    assert gated(refuted, controls[0].positive.scheme, doubts(controls, evidence)) == refuted
 
 
 def test_a_problem_without_controls_for_a_measure_is_not_gated():
     """Controls are asked for where a problem declares some for the measure, and for orders only."""
     exact = replace(VERIFIED, claim=Claim(measure="strong", value="round-off", source="exact"))
 
-    assert gated(VERIFIED, doubts((), evidence)) == VERIFIED
-    assert gated(exact, doubts(plans(negative=1.0), evidence)) == exact
+    assert gated(VERIFIED, TESTED, doubts((), evidence)) == VERIFIED
+    assert gated(exact, TESTED, doubts(plans(negative=1.0), evidence)) == exact
 
 
 def test_controls_without_evidence_confirm_nothing():
     """A control whose steps failed is no control."""
-    found = gated(VERIFIED, doubts(plans(), lambda cell, sampled: None))
+    found = gated(VERIFIED, TESTED, doubts(plans(), lambda cell, sampled: None))
 
     assert found.verdict is Verdict.INCONCLUSIVE
 

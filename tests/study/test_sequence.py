@@ -14,8 +14,10 @@ from sdaeverify.statistics import group_sums
 from sdaeverify.study import Finished, Study, plan
 from sdaeverify.tally import Tally
 from sdaeverify_problems.gbm import gbm
+from sdaeverify_schemes.displaced_euler import DisplacedEuler
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
+from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 SETTINGS = Settings(paths=8192, levels=4, coarsest=4)
 CLAIM = Claim(measure="patient", value=1.0, source="test")
@@ -174,7 +176,8 @@ class Remembering(Scheme):
 
 def resolve(label):
     """Return the scheme of a label."""
-    return {"milstein": Milstein(), "euler-maruyama": EulerMaruyama()}[label]
+    known = (Milstein(), EulerMaruyama(), DisplacedEuler())
+    return next(scheme for scheme in known if scheme.label == label)
 
 
 def test_paths_verify_nothing_where_they_cannot_tell_the_control():
@@ -188,6 +191,27 @@ def test_paths_verify_nothing_where_they_cannot_tell_the_control():
     assert {finding.verdict for finding in fooled.findings} == {Verdict.VERIFIED}
     assert {finding.verdict for finding in controlled.findings} == {Verdict.INCONCLUSIVE}
     assert "negative control euler-maruyama is not refuted" in controlled.findings[0].reason
+
+
+def noisier():
+    """Return geometric Brownian motion with the truth of one whose noise is half as strong again."""
+    return replace(gbm(), truths=(gbm(b=0.9).pathwise,))
+
+
+def test_a_wrong_truth_is_not_the_scheme_s_fault():
+    """Where a control that has the order is refuted by paths, too, the problem is suspect; else the scheme is."""
+    explicit = StochasticTheta(theta=0.0)
+    uncontrolled = lambda: replace(noisier(), controls=())  # noqa: E731
+    uncontrolled.__name__ = "uncontrolled"
+
+    settings = Settings(paths=1024, looks=3)
+
+    (blamed,), _ = run([explicit], [Strong()], settings, uncontrolled)
+    (excused,), _ = run([explicit], [Strong()], settings, noisier, resolve)
+
+    assert {finding.verdict for finding in blamed.findings} == {Verdict.REFUTED}
+    assert {finding.verdict for finding in excused.findings} == {Verdict.ERROR}
+    assert "the truth of the problem is suspect: euler-maruyama is refuted here, too" in excused.findings[0].reason
 
 
 def test_probing_tells_what_paths_cannot():

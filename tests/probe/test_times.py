@@ -1,0 +1,79 @@
+"""Times at which a step is probed: one where nothing depends on time, more where something does."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from probe.weak_cells import equation, euler, scheme
+from sdaeverify import SDE, Array, Increment
+from sdaeverify.measure import Verdict
+from sdaeverify.probe.local_strong import judge_strong, strong_order
+from sdaeverify.probe.local_weak import local_weak
+from sdaeverify.probe.one_step import OneStep
+from sdaeverify.probe.states import cloud
+from sdaeverify.probe.strong_defects import local_strong
+from sdaeverify.probe.times import times
+from sdaeverify.probe.weak_order import judge_weak, weak_order
+
+STILL = equation(lambda t, x: 0.5 * x, lambda t, x: 0.6 * x[:, None], [1.0])
+MOVING = equation(lambda t, x: 0.5 * x + np.sin(t), lambda t, x: 0.6 * x[:, None], [1.0])
+
+
+def late(p: SDE, x: Array, t: float, h: float, n: Increment, *, begin: float = 0.5, end: float = 2.0) -> Array:
+    """Return an Euler step with one per cent too much drift for some of the time."""
+    return euler(p, x, t, h, n) + (begin < t <= end) * 0.01 * h * x
+
+
+def earliest(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
+    """Return an Euler step whose drift is always that of the beginning."""
+    return x + h * p.drift(0.0, x) + p.diffused(t, x, n.dW)
+
+
+def found(formula: Any, problem: SDE, **parameters: float) -> tuple[float, ...]:
+    step = OneStep(scheme(formula, **parameters), problem)
+    return times(step, cloud(problem, step.ito))
+
+
+@pytest.mark.parametrize(
+    ("formula", "problem", "parameters", "expected"),
+    [
+        (euler, STILL, {}, (0.2,)),
+        (euler, MOVING, {}, (0.2, 0.0625, 0.9375)),
+        (late, STILL, {}, (0.2, 0.5625, 0.9375)),
+        (late, STILL, {"begin": 0.9}, (0.2, 0.9375)),
+        (late, STILL, {"begin": 0.1, "end": 0.3}, (0.2, 0.0625, 0.9375)),
+    ],
+    ids=["nothing", "the equation", "from half on", "at the end", "around the one time"],
+)
+def test_times(formula, problem, parameters, expected):
+    """Other times are taken where the same noise leads elsewhere: the first and the last of them."""
+    assert found(formula, problem, **parameters) == expected
+
+
+@pytest.mark.parametrize(
+    ("formula", "problem", "parameters"),
+    [
+        (late, STILL, {}),
+        (late, STILL, {"begin": 0.9}),
+        (late, STILL, {"begin": 0.1, "end": 0.3}),
+        (late, MOVING, {}),
+        (earliest, MOVING, {}),
+    ],
+)
+def test_a_step_that_is_wrong_at_times_is_refuted(formula, problem, parameters):
+    """Too much drift from some time on, and a drift of another time, are no steps of the equation."""
+    wrong = scheme(formula, **parameters)
+    strong = judge_strong(strong_order(local_strong(wrong, problem)), 0.5)
+
+    assert strong.verdict is Verdict.REFUTED
+    assert strong.inconsistent
+    assert judge_weak(weak_order(local_weak(wrong, problem)), 1.0).verdict is Verdict.REFUTED
+
+
+def test_a_right_step_is_verified_at_all_times():
+    """Euler-Maruyama has its orders on an equation that depends on time."""
+    right = scheme(euler)
+
+    assert judge_strong(strong_order(local_strong(right, MOVING)), 0.5).verdict is Verdict.VERIFIED
+    assert judge_weak(weak_order(local_weak(right, MOVING)), 1.0).verdict is Verdict.VERIFIED
