@@ -1,5 +1,7 @@
 """The plugin of pytest: ``pytest --sdaeverify`` makes a test of each claimed cell of the policy's schemes.
 
+A last one holds the lock file, if the policy has one, against what the others have run.
+
 Every run of pytest loads this module: what it needs of the rest is imported once it is asked for.
 """
 
@@ -12,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
+    from .gate.lock import Claims as LockedClaims
     from .gate.policy import Policy
     from .registry import Registry
     from .study import Cell
@@ -19,6 +22,7 @@ if TYPE_CHECKING:
 
 NAME = "sdaeverify"
 SESSION = "sdaeverify_session"
+LOCK = "lock file"
 NOTHING = "no scheme of the policy claims anything on its problems; sdaeverify list shows what is registered"
 # What tests are grouped by.
 LABELS: tuple[Callable[["Cell"], str], ...] = (lambda cell: cell.spec.label, lambda cell: cell.scheme.label)
@@ -58,6 +62,7 @@ class Session:
     def __init__(self, config: pytest.Config) -> None:
         self.config = config
         self.run: ClaimRun | None = None
+        self.locked: LockedClaims | None = None
 
     # Before worker processes are started: what is wrong with the policy is said once.
     @pytest.hookimpl(tryfirst=True)
@@ -67,12 +72,14 @@ class Session:
         Raises
         ------
         pytest.UsageError
-            If the policy cannot be read, a name is unknown, or a plugin that is asked for cannot be used.
+            If the policy or its lock file cannot be read, a name is unknown, or a plugin that is asked for cannot
+            be used.
         """
         from .errors import SdaeverifyError  # noqa: PLC0415
 
         try:
             self.run = _planned(self.config)
+            self.locked = _locked(self.run.policy)
         except SdaeverifyError as error:
             raise pytest.UsageError(f"--sdaeverify: {_visible(str(error))}") from error
 
@@ -95,16 +102,21 @@ class Session:
     def pytest_make_collect_report(
         self, collector: pytest.Collector
     ) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
-        """Add the claimed cells to what is found in files."""
+        """Add the claimed cells to what is found in files, and the lock file after them."""
         report = yield
         if self.run is not None and isinstance(collector, pytest.Session):
             report.result.append(Claims.from_parent(collector, name=NAME, nodeid=NAME, run=self.run))
+            if self.locked is not None:
+                report.result.append(LockItem.of(collector, self.run, self.locked))
         return report
 
+    # Whatever plugins sort tests by, before workers of pytest-xdist tell what they have collected.
+    @pytest.hookimpl(tryfirst=True)
     def pytest_collection_finish(self, session: pytest.Session) -> None:
-        """Note which cells are left to be run."""
+        """Note which cells are left to be run, and put the lock file after them."""
         if self.run is not None:
             self.run.wanted = {item.cell for item in session.items if isinstance(item, ClaimItem)}
+            session.items.sort(key=lambda item: isinstance(item, LockItem))
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
@@ -149,7 +161,17 @@ class Claims(pytest.Collector):
         return all(label(cell) == name for label, name in zip(LABELS, self.names, strict=False))
 
 
-class ClaimItem(pytest.Item):
+class _Item(pytest.Item):
+    """A test that fails in words."""
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        """Return what is wrong where something that was promised is not there, and the traceback of a defect."""
+        if isinstance(excinfo.value, AssertionError):
+            return str(excinfo.value)
+        return super().repr_failure(excinfo, style)
+
+
+class ClaimItem(_Item):
     """The test of a claimed cell.
 
     Parameters
@@ -175,17 +197,44 @@ class ClaimItem(pytest.Item):
         """Run the cell, with all others of its problem if it is the first of them."""
         self.run.check(self.cell)
 
-    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
-        """Return claim, interval, reason and command where a claim fails, and the traceback of a defect."""
-        if isinstance(excinfo.value, AssertionError):
-            return str(excinfo.value)
-        return super().repr_failure(excinfo, style)
-
     def reportinfo(self) -> tuple[Path, int, str]:
         """Return where the scheme is written, and what is tested."""
         path, line = _source(type(self.cell.scheme), self.path)
         what = f"{self.cell.measure.name} of {self.cell.scheme.label} on {self.cell.spec.label}"
         return path, line, _visible(what)
+
+
+class LockItem(_Item):
+    """The test of the lock file.
+
+    Parameters
+    ----------
+    run : ClaimRun
+    locked : dict of Key to str
+        What is locked for the tier.
+    """
+
+    def __init__(self, *, run: "ClaimRun", locked: "LockedClaims", **of_a_node: Any) -> None:
+        super().__init__(**of_a_node)
+        self.run, self.locked = run, locked
+
+    @classmethod
+    def of(cls, session: pytest.Session, run: "ClaimRun", locked: "LockedClaims") -> "LockItem":
+        """Return the test of what is locked."""
+        item: LockItem = cls.from_parent(session, name=LOCK, nodeid=f"{NAME}::{LOCK}", run=run, locked=locked)
+        item.add_marker(NAME)
+        return item
+
+    def runtest(self) -> None:
+        """Hold what is locked against what was run."""
+        from .testing.locked import check_lock  # noqa: PLC0415
+
+        workers = getattr(self.config, "workerinput", {}).get("workercount", 1)
+        check_lock(self.run, self.locked, workers)
+
+    def reportinfo(self) -> tuple[Path, int, str]:
+        """Return where the lock file is."""
+        return self.run.policy.lock_file, 0, LOCK
 
 
 def _planned(config: pytest.Config) -> "ClaimRun":
@@ -200,6 +249,12 @@ def _planned(config: pytest.Config) -> "ClaimRun":
     registry = load_registry(policy.plugins)
     _require_own(registry, policy.distribution)
     return claim_run(registry, policy)
+
+
+def _locked(policy: "Policy") -> "LockedClaims | None":
+    from .gate.lock_file import locked_tiers  # noqa: PLC0415
+
+    return (locked_tiers(policy) or {}).get(policy.tier)
 
 
 def _require_own(registry: "Registry", distribution: str) -> None:

@@ -11,12 +11,12 @@ import click
 from rich.table import Table
 from rich.text import Text
 
-from ..registry import load_registry
 from ..report.terminal import empty_table, visible
 from ..settings import Settings
 from ..study.workers import available_cores, executor_for
 from .console import PROGRAM, complain, output
 from .exit_codes import ExitCode
+from .loading import registered
 from .options import jobs, once, plugins, progress_bar, seed
 from .progress import progress
 
@@ -54,7 +54,7 @@ def calibrate(**options: Any) -> ExitCode:
     from ..report.files import require_writable  # noqa: PLC0415
 
     begun = time.monotonic()
-    registry = load_registry(options["plugins"])
+    registry = registered(options["plugins"])
     plan = calibration_plan(registry, options["seed"], options["repetitions"], options["only"])
     require_writable(options["out"])
     calibration = Calibration(plan)

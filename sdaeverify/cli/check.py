@@ -14,7 +14,7 @@ from ..labels import did_you_mean, parse_label, split_list
 from ..registry import Registry
 from ..report.terminal import empty_table, visible
 from ..selection import select_problems, select_schemes
-from .console import output
+from .console import aside, output
 from .exit_codes import ExitCode, codes_in_words
 from .loading import loaded
 from .options import plugins
@@ -40,8 +40,9 @@ def check(**options: Any) -> ExitCode:
     NAME is a scheme or a problem, with parameters or as a glob. Prints what did not pass, and how many did.
     """
     registry = loaded(options["plugins"])
-    questions = list(_questions(registry, options["names"], options["problems"] or None, options["level"]))
-    rows = [question.answer({}).row for question in questions]
+    with aside():
+        questions = list(_questions(registry, options["names"], options["problems"] or None, options["level"]))
+        rows = [question.answer({}).row for question in questions]
     if options["as_json"]:
         click.echo(json.dumps(rows, indent=2))
     else:

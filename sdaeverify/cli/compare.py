@@ -8,7 +8,7 @@ import click
 from rich.text import Text
 
 from ..report.terminal import visible
-from .console import complain, output
+from .console import aside, complain, output
 from .exit_codes import ExitCode, codes_in_words
 from .loading import loaded
 from .options import once, plugins
@@ -43,12 +43,16 @@ def compare(**options: Any) -> ExitCode:
     what may differ. Components are named by what is installed now.
     """
     # Evidence is read with numpy, which the other commands do without until they run.
-    from ..compare import changes, read_run  # noqa: PLC0415
+    from ..compare import changes, damages, read_run  # noqa: PLC0415
     from ..compare import compare as compared  # noqa: PLC0415
 
     changes([], options["factor"], options["alpha"])
     old, new = read_run(options["old"]), read_run(options["new"])
-    found, omitted = compared(old, new, loaded(options["plugins"]))
+    for run in (run for run in (old, new) if run.damaged):
+        complain("warning", f"{damages(run.folder, run.damaged)} and left out")
+    registry = loaded(options["plugins"])
+    with aside():
+        found, omitted = compared(old, new, registry)
     judged = changes([each.found for each in found], options["factor"], options["alpha"])
     rows = list(zip(found, judged, strict=True))
     code = _code(rows)

@@ -1,6 +1,9 @@
 """Where words go: results to stdout; errors, warnings and progress to stderr, one line each."""
 
 import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout, suppress
 from typing import IO
 
 from rich.console import Console
@@ -11,6 +14,7 @@ from ..report.terminal import visible
 PROGRAM = "sdaeverify"
 # Wider than any table: a line that is piped into another program is not broken.
 UNBROKEN = 10_000
+STDOUT, STDERR = 1, 2
 
 
 class _Output(Console):
@@ -54,6 +58,26 @@ def complain(kind: str, message: str) -> None:
     label = f"{kind}: " if kind else ""
     line = Text.assemble(f"{PROGRAM}: ", (label, style), visible(" ".join(message.split())))
     errors().print(line, soft_wrap=True)
+
+
+@contextmanager
+def aside() -> Iterator[None]:
+    """Send to stderr what is written to stdout, even past Python: what the code of a plugin prints is no result."""
+    with redirect_stdout(sys.stderr):
+        if sys.__stdout__ is None or sys.__stderr__ is None:
+            # The program was started without: what has their number now is some other file.
+            yield
+            return
+        sys.__stdout__.flush()
+        kept = os.dup(STDOUT)
+        os.dup2(STDERR, STDOUT)
+        try:
+            yield
+        finally:
+            with suppress(OSError, ValueError):
+                sys.__stdout__.flush()
+            os.dup2(kept, STDOUT)
+            os.close(kept)
 
 
 def silence(stream: IO[str]) -> None:

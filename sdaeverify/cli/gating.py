@@ -22,9 +22,9 @@ from ..gate.policy import Policy
 from ..gate.text_report import text_report
 from ..gate.tiers import Cover, settings_of, tier_of
 from ..registry import Registry
-from ..report.files import require_writable, write_json, write_text
+from ..report.files import require_writable, require_writable_file, write_json, write_text
 from ..study.limits import Limits
-from .console import complain
+from .console import aside, complain
 from .exit_codes import ExitCode, code_of_gate
 from .running import Crew, Run, advance, workers
 
@@ -87,15 +87,19 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
     """
     policy = request.policy
     tiers = {} if request.write_lock else locked_tiers(policy)
-    for folder in (request.folder, *([request.junitxml.parent] if request.junitxml else [])):
-        require_writable(folder)
+    require_writable(request.folder)
+    if request.junitxml is not None:
+        require_writable_file(request.junitxml, "--junitxml")
     with workers(request.jobs, request.limits, request.registry) as crew:
-        plan = gate_plan(request.registry, policy, crew.executor)
+        with aside():
+            plan = gate_plan(request.registry, policy, crew.executor)
         run = Run(plan, settings_of(policy), request.registry, request.arguments, request.folder, request.fresh)
         result, code = _run(run, crew, request.progress)
     if result is None:
         return None, code
-    for failure in request.registry.report(request.folder):
+    with aside():
+        failures = request.registry.report(request.folder)
+    for failure in failures:
         complain("warning", failure)
     gated = _judged(run, result, request, tiers)
     _written(gated, request)

@@ -10,12 +10,13 @@ from rich.text import Text
 
 from ..errors import UsageError
 from ..labels import did_you_mean, parse_label
-from ..registry import Registry, load_registry
+from ..registry import Registry
 from ..report.terminal import empty_table, visible
 from .catalogue import Record, catalogue
-from .console import output
+from .console import aside, output
 from .describe import describe_entry, describe_plugin
 from .exit_codes import ExitCode
+from .loading import registered
 from .options import plugins
 
 KINDS = ("schemes", "problems", "measures", "plugins")
@@ -40,7 +41,9 @@ COLUMNS = {
 @plugins
 def listing(kind: str | None, as_json: bool, plugins: tuple[str, ...]) -> ExitCode:
     """List what is registered: schemes, problems, measures or plugins; everything without KIND."""
-    records = catalogue(load_registry(plugins))
+    registry = registered(plugins)
+    with aside():
+        records = catalogue(registry)
     if as_json:
         click.echo(json.dumps(records[kind] if kind else records, indent=2))
         return ExitCode.OK
@@ -57,7 +60,7 @@ def listing(kind: str | None, as_json: bool, plugins: tuple[str, ...]) -> ExitCo
 @plugins
 def info(name: str, plugins: tuple[str, ...]) -> ExitCode:
     """Tell all about a scheme, a problem, a measure or a plugin: equations, claims, truths, sources."""
-    registry, label = load_registry(plugins), parse_label(name)
+    registry, label = registered(plugins), parse_label(name)
     kinds: tuple[Mapping[str, object], ...] = (registry.schemes, registry.problems, registry.measures)
     rows = {row.name: row for row in registry.plugins}
     if not any(label.name in kind for kind in (*kinds, rows)):
@@ -65,7 +68,8 @@ def info(name: str, plugins: tuple[str, ...]) -> ExitCode:
         raise UsageError(
             f"no scheme, problem, measure or plugin is named {label.name!r}{did_you_mean(label.name, known)}"
         )
-    sections = _sections(registry, label.name, label.parameters or {})
+    with aside():
+        sections = _sections(registry, label.name, label.parameters or {})
     if label.name in rows:
         sections.append(describe_plugin(rows[label.name]))
     _print(output(), sections)

@@ -103,10 +103,12 @@ def run() -> NoReturn:
         traceback.print_exc()
         complain("error", "this is a defect of sdaeverify; please report it with the lines above")
         code = ExitCode.NOT_MEASURED
-    try:
-        sys.stdout.flush()
-    except BrokenPipeError:
-        silence(sys.stdout)
+    # There is none where the program was started with it closed.
+    if sys.stdout is not None:
+        try:
+            sys.stdout.flush()
+        except BrokenPipeError:
+            silence(sys.stdout)
     sys.exit(code)
 
 

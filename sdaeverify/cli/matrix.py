@@ -10,7 +10,7 @@ from ..registry import Registry
 from ..report.terminal import plan_table, visible
 from ..settings import Settings
 from ..study import Plan
-from .console import complain, output
+from .console import aside, complain, output
 from .exit_codes import ExitCode, codes_in_words
 from .limits import limits, options_of
 from .loading import loaded
@@ -58,7 +58,8 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
         return _nothing("no plugin is found; is sdaeverify installed? Run pip install . in its folder")
     with workers(*options_of(options), registry) as crew:
         schemes, problems, measures = (options[kind] for kind in ("schemes", "problems", "measures"))
-        todo = plan_of(registry, schemes, problems, measures, crew.executor)
+        with aside():
+            todo = plan_of(registry, schemes, problems, measures, crew.executor)
         if not todo.cells:
             return _nothing(_missing(registry))
         if options["dry_run"]:

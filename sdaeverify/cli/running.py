@@ -20,7 +20,7 @@ from ..store import Store
 from ..study import CellResult, Finished, Plan, Study
 from ..study.limits import Limits
 from ..study.workers import BLOCKS_A_WORKER, executor_for
-from .console import complain, output
+from .console import aside, complain, output
 from .exit_codes import ExitCode, code_of_results
 from .progress import progress
 
@@ -135,7 +135,7 @@ def workers(jobs: int, limits: Limits | None, registry: Registry) -> Iterator[Cr
 def advance(run: Run, crew: Crew, kind: str) -> Result:
     """Run the study, show its progress, save and return what it comes to; see `carry_out` for the parameters."""
     due = 0.0
-    with progress(kind, run.study.total) as show:
+    with aside(), progress(kind, run.study.total) as show:
         for event in run.study.run(crew.executor, BLOCKS_A_WORKER * crew.jobs):
             begun = time.monotonic()
             if isinstance(event, Finished) and begun >= due:
@@ -158,7 +158,9 @@ def _stopped(run: Run, why: str, code: ExitCode) -> ExitCode:
 
 
 def _finished(run: Run, results: Sequence[CellResult]) -> ExitCode:
-    for failure in run.registry.report(run.folder):
+    with aside():
+        failures = run.registry.report(run.folder)
+    for failure in failures:
         complain("warning", failure)
     code = code_of_results(results)
     if code is ExitCode.NOTHING:

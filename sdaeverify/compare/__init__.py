@@ -8,6 +8,7 @@
     changes     same, worse, better, undecided                   changes
 """
 
+from .absent import damages
 from .cells import Comparison, Omitted, compare
 from .changes import Change, Changed, changes
 from .factors import Factor, factor
@@ -22,6 +23,7 @@ __all__ = [
     "StoredRun",
     "changes",
     "compare",
+    "damages",
     "factor",
     "read_run",
 ]

@@ -10,6 +10,7 @@ from ..report.saved import FILE, SavedRun
 from ..report.saved import read_run as read_saved
 from ..settings import Settings
 from ..store import StoredLane, read_lane
+from .absent import why_absent
 
 # What has to agree for the noise to be the same, and the step sizes.
 COMMON = ("seed", "coarsest", "levels", "block")
@@ -29,11 +30,14 @@ class StoredRun:
         Of the stream of noise.
     lanes : mapping of (str, str) to (mapping of int to StoredLane)
         By labels of scheme and problem, block by block.
+    damaged : int
+        Files of evidence that cannot be read.
     """
 
     saved: SavedRun
     fingerprint: str
     lanes: Mapping[tuple[str, str], Lanes]
+    damaged: int = 0
 
     @property
     def folder(self) -> Path:
@@ -57,18 +61,20 @@ def read_run(folder: Path) -> StoredRun:
     Raises
     ------
     UsageError
-        If it is no such folder, or holds no evidence.
+        If it is no such folder, or holds no evidence: it says why, as far as the folder tells.
     """
     saved = read_saved(folder)
     lanes: dict[tuple[str, str], dict[int, StoredLane]] = {}
+    damaged = 0
     for path in sorted(folder.rglob("*.npz"), key=lambda file: (file.stat().st_mtime_ns, file.name)):
         lane = read_lane(path)
+        damaged += lane is None
         if lane is not None and _is_of(lane, saved):
             # Evidence of an earlier version stays where it was: the latest counts.
             lanes.setdefault((lane.scheme, lane.problem), {})[lane.block] = lane
     if not lanes:
-        raise UsageError(f"{folder} holds no evidence of the run in it; run matrix or gate with --out {folder}")
-    return StoredRun(saved, _fingerprint(folder / FILE), lanes)
+        raise UsageError(why_absent(folder, damaged))
+    return StoredRun(saved, _fingerprint(folder / FILE), lanes, damaged)
 
 
 def require_common_noise(old: StoredRun, new: StoredRun) -> None:

@@ -13,6 +13,8 @@ from ..study import Cell
 class ExpectedFailure:
     """A pattern of findings that are expected to fail.
 
+    A step that raises, hangs, dies or breaks its contract fails all the same.
+
     Attributes
     ----------
     reason : str

@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from ..report.terminal import visible
 from .gated import Gated
-from .messages import headline, message
+from .messages import headline, message, remark
 from .outcomes import Outcome, Status
 
 LOCK = "lock file"
@@ -62,11 +62,10 @@ def junit_xml(gated: Gated) -> str:
 def _case(outcome: Outcome, gated: Gated, seconds: float) -> _Case:
     cell = outcome.cell
     tag = "failure" if gated.red(outcome) else "skipped" if outcome.status in SKIPPED else ""
-    said = outcome.expected if outcome.status is Status.XFAILED else outcome.finding.reason
     text = message(outcome, gated.settings, gated.command(outcome))
     name = f"{cell.measure.name} {outcome.finding.quantity}".strip()
     measured = f"{text}\n  paths: {outcome.paths}\n  seed: {gated.settings.seed}"
-    first = f"{headline(outcome)}: {said}"
+    first = f"{headline(outcome)}: {remark(outcome)}"
     return _Case(cell.scheme.label, name, seconds, tag, str(outcome.status), first, measured)
 
 

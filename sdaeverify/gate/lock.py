@@ -21,8 +21,14 @@ from .outcomes import Outcome
 
 SCHEMA = 1
 MARGIN = Claim(measure="strong", value=1.0, source="default").margin
+WRITE = "write it anew with gate --write-lock"
+ORDER = "order >="
 _NUMBER = r"[0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]{1,3})?"
-_ORDER = re.compile(rf"order >= ({_NUMBER})(?:, margin ({_NUMBER}))?")
+_ORDER = re.compile(rf"{ORDER} ({_NUMBER})(?:, margin ({_NUMBER}))?")
+
+
+class DamagedLockError(UsageError):
+    """What stands in the place of a lock file is none."""
 
 
 class Key(NamedTuple):
@@ -59,7 +65,7 @@ class Lock:
 def claim_words(claim: Claim) -> str:
     """Return a claim as it is locked: with its margin, unless that is the default."""
     plain = isinstance(claim.value, str) or claim.margin == MARGIN
-    return str(claim) if plain else f"{claim}, margin {claim.margin!r}"
+    return str(claim) if plain else f"{claim}, margin {claim.margin}"
 
 
 def found_claims(outcomes: Iterable[Outcome]) -> Claims:
@@ -103,21 +109,24 @@ def read_lock(file: Path) -> dict[str, Claims]:
 
     Raises
     ------
+    DamagedLockError
+        If the file is no lock file.
     UsageError
-        If the file cannot be read or is no lock file.
+        If it cannot be read.
     """
     try:
         data = json.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise UsageError(f"cannot read the lock file {file}: {error.strerror or error}") from error
-    except ValueError as error:
-        raise UsageError(f"{file} is no lock file: {error}; write it anew with gate --write-lock") from error
-    if not isinstance(data, dict) or data.get("schema_version") != SCHEMA:
-        raise UsageError(f"{file} is no lock file of version {SCHEMA}; write it anew with gate --write-lock")
+    # What is nested too deeply for the reader is no ValueError to it.
+    except (ValueError, RecursionError) as error:
+        raise DamagedLockError(f"{file} is no lock file: {error}; {WRITE}") from error
+    if not isinstance(data, dict) or not _is_known(data.get("schema_version")):
+        raise DamagedLockError(f"{file} is no lock file of version {SCHEMA}; {WRITE}")
     try:
         return {tier: _flat(nested) for tier, nested in data["tiers"].items()}
     except (KeyError, AttributeError, TypeError) as error:
-        raise UsageError(f"{file} is damaged; write it anew with gate --write-lock") from error
+        raise DamagedLockError(f"{file} is damaged; {WRITE}") from error
 
 
 def lock_text(tiers: Mapping[str, Claims]) -> str:
@@ -131,6 +140,10 @@ def _key(outcome: Outcome) -> Key:
     return Key(cell.scheme.label, cell.spec.label, cell.measure.name, outcome.finding.quantity)
 
 
+def _is_known(version: object) -> bool:
+    return version == SCHEMA and not isinstance(version, bool)
+
+
 def _nested(claims: Claims) -> dict[str, Any]:
     nested: dict[str, Any] = {}
     for key, text in claims.items():
@@ -140,12 +153,19 @@ def _nested(claims: Claims) -> dict[str, Any]:
 
 def _flat(nested: Mapping[str, Any]) -> Claims:
     return {
-        Key(scheme, problem, measure, quantity): str(text)
+        Key(scheme, problem, measure, quantity): _claimed(text)
         for scheme, problems in nested.items()
         for problem, measures in problems.items()
         for measure, quantities in measures.items()
         for quantity, text in quantities.items()
     }
+
+
+def _claimed(text: object) -> str:
+    """Return the words of a claim, which may be any, unless they look like an order and are none."""
+    if not isinstance(text, str) or (text.startswith(ORDER) and not _ORDER.fullmatch(text)):
+        raise TypeError(f"{text!r} is no claim")
+    return text
 
 
 def _implies(found: str, locked: str) -> bool:

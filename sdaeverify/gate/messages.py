@@ -32,6 +32,11 @@ def headline(outcome: Outcome) -> str:
     return visible(f"{WORDS[outcome.status]}: {title(outcome)}: claimed {outcome.claim}")
 
 
+def remark(outcome: Outcome) -> str:
+    """Return why an outcome is what it is: the reason of its finding, or why that is expected."""
+    return outcome.expected if outcome.status is Status.XFAILED else outcome.finding.reason
+
+
 def estimate_text(finding: Finding, confidence: float) -> str:
     """Return the estimate with its interval in words; empty if there is none."""
     if isnan(finding.estimate):

@@ -108,11 +108,16 @@ def _outcomes(result: CellResult, expected: tuple[ExpectedFailure, ...]) -> Iter
 def _status(finding: Finding, expected: ExpectedFailure | None) -> Status:
     if finding.verdict is Verdict.VERIFIED:
         return Status.XPASSED if expected is not None and expected.strict else Status.PASSED
-    # A step that raises, hangs or dies is no way to fail that anybody expects.
+    # A step that raises, hangs, dies or breaks its contract is no way to fail that anybody expects.
     if finding.verdict in UNMEASURED - {Verdict.DIVERGED}:
         return Status.UNMEASURED
-    if expected is not None:
+    if expected is not None and not _breaks_contract(finding):
         return Status.XFAILED
     if finding.verdict in UNMEASURED:
         return Status.UNMEASURED
     return Status.FAILED if finding.verdict is Verdict.REFUTED else Status.UNDECIDED
+
+
+def _breaks_contract(finding: Finding) -> bool:
+    """Tell whether a cell is refuted as a whole: its step is no pure function, or not exact where all are."""
+    return finding.verdict is Verdict.REFUTED and not finding.quantity

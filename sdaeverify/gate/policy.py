@@ -20,6 +20,8 @@ from .tiers import TIERS
 FILE = "pyproject.toml"
 LOCK = "sdaeverify.lock"
 PASS, FAIL = "pass", "fail"
+# Below, 1 - alpha has no digits left to tell alpha from.
+LEAST_ALPHA = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +39,7 @@ class Policy:
     plugins : tuple of str
         Plugin files, absolute.
     alpha : float
-        Probability of any false refutation in a run.
+        Probability of any false refutation in a run, from 1e-12 on.
     tier : str
         A name of `tiers.TIERS`.
     seed : int
@@ -83,7 +85,7 @@ class Policy:
     distribution: str = ""
 
     def __post_init__(self) -> None:
-        _require(0.0 < self.alpha <= 0.5, "alpha", "above 0 and at most 0.5", self.alpha)
+        _require(LEAST_ALPHA <= self.alpha <= 0.5, "alpha", f"at least {LEAST_ALPHA:g} and at most 0.5", self.alpha)
         _require(0 <= self.seed < 2**63, "seed", "between 0 and 2^63 - 1", self.seed)
         hint = did_you_mean(self.tier, TIERS)
         _require(self.tier in TIERS, "tier", f"one of {', '.join(TIERS)}", repr(self.tier), hint)
@@ -93,6 +95,9 @@ class Policy:
         _require(fits, "timeout", "a number of seconds, or 0 for no limit", self.timeout)
         fits = self.level is None or self.level >= 1
         _require(fits, "level", "a level of the conformance kit, from 1 on", self.level)
+        # The lock file is replaced whatever stands there: not what somebody wrote.
+        fits = Path(self.lock).suffix not in {".toml", ".py"}
+        _require(fits, "lock", f"a file of its own, such as {LOCK}", repr(self.lock))
 
     @property
     def fails_undecided(self) -> bool:

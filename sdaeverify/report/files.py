@@ -1,8 +1,10 @@
 """Files of a run, each written as a whole or not at all; text only, so that anybody can read them safely."""
 
 import json
+import os
 import tempfile
 from collections.abc import Mapping
+from errno import EISDIR
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +19,14 @@ from .terminal import visible
 FORMULA = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 
 
-def require_writable(folder: Path) -> None:
+def require_writable(folder: Path, option: str = "--out") -> None:
     """Create a folder if there is none, and check that files can be written into it.
+
+    Parameters
+    ----------
+    folder : Path
+    option : str
+        That names it on the command line, for the message.
 
     Raises
     ------
@@ -30,7 +38,24 @@ def require_writable(folder: Path) -> None:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise UsageError(f"cannot write into {folder}: {error.strerror or error}; choose another --out") from error
+        raise UsageError(f"cannot write into {folder}: {error.strerror or error}; choose another {option}") from error
+
+
+def require_writable_file(file: Path, option: str) -> None:
+    """Create the folder of a file if there is none, and check that the file can be written.
+
+    Raises
+    ------
+    UsageError
+        If it cannot, for example because it is a folder.
+    """
+    require_writable(file.parent, option)
+    try:
+        is_folder = file.is_dir()
+    except OSError as error:
+        raise UsageError(f"cannot write {file}: {error.strerror or error}; choose another {option}") from error
+    if is_folder:
+        raise UsageError(f"cannot write {file}: {os.strerror(EISDIR)}; choose another {option}")
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:

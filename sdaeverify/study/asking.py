@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import FAULTS
+from ..errors import FAULTS, one_line
 from ..guard import PROBLEM, Guard
 from ..measure import Measure, Verdict
 from ..scheme import Scheme
 from ..specs import ProblemSpec
 from .calls import Call, Lost, packed, unpacked
 from .isolated import Isolated
-from .limits import NOBODY, Mark, Watchdog
+from .limits import NOBODY, Mark, StopError, Watchdog
 from .plan import Ask, Cell, Told, scheme_cells
 
 LATE = "no answer within {:g} s (--timeout)"
@@ -62,10 +62,18 @@ def asking(
 
 
 def answers(question: Question, guard: Guard) -> Answers | None:
-    """Return an answer for each measure of each scheme; None if the problem cannot be built."""
+    """Return an answer for each measure of each scheme; None if the problem cannot be built.
+
+    Raises
+    ------
+    StopError
+        If one of them raises what ends a program: built once more, elsewhere, it would end that.
+    """
     try:
         with guard.of(PROBLEM), np.errstate(all="ignore"):
             problem = question.spec.build()
+    except StopError:
+        raise
     except FAULTS:
         return None
     found: Answers = []
@@ -90,7 +98,10 @@ class _Asked(NamedTuple):
 
     def told(self) -> Told:
         """Return the cells of the problem; who hangs or dies of being asked costs the others nothing."""
-        found = self.call.outcome()
+        try:
+            found = self.call.outcome()
+        except StopError as stop:
+            return self._without(Mark(stop.lane), one_line(stop))
         if isinstance(found, Lost):
             return self._without(found.mark, found.why(LATE))
         return Told(()) if found is None else Told(tuple(_cells(self.question, found)))

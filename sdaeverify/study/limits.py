@@ -13,7 +13,7 @@ from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
-from ..errors import UsageError
+from ..errors import FAULTS, SdaeverifyError, UsageError
 from ..guard import NO_MEASURE, PROBLEM, Guard
 
 # What ends a process so little before the alarm is taken for it.
@@ -73,6 +73,21 @@ class Mark(NamedTuple):
         return when >= self.deadline - ALARM_SLACK
 
 
+class StopError(SdaeverifyError):
+    """Code that is watched raised what is meant to end a program, such as KeyboardInterrupt.
+
+    Parameters
+    ----------
+    reason : str
+    lane : int
+        Whose code it was, as in `Mark`.
+    """
+
+    def __init__(self, reason: str, lane: int = NOBODY) -> None:
+        super().__init__(reason)
+        self.lane = lane
+
+
 def read_mark(path: Path) -> Mark:
     """Return the mark in a file."""
     data = path.read_bytes()
@@ -107,7 +122,8 @@ class Watchdog(Guard):
         self._write(Mark(lane, NO_MEASURE, begun + left))
         self._alarm(left)
         try:
-            yield
+            with self._alive():
+                yield
         finally:
             self._alarm(inf)
             self.spent[lane] += time.monotonic() - begun
@@ -119,9 +135,20 @@ class Watchdog(Guard):
         before = self.mark
         self._write(before._replace(measure=index))
         try:
-            yield
+            with self._alive():
+                yield
         finally:
             self._write(before)
+
+    @contextmanager
+    def _alive(self) -> Iterator[None]:
+        try:
+            yield
+        except (*FAULTS, GeneratorExit):
+            raise
+        except BaseException as error:
+            # Workers hear no interrupt of the user's: whatever ends a program is the plugin's own.
+            raise StopError(f"{type(error).__name__}: raised by the plugin", self.mark.lane) from error
 
     def _write(self, mark: Mark) -> None:
         self.mark = mark

@@ -8,7 +8,8 @@ on the worker that runs it.
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from math import inf
-from typing import TYPE_CHECKING, Any
+from operator import index
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 from ..errors import UsageError
 from ..forms import Problem
@@ -67,6 +68,10 @@ class ClaimRun:
         """Those of the tier, the level being shared among all tests there may be."""
         settings = settings_of(self.policy)
         return replace(settings, family=max(settings.family, TESTS_OF_A_CELL * len(self.plan.cells)))
+
+    def has_run(self, cell: Cell) -> bool:
+        """Tell whether there is a result of a cell."""
+        return any(result.cell == cell for result in self._known.get(cell.spec.label, ()))
 
     def outcomes(self, cell: Cell) -> list[Outcome]:
         """Return the outcomes of a cell, worst first."""
@@ -153,7 +158,7 @@ def parametrize_with_claims(
     measures: Sequence[str | Measure] = (),
     tier: str = "smoke",
     seed: int | None = None,
-    expected_failures: Iterable[Expected] = (),
+    expected_failures: Iterable[Expected] | None = None,
 ) -> "pytest.MarkDecorator":
     """Return a decorator of a test function of ``subject`` and ``check`` that makes a test of each claimed cell.
 
@@ -187,16 +192,17 @@ def parametrize_with_claims(
     Raises
     ------
     UsageError
-        If a name is unknown, nothing is claimed, or an expected failure matches no cell.
+        If a name is unknown, nothing is claimed, the seed is no whole number, or an expected failure is none or
+        matches no cell.
     """
     import pytest  # noqa: PLC0415 - the kit itself needs no pytest
 
     if not schemes:
         raise UsageError("schemes is empty; name the schemes whose claims are to be tested")
-    expected = tuple(map(_expected, expected_failures))
+    expected = tuple(map(_expected, () if expected_failures is None else _sequence(expected_failures)))
     policy = Policy(
         schemes=_sequence(schemes), problems=_sequence(problems), measures=_sequence(measures), tier=tier,
-        seed=Settings().seed if seed is None else seed, expected_failures=expected,
+        seed=Settings().seed if seed is None else _seed(seed), expected_failures=expected,
     )  # fmt: skip
     run = claim_run(installed(), policy)
     _require_cells(run.plan, expected)
@@ -242,15 +248,26 @@ def _sequence(given: Any) -> tuple[Any, ...]:
     return (given,) if isinstance(given, str) or not isinstance(given, Iterable) else tuple(given)
 
 
+def _seed(given: Any) -> int:
+    if isinstance(given, bool) or not isinstance(given, SupportsIndex):
+        raise UsageError(f"seed expects a whole number, got {given!r}")
+    return index(given)
+
+
 def _expected(given: Expected) -> ExpectedFailure:
     if isinstance(given, ExpectedFailure):
         return given
+    if not isinstance(given, Mapping):
+        raise UsageError(f"expected_failures expects a sequence of mappings, each with a reason, got {given!r} in it")
     known = [each.name for each in fields(ExpectedFailure)]
     for key in given:
         if key not in known:
-            raise UsageError(f"expected failure with unknown key {key!r}{did_you_mean(key, known)}")
+            raise UsageError(f"expected failure with unknown key {key!r}{did_you_mean(str(key), known)}")
     if "reason" not in given:
         raise UsageError(f"the expected failure {dict(given)} has no reason; say why it is expected")
+    for key in (key for key, value in given.items() if not isinstance(value, bool if key == "strict" else str)):
+        wanted = "true or false" if key == "strict" else "a text"
+        raise UsageError(f"the expected failure {dict(given)} has {given[key]!r} for {key}, expected {wanted}")
     return ExpectedFailure(**given)
 
 

@@ -37,6 +37,8 @@ def require_known(expected: Expected, asked: Iterable[tuple[str, str]]) -> None:
     UsageError
         If one does not: a failure that is expected of nothing hides a misspelt name.
     """
+    if not (isinstance(expected, Mapping) and all(isinstance(pattern, str) for pattern in expected)):
+        raise UsageError(f"expected_failures expects a mapping of names of checks to reasons, got {expected!r}")
     names = [_names(check, problem) for check, problem in asked]
     known = sorted({check for check, *_ in names})
     for pattern, reason in expected.items():

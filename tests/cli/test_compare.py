@@ -153,6 +153,61 @@ def test_what_a_user_gets_wrong(measured, call, arguments, words):
     assert len(outcome.err.splitlines()) == 1
 
 
+def truncated(data):
+    return data[: len(data) // 2]
+
+
+def emptied(data):
+    return b""
+
+
+def flipped(data):
+    middle = len(data) // 2
+    return data[:middle] + bytes([data[middle] ^ 1]) + data[middle + 1 :]
+
+
+@pytest.mark.parametrize("damage", [truncated, emptied, flipped])
+def test_damaged_evidence(measured, call, damage):
+    """Where no file of the run can be read, that is what is told."""
+    measured("old"), measured("new", DOUBLED)
+    (file,) = Path("new/evidence/gbm/mine").glob("*.npz")
+    file.write_bytes(damage(file.read_bytes()))
+    outcome = call("compare", "old", "new", "--plugin", "old.py")
+
+    assert (outcome.code, outcome.out) == (2, "")
+    told = "1 file of evidence in new is damaged; run matrix or gate with --out new"
+    assert outcome.err == f"sdaeverify: error: {told}\n"
+
+
+def test_evidence_that_is_damaged_in_part(measured, call):
+    """What is left is compared, and a warning tells how much is not."""
+    measured("old", problems="gbm,ou"), measured("new", problems="gbm,ou")
+    (damaged,) = Path("new/evidence/ou/mine").glob("*.npz")
+    damaged.write_bytes(b"")
+    outcome = call("compare", "old", "new", "--plugin", "old.py")
+
+    assert outcome.code == 0
+    assert outcome.err == "sdaeverify: warning: 1 file of evidence in new is damaged and left out\n"
+    assert "not compared: mine on ou: only in old" in outcome.out
+
+
+def test_a_scheme_that_was_refuted_before_any_path(measured, call, tmp_path):
+    """There is no evidence since nothing was simulated, and that is what is told."""
+    measured("old")
+    plugin = tmp_path / "wrong.py"
+    wrong = SCHEME.replace("h * problem.drift(t, state)", "2 * h * problem.drift(t, state)")
+    plugin.write_text(wrong.replace("{share}", str(EULER)))
+    run = ("-s", "mine", "-p", "gbm", "-m", "strong", "--plugin", str(plugin), "--out", "new")
+    budget = ("--paths", "100", "--levels", "8..32", "--looks", "1", "--jobs", "1", "--progress", "none")
+    assert call("matrix", *run, *budget).code == 1
+    outcome = call("compare", "old", "new", "--plugin", "old.py")
+
+    assert (outcome.code, outcome.out) == (2, "")
+    told = "new holds no evidence of the run in it; mine on gbm, strong: refuted before any path: 8 steps are off by"
+    assert told in outcome.err
+    assert len(outcome.err.splitlines()) == 1
+
+
 def changed_lanes(folder, change):
     """Write the evidence in a folder again with changes."""
     for path in Path(folder).rglob("*.npz"):

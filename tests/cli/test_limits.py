@@ -107,6 +107,37 @@ from sdaeverify.tally import Tally
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="limits of processes are a matter of POSIX")
 
 
+STOPS = """
+@dataclass(frozen=True)
+class Stops(Scheme):
+    where: str = "step"
+    name: ClassVar[str] = "zz-stops"
+    form: ClassVar[type] = SDE
+    claims: ClassVar[tuple] = (Claim(measure="strong", value=0.5, source="nowhere"),)
+
+    def refuses(self, problem):
+        if self.where == "asked":
+            raise KeyboardInterrupt
+        return ""
+
+    def step(self, problem, state, t, h, noise):
+        if self.where == "step" or (self.where == "late" and state.shape[-1] == 40):
+            raise KeyboardInterrupt
+        return Step(state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
+
+@hookimpl
+def sdaeverify_schemes():
+    return [Stops()]
+
+def zz_unbuilt() -> SDE:
+    raise KeyboardInterrupt
+
+@hookimpl
+def sdaeverify_problems():
+    return [zz_unbuilt]
+"""
+
+
 @pytest.fixture
 def plugin(write):
     """Write a plugin with everything that is bad."""
@@ -285,6 +316,13 @@ def test_no_limit_of_memory(memory):
         read_limits(None, memory, None)
 
 
+@pytest.mark.parametrize("memory", ["1", "100K"])
+def test_a_limit_that_no_worker_can_keep(memory):
+    """Less than a worker itself needs is refused in one line that names the bound."""
+    with pytest.raises(UsageError, match="--memory expects at least 256M"):
+        read_limits(None, memory, None)
+
+
 def test_no_limits_where_there_are_none(monkeypatch):
     """A platform without alarms refuses a limit that is asked for, and sets none by default."""
     monkeypatch.delattr(signal, "setitimer")
@@ -302,3 +340,20 @@ def test_bad_limits_on_the_command_line(call):
         assert outcome.code == 2
         assert outcome.err.count("\n") == 1
         assert option in outcome.err
+
+
+def test_an_interrupt_that_a_plugin_raises(call, write, tmp_path):
+    """Where workers run its code, it costs the rows of the plugin: the run goes on and is no interrupted one."""
+    stopped = ["zz-stops", "zz-stops[where=asked]", "zz-stops[where=late]"]
+    schemes, plugin = ",".join(["milstein", *stopped]), write(STOPS)
+    chosen = ("-s", schemes, "-p", "gbm,zz-unbuilt", "-m", "strong", "--plugin", plugin)
+
+    outcome = call("matrix", *chosen, *BUDGET, "-j", "1", "--timeout", "60", "--out", "out")
+
+    assert (outcome.code, outcome.err) == (3, "")
+    with (tmp_path / "out" / "verdicts.csv").open(newline="") as file:
+        told = {(row["scheme"], row["problem"]): row["reason"] for row in csv.DictReader(file)}
+    assert "raised by the plugin" not in told.pop(("milstein", "gbm"))
+    reason = "KeyboardInterrupt: raised by the plugin"
+    assert [told[scheme, "gbm"] for scheme in stopped] == [reason] * 3
+    assert told["milstein", "zz-unbuilt"] == f"problem zz-unbuilt cannot be built: {reason}"

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from sdaeverify import Claim
@@ -16,6 +17,10 @@ from .conftest import SHARP, WEAKER, result
 
 X, Y = Key("plain", "line", "sharp", "x"), Key("plain", "line", "sharp", "y")
 FOUND = (result(Verdict.VERIFIED), result(Verdict.INCONCLUSIVE, quantity="y", claim=WEAKER))
+
+
+def lock_of(claim):
+    return json.dumps({"schema_version": 1, "tiers": {"ci": {"plain": {"line": {"sharp": {"x": claim}}}}}})
 
 
 def held(locked, *results):
@@ -88,13 +93,35 @@ def test_file(tmp_path):
 
 
 @pytest.mark.parametrize(
+    "claim",
+    [
+        *(Claim(measure="sharp", value=value, source="made up") for value in ("A-stable", "round-off", "orderly")),
+        *(Claim(measure="sharp", value=value, margin=1e-9, source="made up") for value in (1e-6, 2, 3.5e17)),
+        Claim(measure="sharp", value=np.float64(1.0), margin=np.float64(0.3), source="made up"),
+        Claim(measure="sharp", value=2, margin=1, source="made up"),
+    ],
+    ids=claim_words,
+)
+def test_every_claim_can_be_read_again(tmp_path, claim):
+    """Whatever words or numbers a claim has, what is written of it is no damage, and nothing has become weaker."""
+    file = tmp_path / "my.lock"
+    file.write_text(lock_text({"ci": {X: claim_words(claim)}}))
+
+    assert held(read_lock(file)["ci"], result(Verdict.VERIFIED, claim=claim)) == held({})
+
+
+@pytest.mark.parametrize(
     ("text", "message"),
     [
         ("{", "is no lock file: .*; write it anew"),
+        ("[" * 100_000, "is no lock file: .*; write it anew"),
         ("[]", "is no lock file of version 1"),
+        (json.dumps({"schema_version": True, "tiers": {}}), "is no lock file of version 1"),
         (json.dumps({"schema_version": 2}), "is no lock file of version 1"),
         (json.dumps({"schema_version": 1}), "is damaged"),
         (json.dumps({"schema_version": 1, "tiers": {"ci": {"plain": "gbm"}}}), "is damaged"),
+        *((lock_of(claim), "is damaged") for claim in (5, None, True, ["order >= 1.0"], {"x": "y"})),
+        *((lock_of(claim), "is damaged") for claim in ("order >= abc", "order >= ", "order >= 1.0, margin much")),
     ],
 )
 def test_damaged_file(tmp_path, text, message):

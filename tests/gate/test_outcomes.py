@@ -34,6 +34,16 @@ def test_status(verdict, plain, expected):
     assert (known.status, known.expected) == (expected, "known")
 
 
+def test_a_broken_contract_is_no_expected_failure():
+    """A cell that is refuted as a whole fails with its reason, whatever is expected of its claims."""
+    broken = result(Verdict.REFUTED, quantity="", reason="a step writes into its state", tier=0)
+    whole, quantity = outcomes([broken, result(Verdict.REFUTED)], Policy(expected_failures=ANY))
+
+    assert (whole.status, whole.finding.reason) == (Status.FAILED, "a step writes into its state")
+    assert code_of_gate([whole, quantity], Policy(expected_failures=ANY), locked=True) is ExitCode.REFUTED
+    assert quantity.status is Status.XFAILED
+
+
 @pytest.mark.parametrize("verdict", [Verdict.OUT_OF_SCOPE, Verdict.NOT_APPLICABLE])
 def test_what_is_not_claimed_is_not_gated(verdict):
     """A finding without a claim has no outcome."""

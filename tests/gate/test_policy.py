@@ -5,6 +5,7 @@ import pytest
 from sdaeverify.errors import UsageError
 from sdaeverify.gate.expected import ExpectedFailure
 from sdaeverify.gate.policy import Policy, read_policy
+from sdaeverify.gate.tiers import settings_of
 
 FULL = """
 [project]
@@ -111,14 +112,18 @@ def test_undecided(tier, text, fails):
         ("[tool.sdaeverify]\nalpha = '1%'", r"alpha expects a number, got '1%'"),
         ("[tool.sdaeverify]\nalpha = true", r"alpha expects a number, got True"),
         ("[tool.sdaeverify]\nalpha = nan", r"alpha expects a number, got nan"),
-        ("[tool.sdaeverify]\nalpha = 0", r"alpha must be above 0 and at most 0.5, got 0.0"),
+        ("[tool.sdaeverify]\nalpha = 0", r"alpha must be at least 1e-12 and at most 0.5, got 0.0"),
+        ("[tool.sdaeverify]\nalpha = 1e-17", r"alpha must be at least 1e-12 and at most 0.5, got 1e-17"),
+        ("[tool.sdaeverify]\nalpha = 9e-13", r"alpha must be at least 1e-12 and at most 0.5, got 9e-13"),
         ("[tool.sdaeverify]\ntier = 'night'", r"tier must be one of smoke, ci, nightly, got 'night'; did you mean"),
         ("[tool.sdaeverify]\nseed = 1.5", r"seed expects a whole number, got 1.5"),
         ("[tool.sdaeverify]\nseed = -1", r"seed must be between 0 and 2\^63 - 1, got -1"),
         ("[tool.sdaeverify]\ninconclusive = 'warn'", r"inconclusive must be pass or fail, got 'warn'"),
         ("[tool.sdaeverify]\nlock = ''", r"lock expects a text, got ''"),
+        ("[tool.sdaeverify]\nlock = 'pyproject.toml'", r"lock must be a file of its own, such as sdaeverify.lock"),
         ("[tool.sdaeverify]\nlevel = 0", r"level must be a level of the conformance kit, from 1 on, got 0"),
         ("[tool.sdaeverify]\ntimeout = -1", r"timeout must be a number of seconds, or 0 for no limit, got -1.0"),
+        ("[tool.sdaeverify]\nmemory = '1'", r"memory expects at least 256M"),
         ("[tool.sdaeverify]\nmemory = '2 apples'", r"memory expects an amount of memory such as 500M or 2G"),
         ("[tool.sdaeverify]\nexpected-failures = ['x']", r"expects tables \[\[tool.sdaeverify.expected-failures\]\]"),
         ("[[tool.sdaeverify.expected-failures]]\nscheme = 'x'", r"expected-failures\[1\]: has no reason; say why"),
@@ -141,6 +146,11 @@ def test_wrong_files(read, text, message):
 
     assert "pyproject.toml" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_the_least_alpha():
+    """The smallest error probability that a policy may have leaves a confidence below 1."""
+    assert settings_of(Policy(alpha=1e-12)).confidence < 1.0
 
 
 def test_no_file(tmp_path, monkeypatch):

@@ -111,8 +111,25 @@ def test_words():
         lines[5],
     ]
     assert lines[5].startswith("  reproduce: python -m sdaeverify matrix -s plain")
-    assert lines[7] == "undecided: plain on line, sharp x: claimed order >= 1.0 up to a margin of 0.2"
+    assert lines[7] == "undecided: plain on line, sharp x: claimed order >= 1.0 up to a margin of 0.2: because"
     assert lines[-1] == "3 claimed quantities: 1 verified, 1 refuted, 1 undecided"
+
+
+def test_words_of_what_does_not_fail():
+    """What is undecided says why, what fails as expected why that is expected; a long reason is cut."""
+    policy = Policy(expected_failures=(ExpectedFailure(reason="issue 12", quantity="y"),))
+    found = (
+        result(Verdict.INCONCLUSIVE, reason="too few paths"),
+        result(Verdict.INCONCLUSIVE, quantity="z", reason="long " * 200),
+        result(Verdict.REFUTED, quantity="y"),
+    )
+    short, long, known = list(text_report(gated(*found, policy=policy)))[:3]
+
+    assert short.endswith("a margin of 0.2: too few paths")
+    assert long.endswith("long long ...")
+    assert len(long) < 400
+    assert known.startswith("fails as expected: plain on line, sharp y")
+    assert known.endswith("a margin of 0.2: issue 12")
 
 
 def test_words_without_an_interval():

@@ -66,9 +66,19 @@ class Hanging(Right):
             pass
 
 
+@dataclass(frozen=True)
+class Breaching(Right):
+    """A scheme that moves where nothing does."""
+
+    name: ClassVar[str] = "breaching"
+
+    def step(self, problem, state, t, h, noise):
+        return Step(1.01 * state)
+
+
 @hookimpl
 def sdaeverify_schemes():
-    return [Right(), Wrong(), Vague(), Raising(), Hanging()]
+    return [Right(), Wrong(), Vague(), Raising(), Hanging(), Breaching()]
 '''
 # Plugins that take seconds to load in every run.
 LEAN = ("-p", "no:hypothesispytest", "-p", "no:benchmark")

@@ -99,12 +99,28 @@ def test_in_a_test_file(pytester):
         ),
         (["milstein"], {"expected_failures": [{"problem": "*"}]}, "has no reason"),
         (["milstein"], {"expected_failures": [{"shceme": "*"}]}, "unknown key 'shceme'; did you mean scheme?"),
+        (["milstein"], {"expected_failures": [{1: "*"}]}, "unknown key 1"),
+        (["milstein"], {"expected_failures": ["weak"]}, "mappings, each with a reason, got 'weak' in it"),
+        (["milstein"], {"expected_failures": {"reason": "r"}}, "a sequence of mappings, .*, got 'reason' in it"),
+        (["milstein"], {"expected_failures": 5}, "a sequence of mappings, each with a reason, got 5 in it"),
+        (["milstein"], {"expected_failures": [{"reason": 5}]}, "has 5 for reason, expected a text"),
+        (["milstein"], {"expected_failures": [{"reason": "r", "strict": "no"}]}, "'no' for strict, expected true or"),
+        (["milstein"], {"seed": "x"}, "seed expects a whole number, got 'x'"),
+        (["milstein"], {"seed": 1.5}, "seed expects a whole number, got 1.5"),
+        (["milstein"], {"seed": -1}, "seed must be between 0 and"),
     ],
 )
 def test_what_an_author_gets_wrong(schemes, options, words):
     """It is said where the tests are made, before any is run."""
     with pytest.raises(UsageError, match=words):
         parametrize_with_claims(schemes, **options)
+
+
+def test_no_expected_failures():
+    """None means that nothing is expected to fail, as it does for the checks of the kit."""
+    made = parametrize_with_claims(["milstein"], problems=["gbm"], measures=["strong"], expected_failures=None)
+
+    assert list(parameters(made)) == ["gbm-milstein-strong"]
 
 
 def test_a_cell_does_not_depend_on_the_others():

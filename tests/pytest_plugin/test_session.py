@@ -56,6 +56,16 @@ def test_expected_failures(project, scheme):
     result.stdout.fnmatch_lines([f"XFAIL sdaeverify::gbm::{scheme}::strong - *a known gap"])
 
 
+def test_a_broken_contract_is_no_expected_failure(project):
+    """It fails with its reason, whatever the policy expects."""
+    result = project(schemes=["breaching"], further=EXPECTED.format(scheme="breaching"))
+
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(
+        ["refuted: breaching on gbm, strong: *", "  reason: *", "  method: contract and exact*"]
+    )
+
+
 @pytest.mark.parametrize(("further", "outcome"), [("", "failed"), ("strict = false", "passed")])
 def test_an_expected_failure_that_holds(project, further, outcome):
     """It fails, so that the expectation is taken back, unless the policy is not strict about it."""

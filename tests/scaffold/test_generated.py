@@ -14,7 +14,9 @@ from sdaeverify.scaffold import names_of, write_plugin
 from sdaeverify.testing import check_problem, check_scheme
 
 NAMES = names_of(Path(), "rodeo")
-RIGHT, WRONG = "b * dW + difference", "b * dW - difference"
+# What is right, what is wrong, and the problem on which it shows.
+SIGN = ("b * dW + difference", "b * dW - difference", "rodeo-sinh")
+TIME = ("problem.drift(t, x)", "problem.drift(0.0, x)", "forced-ou")
 
 
 @pytest.fixture
@@ -65,22 +67,23 @@ def test_plugin_passes_its_own_tests_and_gate(plugin):
     assert [(gate.returncode, gate.stderr.count("warning")) for gate in (*gates, *written)] == [(ExitCode.OK, 0)] * 4
     assert (plugin / "sdaeverify.lock").read_text(encoding="utf-8") == locked
     badge = json.loads((plugin / "reports/gate/badge.json").read_text(encoding="utf-8"))
-    assert badge["message"] == "verified 9/9"
+    assert badge["message"] == "verified 15/15"
 
 
 @pytest.mark.slow
-def test_wrong_sign_is_refuted_by_tests_and_gate(plugin):
-    """With a sign turned round, both are red and tell claim, interval and the command to see it again."""
+@pytest.mark.parametrize(("right", "wrong", "problem"), [SIGN, TIME], ids=["sign", "time"])
+def test_mistake_is_refuted_by_tests_and_gate(plugin, right, wrong, problem):
+    """With a sign turned round or the drift of another time, both are red and tell claim, interval and command."""
     scheme = plugin / "src" / "rodeo" / "platen.py"
-    right = scheme.read_text(encoding="utf-8")
-    scheme.write_text(right.replace(RIGHT, WRONG), encoding="utf-8")
-    assert WRONG in scheme.read_text(encoding="utf-8")
+    written = scheme.read_text(encoding="utf-8")
+    assert right in written
+    scheme.write_text(written.replace(right, wrong), encoding="utf-8")
     install(plugin)
 
     tests, gate = python(plugin, "pytest", "-q"), python(plugin, "sdaeverify", "gate")
 
     assert (tests.returncode, gate.returncode) == (1, ExitCode.REFUTED)
     for text in (tests.stdout, gate.stdout):
-        assert "refuted: rodeo-platen on rodeo-sinh, strong x: claimed order >= 1.0" in text
+        assert f"refuted: rodeo-platen on {problem}, strong x: claimed order >= 1.0" in text
         assert "(99 % interval)" in text
-        assert "python -m sdaeverify matrix -s rodeo-platen -p rodeo-sinh -m strong" in text
+        assert f"python -m sdaeverify matrix -s rodeo-platen -p {problem} -m strong" in text

@@ -1,6 +1,7 @@
 """The files of a new plugin."""
 
 import ast
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 from sdaeverify.errors import UsageError
 from sdaeverify.registry import load_registry
 from sdaeverify.scaffold import names_of, write, write_plugin
+from sdaeverify.selection import select_problems
 
 NAMES = names_of(Path(), "rodeo")
 
@@ -165,3 +167,16 @@ def test_both_modules_can_be_loaded(plugin):
 
     assert {"rodeo-platen"} <= set(registry.schemes)
     assert {"rodeo-sinh"} <= set(registry.problems)
+
+
+def test_coefficients_that_depend_on_time_are_gated(plugin):
+    """Policy and lock file have a problem that tells a drift at time t from one at time 0."""
+    project = tomllib.loads((plugin / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["sdaeverify"]
+    locked = json.loads((plugin / "sdaeverify.lock").read_text(encoding="utf-8"))["tiers"]
+
+    (problem,) = select_problems(load_registry(environ={}), "forced-ou")
+    made = problem.build()
+    assert made.drift(0.0, made.start) != made.drift(1.0, made.start)
+    for tier in ("ci", "nightly"):
+        assert set(locked[tier]["rodeo-platen"]) == set(project["problems"])
+        assert {"strong", "weak"} <= set(locked[tier]["rodeo-platen"]["forced-ou"])

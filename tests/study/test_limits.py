@@ -1,5 +1,6 @@
 """What a worker process is held to, and how it marks whose code runs."""
 
+import pickle
 import signal
 import subprocess
 import sys
@@ -8,9 +9,9 @@ from math import inf
 
 import pytest
 
-from sdaeverify.errors import UsageError
+from sdaeverify.errors import FAULTS, UsageError
 from sdaeverify.guard import NO_MEASURE, PROBLEM, Guard
-from sdaeverify.study.limits import ALARM_SLACK, NOBODY, Limits, Mark, Watchdog, read_mark
+from sdaeverify.study.limits import ALARM_SLACK, NOBODY, Limits, Mark, StopError, Watchdog, read_mark
 
 POSIX = pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="alarms are a matter of POSIX")
 BEGIN = "import os, sys, time\nfrom pathlib import Path\nfrom sdaeverify.study.limits import Watchdog, limit_memory\n"
@@ -65,6 +66,28 @@ def test_a_mark_survives_an_error(mark):
         raise KeyError
 
     assert read_mark(mark) == Mark()
+
+
+@pytest.mark.parametrize("kind", [KeyboardInterrupt, BaseException])
+def test_what_ends_a_program_is_a_fault_of_who_raises_it(mark, kind):
+    """In a worker it is not the user's: it becomes an error that says whose code raised it, between processes too."""
+    dog = Watchdog(mark, inf)
+
+    with pytest.raises(FAULTS) as found, dog.of(3):
+        raise kind
+    with pytest.raises(StopError, match=kind.__name__), dog.of(3), dog.measure(1):
+        raise kind
+
+    sent = pickle.loads(pickle.dumps(found.value))
+    assert (str(sent), sent.lane) == (f"{kind.__name__}: raised by the plugin", 3)
+    assert read_mark(mark) == Mark()
+
+
+@pytest.mark.parametrize("kind", [KeyError, SystemExit, GeneratorExit])
+def test_other_errors_pass_as_they_are(mark, kind):
+    """What costs a row its result anyway is told by its own name."""
+    with pytest.raises(kind), Watchdog(mark, inf).of(3):
+        raise kind
 
 
 @pytest.mark.parametrize("content", [b"", b"short", b"x" * 100])

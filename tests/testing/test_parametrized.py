@@ -6,7 +6,7 @@ import pytest
 
 import sdaeverify.testing
 from sdaeverify import UsageError
-from sdaeverify.testing import checks, parametrize_with_checks
+from sdaeverify.testing import check_problem, checks, parametrize_with_checks
 
 FILE = """
 from dataclasses import dataclass
@@ -69,6 +69,16 @@ def test_a_misspelt_expected_failure_is_an_error():
     """A reason for a check that there is not is refused when the tests are collected."""
     with pytest.raises(UsageError, match="matches no check"):
         parametrize_with_checks(["gbm"], expected_failures={"derivativ": "hm"})
+
+
+@pytest.mark.parametrize("expected", [["finite"], "finite", 5, {5: "five"}])
+@pytest.mark.parametrize(
+    "asked", [parametrize_with_checks, lambda names, **options: check_problem(*names, **options)]
+)
+def test_expected_failures_that_are_no_mapping(asked, expected):
+    """Whatever they are, it is one line that says what is expected."""
+    with pytest.raises(UsageError, match="expected_failures expects a mapping of names of checks to reasons, got "):
+        asked(["gbm"], expected_failures=expected)
 
 
 def test_the_kit_needs_no_pytest():

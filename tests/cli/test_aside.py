@@ -1,0 +1,145 @@
+"""What the code of plugins prints is no result: it goes to stderr, even what is written past Python."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from sdaeverify.cli.console import aside
+
+CHATTY = """
+import os, sys
+from dataclasses import dataclass
+from typing import ClassVar
+from sdaeverify import SDE, Claim, Scheme, Step, hookimpl
+
+def say(where):
+    print("printed in", where)
+    print("printed by force in", where, file=sys.__stdout__)
+    os.write(1, f"written in {where}\\n".encode())
+
+say("import")
+
+@dataclass(frozen=True)
+class Chatty(Scheme):
+    name: ClassVar[str] = "zz-chatty"
+    form: ClassVar[type] = SDE
+    claims: ClassVar[tuple] = (Claim(measure="strong", value=0.5, source="nowhere"),)
+
+    def refuses(self, problem):
+        say("question")
+        return ""
+
+    def step(self, problem, state, t, h, noise):
+        say("step")
+        return Step(state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
+
+@hookimpl
+def sdaeverify_schemes():
+    say("hook")
+    return [Chatty()]
+
+def zz_told() -> SDE:
+    say("problem")
+    return SDE(drift=lambda t, x: -x, diffusion=lambda t, x: x[:, None], start=[1.0], noise_dim=1, horizon=1.0,
+               source="nowhere")
+
+@hookimpl
+def sdaeverify_problems():
+    return [zz_told]
+
+@hookimpl
+def sdaeverify_report(folder):
+    say("report")
+"""
+PROGRAM = (sys.executable, "-m", "sdaeverify")
+BUDGET = ("--paths", "80", "--block", "40", "--levels", "8..32", "-j", "1")
+
+
+@pytest.fixture
+def chatty(tmp_path):
+    """Write a plugin that prints wherever it is called."""
+    (tmp_path / "chatty.py").write_text(CHATTY)
+    return tmp_path / "chatty.py"
+
+
+def program(chatty, *words, **streams):
+    """Run the program with the plugin in a process of its own."""
+    return subprocess.run(
+        [*PROGRAM, *words, "--plugin", str(chatty)], text=True, check=False, cwd=chatty.parent, **streams
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "where"),
+    [
+        (("check", "zz-chatty", "zz-told", "-p", "gbm", "--json"), ("import", "hook", "problem", "step")),
+        (("list", "--json"), ("import", "hook")),
+    ],
+    ids=["check", "list"],
+)
+def test_json_is_readable(chatty, words, where):
+    """Whatever the plugin prints, and how, JSON is all there is on stdout."""
+    ended = program(chatty, *words, capture_output=True)
+
+    assert json.loads(ended.stdout)
+    for place in where:
+        for how in ("printed in", "printed by force in", "written in"):
+            assert f"{how} {place}" in ended.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "begins", "places"),
+    [
+        (("info", "zz-told"), "problem zz-told", ("problem",)),
+        (("matrix", "-s", "zz-chatty", "-p", "gbm", "-m", "strong", *BUDGET), "", ("question", "step", "report")),
+        (("matrix", "-s", "zz-chatty", "-p", "gbm", "--dry-run", "-j", "1"), "", ("question",)),
+    ],
+    ids=["info", "matrix", "dry run"],
+)
+def test_tables_are_not_interrupted(chatty, words, begins, places):
+    """What is shown to people has nothing of the plugin between its lines."""
+    ended = program(chatty, *words, capture_output=True)
+
+    assert ended.stdout.startswith(begins)
+    assert ended.stdout.strip()
+    assert not [line for line in ended.stdout.splitlines() if line.startswith(("printed", "written"))]
+    for place in places:
+        assert f"written in {place}" in ended.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a shell of POSIX")
+@pytest.mark.parametrize("redirected", [">&-", "2>&-", ">&- 2>&-", "| head -c 1"])
+def test_streams_that_are_closed(redirected):
+    """Without stdout or stderr, or with nobody who reads on, the program ends as it does with them."""
+    words = " ".join([*PROGRAM, "list", "--json", redirected])
+
+    ended = subprocess.run(["bash", "-o", "pipefail", "-c", words], capture_output=True, text=True, check=False)
+
+    assert ended.returncode == 0
+    assert "Traceback" not in ended.stderr
+
+
+def test_stdout_is_back_afterwards(capfd):
+    """An error in the code of the plugin leaves stdout where it was."""
+
+    def broken():
+        os.write(1, b"aside\n")
+        raise KeyError
+
+    with pytest.raises(KeyError), aside():
+        broken()
+    os.write(1, b"result\n")
+
+    assert capfd.readouterr() == ("result\n", "aside\n")
+
+
+def test_a_stream_without_a_file(capsys):
+    """Where stdout is no file, as in a notebook, what is printed goes to stderr all the same."""
+    with aside():
+        print("aside")
+    print("result")
+
+    assert capsys.readouterr() == ("result\n", "aside\n")
