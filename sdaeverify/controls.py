@@ -10,7 +10,8 @@ class Control:
     """Two schemes whose verdicts on a claim are known before they are measured.
 
     Nobody's claim of this order is verified on a problem where the positive control is not verified, too, or where
-    the negative one is not refuted: such a problem does not discriminate.
+    the negative one is not refuted: such a problem does not discriminate. Nor do paths refute anybody's claim where
+    they refute the positive control in the same quantity, too: the truth of the problem is the suspect then.
 
     Attributes
     ----------
