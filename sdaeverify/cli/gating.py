@@ -26,7 +26,7 @@ from ..report.files import require_writable, require_writable_file, write_json, 
 from ..study.limits import Limits
 from .console import aside, complain
 from .exit_codes import ExitCode, code_of_gate
-from .running import Crew, Run, advance, workers
+from .running import Crew, Run, advance, call_report_hooks, workers
 
 MOST_UNTESTED = 20
 
@@ -97,10 +97,7 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
         result, code = _run(run, crew, request.progress)
     if result is None:
         return None, code
-    with aside():
-        failures = request.registry.report(request.folder)
-    for failure in failures:
-        complain("warning", failure)
+    call_report_hooks(run)
     gated = _judged(run, result, request, tiers)
     _written(gated, request)
     for line in _printed(gated, request.report):

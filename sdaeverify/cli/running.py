@@ -148,6 +148,14 @@ def advance(run: Run, crew: Crew, kind: str) -> Result:
     return result
 
 
+def call_report_hooks(run: Run) -> None:
+    """Let plugins add their reports to the folder of a run, and warn of those that fail."""
+    with aside():
+        failures = run.registry.report(run.folder)
+    for failure in failures:
+        complain("warning", failure)
+
+
 def _stopped(run: Run, why: str, code: ExitCode) -> ExitCode:
     run.stop(why)
     if code is ExitCode.INTERRUPTED:
@@ -158,10 +166,7 @@ def _stopped(run: Run, why: str, code: ExitCode) -> ExitCode:
 
 
 def _finished(run: Run, results: Sequence[CellResult]) -> ExitCode:
-    with aside():
-        failures = run.registry.report(run.folder)
-    for failure in failures:
-        complain("warning", failure)
+    call_report_hooks(run)
     code = code_of_results(results)
     if code is ExitCode.NOTHING:
         cell = run.plan.cells[0]

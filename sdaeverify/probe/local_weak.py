@@ -25,7 +25,7 @@ from . import test_functions
 from .nodes import LARGEST, Nodes, step_nodes
 from .one_step import OneStep, unresolved
 from .romberg import Romberg, depth
-from .states import cloud
+from .states import WHEN, cloud
 from .times import times
 from .weak_order import LocalWeak
 
@@ -126,13 +126,14 @@ def local_weak(
     LocalWeak
     """
     step, nodes = OneStep(scheme, view), _nodes(scheme, view.noise_dim)
-    known = [reference(view, t) for t in times(step, cloud(view, step.ito))]
+    first = reference(view, WHEN * view.horizon)
+    known = [first, *(reference(view, t) for t in times(step, first.states)[1:])]
     with np.errstate(all="ignore"):
         found = zip(*(_at(step, each, nodes) for each in known), strict=True)
         defect, scale = (np.concatenate(parts, axis=1) for parts in found)
     finite = np.isfinite(defect) & np.isfinite(scale)
-    counts = np.array(float(known[0].trees)), np.array(float(len(known[0].units)))
-    return LocalWeak(known[0].h, np.where(finite, defect, np.nan), np.where(finite, scale, np.nan), *counts)
+    counts = np.array(float(first.trees)), np.array(float(len(first.units)))
+    return LocalWeak(first.h, np.where(finite, defect, np.nan), np.where(finite, scale, np.nan), *counts)
 
 
 def _at(step: OneStep, known: Reference, nodes: Nodes) -> tuple[Array, Array]:

@@ -35,17 +35,14 @@ def times(step: OneStep, x: Array) -> tuple[float, ...]:
         0.2 of the horizon; then the first and the last of eight times at which the same noise leads elsewhere.
     """
     horizon = step.view.horizon
-    noise = _noise(step, H * min(1.0, horizon), x.shape[1])
-    there = [_step(step, x, when * horizon, noise) for when in (WHEN, *ELSEWHEN)]
+    h = H * min(1.0, horizon)
+    noise = _noise(step, h, x.shape[1])
+    with np.errstate(all="ignore"):
+        there = [step(x, when * horizon, h, noise) for when in (WHEN, *ELSEWHEN)]
     size = SAME * np.abs(there[0]).max(where=np.isfinite(there[0]), initial=0.0)
     moved = [not np.allclose(new, there[0], rtol=SAME, atol=size, equal_nan=True) for new in there[1:]]
     found = ELSEWHEN[moved]
     return tuple(horizon * when for when in dict.fromkeys((WHEN, *found[:1], *found[-1:])))
-
-
-def _step(step: OneStep, x: Array, t: float, noise: Increment) -> Array:
-    with np.errstate(all="ignore"):
-        return step(x, t, H * min(1.0, step.view.horizon), noise)
 
 
 def _noise(step: OneStep, h: float, paths: int) -> Increment:

@@ -63,9 +63,8 @@ def gated(finding: Finding, scheme: Scheme, doubts: Doubts) -> Finding:
     if claim is None or isinstance(claim.value, str):
         return finding
     if finding.verdict is Verdict.REFUTED:
-        return _suspected(
-            finding, doubts.refuted(scheme, claim.measure, finding.quantity) if _by_paths(finding) else ""
-        )
+        suspicion = doubts.refuted(scheme, claim.measure, finding.quantity) if _by_paths(finding) else ""
+        return _suspected(finding, suspicion) if suspicion else finding
     # The margin belongs to the claim that is tested: the controls are put to the same one.
     reason = doubts.verified(replace(claim, quantities=(), when=frozenset(), source="control"), _by_paths(finding))
     if not reason:
@@ -123,8 +122,6 @@ def _by_paths(finding: Finding) -> bool:
 
 
 def _suspected(finding: Finding, reason: str) -> Finding:
-    if not reason:
-        return finding
     text = f"the truth of the problem is suspect: {reason}; {finding.reason}"
     return replace(finding, verdict=Verdict.ERROR, reason=text, p_verified=1.0, p_refuted=1.0)
 
