@@ -1,9 +1,11 @@
 """What a gate runs: the claimed cells that a tier covers."""
 
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
 from ..contributions import SchemeEntry
+from ..controls import deciding
 from ..discovery import normalized
 from ..errors import UsageError
 from ..registry import Registry
@@ -104,12 +106,19 @@ def _claimed(made: ProblemPlan) -> ProblemPlan:
 
 def _controlled(made: ProblemPlan, *, controls: bool) -> ProblemPlan:
     """Run the controls of what is claimed; of another order it is known all the same that there are some."""
-    asked = {(cell.measure.name, claim.value) for cell in made.cells for claim in claims_of(cell, made.problem)}
-    measures = {measure for measure, _ in asked} if controls else set()
-    kept = (plan for plan in made.controls if plan.control.measure in measures)
+    claims = {claim for cell in made.cells for claim in claims_of(cell, made.problem)}
+    measures = {claim.measure for claim in claims} if controls else set()
+    kept = [plan for plan in made.controls if plan.control.measure in measures]
+    asked = {(claim.measure, order) for claim in claims for order in _deciding(kept, claim)}
     return replace(
         made, controls=tuple(p if (p.control.measure, p.control.order) in asked else _idle(p) for p in kept)
     )
+
+
+def _deciding(plans: Sequence[ControlPlan], claim: Claim) -> tuple[float, ...]:
+    if isinstance(claim.value, str):
+        return ()
+    return deciding((plan.control.order for plan in plans if plan.control.measure == claim.measure), claim.value)
 
 
 def _idle(unasked: ControlPlan) -> ControlPlan:

@@ -4,11 +4,12 @@ Nor is anything refuted by paths where a scheme that is known to be right is ref
 truth above all, that is wrong.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, NamedTuple
 
+from ..controls import deciding
 from ..measure import Evidence, Finding, Judgement, Verdict
 from ..scheme import Claim, Scheme
 from .plan import Cell, ControlPlan
@@ -94,11 +95,12 @@ def doubts(plans: tuple[ControlPlan, ...], evidence: Controls) -> Doubts:
 
     @cache
     def doubt(claim: Claim, sampled: bool) -> str:
-        declared = [plan for plan in plans if plan.control.measure == claim.measure]
-        plan = next((plan for plan in declared if plan.control.order == claim.value), None)
-        if plan is None:
-            return f"it declares no control of {claim.measure} order {claim.value}" if declared else ""
-        return plan.missing or _not_told_apart(plan, claim, evidence, sampled=sampled)
+        assert not isinstance(claim.value, str)
+        declared = {plan.control.order: plan for plan in reversed(plans) if plan.control.measure == claim.measure}
+        asked = [declared[order] for order in deciding(declared, claim.value)]
+        if not asked:
+            return f"it declares no control of {claim.measure} order {claim.value} or more" if declared else ""
+        return asked[0].missing or _not_told_apart(asked, claim, evidence, sampled=sampled)
 
     @cache
     def refuted(plan: ControlPlan) -> frozenset[str]:
@@ -126,18 +128,25 @@ def _suspected(finding: Finding, reason: str) -> Finding:
     return replace(finding, verdict=Verdict.ERROR, reason=text, p_verified=1.0, p_refuted=1.0)
 
 
-def _not_told_apart(plan: ControlPlan, claim: Claim, evidence: Controls, *, sampled: bool) -> str:
-    assert plan.positive is not None
-    assert plan.negative is not None
-    positive = _verdicts(plan.positive, claim, evidence, sampled=sampled)
-    negative = _verdicts(plan.negative, claim, evidence, sampled=sampled)
+def _not_told_apart(plans: Sequence[ControlPlan], claim: Claim, evidence: Controls, *, sampled: bool) -> str:
+    """Tell why the controls of the order above a claim and, if it lies between two, below it do not decide it."""
+    above, *below = plans
+    positive = _verdicts(above.positive, claim, evidence, sampled=sampled)
     if Verdict.VERIFIED not in positive or Verdict.REFUTED in positive:
-        return f"the positive control {plan.control.positive} is not verified"
-    return "" if Verdict.REFUTED in negative else f"the negative control {plan.control.negative} is not refuted"
+        return f"the positive control {above.control.positive} is not verified"
+    lower = {above.control.negative: above.negative, **{plan.control.positive: plan.positive for plan in below}}
+    if any(Verdict.REFUTED in _verdicts(cell, claim, evidence, sampled=sampled) for cell in lower.values()):
+        return ""
+    if len(lower) == 1:
+        return f"the negative control {above.control.negative} is not refuted"
+    return f"none of the controls {', '.join(lower)} is refuted, which have lower orders"
 
 
-def _verdicts(cell: Cell, claim: Claim, evidence: Controls, *, sampled: bool) -> set[Verdict]:
-    return {finding.verdict for finding in _findings(cell, claim, evidence, sampled=sampled)}
+def _verdicts(cell: Cell | None, claim: Claim, evidence: Controls, *, sampled: bool) -> set[Verdict]:
+    """Return the verdicts on a control; none where it cannot be run."""
+    return (
+        set() if cell is None else {finding.verdict for finding in _findings(cell, claim, evidence, sampled=sampled)}
+    )
 
 
 def _findings(cell: Cell, claim: Claim, evidence: Controls, *, sampled: bool) -> tuple[Finding, ...]:

@@ -139,6 +139,20 @@ def test_controls():
     ]
 
 
+def test_controls_of_claims_between():
+    """A claim of 3/4 runs the controls of the declared orders on both sides of it."""
+
+    @dataclass(frozen=True)
+    class Between(Plain):
+        name: ClassVar[str] = "between"
+        claims: ClassVar[tuple] = (replace(SHARP, value=0.75),)
+
+    registry = registered((Plain(), Weak(), Between()), (told,))
+    (made,) = gate_plan(registry, Policy(schemes=("between",))).problems
+
+    assert [plan.missing for plan in made.controls] == ["", "", "no claim asks for it"]
+
+
 def test_no_controls_at_the_smallest_tier():
     """The smallest tier runs nothing but what is claimed."""
     (made,) = gate_plan(registered((Plain(), Weak()), (told,)), Policy(tier="smoke", schemes=("plain",))).problems

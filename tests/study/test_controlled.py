@@ -61,7 +61,10 @@ def test_a_problem_that_tells_the_orders_apart_verifies():
         (plans(negative=1.0), "the negative control bad is not refuted"),
         (plans(positive=0.5), "the positive control good is not verified"),
         ((ControlPlan(CONTROL, missing="its control good is missing"),), "its control good is missing"),
-        ((replace(plans()[0], control=replace(CONTROL, order=2.0)),), "declares no control of strong order 1.0"),
+        (
+            (replace(plans()[0], control=replace(CONTROL, order=0.5)),),
+            "declares no control of strong order 1.0 or more",
+        ),
     ],
 )
 def test_a_problem_that_does_not_discriminate_verifies_nothing(controls, words):
@@ -71,6 +74,41 @@ def test_a_problem_that_does_not_discriminate_verifies_nothing(controls, words):
     assert found.verdict is Verdict.INCONCLUSIVE
     assert words in found.reason
     assert found.p_verified == 1.0
+
+
+def sides(upper, lower):
+    """Return the plans of controls of orders 1 and 1/2, whose two schemes have these orders."""
+    return tuple(
+        ControlPlan(
+            Control(measure="strong", order=order, positive=f"good {order}", negative=f"bad {order}"),
+            *(
+                Cell(Known(f"{name} {order}", known), None, Judge())
+                for name, known in zip(("good", "bad"), pair, strict=True)
+            ),
+        )
+        for order, pair in ((1.0, upper), (0.5, lower))
+    )
+
+
+@pytest.mark.parametrize(
+    ("controls", "words"),
+    [
+        (sides((1.0, 0.5), (0.5, 0.0)), ""),
+        (sides((1.0, 0.8), (0.5, 0.0)), ""),
+        (sides((1.0, 0.8), (0.8, 0.0)), "none of the controls bad 1.0, good 0.5 is refuted, which have lower orders"),
+        (sides((0.5, 0.0), (0.5, 0.0)), "the positive control good 1.0 is not verified"),
+        (sides((1.0, 0.5), (0.5, 0.0))[:1], ""),
+        (sides((1.0, 0.5), (0.5, 0.0))[1:], "declares no control of strong order 0.75 or more"),
+    ],
+)
+def test_orders_between_declared_ones_are_decided_by_the_controls_on_both_sides(controls, words):
+    """A claim of 0.75 is put to what has order 1, and to what is known to have less: one of those must miss it."""
+    between = replace(VERIFIED, claim=replace(CLAIM, value=0.75))
+
+    found = gated(between, TESTED, doubts(controls, evidence))
+
+    assert found.verdict is (Verdict.INCONCLUSIVE if words else Verdict.VERIFIED)
+    assert words in found.reason
 
 
 def test_evidence_without_controls_refutes_all_the_same():

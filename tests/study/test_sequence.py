@@ -9,14 +9,18 @@ import pytest
 from sdaeverify import SDE, Claim, Control, Scheme, Settings, Step
 from sdaeverify.measure import Evidence, Finding, Judgement, Measure, Verdict
 from sdaeverify.measures.strong import Strong
+from sdaeverify.measures.weak import Weak
 from sdaeverify.specs import problem_spec
 from sdaeverify.statistics import group_sums
 from sdaeverify.study import Finished, Study, plan
+from sdaeverify.study.controlled import Claiming
 from sdaeverify.tally import Tally
 from sdaeverify_problems.gbm import gbm
+from sdaeverify_schemes.balanced_euler import BalancedEuler
 from sdaeverify_schemes.displaced_euler import DisplacedEuler
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
+from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 SETTINGS = Settings(paths=8192, levels=4, coarsest=4)
@@ -176,7 +180,7 @@ class Remembering(Scheme):
 
 def resolve(label):
     """Return the scheme of a label."""
-    known = (Milstein(), EulerMaruyama(), DisplacedEuler())
+    known = (Milstein(), EulerMaruyama(), DisplacedEuler(), BalancedEuler(), PlatenWeak2())
     return next(scheme for scheme in known if scheme.label == label)
 
 
@@ -229,3 +233,15 @@ def test_probing_tells_what_paths_cannot():
     assert {finding.verdict for finding in milstein.findings} == {Verdict.VERIFIED}
     assert {(finding.verdict, finding.tier) for finding in boasting.findings} == {(Verdict.REFUTED, 1)}
     assert milstein.paths == 256
+
+
+@pytest.mark.parametrize(
+    ("scheme", "verdict"), [(PlatenWeak2(), Verdict.VERIFIED), (Milstein(), Verdict.REFUTED)], ids=str
+)
+def test_a_claim_between_the_orders_of_controls_is_verified(scheme, verdict):
+    """Weak order 1.5 lies between the 1 and 2 of gbm's controls: who has 2 is verified, who has 1 refuted."""
+    claim = Claim(measure="weak", value=1.5, source="test")
+
+    (found,), _ = run([Claiming(scheme, (claim,))], [Weak()], Settings(paths=512, looks=1), resolve=resolve)
+
+    assert {finding.verdict for finding in found.findings} == {verdict}
