@@ -66,7 +66,7 @@ class StochasticTheta(Scheme):
 
     def stable_below(self, problem: SDE | DelaySDAE) -> float:
         """Return the bound of Theorem 4.2, sharpened, where the problem gives its constants."""
-        known = None if isinstance(problem, SDE) else problem.dissipation
+        known = None if isinstance(problem, SDE) else problem.reduced_dissipation
         return nan if known is None else known.sharpened(self.theta)
 
     def refuses(self, problem: SDE | DelaySDAE) -> str:

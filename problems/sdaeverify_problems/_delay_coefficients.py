@@ -33,6 +33,12 @@ class Coefficients(NamedTuple):
             L3=abs(l),
         )
 
+    @property
+    def dissipation_without_y(self) -> Dissipation:
+        """The constants of dx = ((a + q) x + b v + l sin v) dt + (c x + d v) dW."""
+        a, b, c, d, l, q = self
+        return Coefficients(a + q, abs(b) + abs(l), c, d, 0.0, 0.0).dissipation.without_y
+
 
 SETS = {
     "I": Coefficients(-1.0, 0.0, 1.0, 0.0, 0.0, 0.0),

@@ -13,7 +13,7 @@ from cmath import cosh, exp, sinh, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import lambertw
+from scipy.special import wrightomega
 
 from ._scalar_delay import ScalarDelay
 
@@ -26,9 +26,15 @@ class Covariances(NamedTuple):
 
 
 def rate(equation: ScalarDelay) -> float:
-    """Return the largest real part of a root of s = A + B e^(-s tau); r decays exactly if it is negative."""
+    """Return the largest real part of a root of s = A + B e^(-s tau); r decays exactly if it is negative.
+
+    It is A + W_0(z)/tau with z = B tau e^(-A tau), and W_0(z) = omega(log z), of which no part overflows.
+    """
     A, B, tau = equation.A, equation.B, equation.tau
-    return float(A + lambertw(B * tau * np.exp(-A * tau)).real / tau)
+    if B == 0.0:
+        return A
+    logarithm = np.log(abs(B) * tau) - A * tau + (1j * np.pi if B < 0.0 else 0.0)
+    return float(A + wrightomega(logarithm).real / tau)
 
 
 def covariances(equation: ScalarDelay) -> Covariances:

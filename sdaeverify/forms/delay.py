@@ -81,6 +81,9 @@ class DelaySDAE(Problem):
         out, and the function must then be analytic.
     dissipation : Dissipation, optional
         The constants of condition (4.1) of mean-square stability.
+    dissipation_without_y : Dissipation, optional
+        Those of the equation with y eliminated, where they are better than what `dissipation` implies for it. Schemes
+        that solve the constraint at every mesh point solve that equation.
 
     Raises
     ------
@@ -99,6 +102,7 @@ class DelaySDAE(Problem):
     drift_partials: Callable[[float, Array, Array, Array], Partials] | None = None
     constraint_partials: Callable[[float, Array, Array, Array], Partials] | None = None
     dissipation: Dissipation | None = None
+    dissipation_without_y: Dissipation | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -115,14 +119,21 @@ class DelaySDAE(Problem):
         check_truth(self, self.parts(self.initial(PROBES)))
 
     def _all_traits(self) -> frozenset[str]:
+        constants = self.reduced_dissipation
         found = {
             "no-delay": not self.delay,
             "algebraic": self.has_constraints,
-            "dissipative": self.dissipation is not None and self.dissipation.C > 0.0,
+            "dissipative": constants is not None and constants.C > 0.0,
         }
         # An interpolated y is of order 1/2 with additive noise, too: x alone gains from it.
         not_said = {"no-delay", *({"vanishing-milstein-term"} if self.delay else ())}
         return super()._all_traits() - not_said | {name for name, holds in found.items() if holds}
+
+    @property
+    def reduced_dissipation(self) -> Dissipation | None:
+        """The constants of the equation with y eliminated: those given of it, else those that `dissipation` implies."""
+        given = self.dissipation_without_y
+        return given or (self.dissipation.without_y if self.dissipation else None)
 
     @cached_property
     def dimension(self) -> int:
@@ -206,7 +217,7 @@ class DelaySDAE(Problem):
             diffusion=lambda t, x, v, _: self.diffusion(t, x, v, self.eliminated(t, x, v)),
             delay=self.delay,
             history=self.history,
-            dissipation=self.dissipation,
+            dissipation=self.reduced_dissipation,
             **self.carried,
             source=f"y eliminated from: {self.source}",
             seen_as="delay equation",

@@ -67,6 +67,26 @@ class Dissipation(NamedTuple):
         """K2 = al1 + al2 L1 L3."""
         return self.al1 + self.al2 * self.L1 * self.L3
 
+    @property
+    def without_y(self) -> "Dissipation":
+        """What the constants imply for the equation with y eliminated: other constants of the same C, K1 and K2.
+
+        An equation whose drift and constraint partly cancel has better ones of its own.
+        """
+        by_x, by_v = self.L1 * self.L2, self.L1 * self.L3
+        return Dissipation(
+            abar=self.abar - self.al2 * by_x,
+            al0=self.K1,
+            al1=self.K2,
+            al2=0.0,
+            be0=self.be0 + 2.0 * self.be2 * by_x**2,
+            be1=self.be1 + 2.0 * self.be2 * by_v**2,
+            be2=0.0,
+            L1=0.0,
+            L2=0.0,
+            L3=0.0,
+        )
+
     def largest_step(self, theta: float) -> float:
         """Return h_0 = C/(2 (1 - theta)^2 (K1^2 + K2^2)), below which Theorem 4.2 says the theta method is stable.
 

@@ -24,7 +24,8 @@ Traits are facts a claim may ask for; the conformance tests check each of them b
 ``no-delay``
     No coefficient depends on the past (set by the form itself).
 ``dissipative``
-    It satisfies the sufficient condition (4.1) of Qu, Huang & Liu (2010) for mean-square stability (set by the form).
+    It satisfies the sufficient condition (4.1) of Qu, Huang & Liu (2010) for mean-square stability, as it is or with
+    y eliminated (set by the form).
 ``delayed-noise``
     The diffusion of a delay equation depends on time and the delayed state alone.
 """

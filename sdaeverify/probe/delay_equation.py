@@ -22,14 +22,13 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import lambertw
+from scipy.special import wrightomega
 
 EPS = float(np.finfo(float).eps)
 # Rounding of a handful of operations, and of the slack per unit of its two terms.
 ROUNDING = 32.0 * EPS
-# Up to this logarithm the argument of Lambert's function is a number; e^CLIP can be squared.
-LARGEST_LOG, CLIP = 500.0, 300.0
-NEWTON_STEPS = 8
+# e^CLIP can be squared.
+CLIP = 300.0
 
 
 class LinearDelay(NamedTuple):
@@ -56,15 +55,9 @@ class LinearDelay(NamedTuple):
         """The root of s = A + B e^(-s tau) with the largest real part, A + W_0(B tau e^(-A tau))/tau."""
         if self.tau == 0.0 or self.B == 0.0:
             return complex(self.A + (self.B if self.tau == 0.0 else 0.0))
-        logarithm = np.log(abs(self.B) * self.tau) - self.A * self.tau
-        if logarithm <= LARGEST_LOG:
-            return complex(self.A + lambertw(np.sign(self.B) * np.exp(logarithm)) / self.tau)
-        # w e^w = z is w + log w = log z.
-        target = logarithm + (1j * np.pi if self.B < 0.0 else 0.0)
-        w = target - np.log(target)
-        for _ in range(NEWTON_STEPS):
-            w -= (w + np.log(w) - target) * w / (w + 1.0)
-        return complex(self.A + w / self.tau)
+        # W_0(z) is omega(log z), of which no part overflows.
+        logarithm = np.log(abs(self.B) * self.tau) - self.A * self.tau + (1j * np.pi if self.B < 0.0 else 0.0)
+        return complex(self.A + wrightomega(logarithm) / self.tau)
 
     @property
     def mean_decays(self) -> bool | None:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..arrays import Array
-from ..forms import DelaySDAE, HolonomicSDAE
+from ..forms import DelaySDAE, Dissipation, HolonomicSDAE
 from ..statistics import EPS
 from .derivatives import delay_arguments
 from .differences import FIRST_ERROR, first
@@ -105,11 +105,18 @@ def _delayed_noise(subject: ProblemSubject) -> str:
 
 
 def _dissipative(subject: ProblemSubject) -> str:
-    """Try condition (4.1) at random arguments, far from rounding."""
+    """Try condition (4.1) at random arguments, far from rounding: as it is, and with y eliminated."""
     problem = subject.problem
-    if not isinstance(problem, DelaySDAE) or problem.dissipation is None or not problem.dissipation.C > 0.0:
+    given = problem.reduced_dissipation if isinstance(problem, DelaySDAE) else None
+    if given is None or not given.C > 0.0:
         return "it gives no constants of condition (4.1) with C > 0"
-    k, (x, v, y), slack = problem.dissipation, delay_arguments(problem), 1.0 + 64 * EPS
+    own = problem.dissipation
+    return _overstated(problem.without_y(), given) or (_overstated(problem, own) if own else "")
+
+
+def _overstated(problem: DelaySDAE, k: Dissipation) -> str:
+    """Return which of the constants is wrong, or an empty string."""
+    (x, v, y), slack = delay_arguments(problem), 1.0 + 64 * EPS
     change = 0.5 * y + 1.0
     alone = (x * problem.drift(0.0, x, 0.0 * v, 0.0 * y)).sum(axis=0)
     moved = _size(problem.drift(0.0, x, v, y) - problem.drift(0.0, 2.0 * v, x, change))

@@ -220,6 +220,8 @@ def test_views_with_and_without_delay() -> None:
         (delay_ou(), {"unconstrained", "additive-noise"}, {"algebraic", "no-delay", "vanishing-milstein-term"}),
         (delay_test("IV"), {"dissipative", "delayed-noise", "algebraic"}, {"no-delay"}),
         (delay_test("II"), {"algebraic"}, {"dissipative", "delayed-noise"}),
+        (delay_test("III"), {"algebraic", "dissipative"}, {"delayed-noise"}),
+        (delay_test("III").without_y(), {"dissipative"}, {"algebraic"}),
     ],
 )
 def test_traits_are_those_of_the_equation(problem: DelaySDAE, there: set[str], missing: set[str]) -> None:

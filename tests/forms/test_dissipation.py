@@ -6,6 +6,7 @@ import pytest
 from probe.theta_cells import SETS, Linear
 from sdaeverify import Dissipation
 from sdaeverify.probe.delay_radius import is_stable
+from sdaeverify_problems.delay_test import delay_test
 
 # In parts of a bound; where there is none, in parts of the delay.
 BELOW = (0.1, 0.6, 1.0 - 1e-6)
@@ -63,6 +64,28 @@ def test_all_constants_enter() -> None:
     assert (found.K1, found.K2) == (32.0, 53.0)
     assert found.largest_step(0.5) == pytest.approx(found.C / (0.5 * (32.0**2 + 53.0**2)))
     assert found.sharpened(0.25) == pytest.approx(found.C / (0.5 * 85.0**2))
+
+
+def test_eliminating_y_keeps_what_the_constants_promise() -> None:
+    """Of random constants, C, K1 and K2 are those of the equation with y; be2 counts for x and v."""
+    for k in np.random.default_rng(4).exponential(1.0, (20, 10)):
+        found = Dissipation(*k)
+        plain = found.without_y
+        assert (plain.C, plain.K1, plain.K2) == pytest.approx((found.C, found.K1, found.K2))
+        assert (plain.al2, plain.be2) == (0.0, 0.0)
+
+
+def test_set_iii_is_dissipative_with_y_eliminated() -> None:
+    """C = 22 - 2.2 - 4 = 15.8 in place of -24.2, and below its bounds steps on the linear equation are stable."""
+    known = delay_test("III").without_y().dissipation
+    assert known is not None
+    assert pytest.approx(15.8) == known.C
+    assert known.sharpened(0.0) == pytest.approx(15.8 / 12.1**2)
+    cell = SETS["III"]
+    sizes = {theta: min(known.sharpened(theta), 100.0) for theta in (0.0, 0.2, 0.5, 1.0)}
+    assert all(
+        is_stable(cell.step(theta, part * h), cell.mesh(part * h)) for theta, h in sizes.items() for part in BELOW
+    )
 
 
 def test_the_printed_bound_is_never_above_the_sharpened_one() -> None:

@@ -80,6 +80,7 @@ FALSE_WITH_DELAY = {
     "less damping": ("dissipative", {"dissipation": RIGHT._replace(abar=2.5)}),
     "more drift": ("dissipative", {"dissipation": RIGHT._replace(al0=1.5)}),
     "more noise": ("dissipative", {"dissipation": RIGHT._replace(be1=0.5)}),
+    "more noise without y": ("dissipative", {"dissipation_without_y": RIGHT._replace(be1=0.5)}),
 }
 
 

@@ -1,0 +1,61 @@
+"""The long run of linear delay equations whose rates times delays overflow an exponential."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from sdaeverify import InvariantMean, MeanSquareStability
+from sdaeverify.probe.delay_equation import LinearDelay
+from sdaeverify_problems import _delay_equilibrium as equilibrium
+from sdaeverify_problems._scalar_delay import ScalarDelay
+from sdaeverify_problems.delay_linear import delay_linear
+from sdaeverify_problems.delay_ou import delay_ou
+
+
+def equation(A: float, B: float, tau: float) -> ScalarDelay:
+    return ScalarDelay(A, B, 0.5, 0.5, 0.0, tau, 1.0, 0.0)
+
+
+@pytest.mark.parametrize("parameters", [{"A": -800.0}, {"tau": 400.0}, {"A": -1e5, "B": -9e4, "tau": 30.0}])
+def test_a_truth_of_stability_survives_where_the_exponential_overflows(parameters: dict[str, float]) -> None:
+    """By Hayes' criterion r decays for |B| < -A whatever tau is, and little noise leaves E x^2 stable."""
+    (truth,) = (truth for truth in delay_linear(**parameters).truths if isinstance(truth, MeanSquareStability))
+    assert truth.stable
+
+
+@pytest.mark.parametrize(("A", "B", "tau"), [(-800.0, 1.0, 1.0), (-2.0, 1.0, 400.0), (-800.0, 799.0, 2.0)])
+def test_the_rate_is_the_only_real_root_of_a_positive_delayed_force(A: float, B: float, tau: float) -> None:
+    """For B > 0, s - A - B e^(-s tau) increases, and its root is the rightmost: found by bisection."""
+    found = equilibrium.rate(equation(A, B, tau))
+
+    root = brentq(lambda s: s - A - B * np.exp(-s * tau), -700.0 / tau, 0.0, xtol=1e-300, rtol=1e-14)
+    assert found == pytest.approx(root, rel=1e-9)
+
+
+def test_the_sign_of_the_rate_is_hayes_criterion() -> None:
+    """On random rates up to 1e5 and delays up to 1e3, both with one answer and the other."""
+    rng, answers = np.random.default_rng(3), set()
+    sizes = 10.0 ** rng.uniform(-2.0, [5.0, 5.0, 3.0], (300, 3))
+    for A, B, tau in sizes * rng.choice([-1.0, 1.0], (300, 3), p=[0.7, 0.3]) * [1.0, 1.0, 0.0] + sizes * [
+        0.0,
+        0.0,
+        1.0,
+    ]:
+        decays = A + B < 0.0 and (A <= B or tau * np.sqrt(B * B - A * A) < np.arccos(-A / B))
+        assert (equilibrium.rate(equation(A, B, tau)) < 0.0) == decays
+        assert LinearDelay(A, B, 0.0, 0.0, tau).mean_decays == decays
+        answers.add(decays)
+    assert answers == {True, False}
+
+
+@pytest.mark.parametrize(("A", "B"), [(-800.0, -1.0), (-800.0, 700.0), (-900.0, -850.0)])
+def test_the_stationary_variance_is_the_integral_of_the_spectrum(A: float, B: float) -> None:
+    """sigma^2 times the integral of 1/(2 pi |i w - A - B e^(-i w tau)|^2) over all frequencies."""
+    sigma, step, end = 0.7, 0.02, 4e4
+    truths = delay_ou(A, B, sigma).truths
+    known = {truth.observable: truth.value for truth in truths if isinstance(truth, InvariantMean)}
+    w = np.arange(0.5 * step, end, step)
+    density = 1.0 / np.abs(1j * w - A - B * np.exp(-1j * w)) ** 2
+    # Beyond the end, 1/w^2 up to (A/w)^2 of it.
+    assert known["x^2"] == pytest.approx(sigma**2 / np.pi * (step * density.sum() + 1.0 / end), rel=1e-5)
+    assert (known["x"], known["x^3"]) == (0.0, 0.0)
