@@ -11,7 +11,8 @@ def stability_lines(problem: DelaySDAE) -> list[str]:
     if not problem.delay:
         return []
     lines = [*_growth(problem), *(_condition(problem.dissipation) if problem.dissipation else [])]
-    if given := problem.dissipation_without_y:
+    given = problem.dissipation_without_y
+    if given and not (problem.dissipation and given.C <= problem.dissipation.C):
         lines += [f"with y eliminated, {line}" for line in _condition(given)]
     return ["mean-square stability:", *(f"  {line}" for line in lines)] if lines else []
 

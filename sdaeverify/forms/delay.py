@@ -131,7 +131,7 @@ class DelaySDAE(Problem):
 
     @property
     def reduced_dissipation(self) -> Dissipation | None:
-        """The constants of the equation with y eliminated: those given of it, else those that `dissipation` implies."""
+        """The constants of the equation with y eliminated: given, or what `dissipation` implies."""
         given = self.dissipation_without_y
         return given or (self.dissipation.without_y if self.dissipation else None)
 

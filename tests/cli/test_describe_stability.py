@@ -23,6 +23,13 @@ def test_a_linear_equation_has_one_rate_and_a_condition_may_fail() -> None:
     assert len(lines) == 3
 
 
+def test_better_constants_with_y_eliminated_are_shown() -> None:
+    """Set III: (4.1) fails with y, and holds without it."""
+    text = "\n".join(stability_lines(delay_test("III")))
+    assert "condition (4.1) fails: C = -24.2;" in text
+    assert "with y eliminated, condition (4.1) holds: C = 15.8;" in text
+
+
 def test_where_nothing_is_known_nothing_is_said() -> None:
     """Additive noise, and no delay."""
     assert stability_lines(delay_ou()) == []
