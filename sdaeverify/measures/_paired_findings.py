@@ -7,10 +7,13 @@ supremum over eps and observables falls faster than h^{p_0} if some D_0 outweigh
 
 and slower if the D_m of some eps outweighs all D_0 of its observable, from the coarsest step on and over the last two
 halvings: no order is held against steps that are too coarse. Observables are in units of their standard deviations.
+
+An eps with too many steps without root has no errors. It is named, and as long as there is one the supremum over the
+others can refute a claim about all eps, and cannot verify it.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -61,6 +64,8 @@ class Sample:
         Of the error whose order is claimed: 2 where D are squares.
     names : tuple of str
         Of the observables.
+    left_out : ndarray
+        The eps of which there are no errors.
     """
 
     D: Array
@@ -69,6 +74,7 @@ class Sample:
     eps: Array
     power: float
     names: tuple[str, ...]
+    left_out: Array
 
     @property
     def choices(self) -> int:
@@ -102,7 +108,7 @@ class Sample:
     def of(self, observable: int) -> "Sample":
         """Return what is known of one observable."""
         q = slice(observable, observable + 1)
-        return Sample(self.D[..., q], self.B[..., q], self.h, self.eps, self.power, self.names[q])
+        return replace(self, D=self.D[..., q], B=self.B[..., q], names=self.names[q])
 
     def order(self, bands: Bands) -> Array:
         """Return the order of the supremum and its ends, shape (3,)."""
@@ -144,23 +150,18 @@ def sample_of(evidence: Evidence, record: PairedErrors, name: str) -> Sample:
     That is from the first or the second level on, whichever leaves more values of eps.
     """
     bad = record.failed.sum(axis=1) > FAILED * record.counts.sum()
-    first = max(range(2), key=lambda level: (_sound(bad[:, level:]), -level))
-    used, counts = slice(0, _sound(bad[:, first:])), record.counts[:, None, None]
-    h, eps = record.h[first:], record.eps[used]
+    first = min(range(2), key=lambda level: (bad[:, level:].any(axis=1).sum(), level))
+    used, counts = ~bad[:, first:].any(axis=1), record.counts[:, None, None]
+    h, eps, left_out = record.h[first:], record.eps[used], record.eps[~used]
     if name == STRONG:
         D = record.strong[used, :, first:].swapaxes(0, 1) / counts
-        return Sample(D[..., None], np.zeros((*D.shape[:2], 1)), h, eps, 2.0, ("x",))
+        return Sample(D[..., None], np.zeros((*D.shape[:2], 1)), h, eps, 2.0, ("x",), left_out)
     mean, square = np.moveaxis(record.values.sum(axis=1) / record.counts.sum(), 1, 0)
     spread = np.sqrt(np.maximum(square - mean**2, 0.0))[used].max(axis=0, initial=0.0)
     size = np.where(spread > 0.0, spread, 1.0)
     D = record.weak[used, :, first:].swapaxes(0, 1) / counts[..., None] / size
     B = record.blurred[used].swapaxes(0, 1) / counts / size
-    return Sample(D, B, h, eps, 1.0, tuple(evidence.view.observables))
-
-
-def _sound(bad: Array) -> int:
-    lost = np.flatnonzero(bad.any(axis=1))
-    return int(lost[0]) if len(lost) else len(bad)
+    return Sample(D, B, h, eps, 1.0, tuple(evidence.view.observables), left_out)
 
 
 def _finding(evidence: Evidence, record: PairedErrors, name: str, sample: Sample) -> Finding:
@@ -183,18 +184,21 @@ def _finding(evidence: Evidence, record: PairedErrors, name: str, sample: Sample
 def _decision(evidence: Evidence, record: PairedErrors, claim: Claim, sample: Sample) -> Decision:
     if isinstance(claim.value, str):
         return Decision(Verdict.INCONCLUSIVE, f"this measure does not know what {claim.value!r} means", 3)
-    paths, count = int(record.counts.sum()), len(sample.eps)
-    lost = record.lost[:count].sum(axis=1)
+    paths = int(record.counts.sum())
+    lost = record.lost[np.isin(record.eps, sample.eps)].sum(axis=1)
     if lost[:, -1].max() > FAILED * paths:
-        where = f"h = {0.5 * record.h[-1]:.3g}, eps = {record.eps[lost[:, -1].argmax()]:.3g}"
+        where = f"h = {0.5 * record.h[-1]:.3g}, eps = {sample.eps[lost[:, -1].argmax()]:.3g}"
         return Decision(Verdict.REFUTED, f"the error is not bounded: paths are not finite at {where}", 3)
     if lost.any():
         return Decision(Verdict.INCONCLUSIVE, "some paths are not finite", 3)
     order = claim.value - claim.margin
     falls, (stays, worst) = sample.falls(order), sample.stays(order)
     shown = sample.of(worst) if stays <= evidence.level else sample
-    tests = Tests(falls, stays, _worded(evidence, claim, shown, paths))
-    decision = decide(with_sample(tests, paths, heavy=False), evidence)
+    reason = _worded(evidence, claim, shown, paths)
+    if len(sample.left_out):
+        rest = Tests(1.0, stays, f"{reason}; {_unknown(sample.left_out)}")
+        return decide(with_sample(rest, paths, heavy=False), evidence)
+    decision = decide(with_sample(Tests(falls, stays, reason), paths, heavy=False), evidence)
     more = min(growth(p, evidence.level) for p in (falls, stays))
     if decision.verdict is Verdict.INCONCLUSIVE and np.isfinite(more):
         needed = float(f"{run_of(more * paths):.1g}")
@@ -205,9 +209,15 @@ def _decision(evidence: Evidence, record: PairedErrors, claim: Claim, sample: Sa
 def _worded(evidence: Evidence, claim: Claim, sample: Sample, paths: int) -> str:
     bands = sample.bands(evidence.settings.confidence)
     (order, low, high), at = sample.order(bands), sample.place(bands, -1)
-    figures = f"order {order:.3f} of the supremum over eps up to {sample.eps[-1]:.3g}, at least {low:.3f} and at most"
+    over = f"{len(sample.eps)} eps from {sample.eps[0]:.3g} to {sample.eps[-1]:.3g}"
+    figures = f"order {order:.3f} of the supremum over {over}, at least {low:.3f} and at most {high:.3f}"
     where = f"{at['functional']}, eps = {at['worst_eps']:.3g} at h = {sample.h[-1]:.3g}"
-    return f"{figures} {high:.3f}; claimed {claim.value}; {where}, {paths} paths"
+    return f"{figures}; claimed {claim.value}; {where}, {paths} paths"
+
+
+def _unknown(eps: Array) -> str:
+    which = f"eps = {eps[0]:.3g}" if len(eps) == 1 else f"{len(eps)} eps from {eps[0]:.3g} to {eps[-1]:.3g}"
+    return f"nothing is known for {which}, where more than one path in a hundred met a step without root"
 
 
 def _levels(evidence: Evidence, name: str, sample: Sample) -> Iterator[LevelFinding]:

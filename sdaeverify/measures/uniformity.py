@@ -147,15 +147,17 @@ def _opinion(bound: float, record: UniformErrors, named: list[tuple[str, Supremu
     if open_:
         return Opinion(Verdict.INCONCLUSIVE, f"the error is not resolved of {', '.join(open_)}")
     told = [each for each in named if each[1].resolved]
-    if not told:
-        highest = min(found.highest for _, found in named)
-        verdict = Verdict.VERIFIED if highest == record.eps[-1] else Verdict.INCONCLUSIVE
-        beyond = "" if verdict is Verdict.VERIFIED else ", and larger ones are not resolved"
-        return Opinion(verdict, f"no error is seen for eps up to {highest:.3g}{beyond}")
-    reason = _worded(record, *min(told, key=lambda each: each[1].order))
+    reason = _worded(record, *min(told, key=lambda each: each[1].order)) if told else "no error is seen"
+    reason = "; ".join([reason, *(_left_out(label, found) for label, found in named if len(found.left_out))])
+    if all(len(found.left_out) for _, found in named):
+        return Opinion(Verdict.INCONCLUSIVE, f"{reason}: there is an eps that nothing is known for")
     if all(found.least >= bound for _, found in told):
         return Opinion(Verdict.VERIFIED, reason)
     return Opinion(Verdict.INCONCLUSIVE, f"{reason}; known too little")
+
+
+def _left_out(label: str, found: Supremum) -> str:
+    return f"{label} is not resolved for eps = {', '.join(f'{eps:.3g}' for eps in found.left_out)}"
 
 
 def _worded(record: UniformErrors, label: str, found: Supremum) -> str:
@@ -163,9 +165,7 @@ def _worded(record: UniformErrors, label: str, found: Supremum) -> str:
     if np.isinf(found.value[-1]):
         return f"the error of {label} is not bounded: infinite at h = {record.h[-1]:.3g}, eps = {found.worst[-1]:.3g}"
     where = f"{found.value[last]:.2g} at h = {record.h[last]:.3g}, eps = {found.worst[last]:.3g}"
-    return (
-        f"order {found.order:.3f} of the supremum over eps up to {found.highest:.3g} of the error of {label}; {where}"
-    )
+    return f"order {found.order:.3f} of the supremum over eps of the error of {label}; {where}"
 
 
 def _names(evidence: Evidence, name: str) -> list[str]:

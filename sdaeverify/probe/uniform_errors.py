@@ -80,8 +80,8 @@ class Supremum(NamedTuple):
         Its order over the last halvings of h; NaN where it is not resolved, minus infinity where it is infinite.
     seen : bool
         Whether there is an error beyond a small part of the quantity's size.
-    highest : float
-        The largest eps that counts.
+    left_out : ndarray
+        The eps at which the error is not known.
     """
 
     value: Array
@@ -92,7 +92,7 @@ class Supremum(NamedTuple):
     least: float
     most: float
     seen: bool
-    highest: float
+    left_out: Array
 
     @property
     def resolved(self) -> bool:
@@ -104,12 +104,14 @@ def suprema(record: UniformErrors) -> Iterator[Supremum]:
     """Yield what is known of each quantity's supremum.
 
     An eps beyond ten times the longest step is left out where the error is not known well enough at all step sizes:
-    with a weak penalty stationary laws are wide, and hard to resolve.
+    with a weak penalty stationary laws are wide, and hard to resolve. Nothing follows for it, and it is named.
     """
     errors, floors = (np.moveaxis(part, 2, 0) for part in (record.error, record.floor))
     for error, floor, size in zip(errors, floors, record.size.T, strict=True):
         used = (record.eps <= BEYOND * record.h[0]) | _clear(error, floor)
-        yield _supremum(record._replace(eps=record.eps[used]), error[used], floor[used], float(size[used].max()))
+        kept = record._replace(eps=record.eps[used])
+        found = _supremum(kept, error[used], floor[used], float(size[used].max()))
+        yield found._replace(left_out=record.eps[~used])
 
 
 def _clear(error: Array, floor: Array) -> Mask:
@@ -124,14 +126,7 @@ def _supremum(record: UniformErrors, error: Array, floor: Array, size: float) ->
     with np.errstate(invalid="ignore"):
         low, high = np.max(np.where(np.isinf(error), inf, error - floor), axis=0), np.max(error + floor, axis=0)
     seen = bool(np.any(np.isinf(high) | (high > EXACT * size)))
-    return Supremum(value, low, high, worst, *_order(record.h, value, low, high), seen, float(record.eps[-1]))
-
-
-def _kept(error: Array, floor: Array) -> Mask:
-    # The eps whose error is known to a part of itself or of the largest one that is, at every step size.
-    clear = np.isinf(error) | (floor <= KNOWN * error)
-    largest = np.max(error, axis=0, initial=0.0, where=clear)
-    return np.asarray((clear | (floor <= KNOWN * largest)).all(axis=1))
+    return Supremum(value, low, high, worst, *_order(record.h, value, low, high), seen, np.empty(0))
 
 
 def _order(h: Array, value: Array, low: Array, high: Array) -> tuple[float, float, float]:

@@ -1,13 +1,13 @@
 """Orders of suprema over eps from sampled errors: prescribed means, references that blur, steps without root."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from scipy.stats import binom
 
 from measures.stiff_cells import Right, replace_claims
-from sdaeverify import Claim, Settings
+from sdaeverify import Claim, Settings, Step
 from sdaeverify.measure import Evidence, Verdict
 from sdaeverify.measures._paired_findings import Sample
 from sdaeverify.measures.uniformity import PAIRED, Uniformity
@@ -42,6 +42,18 @@ def judged(given, claim=CLAIM):
     scheme = replace_claims(Right(), (claim,))
     evidence = Evidence(scheme, PROBLEM, PROBLEM, SETTINGS, packed(PAIRED, given), Tally(), level=SETTINGS.level)
     return {finding.quantity: finding for finding in Uniformity().judge(evidence).findings}
+
+
+@dataclass(frozen=True)
+class Still(Right):
+    """It makes no step where eps is above a bound."""
+
+    beyond: float = 0.0
+
+    def prepare(self, problem, h):
+        """Return the step."""
+        still = lambda state, t, noise: Step(state, np.ones(state.shape[1], dtype=bool))  # noqa: E731
+        return still if problem.eps > self.beyond else super().prepare(problem, h)
 
 
 def first_order(eps, h):
@@ -94,18 +106,46 @@ def test_a_reference_that_is_itself_off_decides_nothing():
     assert judged(record(peak, blurred=0.1))["weak"].verdict is Verdict.INCONCLUSIVE
 
 
-def test_eps_beyond_which_steps_have_no_root_are_left_out():
-    """Two paths in a hundred without root: what comes from there on does not count, and the reason says so."""
-    given = record(lambda eps, h: np.where(eps > 0.5, 1.0, np.minimum(h, eps)))
-    failed = np.where((EPS > 0.5)[:, None, None], 2.0, 0.0) + np.zeros((len(EPS), GROUPS, len(H) + 1))
+def rootless(where):
+    """Return numbers of failed paths: two in a hundred where told."""
+    return np.where(where[:, None, None], 2.0, 0.0) + np.zeros((len(EPS), GROUPS, len(H) + 1))
 
-    found = judged(given._replace(failed=failed))["weak"]
 
-    assert found.verdict is Verdict.VERIFIED
-    assert "up to 0.1" in found.reason
-    assert judged(given)["weak"].verdict is Verdict.REFUTED
-    nowhere = judged(given._replace(failed=failed + 2.0))
+@pytest.mark.parametrize("where", [EPS > 0.5, EPS < 2e-8, np.isclose(EPS, 1e-4)])
+def test_an_eps_without_roots_decides_nothing_and_is_named(where):
+    """Two paths in a hundred without root: that eps alone is left out, nothing is verified, and the rest refutes."""
+    wrong = record(lambda eps, h: np.where(where[:, None], 1.0, np.minimum(h, eps)))._replace(failed=rootless(where))
+    stays = record(peak)._replace(failed=rootless(where))
+
+    found, refuted = judged(wrong)["weak"], judged(stays)["weak"]
+
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert found.p_verified == 1.0
+    assert found.estimate == pytest.approx(1.0, abs=0.1)
+    named = f"eps = {EPS[where][0]:.3g}" if where.sum() == 1 else f"2 eps from {EPS[where][0]:.3g} to 10"
+    assert f"nothing is known for {named}" in found.reason
+    assert refuted.verdict is Verdict.REFUTED
+    assert judged(record(lambda eps, h: np.where(where[:, None], 1.0, h)))["weak"].verdict is Verdict.REFUTED
+
+
+def test_no_eps_with_roots_decides_nothing():
+    """Where every eps is left out, there is no order."""
+    nowhere = judged(record(first_order)._replace(failed=rootless(EPS > 0.0)))
+
     assert {finding.verdict for finding in nowhere.values()} == {Verdict.INCONCLUSIVE}
+    assert all(np.isnan(finding.estimate) for finding in nowhere.values())
+
+
+def test_a_scheme_that_makes_no_step_but_for_the_smallest_eps_is_not_verified():
+    """It stands still and says so for eps > 1e-7: its order over the other two eps is no order over all of them."""
+    problem, settings = torus(), Settings(paths=800, coarsest=2, levels=5)
+    scheme = replace_claims(Still(beyond=1e-7), (CLAIM,))
+
+    tally = Uniformity().probe(scheme, problem, settings)
+    findings = Uniformity().judge(Evidence(scheme, problem, problem, settings, tally, Tally(), level=0.05)).findings
+
+    assert {finding.verdict for finding in findings} == {Verdict.INCONCLUSIVE}
+    assert all("to 10, where more than one path in a hundred met a step without root" in f.reason for f in findings)
 
 
 def test_a_coarsest_step_without_roots_is_left_out():
@@ -146,7 +186,7 @@ def test_tests_keep_their_level_at_the_bound(noise):
     means = H[:, None] ** order * np.array([0.3, 1.0, 1.0])[:, None, None] * np.ones(2)
     errors = noise * rng.standard_normal((samples, GROUPS, *means.shape))
     nothing = np.zeros((GROUPS, 3, 2))
-    found = [Sample(means + each, nothing, H, EPS[:3], 1.0, ("a", "b")) for each in errors]
+    found = [Sample(means + each, nothing, H, EPS[:3], 1.0, ("a", "b"), EPS[:0]) for each in errors]
 
     most = binom.ppf(1.0 - 1e-4, samples, 0.05)
     assert sum(sample.falls(order) <= 0.05 for sample in found) <= most

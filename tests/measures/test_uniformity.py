@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 
-from measures.stiff_cells import AFFINE, Explicit, HalfRoot, Ignorant, Right, Without, judged, whole
+from measures.stiff_cells import AFFINE, SETTINGS, Explicit, HalfRoot, Ignorant, Right, Without, judged, whole
 from sdaeverify import Claim, Increment, Moment
-from sdaeverify.measure import Verdict
-from sdaeverify.measures.uniformity import Uniformity
+from sdaeverify.measure import Evidence, Verdict
+from sdaeverify.measures.uniformity import INVARIANT, Uniformity
+from sdaeverify.probe.transition_errors import invariant_observables
+from sdaeverify.probe.uniform_errors import UniformErrors
+from sdaeverify.tally import Tally, packed
 from sdaeverify_problems.affine_constraint import affine_constraint
 from sdaeverify_problems.exponential_strip import exponential_strip
 from sdaeverify_problems.ou import ou
@@ -114,3 +117,25 @@ def test_what_makes_no_sense_is_refused():
         Right(xi="three-point"), penalised_sphere(d=3)
     )
     assert MEASURE.refuses(Right(), penalised_sphere(d=3)) == ""
+
+
+def test_an_eps_that_no_quantity_is_known_for_is_named_and_verifies_nothing():
+    """As long as one quantity is known for every eps, the others may leave some out; the reason says which."""
+    h, eps = 0.05 * 0.5 ** np.arange(4), 10.0 ** np.arange(-8.0, 2.0)
+    problem = exponential_strip()
+    count = len(invariant_observables(problem))
+    error = np.broadcast_to(np.minimum(h, eps[:, None])[..., None], (len(eps), len(h), count))
+    blurred = np.where(eps == 10.0, 1.0, 0.0)[:, None, None] * np.ones_like(error)
+    one = np.where(np.arange(count) == 0, 0.0, blurred)
+
+    def found(floor):
+        record = UniformErrors(h, eps, error, floor, np.ones((len(eps), count)))
+        given = Evidence(Right(), problem, problem, SETTINGS, packed(INVARIANT, record), Tally())
+        (finding,) = MEASURE.judge(given).findings
+        return finding
+
+    assert found(0.0 * error).verdict is Verdict.VERIFIED
+    assert "not resolved" not in found(0.0 * error).reason
+    assert found(one).verdict is Verdict.VERIFIED
+    assert "|n|^2 is not resolved for eps = 10" in found(one).reason
+    assert found(blurred).verdict is Verdict.INCONCLUSIVE

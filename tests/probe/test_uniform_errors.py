@@ -64,7 +64,7 @@ def test_large_eps_are_left_out_where_they_are_not_known_and_small_ones_are_not(
     blurred = np.where(EPS[:, None] > 5.0, 1.0, 0.0) * np.ones_like(H)
     found = only(record(lambda eps, h: h + 0.0 * eps, floor=blurred))
     assert found.order == pytest.approx(1.0)
-    assert found.highest < 5.0
+    assert found.left_out == pytest.approx([10.0])
 
     blurred = np.where(EPS[:, None] < 2e-8, 1.0, 0.0) * np.ones_like(H)
     assert not only(record(lambda eps, h: h + 0.0 * eps, floor=blurred)).resolved
