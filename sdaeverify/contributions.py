@@ -7,6 +7,7 @@ a broken plugin leaves nothing behind.
 import pickle
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from difflib import SequenceMatcher
 from inspect import isroutine
 from typing import Any, NamedTuple
 
@@ -15,7 +16,7 @@ import pluggy
 from . import hookspecs
 from .calibrated import CalibrationCase
 from .discovery import Origin
-from .errors import ParameterError, PluginError, one_line
+from .errors import FAULTS, ParameterError, PluginError, one_line
 from .experiment import Experiment
 from .forms import Problem
 from .labels import dataclass_parameters, did_you_mean, parse_label, read_values
@@ -23,6 +24,8 @@ from .planted import Planted
 from .scheme import Scheme
 from .specs import ProblemSpec, check_family, check_name, check_scheme, describe, family_name, problem_spec
 
+# From this likeness on, a name of a function is taken for a misspelt hook.
+ALIKE = 0.82
 HOOKS = tuple(sorted(name for name in vars(hookspecs) if name.startswith(f"{hookspecs.PROJECT}_")))
 
 
@@ -47,7 +50,7 @@ class SchemeEntry:
         values = read_values(owner, dataclass_parameters(type(self.variants[0])), texts or {})
         try:
             return make(**values)
-        except Exception as error:
+        except FAULTS as error:
             raise ParameterError(f"{owner}: {one_line(error)}") from error
 
 
@@ -174,9 +177,10 @@ def _manager() -> pluggy.PluginManager:
 
 
 def hooks_of(plugin: object) -> dict[str, str | None]:
-    """Return the functions of a plugin that are hooks, or look like one, and the hook they implement.
+    """Return the functions of a plugin that are hooks, or are named like one, and the hook they implement.
 
-    It is None where the function is not marked.
+    It is None where the function is not marked. A function whose name merely begins as all hooks do is nobody's hook:
+    a distribution ``sdaeverify-mine`` has a problem function ``sdaeverify_mine_sinh``.
     """
     # What is marked shows without the specifications.
     manager = pluggy.PluginManager(hookspecs.PROJECT)
@@ -187,9 +191,16 @@ def hooks_of(plugin: object) -> dict[str, str | None]:
         options = manager.parse_hookimpl_opts(plugin, name)
         if options is not None:
             found[name] = options.get("specname") or name
-        elif name.startswith(f"{hookspecs.PROJECT}_") and isroutine(getattr(plugin, name)):
+        elif _names_a_hook(name) and isroutine(getattr(plugin, name)):
             found[name] = None
     return found
+
+
+def _names_a_hook(name: str) -> bool:
+    """Tell whether a name is that of a hook, or one of it with a letter or two wrong."""
+    prefix, _, rest = name.partition("_")
+    likeness = (SequenceMatcher(None, rest, hook.partition("_")[2]).ratio() for hook in HOOKS)
+    return prefix == hookspecs.PROJECT and max(likeness) >= ALIKE
 
 
 def _check_hooks(plugin: object) -> None:
@@ -276,7 +287,7 @@ def _experiment_name(experiment: Any) -> str:
 def _check_pickles(what: str, thing: object) -> None:
     try:
         pickle.dumps(thing)
-    except Exception as error:
+    except FAULTS as error:
         raise PluginError(
             f"{what} cannot be sent to worker processes ({one_line(error)}); define it at the top level of its module"
         ) from error

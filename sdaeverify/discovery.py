@@ -10,7 +10,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
-from .errors import PluginError, UsageError, one_line
+from .errors import FAULTS, PluginError, UsageError, one_line
 from .labels import did_you_mean
 
 GROUP = "sdaeverify"
@@ -137,7 +137,7 @@ def load_file(path: str | Path) -> ModuleType:
         raise PluginError(f"plugin file {path}: expected an existing file that ends in .py")
     try:
         return _execute(file, file.read_bytes())
-    except (Exception, SystemExit) as error:
+    except FAULTS as error:
         raise PluginError(f"plugin file {path}: {one_line(error)}") from error
 
 

@@ -36,7 +36,7 @@ class PluginError(SdaeverifyError, ImportError):
 
 
 # What a plugin may raise without ending the run: sys.exit() included, an interrupt of the user not.
-FAULTS = (Exception, SystemExit)
+FAULTS = (Exception, SystemExit, GeneratorExit)
 
 
 def one_line(error: BaseException) -> str:
@@ -51,5 +51,13 @@ def one_line(error: BaseException) -> str:
     str
         ``message`` for an error of this package, ``Type: message`` for any other.
     """
-    text = " ".join(str(error).split()) or "no message"
+    text = " ".join(_text(error).split()) or "no message"
     return text if isinstance(error, SdaeverifyError) else f"{type(error).__name__}: {text}"
+
+
+def _text(error: BaseException) -> str:
+    """Return the message of an error, whose class may be a plugin's own and know no text of itself."""
+    try:
+        return str(error)
+    except FAULTS as other:
+        return f"its message cannot be read, which raises {type(other).__name__}"

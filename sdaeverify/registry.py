@@ -37,7 +37,7 @@ from .discovery import (
     submodules,
     unmatched,
 )
-from .errors import PluginError, one_line
+from .errors import FAULTS, PluginError, one_line
 from .labels import did_you_mean
 from .scheme import Scheme
 from .specs import ProblemSpec
@@ -129,7 +129,7 @@ class Registry:
         for plugin, write in self.reports:
             try:
                 write(folder=folder)
-            except (Exception, SystemExit) as error:
+            except FAULTS as error:
                 failures.append(f"report of plugin {plugin}: {one_line(error)}")
         return tuple(failures)
 
@@ -211,7 +211,7 @@ def _from_file(path: str, before: Sequence[Outcome]) -> Outcome:
     plugin = load_file(path)
     try:
         return _loaded(plugin, Origin(Path(path).stem, "", "", path), before)
-    except (Exception, SystemExit) as error:
+    except FAULTS as error:
         raise PluginError(f"plugin file {path}: {one_line(error)}") from error
 
 
@@ -224,7 +224,7 @@ def _from_entry_point(entry: EntryPoint, disabled: frozenset[str], before: Seque
         modules = [] if hooks_of(plugin) else submodules(plugin, origin)
         if not modules:
             return [_loaded(plugin, origin, before)]
-    except (Exception, SystemExit) as error:
+    except FAULTS as error:
         return [_broken(origin, error)]
     outcomes: list[Outcome] = []
     for module in modules:
@@ -239,7 +239,7 @@ def _from_module(origin: Origin, disabled: frozenset[str], before: Sequence[Outc
         plugin = import_module(origin.module)
         # A module without hooks is a helper of its neighbours.
         return [_loaded(plugin, origin, before)] if hooks_of(plugin) else []
-    except (Exception, SystemExit) as error:
+    except FAULTS as error:
         return [_broken(origin, error)]
 
 

@@ -65,6 +65,7 @@ def select_schemes(registry: Registry, wanted: str | Sequence[str | Scheme] = ()
                 chosen += entry.variants if is_glob and texts is None else [entry.make(texts)]
         else:
             check_scheme(item)
+            _require_own_name(item, registry)
             chosen.append(item)
     unique = _unique("scheme", chosen, type)
     return sorted(unique, key=lambda scheme: (scheme.name, _position(scheme, registry.schemes), scheme.label))
@@ -121,6 +122,16 @@ def select_measures(registry: Registry, wanted: str | Sequence[Any] = ()) -> lis
             if chosen.setdefault(measure.name, measure) is not measure:
                 raise UsageError(f"two different measures are named {measure.name!r}; select one of them")
     return [chosen[name] for name in sorted(chosen)]
+
+
+def _require_own_name(scheme: Scheme, registry: Registry) -> None:
+    """Check that no other scheme is registered under the name of a given one: controls are found by their names."""
+    entry = registry.schemes.get(scheme.name)
+    if entry is not None and not registry.names(scheme):
+        raise UsageError(
+            f"a scheme that is given is named {scheme.name!r}, which is registered by {entry.origin}; "
+            "give it a name of its own"
+        )
 
 
 def _items(kind: str, wanted: str | Sequence[Any]) -> Iterator[Any]:

@@ -115,6 +115,9 @@ def check_scheme(scheme: object) -> None:
     if mistaken := {field.name for field in fields(kind)} & set(CLASS_VARIABLES):
         raise UsageError(f"{owner}: annotate {', '.join(sorted(mistaken))} as ClassVar, they are no parameters")
     check_parameters(owner, dataclass_parameters(kind))
+    # What has somebody else's label is taken for that, by tables, controls and evidence alike.
+    if kind.label is not Scheme.label:
+        raise UsageError(f"{owner}: its label is made of its name and its parameters; leave label as it is")
     _check_declarations(owner, kind)
 
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ..testing.questions import Question
 
 WORDS = {ExitCode.OK: "no check fails", ExitCode.REFUTED: "a check fails", ExitCode.USAGE: "wrong usage"}
+Row = dict[str, object]
 STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
 
 
@@ -78,11 +79,21 @@ def _kinds(registry: Registry, pattern: str) -> list[str]:
     return found
 
 
-def _show(rows: list[dict[str, object]]) -> None:
+def _different(rows: Iterable[Row]) -> Iterable[tuple[Row, int]]:
+    """Return the first row of each status and reason of a subject, and how many there are: one fault is said once."""
+    found: dict[tuple[object, ...], list[Row]] = {}
+    for row in rows:
+        found.setdefault((row["subject"], row["status"], row["reason"]), []).append(row)
+    return [(same[0], len(same)) for same in found.values()]
+
+
+def _show(rows: list[Row]) -> None:
     console = output(unbroken=True)
     table = empty_table("", "subject", "check", "problem", "reason")
-    for row in (row for row in rows if row["status"] != "passed"):
-        texts = (Text(visible(str(row[key]))) for key in ("subject", "check", "problem", "reason"))
+    for row, count in _different(row for row in rows if row["status"] != "passed"):
+        more = f" and {count - 1} more" if count > 1 else ""
+        cells = (row["subject"], f"{row['check']}{more}", row["problem"], row["reason"])
+        texts = (Text(visible(str(cell))) for cell in cells)
         table.add_row(Text(str(row["status"]), style=STYLES[str(row["status"])]), *texts)
     if table.rows:
         console.print(table)

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..contributions import MeasureEntry, ProblemEntry, SchemeEntry
 from ..controls import Control
-from ..errors import ProblemError, SdaeverifyError, UsageError, one_line
+from ..errors import FAULTS, ProblemError, SdaeverifyError, UsageError, one_line
 from ..forms import DelaySDAE, Problem
 from ..labels import REQUIRED, describe_kind
 from ..registry import PluginRow
@@ -89,7 +89,7 @@ def _built(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:
         # A number that is not finite is said in one line, by the problem.
         with np.errstate(all="ignore"):
             return build()
-    except Exception as error:
+    except FAULTS as error:
         kind = UsageError if given and isinstance(error, SdaeverifyError) else ProblemError
         raise kind(f"problem {label} cannot be built: {one_line(error)}") from error
 

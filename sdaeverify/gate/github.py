@@ -4,9 +4,11 @@ The runner takes a line that begins with ``::`` for a command. All that plugins 
 ``::stop-commands::TOKEN`` and ``::TOKEN::``, with a token that nobody can guess; in annotations it is escaped.
 """
 
+import os
 import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import takewhile
 from pathlib import Path
 
 from ..report.terminal import visible
@@ -16,6 +18,8 @@ from .messages import estimate_text, headline
 from .outcomes import Outcome, Status
 
 MOST = 10
+# Folders that hold copies of sources: of what is installed, and of what is built to be.
+INSTALLED = frozenset({"site-packages", "dist-packages", "build"})
 KINDS = {Status.FAILED: "error", Status.UNMEASURED: "error", Status.XPASSED: "error", Status.UNDECIDED: "warning"}
 
 
@@ -43,7 +47,7 @@ def annotations(gated: Gated, root: Path) -> Iterator[str]:
     ----------
     gated : Gated
     root : Path
-        Folder that files are named relative to; a claim outside of it is annotated without its file.
+        Folder that files are named relative to; a claim whose source is not in it is annotated without its file.
     """
     told = [outcome for outcome in gated.told if outcome.status in KINDS]
     lines = [f"lock file: {line}" for line in gated.lock.violations]
@@ -67,7 +71,7 @@ def _annotation(outcome: Outcome, gated: Gated, root: Path) -> str:
     kind = "error" if gated.red(outcome) else KINDS[outcome.status]
     place = claim_place(outcome.cell.scheme, finding.claim)
     properties = {"title": f"sdaeverify: {outcome.cell.measure.name} {outcome.status}"}
-    if place is not None and (file := _relative(place.file, root)):
+    if place is not None and (file := source_in(root, place.file)):
         properties = {"file": file, "line": str(place.line), **properties}
     parts = (
         headline(outcome),
@@ -83,8 +87,40 @@ def _command(kind: str, properties: dict[str, str], message: str) -> str:
     return f"::{kind} {listed}::{data_text(message)}"
 
 
-def _relative(file: Path, root: Path) -> str:
-    try:
-        return file.resolve().relative_to(root.resolve()).as_posix()
-    except ValueError:
-        return ""
+def source_in(root: Path, file: Path) -> str:
+    """Return the source of a module in a checkout, relative to it; empty where it has none.
+
+    A module that is installed is a copy of its source, byte by byte, and so are the lines of its claims: the file of
+    the checkout is meant that ends in the same names, as many as possible, and holds the same.
+
+    Parameters
+    ----------
+    root : Path
+        Of the checkout.
+    file : Path
+        That the module was imported from.
+    """
+    root, file = root.resolve(), file.resolve()
+    if file.is_relative_to(root) and not _is_installed(file):
+        return file.relative_to(root).as_posix()
+    copies = [path for path in _sources(root, file.name) if path.read_bytes() == file.read_bytes()]
+    best = max(copies, key=lambda path: (_common_end(path, file), path.as_posix()), default=None)
+    return "" if best is None else best.relative_to(root).as_posix()
+
+
+def _is_installed(file: Path) -> bool:
+    return not INSTALLED.isdisjoint(file.parts)
+
+
+def _sources(root: Path, name: str) -> Iterator[Path]:
+    """Yield the files of a name below a folder, but for those in hidden folders and in environments."""
+    for folder, folders, files in os.walk(root):
+        folders[:] = [each for each in folders if not each.startswith(".") and each not in INSTALLED]
+        if name in files:
+            yield Path(folder, name)
+
+
+def _common_end(one: Path, other: Path) -> int:
+    """Return in how many names two paths end alike."""
+    pairs = zip(reversed(one.parts), reversed(other.parts), strict=False)
+    return len(list(takewhile(lambda pair: pair[0] == pair[1], pairs)))

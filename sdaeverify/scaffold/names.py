@@ -3,6 +3,7 @@
 import keyword
 import re
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
@@ -64,4 +65,15 @@ def names_of(folder: Path, name: str | None = None) -> Names:
         raise UsageError(f"{given!r} cannot be the name of a plugin: expected {expected}{where}")
     if keyword.iskeyword(module) or module in sys.stdlib_module_names or module in TAKEN:
         raise UsageError(f"{given!r} cannot be the name of a plugin: {module} is a name of Python's or ours{where}")
+    if _is_installed(module):
+        raise UsageError(f"{given!r} cannot be the name of a plugin: a module {module} is installed already{where}")
     return Names(distribution, module)
+
+
+def _is_installed(module: str) -> bool:
+    """Tell whether a module of this name can be imported; a mere folder of that name is none."""
+    try:
+        found = find_spec(module)
+    except (ImportError, ValueError):
+        return True
+    return found is not None and found.origin is not None

@@ -25,7 +25,8 @@ FILES = {
     "src/$module/__init__.py": "package",
     "src/$module/platen.py": "scheme",
     "src/$module/sinh.py": "problem",
-    "tests/test_plugin.py": "tests",
+    # A name that no module of a distribution can have: beside its tests, "test-plugin" is imported as well.
+    "tests/test_$module.py": "tests",
 }
 
 

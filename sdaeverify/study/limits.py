@@ -144,7 +144,7 @@ class Watchdog(Guard):
     def _alive(self) -> Iterator[None]:
         try:
             yield
-        except (*FAULTS, GeneratorExit):
+        except FAULTS:
             raise
         except BaseException as error:
             # Workers hear no interrupt of the user's: whatever ends a program is the plugin's own.

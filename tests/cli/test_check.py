@@ -46,6 +46,18 @@ def test_a_broken_scheme_from_a_file(call, write):
     assert "\x1b" not in outcome.out
 
 
+def test_one_fault_is_told_once(call, write):
+    """A step that raises fails many checks: one line with their number, and a row for each for programs."""
+    plugin = write(HOSTILE)
+    outcome = call("check", "hostile", "-p", "ou,gbm", "--plugin", plugin)
+    rows = json.loads(call("check", "hostile", "-p", "ou,gbm", "--plugin", plugin, "--json").out)
+
+    raised = sum(row["reason"].startswith("raises ValueError") for row in rows)
+    assert raised > 10
+    assert outcome.out.count("  raises ValueError") == 1
+    assert f"inputs-untouched and {raised - 1} more" in outcome.out
+
+
 def test_an_unknown_name(call):
     """A name that nothing has is an error of usage with what is close."""
     outcome = call("check", "milstien")

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdaeverify.errors import UsageError
-from sdaeverify.gate.github import MOST, annotations, data_text, fence, property_text
+from sdaeverify.gate.github import MOST, annotations, data_text, fence, property_text, source_in
 from sdaeverify.gate.lock import Lock
 from sdaeverify.measure import Verdict
 
@@ -58,6 +58,22 @@ def test_place_of_a_claim(tmp_path):
 
     assert inside.startswith("::error file=conftest.py,line=")
     assert outside.startswith("::error title=")
+
+
+def test_source_of_an_installed_module(tmp_path):
+    """The file of the checkout with the same text is meant, that which ends in the same names; another is none."""
+    checkout, installed = tmp_path / "checkout", tmp_path / "lib" / "site-packages" / "mine" / "scheme.py"
+    inside = checkout / ".venv" / "site-packages" / "mine" / "scheme.py"
+    same = [checkout / "docs" / "scheme.py", checkout / "src" / "mine" / "scheme.py"]
+    for file in (installed, inside, *same, checkout / "build" / "lib" / "mine" / "scheme.py"):
+        file.parent.mkdir(parents=True)
+        file.write_text("claims = ()\n")
+
+    assert source_in(checkout, installed) == source_in(checkout, inside) == "src/mine/scheme.py"
+    same[1].write_text("\n")
+    assert source_in(checkout, installed) == "docs/scheme.py"
+    same[0].write_text("\n")
+    assert source_in(checkout, installed) == source_in(checkout, inside) == ""
 
 
 def test_worst_first_and_not_too_many(tmp_path):

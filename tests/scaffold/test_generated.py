@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from sdaeverify.cli.exit_codes import ExitCode
-from sdaeverify.discovery import load_file
+from sdaeverify.contributions import collect
+from sdaeverify.discovery import Origin, load_file
 from sdaeverify.scaffold import names_of, write_plugin
 from sdaeverify.testing import check_problem, check_scheme
 
@@ -51,6 +52,49 @@ def test_scheme_and_problem_pass_the_kit(plugin):
 
     assert not failed(check_scheme(scheme.Platen(), [problem.rodeo_sinh]))
     assert not failed(check_problem(problem.rodeo_sinh))
+
+
+@pytest.mark.parametrize("name", ["sdaeverify-mine", "sdaeverify-problem", "sdaeverify-plugin", "test-plugin", "a"])
+def test_plugin_of_any_name_is_registered(tmp_path, name):
+    """Whatever the distribution is called, both modules register what they have, and the tests shadow no module."""
+    names = names_of(Path(), name)
+    written = write_plugin(tmp_path / name, names)
+    origin = Origin(name, name, "0", names.module)
+    scheme, problem = (
+        collect(load_file(tmp_path / name / "src" / names.module / f"{each}.py"), origin)
+        for each in ("platen", "sinh")
+    )
+
+    assert (list(scheme.schemes), list(problem.problems)) == ([names.scheme], [names.problem])
+    assert names.module not in {Path(file).stem for file in written}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["sdaeverify-mine", "test-plugin"])
+def test_plugin_of_a_natural_name_passes_its_own_tests(tmp_path, name):
+    """A name that begins like a hook, or like a test, is one like any other."""
+    folder = tmp_path / name
+    write_plugin(folder, names_of(folder))
+    install(folder)
+
+    tests, gate = python(folder, "pytest", "-q"), python(folder, "sdaeverify", "gate")
+
+    assert (tests.returncode, gate.returncode) == (0, ExitCode.OK), tests.stdout + gate.stdout
+    assert "warning" not in gate.stderr
+
+
+@pytest.mark.slow
+def test_annotation_of_an_installed_plugin(plugin):
+    """Installed as its workflow does it, a refuted claim is annotated at its line of the checkout."""
+    scheme = plugin / "src" / "rodeo" / "platen.py"
+    text = scheme.read_text(encoding="utf-8").replace(*SIGN[:2])
+    scheme.write_text(text, encoding="utf-8")
+    install(plugin)
+
+    printed = python(plugin, "sdaeverify", "gate", "--report", "github").stdout
+
+    line = 1 + next(n for n, text in enumerate(text.splitlines()) if 'Claim(measure="strong"' in text)
+    assert f"::error file=src/rodeo/platen.py,line={line},title=" in printed
 
 
 @pytest.mark.slow

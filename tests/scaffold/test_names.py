@@ -53,6 +53,13 @@ def test_names_that_cannot_be_are_refused(given):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("given", ["sdaeverify-schemes", "sdaeverify-problems", "hypothesis"])
+def test_names_of_installed_modules_are_refused(given):
+    """A plugin must not come in the place of what is installed: the shipped schemes, or another package."""
+    with pytest.raises(UsageError, match=r"a module \w+ is installed already"):
+        names_of(Path(), given)
+
+
 def test_a_bad_folder_hints_at_the_option():
     """Where the name is from the folder, the message says how to give another."""
     with pytest.raises(UsageError, match="choose another with --name"):
