@@ -18,10 +18,10 @@ from .sources import SAME, WRONG, Place, distinct, places, variant
 
 # By form: problems that are cheap and on which the claims of its schemes are verified.
 PROBLEMS = {
-    "SDE": ("gbm", "forced-ou", "noncommuting"),
+    "SDE": ("gbm", "forced-ou", "noncommuting", "circle"),
     "Langevin": ("angle-pendulum",),
     "HolonomicSDAE": ("pendulum[horizon=1]",),
-    "ConstrainedLangevin": ("affine-constraint",),
+    "ConstrainedLangevin": ("affine-constraint", "affine-constraint[eps=0]"),
     "DelaySDAE": ("delay-ou", "delay-test[set=II,horizon=4]"),
 }
 # A mutant's claim is wrong if its difference leaves at least this much less than the order that is claimed.
