@@ -19,16 +19,20 @@ NOISES: tuple[Array, ...] = (
     np.diag([0.7, 0.9]),
     np.array([[0.7], [0.2]]),
 )
+# For schemes that ask for noise of the same strength in each component.
+EVEN = 0.8 * np.eye(2)
 # For schemes that ask for an invariant: x_2 = 0.
 ALONG = np.array([[0.7, -0.3], [0.0, 0.0]])
 RATE = np.array([0.6, -0.4])
 SPEED, FRICTION = 0.5, 0.5
 # The checks' step size, and the factor by which it is shortened where an error is found.
 H, SHORTER = 2.0**-6, 2.0**-20
-# Delays, in steps.
-DELAYS = (2.7, 0.3, 0.0)
-# Rates and strengths of what vanishes on the solution.
-PULL = 0.8
+# Delays, in steps: between mesh points, on one, within a step, and none.
+DELAYS = (2.7, 2.0, 0.3, 0.0)
+# One that stays where steps get shorter, so that a lagged value in the drift counts, and by how much they do then.
+LONG, LESS_SHORT = 10.7 * H, 2.0**-10
+# Rates and strengths of what vanishes on the solution; unlike, so that a lagged value in both of them stays.
+PULL, TIE = 0.8, 0.5
 SOURCE = "trivial problem of the conformance checks"
 
 
@@ -44,12 +48,27 @@ class Trivial(NamedTuple):
         The components that are known at time t, given the sum of all increments of W.
     finer : Trivial or None
         What takes its place on shorter steps: a delay of the same number of them.
+    shorter : float
+        By how much steps are shortened.
     """
 
     name: str
     problem: Problem
     solution: Callable[[float, Array], Parts]
     finer: "Trivial | None" = None
+    shorter: float = SHORTER
+
+    @property
+    def shortened(self) -> tuple["Trivial", float]:
+        """The problem on shorter steps, and their size."""
+        return self.finer or self, H * self.shorter
+
+    @property
+    def noisy(self) -> bool:
+        """Whether the solution depends on W."""
+        W = np.zeros((self.problem.noise_dim, 2))
+        W[:, 1] = 1.0
+        return any(bool(np.ptp(part, axis=1).any()) for part in self.solution(0.0, W).values())
 
 
 @cache
@@ -62,8 +81,8 @@ def trivial_problems(form: type[Any]) -> tuple[tuple[Trivial, ...], ...]:
 
 
 def _sdes() -> list[tuple[Trivial, ...]]:
-    noises = (*NOISES, ALONG)
-    still, moving = [0.0 * S for S in noises], [RATE, RATE, RATE, RATE * [1.0, 0.0]]
+    noises = (*NOISES, EVEN, ALONG)
+    still, moving = [0.0 * S for S in noises], [*(RATE for _ in noises[1:]), RATE * [1.0, 0.0]]
     return [
         tuple(_sde("dx = 0", 0.0 * RATE, S, invariant=S is still[-1]) for S in still),
         tuple(_sde("dx = c dt", c, S, invariant=S is still[-1]) for c, S in zip(moving, still, strict=True)),
@@ -156,11 +175,13 @@ def _damped(name: str, speed: float, force: float, sigma: float, known: tuple[st
 def _delays() -> list[tuple[Trivial, ...]]:
     noise, none = (NOISES[1], NOISES[2]), tuple(np.zeros_like(S) for S in NOISES[1:])
     equations = [(0.0 * RATE, none), (RATE, none), (0.0 * RATE, noise)]
-    return [
+    on_few_steps = [
         tuple(_on_both(steps, c, S, algebraic=algebraic) for S in strengths for algebraic in (True, False))
         for steps in DELAYS
         for c, strengths in equations
     ]
+    long = (_delayed(LONG, RATE, S, algebraic=algebraic) for S in none for algebraic in (True, False))
+    return [*on_few_steps, tuple(trivial._replace(shorter=LESS_SHORT) for trivial in long)]
 
 
 def _on_both(steps: float, c: Array, S: Array, *, algebraic: bool) -> Trivial:
@@ -180,8 +201,8 @@ def _delayed(tau: float, c: Array, S: Array, *, algebraic: bool) -> Trivial:
         return np.asarray(v - x + tau * c[:, None]) if follows else 0.0 * x
 
     def drift(_t: float, x: Array, v: Array, y: Array) -> Array:
-        pull = y - (v if follows else x) if algebraic else 0.0
-        return np.asarray(c[:, None] + PULL * (behind(x, v) + pull))
+        tie = y - (v if follows else x) if algebraic else 0.0
+        return np.asarray(c[:, None] + PULL * behind(x, v) + TIE * tie)
 
     def solution(t: float, W: Array) -> Parts:
         x = start[:, None] + t * c[:, None] + S @ W

@@ -23,6 +23,7 @@ from .sde import SDE
 
 # Times at which a history is looked at.
 HISTORY = 17
+NO_Y = "the equation has no algebraic component y; refuse it in refuses(problem)"
 # Of x, the delayed x and y.
 Coefficient = Callable[[float, Array, Array, Array], Array]
 
@@ -197,13 +198,28 @@ class DelaySDAE(Problem):
         return self.drift_partials(t, x, v, y) if self.drift_partials else partials(self.drift, t, x, v, y)
 
     def linearised_constraint(self, t: float, x: Array, v: Array, y: Array) -> Partials:
-        """Return the derivatives of u in x, v and y."""
-        assert self.constraint is not None
+        """Return the derivatives of u in x, v and y.
+
+        Raises
+        ------
+        ProblemError
+            If the equation has no algebraic component.
+        """
+        if self.constraint is None:
+            raise ProblemError(NO_Y)
         given = self.constraint_partials
         return given(t, x, v, y) if given else partials(self.constraint, t, x, v, y)
 
     def eliminated(self, t: float, x: Array, v: Array) -> Array:
-        """Return U(t, x, v), the y that solves the constraint, shape (q, P); NaN where Newton's method fails."""
+        """Return U(t, x, v), the y that solves the constraint, shape (q, P); NaN where Newton's method fails.
+
+        Raises
+        ------
+        ProblemError
+            If the equation has no algebraic component.
+        """
+        if self.constraint is None:
+            raise ProblemError(NO_Y)
         if self.solved is not None:
             return self.solved(t, x, v)
         return solve_algebraic(self, t, x, v, columns(self._start_y, x.shape[-1]))

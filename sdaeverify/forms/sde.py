@@ -133,14 +133,24 @@ class SDE(Problem):
         return J.transposed(c)
 
     def dg(self, x: Array) -> Array:
-        """Return Dg(x), shape (m, d, P), of the constraint."""
-        assert self.constraint is not None
-        return jacobian(self.constraint, x)
+        """Return Dg(x), shape (m, d, P), of the constraint.
+
+        Raises
+        ------
+        ProblemError
+            If the equation has no invariant.
+        """
+        return jacobian(self._invariant, x)
 
     def admissible(self, x: Array) -> Array:
-        """Return points of the manifold g = 0 near the columns of x."""
-        assert self.constraint is not None
-        return onto_manifold(self.constraint, self.linearised, self.push, x)
+        """Return points of the manifold g = 0 near the columns of x.
+
+        Raises
+        ------
+        ProblemError
+            If the equation has no invariant.
+        """
+        return onto_manifold(self._invariant, self.linearised, self.push, x)
 
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:
         """Return the defect g(x), if there is a constraint."""
@@ -163,6 +173,12 @@ class SDE(Problem):
             return ""
         text = "diffusion is not analytic (abs, real buffers?), so that its derivative cannot be taken"
         return f"{text} by complex step; give diffusion_derivative"
+
+    @property
+    def _invariant(self) -> Callable[[Array], Array]:
+        if self.constraint is None:
+            raise ProblemError("the equation has no invariant, so that there is no Dg; refuse it in refuses(problem)")
+        return self.constraint
 
     def _check_traits(self, x: Array) -> None:
         # A trait that is not there would have claims refuted that were never made for such a problem.

@@ -54,12 +54,20 @@ class OneStep:
         return dict(self.ito.names or {"x": slice(None)})
 
     def refusal(self) -> str:
-        """Return why the map cannot be probed, or an empty string: all its memory must be set by `enter`."""
+        """Return why the map cannot be probed at any state, or an empty string."""
+        return self.incomparable() or self.unentered()
+
+    def incomparable(self) -> str:
+        """Return why states cannot be compared with those of an Ito equation, or an empty string."""
         if self.view.ito() is None:
             return f"a {type(self.view).__name__} offers no Ito equation to compare one step with"
         rows = [row for part in self.names.values() for row in range(self.ito.dimension)[part]]
         if sorted(rows) != list(range(self.ito.dimension)):
             return "the named components leave out rows of the state, or have some twice"
+        return ""
+
+    def unentered(self) -> str:
+        """Return that the scheme has memory that `enter` does not set, or an empty string."""
         h = self.view.horizon / 64.0
         start, entered = self.scheme.start(self.view, 2, h), self.enter(self.ito.initial(2), 0.0, h)
         if type(start) is not type(entered) or flatten(start).shape != flatten(entered).shape:

@@ -110,7 +110,11 @@ class StabilityRecord(NamedTuple):
 
 def no_stability(scheme: Scheme, view: Problem) -> str:
     """Return why mean-square stability cannot be asked for, or an empty string."""
-    return no_linear_equation(view) or OneStep(scheme, view).refusal() or no_linear_step(scheme, view)
+    one_step = OneStep(scheme, view)
+    if reason := no_linear_equation(view) or one_step.incomparable() or no_linear_step(scheme, view):
+        return reason
+    # Of admissible states alone one has to know how the scheme goes on from them; others are those of its memory.
+    return one_step.unentered() if view.has_constraints else ""
 
 
 def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count: int = COUNT) -> StabilityRecord:

@@ -8,7 +8,19 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import pytest
 
-from sdaeverify import SDE, Array, HolonomicSDAE, HolonomicState, Increment, Langevin, Scheme, Step
+from sdaeverify import (
+    SDE,
+    Array,
+    Claim,
+    HolonomicSDAE,
+    HolonomicState,
+    Increment,
+    Langevin,
+    ProblemError,
+    Scheme,
+    Step,
+    verify,
+)
 from sdaeverify.conformance import breach
 from sdaeverify.conformance.contract import contract_breach
 from sdaeverify.conformance.exactness import exactness_breach
@@ -19,6 +31,7 @@ from sdaeverify.numerics import apply
 from sdaeverify.statistics import EPS
 from sdaeverify_problems.angle_pendulum import angle_pendulum
 from sdaeverify_problems.circle import circle
+from sdaeverify_problems.delay_ou import delay_ou
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.ou import ou
@@ -36,6 +49,7 @@ class Ruled(Scheme):
 
     name: ClassVar[str] = "ruled"
     form: ClassVar[type[Problem]] = SDE
+    claims: ClassVar[tuple[Claim, ...]] = (Claim(measure="strong", value=0.5, source="made up"),)
 
     def step(self, problem: Any, state: Any, t: float, h: float, noise: Increment) -> Any:
         """Make one step."""
@@ -303,6 +317,53 @@ def test_a_step_that_fails_where_it_does_not_refuse_is_named() -> None:
 
     assert "IndexError" in exactness_breach(Ruled(narrow))
     assert exactness_breach(Ruled(hands_on)) == ""
+
+
+def projected(factor: float) -> Rule:
+    """Return Euler's step times a factor, followed by one step of Newton's method onto an invariant."""
+
+    def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        y = x + factor * (euler(problem, x, h, noise) - x)
+        normal = problem.dg(y)[0]
+        return y - normal * problem.constraint(y) / (normal * normal).sum(axis=0)
+
+    return rule
+
+
+def test_a_scheme_that_needs_an_invariant_is_tried_where_there_is_one() -> None:
+    """It need not know which equations have one: what it cannot be tried on refutes nothing."""
+    assert exactness_breach(Ruled(projected(1.0))) == ""
+    assert "on dx = c dt" in exactness_breach(Ruled(projected(1.1)))
+
+
+def test_to_need_an_invariant_where_there_is_none_is_an_error_and_no_refutation() -> None:
+    """The cell has one clear line; that of an equation with an invariant is measured."""
+
+    @dataclass(frozen=True)
+    class Projected(Scheme):
+        name: ClassVar[str] = "projected"
+        form: ClassVar[type[SDE]] = SDE
+        claims: ClassVar[tuple[Claim, ...]] = Ruled.claims
+
+        def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+            """Make one step."""
+            return Step(projected(1.0)(problem, state, h, noise))
+
+    verdicts = verify([Projected()], ["ou", "circle"], "strong", paths=40, block=40).verdicts
+    found = verdicts.drop_duplicates("problem").set_index("problem")
+
+    assert found.verdict["ou"] == "error"
+    assert found.reason["ou"].startswith("the equation has no invariant")
+    assert found.verdict["circle"] not in {"error", "refuted"}
+
+
+@pytest.mark.parametrize(
+    "ask", [lambda p, x: p.linearised_constraint(0.0, x, x, x), lambda p, x: p.eliminated(0, x, x)]
+)
+def test_to_ask_for_y_where_there_is_none_is_no_assertion(ask: Callable[[Any, Array], Any]) -> None:
+    """A delay equation without algebraic component says so."""
+    with pytest.raises(ProblemError, match="has no algebraic component y"):
+        ask(delay_ou(), np.ones((1, 1)))
 
 
 def of_half_explicit(change: Callable[[HolonomicState, HolonomicState, float, Increment, Any], Any]) -> Scheme:

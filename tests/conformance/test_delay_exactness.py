@@ -6,11 +6,12 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from sdaeverify import DelaySDAE, DelayState, Increment, Mesh, Scheme, Step
+from sdaeverify import Claim, DelaySDAE, DelayState, Increment, Mesh, Scheme, Step
 from sdaeverify.conformance.exactness import exactness_breach
-from sdaeverify.conformance.trivial import SHORTER, H, Trivial, trivial_problems
+from sdaeverify.conformance.trivial import LONG, H, Trivial, trivial_problems
 from sdaeverify_planted.delay_lag import AnticipatingNoise, WrongLag
 from sdaeverify_planted.delay_theta import KeptAlgebraic, OldLagAlgebraic
+from sdaeverify_schemes._euler_orders import STRONG_HALF
 from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
@@ -18,6 +19,38 @@ from sdaeverify_schemes.stochastic_theta import StochasticTheta
 MOVING = "dx = c dt, y = x(t - tau)"
 WHERE = {"behind": MOVING, "present": MOVING, "swapped": MOVING, "known": "dx = 0, y = x(t - tau)"}
 EVERY = [trivial for variants in trivial_problems(DelaySDAE) for trivial in variants]
+
+
+@dataclass(frozen=True)
+class PresentDrift(StochasticTheta):
+    """The drift reads x in the place of the lagged x, y and the noise do not."""
+
+    name: ClassVar[str] = "planted-present-drift"
+    form: ClassVar[tuple[type[DelaySDAE], ...]] = (DelaySDAE,)
+    claims: ClassVar[tuple[Claim, ...]] = STRONG_HALF
+
+    def refuses(self, problem: DelaySDAE) -> str:
+        """Refuse problems without y."""
+        return "" if problem.constraints else "the problem has no algebraic component"
+
+    def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
+        """Make an explicit step."""
+        (x, y), lag = state, problem.lag(state.x, h, noise)
+        new = x + h * problem.drift(t, x, x, y) + problem.diffused(t, x, lag.now, y, noise.dW)
+        return Step(DelayState(new, problem.eliminated(t + h, new, lag.ahead(new))))
+
+
+@dataclass(frozen=True)
+class OldOnTheMesh(StochasticTheta):
+    """Where the delay is a whole number of steps, the lagged value of the step's begin is that of its end."""
+
+    name: ClassVar[str] = "planted-old-on-the-mesh"
+    form: ClassVar[tuple[type[DelaySDAE], ...]] = (DelaySDAE,)
+
+    def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        m, delta = problem.mesh(h)
+        return super().step(problem, state, t, h, noise if delta or not m else noise._replace(ahead=noise.lagged))
 
 
 @dataclass(frozen=True)
@@ -51,6 +84,8 @@ def test_wrong_lagged_values_at_the_end_are_found(reading: str) -> None:
         (KeptAlgebraic(), "dx = c dt, y = x(t - tau)"),
         (OldLagAlgebraic(), "dx = c dt, y = x(t - tau)"),
         (WrongStrength(), "dx = S dW, y = x"),
+        (PresentDrift(), "dx = c dt, y = x(t - tau)"),
+        (OldOnTheMesh(), "dx = c dt, y = x(t - tau)"),
     ],
 )
 def test_other_faults_are_named(wrong: Scheme, equation: str) -> None:
@@ -87,9 +122,8 @@ def test_trivial_delay_problems_are_solved_by_their_solution(trivial: Trivial) -
 
 
 def test_trivial_delays_lie_on_every_kind_of_mesh() -> None:
-    """One reaches back over several steps, one over a part of a step, and one is none; on shorter steps, too."""
-    for h, trivials in ((H, EVERY), (H * SHORTER, [trivial.finer for trivial in EVERY])):
-        meshes = {
-            Mesh.of(trivial.problem.delay, h).m: Mesh.of(trivial.problem.delay, h).delta for trivial in trivials
-        }
-        assert meshes == pytest.approx({3: 0.3, 1: 0.7, 0: 0.0})
+    """One reaches back over several steps, one to a mesh point, one over a part of a step; one is none, one stays."""
+    kinds = {3: 0.3, 2: 0.0, 1: 0.7, 0: 0.0}
+    for trivials, long in (([(each, H) for each in EVERY], 11), ([each.shortened for each in EVERY], 10957)):
+        meshes = dict(Mesh.of(trivial.problem.delay, h) for trivial, h in trivials)
+        assert meshes == pytest.approx({**kinds, long: Mesh.of(LONG, trivials[-1][1]).delta})
