@@ -1,5 +1,6 @@
 """Whose code runs: told to a guard, so that a process that hangs or dies can be blamed on somebody."""
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -9,13 +10,25 @@ PROBLEM = -1
 NO_MEASURE = -1
 
 
+@contextmanager
+def alone() -> Iterator[None]:
+    """End a copy of this process that the code inside has made by ``fork``: one alone comes back."""
+    process = os.getpid()
+    try:
+        yield
+    finally:
+        if os.getpid() != process:
+            os._exit(1)
+
+
 class Guard:
-    """Is told whose code runs, and does nothing about it."""
+    """Is told whose code runs, and sets it no limits."""
 
     @contextmanager
     def of(self, lane: int) -> Iterator[None]:  # noqa: ARG002 - nobody is watched here
         """Run code of a scheme, by its index among those of the block, or of the problem."""
-        yield
+        with alone():
+            yield
 
     @contextmanager
     def measure(self, index: int) -> Iterator[None]:  # noqa: ARG002

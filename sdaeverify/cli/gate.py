@@ -77,7 +77,6 @@ def _gated(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any]) 
         policy.timeout if options["timeout"] is None else options["timeout"],
         str(policy.memory) if options["memory"] is None and policy.memory is not None else options["memory"],
         options["jobs"],
-        always=True,
     )
     asked = {name: options[name] for name in ("progress", "junitxml", "report", "write_lock", "fresh")}
     narrowed = _narrowed(options)

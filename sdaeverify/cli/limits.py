@@ -1,7 +1,6 @@
 """Options that hold the code of plugins to limits, and that say whether evidence on disk is used."""
 
 import os
-import signal
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -37,9 +36,7 @@ limits = together(
 )
 
 
-def read_limits(
-    timeout: float | None, memory: str | None, jobs: int | None, *, always: bool = False
-) -> tuple[int, Limits | None]:
+def read_limits(timeout: float | None, memory: str | None, jobs: int | None) -> tuple[int, Limits | None]:
     """Return the number of workers and what they are held to.
 
     Parameters
@@ -50,28 +47,26 @@ def read_limits(
         Size; ``0`` for no limit, None for the default.
     jobs : int or None
         Workers that were asked for.
-    always : bool
-        Whether one job is done in a process of its own, too.
 
     Returns
     -------
     int
     Limits or None
-        None where one job is asked for and no limit: it runs in this process, which nothing can end but itself.
+        None where one job is asked for and all limits are taken away: it runs in this process, which nothing can end
+        but itself.
 
     Raises
     ------
     UsageError
         If one is no limit, or the platform has none.
     """
-    if jobs == 1 and timeout is None and memory is None and not always:
-        return 1, None
     if timeout is not None and not 0.0 <= timeout < inf:
         raise UsageError(f"--timeout expects a number of seconds, or 0 for no limit, got {timeout:g}")
+    if jobs == 1 and timeout == 0.0 and memory == "0":
+        return 1, None
     workers = jobs or available_cores()
-    default = TIMEOUT if hasattr(signal, "setitimer") else inf
     size = _default_memory(workers) if memory is None else 0 if memory == "0" else read_memory("--memory", memory)
-    return workers, Limits(default if timeout is None else timeout or inf, size)
+    return workers, Limits(TIMEOUT if timeout is None else timeout or inf, size)
 
 
 def options_of(options: dict[str, Any]) -> tuple[int, Limits | None]:

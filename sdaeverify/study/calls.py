@@ -23,9 +23,9 @@ class Lost(NamedTuple):
     mark : Mark
         Whose code ran.
     late : bool
-        Whether it was the alarm that ended the process.
+        Whether the process was ended because it took too long.
     timeout : float
-        Seconds after which the alarm goes off.
+        Seconds that it had.
     """
 
     mark: Mark
@@ -74,7 +74,7 @@ class Call(Generic[Value]):
             return self._future.result()
         except Died as death:
             if self._mark.is_file() or self.fresh:
-                return self._lost(death.when)
+                return self._lost(death)
         finally:
             self._mark.unlink(missing_ok=True)
         # It died before it began with this, of something else.
@@ -86,9 +86,9 @@ class Call(Generic[Value]):
         submit = self._executor.submit_afresh if self.fresh else self._executor.submit
         return submit(self._function, self._argument, self._mark, self._executor.limits.timeout)
 
-    def _lost(self, when: float) -> Lost:
+    def _lost(self, death: Died) -> Lost:
         mark = read_mark(self._mark) if self._mark.is_file() else Mark()
-        return Lost(mark, mark.timed_out(when), self._executor.limits.timeout)
+        return Lost(mark, death.late or mark.timed_out(death.when), self._executor.limits.timeout)
 
 
 def packed(argument: object, what: str) -> bytes:

@@ -1,14 +1,18 @@
 """An executor whose worker processes die alone: one that does takes its own call with it and no other."""
 
+import os
+import signal
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from contextlib import suppress
 from functools import partial
 from itertools import count
+from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from .limits import Limits
 
@@ -23,11 +27,39 @@ class Died(BrokenExecutor):
     why : str
     when : float
         On the monotonic clock.
+    late : bool
+        Whether it was ended because it had not even begun with its call.
     """
 
-    def __init__(self, why: str, when: float) -> None:
+    def __init__(self, why: str, when: float, *, late: bool = False) -> None:
         super().__init__(why)
-        self.when = when
+        self.when, self.late = when, late
+
+
+class Turn(NamedTuple):
+    """A call that a worker is busy with.
+
+    Attributes
+    ----------
+    begun : float
+        When it was given out, on the monotonic clock.
+    mark : Path or None
+        Where its process marks whose code runs.
+    """
+
+    begun: float
+    mark: Path | None
+
+
+def end_process(process: BaseProcess) -> None:
+    """End a worker process with all that it has started, whether it is alive or not.
+
+    A worker leads a session of its own (see `workers`); until it does, and where there are none, it is ended alone.
+    """
+    if process.pid is not None and hasattr(os, "killpg"):
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+    process.kill()
 
 
 class Isolated(Executor):
@@ -51,7 +83,8 @@ class Isolated(Executor):
         self._make, self._lock = make, threading.RLock()
         self._idle, self._pools = list(range(jobs)), dict[int, ProcessPoolExecutor]()
         self._retired: list[ProcessPoolExecutor] = []
-        self._waiting: deque[tuple[Future[Any], Callable[[], Any], bool]] = deque()
+        self._waiting: deque[tuple[Future[Any], partial[Any], bool]] = deque()
+        self._turns, self._late = dict[int, Turn](), set[int]()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Make a call in the next worker that is free; its future fails with `Died` if the worker does."""
@@ -65,6 +98,24 @@ class Isolated(Executor):
         """Return a place for a mark that no other call has."""
         return self._marks / str(next(self._numbers))
 
+    def turns(self) -> dict[int, Turn]:
+        """Return what each worker is busy with, by its number."""
+        with self._lock:
+            return dict(self._turns)
+
+    def processes(self, worker: int) -> Sequence[BaseProcess]:
+        """Return the processes of a worker: one, or none if it has not been started or is no pool of `workers`."""
+        with self._lock:
+            return tuple(getattr(self._pools.get(worker), "processes", ()))
+
+    def end(self, worker: int, turn: Turn) -> None:
+        """End the process of a worker that takes too long, with all it has started, if it still has the same turn."""
+        with self._lock:
+            if self._turns.get(worker) is turn:
+                self._late.add(worker)
+                for process in self.processes(worker):
+                    end_process(process)
+
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the workers; calls that wait are made first, or given up."""
         with self._lock:
@@ -76,7 +127,7 @@ class Isolated(Executor):
         for pool in pools:
             pool.shutdown(wait=wait, cancel_futures=cancel_futures)
 
-    def _begin(self, call: Callable[[], Any], *, fresh: bool) -> Future[Any]:
+    def _begin(self, call: "partial[Any]", *, fresh: bool) -> Future[Any]:
         future: Future[Any] = Future()
         with self._lock:
             self._waiting.append((future, call, fresh))
@@ -90,6 +141,8 @@ class Isolated(Executor):
                 self._retire(worker)
             try:
                 inner = self._sent(worker, call)
+                mark = next((argument for argument in call.args if isinstance(argument, Path)), None)
+                self._turns[worker] = Turn(time.monotonic(), mark)
             except Exception as error:
                 # Whoever waits for the call must hear of it, in whatever thread this is.
                 self._idle.append(worker)
@@ -97,7 +150,7 @@ class Isolated(Executor):
             else:
                 inner.add_done_callback(partial(self._done, worker, future))
 
-    def _sent(self, worker: int, call: Callable[[], Any]) -> Future[Any]:
+    def _sent(self, worker: int, call: "partial[Any]") -> Future[Any]:
         if worker in self._pools:
             try:
                 return self._pools[worker].submit(call)
@@ -114,8 +167,14 @@ class Isolated(Executor):
     def _done(self, worker: int, future: Future[Any], inner: Future[Any]) -> None:
         error = None if inner.cancelled() else inner.exception()
         with self._lock:
+            turn, late = self._turns.pop(worker, None), worker in self._late
             if isinstance(error, BrokenExecutor):
-                error = Died(str(error), time.monotonic())
+                begun = turn is None or turn.mark is None or turn.mark.is_file()
+                error = Died(str(error), time.monotonic(), late=late and not begun)
+            if isinstance(error, Died) or late:
+                self._late.discard(worker)
+                for process in self.processes(worker):
+                    end_process(process)
                 self._retire(worker)
             self._idle.append(worker)
             self._dispatch()

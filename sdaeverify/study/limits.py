@@ -1,8 +1,7 @@
-"""What a scheme may take on one block of paths, and how a worker process is held to it."""
+"""What a scheme may take on one block of paths, and how a worker process marks what it has taken."""
 
 import mmap
 import os
-import signal
 import struct
 import time
 from collections import defaultdict
@@ -14,10 +13,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import FAULTS, SdaeverifyError, UsageError
-from ..guard import NO_MEASURE, PROBLEM, Guard
+from ..guard import NO_MEASURE, PROBLEM, Guard, alone
 
-# What ends a process so little before the alarm is taken for it.
-ALARM_SLACK = 0.05
 NOBODY = PROBLEM - 1
 FORMAT = struct.Struct("<qqd")
 
@@ -45,8 +42,6 @@ class Limits:
     def __post_init__(self) -> None:
         if not self.timeout > 0.0:
             raise UsageError(f"timeout must be a positive number of seconds, got {self.timeout:g}")
-        if self.timeout < inf and not hasattr(signal, "setitimer"):
-            raise UsageError("this platform cannot end a step that hangs; leave out --timeout")
         if self.memory and not _has_resource():
             raise UsageError("this platform cannot limit the memory of a process; leave out --memory")
 
@@ -61,7 +56,7 @@ class Mark(NamedTuple):
     measure : int
         Index of the measure or `guard.NO_MEASURE`.
     deadline : float
-        Of the monotonic clock, when the alarm goes off.
+        Of the monotonic clock, from which on the process may be ended.
     """
 
     lane: int = NOBODY
@@ -69,8 +64,8 @@ class Mark(NamedTuple):
     deadline: float = inf
 
     def timed_out(self, when: float) -> bool:
-        """Tell whether it was the alarm that ended a process which died at a time of the monotonic clock."""
-        return when >= self.deadline - ALARM_SLACK
+        """Tell whether a process that died at a time of the monotonic clock had run out of its own."""
+        return when >= self.deadline
 
 
 class StopError(SdaeverifyError):
@@ -95,9 +90,9 @@ def read_mark(path: Path) -> Mark:
 
 
 class Watchdog(Guard):
-    """Marks in a file whose code runs, and sets an alarm that ends the process where it takes too long.
+    """Marks in a file whose code runs, and until when it may: a `Timekeeper` ends the process after that.
 
-    The alarm has its default action: the system ends the process, even one that never comes back to Python.
+    Nothing here keeps the time: code that never comes back, ignores signals or turns off alarms would not let it.
 
     Parameters
     ----------
@@ -120,12 +115,10 @@ class Watchdog(Guard):
         begun = time.monotonic()
         left = max(self.timeout - self.spent[lane], 1e-3)
         self._write(Mark(lane, NO_MEASURE, begun + left))
-        self._alarm(left)
         try:
             with self._alive():
                 yield
         finally:
-            self._alarm(inf)
             self.spent[lane] += time.monotonic() - begun
             self._write(Mark())
 
@@ -143,7 +136,8 @@ class Watchdog(Guard):
     @contextmanager
     def _alive(self) -> Iterator[None]:
         try:
-            yield
+            with alone():
+                yield
         except FAULTS:
             raise
         except BaseException as error:
@@ -153,10 +147,6 @@ class Watchdog(Guard):
     def _write(self, mark: Mark) -> None:
         self.mark = mark
         self.memory[:] = FORMAT.pack(*mark)
-
-    def _alarm(self, seconds: float) -> None:
-        if self.timeout < inf:
-            signal.setitimer(signal.ITIMER_REAL, seconds if seconds < inf else 0.0)
 
 
 def limit_memory(extra: int) -> None:

@@ -13,11 +13,12 @@ from contextlib import contextmanager
 from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from ..discovery import load_file
-from .isolated import Isolated
+from .isolated import Isolated, end_process
 from .limits import Limits, limit_memory
+from .timekeeper import Timekeeper
 
 Key = TypeVar("Key")
 Result = TypeVar("Result")
@@ -52,14 +53,14 @@ def worker_pool(jobs: int, files: Sequence[str] = (), limits: Limits = NONE) -> 
     """
 
     def make() -> ProcessPoolExecutor:
-        started = (tuple(files), limits.memory)
-        return ProcessPoolExecutor(1, mp_context=_Context(), initializer=_begin, initargs=started)
+        return _Pool(tuple(files), limits.memory)
 
     before = set(multiprocessing.active_children())
     with tempfile.TemporaryDirectory(prefix="sdaeverify-") as marks:
         pool = Isolated(make, jobs, limits, Path(marks))
         try:
-            yield pool
+            with Timekeeper(pool):
+                yield pool
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
             _end(set(multiprocessing.active_children()) - before)
@@ -90,7 +91,7 @@ def executor_for(jobs: int, files: Sequence[str] = (), limits: Limits | None = N
 
 def _end(workers: Collection[BaseProcess]) -> None:
     for worker in workers:
-        worker.kill()
+        end_process(worker)
     for worker in workers:
         worker.join()
 
@@ -139,8 +140,31 @@ class _Context(SpawnContext):
     Process = _Worker
 
 
+class _Pool(ProcessPoolExecutor):
+    """A pool of one process that is known, so that it can be ended.
+
+    Attributes
+    ----------
+    processes : list of Process
+        What was started: one in the end.
+    """
+
+    def __init__(self, files: tuple[str, ...], memory: int) -> None:
+        self.processes: list[BaseProcess] = []
+        context = _Context()
+        context.Process = self._made  # type: ignore[assignment, misc]
+        super().__init__(1, mp_context=context, initializer=_begin, initargs=(files, memory))
+
+    def _made(self, *arguments: Any, **options: Any) -> BaseProcess:
+        self.processes.append(_Worker(*arguments, **options))
+        return self.processes[-1]
+
+
 def _begin(files: Sequence[str], memory: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "setsid"):
+        # All that the code of plugins starts can be ended together.
+        os.setsid()
     # What a plugin prints is no result.
     os.dup2(2, 1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
@@ -156,4 +180,6 @@ def _end_with_parent() -> None:
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
+        if hasattr(os, "killpg"):
+            os.killpg(0, signal.SIGKILL)
         os._exit(1)

@@ -3,12 +3,14 @@
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
 from sdaeverify import registry
+from sdaeverify.cli.limits import options_of
 from sdaeverify.cli.main import execute
+from sdaeverify.study.limits import Limits
 
 HEADER = """
 import multiprocessing, os, sys, time
@@ -80,6 +82,7 @@ def call(
     for name in ("FORCE_COLOR", "NO_COLOR", "SDAEVERIFY_DISABLED_PLUGINS", "SDAEVERIFY_STRICT_PLUGINS"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(registry, "_from_entry_point", remembered)
+    monkeypatch.setattr("sdaeverify.cli.matrix.options_of", _options_of)
 
     def execute_it(*arguments: str) -> Outcome:
         code = execute(arguments)
@@ -88,6 +91,12 @@ def call(
     yield execute_it
     for name in [name for name in sys.modules if name.startswith("sdaeverify_file_")]:
         del sys.modules[name]
+
+
+def _options_of(options: dict[str, Any]) -> tuple[int, Limits | None]:
+    """Run one job in this process: what a run says does not depend on where, and a worker takes time."""
+    unlimited = options["jobs"] == 1 and options["timeout"] is None and options["memory"] is None
+    return (1, None) if unlimited else options_of(options)
 
 
 @pytest.fixture

@@ -55,7 +55,7 @@ def project(call, write, tmp_path, monkeypatch):
     for name in ("GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE"):
         monkeypatch.delenv(name, raising=False)
     # What a gate says does not depend on where it runs; processes of its own take their time.
-    monkeypatch.setattr("sdaeverify.cli.gate.read_limits", lambda *a, **k: (read_limits(*a, **k) and 1, None))
+    monkeypatch.setattr("sdaeverify.cli.gate.read_limits", lambda *a: (read_limits(*a) and 1, None))
     write(PLUGIN)
     (tmp_path / "pyproject.toml").write_text(POLICY)
 

@@ -2,7 +2,6 @@
 
 import csv
 import multiprocessing
-import signal
 import sys
 from pathlib import Path
 
@@ -13,7 +12,8 @@ from sdaeverify.errors import UsageError
 
 BUDGET = ("--paths", "80", "--block", "40", "--levels", "8..32", "--progress", "none")
 GOOD = ("milstein", "euler-maruyama")
-BAD = ("zz-hang", "zz-sleep", "zz-leave", "zz-abort", "zz-late")
+SLOW = ("zz-hang", "zz-sleep", "zz-deaf", "zz-timeless", "zz-branch")
+DEAD = ("zz-leave", "zz-abort", "zz-late", "zz-orphan")
 PLUGIN = """
 HOARD = []
 
@@ -23,6 +23,32 @@ def hang(h, state):
 
 def sleep(h, state):
     time.sleep(300.0)
+
+def deaf(h, state):
+    signal.signal(signal.SIGALRM, signal.SIG_IGN)
+    while True:
+        pass
+
+def timeless(h, state):
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
+    while True:
+        pass
+
+def branch(h, state):
+    # Both hang: whoever waits for the end of all that hold the pipes of this process waits for both.
+    os.fork()
+    time.sleep(300.0)
+
+def orphan(h, state):
+    if os.fork():
+        os._exit(0)
+    time.sleep(300.0)
+
+def split(h, state):
+    # Nothing is wrong with the step but that, once, a copy of the worker goes on as well.
+    if not HOARD:
+        HOARD.append(None)
+        os.fork()
 
 def leave(h, state):
     os._exit(0)
@@ -65,7 +91,8 @@ def made(kind):
     globals()[Bad.__name__] = Bad
     return Bad()
 
-SCHEMES = [made(kind) for kind in (hang, sleep, leave, abort, eat, hoard, fine, late)]
+KINDS = (hang, sleep, deaf, timeless, branch, orphan, split, leave, abort, eat, hoard, fine, late)
+SCHEMES = [made(kind) for kind in KINDS]
 
 @hookimpl
 def sdaeverify_schemes():
@@ -101,6 +128,7 @@ def sdaeverify_problems():
     return [zz_hangs, zz_dies]
 """
 IMPORTS = """
+import signal
 from sdaeverify.measure import Finding, Judgement, Measure, Verdict
 from sdaeverify.tally import Tally
 """
@@ -182,15 +210,21 @@ def why(rows, scheme, problem="gbm", measure="strong"):
 @pytest.mark.slow
 @POSIX
 def test_bad_schemes_beside_good_ones(rows):
-    """Two that hang and two that die, in one block: the good ones have exactly the rows they have without them."""
+    """Some that hang and some that die, in one block: the good ones have exactly the rows they have without them.
+
+    Neither a signal that is ignored, nor an alarm that is turned off, nor a copy of the process helps a step.
+    """
     alone = rows((*GOOD, "zz-fine"), "-j", "1", out="alone")
 
-    beside = rows((*GOOD, *BAD, "zz-fine"), "-j", "2", "--timeout", "3")
+    beside = rows((*GOOD, *SLOW, *DEAD, "zz-fine", "zz-split"), "-j", "2", "--timeout", "3")
 
     assert of(beside, *GOOD, "zz-fine") == of(alone, *GOOD, "zz-fine")
-    for scheme in ("zz-hang", "zz-sleep"):
+    assert {row["verdict"] for row in beside["zz-split", "gbm", "strong"]} == {
+        row["verdict"] for row in beside["zz-fine", "gbm", "strong"]
+    }
+    for scheme in SLOW:
         assert why(beside, scheme) == ("error", "no result within 3 s on a block of paths (--timeout)")
-    for scheme in ("zz-leave", "zz-abort", "zz-late"):
+    for scheme in DEAD:
         assert why(beside, scheme) == ("error", "its worker process died, perhaps for want of memory")
 
 
@@ -278,15 +312,17 @@ def evidence():
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        ((None, None, 1), None),
+        ((None, None, 1), (600.0,)),
         ((None, None, 2), (600.0,)),
         ((5.0, None, 1), (5.0,)),
-        ((0.0, "0", 1), (float("inf"), 0)),
+        ((0.0, None, 1), (float("inf"),)),
+        ((0.0, "0", 2), (float("inf"), 0)),
+        ((0.0, "0", 1), None),
     ],
-    ids=["one job", "default", "timeout", "none"],
+    ids=["one job", "default", "timeout", "no timeout", "none", "none for one job"],
 )
 def test_limits(arguments, expected):
-    """One job runs in this process unless a limit is asked for; 0 is none."""
+    """One job has the limits of many; only where all are taken away it runs in this process."""
     workers, limits = read_limits(*arguments)
 
     assert workers == arguments[2]
@@ -321,15 +357,6 @@ def test_a_limit_that_no_worker_can_keep(memory):
     """Less than a worker itself needs is refused in one line that names the bound."""
     with pytest.raises(UsageError, match="--memory expects at least 256M"):
         read_limits(None, memory, None)
-
-
-def test_no_limits_where_there_are_none(monkeypatch):
-    """A platform without alarms refuses a limit that is asked for, and sets none by default."""
-    monkeypatch.delattr(signal, "setitimer")
-
-    assert read_limits(None, "0", 2)[1].timeout == float("inf")
-    with pytest.raises(UsageError, match="this platform cannot end a step that hangs; leave out --timeout"):
-        read_limits(5.0, "0", 2)
 
 
 def test_bad_limits_on_the_command_line(call):
