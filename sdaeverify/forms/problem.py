@@ -163,6 +163,11 @@ class Problem:
         return next((truth for truth in self.truths if isinstance(truth, Pathwise)), None)
 
     @property
+    def time_unit(self) -> float:
+        """The unit of time, or the horizon where that is shorter: steps are probed in parts of it."""
+        return min(1.0, self.horizon)
+
+    @property
     def carried(self) -> dict[str, Any]:
         """The fields that a view of the same states takes over."""
         return {name: getattr(self, name) for name in CARRIED}

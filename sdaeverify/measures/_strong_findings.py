@@ -4,15 +4,19 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+
 from ..error_sizes import ErrorSizes
-from ..forms import Problem
+from ..forms import Problem, is_delayed
 from ..measure import Evidence, Finding, Verdict
+from ..probe.algebraic_defects import AlgebraicDefects, algebraic_defects, algebraic_order
 from ..probe.delay_links import X, Y, keeps_constraint, linked, loses_algebraic
 from ..probe.local_orders import LocalOpinion
-from ..probe.local_strong import StrongOrder, judge_strong, strong_order
+from ..probe.local_strong import StrongOrder, at_most, judge_strong, strong_order
 from ..probe.one_step import OneStep
 from ..probe.strong_defects import LocalStrong, local_strong, no_local_order
 from ..scheme import Claim, Scheme
+from ..settings import Settings
 from ..tally import Tally, packed, unpacked
 from ..verdicts import FEWEST, FITTED, Decision, Tests, claim_for, guard, unfitted
 from ._error_sizes import of_step
@@ -30,11 +34,33 @@ from ._path_order import (
 )
 from ._quantity import Quantity
 
-# By the number of delays that one step is probed with; two where there is none.
-PROBED = {1: "local strong up to tau", 2: "local strong"}
-
 # By component.
 Orders = Mapping[str, StrongOrder]
+
+
+class Span(NamedTuple):
+    """The part of a run with a delay that one step is probed on; the whole of one without.
+
+    Attributes
+    ----------
+    name : str
+        Of its evidence.
+    links : int
+        2 for steps after the first delay, 1 for steps up to it.
+    until : float
+        How many delays it goes on for.
+    """
+
+    name: str
+    links: int = 2
+    until: float = np.inf
+
+
+WHOLE, FIRST, SECOND = (
+    Span("local strong"),
+    Span("local strong up to tau", 1),
+    Span("local strong up to 2 tau", 2, 2.0),
+)
 
 
 class Question(NamedTuple):
@@ -69,7 +95,7 @@ class _Local(NamedTuple):
         return self.opinion is not None and self.opinion.verdict is not Verdict.INCONCLUSIVE
 
 
-def probe_strong(scheme: Scheme, view: Problem, links: int = 2) -> Tally:
+def probe_strong(scheme: Scheme, view: Problem, settings: Settings, span: Span = WHOLE) -> Tally:
     """Return the local defects, where the one-step map can be probed.
 
     Parameters
@@ -77,37 +103,58 @@ def probe_strong(scheme: Scheme, view: Problem, links: int = 2) -> Tally:
     scheme : Scheme
     view : Problem
         Of the scheme's form.
-    links : int
-        With a delay, 2 for steps after the first one and 1 for steps up to it.
+    settings : Settings
+        Of the run: its finest mesh is the one on which y is probed.
+    span : Span
+        Part of the run.
 
     Returns
     -------
     Tally
     """
-    pair = linked(scheme, view, links)
+    pair = linked(scheme, view, span.links, span.until)
     if loses_algebraic(scheme, view) or no_local_order(*pair):
         return Tally()
-    return packed(PROBED[links], local_strong(*pair))
+    found = packed(span.name, local_strong(*pair))
+    delta = _delta(view, settings) if span.links > 1 else 0.0
+    if not (delta and is_delayed(view) and keeps_constraint(scheme, view)):
+        return found
+    return found.merged(packed(_of_y(span), algebraic_defects(scheme, view, delta)))
 
 
-def local_orders(evidence: Evidence, links: int = 2) -> Orders:
-    """Return the local order of each component and of the full state, if the one-step map was probed."""
-    record = unpacked(PROBED[links], LocalStrong, evidence.tally)
+def _delta(view: Problem, settings: Settings) -> float:
+    """Return where the delay lies on the finest mesh: 0 where it is a multiple of the step, or there is none."""
+    return view.mesh(view.horizon / settings.steps[-1]).delta if is_delayed(view) else 0.0
+
+
+def _of_y(span: Span) -> str:
+    return f"{span.name} of y"
+
+
+def local_orders(evidence: Evidence, span: Span = WHOLE) -> Orders:
+    """Return the local order of each component and of the full state, if the one-step map was probed.
+
+    An y that solves the constraint has the order of x or, if that is lower, the one of its own defects.
+    """
+    record = unpacked(span.name, LocalStrong, evidence.tally)
     if record is None:
         return {}
     scheme, view = evidence.scheme, evidence.view
-    orders = {name: strong_order(record, i) for i, name in enumerate(OneStep(*linked(scheme, view, links)).names)}
-    if keeps_constraint(scheme, view):
-        orders[Y] = orders[X]
-    return {**orders, STATE: strong_order(record)}
+    names = OneStep(*linked(scheme, view, span.links, span.until)).names
+    orders = {name: strong_order(record, i) for i, name in enumerate(names)} | {STATE: strong_order(record)}
+    if not keeps_constraint(scheme, view):
+        return orders
+    own = unpacked(_of_y(span), AlgebraicDefects, evidence.tally)
+    bound = np.inf if own is None else algebraic_order(own)
+    return orders | {Y: at_most(orders[X], bound), STATE: at_most(orders[STATE], bound)}
 
 
-def step_sizes(evidence: Evidence, links: int = 2) -> dict[str, ErrorSizes]:
+def step_sizes(evidence: Evidence) -> dict[str, ErrorSizes]:
     """Return the sizes of the defects of one step, if the one-step map was probed."""
-    record = unpacked(PROBED[links], LocalStrong, evidence.tally)
+    record = unpacked(WHOLE.name, LocalStrong, evidence.tally)
     if record is None:
         return {}
-    return dict(of_step(record, list(OneStep(*linked(evidence.scheme, evidence.view, links)).names)))
+    return dict(of_step(record, list(OneStep(*linked(evidence.scheme, evidence.view)).names)))
 
 
 def _local(question: Question, name: str, claim: Claim | None) -> _Local:

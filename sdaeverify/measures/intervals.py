@@ -27,12 +27,14 @@ from ._errors import ErrorObserver
 from ._level_rows import level_rows
 from ._path_order import usable_levels
 from ._quantity import quantities_of
-from ._strong_findings import Question, finding, local_orders, probe_strong
+from ._strong_findings import FIRST, SECOND, WHOLE, Question, finding, local_orders, probe_strong
 
 NORMS = {"L2": 2}
 # A grid time is the end of an interval if it is to so many parts of it.
 CLOSE = 1e-9
-FIRST = " up to tau"
+UP_TO = " up to "
+# Orders hold for the interval that they were found on: by the end of its name, the last one for all others.
+SPANS = {f"{UP_TO}tau": FIRST, f"{UP_TO}2 tau": SECOND, "tau": WHOLE}
 GIVEN_PAST = "one step given its past"
 # How far below its claim an order without sampling error may be.
 TOLERANCE = 0.1
@@ -58,8 +60,10 @@ class Intervals(Measure):
         return IntervalObserver(problem.delay, problem.horizon / settings.coarsest, parts, settings)
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return the local defects before and after the first delay, where the one-step map can be probed."""
-        found = probe_strong(scheme, view, 1).merged(probe_strong(scheme, view, 2))
+        """Return the local defects on the first intervals and on all, where the one-step map can be probed."""
+        found = Tally()
+        for span in SPANS.values():
+            found = found.merged(probe_strong(scheme, view, settings, span))
         if loses_algebraic(scheme, view) or no_delay_consistency(scheme, view):
             return found
         return found.merged(packed(GIVEN_PAST, delay_consistency(scheme, view)))
@@ -67,12 +71,12 @@ class Intervals(Measure):
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component on each interval, and their levels."""
         quantities = list(quantities_of(evidence))
-        first, later = (Question(evidence, self.name, local_orders(evidence, links)) for links in (1, 2))
-        findings = [
-            finding(first if each.name.endswith(FIRST) else later, each, each.name, each.name.split(" up to ", 1)[0])
-            for each in quantities
-        ]
-        findings += _given_past(question=later)
+        questions = {end: Question(evidence, self.name, local_orders(evidence, span)) for end, span in SPANS.items()}
+        findings = []
+        for each in quantities:
+            question = next(asked for end, asked in questions.items() if each.name.endswith(end))
+            findings.append(finding(question, each, each.name, each.name.split(UP_TO, 1)[0]))
+        findings += _given_past(questions["tau"])
         rows = (level_rows(each, set(usable_levels(evidence, each)[0][-FITTED:]), NORMS) for each in quantities)
         return Judgement(tuple(doubted(findings)), tuple(chain.from_iterable(rows)))
 
@@ -145,7 +149,7 @@ def _opinion(order: float, claim: Claim) -> Opinion:
 
 
 def _suffix(interval: int) -> str:
-    return FIRST if interval == 1 else f" up to {interval} tau"
+    return f"{UP_TO}tau" if interval == 1 else f"{UP_TO}{interval} tau"
 
 
 def _renamed(values: Mapping[str, Array], suffix: str) -> dict[str, Array]:

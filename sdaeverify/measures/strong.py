@@ -43,7 +43,7 @@ class Strong(Measure):
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the local defects, where the one-step map can be probed."""
-        return probe_strong(scheme, view)
+        return probe_strong(scheme, view, settings)
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component at grid times and at T, and their levels."""

@@ -74,7 +74,7 @@ def consistency(scheme: Scheme, view: Problem) -> Consistency:
     Consistency
     """
     step = OneStep(scheme, view)
-    x, sizes = cloud(view, step.ito), SIZES * min(1.0, view.horizon)
+    x, sizes = cloud(view, step.ito), SIZES * view.time_unit
     nodes = _nodes(view.noise_dim, areas="H" in scheme.noise)
     with np.errstate(all="ignore"):
         levels = [_defects(step, x, nodes, float(h)) for h in sizes]

@@ -66,7 +66,7 @@ def delay_consistency(scheme: Scheme, view: DelaySDAE) -> DelayConsistency:
     """
     step = OneStep(*linked(scheme, view))
     x, nodes = cloud(step.view, step.ito), half_steps(2 * view.noise_dim, NODES)
-    h = LEVELS * min(1.0, step.view.horizon)
+    h = LEVELS * step.view.time_unit
     with np.errstate(all="ignore"):
         found = [_level(step, x, nodes, float(size)) for size in h]
     rms, mean, scale = (np.stack(parts, axis=-1) for parts in zip(*found, strict=True))

@@ -18,11 +18,13 @@ from .delay_moments import Start
 from .delay_step import LinearDelayStep
 from .nodes import SEED
 from .states import WHEN
+from .times import ELSEWHEN
 
 # Sizes of the states: in a unit of the problem's own, and small and large enough for either limit.
 UNIT, SMALL, LARGE = 1.0, 1e-12, 1e14
 # Noise at which the step must be what it is by its values at 0 and at one standard deviation.
 REACH, TRIALS = 4.0, 3
+DIFFERENT = "its steps are not the same at all times"
 
 
 class ProbedStep(NamedTuple):
@@ -46,7 +48,7 @@ class ProbedStep(NamedTuple):
 
 
 def probed_step(scheme: Scheme, view: DelaySDAE, h: float, scale: float = UNIT) -> ProbedStep:
-    """Return the matrices of a step of size h.
+    """Return the matrices of a step of size h after the first delay.
 
     Parameters
     ----------
@@ -64,7 +66,7 @@ def probed_step(scheme: Scheme, view: DelaySDAE, h: float, scale: float = UNIT) 
     k, l = len(flatten(scheme.start(view, 1, h))), view.noise_dim
     inputs = trial_states(k + 2 * view.dimension)
     xi = np.concatenate([np.zeros((l, 1)), np.eye(l), _further(l)], axis=1)
-    values, failed = _evaluated(scheme, view, h, (scale * inputs, xi))
+    values, failed = _evaluated(scheme, view, h, (scale * inputs, xi), _later(view)[0])
     values = values / scale
     factors = at_corners(values[:, : inputs.shape[0] + 1])
     noise = factors[..., 1 : 1 + l] - factors[..., :1]
@@ -75,6 +77,35 @@ def probed_step(scheme: Scheme, view: DelaySDAE, h: float, scale: float = UNIT) 
     step = LinearDelayStep(factors[:-1, :-1, 0], matrices)
     offset = scale * np.concatenate([factors[:-1, -1, :1], noise[:-1, -1]], axis=1).T
     return ProbedStep(step, offset, max(defect(values[..., : 1 + l], factors[..., : 1 + l]), off), failed)
+
+
+def no_lasting_step(scheme: Scheme, view: DelaySDAE, h: float) -> str:
+    """Return why the matrices of a step are not those of all steps after the first delay, or an empty string."""
+    inputs, xi = (
+        trial_states(len(flatten(scheme.start(view, 1, h))) + 2 * view.dimension),
+        np.ones((view.noise_dim, 1)),
+    )
+    first, *others = (_evaluated(scheme, view, h, (inputs, xi), t)[0] for t in _later(view))
+    return "" if all(relative(other - first, np.abs(first)) <= AFFINE for other in others) else DIFFERENT
+
+
+def no_lasting_run(scheme: Scheme, view: DelaySDAE, h: float) -> str:
+    """Return why the matrices are not those of all steps of a run, those that the history drives among them."""
+    if reason := no_lasting_step(scheme, view, h):
+        return reason
+    probed, t = probed_step(scheme, view, h), min(WHEN * view.delay, view.delay - h)
+    known = np.concatenate([view.past(t - view.delay), view.past(min(0.0, t + h - view.delay))])
+    memory = trial_states(probed.step.rows)
+    inputs = np.concatenate([memory, np.repeat(known, memory.shape[1], axis=1)])
+    made = _evaluated(scheme, view, h, (inputs, np.zeros((view.noise_dim, 1))), t)[0][..., 0]
+    expected = probed.step.drift @ inputs + probed.offset[0, :, None]
+    return "" if relative(made - expected, np.abs(expected)) <= AFFINE else DIFFERENT
+
+
+def _later(view: DelaySDAE) -> tuple[float, ...]:
+    """Return times after the first delay: before, the lagged values are the history's, and a scheme may know them."""
+    left = max(view.horizon - view.delay, 0.0)
+    return tuple(view.delay + part * left for part in (WHEN, *ELSEWHEN))
 
 
 def linear_delay(view: DelaySDAE, scale: float = UNIT) -> LinearDelay:
@@ -122,8 +153,8 @@ def limits(scheme: Scheme, view: DelaySDAE, h: float) -> tuple[float, ...]:
     return tuple(size for size in (SMALL, LARGE) if probed_step(scheme, view, h, size).defect <= AFFINE)
 
 
-def _evaluated(scheme: Scheme, view: DelaySDAE, h: float, at: tuple[Array, Array]) -> tuple[Array, bool]:
-    """Return the new states at all inputs, shape (k, S, K), for every column of noise."""
+def _evaluated(scheme: Scheme, view: DelaySDAE, h: float, at: tuple[Array, Array], t: float) -> tuple[Array, bool]:
+    """Return the new states at all inputs, shape (k, S, K), of a step at time t for every column of noise."""
     inputs, xi = at
     d, count = view.dimension, xi.shape[1]
     z, dW = np.repeat(inputs, count, axis=1), np.sqrt(h) * np.tile(xi, inputs.shape[1])
@@ -131,7 +162,7 @@ def _evaluated(scheme: Scheme, view: DelaySDAE, h: float, at: tuple[Array, Array
     start = scheme.start(view, 1, h)
     cuts = np.cumsum([len(part) for part in start])
     state = type(start)(*np.split(z[: -2 * d], cuts[:-1]))
-    step = scheme.prepare(view, h)(state, WHEN * view.horizon, noise)
+    step = scheme.prepare(view, h)(state, t, noise)
     failed = step.failed is not None and bool(step.failed.any())
     return flatten(step.state).reshape(-1, inputs.shape[1], count), failed
 

@@ -4,6 +4,9 @@ For s in [0, tau] the pair (x(s + tau), x(s)) obeys an equation without delay, t
 past and phi its own; so does x(s) alone. A scheme that makes these steps, the oldest one first, is then a one-step
 map like any other: what is found for the pair holds after the first delay, what is found for x alone up to it.
 
+Beyond, s in (tau, T - tau], the older solution has a past of its own, too. It is given: phi(0) takes its place, so
+that no step up to T is made at a time at which the pair is not probed.
+
 Means of one step are then taken over the older noise, too. That is what adds up over the steps: given its past, a
 step of additive noise is only consistent of order 1/2 (Definition 3.1 of Qu, Huang & Liu 2010), and converges with 1.
 """
@@ -25,7 +28,7 @@ X, Y = "x", "y"
 CLOSE = 1e-9
 
 
-def linked(scheme: Scheme, view: Problem, links: int = 2) -> tuple[Scheme, Problem]:
+def linked(scheme: Scheme, view: Problem, links: int = 2, until: float = np.inf) -> tuple[Scheme, Problem]:
     """Return a scheme and a problem without delay on which one step says what it says with the delay.
 
     Parameters
@@ -35,6 +38,8 @@ def linked(scheme: Scheme, view: Problem, links: int = 2) -> tuple[Scheme, Probl
         Of a form of the scheme.
     links : int
         2 for the solution after the first delay, 1 for that up to it.
+    until : float
+        How many delays the problem goes on for, if it does not end before.
 
     Returns
     -------
@@ -43,7 +48,7 @@ def linked(scheme: Scheme, view: Problem, links: int = 2) -> tuple[Scheme, Probl
     """
     if not is_delayed(view):
         return scheme, view
-    return LinkedScheme(scheme, view, links), linked_equation(view, links)
+    return LinkedScheme(scheme, view, links), linked_equation(view, links, until)
 
 
 def loses_algebraic(scheme: Scheme, view: Problem) -> bool:
@@ -52,7 +57,10 @@ def loses_algebraic(scheme: Scheme, view: Problem) -> bool:
 
 
 def keeps_constraint(scheme: Scheme, view: Problem) -> bool:
-    """Tell whether y solves the constraint after a step that begins with such a y, so that its order is that of x."""
+    """Tell whether y solves the constraint after a step that begins with such a y.
+
+    The step is one after the first delay: up to it, the lagged values are the history's, and a scheme may know them.
+    """
     if not isinstance(view, DelaySDAE) or not view.constraints:
         return False
     h, paths = min(view.horizon, view.delay or view.horizon) / 64.0, 8
@@ -61,11 +69,11 @@ def keeps_constraint(scheme: Scheme, view: Problem) -> bool:
     lagged, ahead = start.x + 0.1 * rng.standard_normal((2, *start.x.shape))
     past = {"lagged": lagged, "ahead": ahead} if view.delay else {}
     noise = Increment(np.sqrt(h) * rng.standard_normal((view.noise_dim, paths)), None, **past)
-    state = DelayState(start.x, view.eliminated(0.0, start.x, view.lag(start.x, h, noise).now))
-    after = scheme.parts(view, scheme.prepare(view, h)(scheme.enter(view, state, 0.0, h), 0.0, noise).state)
-    value, scale = view.residuals({**after, "t": np.full((1, 1), h), "lagged": ahead if view.delay else after["x"]})[
-        "u"
-    ]
+    t = view.delay + h if view.delay else 0.0
+    state = DelayState(start.x, view.eliminated(t, start.x, view.lag(start.x, h, noise).now))
+    after = scheme.parts(view, scheme.prepare(view, h)(scheme.enter(view, state, t, h), t, noise).state)
+    known = {"t": np.full((1, 1), t + h), "lagged": ahead if view.delay else after["x"]}
+    value, scale = view.residuals({**after, **known})["u"]
     return bool((np.abs(value) <= CLOSE * scale).all())
 
 
@@ -129,10 +137,30 @@ class LinkedScheme(Scheme):
         return self.scheme.prepare(self.problem, h)(state, t, noise)
 
 
-def linked_equation(problem: DelaySDAE, links: int) -> SDE:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LinkedEquation(SDE):
+    """The equation of a solution now and at earlier times, one delay apart.
+
+    Attributes
+    ----------
+    delay : float
+        tau: a longer step would need the lagged values of its own end.
+    """
+
+    delay: float
+
+    @property
+    def time_unit(self) -> float:
+        """The delay, if it is shorter than the unit of time and the horizon."""
+        return min(super().time_unit, self.delay)
+
+
+def linked_equation(problem: DelaySDAE, links: int, until: float = np.inf) -> SDE:
     """Return the Ito equation of (..., x(s + tau), x(s)), shape (links d, P), with y eliminated and time s."""
     plain, d, l, tau = problem.without_y(), problem.dimension, problem.noise_dim, problem.delay
-    none = np.zeros((0, 1))
+    none, first = np.zeros((0, 1)), min(problem.horizon, tau)
+    # With two links, s is the time of the older solution; a problem that ends before has no such time.
+    span = first if links == 1 else min(problem.horizon, until * tau) - tau
 
     def arguments(s: float, z: Array) -> list[tuple[float, Array, Array, Array]]:
         rows = [*np.split(z, links), _history(problem, s, z)]
@@ -148,14 +176,15 @@ def linked_equation(problem: DelaySDAE, links: int) -> SDE:
             full[i * d : (i + 1) * d, i * l : (i + 1) * l] = column
         return full
 
-    return SDE(
+    return LinkedEquation(
         drift=drift,
         diffusion=diffusion,
         start=np.tile(problem.past(0.0)[:, 0], links),
         names={X if not i else f"{X}(t - {i} tau)": slice(i * d, (i + 1) * d) for i in range(links)},
         noise_dim=links * l,
         noise=problem.noise,
-        horizon=min(problem.horizon, tau),
+        horizon=span if span > 0.0 else first,
+        delay=tau,
         traits=problem.traits - {"scalar-noise", "diagonal-noise", "algebraic", "constrained"},
         source=f"as an equation without delay: {problem.source}",
         seen_as="linked equation",
@@ -163,7 +192,7 @@ def linked_equation(problem: DelaySDAE, links: int) -> SDE:
 
 
 def _history(problem: DelaySDAE, s: float, z: Array) -> Array:
-    """Return phi(s - tau) on every path of z, s being at most a rounding error after tau."""
+    """Return phi(s - tau) on every path of z, and phi(0) after tau."""
     return problem.past(min(0.0, s - problem.delay)) + 0.0 * z[: problem.dimension]
 
 

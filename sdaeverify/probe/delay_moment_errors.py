@@ -15,7 +15,7 @@ from ..scheme import Scheme
 from ..statistics import EPS
 from ..truths import Moment
 from .affine import AFFINE
-from .delay_linear import is_autonomous, is_scalar, probed_step, run_start
+from .delay_linear import is_autonomous, is_scalar, no_lasting_run, probed_step, run_start
 from .delay_moments import Start, run_moments
 from .delay_step import LinearDelayStep
 from .moments import ABOVE_FLOOR, ROUNDING, MomentErrors
@@ -48,8 +48,9 @@ def no_delay_moments(scheme: Scheme, view: DelaySDAE, steps: Sequence[int]) -> s
         return "its clipped increments have no simple variance"
     if not is_autonomous(view):
         return "its coefficients depend on time"
-    linear = probed_step(scheme, view, view.delay / 4.0).defect <= AFFINE
-    return "" if linear else "the step is not linear in the state"
+    h = view.delay / 4.0
+    linear = probed_step(scheme, view, h).defect <= AFFINE
+    return no_lasting_run(scheme, view, h) if linear else "the step is not linear in the state"
 
 
 def delay_moment_errors(scheme: Scheme, view: DelaySDAE, steps: Sequence[int]) -> MomentErrors:

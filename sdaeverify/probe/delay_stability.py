@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..forms import DelaySDAE
 from ..scheme import Scheme
-from .delay_linear import UNIT, at_rest, is_autonomous, is_scalar, limits, linear_delay, probed_step
+from .delay_linear import UNIT, at_rest, is_autonomous, is_scalar, limits, linear_delay, no_lasting_step, probed_step
 from .delay_radius import radius
 from .stability import Radius, StabilityRecord
 from .windows import crossings
@@ -33,7 +33,7 @@ def no_delay_stability(scheme: Scheme, view: DelaySDAE) -> str:
         return "its coefficients depend on time"
     if not limits(scheme, view, view.delay / 4.0):
         return "a step is linear neither at small states nor at large ones"
-    return ""
+    return no_lasting_step(scheme, view, view.delay / 4.0)
 
 
 def delay_stability(scheme: Scheme, view: DelaySDAE, step_sizes: Sequence[float], scale: float) -> StabilityRecord:

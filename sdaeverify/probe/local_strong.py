@@ -103,6 +103,12 @@ def strong_order(record: LocalStrong, component: int | None = None) -> StrongOrd
     )
 
 
+def at_most(order: StrongOrder, bound: float) -> StrongOrder:
+    """Return the order of a component that has another one's error, and one of its own of the order `bound`."""
+    least = [float(np.minimum(value, bound)) for value in (order.order, order.typical, order.ahead)]
+    return order._replace(order=least[0], typical=least[1], ahead=least[2])
+
+
 def judge_strong(
     order: StrongOrder, claim: float, tolerance: float = 0.1, *, margin: float = 0.0, sharp: bool = True
 ) -> LocalOpinion:

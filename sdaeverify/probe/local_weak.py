@@ -69,7 +69,7 @@ def refusal(scheme: Scheme, view: Problem) -> str:
     nodes = _nodes(scheme, view.noise_dim)
     if not nodes.exact or len(nodes.weights) > LARGEST:
         return f"noise in {view.noise_dim} dimensions has too many nodes"
-    shortest = float(LEVELS[-1]) * min(1.0, view.horizon)
+    shortest = float(LEVELS[-1]) * view.time_unit
     return unresolved(view, shortest) or OneStep(scheme, view).refusal()
 
 
@@ -95,7 +95,7 @@ def weak_reference(view: Problem, t: float) -> Reference:
     """
     ito = view.ito()
     assert isinstance(ito, SDE)
-    x, h = cloud(view, ito), LEVELS * min(1.0, view.horizon)
+    x, h = cloud(view, ito), LEVELS * view.time_unit
     largest = np.abs(x).max(axis=1, where=np.isfinite(x), initial=0.0)
     units = np.exp2(np.ceil(np.log2(np.where(largest > 0.0, largest, 1.0))))[:, None]
     expectation = Romberg(ito, lambda y: test_functions.values(y / units), depth(ito.noise_dim))

@@ -83,7 +83,7 @@ def multipliers(scheme: Scheme, view: HolonomicSDAE) -> Multipliers:
     Multipliers
     """
     step = OneStep(scheme, view)
-    x, h = cloud(view, step.ito), LEVELS * min(1.0, view.horizon)
+    x, h = cloud(view, step.ito), LEVELS * view.time_unit
     directions = _directions(view.noise_dim)
     with np.errstate(all="ignore"):
         levels = [_level(step, x, float(size), directions) for size in h]

@@ -62,7 +62,7 @@ def no_local_order(scheme: Scheme, view: Problem) -> str:
     """Return why a pair has no local strong order, or an empty string."""
     if scheme.law.bounded:
         return f"sums of {scheme.law.name} increments are no increments of a longer step"
-    shortest = float(LEVELS[-1]) * min(1.0, view.horizon)
+    shortest = float(LEVELS[-1]) * view.time_unit
     return unresolved(view, shortest) or OneStep(scheme, view).refusal()
 
 
@@ -89,7 +89,7 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
         rms, mean, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
         return LocalStrong(h, rms, mean, scale, core(step.ito, x), *counts)
 
-    unit = min(1.0, view.horizon)
+    unit = view.time_unit
     with np.errstate(all="ignore"):
         record = probed(LEVELS * unit)
         return _joined(record, probed(FINER * unit)) if _slows_down(record) else record

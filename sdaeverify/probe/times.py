@@ -35,7 +35,7 @@ def times(step: OneStep, x: Array) -> tuple[float, ...]:
         0.2 of the horizon; then the first and the last of eight times at which the same noise leads elsewhere.
     """
     horizon = step.view.horizon
-    h = H * min(1.0, horizon)
+    h = H * step.view.time_unit
     noise = _noise(step, h, x.shape[1])
     with np.errstate(all="ignore"):
         there = [step(x, when * horizon, h, noise) for when in (WHEN, *ELSEWHEN)]

@@ -1,0 +1,93 @@
+"""A step with a delay is probed after the second delay as before it, and with the history where only that can be."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from sdaeverify import DelaySDAE, DelayState, Increment, Scheme, Settings, Step
+from sdaeverify.forms import Problem
+from sdaeverify.measure import Verdict
+from sdaeverify.measures._strong_findings import FIRST, SECOND, WHOLE
+from sdaeverify.measures._weak_probe import probe_weak
+from sdaeverify.probe.delay_linear import DIFFERENT, no_lasting_run, no_lasting_step
+from sdaeverify.probe.delay_links import keeps_constraint, linked
+from sdaeverify.probe.delay_moment_errors import delay_moment_errors, no_delay_moments
+from sdaeverify.probe.delay_stability import no_delay_stability
+from sdaeverify.probe.local_strong import judge_strong, strong_order
+from sdaeverify.probe.local_weak import local_weak
+from sdaeverify.probe.moments import moment_order
+from sdaeverify.probe.strong_defects import local_strong
+from sdaeverify.probe.weak_order import judge_weak, weak_order
+from sdaeverify_planted.delay_late import LateLag
+from sdaeverify_problems.delay_linear import delay_linear
+from sdaeverify_problems.delay_test import delay_test
+from sdaeverify_schemes.stochastic_theta import StochasticTheta
+
+STEPS = (8, 16, 32, 64, 128)
+
+
+@dataclass(frozen=True)
+class KnowsHistory(StochasticTheta):
+    """Up to the first delay the past is taken from the problem, off by some part of it, whatever is given."""
+
+    theta: float = 0.0
+    off: float = 0.0
+
+    name: ClassVar[str] = "knows-history"
+    form: ClassVar[tuple[type[Problem], ...]] = (DelaySDAE,)
+
+    def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
+        if t < problem.delay - 1e-9:
+            lagged, ahead = (
+                (1.0 + self.off) * problem.past(min(0.0, s - problem.delay)) + 0.0 * state.x for s in (t, t + h)
+            )
+            noise = noise._replace(lagged=lagged, ahead=ahead)
+        return super().step(problem, state, t, h, noise)
+
+
+@pytest.mark.parametrize("since", [1.0, 2.0, 3.5], ids=lambda since: f"from {since:g} tau on")
+def test_a_lag_that_is_lost_late_is_refuted(since: float) -> None:
+    """On set II over four delays, where half of the mean is missing at the end, by strong and by weak order."""
+    wrong, problem = LateLag(since=since), delay_test("II", horizon=4.0)
+    pair = linked(wrong, problem)
+
+    assert judge_strong(strong_order(local_strong(*pair), 0), 0.5).verdict is Verdict.REFUTED
+    assert judge_weak(weak_order(local_weak(*pair)), 1.0).verdict is Verdict.REFUTED
+
+
+def test_each_interval_is_judged_by_its_own_steps() -> None:
+    """What is lost after the second delay leaves the orders on the first two intervals what they are."""
+    wrong, problem = LateLag(), delay_test("II", horizon=4.0)
+    spans = (FIRST, SECOND, WHOLE)
+    pairs = (linked(wrong, problem, span.links, span.until) for span in spans)
+    orders = [strong_order(local_strong(*pair), 0) for pair in pairs]
+
+    assert [judge_strong(order, 0.5).verdict.value for order in orders] == ["verified", "verified", "refuted"]
+
+
+@pytest.mark.parametrize(
+    ("scheme", "problem"), [(KnowsHistory(), delay_test("II")), (KnowsHistory(), delay_linear())]
+)
+def test_a_scheme_may_know_the_history(scheme: Scheme, problem: DelaySDAE) -> None:
+    """Its steps are those of the theta method wherever a run can come: moments, constraint and local order agree."""
+    right = StochasticTheta(0.0)
+    record, expected = (delay_moment_errors(each, problem, STEPS) for each in (scheme, right))
+
+    assert no_delay_moments(scheme, problem, STEPS) == ""
+    np.testing.assert_array_equal(record.second, expected.second)
+    assert moment_order(record) == pytest.approx(1.0, abs=0.02)
+    assert keeps_constraint(scheme, problem) is bool(problem.constraints)
+    assert judge_weak(weak_order(local_weak(*linked(scheme, problem))), 1.0).verdict is Verdict.VERIFIED
+
+
+def test_moments_say_nothing_of_steps_that_change() -> None:
+    """One matrix is not that of all steps where the lag is lost late, or where the history is read wrong."""
+    problem, h = delay_test("II", horizon=4.0), 0.25
+
+    assert no_lasting_step(LateLag(), problem, h) == DIFFERENT
+    assert no_lasting_step(KnowsHistory(off=0.1), problem, h) == ""
+    assert no_lasting_run(KnowsHistory(off=0.1), problem, h) == DIFFERENT
+    assert no_delay_moments(LateLag(), problem, STEPS) == no_delay_stability(LateLag(), problem) == DIFFERENT
+    assert not any("moments" in name for name in probe_weak(LateLag(), problem, Settings()).sums)
