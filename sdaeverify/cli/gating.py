@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from ..api import Result
+from ..errors import UsageError
 from ..gate.badge import badge
 from ..gate.gated import Gated, shortened
 from ..gate.json_report import json_report
@@ -29,6 +30,7 @@ from .exit_codes import ExitCode, code_of_gate
 from .running import Crew, Run, advance, call_report_hooks, workers
 
 MOST_UNTESTED = 20
+REPORTS = GATE, SUMMARY, BADGE = "gate.json", "gate.md", "badge.json"
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,7 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
     require_writable(request.folder)
     if request.junitxml is not None:
         require_writable_file(request.junitxml, "--junitxml")
+    _remove_reports(request.folder)
     with workers(request.jobs, request.limits, request.registry) as crew:
         with aside():
             plan = gate_plan(request.registry, policy, crew.executor)
@@ -173,10 +176,21 @@ def _reused(run: Run) -> list[str]:
     return [store.summary()] if store is not None and store.telling else []
 
 
+def _remove_reports(folder: Path) -> None:
+    """Remove what an earlier gate has left: nobody shall take it for this one's where this one does not end."""
+    for name in REPORTS:
+        try:
+            (folder / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise UsageError(
+                f"cannot replace {folder / name}: {error.strerror or error}; choose another --out"
+            ) from error
+
+
 def _written(gated: Gated, request: Request) -> None:
-    write_json(json_report(gated), request.folder / "gate.json")
-    write_text(markdown_report(gated), request.folder / "gate.md")
-    write_json(badge(gated), request.folder / "badge.json")
+    write_json(json_report(gated), request.folder / GATE)
+    write_text(markdown_report(gated), request.folder / SUMMARY)
+    write_json(badge(gated), request.folder / BADGE)
     if request.junitxml is not None:
         write_text(junit_xml(gated), request.junitxml)
 

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import pytest
 
 from sdaeverify import registry
+from sdaeverify.cli.commands import execute
 from sdaeverify.cli.limits import options_of
-from sdaeverify.cli.main import execute
 from sdaeverify.study.limits import Limits
 
 HEADER = """

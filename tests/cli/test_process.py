@@ -10,7 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from sdaeverify.cli.main import run
+from sdaeverify.cli.commands import conclude
+
+from .conftest import SCHEME
 
 PROGRAM = (sys.executable, "-m", "sdaeverify")
 BUDGET = ("--paths", "80", "--block", "40", "--levels", "8..32")
@@ -21,6 +23,14 @@ SLOW = """SDE(
 PATIENCE = 60.0
 STRONG = ("-m", "strong")
 SCHEMES = "milstein,half-explicit-euler[truncation=none]"
+
+POLICY = """
+[tool.sdaeverify]
+plugins = ["odd_plugin.py"]
+problems = ["gbm"]
+tier = "smoke"
+"""
+GATED = SCHEME.format(step="return Step(state + h * problem.drift(t, state))")
 
 Start = Callable[..., "subprocess.Popen[str]"]
 
@@ -114,6 +124,47 @@ def test_dead_worker(call, odd_scheme, tmp_path):
     assert "error" not in {row["verdict"] for row in rows if row["scheme"] == "milstein"}
 
 
+LEAVING = """
+@hookimpl
+def sdaeverify_report(folder):
+    {leave}
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no fork to supervise a program with")
+@pytest.mark.parametrize(
+    ("leave", "code", "words"),
+    [
+        ("os._exit(0)", 3, "error: the program was ended with status 0 before it was done"),
+        pytest.param(
+            "os.kill(os.getpid(), 11)",
+            3,
+            "error: the program was ended by SIGSEGV before it was done",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "raise type('Leaving', (BaseException,), {})",
+            3,
+            "error: a plugin raised Leaving: no message",
+            marks=pytest.mark.slow,
+        ),
+        ("__import__('atexit').register(os._exit, 0)", 1, ""),
+    ],
+    ids=["exits", "crashes", "raises", "exits last"],
+)
+def test_a_plugin_that_ends_the_program(start, write, tmp_path, leave, code, words):
+    """However its process ends, the gate of a wrong claim is never green: the code is told, not left behind."""
+    write(GATED + LEAVING.format(leave=leave))
+    (tmp_path / "pyproject.toml").write_text(POLICY)
+
+    process = start("gate", "--progress", "none", "-j", "1", "--timeout", "0", "--memory", "0")
+    _, err = process.communicate(timeout=PATIENCE)
+
+    assert process.returncode == code
+    assert words in err
+    assert (tmp_path / "reports" / "gate" / "gate.json").is_file() == (code == 1)
+
+
 @pytest.mark.parametrize(
     ("arguments", "code"),
     [
@@ -153,12 +204,10 @@ def test_console_script_and_module_are_the_same():
 
 def test_defect_of_the_program(capsys, monkeypatch):
     """What nobody expected keeps its traceback, and does not end like a refuted claim."""
-    monkeypatch.setattr("sdaeverify.cli.main.execute", lambda _: 1 / 0)
+    monkeypatch.setattr("sdaeverify.cli.commands.execute", lambda _: 1 / 0)
 
-    with pytest.raises(SystemExit) as ending:
-        run()
+    assert conclude([]) == 3
 
     err = capsys.readouterr().err
-    assert ending.value.code == 3
     assert "ZeroDivisionError" in err
     assert err.endswith("sdaeverify: error: this is a defect of sdaeverify; please report it with the lines above\n")
