@@ -19,8 +19,12 @@ SCALAR = (
     _control("strong", 1.0, "milstein", "euler-maruyama"),
     _control("weak", 2.0, "platen-weak-2", "euler-maruyama"),
 )
+# The same, or diagonal noise, where H is drawn.
+WITH_AREAS = (*SCALAR, _control("strong", 1.5, "sri1w1", "milstein"))
 # DB_j B_k = 0, so that Euler-Maruyama has strong order 1.
 VANISHING = (*GENERAL, _control("strong", 1.0, "euler-maruyama", "balanced-euler"))
+# The same with one Brownian motion, whose coefficient depends on the state.
+VANISHING_SCALAR = (*VANISHING, SCALAR[-1], _control("strong", 1.5, "sri1w1", "euler-maruyama"))
 ADDITIVE = (
     *VANISHING,
     _control("strong", 1.5, "sra1", "euler-maruyama"),
@@ -28,6 +32,8 @@ ADDITIVE = (
 )
 # With an invariant law that every scheme finds without sampling.
 INVARIANT_ONE = _control("invariant", 1.0, "euler-maruyama", "displaced-euler")
-STATIONARY = (*ADDITIVE, INVARIANT_ONE, _control("invariant", 2.0, "sra1", "euler-maruyama"))
+# Linear, or with noise in the velocity alone: SRA1 has order 2.
+STRONG_TWO = _control("strong", 2.0, "sra1", "heun-additive")
+STATIONARY = (*ADDITIVE, STRONG_TWO, INVARIANT_ONE, _control("invariant", 2.0, "sra1", "euler-maruyama"))
 # The same with two noises: a scheme that uses H needs four normals a step, too many for a sharp operator.
 STATIONARY_PAIR = (*ADDITIVE, INVARIANT_ONE, _control("invariant", 2.0, "heun-additive", "euler-maruyama"))

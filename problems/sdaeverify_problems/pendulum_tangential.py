@@ -44,7 +44,7 @@ def pendulum_tangential(theta_0: float = 0.5, omega_0: float = 0.5, horizon: flo
     )
     truth = circle.angle_truth(theta_0, omega_0, advance, "exact for r and v, order 3/2 for mu")
     return HolonomicSDAE(
-        controls=(*controls.VANISHING, controls.SCALAR[-1]),
+        controls=controls.VANISHING_SCALAR,
         force=lambda t, r, v: np.zeros((2, 1)),
         diffusion=lambda t, r, v: np.stack([-r[1], r[0]])[:, None],
         constraint=circle.constraint,

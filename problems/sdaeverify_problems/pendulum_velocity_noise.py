@@ -55,7 +55,7 @@ def pendulum_velocity_noise(
         "mu": mean_mu,
     }
     return HolonomicSDAE(
-        controls=controls.SCALAR,
+        controls=controls.WITH_AREAS,
         force=lambda t, r, v: -gamma * v,
         diffusion=lambda t, r, v: sigma * v[:, None],
         constraint=circle.constraint,

@@ -13,11 +13,13 @@ from sdaeverify.truths import MeanSquareStability, Moment
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.sphere import sphere
+from sdaeverify_problems.spiral import spiral
 
 CASES: dict[str, Callable[[], Problem]] = {
     "circle": lambda: circle(2.0),
     "sphere": lambda: sphere(0.7, -0.4),
     "noncommuting": lambda: noncommuting(1.0, -0.8),
+    "spiral": lambda: spiral(0.3, -1.0, 0.5, 0.2),
 }
 
 

@@ -14,15 +14,23 @@ from sdaeverify.truths import MeanSquareStability, Moment
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.damped_pendulum import damped_pendulum
 from sdaeverify_problems.gbm import gbm, linear_test
+from sdaeverify_problems.growing_volatility import growing_volatility
+from sdaeverify_problems.hyperbolic import hyperbolic
+from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_problems.pendulum_tangential import pendulum_tangential
 from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise
+from sdaeverify_problems.spiral import spiral
 
 EPS = np.finfo(float).eps
 PROBLEMS: dict[str, Callable[[], Problem]] = {
     "gbm": gbm,
     "gbm, decaying": lambda: gbm(a=-1.0, b=0.4, x_0=-2.0),
+    "growing volatility": lambda: growing_volatility(b=0.2, x_0=-2.0),
+    "hyperbolic": lambda: hyperbolic(a=0.8, b=0.3),
+    "hyperbolic pair": lambda: hyperbolic_pair(b_1=0.3, b_2=0.2, x_2=-0.7),
+    "spiral": lambda: spiral(beta=0.3),
     "ou": ou,
     "ou, growing": lambda: ou(a=-0.8, sigma=0.3, x_0=0.5),
     "pendulum": pendulum,

@@ -17,10 +17,13 @@ from sdaeverify_problems.damped_pendulum import damped_pendulum
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.ellipse import ellipse
 from sdaeverify_problems.gbm import gbm, linear_test
+from sdaeverify_problems.growing_volatility import growing_volatility
+from sdaeverify_problems.hyperbolic import hyperbolic
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise
 from sdaeverify_problems.sphere import sphere
+from sdaeverify_problems.spiral import spiral
 from sdaeverify_schemes.balanced_euler import BalancedEuler
 from sdaeverify_schemes.baoab import BAOAB
 from sdaeverify_schemes.euler_maruyama import DriftTruncatedEuler, EulerMaruyama, TamedEuler
@@ -30,6 +33,7 @@ from sdaeverify_schemes.milstein import Milstein
 from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
 from sdaeverify_schemes.projected_euler import ProjectedEuler
 from sdaeverify_schemes.sra1 import SRA1
+from sdaeverify_schemes.sri1w1 import SRI1W1
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 Family = Callable[[], Problem]
@@ -53,6 +57,9 @@ STRONG: list[tuple[Scheme, Family, float]] = [
     (ProjectedEuler(), ellipse, 1.0),
     (ProjectedEuler(), sphere, 0.5),
     (SRA1(), double_well, 1.5),
+    (SRI1W1(), hyperbolic, 1.5),
+    (SRI1W1(), spiral, 1.5),
+    (SRI1W1(), growing_volatility, 1.5),
     (StochasticTheta(), linear_test, 0.5),
     (StochasticTheta(), double_well, 1.0),
     (TamedEuler(), double_well, 1.0),

@@ -17,6 +17,7 @@ from sdaeverify_schemes.euler_maruyama import EulerMaruyama, TamedEuler
 from sdaeverify_schemes.heun import Heun, HeunAdditive
 from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
 from sdaeverify_schemes.sra1 import SRA1
+from sdaeverify_schemes.sri1w1 import SRI1W1
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 EPS = np.finfo(float).eps
@@ -147,6 +148,40 @@ def test_sra1_is_roessler_s_tableau() -> None:
 
     problem = sde(lambda t, x: b(t)[..., None])
     assert_rounding(moved(SRA1(), problem).state, by_path(formula))
+
+
+C0, C1 = [0, 3 / 4, 0, 0], [0, 1 / 4, 1, 1 / 4]
+A0, B0 = np.zeros((4, 4)), np.zeros((4, 4))
+A1, B1 = np.zeros((4, 4)), np.zeros((4, 4))
+A0[1, 0], B0[1, 0] = 3 / 4, 3 / 2
+A1[1, 0], A1[2, 0], A1[3, 2] = 1 / 4, 1, 1 / 4
+B1[1, 0], B1[2, 0], B1[3, :3] = 1 / 2, -1, (-5, 3, 1 / 2)
+ALPHA = [1 / 3, 2 / 3, 0, 0]
+BETA = np.array([[-1, 4 / 3, 2 / 3, 0], [-1, 4 / 3, -1 / 3, 0], [2, -4 / 3, -2 / 3, 0], [-2, 5 / 3, -2 / 3, 1]])
+
+
+def roessler(b: Vector, x: Array, dW: Array, area: Array) -> Array:
+    """Return a step of the general scheme with four stages of either kind and the tableau of SRI1W1."""
+    I10 = H * (area + 0.5 * dW)
+    integrals = np.array([dW, 0.5 * (dW**2 - H) / np.sqrt(H), I10 / H, (dW**3 - 3 * H * dW) / (6 * H)])
+    drifts: list[Array] = []
+    noises: list[Array] = []
+    for i in range(4):
+        along = x + sum(A0[i, j] * drifts[j] * H + B0[i, j] * noises[j] * I10 / H for j in range(i))
+        across = x + sum(A1[i, j] * drifts[j] * H + B1[i, j] * noises[j] * np.sqrt(H) for j in range(i))
+        drifts.append(f(T + C0[i] * H, along))
+        noises.append(b(T + C1[i] * H, across))
+    kick = sum((weights @ integrals) * noise for weights, noise in zip(BETA.T, noises, strict=True))
+    return np.asarray(x + H * sum(a * drift for a, drift in zip(ALPHA, drifts, strict=True)) + kick)
+
+
+def test_sri1w1_is_roessler_s_tableau() -> None:
+    """With one noise and with diagonal noise the step is the general scheme with the published coefficients."""
+    with_one = by_path(lambda x, dW, area: roessler(scalar, x, dW, area), 1)
+    diagonally = by_path(lambda x, dW, area: roessler(own, x, dW, area))
+
+    assert_rounding(moved(SRI1W1(), SCALAR).state, with_one, terms=64)
+    assert_rounding(moved(SRI1W1(), DIAGONAL).state, diagonally, terms=64)
 
 
 def platen(b: list[Vector], x: Array, dW: Array) -> Array:

@@ -1,0 +1,83 @@
+"""Geometric Brownian motion whose volatility grows linearly in time."""
+
+import numpy as np
+
+from sdaeverify import SDE, Array, Increment, Moment, Pathwise, hookimpl
+
+from . import _controls as controls
+
+SOURCE = "Kloeden & Platen 1992, (4.2.12): linear equations with coefficients that depend on time"
+
+
+def growing_volatility(
+    a: float = 0.5, b: float = 0.4, growth: float = 1.0, x_0: float = 1.0, horizon: float = 1.0
+) -> SDE:
+    """Growth dx = a x dt + b(t) x dW with b(t) = b (1 + growth t), x(t) = x_0 exp(a t - int b^2/2 + int b dW).
+
+    The integral of b over a step is b(t + h) dW - b growth int (W(s) - W(t)) ds: known from dW and H.
+
+    Parameters
+    ----------
+    a : float
+        Growth rate of x, unit 1/time.
+    b : float
+        Volatility at the start, unit 1/sqrt(time).
+    growth : float
+        Of the volatility, relative, unit 1/time.
+    x_0 : float
+        Initial value.
+    horizon : float
+        Final time.
+
+    Source
+    ------
+    Kloeden & Platen (1992), section 4.2, (2.12).
+    """
+
+    def volatility(t: float) -> float:
+        return b * (1.0 + growth * t)
+
+    def variance(t: float, h: float) -> float:
+        """Return int_t^{t+h} b(s)^2 ds, by Simpson's rule: exact for squares."""
+        begin, middle, end = (volatility(t + part * h) ** 2 for part in (0.0, 0.5, 1.0))
+        return h * (begin + 4.0 * middle + end) / 6.0
+
+    def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
+        integral = volatility(t + h) * noise.dW - b * growth * noise.time_integral(h)
+        return x * np.exp(a * h - 0.5 * variance(t, h) + integral)
+
+    def power(n: int) -> Moment:
+        def value(t: float) -> float:
+            return float(x_0**n * np.exp(n * a * t + 0.5 * n * (n - 1) * variance(0.0, t)))
+
+        return Moment(observable="x" if n == 1 else f"x^{n}", value=value, source=SOURCE)
+
+    return SDE(
+        controls=controls.WITH_AREAS,
+        drift=lambda t, x: a * x,
+        diffusion=lambda t, x: volatility(t) * x[:, None],
+        diffusion_derivative=lambda t, x, y: volatility(t) * y[:, None],
+        start=[x_0],
+        noise_dim=1,
+        horizon=horizon,
+        traits=frozenset({"diagonal-noise"}),
+        observables={"x": lambda t, s: s["x"][0], "x^2": lambda t, s: s["x"][0] ** 2},
+        truths=(
+            Pathwise(
+                start=lambda paths: np.full((1, paths), x_0),
+                advance=advance,
+                parts=lambda t, x: {"x": x},
+                source=SOURCE,
+            ),
+            power(1),
+            power(2),
+        ),
+        units="x dimensionless, time in the unit of 1/a",
+        source=SOURCE,
+    )
+
+
+@hookimpl
+def sdaeverify_problems() -> list[object]:
+    """Register the problem."""
+    return [growing_volatility]

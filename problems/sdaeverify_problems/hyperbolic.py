@@ -1,0 +1,61 @@
+"""The hyperbolic sine of Brownian motion with drift: a nonlinear equation with an exact solution."""
+
+import numpy as np
+
+from sdaeverify import SDE, Moment, Pathwise, hookimpl
+
+from . import _controls as controls
+from ._sines import SOURCE, mean_sine, mean_square, slope
+
+
+def hyperbolic(a: float = 0.5, b: float = 0.6, x_0: float = 0.5, horizon: float = 1.0) -> SDE:
+    """Hyperbolic sine: dx = (a r + b^2 x/2) dt + b r dW, r = sqrt(1 + x^2), x(t) = sinh(arsinh x_0 + a t + b W(t)).
+
+    Parameters
+    ----------
+    a : float
+        Rate, unit 1/time.
+    b : float
+        Noise amplitude, unit 1/sqrt(time).
+    x_0 : float
+        Initial value.
+    horizon : float
+        Final time.
+
+    Source
+    ------
+    Kloeden & Platen (1992), section 4.4.
+    """
+
+    def mean(t: float) -> float:
+        return float(np.arcsinh(x_0) + a * t)
+
+    return SDE(
+        controls=controls.WITH_AREAS,
+        drift=lambda t, x: a * slope(x) + 0.5 * b * b * x,
+        diffusion=lambda t, x: b * slope(x)[:, None],
+        diffusion_derivative=lambda t, x, y: (b * x * y / slope(x))[:, None],
+        start=[x_0],
+        noise_dim=1,
+        horizon=horizon,
+        traits=frozenset({"diagonal-noise"}),
+        observables={"x": lambda t, s: s["x"][0], "x^2": lambda t, s: s["x"][0] ** 2},
+        truths=(
+            Pathwise(
+                start=lambda paths: np.full((1, paths), np.arcsinh(x_0)),
+                advance=lambda y, t, h, noise: y + a * h + b * noise.dW,
+                parts=lambda t, y: {"x": np.sinh(y)},
+                source=SOURCE,
+            ),
+            Moment(observable="x", value=lambda t: mean_sine(mean(t), b * b * t), source=SOURCE),
+            Moment(observable="x^2", value=lambda t: mean_square(mean(t), b * b * t), source=SOURCE),
+        ),
+        units="x dimensionless, time in the unit of 1/a",
+        source=SOURCE,
+    )
+
+
+@hookimpl
+def sdaeverify_problems() -> list[object]:
+    """Register the problem."""
+    return [hyperbolic]

@@ -1,0 +1,103 @@
+"""Two hyperbolic sines of Gaussian processes: diagonal noise, the second pushed by the first."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from sdaeverify import SDE, Array, Increment, Moment, Pathwise, hookimpl
+
+from . import _controls as controls
+from ._sines import SOURCE, mean_cosine, mean_sine, mean_square, slope
+
+
+def hyperbolic_pair(
+    c: float = 1.0, b_1: float = 0.6, b_2: float = 0.6, x_1: float = 1.0, x_2: float = 0.0, horizon: float = 1.0
+) -> SDE:
+    """Diagonal noise, coupled by the drift: x_j = sinh y_j with dy_1 = b_1 dW_1 and dy_2 = c y_1 dt + b_2 dW_2.
+
+    dx_1 = b_1^2 x_1/2 dt + b_1 r_1 dW_1, dx_2 = (c r_2 arsinh x_1 + b_2^2 x_2/2) dt + b_2 r_2 dW_2, with
+    r_j = sqrt(1 + x_j^2). The integral of W_1 that x_2 depends on is known from dW and H.
+
+    Parameters
+    ----------
+    c : float
+        Coupling, unit 1/time.
+    b_1 : float
+        Noise amplitude of the first component, unit 1/sqrt(time).
+    b_2 : float
+        Noise amplitude of the second component, unit 1/sqrt(time).
+    x_1 : float
+        Initial value of the first component.
+    x_2 : float
+        Initial value of the second component.
+    horizon : float
+        Final time.
+
+    Source
+    ------
+    Kloeden & Platen (1992), section 4.4.
+    """
+    b, start = np.array([[b_1], [b_2]]), np.arcsinh([x_1, x_2])
+
+    def drift(t: float, x: Array) -> Array:
+        along = np.stack([0.0 * x[0], c * np.arcsinh(x[0])])
+        return along * slope(x) + 0.5 * b * b * x
+
+    def advance(y: Array, t: float, h: float, noise: Increment) -> Array:
+        pushed = c * (h * y[0] + b_1 * noise.time_integral(h)[0])
+        return y + b * noise.dW + np.stack([0.0 * pushed, pushed])
+
+    return SDE(
+        controls=controls.WITH_AREAS,
+        drift=drift,
+        diffusion=lambda t, x: diagonal(b * slope(x)),
+        diffusion_derivative=lambda t, x, y: diagonal(b * x * y / slope(x)),
+        start=[x_1, x_2],
+        noise_dim=2,
+        horizon=horizon,
+        traits=frozenset({"diagonal-noise"}),
+        observables={
+            "x_2": lambda t, s: s["x"][1],
+            "x_2^2": lambda t, s: s["x"][1] ** 2,
+            "x_1 x_2": lambda t, s: s["x"][0] * s["x"][1],
+        },
+        truths=(
+            Pathwise(
+                start=lambda paths: np.repeat(start[:, None], paths, axis=1),
+                advance=advance,
+                parts=lambda t, y: {"x": np.sinh(y)},
+                source=SOURCE,
+            ),
+            *moments(start, c, b_1, b_2),
+        ),
+        units="x dimensionless, time in the unit of 1/c",
+        source=SOURCE,
+    )
+
+
+def moments(start: Array, c: float, b_1: float, b_2: float) -> Iterator[Moment]:
+    """Yield what is known of products of x_1 and x_2: y is normal, with means y_1(0) and y_2(0) + c y_1(0) t."""
+
+    def law(t: float) -> tuple[float, float, float]:
+        """Return the mean and the variance of y_2, and its covariance with y_1."""
+        return start[1] + c * start[0] * t, b_2**2 * t + c**2 * b_1**2 * t**3 / 3.0, 0.5 * c * b_1**2 * t**2
+
+    def product(t: float) -> float:
+        m, v, shared = law(t)
+        sums = (mean_cosine(start[0] + s * m, b_1**2 * t + v + 2.0 * s * shared) for s in (1.0, -1.0))
+        return 0.5 * float(np.subtract(*sums))
+
+    yield Moment(observable="x_2", value=lambda t: mean_sine(*law(t)[:2]), source=SOURCE)
+    yield Moment(observable="x_2^2", value=lambda t: mean_square(*law(t)[:2]), source=SOURCE)
+    yield Moment(observable="x_1 x_2", value=product, source=SOURCE)
+
+
+def diagonal(entries: Array) -> Array:
+    """Return the diagonal matrices with entries of shape (2, P), shape (2, 2, P)."""
+    return np.asarray(np.eye(2)[..., None] * entries[:, None])
+
+
+@hookimpl
+def sdaeverify_problems() -> list[object]:
+    """Register the problem."""
+    return [hyperbolic_pair]
