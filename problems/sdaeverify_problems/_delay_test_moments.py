@@ -7,14 +7,15 @@ from sdaeverify import Array, Moment
 
 from . import _linear_delay as linear
 from ._delay_coefficients import Coefficients
-from ._scalar_delay import ScalarDelay, mean, piece
+from ._renewal_equation import mean
+from ._scalar_delay import ScalarDelay
 
 
 def moments(at: Coefficients, horizon: float) -> tuple[Moment, ...]:
     """Return E x, E x^2 and E y: at all times where l = 0, else up to the first delay."""
     if at.l == 0.0:
         equation = ScalarDelay(at.a + at.q, at.b, at.c, at.d, 0.0, 1.0, 1.0, 1.0)
-        y = Moment(observable="y", value=lambda t: at.q * mean(equation, *piece(equation, t)), source=linear.MOMENTS)
+        y = Moment(observable="y", value=lambda t: at.q * mean(equation, t), source=linear.MOMENTS)
         return (*known, y) if (known := linear.moments(equation, horizon)) else ()
     return _first_interval(at) if horizon <= 1.0 else ()
 

@@ -7,12 +7,12 @@ import numpy as np
 
 from sdaeverify import Array, DelaySDAE, Moment, Partials
 
-from ._renewal_equation import second
-from ._scalar_delay import ScalarDelay, mean, piece
+from ._renewal_equation import mean, second, size
+from ._scalar_delay import ScalarDelay
 
 MOMENTS = "variation of constants and its renewal equation"
-# Delays within the horizon up to which moments are found: their cost grows with the square.
-MOST_DELAYS = 16
+# Unknowns up to which moments are found, 2000 delays unless the equation is stiff: three seconds of arithmetic.
+MOST_UNKNOWNS = 40_100
 OBSERVABLES = {
     "x": lambda t, s: s["x"][0],
     "x^2": lambda t, s: s["x"][0] ** 2,
@@ -47,7 +47,7 @@ def linear_delay(equation: ScalarDelay, *, horizon: float, truths: tuple[Any, ..
         diffusion=lambda t, x, v, y: (c * x + d * v + s)[:, None],
         drift_partials=lambda t, x, v, y: Partials(matrix(A, x), matrix(B, x), np.zeros((1, 0, x.shape[-1]))),
         delay=tau,
-        history=equation.past,
+        history=lambda t: [equation.past(t)],
         noise_dim=1,
         horizon=horizon,
         truths=(*moments(equation, horizon), *truths),
@@ -57,9 +57,9 @@ def linear_delay(equation: ScalarDelay, *, horizon: float, truths: tuple[Any, ..
 
 def moments(equation: ScalarDelay, horizon: float) -> tuple[Moment, ...]:
     """Return E x and E x^2, unless too many delays fit into the horizon."""
-    if horizon > MOST_DELAYS * equation.tau:
+    if size(equation, horizon) > MOST_UNKNOWNS:
         return ()
     return (
-        Moment(observable="x", value=lambda t: mean(equation, *piece(equation, t)), source=MOMENTS),
+        Moment(observable="x", value=lambda t: mean(equation, t), source=MOMENTS),
         Moment(observable="x^2", value=lambda t: second(equation, t), source=MOMENTS),
     )

@@ -1,79 +1,120 @@
-"""The second moment of a scalar linear delay equation, by its renewal equation.
+"""The moments of a scalar linear delay equation: its mean by steps, the second moment by its renewal equation.
 
-With r' = A r + B r(t - tau), r(0) = 1, r = 0 before 0, the noise g = c x + d v + s enters as
-x(t) = m(t) + int_0^t r(t - q) g(q) dW(q). Hence gamma = E g^2 obeys a renewal equation, and E x^2 follows,
+With r' = A r + B r(t - tau), r(0) = 1, r = 0 before 0, both r and the mean m go from one interval to the next by
+
+    f(t + u) = e^(A u) f(t) + B int_0^u e^(A (u - q)) f(t - tau + q) dq,    t a multiple of tau, 0 <= u <= tau.
+
+The noise g = c x + d v + s enters as x(t) = m(t) + int_0^t r(t - q) g(q) dW(q). Hence gamma = E g^2 obeys a renewal
+equation, and E x^2 follows,
 
     gamma(t) = (c m(t) + d m(t - tau) + s)^2 + int_0^t [c r(t - q) + d r(t - tau - q)]^2 gamma(q) dq,
     E x(t)^2 = m(t)^2 + int_0^t r(t - q)^2 gamma(q) dq.
 
-Between multiples of tau all functions are analytic, and the equation is solved by collocation there. (The pieces
-x(s), x(s + tau), ... obey equations with independent noises, but a younger one begins where an older one ends: the
-older one's noise is known to it, and their joint moments obey no closed equation in s.)
+Between multiples of tau all functions are analytic, with a layer at the left end where |A| tau is large, and the
+equation is solved by collocation there. (The pieces x(s), x(s + tau), ... obey equations with independent noises, but
+a younger one begins where an older one ends: the older one's noise is known to it, and their joint moments obey no
+closed equation in s.)
 """
 
-from collections.abc import Callable
 from functools import cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss, legvander
 
 from sdaeverify import Array
 
-from ._scalar_delay import ScalarDelay, mean, piece
+from ._graded_panels import Convolution, convolution, graded, nodes
+from ._scalar_delay import ScalarDelay, piece
 
-# A function of the number of its piece, counted from 0, and of the time since the piece began.
-Pieces = Callable[[int, Array], Array]
+
+class Pieces(NamedTuple):
+    """Functions between multiples of the delay, the first piece being the one before 0.
+
+    Attributes
+    ----------
+    r, m : ndarray, shape (k + 1, N + 1)
+        At the nodes and at the right end.
+    gamma : ndarray, shape (k, N)
+        At the nodes, from 0 on.
+    """
+
+    r: Array
+    m: Array
+    gamma: Array
+
+
+def mean(equation: ScalarDelay, t: float) -> float:
+    """Return E x(t)."""
+    k, u = piece(equation, t)
+    return float(_later(equation, _pieces(equation, k).m, k, u))
 
 
 def second(equation: ScalarDelay, t: float) -> float:
     """Return E x(t)^2."""
     k, u = piece(equation, t)
-    past = sum(_weights(equation, equation.square, k - j, u) @ intensity(equation, j) for j in range(k + 1))
-    return float(mean(equation, k, u) ** 2 + past)
+    known, (young, old) = _pieces(equation, k), _convolutions(equation, (u,))
+    past = ((_row(young, known.r[1 + k - j]) + _row(old, known.r[k - j])) @ known.gamma[j] for j in range(k + 1))
+    return mean(equation, t) ** 2 + float(sum(past))
+
+
+def size(equation: ScalarDelay, horizon: float) -> int:
+    """Return the number of unknowns up to a time: what moments cost grows with its square."""
+    return (piece(equation, horizon)[0] + 1) * len(nodes(_ends(equation)))
+
+
+def _row(at: Convolution, r: Array) -> Array:
+    return at.matrix((at.of_s @ r[:-1]) ** 2)[0]
+
+
+def _later(equation: ScalarDelay, m: Array, k: int, u: float) -> float:
+    """Return m(k tau + u)."""
+    (young, _), A = _convolutions(equation, (u,)), equation.A
+    drawn = young.matrix(np.exp(A * young.s)) @ m[k, :-1]
+    return float((np.exp(A * u) * m[k, -1] + equation.B * drawn)[0])
+
+
+def _pieces(equation: ScalarDelay, k: int) -> Pieces:
+    """Return the pieces up to number k, and perhaps some more."""
+    return _computed(equation, 1 << k.bit_length())
 
 
 @cache
-def intensity(equation: ScalarDelay, k: int) -> Array:
-    """Return gamma at the nodes of a piece."""
-    c, d, s, times = equation.c, equation.d, equation.s, _times(equation)
-    drawn = [c * mean(equation, k, u) + d * mean(equation, k - 1, u) + s for u in times]
-    older = [_rows(equation, k - j) @ intensity(equation, j) for j in range(k)]
-    return np.asarray(np.linalg.solve(np.eye(len(times)) - _rows(equation, 0), np.square(drawn) + sum(older)))
+def _computed(equation: ScalarDelay, count: int) -> Pieces:
+    A, B, c, d, s, tau, x_0, _ = equation
+    u = np.append(nodes(_ends(equation)), tau)
+    young, old = _convolutions(equation, tuple(u))
+    step, decay = B * young.matrix(np.exp(A * young.s)), np.exp(A * u)
+    r, m = [np.append(np.zeros(len(u) - 1), 1.0)], [np.append(equation.past(u[:-1] - tau), x_0)]
+    for _ in range(count):
+        for pieces in (r, m):
+            pieces.append(decay * pieces[-1][-1] + step @ pieces[-1][:-1])
+    values = [np.array([at.of_s @ piece[:-1] for piece in r]) for at in (young, old)]
+    kernels = [(c * value[1:] + d * value[:-1]) ** 2 for value in values]
+    matrices = [young.matrix(kernels[0][0])]
+    matrices += [young.matrix(new) + old.matrix(last) for last, new in zip(kernels[1], kernels[0][1:], strict=False)]
+    drawn = [(c * now + d * before + s)[:-1] ** 2 for before, now in pairwise(m)]
+    return Pieces(np.array(r), np.array(m), _renewed([matrix[:-1] for matrix in matrices], drawn))
+
+
+def _renewed(matrices: list[Array], drawn: list[Array]) -> Array:
+    """Solve gamma_k = drawn_k + sum_j M_{k-j} gamma_j, piece by piece."""
+    n, count = len(drawn[0]), len(drawn)
+    inverse, oldest_first = np.linalg.inv(np.eye(n) - matrices[0]), np.hstack(matrices[:0:-1] or [np.zeros((n, 0))])
+    gamma = np.zeros((count, n))
+    for k, given in enumerate(drawn):
+        gamma[k] = inverse @ (given + oldest_first[:, n * (count - 1 - k) :] @ gamma[:k].ravel())
+    return gamma
 
 
 @cache
-def _rows(equation: ScalarDelay, k: int) -> Array:
-    return np.stack([_weights(equation, equation.kernel, k, u) for u in _times(equation)])
-
-
-def _times(equation: ScalarDelay) -> list[float]:
-    return [float(x) for x in 0.5 * equation.tau * (1.0 + _basis(equation.points).x)]
-
-
-def _weights(equation: ScalarDelay, kernel: Pieces, k: int, u: float) -> Array:
-    """Return the weights of gamma's values on a piece in the integral over it at time u of the k-th piece after."""
-    tau = equation.tau
-    row = _integral(equation, lambda q: kernel(k, u - q), 0.0, u)
-    return row if not k else row + _integral(equation, lambda q: kernel(k - 1, tau + u - q), u, tau)
-
-
-def _integral(equation: ScalarDelay, weight: Callable[[Array], Array], low: float, high: float) -> Array:
-    x, w, inverse = _basis(equation.points)
-    half = 0.5 * (high - low)
-    q = low + half * (1.0 + x)
-    return np.asarray(half * w * weight(q) @ legvander(2.0 * q / equation.tau - 1.0, len(x) - 1) @ inverse)
-
-
-class _Basis(NamedTuple):
-    """Gauss' rule on [-1, 1], and the matrix that takes values at its nodes to Legendre coefficients."""
-
-    x: Array
-    w: Array
-    inverse: Array
+def _ends(equation: ScalarDelay) -> Array:
+    A, B, c, d, *_ = equation
+    growth = max(A, 0.0) + max(abs(B) - abs(A), 0.0) + max(c * c + 2.0 * A, 0.0) + max(d * d + 2.0 * A, 0.0)
+    return graded(equation.tau, abs(A) + abs(B) + c * c + d * d, growth)
 
 
 @cache
-def _basis(nodes: int) -> _Basis:
-    x, w = leggauss(nodes)
-    return _Basis(x, w, np.linalg.inv(legvander(x, nodes - 1)))
+def _convolutions(equation: ScalarDelay, times: tuple[float, ...]) -> tuple[Convolution, Convolution]:
+    ends, u = _ends(equation), np.array(times)
+    return convolution(ends, u), convolution(ends, u, older=True)

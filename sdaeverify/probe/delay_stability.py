@@ -4,7 +4,7 @@ The set of stable step sizes need not be an interval: on meshes that the delay i
 step size does not imply it at a smaller one. The scan takes several positions of the delay between mesh points.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from ..forms import DelaySDAE
 from ..scheme import Scheme
 from .delay_linear import UNIT, at_rest, is_autonomous, is_scalar, limits, linear_delay, no_lasting_step, probed_step
 from .delay_radius import radius
-from .stability import Radius, StabilityRecord
+from .stability import Row, StabilityRecord, radii, refined_scan
 from .windows import crossings
 
 # Step sizes of the scan: down to this part of the delay, or of the equation's own time where that is shorter, but no
@@ -21,8 +21,6 @@ from .windows import crossings
 FINE, OWN, LONGEST = 1.0 / 64.0, 0.1, 512
 PER_DECADE, LONGER, MOST = 12, 16, 1e3
 SMALLEST_M, POSITIONS = range(1, 25), (0.0, 0.23, 0.49, 0.77)
-# The scan is halved where the scheme's rate is less than this part of the equation's, and the radius this close to 1.
-SHARE, NEAR_ONE = 0.5, 0.2
 
 
 def no_delay_stability(scheme: Scheme, view: DelaySDAE) -> str:
@@ -54,24 +52,16 @@ def delay_stability(scheme: Scheme, view: DelaySDAE, step_sizes: Sequence[float]
         Of an equation in more than one dimension, neither growth rate nor stability are known: NaN.
     """
 
-    def found(h: float) -> tuple[float, ...]:
+    def found(h: float) -> Row:
         probed = probed_step(scheme, view, h, scale)
         rho, width = radius(probed.step, view.mesh(h))
         return h, rho, width, probed.defect, float(probed.failed), np.inf
 
     with np.errstate(all="ignore"):
         abscissa, decays = _equation(view, scale)
-        scan, run = _refined(found, _scan(view, scale), abscissa), _collected([found(h) for h in step_sizes])
+        scan, run = refined_scan(found, _scan(view, scale)), radii([found(h) for h in step_sizes])
         boundaries = crossings(lambda h: found(h)[1], scan.h, scan.sign)
     return StabilityRecord(*scan, *run, boundaries, abscissa, decays, float(at_rest(view)))
-
-
-def _refined(found: Callable[[float], tuple[float, ...]], sizes: Array, abscissa: float) -> Radius:
-    """Return the radius on a scan with more step sizes where it comes near 1, other than by short steps."""
-    scan = _collected([found(float(h)) for h in sizes])
-    slow = ~(np.abs(np.log(scan.rho)) >= SHARE * scan.h * abs(abscissa)) & (np.abs(scan.rho - 1.0) < NEAR_ONE)
-    middle = np.sqrt(scan.h[:-1] * scan.h[1:])[slow[:-1] | slow[1:]]
-    return _collected(sorted([*zip(*scan, strict=True), *(found(float(h)) for h in middle)]))
 
 
 def _equation(view: DelaySDAE, scale: float) -> tuple[float, float]:
@@ -94,7 +84,3 @@ def _scan(view: DelaySDAE, scale: float) -> Array:
     longer = np.geomspace(delay, MOST * delay, LONGER)[1:]
     parts = [np.geomspace(low, delay, count)[:-1], between, longer]
     return np.unique(np.concatenate(parts[: 2 if scale > UNIT else 3]))
-
-
-def _collected(rows: list[tuple[float, ...]]) -> Radius:
-    return Radius(*np.array(rows).reshape(-1, len(Radius._fields)).T)

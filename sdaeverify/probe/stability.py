@@ -6,7 +6,7 @@ Memory that does not act on the comparable components is left out of the operato
 problem's constraints.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,10 +21,14 @@ from .one_step import OneStep
 from .second_moments import Operator
 from .spectral import spectral_radius
 from .step_moments import no_linear_step, step_moments
-from .windows import COUNT, Window, crossings, scan_sizes, signs, stable_windows
+from .windows import COUNT, Window, crossings, doubtful, scan_sizes, signs, stable_windows
 
 # The scan is at least this wide, in the problem's unit of time and in its own time scale.
 LEAST, MOST = 1e-3, 1e3
+# So many times its step sizes a scan may have after it was refined.
+REFINED = 4
+
+Row = tuple[float, ...]
 
 
 class Radius(NamedTuple):
@@ -139,12 +143,40 @@ def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count:
     low, high = LEAST * min(1.0, time), MOST * max(1.0, time)
     h = scan_sizes(low, high, round(count * np.log(high / low) / np.log(MOST / LEAST)))
     with np.errstate(all="ignore"):
-        scan = _collected([_radius(one_step, size) for size in h])
-        run = _collected([_radius(one_step, size) for size in step_sizes])
-        boundaries = crossings(lambda size: step_radius(one_step, size), h, scan.sign)
+        scan = refined_scan(lambda size: _radius(one_step, size), h)
+        run = radii([_radius(one_step, size) for size in step_sizes])
+        boundaries = crossings(lambda size: step_radius(one_step, size), scan.h, scan.sign)
     decays = {True: 1.0, False: 0.0, None: np.nan}[equation.decays()]
     at_rest = float(linear_equation(one_step.ito).starts_at_rest)
     return StabilityRecord(*scan, *run, boundaries, equation.abscissa, decays, at_rest)
+
+
+def refined_scan(found: Callable[[float], Row], sizes: Array) -> Radius:
+    """Return the radius on a grid, and amid neighbours between which it may cross 1 and come back.
+
+    Parameters
+    ----------
+    found : callable, h -> the fields of `Radius` at one step size
+    sizes : ndarray, shape (S,)
+        Ascending.
+
+    Returns
+    -------
+    Radius
+    """
+    rows = [found(float(h)) for h in sizes]
+    while len(rows) < REFINED * len(sizes):
+        scan = radii(rows)
+        more = doubtful(scan.h, scan.rho, scan.sign)
+        if not len(more):
+            break
+        rows = sorted([*rows, *(found(float(h)) for h in more)])
+    return radii(rows)
+
+
+def radii(rows: Sequence[Row]) -> Radius:
+    """Return what was found at some step sizes, field by field."""
+    return Radius(*np.array(rows).reshape(-1, len(Radius._fields)).T)
 
 
 def step_radius(one_step: OneStep, h: float) -> float:
@@ -152,7 +184,7 @@ def step_radius(one_step: OneStep, h: float) -> float:
     return spectral_radius(_essential(one_step, h, step_moments(one_step, h, far=False).operator)).rho
 
 
-def _radius(one_step: OneStep, h: float) -> tuple[float, ...]:
+def _radius(one_step: OneStep, h: float) -> Row:
     found = step_moments(one_step, h)
     rho, width = spectral_radius(_essential(one_step, h, found.operator))
     error, coarser = width + found.far.left_out, found.expectation.coarser
@@ -161,10 +193,6 @@ def _radius(one_step: OneStep, h: float) -> tuple[float, ...]:
     elif coarser is not found.operator:
         error += abs(rho - spectral_radius(_essential(one_step, h, coarser)).rho)
     return h, rho, error, found.defect, float(found.failed), found.far.pole
-
-
-def _collected(rows: list[tuple[float, ...]]) -> Radius:
-    return Radius(*np.array(rows).reshape(-1, len(Radius._fields)).T)
 
 
 def _essential(one_step: OneStep, h: float, operator: Operator) -> Operator:

@@ -1,6 +1,9 @@
 """Windows of step sizes on which a scheme is stable: log rho on a grid, its sign changes by Brent's method.
 
-The set need not be an interval, and a window that lies between two neighbours of the grid is not seen.
+The set need not be an interval. Where two neighbours of the grid have one sign, a window or a gap may hide between
+them if |log rho| can reach 0 there at `STEEPER` times the steepest slope seen beside; such intervals are halved, as
+in Piyavskii's method of finding extrema, down to neighbours whose ratio is `NARROW`. What is narrower, or steeper, is
+not seen.
 """
 
 from collections.abc import Callable
@@ -14,6 +17,7 @@ from ..arrays import Array
 # Least |rho - 1| that decides, and how many times its error it must be.
 MARGIN, ERRORS = 1e-9, 10.0
 COUNT = 60
+STEEPER, NARROW = 4.0, 1.001
 # log rho of what overflows, or is exactly 0.
 LARGEST = 700.0
 
@@ -61,6 +65,29 @@ def crossings(radius: Callable[[float], float], h: Array, sign: Array) -> Array:
 
     roots = [brentq(log_rho, np.log(h[i]), np.log(h[j]), xtol=1e-15, rtol=1e-15) for i, j in brackets(sign)]
     return np.asarray(np.exp(roots))
+
+
+def doubtful(h: Array, rho: Array, sign: Array) -> Array:
+    """Return the step sizes amid neighbours between which rho may cross 1 and come back.
+
+    Parameters
+    ----------
+    h, rho, sign : ndarray, shape (S,)
+        As for `crossings`.
+
+    Returns
+    -------
+    ndarray, shape (D,)
+        Geometric means, ascending.
+    """
+    with np.errstate(divide="ignore"):
+        value = np.clip(np.nan_to_num(np.log(rho), nan=LARGEST), -LARGEST, LARGEST)
+    width = np.diff(np.log(h))
+    slope = np.pad(np.abs(np.diff(value)) / width, 1, mode="edge")
+    steepest = np.maximum(np.maximum(slope[:-2], slope[1:-1]), slope[2:])
+    within_reach = np.abs(value[1:]) + np.abs(value[:-1]) < STEEPER * steepest * width
+    hidden = (sign[1:] * sign[:-1] > 0) & within_reach & (width > np.log(NARROW))
+    return np.asarray(np.sqrt(h[1:] * h[:-1])[hidden])
 
 
 def stable_windows(h: Array, sign: Array, boundaries: Array) -> list[Window]:

@@ -2,22 +2,27 @@
 
 from collections.abc import Callable
 from itertools import pairwise
+from math import factorial
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from sdaeverify import DelaySDAE, InvariantMean, MeanSquareStability, Moment
 from sdaeverify.arrays import Array
 from sdaeverify.probe.delay_equation import LinearDelay
+from sdaeverify.probe.delay_linear import probed_step, run_start
+from sdaeverify.probe.delay_moments import run_moments
 from sdaeverify_problems import _delay_equilibrium as equilibrium
 from sdaeverify_problems import _delay_test_moments as of_test
 from sdaeverify_problems._delay_coefficients import SETS
-from sdaeverify_problems._renewal_equation import second
-from sdaeverify_problems._scalar_delay import ScalarDelay, mean, piece
+from sdaeverify_problems._renewal_equation import mean, second, size
+from sdaeverify_problems._scalar_delay import ScalarDelay
 from sdaeverify_problems.delay_linear import delay_linear
 from sdaeverify_problems.delay_martingale import delay_martingale
 from sdaeverify_problems.delay_ou import delay_ou
 from sdaeverify_problems.delay_test import delay_test
+from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 # A, B, c, d, s, tau, x_0 and slope: all terms at once, and each of them missing.
 EQUATIONS = {
@@ -32,7 +37,7 @@ EQUATIONS = {
 def euler(at: ScalarDelay, t: float, m: int) -> Array:
     """Return E x and E x^2 of Euler's method with h = tau/m, by the covariances of all pairs of times."""
     h, n = at.tau / m, round(t * m / at.tau)
-    means = [at.past(-k * h)[0] for k in range(m, -1, -1)]
+    means = [at.past(-k * h) for k in range(m, -1, -1)]
     R = np.zeros((m + n + 1, m + n + 1))
     R[: m + 1, : m + 1] = np.outer(means, means)
     for now in range(m, m + n):
@@ -63,7 +68,7 @@ def test_moments_are_the_limit_of_eulers(name: str, delays: float) -> None:
 
     expected = extrapolated(lambda m: euler(equation, t, m))
 
-    assert [mean(equation, *piece(equation, t)), second(equation, t)] == pytest.approx(expected, rel=1e-7)
+    assert [mean(equation, t), second(equation, t)] == pytest.approx(expected, rel=1e-7)
 
 
 def test_another_coefficient_would_be_noticed() -> None:
@@ -75,12 +80,59 @@ def test_another_coefficient_would_be_noticed() -> None:
         assert abs(changed / exact - 1.0) > 1e-6, field
 
 
+# Dissipative with |A| tau from 100 to 100000, and with a delayed force of nearly the same size.
+STIFF = [(-100.0, 1.0), (-1000.0, 8.0), (-1000.0, -990.0), (-1000.0, 999.5), (-1e5, 1.0)]
+
+
+@pytest.mark.parametrize(("A", "B"), STIFF)
+def test_stiff_moments_of_the_first_interval_are_an_exponential(A: float, B: float) -> None:
+    """There v = x_0, and 1, m and S obey a linear equation: in the layer and past it."""
+    c, d, x_0 = 0.5, 0.7, 1.3
+    equation = ScalarDelay(A, B, c, d, 0.0, 1.0, x_0, 0.0)
+    rates = np.array([[0.0, 0.0, 0.0], [B * x_0, A, 0.0], [(d * x_0) ** 2, 2.0 * (B + c * d) * x_0, 2.0 * A + c * c]])
+    for t in (0.3 / -A, 2.0 / -A, 30.0 / -A, 0.7, 1.0):
+        expected = expm(rates * t) @ [1.0, x_0, x_0**2]
+        assert (mean(equation, t), second(equation, t)) == pytest.approx(tuple(expected[1:]), rel=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("A", "B", "tau", "t", "meshes"),
+    [
+        (-10.0, 6.0, 1.0, 2.0, (64, 128, 256, 512)),
+        (-2.0, 1.0, 0.01, 0.4, (2, 4, 8, 16)),
+        (-5.0, 4.5, 0.05, 2.5, (4, 8, 16, 32)),
+    ],
+)
+def test_moments_over_stiff_and_over_many_delays_are_the_limit_of_implicit_eulers(
+    A: float, B: float, tau: float, t: float, meshes: tuple[int, ...]
+) -> None:
+    """E x and E x^2 agree with the extrapolated ones of implicit Euler's linear recursion."""
+    problem = delay_linear(A, B, 0.5, 0.7, tau, horizon=t)
+    table = []
+    for m in meshes:
+        scheme, h = StochasticTheta(theta=1.0), tau / m
+        step, steps = probed_step(scheme, problem, h).step, round(t / h)
+        run = run_moments(step, problem.mesh(h), run_start(scheme, problem, h), steps)
+        table.append(np.array([run.mean[-1, 0], run.second[-1, 0, 0]]))
+    for power in (2.0, 4.0, 8.0):
+        table = [(power * b - a) / (power - 1.0) for a, b in pairwise(table)]
+
+    equation = ScalarDelay(A, B, 0.5, 0.7, 0.0, tau, 1.0, 0.0)
+    assert (mean(equation, t), second(equation, t)) == pytest.approx(tuple(table[0]), rel=1e-6)
+
+
+@pytest.mark.parametrize(("rate", "unknowns"), [(1.0, 300), (1e3, 700), (1e6, 1300)])
+def test_unknowns_grow_with_the_logarithm_of_the_stiffness(rate: float, unknowns: int) -> None:
+    """Two delays of A = -1000 take 600 unknowns, where 2032 for each did not return."""
+    assert size(ScalarDelay(-rate, 1.0, 0.5, 0.5, 0.0, 1.0, 1.0, 0.0), 2.0) < unknowns
+
+
 @pytest.mark.parametrize("t", [0.3, 1.0, 3.7])
 def test_without_delay_in_the_coefficients_it_is_geometric_brownian_motion(t: float) -> None:
     """Set I has E x = E x^2 = e^{-t}."""
     equation = ScalarDelay(-1.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0)
 
-    assert mean(equation, *piece(equation, t)) == pytest.approx(np.exp(-t), rel=1e-13)
+    assert mean(equation, t) == pytest.approx(np.exp(-t), rel=1e-13)
     assert second(equation, t) == pytest.approx(np.exp(-t), rel=1e-13)
 
 
@@ -128,8 +180,10 @@ def test_the_mean_on_the_first_interval_has_its_closed_form(name: str) -> None:
         (lambda: delay_test("IV"), set()),
         (lambda: delay_test("IV", horizon=1.0), {"x", "x^2", "y"}),
         (lambda: delay_test("II"), {"x", "x^2", "y"}),
-        (lambda: delay_test("II", horizon=40.0), set()),
-        (lambda: delay_linear(tau=0.01), set()),
+        (lambda: delay_test("II", horizon=40.0), {"x", "x^2", "y"}),
+        (lambda: delay_linear(A=-1000.0, tau=0.01), {"x", "x^2"}),
+        (lambda: delay_linear(tau=0.001), {"x", "x^2"}),
+        (lambda: delay_linear(tau=0.0009), set()),
     ],
 )
 def test_moments_are_attached_where_they_hold_and_can_be_found(
@@ -137,6 +191,12 @@ def test_moments_are_attached_where_they_hold_and_can_be_found(
 ) -> None:
     """With a sine only up to the first delay, and for no more delays than can be afforded."""
     assert {moment.observable for moment in moments_of(problem())} == known
+
+
+def decay(at: ScalarDelay, k: int, u: Array) -> Array:
+    """Return r(k tau + u), that is sum_j (B (t - j tau))^j/j! e^(A (t - j tau))."""
+    ages = [(k - j) * at.tau + u for j in range(k + 1)]
+    return sum(((at.B * age) ** j / factorial(j) * np.exp(at.A * age) for j, age in enumerate(ages)), 0.0 * u)
 
 
 STATIONARY = [(-0.5, -1.0), (-1.0, -1.0), (-2.0, 1.0), (-2.0, -1.0), (-3.0, 0.0), (0.2, -1.0), (-1.0, -1.0 + 1e-9)]
@@ -149,7 +209,7 @@ def test_covariances_are_integrals_of_the_fundamental_solution(A: float, B: floa
     equation = ScalarDelay(A, B, 0.0, 0.0, 0.0, tau, 1.0, 0.0)
     end, (x, w) = int(25.0 / tau), np.polynomial.legendre.leggauss(20)
     u, weights = 0.5 * tau * (1.0 + x), 0.5 * tau * w
-    pieces = [equation.decay(k, u) for k in range(end)]
+    pieces = [decay(equation, k, u) for k in range(end)]
     now = sum(float(weights @ r**2) for r in pieces)
     lagged = sum(float(weights @ (older * r)) for older, r in pairwise(pieces))
 

@@ -1,0 +1,127 @@
+"""Functions on an interval by polynomials on panels, and their convolutions: product integrals that resolve layers.
+
+Functions with layers of width 1/a at the left end need log(a) panels that double in length. In a convolution at time
+u, one factor has its panels from 0 on and the other one from u backwards; between the ends of both, the product is a
+polynomial, which Gauss' rule integrates.
+"""
+
+from functools import cache
+from itertools import pairwise
+from math import ceil, log2
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss, legvander
+from scipy import sparse
+
+from sdaeverify import Array
+
+# Nodes of a panel; lengths, in units of 1/rate, of the first panel of a layer and of any panel of what grows.
+NODES, LAYER, GROWTH = 20, 2.0, 6.0
+
+
+def graded(length: float, stiffness: float, growth: float) -> Array:
+    """Return the ends of panels of [0, length], ascending.
+
+    Parameters
+    ----------
+    length : float
+    stiffness : float
+        The largest rate in a layer at the left end.
+    growth : float
+        The largest rate elsewhere.
+
+    Returns
+    -------
+    ndarray, shape (p + 1,)
+    """
+    halvings = max(0, ceil(log2(max(stiffness * length / LAYER, 1.0))))
+    ends = [0.0, *(length * 0.5 ** np.arange(halvings, -1, -1))]
+    parts = [np.linspace(a, b, ceil(max(growth * (b - a) / GROWTH, 1.0)) + 1)[:-1] for a, b in pairwise(ends)]
+    return np.concatenate([*parts, [length]])
+
+
+def nodes(ends: Array) -> Array:
+    """Return Gauss' nodes of all panels, ascending, shape (N,)."""
+    return np.ravel(ends[:-1, None] + 0.5 * np.diff(ends)[:, None] * (1.0 + _rule().x))
+
+
+def interpolation(ends: Array, points: Array) -> sparse.csr_array:
+    """Return the matrix that takes values at the nodes to values at points, shape (Q, N)."""
+    panel = np.clip(np.searchsorted(ends, points, "right") - 1, 0, len(ends) - 2)
+    x = 2.0 * (points - ends[panel]) / np.diff(ends)[panel] - 1.0
+    places = NODES * panel[:, None] + np.arange(NODES)
+    rows = np.arange(len(points) + 1) * NODES
+    values = legvander(x, NODES - 1) @ _rule().inverse
+    return sparse.csr_array((values.ravel(), places.ravel(), rows), shape=(len(points), NODES * (len(ends) - 1)))
+
+
+class Convolution(NamedTuple):
+    """Integrals of kernel(s) f(q) over q, with s + q = end, at some times.
+
+    Attributes
+    ----------
+    s : ndarray, shape (Q,)
+        Where kernels are wanted, for all times.
+    weights : ndarray, shape (Q,)
+    of_s, of_q : csr_array, shape (Q, N)
+        Values at the nodes to those at s and at q.
+    owner : csr_array, shape (times, Q)
+        1 where a point belongs to a time.
+    """
+
+    s: Array
+    weights: Array
+    of_s: sparse.csr_array
+    of_q: sparse.csr_array
+    owner: sparse.csr_array
+
+    def matrix(self, kernel: Array) -> Array:
+        """Return the matrix that takes f's values at the nodes to the integrals, the kernel being known at s."""
+        return np.asarray((self.owner @ (sparse.diags_array(self.weights * kernel) @ self.of_q)).toarray())
+
+
+def convolution(ends: Array, times: Array, older: bool = False) -> Convolution:
+    """Return the convolution over q from 0 to u with s = u - q; of older values, from u on with s = length + u - q.
+
+    Parameters
+    ----------
+    ends : ndarray, shape (p + 1,)
+    times : ndarray, shape (times,)
+        u, on the interval.
+    older : bool, optional
+
+    Returns
+    -------
+    Convolution
+    """
+    length = ends[-1]
+    found = [_points(ends, u, length, length + u) if older else _points(ends, 0.0, u, u) for u in times]
+    q, s, weights = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    counts = np.cumsum([0, *(len(points) for points, *_ in found)])
+    owner = sparse.csr_array((np.ones(len(q)), np.arange(len(q)), counts), shape=(len(times), len(q)))
+    return Convolution(s, weights, interpolation(ends, s), interpolation(ends, q), owner)
+
+
+def _points(ends: Array, low: float, high: float, total: float) -> tuple[Array, Array, Array]:
+    """Return q, s = total - q and Gauss' weights between all ends of panels of either."""
+    inner = np.concatenate([ends, total - ends])
+    cuts = np.unique([low, *inner[(inner > low) & (inner < high)], high]) if high > low else np.zeros(1)
+    half, x = 0.5 * np.diff(cuts)[:, None], _rule().x
+    # From the nearer end of its interval, so that a small s is no difference of large numbers.
+    q, s = cuts[:-1, None] + half * (1.0 + x), total - cuts[1:, None] + half * (1.0 - x)
+    return q.ravel(), s.ravel(), (half * _rule().w).ravel()
+
+
+class _Rule(NamedTuple):
+    """Gauss' rule on [-1, 1], and the matrix that takes values at its nodes to Legendre coefficients."""
+
+    x: Array
+    w: Array
+    inverse: Array
+
+
+@cache
+def _rule() -> _Rule:
+    x, w = leggauss(NODES)
+    return _Rule(x, w, np.linalg.inv(legvander(x, NODES - 1)))

@@ -1,0 +1,138 @@
+"""Random parameters for the shipped problems: set number n of a seed, which can be drawn and run again by its number.
+
+Each number is multiplied by a factor between 1/5 and 5, whose logarithm is uniform; numbers that are 0 stay 0, whole
+numbers stay whole. What a problem rejects as a wrong parameter is drawn again.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from functools import cache
+from itertools import islice
+from math import isnan
+from numbers import Integral, Real
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from sdaeverify.api import plan_of, result_of
+from sdaeverify.errors import ProblemError, UsageError
+from sdaeverify.matching import match
+from sdaeverify.registry import Registry, load_registry
+from sdaeverify.scheme import Scheme
+from sdaeverify.selection import select_schemes
+from sdaeverify.settings import Settings
+from sdaeverify.specs import ProblemSpec, function_parameters, problem_spec
+from sdaeverify.study import Study
+from sdaeverify.study.limits import Limits
+from sdaeverify.study.workers import worker_pool
+from sdaeverify_problems._curve_shapes import SHAPES
+from sdaeverify_problems._delay_coefficients import SETS
+
+SEED, FACTOR, SIGNIFICANT = 13, 5.0, 3
+# Schemes of a set, and how often a set is drawn until the problem accepts it and a scheme solves it.
+SCHEMES, DRAWS = 2, 100
+WORDS = {"set": tuple(SETS), "shape": tuple(SHAPES), "measure": ("arc", "delta")}
+# The share of sets with a false refutation by chance alone is at most 1 - confidence of these settings per thousand.
+SETTINGS = Settings(paths=512, family=10**5)
+# Seconds of one scheme on one block.
+TIMEOUT = 60.0
+
+
+class Drawn(NamedTuple):
+    """A set of parameters.
+
+    Attributes
+    ----------
+    number : int
+    problem : ProblemSpec
+    schemes : tuple of str
+        Labels of some that solve it.
+    rejected : tuple of str
+        Labels that were drawn before, and why the problem rejects them.
+    """
+
+    number: int
+    problem: ProblemSpec
+    schemes: tuple[str, ...]
+    rejected: tuple[str, ...] = ()
+
+
+@cache
+def registry() -> Registry:
+    """Return what is registered."""
+    return load_registry()
+
+
+@cache
+def shipped() -> tuple[Callable[..., object], ...]:
+    """Return the problem functions of this distribution, by name."""
+    entries = registry().problems
+    families = (entries[name].family for name in sorted(entries))
+    return tuple(family for family in families if family.__module__.startswith("sdaeverify_problems."))
+
+
+@cache
+def schemes() -> tuple[Scheme, ...]:
+    """Return the schemes of this distribution, and both ends of theta beside 1/2."""
+    return tuple(select_schemes(registry(), ["*", "stochastic-theta[theta=0]", "stochastic-theta[theta=1]"]))
+
+
+def drawn(number: int, seed: int = SEED) -> Drawn:
+    """Return a set; consecutive numbers go through all problems."""
+    family = shipped()[number % len(shipped())]
+    rng, rejected = np.random.Generator(np.random.Philox(key=[seed, number])), []
+    for spec in islice(_specs(family, rng), DRAWS):
+        try:
+            problem = spec.build()
+        except (UsageError, ProblemError) as error:
+            rejected.append(f"{spec.label}: {error}")
+            continue
+        known = [scheme for scheme in schemes() if match(scheme, problem).problem is not None]
+        chosen = rng.permutation(len(known))[:SCHEMES]
+        return Drawn(number, spec, tuple(known[place].label for place in sorted(chosen)), tuple(rejected))
+    raise RuntimeError(f"set {number}: {DRAWS} draws rejected, the last one {rejected[-1]}")
+
+
+def verdicts(chosen: Drawn, executor: Executor | None = None) -> pd.DataFrame:
+    """Return one row for each claim of a set, with its number and its command."""
+    study = Study(plan_of(registry(), chosen.schemes, [chosen.problem], ()), SETTINGS)
+    for _ in study.run(executor, 1):
+        pass
+    table = result_of(study, registry(), []).verdicts
+    claimed = table[table.claim.notna() & (table.claim != "") | (table.verdict == "error")]
+    return claimed.assign(number=chosen.number)
+
+
+@contextmanager
+def watched() -> Iterator[Executor]:
+    """Give a process in which no block of paths takes longer than it may."""
+    with worker_pool(1, (), Limits(timeout=TIMEOUT)) as executor:
+        yield executor
+
+
+def collected(numbers: Sequence[int]) -> pd.DataFrame:
+    """Return the rows of several sets."""
+    with watched() as executor:
+        return pd.concat([verdicts(drawn(number), executor) for number in numbers], ignore_index=True)
+
+
+def _specs(family: Callable[..., object], rng: np.random.Generator) -> Iterator[ProblemSpec]:
+    base, parameters = problem_spec(family), function_parameters(family)
+    while True:
+        values = {parameter.name: parameter.default for parameter in parameters}
+        words = {name: str(rng.choice(WORDS[name])) for name, value in values.items() if isinstance(value, str)}
+        own = SETS[words["set"]]._asdict() if "set" in words else {}
+        scaled = {name: _scaled(own.get(name, value), rng) for name, value in values.items() if name not in words}
+        texts = {name: str(value) for name, value in (words | scaled).items() if value != values[name]}
+        yield problem_spec(family, texts) if texts else base
+
+
+def _scaled(value: object, rng: np.random.Generator) -> object:
+    factor = FACTOR ** rng.uniform(-1.0, 1.0)
+    if isinstance(value, bool) or not isinstance(value, Real) or isnan(value):
+        return value
+    if isinstance(value, Integral):
+        return round(int(value) * factor)
+    return float(f"{float(value) * factor:.{SIGNIFICANT}g}")
