@@ -32,12 +32,12 @@ from sdaeverify_problems._delay_coefficients import SETS
 
 SEED, FACTOR, SIGNIFICANT = 13, 5.0, 3
 # Schemes of a set, and how often a set is drawn until the problem accepts it and a scheme solves it.
-SCHEMES, DRAWS = 2, 100
+SCHEMES, DRAWS = 1, 100
 WORDS = {"set": tuple(SETS), "shape": tuple(SHAPES), "measure": ("arc", "delta")}
 # The share of sets with a false refutation by chance alone is at most 1 - confidence of these settings per thousand.
 SETTINGS = Settings(paths=512, family=10**5)
 # Seconds of one scheme on one block.
-TIMEOUT = 60.0
+TIMEOUT = 30.0
 
 
 class Drawn(NamedTuple):
@@ -92,7 +92,7 @@ def drawn(number: int, seed: int = SEED) -> Drawn:
         known = [scheme for scheme in schemes() if match(scheme, problem).problem is not None]
         chosen = rng.permutation(len(known))[:SCHEMES]
         return Drawn(number, spec, tuple(known[place].label for place in sorted(chosen)), tuple(rejected))
-    raise RuntimeError(f"set {number}: {DRAWS} draws rejected, the last one {rejected[-1]}")
+    raise RuntimeError(f"set {number}: {DRAWS} draws rejected, the last ones {rejected[-2:]}")
 
 
 def verdicts(chosen: Drawn, executor: Executor | None = None) -> pd.DataFrame:
