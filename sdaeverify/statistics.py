@@ -14,6 +14,8 @@ from .arrays import Array
 
 GROUPS = 20
 EPS = float(np.finfo(float).eps)
+# Steps too coarse for the problem show as local orders that grow by more than this from one level to the next.
+RISING = 0.05
 
 
 class Estimate(NamedTuple):

@@ -10,6 +10,7 @@ import numpy as np
 from .arrays import Array, Mask
 from .measure import Evidence, Finding, Verdict
 from .probe.local_orders import LocalOpinion
+from .probe.one_step import unresolved
 from .scheme import Claim, Scheme
 from .statistics import Estimate
 
@@ -21,8 +22,6 @@ FITTED = 4
 FEWEST = 3
 # A mean difference counts as resolved from so many standard errors on; no sample is ended by that.
 RESOLVED = 3.0
-# Steps too coarse for the problem show as local orders that grow by more than this from one level to the next.
-RISING = 0.05
 # Jackknife intervals are calibrated from 100 paths on, to levels of 0.001; beyond, and for heavy tails, from 800.
 CALIBRATED_PATHS = 100
 DEEP_PATHS = 800
@@ -187,6 +186,15 @@ def with_sample(tests: Tests, paths: int, *, heavy: bool) -> Tests:
     growth = max(tests.growth, DEEP_PATHS / paths) if np.isfinite(tests.growth) else inf
     refuted = 1.0 if heavy else max(tests.refuted, SHALLOW)
     return Tests(max(tests.verified, SHALLOW), refuted, tests.reason, growth, tests.refuted)
+
+
+def held_back(tests: Tests, evidence: Evidence, levels: Array) -> Tests:
+    """Refute nothing by levels that do not resolve the problem's fastest time; what they show stays suspicious."""
+    why = unresolved(evidence.view, min(evidence.step_sizes[level] for level in levels))
+    if not why or tests.refuted == 1.0:
+        return tests
+    suspected = min(tests.refuted, tests.suspected)
+    return tests._replace(refuted=1.0, suspected=suspected, reason=f"{tests.reason}; {why}")
 
 
 def doubted(findings: list[Finding]) -> list[Finding]:

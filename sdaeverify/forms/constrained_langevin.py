@@ -99,6 +99,7 @@ class ConstrainedLangevin(Problem):
         for name, value in (("strength", self.strength), ("eps", self.eps)):
             if not 0.0 <= value < np.inf:
                 raise ProblemError(f"{name} must be finite and not negative, got {value!r}")
+        object.__setattr__(self, "fastest", self.eps or np.inf)
         self._check_functions()
         self._check_start()
         check_observables(self, self.parts(self.initial(PROBES)))

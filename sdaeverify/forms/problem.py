@@ -73,6 +73,7 @@ CARRIED = (
     "controls",
     "chart",
     "relaxation",
+    "fastest",
 )
 
 
@@ -116,6 +117,9 @@ class Problem:
     relaxation : float
         Time in which the solution forgets its start by a factor e, in the problem's unit of time; infinite where
         it has no invariant law, or none that is known.
+    fastest : float
+        Time in which its fastest component relaxes, where that can be much shorter than all other times: steps that
+        are no shorter do not follow it, and say nothing of an order as h tends to 0. Infinite where there is none.
     seen_as : str
         What it is a view of another problem as; empty for a problem of its own.
     """
@@ -131,6 +135,7 @@ class Problem:
     controls: tuple[Control, ...] = ()
     chart: Chart | None = None
     relaxation: float = np.inf
+    fastest: float = np.inf
     seen_as: str = ""
 
     def __post_init__(self) -> None:

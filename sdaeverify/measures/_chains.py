@@ -26,8 +26,8 @@ from ..arrays import Array
 from ..chains import GROUPS, ChainRecord
 from ..measure import Evidence
 from ..scheme import Claim
-from ..statistics import EPS
-from ..verdicts import RESOLVED, RISING
+from ..statistics import EPS, RISING
+from ..verdicts import RESOLVED
 from ._outweighed import growth, outweighs, t_values
 
 # What is left of a mean's error may be this part of the bias at the coarsest level.

@@ -11,9 +11,9 @@ import numpy as np
 from ..arrays import Array
 from ..measure import Evidence
 from ..scheme import Claim
-from ..statistics import Estimate, corrected_slope_weights, slope_weights
+from ..statistics import RISING, Estimate, corrected_slope_weights, slope_weights
 from ..truths import Moment
-from ..verdicts import FEWEST, FITTED, RESOLVED, RISING, Tests, order_tests, sound_levels, with_sample
+from ..verdicts import FEWEST, FITTED, RESOLVED, Tests, held_back, order_tests, sound_levels, with_sample
 from ._means import Means
 
 TOO_FEW = "fewer than three levels without failures"
@@ -60,8 +60,9 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     limit = _limit(evidence, means, claim.value)
     if not means.one_signed(levels) and resolved >= RESOLVED:
         remark = "uninformative: its error changes sign between levels"
-        return MeanOrder(slope, levels, resolved, limit._replace(verified=1.0), remark)
-    return MeanOrder(slope, levels, resolved, _tests(evidence, means, claim, (slope, levels, resolved, limit)))
+        return MeanOrder(slope, levels, resolved, held_back(limit._replace(verified=1.0), evidence, levels), remark)
+    tests = _tests(evidence, means, claim, (slope, levels, resolved, limit))
+    return MeanOrder(slope, levels, resolved, held_back(tests, evidence, levels))
 
 
 def _without_error(evidence: Evidence, means: Means, levels: Array) -> bool:

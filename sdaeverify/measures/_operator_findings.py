@@ -1,18 +1,13 @@
-"""Findings on stationary means from the transition operator (T2): no sampling error, so that local orders decide.
-
-An order that is reached says nothing of an error that stays as h tends to 0, as long as that is a small part of the
-errors at the step sizes used. It is found by extrapolation: eliminating h^p, h^(p+1), ... one after the other leaves
-the limit (Romberg), known to how far the last eliminations still changed it.
-"""
+"""Findings on stationary means from the transition operator (T2): no sampling error, so that local orders decide."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
+from ..forms import Problem
 from ..measure import Evidence, Finding, LevelFinding, Verdict
-from ..probe.functional_orders import FunctionalOrder, error_floors, functional_orders, obstacle
+from ..probe.functional_orders import FunctionalOrder, bounded, error_floors, functional_orders, obstacle
 from ..probe.transition_errors import TransitionErrors, invariant_observables
 from ..scheme import Claim
 from ..truths import InvariantMean
@@ -21,8 +16,6 @@ from ..verdicts import Opinion, claim_for
 METHOD = "stationary law of the transition operator (T2)"
 # How far an order may be below the claimed one.
 TOLERANCE = 0.15
-# A limit is wrong where it is off by so many times what is known of it.
-CLEAR = 10.0
 
 
 def usable(record: TransitionErrors) -> bool:
@@ -30,46 +23,18 @@ def usable(record: TransitionErrors) -> bool:
     return not obstacle(record)
 
 
-def limit(h: Array, errors: Array, floors: Array, order: float) -> tuple[float, float]:
-    """Return the error extrapolated to h = 0, and a bound of what the extrapolation leaves open.
-
-    Parameters
-    ----------
-    h : ndarray, shape (H,)
-        Step sizes, each half of the one before.
-    errors, floors : ndarray, shape (H,)
-    order : float
-        p of an error c_0 h^p + c_1 h^(p+1) + ..., in halves of 1 where it is no whole number.
-
-    Returns
-    -------
-    tuple of float
-    """
-    step = 1.0 if float(order).is_integer() else 0.5
-    table, blur, last = errors, floors, [errors[-1]]
-    for column in range(len(h) - 1):
-        ratio = (h[0] / h[1]) ** (order + step * column)
-        table = (ratio * table[1:] - table[:-1]) / (ratio - 1.0)
-        blur = (ratio * blur[1:] + blur[:-1]) / (ratio - 1.0)
-        last.append(table[-1])
-    return float(last[-1]), float(np.abs(np.diff(last[-3:])).max() + blur[-1])
-
-
 def operator_findings(evidence: Evidence, record: TransitionErrors) -> list[Finding]:
     """Return a finding for each observable whose exact mean is known."""
-    found = [
-        _Told(*told) for told in zip(record.errors.T, error_floors(record).T, functional_orders(record), strict=True)
-    ]
-    by_name = dict(zip(invariant_observables(evidence.view), found, strict=True))
+    by_name = _orders(evidence.view, record)
     names = [truth.observable for truth in evidence.view.truths if isinstance(truth, InvariantMean)]
-    return [_finding(evidence, name, record.h, by_name.get(name)) for name in names]
+    return [_finding(evidence, name, by_name.get(name)) for name in names]
 
 
-class _Told(NamedTuple):
-    # What the operator tells of one observable: errors and floors (H,), and the order.
-    errors: Array
-    floors: Array
-    order: FunctionalOrder
+def is_settled(evidence: Evidence, record: TransitionErrors) -> bool:
+    """Tell whether finer steps would tell no more: all that is claimed is verified, or fixed by a symmetry."""
+    fixed = {name for name, told in _orders(evidence.view, record).items() if told.fixed}
+    claimed = {found.quantity: found.verdict for found in operator_findings(evidence, record) if found.claim}
+    return all(verdict is Verdict.VERIFIED for name, verdict in claimed.items() if name not in fixed)
 
 
 def operator_levels(evidence: Evidence, record: TransitionErrors) -> Iterator[LevelFinding]:
@@ -85,10 +50,14 @@ def operator_levels(evidence: Evidence, record: TransitionErrors) -> Iterator[Le
             yield LevelFinding(name, None, float(errors[level]), 0.0, details, float(h))
 
 
-def _finding(evidence: Evidence, name: str, h: Array, told: _Told | None) -> Finding:
+def _orders(view: Problem, record: TransitionErrors) -> dict[str, FunctionalOrder]:
+    return dict(zip(invariant_observables(view), bounded(functional_orders(record), view), strict=True))
+
+
+def _finding(evidence: Evidence, name: str, told: FunctionalOrder | None) -> Finding:
     claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, "invariant", name)
-    opinion = Opinion(Verdict.OUT_OF_SCOPE, no_claim) if claim is None else _opinion(claim, h, told)
-    order = told.order if told else FunctionalOrder(np.nan, np.nan, np.nan)
+    opinion = Opinion(Verdict.OUT_OF_SCOPE, no_claim) if claim is None else _opinion(claim, told)
+    order = told or FunctionalOrder(np.nan, np.nan, np.nan)
     return Finding(
         quantity=name,
         verdict=opinion.verdict,
@@ -103,15 +72,12 @@ def _finding(evidence: Evidence, name: str, h: Array, told: _Told | None) -> Fin
     )
 
 
-def _opinion(claim: Claim, h: Array, told: _Told | None) -> Opinion:
+def _opinion(claim: Claim, told: FunctionalOrder | None) -> Opinion:
     if told is None:
         return Opinion(Verdict.NOT_APPLICABLE, "it is no function of the problem's chart")
     if isinstance(claim.value, str):
         return Opinion(Verdict.INCONCLUSIVE, f"this measure does not know what {claim.value!r} means")
-    off, known = limit(h, told.errors, told.floors, claim.value)
-    if abs(off) > CLEAR * known:
-        return Opinion(Verdict.REFUTED, f"wrong limit: off by {off:.2g} as h tends to 0, known to {known:.1g}")
-    return _of_order(claim.value, told.order)
+    return _of_order(claim.value, told)
 
 
 def _of_order(order: float, found: FunctionalOrder) -> Opinion:
@@ -124,7 +90,7 @@ def _of_order(order: float, found: FunctionalOrder) -> Opinion:
     if found.low >= bound:
         return Opinion(Verdict.VERIFIED, reason)
     if found.high < bound:
-        return Opinion(Verdict.REFUTED, reason)
+        return Opinion(Verdict.REFUTED, found.note if found.order == 0.0 else reason)
     return Opinion(Verdict.INCONCLUSIVE, f"{reason}; it is at least {found.low:.3f} and at most {found.high:.3f}")
 
 

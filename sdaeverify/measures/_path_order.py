@@ -9,12 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..forms import ConstrainedLangevin, Problem
 from ..measure import Evidence
 from ..scheme import Claim
-from ..statistics import Estimate, corrected_slope_weights
+from ..statistics import RISING, Estimate, corrected_slope_weights
 from ..truths import Pathwise
-from ..verdicts import FITTED, RISING, WRONG, Tests, at_levels, order_tests, sound_levels, with_sample
+from ..verdicts import FITTED, WRONG, Tests, at_levels, held_back, order_tests, sound_levels, with_sample
 from ._quantity import Quantity
 from ._reference_bias import Bias, reference_bias
 
@@ -69,17 +68,12 @@ def usable_levels(evidence: Evidence, quantity: Quantity) -> tuple[Array, str]:
     rounding = known <= 60.0 * quantity.rounding(np.array(evidence.settings.steps[: len(known)]))
     if rounding.any():
         remarks.append(at_levels("rounding", rounding))
-    stiff = _stiff(evidence.problem, quantity.h)
+    # Slopes are not fitted across it: errors go from one law to another there, however accurate the scheme is.
+    stiff = quantity.h > evidence.problem.fastest
     if stiff.any():
-        remarks.append(at_levels("steps longer than eps", stiff))
+        remarks.append(at_levels("steps longer than the fastest time", stiff))
     sound = sound[sound < len(known)]
     return sound[~(rounding | stiff[: len(known)])[sound]], "; ".join(remarks)
-
-
-def _stiff(problem: Problem, h: Array) -> Array:
-    # Slopes are not fitted across h = eps: errors go from one law to another there, however accurate the scheme is.
-    eps = problem.eps if isinstance(problem, ConstrainedLangevin) else 0.0
-    return (eps > 0.0) & (h > eps)
 
 
 def fit(evidence: Evidence, quantity: Quantity, usable: Array, left_out: str) -> Fit:
@@ -106,7 +100,7 @@ def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
     else:
         growth = np.inf if tests.verified <= evidence.level else tests.growth
         tests = tests._replace(verified=1.0, growth=growth, reason=f"{tests.reason}, but towards its own limit")
-    return calibrated(tests, quantity, fitted.levels)
+    return held_back(calibrated(tests, quantity, fitted.levels), evidence, fitted.levels)
 
 
 def calibrated(tests: Tests, quantity: Quantity, levels: Array) -> Tests:

@@ -3,6 +3,8 @@
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ..error_sizes import ErrorSizes
 from ..forms import Problem, is_delayed
 from ..measure import Evidence, Verdict
@@ -10,20 +12,23 @@ from ..probe import local_weak as local
 from ..probe import transition
 from ..probe.delay_links import linked, loses_algebraic
 from ..probe.delay_moment_errors import delay_moment_errors, no_delay_moments
-from ..probe.functional_orders import FunctionalOrder, functional_orders, obstacle
+from ..probe.functional_orders import FunctionalOrder, bounded, functional_orders, least_order, obstacle
 from ..probe.local_orders import LocalOpinion
 from ..probe.local_weak import Reference, weak_reference
-from ..probe.moments import MomentErrors, moment_errors, moment_order, no_moments
+from ..probe.moments import MomentErrors, moment_errors, moment_orders, no_moments
 from ..probe.transition_errors import TransitionErrors, chart_observables, weak_errors
 from ..probe.weak_order import LocalWeak, WeakOrder, judge_weak, weak_order
 from ..scheme import Claim, Scheme
 from ..settings import Settings
 from ..tally import Tally, packed, unpacked
+from ..verdicts import claim_for
 from ._error_sizes import of_moments, of_operator, of_step_expectations
 
 LOCAL, MOMENTS, OPERATOR = "local weak", "moments", "operator"
 # How far below its claim an order without sampling error may be.
 TOLERANCE = 0.25
+# Step sizes of the operator, and further ones where those do not settle an order.
+FIRST, FURTHER = 4, 4
 
 
 class WeakProbe(NamedTuple):
@@ -32,14 +37,14 @@ class WeakProbe(NamedTuple):
     Attributes
     ----------
     local : WeakOrder or None
-    moments : float or None
-        Order of the propagated moments; NaN where too few errors are above rounding.
+    moments : tuple of float, or None
+        Interval of the least order of the propagated moments.
     orders : mapping of str to FunctionalOrder
         Global orders of observables by the transition operator.
     """
 
     local: WeakOrder | None
-    moments: float | None
+    moments: tuple[float, float] | None
     orders: dict[str, FunctionalOrder]
 
     @property
@@ -51,7 +56,7 @@ class WeakProbe(NamedTuple):
     def details(self) -> dict[str, object]:
         """Further columns of a finding."""
         found: dict[str, object] = {} if self.local is None else {"local_weak_order": self.order}
-        return found if self.moments is None else {**found, "moment_order": self.moments}
+        return found if self.moments is None else {**found, "moment_order": _middle(*self.moments)}
 
 
 class ProbeOpinion(NamedTuple):
@@ -74,7 +79,7 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
     elif not no_moments(scheme, view):
         evidence = evidence.merged(packed(MOMENTS, moment_errors(scheme, view, settings.steps)))
     elif not _decided(found, scheme) and view.chart is not None and not transition.refusal(scheme, view):
-        evidence = evidence.merged(packed(OPERATOR, weak_errors(scheme, view, settings.steps[:4])))
+        evidence = evidence.merged(packed(OPERATOR, _operator(scheme, view, settings)))
     return evidence
 
 
@@ -83,11 +88,13 @@ def probed_weak(evidence: Evidence) -> WeakProbe:
     record = unpacked(OPERATOR, TransitionErrors, evidence.tally)
     orders: dict[str, FunctionalOrder] = {}
     if record is not None and not obstacle(record):
-        orders = dict(zip(chart_observables(evidence.view), functional_orders(record), strict=True))
+        orders = _operator_orders(evidence.view, record)
     defects = unpacked(LOCAL, LocalWeak, evidence.tally)
     moments = unpacked(MOMENTS, MomentErrors, evidence.tally)
     return WeakProbe(
-        None if defects is None else weak_order(defects), None if moments is None else moment_order(moments), orders
+        None if defects is None else weak_order(defects),
+        None if moments is None else least_order(bounded(moment_orders(moments), evidence.view)),
+        orders,
     )
 
 
@@ -123,8 +130,7 @@ def judge_probe(probed: WeakProbe, claim: Claim | None, observable: str) -> Prob
 
 def _global(probed: WeakProbe, claim: float, observable: str) -> LocalOpinion | None:
     if probed.moments is not None:
-        order = probed.moments
-        return _opinion(order, order, claim, f"weak order {order:.3f} at T by moments")
+        return _opinion(*probed.moments, claim, f"weak order {_middle(*probed.moments):.3f} at T by moments")
     found = probed.orders.get(observable)
     if found is None or not found.informative:
         return None
@@ -133,10 +139,30 @@ def _global(probed: WeakProbe, claim: float, observable: str) -> LocalOpinion | 
 
 
 def _opinion(low: float, high: float, claim: float, text: str) -> LocalOpinion | None:
-    # Comparisons with NaN, which stands for too few errors above rounding, are all false.
     if low >= claim - TOLERANCE:
         return LocalOpinion(Verdict.VERIFIED, text)
     return LocalOpinion(Verdict.REFUTED, text) if high < claim - TOLERANCE else None
+
+
+def _operator(scheme: Scheme, view: Any, settings: Settings) -> TransitionErrors:
+    """Return errors by the operator; on further step sizes where the first ones do not settle what is claimed."""
+    steps = [settings.coarsest * 2**level for level in range(FIRST + FURTHER)]
+    record = weak_errors(scheme, view, steps[:FIRST])
+    orders = _operator_orders(view, record)
+    claimed = [(found, claim_for(scheme, view.traits, "weak", name)[0]) for name, found in orders.items()]
+    asked = [(found, claim.value) for found, claim in claimed if claim and not isinstance(claim.value, str)]
+    if obstacle(record) or all(found.fixed or found.low >= value - TOLERANCE for found, value in asked):
+        return record
+    return record.refined(weak_errors(scheme, view, steps[FIRST:]))
+
+
+def _operator_orders(view: Problem, record: TransitionErrors) -> dict[str, FunctionalOrder]:
+    return dict(zip(chart_observables(view), bounded(functional_orders(record), view), strict=True))
+
+
+def _middle(low: float, high: float) -> float:
+    # NaN where an interval is open.
+    return low if low == high else 0.5 * (low + high) if np.isfinite([low, high]).all() else float("nan")
 
 
 def _decided(found: LocalWeak | None, scheme: Scheme) -> bool:

@@ -31,11 +31,10 @@ from ..hookspecs import hookimpl
 from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
 from ..scheme import Claim, Scheme
 from ..settings import Settings
-from ..statistics import EPS, Estimate, jackknife, pseudo_values, slope_weights
+from ..statistics import EPS, RISING, Estimate, jackknife, pseudo_values, slope_weights
 from ..verdicts import (
     FEWEST,
     FITTED,
-    RISING,
     ROUND_OFF,
     Decision,
     claim_for,

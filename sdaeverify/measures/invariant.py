@@ -6,7 +6,7 @@ on the same noise are run (T3): paired differences tell the order, and the coars
 whether the limit is the exact law at all.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar
 
@@ -17,6 +17,7 @@ from ..error_sizes import ErrorSizes
 from ..forms import Problem
 from ..hookspecs import hookimpl
 from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..probe.one_step import unresolved
 from ..probe.transition import refusal
 from ..probe.transition_errors import TransitionErrors, invariant_errors, invariant_observables
 from ..scheme import Scheme
@@ -26,10 +27,13 @@ from ..truths import InvariantMean
 from ..verdicts import claim_for
 from ._chain_findings import chain_findings, chain_levels, decided
 from ._error_sizes import of_operator
-from ._operator_findings import operator_findings, operator_levels, usable
+from ._operator_findings import is_settled, operator_findings, operator_levels, usable
 
 OPERATOR, CHAINS = "stationary law", "chains"
 STEP_SIZES = 5
+# Finer ones that follow where a claim is not verified on those, or they do not resolve the problem: at most so many
+# in all, each half of the one before. What is not sampled costs the same at every step size.
+FURTHER, MOST = 6, 16
 
 
 class Invariant(Measure):
@@ -46,8 +50,8 @@ class Invariant(Measure):
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the errors of the operator's stationary law; time averages of chains where it leaves claims open."""
-        operator = _stationary(scheme, view, settings)
         evidence = Evidence(scheme, view, view, settings, Tally(), Tally(), level=settings.level)
+        operator = stationary_record(evidence)
         if operator is not None:
             evidence = replace(evidence, tally=packed(OPERATOR, operator))
         left = _left_open({found.quantity: found for found in self.judge(evidence).findings})
@@ -94,14 +98,26 @@ def coarsest_step(view: Problem, settings: Settings) -> float:
     return 2.0 * min(view.horizon, view.relaxation) / settings.coarsest
 
 
-def _stationary(scheme: Scheme, view: Any, settings: Settings) -> TransitionErrors | None:
+def stationary_record(evidence: Evidence) -> TransitionErrors | None:
     """Return the errors of the stationary law, or None where there is no operator or the scheme leaves the chart."""
+    scheme, view = evidence.scheme, evidence.view
     if refusal(scheme, view) or not invariant_observables(view):
         return None
-    sizes = coarsest_step(view, settings) / 2.0 ** np.arange(STEP_SIZES)
-    with np.errstate(all="ignore"):
-        record = invariant_errors(scheme, view, [float(h) for h in sizes])
+    sizes = [coarsest_step(view, evidence.settings) / 2.0**level for level in range(MOST)]
+    record = invariant_errors(scheme, view, sizes[:STEP_SIZES])
+    more = _steps_needed(evidence, record, sizes)
+    if usable(record) and more > STEP_SIZES:
+        record = record.refined(invariant_errors(scheme, view, sizes[STEP_SIZES:more]))
     return record if usable(record) else None
+
+
+def _steps_needed(evidence: Evidence, record: TransitionErrors, sizes: Sequence[float]) -> int:
+    """Return how many of the step sizes resolve the problem and settle the orders that are claimed, if they can."""
+    resolving = [not unresolved(evidence.view, h) for h in sizes]
+    if not resolving[-1]:
+        return STEP_SIZES
+    settled = is_settled(evidence, record)
+    return max(resolving.index(True) + 1, STEP_SIZES if settled else STEP_SIZES + FURTHER)
 
 
 def _chains(evidence: Evidence, names: Collection[str]) -> ChainRecord:

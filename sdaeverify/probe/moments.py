@@ -17,6 +17,7 @@ from ..scheme import Scheme, flatten
 from ..statistics import EPS
 from .affine import AFFINE
 from .essential import observed
+from .functional_orders import FunctionalOrder, order_of
 from .linear_equation import linear_equation
 from .linear_map import MemoryStep
 from .one_step import OneStep
@@ -30,10 +31,6 @@ ROUNDING = 16.0
 FURTHER = 6
 # An error is used where it is known to two digits: a local order is then off by less than 0.03.
 ABOVE_FLOOR = 100.0
-# Local orders that differ by more are still on their way.
-SETTLED = 0.3
-# No error is seen where the floor is everywhere below this part of the moments.
-EXACT = 1e-6
 
 
 class MomentErrors(NamedTuple):
@@ -120,60 +117,16 @@ def moment_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Moment
     )
 
 
-class MomentOrders(NamedTuple):
-    """Orders of the errors, first moments and then second ones; each field of shape (d + d (d + 1)/2,).
+def moment_orders(record: MomentErrors) -> tuple[FunctionalOrder, ...]:
+    """Return what each moment says about the order, d first moments and then d (d + 1)/2 second ones.
 
-    Attributes
-    ----------
-    order : ndarray
-        The local order at the finest step sizes above the floor, extrapolated to h = 0 where it has settled; infinite
-        where no error is seen.
-    least : ndarray
-        The least it can be: lower than `order` where local orders still move or the error just changed its sign, its
-        leading coefficient being small by accident or a wrong limit showing; minus infinity where an error could hide
-        below a floor that is more than rounding.
-    slope : ndarray
-        The local order at the coarsest step sizes, where sampled errors would have it.
+    None is told where the step is not linear, or has no root or no second moment.
     """
-
-    order: Array
-    least: Array
-    slope: Array
-
-
-def moment_orders(record: MomentErrors) -> MomentOrders:
-    """Return what each moment says about the order, the step sizes being each half of the one before."""
+    if record.defect.max() > AFFINE or not record.usable.all():
+        return ()
     i, j = np.triu_indices(record.first.shape[1])
     errors = np.concatenate([record.first, record.second[:, i, j]], axis=1).T
-    floor = ABOVE_FLOOR * record.floor
-    unseen = np.inf if (floor <= EXACT * record.scale).all() else -np.inf
-    found = [_last_order(record.h, each, floor) or (np.inf, unseen) for each in errors]
-    with np.errstate(all="ignore"):
-        slope = np.log(np.abs(errors[:, 0] / errors[:, 1])) / np.log(record.h[0] / record.h[1])
-    order, least = np.array(found).T
-    return MomentOrders(order, least, slope)
-
-
-def moment_order(record: MomentErrors) -> float:
-    """Return the least order of all moments; infinite if no error is seen, NaN if it is not known."""
-    if record.defect.max() > AFFINE or not record.usable.all():
-        return float("nan")
-    order, least, _ = moment_orders(record)
-    known = np.min(order, initial=np.inf, where=order == least)
-    return float(known) if (least >= known).all() else float("nan")
-
-
-def _last_order(h: Array, errors: Array, floor: Array) -> tuple[float, float] | None:
-    # The order at the three finest step sizes above the floor and the least it can be; None if there are not so many.
-    seen = np.flatnonzero(np.isfinite(errors) & (np.abs(errors) > floor))[-3:]
-    if len(seen) < 3:
-        return None
-    before, last = np.diff(np.log(np.abs(errors[seen]))) / np.diff(np.log(h[seen]))
-    # For errors c h^p (1 + c' h).
-    limit = float(last + (last - before) / (h[seen[1]] / h[seen[2]] - 1.0))
-    if abs(last - before) >= SETTLED or len(set(np.sign(errors[seen]))) > 1:
-        return float(last), min(float(last), limit)
-    return limit, limit
+    return tuple(order_of(record.h, each, record.floor, float(record.scale[-1])) for each in errors)
 
 
 def _exact(one_step: OneStep) -> Array:

@@ -50,6 +50,16 @@ class Transition(NamedTuple):
     truncated: float
 
 
+class Given(NamedTuple):
+    """What a scheme is given in place of a step size h and increments of variance h, in multiples of h."""
+
+    length: float = 1.0
+    variance: float = 1.0
+
+
+ASKED = Given()
+
+
 def refusal(scheme: Scheme, view: Problem) -> str:
     """Return why a scheme has no transition operator on a problem's chart, or an empty string."""
     chart, one_step = view.chart, OneStep(scheme, view)
@@ -64,7 +74,7 @@ def refusal(scheme: Scheme, view: Problem) -> str:
     return _dependence(one_step)
 
 
-def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0) -> Transition:
+def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given: Given = ASKED) -> Transition:
     """Return the transition operator of a step of size h.
 
     Parameters
@@ -75,6 +85,7 @@ def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0) -> Tra
     h : float
     fewer : int
         By how many the Gauss-Hermite nodes are fewer than usual.
+    given : Given
 
     Returns
     -------
@@ -84,7 +95,7 @@ def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0) -> Tra
     nodes = _nodes(one_step, fewer)
     z = np.repeat(basis.nodes, len(nodes.weights), axis=1)
     with np.errstate(all="ignore"):
-        step = _step(one_step, chart.embed(z), h, nodes)
+        step = _step(one_step, chart.embed(z), h, nodes, given)
         x = one_step.read(step.state)
         reached = chart.read(x)
         usable = np.isfinite(x).all(axis=0) & _bounded(chart, reached)
@@ -127,8 +138,9 @@ def _nodes(one_step: OneStep, fewer: int = 0) -> Nodes:
     return step_nodes(one_step.view.noise_dim, count, areas="H" in scheme.noise, law=scheme.law)
 
 
-def _step(one_step: OneStep, x: Array, h: float, nodes: Nodes) -> Step:
-    noise = nodes.increment(h, x.shape[1] // len(nodes.weights))
+def _step(one_step: OneStep, x: Array, h: float, nodes: Nodes, given: Given = ASKED) -> Step:
+    noise = nodes.increment(given.variance * h, x.shape[1] // len(nodes.weights))
+    h = given.length * h
     return one_step.scheme.prepare(one_step.view, h)(one_step.enter(x, 0.0, h), 0.0, noise)
 
 

@@ -23,7 +23,7 @@ from ..truths import InvariantMean, Moment
 from .basis import Basis, chart_basis
 from .chart_equation import charted, generator, output_rows
 from .one_step import OneStep
-from .transition import stationary, transition
+from .transition import ASKED, Given, stationary, transition
 
 # Functions of an angle and of a coordinate on the line, by the number of coordinates: a single angle can have more.
 FINE, COARSE = {1: (65, 24), 2: (25, 24)}, {1: (49, 18), 2: (19, 18)}
@@ -32,6 +32,11 @@ Sizes = Mapping[int, tuple[int, int]]
 FEWER = 2
 # An observable that a turn of the angle or another value of a pure output moves by more is no function of the chart.
 FUNCTION = 1e-9
+# What a scheme is given so that all means change but those that a symmetry fixes.
+WRONG = Given(length=1.1, variance=1.3)
+
+
+BY_STEP_SIZE = ("h", "steps", "errors", "resolution", "departure", "failed", "truncated")
 
 
 class TransitionErrors(NamedTuple):
@@ -49,6 +54,9 @@ class TransitionErrors(NamedTuple):
         Root mean square of each observable under the law of the basis: the size of what is projected.
     resolution : ndarray, shape (H, O)
         By how much the errors differ between the two bases.
+    response : ndarray, shape (O,)
+        By how much the scheme's means change at the finest step size if it is given too much noise and too long
+        steps: a mean that does not change is fixed by a symmetry.
     departure, failed, truncated : ndarray, shape (H,)
         As in `Transition`.
     """
@@ -59,9 +67,15 @@ class TransitionErrors(NamedTuple):
     exact: Array
     spread: Array
     resolution: Array
+    response: Array
     departure: Array
     failed: Array
     truncated: Array
+
+    def refined(self, finer: "TransitionErrors") -> "TransitionErrors":
+        """Return the same with step sizes that are all finer."""
+        both = {name: np.concatenate([getattr(self, name), getattr(finer, name)]) for name in BY_STEP_SIZE}
+        return self._replace(**both, response=finer.response)
 
 
 class _Question(NamedTuple):
@@ -166,20 +180,20 @@ def _answer(question: _Question, bases: tuple[Sizes, Sizes] = (FINE, COARSE)) ->
     _, chart = charted(question.one_step.view)
     # What overflows is not finite in the record, where it is seen.
     with np.errstate(all="ignore"):
-        fine, coarse = (
-            _means(question, chart_basis(chart, *sizes[len(chart.axes)]), fewer)
-            for sizes, fewer in zip(bases, (0, FEWER), strict=True)
-        )
+        large, small = (chart_basis(chart, *sizes[len(chart.axes)]) for sizes in bases)
+        fine, coarse = _means(question, large), _means(question, small, FEWER)
+        finest = question._replace(h=question.h[-1:], steps=question.steps[-1:])
+        response = np.abs(_means(finest, small, FEWER, WRONG).errors[0] - coarse.errors[-1])
         difference = np.abs(fine.errors - coarse.errors)
     known = (question.h, question.steps, fine.errors, fine.exact, fine.spread)
-    return TransitionErrors(*known, difference, *fine.noticed)
+    return TransitionErrors(*known, difference, response, *fine.noticed)
 
 
-def _means(question: _Question, basis: Basis, fewer: int) -> _Means:
+def _means(question: _Question, basis: Basis, fewer: int = 0, given: Given = ASKED) -> _Means:
     values = _observed(question.one_step.view, question.names, basis.nodes)
     functions = basis.project(values.T)
     exact = question.exact(basis, functions)
-    transitions = [transition(question.one_step, basis, h, fewer) for h in question.h]
+    transitions = [transition(question.one_step, basis, h, fewer, given) for h in question.h]
     laws = [question.law(basis, step.matrix, round(n)) for step, n in zip(transitions, question.steps, strict=True)]
     noticed = np.array([(step.departure, step.failed, step.truncated) for step in transitions])
     return _Means(np.array(laws) @ functions - exact, exact, np.sqrt(values**2 @ basis.weights), noticed.T)

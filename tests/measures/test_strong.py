@@ -380,5 +380,5 @@ def test_no_slope_is_fitted_across_the_stiffness_parameter() -> None:
     problem = affine_constraint(eps=float(H[2]) * 1.01, horizon=1.0)
     levels = [np.where(h > problem.eps, 1.0, h / problem.eps) * np.ones(4000) for h in H]
     found = judge([level * np.random.default_rng(1).normal(size=4000) for level in levels], problem=problem)
-    assert "steps longer than eps at 2 levels" in found.reason
+    assert "steps longer than the fastest time at 2 levels" in found.reason
     assert found.estimate == pytest.approx(1.0, abs=1e-6)

@@ -15,9 +15,10 @@ from sdaeverify.probe.delay_linear import DIFFERENT, no_lasting_run, no_lasting_
 from sdaeverify.probe.delay_links import keeps_constraint, linked
 from sdaeverify.probe.delay_moment_errors import delay_moment_errors, no_delay_moments
 from sdaeverify.probe.delay_stability import no_delay_stability
+from sdaeverify.probe.functional_orders import least_order
 from sdaeverify.probe.local_strong import judge_strong, strong_order
 from sdaeverify.probe.local_weak import local_weak
-from sdaeverify.probe.moments import moment_order
+from sdaeverify.probe.moments import moment_orders
 from sdaeverify.probe.strong_defects import local_strong
 from sdaeverify.probe.weak_order import judge_weak, weak_order
 from sdaeverify_planted.delay_late import LateLag
@@ -77,7 +78,7 @@ def test_a_scheme_may_know_the_history(scheme: Scheme, problem: DelaySDAE) -> No
 
     assert no_delay_moments(scheme, problem, STEPS) == ""
     np.testing.assert_array_equal(record.second, expected.second)
-    assert moment_order(record) == pytest.approx(1.0, abs=0.02)
+    assert least_order(moment_orders(record)) == pytest.approx((1.0, 1.0), abs=0.02)
     assert keeps_constraint(scheme, problem) is bool(problem.constraints)
     assert judge_weak(weak_order(local_weak(*linked(scheme, problem))), 1.0).verdict is Verdict.VERIFIED
 

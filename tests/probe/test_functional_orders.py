@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
-from sdaeverify.probe.functional_orders import error_floors, functional_orders, least_order, obstacle
+from sdaeverify.probe.functional_orders import bounded, error_floors, functional_orders, least_order, obstacle
 from sdaeverify.probe.transition_errors import TransitionErrors
+from sdaeverify_problems.affine_constraint import affine_constraint
 
 H = 2.0 ** -np.arange(3, 9)
 
 
-def record(*errors, resolution=0.0, **noticed):
-    """Return a record of errors of size 1 observables, known to `resolution`."""
+def record(*errors, resolution=0.0, response=1.0, **noticed):
+    """Return a record of errors of size 1 observables, to `resolution`; wrong steps change them by `response`."""
     columns = np.stack(errors, axis=1)
     seen = {name: np.zeros(len(H)) for name in ("departure", "failed", "truncated")} | noticed
     return TransitionErrors(
@@ -20,6 +21,7 @@ def record(*errors, resolution=0.0, **noticed):
         exact=np.zeros(columns.shape[1]),
         spread=np.ones(columns.shape[1]),
         resolution=np.zeros_like(columns) + resolution,
+        response=np.full(columns.shape[1], response),
         **seen,
     )
 
@@ -88,6 +90,40 @@ def test_nothing_but_rounding_is_exact():
     assert not only(1e-15 * np.ones(len(H)), resolution=1e-3).resolved
 
 
+def test_a_mean_that_a_symmetry_fixes_tells_nothing():
+    """Without error at any step size, it is uninformative where wrong steps leave the mean, and exact where not."""
+    for response, fixed in ((1e-14, True), (1e-3, False)):
+        found = only(1e-15 * np.ones(len(H)), resolution=1e-12, response=response)
+        assert found.fixed is fixed
+        assert found.informative is not fixed
+        assert "symmetry fixes it" in found.note or found.order == np.inf
+    assert least_order(functional_orders(record(H, 0.0 * H, response=0.0))) == pytest.approx((1.0, 1.0), abs=1e-7)
+
+
+def test_orders_that_rise_have_no_upper_bound():
+    """An error h/(1 + h/eps) on steps longer than eps has orders 0.05 to 0.6 that still rise; on others order 1."""
+    coarse, fine = (only(H / (1.0 + H / eps)) for eps in (H[-1], 64.0 * H[0]))
+    assert coarse.order < 0.85
+    assert coarse.high == np.inf
+    assert fine.high < 1.01
+
+
+def test_orders_on_steps_that_do_not_resolve_the_fastest_time_have_no_upper_bound():
+    """A constant error is a wrong limit; on steps that do not resolve the fastest time it is none."""
+    found = functional_orders(record(0.1 + H))
+    for eps, high in ((0.0, 0.0), (64.0 * H[-1], 0.0), (63.0 * H[-1], np.inf)):
+        (seen,) = bounded(found, affine_constraint(eps=eps, q=1))
+        assert seen.order == 0.0
+        assert seen.high == high
+
+
+def test_a_small_error_that_stays_is_found():
+    """Of h + h^2 + 1e-5 local orders are 1.00; what stays is a thousandth of the finest error."""
+    found = only(H + H**2 + 1e-5)
+    assert found.high == 0.0
+    assert found.note.startswith("wrong limit: off by 1e-05 as h tends to 0")
+
+
 def test_an_unresolved_observable_leaves_the_order_open():
     """What is hidden by the resolution could be the least order."""
     hidden = 1e-3 * np.ones(len(H))
@@ -112,12 +148,12 @@ def test_failed_and_truncated_steps_raise_the_floor():
     assert floors[2:].max() < 1e-10
 
 
-def test_a_floor_is_no_lower_than_at_finer_steps():
+def test_a_floor_is_no_lower_than_at_the_next_finer_steps():
     """Two bases that agree by chance at one step size do not make its error known."""
     resolution = np.array([1e-3, 0.0, 1e-4, 0.0, 1e-5, 0.0])[:, None]
     floors = error_floors(record(H)._replace(resolution=resolution))
-    assert np.all(np.diff(floors[:, 0]) <= 0.0)
-    assert floors[1, 0] >= 1e-4
+    rounding = 64.0 * np.finfo(float).eps / H
+    assert floors[:, 0] == pytest.approx(rounding + np.array([1e-3, 1e-4, 1e-4, 1e-5, 1e-5, 0.0]), rel=1e-12)
 
 
 def test_numbers_that_are_not_finite_leave_coarse_steps_out():
