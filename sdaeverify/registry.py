@@ -27,6 +27,7 @@ from .contributions import (
 )
 from .discovery import (
     DISABLED,
+    OWN_DISTRIBUTION,
     Origin,
     entry_points,
     is_disabled,
@@ -39,6 +40,7 @@ from .discovery import (
 )
 from .errors import FAULTS, PluginError, one_line
 from .labels import did_you_mean
+from .rehearsal import rehearse
 from .scheme import Scheme
 from .specs import ProblemSpec
 
@@ -208,9 +210,12 @@ def _refuse_broken(rows: Iterable[PluginRow]) -> None:
 
 
 def _from_file(path: str, before: Sequence[Outcome]) -> Outcome:
+    origin = Origin(Path(path).stem, "", "", path)
+    if harm := rehearse(lambda: _registers(load_file(path), origin)):
+        raise PluginError(f"plugin file {path}: loading it {harm}")
     plugin = load_file(path)
     try:
-        return _loaded(plugin, Origin(Path(path).stem, "", "", path), before)
+        return _loaded(plugin, origin, before)
     except FAULTS as error:
         raise PluginError(f"plugin file {path}: {one_line(error)}") from error
 
@@ -220,6 +225,7 @@ def _from_entry_point(entry: EntryPoint, disabled: frozenset[str], before: Seque
     if is_disabled(origin, disabled):
         return [_disabled(origin)]
     try:
+        _require_harmless(entry.load, origin)
         plugin = entry.load()
         modules = [] if hooks_of(plugin) else submodules(plugin, origin)
         if not modules:
@@ -236,11 +242,32 @@ def _from_module(origin: Origin, disabled: frozenset[str], before: Sequence[Outc
     if is_disabled(origin, disabled):
         return [_disabled(origin)]
     try:
+        _require_harmless(lambda: import_module(origin.module), origin)
         plugin = import_module(origin.module)
         # A module without hooks is a helper of its neighbours.
         return [_loaded(plugin, origin, before)] if hooks_of(plugin) else []
     except FAULTS as error:
         return [_broken(origin, error)]
+
+
+def _require_harmless(load: Callable[[], object], origin: Origin) -> None:
+    """Check that loading a plugin does not end the process; what is shipped, or loaded already, has shown it.
+
+    Raises
+    ------
+    PluginError
+        If it does.
+    """
+    if normalized(origin.distribution) == OWN_DISTRIBUTION or origin.module in sys.modules:
+        return
+    if harm := rehearse(lambda: _registers(load(), origin)):
+        raise PluginError(f"loading it {harm}")
+
+
+def _registers(plugin: object, origin: Origin) -> None:
+    """Call the hooks of a plugin: they run its code, too."""
+    if hooks_of(plugin):
+        collect(plugin, origin)
 
 
 def _disabled(origin: Origin) -> Outcome:

@@ -21,6 +21,7 @@ LAYERS = {
     "arrays": 0,
     "atomic": 0,  # files written as a whole or not at all
     "labels": 0,
+    "rehearsal": 0,  # of what may end the process
     "supervision": 0,  # of the program by the process that was started
     "noise": 1,
     "laws": 1,

@@ -403,12 +403,46 @@ def test_plugin_with_one_taken_name_is_refused_as_a_whole(install: Install) -> N
     assert "fake-scheme" not in registry.schemes
 
 
-def test_keyboard_interrupt_passes(install: Install) -> None:
-    """The user's interrupt is no fault of a plugin."""
-    install("fake-dist", {"fake_plugin.py": "raise KeyboardInterrupt"}, {"fake": "fake_plugin"})
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("import os; os._exit(0)", "loading it ends the process with status 0"),
+        ("import os; os.abort()", "loading it ends the process by SIGABRT"),
+        ("import ctypes; ctypes.string_at(0)", "loading it ends the process by SIGSEGV"),
+        ("raise KeyboardInterrupt", "loading it raises KeyboardInterrupt: no message"),
+        ("raise type('Stop', (BaseException,), {})('now')", "loading it raises Stop: now"),
+        ("raise GeneratorExit", "GeneratorExit: no message"),
+        (hook("sdaeverify_schemes", "__import__('os')._exit(0)"), "loading it ends the process with status 0"),
+        (
+            "class Mute(Exception):\n    def __str__(self):\n        raise ValueError\nraise Mute",
+            "Mute: its message cannot be read, which raises ValueError",
+        ),
+    ],
+)
+def test_plugin_that_would_end_the_program(install: Install, text: str, reason: str) -> None:
+    """It costs that plugin only, as a module of a package, too: the others are there."""
+    install(
+        "fake-dist",
+        {"fake_package/__init__.py": "", "fake_package/bad.py": text, "fake_package/good.py": SCHEME},
+        {"fake": "fake_package"},
+    )
 
-    with pytest.raises(KeyboardInterrupt):
-        load_registry(environ=ALONE)
+    registry = load_registry(environ=ALONE)
+
+    assert {each.name: (each.status, each.reason) for each in registry.plugins if each.name.startswith("fake")} == {
+        "fake.bad": ("broken", reason),
+        "fake.good": ("loaded", ""),
+    }
+    assert "fake-scheme" in registry.schemes
+
+
+def test_file_that_would_end_the_program(tmp_path: Path, install: Install) -> None:
+    """It is refused in one line: a file was asked for."""
+    file = tmp_path / "mine.py"
+    file.write_text("import os\nos._exit(0)")
+
+    with pytest.raises(PluginError, match=r"mine\.py: loading it ends the process with status 0$"):
+        load_registry([str(file)], environ=ALONE)
 
 
 def test_bad_entry_point_is_isolated(install: Install) -> None:
