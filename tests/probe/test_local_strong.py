@@ -351,6 +351,20 @@ def test_a_crossover_that_is_still_falling_is_not_verified() -> None:
     assert judge_strong(order, 1.0).verdict is not Verdict.VERIFIED
 
 
+@pytest.mark.parametrize(("layer", "verdict"), [(1e-5, Verdict.INCONCLUSIVE), (0.0, Verdict.REFUTED)])
+def test_a_layer_at_few_states_that_steps_still_miss_decides_nothing(layer: float, verdict: Verdict) -> None:
+    """A defect there is of order 1 while h is above the layer's own time, and 3/2 below; without layer it stays 1."""
+
+    def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        return s.euler(problem, x, h, noise) + 10.0 * (x > 1.2) * h * noise.dW / (np.sqrt(h) + np.sqrt(layer))
+
+    order = found(s.OneFormula(rule), ou())
+
+    assert order.order < 0.8
+    assert order.typical == pytest.approx(1.0, abs=0.05)
+    assert judge_strong(order, 1.0).verdict is verdict
+
+
 def test_the_unit_of_time_does_not_matter() -> None:
     """The same equation over a horizon of a millionth has the same order."""
     fast = SDE(
