@@ -17,6 +17,8 @@ from .tally import Tally
 # A finite state this much larger than the initial one is a moment explosion on its way to overflow.
 BLOW_UP = 1e8
 COST = "cost "
+# Among the components that constraints are shown: 1 on paths that found no root, else 0.
+HELD = "held"
 
 
 class Snapshot(NamedTuple):
@@ -65,6 +67,8 @@ class Track:
         self.size = 1.0 + float(np.abs(flatten(self.state)).max())
         self.failed: Mask = np.zeros(paths, dtype=bool)
         self.lost: Mask = np.zeros(paths, dtype=bool)  # not finite, or blown up
+        # Failed paths on which the problem itself lost its root, and the sum of the times at which it did.
+        self.singular, self.singular_time = 0, 0.0
         self.truncated_steps = 0
         self.costs: dict[str, float] = {}
         self.step = 0
@@ -72,12 +76,13 @@ class Track:
     def advance(self, noise: LevelNoise, observers: Sequence[Observer]) -> None:
         """Make successive steps."""
         for index in range(len(noise.dW)):
-            result = self._one(noise, index)
+            increment, before = self._increment(noise, index), self.state
+            result = self._one(increment)
+            self._count(before, increment, result)
             self.state = result.state
             self.step += 1
             if self.recall is not None:
                 self.recall.push(self.parts()["x"])
-            self._count(result)
             for observer in observers:
                 if self.step in observer.wanted[self.level]:
                     observer.after_step(self.level, self.step, self.constrained_parts())
@@ -87,12 +92,16 @@ class Track:
         return self.scheme.parts(self.problem, self.state)
 
     def constrained_parts(self) -> Parts:
-        """Return the named components with what else a constraint may depend on: the time and the lagged values."""
+        """Return the named components with what else a constraint may depend on: the time and the lagged values.
+
+        Where it depends on them, a path that found no root, and was held, cannot satisfy it any more.
+        """
         parts = self.parts()
         if not isinstance(self.problem, DelaySDAE):
             return parts
         lagged = parts["x"] if self.recall is None else self.recall.lagged()
-        return {**parts, "t": np.full((1, 1), self.step * self.h), "lagged": lagged}
+        held = self.failed[None].astype(float)
+        return {**parts, "t": np.full((1, 1), self.step * self.h), "lagged": lagged, HELD: held}
 
     def find_lost(self, size: float) -> None:
         """Note the paths that are not finite or have blown up, given the size of the solution."""
@@ -100,18 +109,26 @@ class Track:
         limit = BLOW_UP * max(self.size, size)
         self.lost |= ~(all_finite(memory) & (np.abs(memory).max(axis=0) <= limit))
 
-    def _count(self, result: Step) -> None:
-        if result.failed is not None:
-            self.failed |= result.failed
+    def _count(self, before: State, noise: Increment, result: Step) -> None:
+        if result.failed is not None and (new := result.failed & ~self.failed).any():
+            self.failed = self.failed | new
+            self._look_for_a_root(before, noise, new)
         if result.truncated is not None:
             self.truncated_steps += int(np.count_nonzero(result.truncated))
         for name, value in result.costs.items():
             self.costs[name] = self.costs.get(name, 0.0) + float(value.sum())
 
-    def _one(self, noise: LevelNoise, index: int) -> Step:
+    def _look_for_a_root(self, before: State, noise: Increment, paths: Mask) -> None:
+        t = self.step * self.h
+        lost = paths & self.problem.index_lost(t, self.h, self.scheme.parts(self.problem, before), noise)
+        self.singular += int(np.count_nonzero(lost))
+        self.singular_time += float(np.count_nonzero(lost) * (t + self.h))
+
+    def _increment(self, noise: LevelNoise, index: int) -> Increment:
         increment = self.scheme.law.increment(noise.increment(index), self.h)
-        if self.recall is not None:
-            increment = self.recall.driven(increment)
+        return increment if self.recall is None else self.recall.driven(increment)
+
+    def _one(self, increment: Increment) -> Step:
         if self.step:
             return self.stepper(self.state, self.step * self.h, increment)
         return self._first(increment)
@@ -158,7 +175,8 @@ class Lane:
     def health(self) -> Tally:
         """Return what went wrong at each level, and what its steps took; a lost reference fails every level.
 
-        Paths ``without_root`` met a step that found none at the level itself.
+        Paths ``without_root`` met a step that found none at the level itself. On ``singular`` ones of them the
+        problem lost its root; ``singular_time`` is the sum of the times at which it did.
         """
         tracks = [self.tracks[level] for level in range(self.levels)]
         own = [] if self.own is None else [self.tracks[self.own]]
@@ -168,6 +186,8 @@ class Lane:
             ],
             "lost": [np.count_nonzero(track.lost) for track in tracks],
             "without_root": [np.count_nonzero(track.failed) for track in tracks],
+            "singular": [track.singular for track in tracks],
+            "singular_time": [track.singular_time for track in tracks],
             "truncated": [track.truncated_steps for track in tracks],
             "steps": [track.step * self.paths for track in tracks],
             **{f"{COST}{name}": [track.costs.get(name, 0.0) for track in tracks] for name in tracks[0].costs},

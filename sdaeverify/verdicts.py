@@ -220,7 +220,8 @@ def sound_levels(health: Mapping[str, Array]) -> tuple[Array, list[str]]:
     Parameters
     ----------
     health : mapping of str to ndarray, shape (L,)
-        Counts ``failed`` of paths and ``truncated`` of steps.
+        Counts ``failed`` of paths and ``truncated`` of steps; ``singular`` with ``singular_time``, if the problem may
+        lose its root.
 
     Returns
     -------
@@ -231,7 +232,18 @@ def sound_levels(health: Mapping[str, Array]) -> tuple[Array, list[str]]:
     bad = np.flatnonzero(np.any(list(wrong.values()), axis=0))
     first = int(bad[-1]) + 1 if len(bad) else 0
     remarks = [at_levels(name, levels) for name, levels in wrong.items() if levels.any()]
+    if text := _singular(health):
+        remarks.append(text)
     return np.arange(first, len(health["failed"])), remarks
+
+
+def _singular(health: Mapping[str, Array]) -> str:
+    """Return where the problem itself loses its root, at the finest level where it does."""
+    if "singular" not in health or not (count := health["singular"]).any():
+        return ""
+    level = int(np.flatnonzero(count)[-1])
+    time = health["singular_time"][level] / count[level]
+    return f"du/dy is singular on {count[level]:.0f} paths, at t = {time:.3g} in the mean: there the solution ends"
 
 
 def at_levels(what: str, levels: Mask) -> str:

@@ -8,10 +8,10 @@ from typing import NamedTuple, TypeGuard
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Array, Parts
+from ..arrays import Array, Mask, Parts
 from ..errors import ProblemError
 from ..noise import Increment
-from ..numerics import apply, norm
+from ..numerics import apply, determinant, norm
 from .algebraic import solve_algebraic
 from .checks import CONSISTENCY, PROBES, check_observables, check_shape, check_truth, columns, numbers, shown, vector
 from .delay_checks import check_jacobians, check_regular, check_solved, no_drift_partials, size_of_terms
@@ -247,9 +247,9 @@ class DelaySDAE(Problem):
         """Return the equation of x with y eliminated; none with a delay, where x alone is no state."""
         return None if self.delay else self._equation
 
-    def state(self, x: Array) -> DelayState:
-        """Return the state at x without delay."""
-        return DelayState(x, self.eliminated(0.0, x, x))
+    def state(self, x: Array, t: float = 0.0) -> DelayState:
+        """Return the state at x and time t without delay."""
+        return DelayState(x, self.eliminated(t, x, x))
 
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:
         """Return the defect u where y, the lagged x and the time are known."""
@@ -261,6 +261,34 @@ class DelaySDAE(Problem):
         sizes = [np.abs(A).max(axis=(0, 1)) * norm(z) for A, z in terms]
         scale = np.broadcast_to(sum(sizes, np.zeros(1)), x.shape[-1:])
         return {"u": Residual(self.constraint(t, x, v, y), scale)}
+
+    def index_lost(self, t: float, h: float, parts: Parts, noise: Increment) -> Mask:
+        """Tell on which paths du/dy turns over, or no y is found, within a step of Euler's method.
+
+        A path that reaches a point where du/dy is singular ends there: the equation is of index 1 no longer.
+
+        Parameters
+        ----------
+        t, h : float
+            Begin and length of the step.
+        parts : mapping of str to ndarray
+            x and y at its begin.
+        noise : Increment
+            Of the step, the lagged values included.
+
+        Returns
+        -------
+        ndarray of bool, shape (P,)
+        """
+        x, y = parts["x"], parts.get("y")
+        if self.constraint is None or y is None:
+            return super().index_lost(t, h, parts, noise)
+        lag = self.lag(x, h, noise)
+        later = x + h * self.drift(t, x, lag.now, y) + self.diffused(t, x, lag.now, y, noise.dW)
+        found = solve_algebraic(self, t + h, later, lag.ahead(later), y)
+        begin = self.linearised_constraint(t, x, lag.now, y).y
+        end = self.linearised_constraint(t + h, later, lag.ahead(later), found).y
+        return np.asarray(~(determinant(begin) * determinant(end) > 0.0))
 
     # Built once: making an equation checks it, and what is found for it serves all schemes that see it.
     @cached_property

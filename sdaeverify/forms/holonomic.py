@@ -213,7 +213,7 @@ class HolonomicSDAE(Problem):
         """Return the inherent SDE of r, v and mu."""
         return self._with_multiplier
 
-    def state(self, x: Array) -> HolonomicState:
+    def state(self, x: Array, t: float = 0.0) -> HolonomicState:  # noqa: ARG002 - the constraint knows no time
         """Return the state whose components r, v and mu are the rows of x."""
         n = self.dimension
         return HolonomicState(x[:n], x[n : 2 * n], x[2 * n :])

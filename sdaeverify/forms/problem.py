@@ -36,7 +36,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, Parts
+from ..arrays import Array, Mask, Parts
 from ..chart import Chart
 from ..controls import Control
 from ..errors import ProblemError
@@ -198,8 +198,8 @@ class Problem:
         driven: Increment = noise if recall is None else recall.driven(noise)
         return driven
 
-    def state(self, x: Array) -> Any:
-        """Return the state whose components are the rows of x, in the order of `ito`'s names."""
+    def state(self, x: Array, t: float = 0.0) -> Any:  # noqa: ARG002 - forms with a constraint in time use it
+        """Return the state at time t whose components are the rows of x, in the order of `ito`'s names."""
         return x
 
     @property
@@ -210,6 +210,10 @@ class Problem:
     def admissible(self, x: Array) -> Array:
         """Return states that keep all constraints near the columns of x, rows in the order of `ito`'s names."""
         return x
+
+    def index_lost(self, t: float, h: float, parts: Parts, noise: Increment) -> Mask:  # noqa: ARG002 - as above
+        """Tell on which paths a constraint's root is lost within a step, whoever makes it."""
+        return np.zeros(noise.dW.shape[-1], dtype=bool)
 
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:  # noqa: ARG002 - forms with constraints use it
         """Return the defect of each constraint by name; a problem without constraints has none."""

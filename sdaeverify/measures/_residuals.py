@@ -10,13 +10,14 @@ import numpy as np
 
 from ..arrays import Array, Parts
 from ..forms import Problem
-from ..lanes import Snapshot
+from ..lanes import HELD, Snapshot
 from ..numerics import norm
 from ..settings import Settings
 from ..statistics import group_sums
 from ..tally import Tally
 
 TIMES = 64
+NOWHERE = np.zeros((1, 1))
 # Places in successive stretches are spread evenly by it, whatever period a scheme repeats itself with.
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 # Histogram of log2 |defect| in eighths, so that quantiles of merged blocks are known to 4.5 per cent.
@@ -55,7 +56,8 @@ def quadrature(steps: int) -> dict[int, float]:
 class ResidualObserver:
     """Notes |g| at wanted steps: sums of squares over groups, the maximum, and each path's largest value.
 
-    And (int_0^T |g|^2 dt)^{1/2} of each path, g being 0 at the start.
+    And (int_0^T |g|^2 dt)^{1/2} of each path, g being 0 at the start. A path that was held where it found no root
+    says nothing of a constraint that moves away from it. It is among the failed ones, which nothing verifies.
     """
 
     def __init__(self, problem: Problem, parts: Parts, settings: Settings) -> None:
@@ -77,7 +79,7 @@ class ResidualObserver:
     def after_step(self, level: int, step: int, parts: Parts) -> None:
         """Note the defects after one of the wanted steps."""
         for name, residual in self.problem.residuals(parts).items():
-            size = norm(residual.value)
+            size = np.where(parts.get(HELD, NOWHERE)[0] > 0.0, 0.0, norm(residual.value))
             self.integral[name][level] += self.problem.horizon * self.weights[level].get(step, 0.0) * size**2
             if step in self.noted[level]:
                 self.squares[name][level].append(group_sums(size * size))

@@ -176,7 +176,7 @@ def _sizes(evidence: Evidence, defect: Defect) -> ErrorSizes:
 def _finding(evidence: Evidence, defect: Defect) -> Finding:
     claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Drift.name, defect.name)
     levels, remarks = sound_levels(evidence.health.sums)
-    # Paths without root are part of the picture: a residual they leave behind counts.
+    # A path that is held without root, on a constraint of the state alone, leaves no residual: what it leaves counts.
     bound = 64.0 * EPS * defect.scale * np.sqrt(evidence.settings.steps)
     if not np.any(defect.worst > bound):
         found = _round_off(evidence, defect, claim)

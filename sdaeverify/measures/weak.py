@@ -65,7 +65,9 @@ def _finding(evidence: Evidence, means: Means, probed: WeakProbe) -> Finding:
     claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Weak.name, means.name)
     sampled = mean_order(evidence, means, claim)
     decision = _decision(evidence, sampled, claim, judge_probe(probed, claim, means.name))
-    reason = "; ".join(text for text in (decision.reason if claim else no_claim, sampled.remark) if text)
+    _, left_out = sound_levels(evidence.health.sums)
+    remarks = (sampled.remark, *(left_out if sampled.remark == TOO_FEW else ()))
+    reason = "; ".join(text for text in (decision.reason if claim else no_claim, *remarks) if text)
     confidence = evidence.settings.confidence
     low, high = sampled.slope.interval(confidence) if decision.tier == 3 else (float("nan"), float("nan"))
     return Finding(

@@ -76,7 +76,7 @@ class OneStep:
 
     def enter(self, x: Array, t: float, h: float) -> State:
         """Return the scheme's state at x, for steps of size h from time t."""
-        return self.scheme.enter(self.view, self.view.state(x), t, h)
+        return self.scheme.enter(self.view, self.view.state(x, t), t, h)
 
     def advance(self, state: State, t: float, h: float, noise: Increment) -> State:
         """Return the scheme's state after a step, all its memory included."""
