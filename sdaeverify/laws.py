@@ -2,6 +2,8 @@
 
 Atoms are coupled to the Brownian increment by its quantiles, so that a scheme that uses them runs on the same paths
 as every other. Sums of such variables are not the variables of a longer step: these schemes have a weak order only.
+With them H is +-sqrt(h/12), a sign for each Brownian motion that is independent of dW: what schemes of weak order 2
+need in place of the double integrals of noises that do not commute.
 
 A normal variable clipped at A_h = sqrt(2 p |ln h|), Milstein & Tretyakov (2004), section 1.3, is bounded, too, and so
 close to the one it is coupled to that it counts as normal: their mean square distance is exp(-A_h^2/2) = h^p at most.
@@ -44,6 +46,11 @@ class Law(NamedTuple):
         """Whether it takes finitely many values, its atoms."""
         return bool(self.values)
 
+    def atoms(self, motions: int, *, areas: bool) -> list[tuple[Array, Array]]:
+        """Return values and weights of each independent variable of a step, in units of its standard deviation."""
+        of_dW, of_H = ((np.array(law.values), np.array(law.weights)) for law in (self, TWO_POINT))
+        return [of_dW] * motions + [of_H] * (motions if areas else 0)
+
     def bound(self, h: float) -> float:
         """Return A_h for a clipped variable, but no less than at h = 1/e: long steps, too, have noise."""
         return float(np.sqrt(2.0 * self.clip * max(1.0, -np.log(h)))) if self.clip else np.inf
@@ -55,7 +62,8 @@ class Law(NamedTuple):
             return noise._replace(dW=np.clip(noise.dW, -reach, reach))
         if not self.bounded:
             return noise
-        return noise._replace(dW=np.sqrt(h) * self.couple(noise.dW / np.sqrt(h)), H=None)
+        H = None if noise.H is None else np.sqrt(h / 12.0) * _two_point(noise.H)
+        return noise._replace(dW=np.sqrt(h) * self.couple(noise.dW / np.sqrt(h)), H=H)
 
 
 def _normal(x: Array) -> Array:

@@ -41,13 +41,14 @@ def test_the_coupled_variable_takes_each_atom_with_its_probability(law):
 
 @BOUNDED
 def test_increments_have_the_size_of_the_step(law):
-    """The increment is dW = sqrt(h) xi, and there is no H with a bounded law."""
-    noise = Increment(np.sqrt(0.25) * np.array([[-2.0, 0.1, 2.0]]), np.zeros((1, 3)))
+    """The increment is dW = sqrt(h) xi, and H is a sign of its variance h/12; what is not drawn stays out."""
+    noise = Increment(np.sqrt(0.25) * np.array([[-2.0, 0.1, 2.0]]), np.array([[-0.3, 0.0, 0.01]]))
 
     bounded = law.increment(noise, 0.25)
 
     assert bounded.dW == pytest.approx(0.5 * law.couple(np.array([[-2.0, 0.1, 2.0]])))
-    assert bounded.H is None
+    assert pytest.approx(np.sqrt(0.25 / 12.0) * np.array([[-1.0, 1.0, 1.0]])) == bounded.H
+    assert law.increment(noise._replace(H=None), 0.25).H is None
 
 
 def test_gaussian_increments_are_passed_on():

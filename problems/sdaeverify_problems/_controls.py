@@ -13,6 +13,8 @@ WEAK_ONE = _control("weak", 1.0, "euler-maruyama", "balanced-euler")
 
 # Any noise: no shipped scheme has strong order 1.
 GENERAL = (STRONG_HALF, WEAK_HALF, WEAK_ONE)
+# The same where H is drawn, for the signs in a scheme of weak order 2.
+NONCOMMUTING = (*GENERAL, _control("weak", 2.0, "platen-weak-2-general", "euler-maruyama"))
 # One Brownian motion whose coefficient depends on the state.
 SCALAR = (
     *GENERAL,
@@ -25,6 +27,8 @@ WITH_AREAS = (*SCALAR, _control("strong", 1.5, "sri1w1", "milstein"))
 VANISHING = (*GENERAL, _control("strong", 1.0, "euler-maruyama", "balanced-euler"))
 # The same with one Brownian motion, whose coefficient depends on the state.
 VANISHING_SCALAR = (*VANISHING, SCALAR[-1], _control("strong", 1.5, "sri1w1", "euler-maruyama"))
+# The same with several.
+VANISHING_SEVERAL = (*VANISHING, NONCOMMUTING[-1])
 ADDITIVE = (
     *VANISHING,
     _control("strong", 1.5, "sra1", "euler-maruyama"),

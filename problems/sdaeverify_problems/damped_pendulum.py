@@ -60,7 +60,7 @@ def damped_pendulum(
     problem = constrained_langevin(
         lambda r: weight,
         Bath(friction=gamma, kT=kT),
-        controls=controls.VANISHING,
+        controls=controls.VANISHING_SEVERAL,
         constraint=circle.constraint,
         jacobian=circle.jacobian,
         curvature=circle.curvature,

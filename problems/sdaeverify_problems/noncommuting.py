@@ -45,14 +45,13 @@ def noncommuting(x_1: float = 1.0, x_2: float = 0.5, horizon: float = 1.0) -> SD
         return Moment(observable=name, value=lambda t: float((expm(GENERATOR * t) @ square)[place]), source=SOURCE)
 
     return SDE(
-        controls=controls.GENERAL,
+        controls=controls.NONCOMMUTING,
         drift=lambda t, x: A @ x,
         diffusion=diffusion,
         diffusion_derivative=lambda t, x, y: diffusion(t, y),
         start=start,
         noise_dim=2,
         horizon=horizon,
-        noise=frozenset({"dW"}),
         observables={
             "x_1": lambda t, s: s["x"][0],
             "x_2": lambda t, s: s["x"][1],

@@ -46,7 +46,7 @@ def pendulum(c_g: float = 1.0, theta_0: float = 0.5, omega_0: float = 0.5, horiz
     balance = Moment(observable="energy", value=lambda t: H_0 + 0.5 * t, source="Ito's formula for the energy")
     pathwise = circle.angle_truth(theta_0, omega_0, advance, "order 3/2 Ito-Taylor step of the angle form")
     return HolonomicSDAE(
-        controls=controls.VANISHING,
+        controls=controls.VANISHING_SEVERAL,
         force=lambda t, r, v: np.array([[0.0], [-c_g]]),
         diffusion=lambda t, r, v: np.eye(2)[..., None],
         constraint=circle.constraint,

@@ -144,7 +144,7 @@ def _at(step: OneStep, known: Reference, nodes: Nodes) -> tuple[Array, Array]:
 
 
 def _nodes(scheme: Scheme, noises: int) -> Nodes:
-    areas = "H" in scheme.noise and not scheme.law.bounded
+    areas = "H" in scheme.noise
     count = COUNTS.get(noises * (2 if areas else 1), FEWEST_NODES)
     return step_nodes(noises, count, areas=areas, law=scheme.law)
 

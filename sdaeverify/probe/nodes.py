@@ -4,6 +4,7 @@ An expectation over the noise is a weighted sum over nodes: exact for the atoms 
 polynomials up to degree 2n - 1 in each normal with n Gauss-Hermite nodes.
 """
 
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -102,13 +103,18 @@ def normal_rule(dimension: int, count: int) -> Rule:
     return Rule(points, np.full(POINTS, 1.0 / POINTS), exact=False)
 
 
-def atom_rule(dimension: int, law: Law) -> Rule:
-    """Return all atoms of independent variables of a bounded law, or random ones where those are too many."""
-    if len(law.values) ** dimension <= LARGEST:
-        return tensor_rule([(np.array(law.values), np.array(law.weights))] * dimension)
+def atom_rule(axes: list[tuple[Array, Array]]) -> Rule:
+    """Return all atoms of independent variables, given as (values, weights), or random ones of too many."""
+    if count_atoms(axes) <= LARGEST:
+        return tensor_rule(axes)
     rng = np.random.Generator(np.random.Philox(key=SEED))
-    points = rng.choice(law.values, size=(dimension, POINTS), p=law.weights)
+    points = np.stack([rng.choice(values, size=POINTS, p=weights) for values, weights in axes])
     return Rule(points, np.full(POINTS, 1.0 / POINTS), exact=False)
+
+
+def count_atoms(axes: list[tuple[Array, Array]]) -> int:
+    """Return the number of atoms of independent variables."""
+    return prod(len(values) for values, _ in axes)
 
 
 def step_nodes(dimension: int, count: int, *, areas: bool = False, law: Law = GAUSSIAN) -> Nodes:
@@ -123,16 +129,16 @@ def step_nodes(dimension: int, count: int, *, areas: bool = False, law: Law = GA
     areas : bool
         Whether H varies beside dW.
     law : Law
-        Of dW.
+        Of dW, and of H where it is bounded.
 
     Returns
     -------
     Nodes
     """
     if law.bounded:
-        rule = atom_rule(dimension, law)
-        return Nodes(rule.x, None, rule.weights, rule.exact)
-    rule = normal_rule(dimension * (2 if areas else 1), count)
+        rule = atom_rule(law.atoms(dimension, areas=areas))
+    else:
+        rule = normal_rule(dimension * (2 if areas else 1), count)
     H = rule.x[dimension:] / np.sqrt(12.0) if areas else None
     return Nodes(rule.x[:dimension], H, rule.weights, rule.exact)
 

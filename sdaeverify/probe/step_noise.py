@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..laws import Law
-from .nodes import SEED, Nodes, gauss_hermite, step_nodes, tensor_rule
+from .nodes import SEED, Nodes, count_atoms, gauss_hermite, step_nodes, tensor_rule
 from .one_step import OneStep
 
 # Whether a function is affine in the noise is seen at these multiples of random signs, in standard deviations.
@@ -48,7 +48,7 @@ class StepNoise(NamedTuple):
     @property
     def tractable(self) -> bool:
         """Whether all atoms of a bounded law can be enumerated."""
-        return not self.law.bounded or len(self.law.values) ** self.motions <= LARGEST
+        return not self.law.bounded or count_atoms(self.law.atoms(self.motions, areas=self.areas)) <= LARGEST
 
     def nodes(self, x: Array, weights: Array) -> Nodes:
         """Return the noise of a step of length 1 where the normals are x, shape (n, K)."""
@@ -95,7 +95,7 @@ class StepNoise(NamedTuple):
 @lru_cache(maxsize=64)
 def _nodes(noise: StepNoise, count: int) -> Nodes:
     if noise.law.bounded:
-        return step_nodes(noise.motions, count, law=noise.law)
+        return step_nodes(noise.motions, count, areas=noise.areas, law=noise.law)
     rule = tensor_rule([gauss_hermite(count)] * noise.normals)
     return noise.nodes(rule.x, rule.weights)
 

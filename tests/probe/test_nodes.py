@@ -97,13 +97,15 @@ def test_noise_has_its_covariance(dimension: int) -> None:
 
 @pytest.mark.parametrize("law", [TWO_POINT, THREE_POINT])
 def test_a_bounded_law_has_its_atoms_as_nodes(law: Law) -> None:
-    """The nodes of two bounded variables are all pairs of atoms, and no area varies."""
-    nodes = step_nodes(2, 8, areas=True, law=law)
+    """The nodes of two bounded variables are all pairs of atoms; H is a sign of variance 1/12 for each of them."""
+    nodes, signed = (step_nodes(2, 8, areas=areas, law=law) for areas in (False, True))
 
     assert sorted(set(np.round(nodes.dW.ravel(), 12))) == sorted(np.round(law.values, 12))
     assert len(nodes.weights) == len(law.values) ** 2
     assert nodes.H is None
     assert covariance(nodes) == pytest.approx(np.eye(2), abs=1e-14)
+    assert len(signed.weights) == 4 * len(nodes.weights)
+    assert covariance(signed) == pytest.approx(np.diag([1.0, 1.0, 1 / 12, 1 / 12]), abs=1e-14)
 
 
 def test_increments_are_laid_out_state_by_state() -> None:

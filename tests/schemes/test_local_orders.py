@@ -31,6 +31,7 @@ from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 from sdaeverify_schemes.heun import Heun, HeunAdditive
 from sdaeverify_schemes.milstein import Milstein
 from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
+from sdaeverify_schemes.platen_weak_2_general import PlatenWeak2General
 from sdaeverify_schemes.projected_euler import ProjectedEuler
 from sdaeverify_schemes.sra1 import SRA1
 from sdaeverify_schemes.sri1w1 import SRI1W1
@@ -80,6 +81,7 @@ WEAK: list[tuple[Scheme, Family, float]] = [
     (Milstein(), gbm, 1.0),
     (PlatenWeak2(), gbm, 2.0),
     (PlatenWeak2(), ellipse, 2.0),
+    (PlatenWeak2General(), noncommuting, 2.0),
     (PlatenWeak2(), pendulum_velocity_noise, 2.0),
     (ProjectedEuler(), circle, 1.0),
     (ProjectedEuler(), ellipse, 1.0),

@@ -16,6 +16,7 @@ from sdaeverify_schemes.baoab import BAOAB
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama, TamedEuler
 from sdaeverify_schemes.heun import Heun, HeunAdditive
 from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
+from sdaeverify_schemes.platen_weak_2_general import PlatenWeak2General
 from sdaeverify_schemes.sra1 import SRA1
 from sdaeverify_schemes.sri1w1 import SRI1W1
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
@@ -197,6 +198,32 @@ def platen(b: list[Vector], x: Array, dW: Array) -> Array:
     return new
 
 
+def mixed(b: list[Vector], x: Array, dW: Array, signs: Array) -> Array:
+    """Return the terms of r != j in (15.1.3), for two noises and V_12 = h times the product of two signs."""
+    new, V = 0.0 * x, np.array([[0.0, 1.0], [-1.0, 0.0]]) * H * signs[0] * signs[1]
+    for j, r in ((0, 1), (1, 0)):
+        up, down = (b[j](T, x + sign * b[r](T, x) * np.sqrt(H)) for sign in (1, -1))
+        new = new + 0.25 * (up + down - 2 * b[j](T, x)) * dW[j]
+        new = new + 0.25 * (up - down) * (dW[j] * dW[r] + V[r, j]) / np.sqrt(H)
+    return new
+
+
+def test_platen_with_noises_that_do_not_commute() -> None:
+    """The general scheme has the terms of r != j, too, with signs in place of H."""
+    columns: list[Vector] = [scalar, lambda t, x: np.stack([x[1] * t, np.sin(x[0])])]
+    problem = sde(lambda t, x: np.stack([b(t, x) for b in columns], axis=1))
+    noise = THREE_POINT.increment(Increment(W, AREA), H)
+
+    new = PlatenWeak2General().step(problem, X, T, H, noise).state
+
+    signs = np.sign(AREA)
+    expected = [
+        platen(columns, X[:, p], noise.dW[:, p]) + mixed(columns, X[:, p], noise.dW[:, p], signs[:, p])
+        for p in range(PATHS)
+    ]
+    assert_rounding(new, np.stack(expected, axis=1), terms=32)
+
+
 COLUMNS: list[Vector] = [
     lambda t, x: np.array([own(t, x)[0], 0.0]),
     lambda t, x: np.array([0.0, own(t, x)[1]]),
@@ -353,6 +380,8 @@ def test_noise_that_a_scheme_cannot_do_is_refused() -> None:
     for scheme in (HeunAdditive(), SRA1()):
         assert scheme.refuses(FULL) == "the noise is not declared additive"
         assert not scheme.refuses(ADDITIVE)
+    assert not PlatenWeak2General().refuses(FULL)
+    assert "platen-weak-2 makes fewer evaluations" in PlatenWeak2General().refuses(SCALAR)
     refused = PlatenWeak2().refuses(FULL)
     assert refused == "noise in 2 dimensions is neither scalar nor diagonal nor additive"
     assert not any(PlatenWeak2().refuses(problem) for problem in (SCALAR, DIAGONAL, ADDITIVE))
