@@ -14,8 +14,9 @@ import numpy as np
 from threadpoolctl import ThreadpoolController
 
 from .arrays import Parts
+from .behaviour import CHANGED, Behaviour, problem_digest, steps_digest
 from .conformance import breach
-from .errors import FAULTS, SchemeError, one_line
+from .errors import FAULTS, ProblemError, SchemeError, one_line
 from .forms import Problem
 from .guard import PROBLEM, Guard
 from .lanes import Lane, Observer, Snapshot
@@ -63,6 +64,8 @@ class LaneEvidence(NamedTuple):
     paths : int
     breach : str
         Which contract the scheme breaks, so that nothing was measured; empty if none.
+    behaviour : Behaviour or None
+        What scheme and problem did before and after; None if nobody asked.
     """
 
     tallies: tuple[Tally, ...]
@@ -72,9 +75,12 @@ class LaneEvidence(NamedTuple):
     errors: tuple[str, ...]
     paths: int = 0
     breach: str = ""
+    behaviour: Behaviour | None = None
 
 
-def run_block(task: Task, block: int, guard: Guard | None = None) -> tuple[LaneEvidence, ...]:
+def run_block(
+    task: Task, block: int, guard: Guard | None = None, *, digests: bool = False
+) -> tuple[LaneEvidence, ...]:
     """Simulate one block of paths, in a worker process or in this one.
 
     Parameters
@@ -84,6 +90,9 @@ def run_block(task: Task, block: int, guard: Guard | None = None) -> tuple[LaneE
         Index of the block.
     guard : Guard, optional
         Is told whose code runs.
+    digests : bool, optional
+        Whether it is noted what schemes and problem do, so that the evidence can be kept: it is none if they do
+        something else in the end.
 
     Returns
     -------
@@ -93,10 +102,33 @@ def run_block(task: Task, block: int, guard: Guard | None = None) -> tuple[LaneE
     try:
         # Non-finite numbers are evidence here: they are counted, not warned about.
         with np.errstate(all="ignore"), one_thread():
-            return _run_block(task, block, guard or Guard())
+            return _run_block(task, block, guard or Guard(), digests=digests)
     except FAULTS as error:
         reason = f"problem {task.spec.label}: {one_line(error)}"
         return tuple(without_evidence(entry, reason) for entry in task.entries)
+
+
+def behaviours(task: Task, guard: Guard | None = None) -> tuple[Behaviour | None, ...]:
+    """Return what the schemes of a task do on its problem, as `run_block` notes it; None where nobody can tell."""
+    watched = guard or Guard()
+    with np.errstate(all="ignore"), one_thread():
+        try:
+            with watched.of(PROBLEM):
+                problem = task.spec.build()
+                did = problem_digest(problem)
+        except FAULTS:
+            return tuple(None for _ in task.entries)
+        return tuple(_behaviour(task, index, problem, did, watched) for index in range(len(task.entries)))
+
+
+def _behaviour(task: Task, index: int, problem: Problem, did: str, guard: Guard) -> Behaviour | None:
+    scheme = task.entries[index].scheme
+    try:
+        with guard.of(index):
+            view = match(scheme, problem).problem
+            return None if view is None else Behaviour(steps_digest(scheme, view, task.settings.steps), did)
+    except FAULTS:
+        return None
 
 
 def one_thread() -> AbstractContextManager[object]:
@@ -110,16 +142,22 @@ def _threads() -> ThreadpoolController:
     return ThreadpoolController()
 
 
-def _run_block(task: Task, block: int, guard: Guard) -> tuple[LaneEvidence, ...]:
+def _run_block(task: Task, block: int, guard: Guard, *, digests: bool) -> tuple[LaneEvidence, ...]:
     with guard.of(PROBLEM):
         problem = task.spec.build()
         reference = Reference(problem, task.settings, block)
-    place = _Place(problem, reference, task.settings, guard, first=block == 0)
+        did = problem_digest(problem) if digests else ""
+    place = _Place(problem, reference, task.settings, guard, did, first=block == 0)
     runs = [_Run(entry, index, place) for index, entry in enumerate(task.entries)]
     if any(run.sampled for run in runs):
         source = Source(task.settings.seed, task.spec.label, block, reference.drawn, reference.paths)
         _simulate(place, runs, source)
-    return tuple(run.evidence() for run in runs)
+    lanes = tuple(run.evidence() for run in runs)
+    if did:
+        with guard.of(PROBLEM):
+            if problem_digest(problem) != did:
+                raise ProblemError(f"what it does has {CHANGED}")
+    return lanes
 
 
 def without_evidence(entry: Entry, error: str, seconds: float = 0.0, breach: str = "") -> LaneEvidence:
@@ -135,6 +173,7 @@ class _Place(NamedTuple):
     reference: Reference
     settings: Settings
     guard: Guard
+    did: str
     first: bool
 
 
@@ -205,6 +244,7 @@ class _Run:
         self.reference, self.settings = place.reference, place.settings
         self.error, self.breach, self.seconds = "", "", 0.0
         self.watches: list[_Watch] = []
+        self.did = ""
         with self._guarded():
             self._begin()
 
@@ -213,7 +253,7 @@ class _Run:
         matched = match(scheme, self.place.problem)
         if matched.problem is None:
             raise SchemeError(matched.reason)
-        self.view = matched.problem
+        self.view, self.did = matched.problem, self._digest(matched.problem)
         self.breach = breach(scheme, self.view) if self.place.first else ""
         if self.breach:
             return
@@ -248,12 +288,24 @@ class _Run:
             with self._guarded():
                 tallies = [watch.tally() for watch in self.watches]
                 probes = [self._probed(watch) for watch in self.watches]
+                if self._digest(self.view) != self.did:
+                    raise SchemeError(f"what the scheme does has {CHANGED}")
         if self.error or self.breach:
             return without_evidence(self.entry, self.error, self.seconds, self.breach)
         errors = tuple(watch.error for watch in self.watches)
+        behaviour = Behaviour(self.did, self.place.did) if self.did else None
         return LaneEvidence(
-            tuple(tallies), tuple(probes), self.lane.health(), self.seconds, errors, self.reference.paths
+            tuple(tallies),
+            tuple(probes),
+            self.lane.health(),
+            self.seconds,
+            errors,
+            self.reference.paths,
+            behaviour=behaviour,
         )
+
+    def _digest(self, view: Problem) -> str:
+        return steps_digest(self.entry.scheme, view, self.settings.steps) if self.place.did else ""
 
     def _probed(self, watch: _Watch) -> Tally:
         probed = Tally()

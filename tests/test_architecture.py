@@ -40,6 +40,7 @@ LAYERS = {
     "lanes": 3,
     "conformance": 3,
     "matching": 3,
+    "behaviour": 3,  # digests of what schemes and problems do
     "chains": 3,  # time averages of replicated chains
     "probe": 3,  # the one-step map at cubature nodes
     "tally": 3,

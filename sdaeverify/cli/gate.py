@@ -47,6 +47,7 @@ SEEDS = ("fixed", "date")
 @once("--report", type=click.Choice(REPORTS), default=REPORTS[0], help="What is printed on stdout.")
 @click.option("--write-lock", is_flag=True, help="Write the claims that are found into the lock file.")
 @limits
+@click.option("--reuse/--fresh", help="Reuse evidence in the folder where code is the same and does the same.")
 @click.pass_context
 def gate(context: click.Context, /, **options: Any) -> ExitCode:
     """Run the claims of a project and fail where one is significantly wrong.
@@ -78,7 +79,7 @@ def _gated(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any]) 
         str(policy.memory) if options["memory"] is None and policy.memory is not None else options["memory"],
         options["jobs"],
     )
-    asked = {name: options[name] for name in ("progress", "junitxml", "report", "write_lock", "fresh")}
+    asked = {name: options[name] for name in ("progress", "junitxml", "report", "write_lock", "reuse")}
     narrowed = _narrowed(options)
     return carry_out_gate(
         Request(policy, registry, arguments, options["out"], jobs, held_to, narrowed=narrowed, **asked)

@@ -50,7 +50,7 @@ class Request:
     limits : Limits or None
     progress, report : str
     junitxml : Path or None
-    write_lock, fresh : bool
+    write_lock, reuse : bool
     narrowed : bool
         Whether the command line selects schemes, problems or measures: the lock file is not held against the rest.
     """
@@ -65,7 +65,7 @@ class Request:
     junitxml: Path | None
     report: str
     write_lock: bool
-    fresh: bool
+    reuse: bool
     narrowed: bool
 
 
@@ -96,7 +96,7 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
     with workers(request.jobs, request.limits, request.registry) as crew:
         with aside():
             plan = gate_plan(request.registry, policy, crew.executor)
-        run = Run(plan, settings_of(policy), request.registry, request.arguments, request.folder, request.fresh)
+        run = Run(plan, settings_of(policy), request.registry, request.arguments, request.folder, not request.reuse)
         result, code = _run(run, crew, request.progress)
     if result is None:
         return None, code
@@ -137,7 +137,7 @@ def _judged(run: Run, result: Result, request: Request, tiers: dict[str, Claims]
         request.registry.files,
         result.unnamed,
         tuple(_warnings(found, request)),
-        (*_notes(found, request, tiers), *_untested(run, request), *_reused(run)),
+        (*_notes(found, request, tiers), *_untested(run, request), *(_reused(run) if request.reuse else ())),
     )
 
 

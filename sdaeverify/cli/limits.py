@@ -1,11 +1,9 @@
-"""Options that hold the code of plugins to limits, and that say whether evidence on disk is used."""
+"""Options that hold the code of plugins to limits."""
 
 import os
 from math import inf
 from pathlib import Path
 from typing import Any
-
-import click
 
 from ..errors import UsageError
 from ..gate.amounts import read_memory
@@ -19,7 +17,7 @@ SHARE = 0.8
 CONTAINER = Path("/sys/fs/cgroup/memory.max")
 
 
-# How the code of plugins is held to limits, and whether evidence on disk is used.
+# How the code of plugins is held to limits.
 limits = together(
     once(
         "--timeout",
@@ -32,7 +30,6 @@ limits = together(
         metavar="SIZE",
         help=f"Memory of each worker, such as 2G; 0 for no limit.  [default: {SHARE:.0%} of all, shared]",
     ),
-    click.option("--fresh", is_flag=True, help="Compute everything again, whatever evidence is in the folder."),
 )
 
 

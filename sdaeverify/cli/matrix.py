@@ -41,6 +41,7 @@ FOLDER = Path("reports", "latest")
 @jobs
 @progress_of_cells
 @limits
+@click.option("--fresh", is_flag=True, help="Compute everything again, whatever evidence is in the folder.")
 @click.option("--dry-run", is_flag=True, help="Show every cell and why it cannot be run; run and write nothing.")
 @click.pass_context
 def matrix(context: click.Context, /, **options: Any) -> ExitCode:

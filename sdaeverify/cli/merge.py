@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from ..report.saved import SavedRun
+    from ..store.copying import Copied
 
 FOLDER = Path("reports", "merged")
 
@@ -40,22 +41,25 @@ def merge(context: click.Context, /, runs: tuple[Path, ...], **options: Any) -> 
     from ..report.files import require_writable  # noqa: PLC0415
     from ..report.saved import read_run  # noqa: PLC0415
     from ..store.copying import copy_evidence  # noqa: PLC0415
-    from .running import Crew, Run, carry_out, workers  # noqa: PLC0415
+    from .running import Run, carry_out, workers  # noqa: PLC0415
 
     saved = [read_run(folder) for folder in runs]
     settings, registry = _settings(saved), loaded(options["plugins"])
     with workers(*read_limits(None, None, None), registry) as crew:
         todo = _plan(saved, registry, crew.executor)
-    require_writable(options["out"])
-    for folder in runs:
-        copied = copy_evidence(folder, options["out"])
-        complain("", f"{folder}: {copied.new} blocks are new, {copied.same} were there")
-        if copied.other:
-            complain("warning", f"{folder}: {copied.other} blocks are there with other numbers, which are kept")
-        if copied.damaged:
-            complain("warning", f"{folder}: {copied.damaged} files of evidence are damaged and left out")
-    run = Run(todo, settings, registry, tuple(context.obj), options["out"], stored_only=True)
-    return carry_out(run, Crew(None, 1), "none")
+        require_writable(options["out"])
+        for folder in runs:
+            _tell(folder, copy_evidence(folder, options["out"]))
+        run = Run(todo, settings, registry, tuple(context.obj), options["out"], stored_only=True)
+        return carry_out(run, crew, "none")
+
+
+def _tell(folder: Path, copied: "Copied") -> None:
+    complain("", f"{folder}: {copied.new} blocks are new, {copied.same} were there")
+    if copied.other:
+        complain("warning", f"{folder}: {copied.other} blocks are there with other numbers, which are kept")
+    if copied.damaged:
+        complain("warning", f"{folder}: {copied.damaged} files of evidence are damaged and left out")
 
 
 def _settings(saved: "Sequence[SavedRun]") -> Settings:

@@ -247,6 +247,12 @@ class DelaySDAE(Problem):
         """Return the equation of x with y eliminated; none with a delay, where x alone is no state."""
         return None if self.delay else self._equation
 
+    def coefficients(self, t: float, x: Array) -> tuple[Array, ...]:
+        """Return f, g and u at the rows x and y of states; the delayed x of a path is that of another one."""
+        z, y = x[: self.dimension], x[self.dimension :]
+        v, constraint = np.roll(z, 1, axis=1), [] if self.constraint is None else [self.constraint]
+        return tuple(function(t, z, v, y) for function in (self.drift, self.diffusion, *constraint))
+
     def state(self, x: Array, t: float = 0.0) -> DelayState:
         """Return the state at x and time t without delay."""
         return DelayState(x, self.eliminated(t, x, x))

@@ -188,6 +188,11 @@ class Problem:
         """
         return None
 
+    def coefficients(self, t: float, x: Array) -> tuple[Array, ...]:
+        """Return drift and diffusion of `ito` at states x, rows in the order of its names; empty without one."""
+        equation: Any = self.ito()
+        return () if equation is None else (equation.drift(t, x), equation.diffusion(t, x))
+
     def recall(self, h: float, paths: int) -> Any:  # noqa: ARG002 - forms with a delay use it
         """Return the lagged values of a run with steps of size h on so many paths; None without delay."""
         return None

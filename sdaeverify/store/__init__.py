@@ -2,6 +2,16 @@
 
 from .files import StoredLane, read_lane, read_lanes
 from .parts import joined
-from .store import Place, Recalled, Store, keep
+from .store import Place, Recalled, Store, keep, saved_meanwhile
 
-__all__ = ["Place", "Recalled", "Store", "StoredLane", "joined", "keep", "read_lane", "read_lanes"]
+__all__ = [
+    "Place",
+    "Recalled",
+    "Store",
+    "StoredLane",
+    "joined",
+    "keep",
+    "read_lane",
+    "read_lanes",
+    "saved_meanwhile",
+]

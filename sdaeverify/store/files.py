@@ -14,11 +14,12 @@ import numpy as np
 
 from ..arrays import Array
 from ..atomic import written
+from ..behaviour import Behaviour
 from ..errors import FAULTS
 from ..tally import Tally
 from .keys import Ingredients
 
-FORMAT = 1
+FORMAT = 2
 HEADER = "header"
 KINDS = ("sums", "maxima", "largest")
 # Kinds of arrays that evidence is made of: truth values, whole numbers, numbers.
@@ -40,6 +41,8 @@ class StoredLane(NamedTuple):
     ----------
     ingredients : mapping of str to str
         What determines it; ``scheme``, ``problem`` and ``index`` name it.
+    behaviour : Behaviour
+        What scheme and problem did, as digests.
     health : Tally
     seconds : float
     paths : int
@@ -47,6 +50,7 @@ class StoredLane(NamedTuple):
     """
 
     ingredients: Ingredients
+    behaviour: Behaviour
     health: Tally
     seconds: float
     paths: int
@@ -107,6 +111,7 @@ def _header(lane: StoredLane, arrays: list[Array]) -> dict[str, object]:
     return {
         "format": FORMAT,
         "ingredients": dict(lane.ingredients),
+        "behaviour": lane.behaviour._asdict(),
         "seconds": lane.seconds,
         "paths": lane.paths,
         "health": _placed(lane.health, arrays),
@@ -158,8 +163,9 @@ def _lane(header: dict[str, Any], file: Any) -> StoredLane:
         )
         for name, record in header["measures"].items()
     }
-    health = _tally(header["health"], file)
-    return StoredLane(_texts(header["ingredients"]), health, float(header["seconds"]), int(header["paths"]), records)
+    health, behaviour = _tally(header["health"], file), Behaviour(**_texts(header["behaviour"]))
+    seconds, paths = float(header["seconds"]), int(header["paths"])
+    return StoredLane(_texts(header["ingredients"]), behaviour, health, seconds, paths, records)
 
 
 def _tally(places: dict[str, dict[str, int]], file: Any) -> Tally:

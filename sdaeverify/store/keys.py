@@ -2,32 +2,75 @@
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
+from pathlib import Path
+from typing import Any
 
 from ..measure import Measure
 from ..scheme import Scheme
 from ..settings import Settings
 from ..specs import ProblemSpec
-from .sources import framework_source, source_of
+from .code import code_of
+from .sources import contents, files_of, framework_source, source_of
 
 Ingredients = Mapping[str, str]
+# Of "scheme" and "problem": the module, the files that count for it, and a hash of their contents.
+Files = Mapping[str, tuple[str, tuple[Path, ...], str]]
+# Modules, and the files that count for each.
+Sources = tuple[tuple[str, tuple[Path, ...]], ...]
 # What of the settings says how many paths there are in all and when to stop: a block does not depend on it.
 BUDGET = frozenset({"paths", "looks", "confidence", "family"})
 
 
 def lane_ingredients(scheme: Scheme, spec: ProblemSpec, settings: Settings, block: int) -> Ingredients | None:
     """Return what determines the paths of a scheme on a block; None where code without a source takes part."""
-    sources = {
-        "source of the scheme": source_of(type(scheme).__module__),
-        "source of the problem": source_of(spec.family.__module__),
-    }
+    sources = {f"source of the {kind}": source_of(module) for kind, module in _modules(scheme, spec)}
     if not all(sources.values()):
         return None
+    loaded = {"code of the scheme": code_of(scheme), "code of the problem": code_of(spec.family)}
     numbers = {name: str(value) for name, value in asdict(settings).items() if name not in BUDGET}
     drawn = f"{settings.sizes[block]} drawn, {settings.paths_of(block)} used"
     names = {"scheme": scheme.label, "problem": spec.label, "index": str(block)}
-    return {**names, "paths of the block": drawn, **numbers, **sources, "framework": framework_source()}
+    return {**names, "paths of the block": drawn, **numbers, **sources, **loaded, "framework": framework_source()}
+
+
+def lane_files(scheme: Scheme, spec: ProblemSpec) -> Files:
+    """Return the files whose contents are hashed for a scheme and for a problem, and the hashes."""
+    found = ((kind, module, files_of(module)) for kind, module in _modules(scheme, spec))
+    return {kind: (module, files, contents(module, files)) for kind, module, files in found}
+
+
+def changed_files(given: Files) -> str:
+    """Return in words whether another process has read other files than this one; empty if not."""
+    changed = [kind for kind, (module, files, hashed) in given.items() if contents(module, files) != hashed]
+    return f"the source of the {' and of the '.join(changed)} was saved" if changed else ""
+
+
+def read_sources(schemes: Iterable[Scheme], specs: Iterable[ProblemSpec], measures: Iterable[Measure]) -> Sources:
+    """Read what determines evidence as soon as it is known what is run: files may be saved while that is planned.
+
+    Returns
+    -------
+    tuple of (str, tuple of Path)
+        The modules of schemes and problems with their files.
+    """
+    for measure in measures:
+        source_of(type(measure).__module__)
+        code_of(measure)
+    things: list[tuple[Any, str]] = [(scheme, type(scheme).__module__) for scheme in schemes]
+    things += [(spec.family, spec.family.__module__) for spec in specs]
+    for thing, _ in things:
+        code_of(thing)
+    found = tuple((module, files_of(module)) for module in dict.fromkeys(module for _, module in things))
+    read_again(found)
+    return found
+
+
+def read_again(sources: Sources) -> None:
+    """Read in another process what `read_sources` has read: it is taken for what this process has imported."""
+    for module, files in sources:
+        contents(module, files)
 
 
 def measure_ingredients(measure: Measure, settings: Settings) -> Ingredients | None:
@@ -36,7 +79,12 @@ def measure_ingredients(measure: Measure, settings: Settings) -> Ingredients | N
     if not source:
         return None
     budget = {name: str(getattr(settings, name)) for name in sorted(BUDGET)} if measure.budgeted else {}
-    return {"measure": measure.name, f"source of measure {measure.name}": source, **budget}
+    known = {f"source of measure {measure.name}": source, f"code of measure {measure.name}": code_of(measure)}
+    return {"measure": measure.name, **known, **budget}
+
+
+def _modules(scheme: Scheme, spec: ProblemSpec) -> tuple[tuple[str, str], ...]:
+    return ("scheme", type(scheme).__module__), ("problem", spec.family.__module__)
 
 
 def key(ingredients: Ingredients) -> str:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from functools import reduce
 
+from ..behaviour import differing
 from ..ensemble import Entry, LaneEvidence
 from ..tally import Tally
 
@@ -19,14 +20,16 @@ def joined(entry: Entry, parts: Sequence[tuple[Entry, LaneEvidence]]) -> LaneEvi
     where = {m.name: (lane, index) for part, lane in parts for index, m in enumerate(part.measures)}
     found = [where[measure.name] for measure in entry.measures]
     lanes = [lane for _, lane in parts]
+    did = list(dict.fromkeys(lane.behaviour for lane in lanes if lane.behaviour))
     return LaneEvidence(
         tuple(lane.tallies[index] for lane, index in found),
         tuple(lane.probes[index] for lane, index in found),
         reduce(fuller, (lane.health for lane in lanes)),
         sum(lane.seconds for lane in lanes),
-        tuple(lane.errors[index] for lane, index in found),
+        tuple(lane.errors[index] or differing(*did) for lane, index in found),
         max(lane.paths for lane in lanes),
         next((lane.breach for lane in lanes if lane.breach), ""),
+        did[0] if did else None,
     )
 
 

@@ -26,6 +26,9 @@ UNKNOWN = ""
 # What imports modules that no import statement names.
 DYNAMIC = (b"import_module", b"__import__")
 CACHED = "__pycache__"
+# Files of a distribution that are looked at, and seconds that it takes to install one.
+CODE = frozenset({".py", *EXTENSION_SUFFIXES, ".json", ".txt", ".csv", ".npy", ".npz", ".toml", ".yaml"})
+PATIENCE = 60.0
 
 
 @cache
@@ -50,12 +53,37 @@ def source_of(module: str) -> str:
     str
         Empty if there is no source to be read, so that nothing can be said about what it does.
     """
+    files, foreign = _counted(module)
+    return ", ".join([contents(module, files), *map(_version, sorted(foreign))]) if files else UNKNOWN
+
+
+def files_of(module: str) -> tuple[Path, ...]:
+    """Return the files that count for a module; none if there is no source to be read."""
+    return _counted(module)[0]
+
+
+def contents(module: str, files: Iterable[Path]) -> str:
+    """Return a hash of what files held when this process first read them for a module.
+
+    A plugin file that was saved and loaded again is another module, which the import system knows nothing of.
+    """
+    edition = "" if getattr(sys.modules.get(module), "__spec__", None) else module
+    return _hash(_content(file, edition) for file in files)
+
+
+@cache
+def _content(file: Path, edition: str = "") -> bytes:  # noqa: ARG001 - of another edition it is read again
+    return hashlib.blake2b(file.read_bytes(), digest_size=16).digest() if file.is_file() else b""
+
+
+@cache
+def _counted(module: str) -> tuple[tuple[Path, ...], frozenset[str]]:
+    """Return the files that count for a module, and the other packages."""
     file = getattr(sys.modules.get(module), "__file__", None)
     if not (file and file.endswith(".py") and Path(file).is_file()):
-        return UNKNOWN
+        return (), frozenset()
     files, foreign = _closure(module, Path(file))
-    files = list(dict.fromkeys([*files, *_unnamed(module, files)]))
-    return ", ".join([_hash(file.read_bytes() for file in files), *map(_version, sorted(foreign))])
+    return tuple(dict.fromkeys([*files, *_unnamed(module, files)])), frozenset(foreign)
 
 
 def _unnamed(module: str, files: Sequence[Path]) -> Iterator[Path]:
@@ -182,10 +210,23 @@ def _version(package: str) -> str:
 
 
 def _contents(distribution: str) -> str:
-    """Return a hash of the hashes of a distribution's files: it may be installed anew under the same version."""
+    """Return a hash of the hashes of a distribution's files: it may be installed anew under the same version.
+
+    Files that were saved since it was installed count by what they hold.
+    """
     record = metadata.distribution(distribution).read_text("RECORD") or ""
-    lines = (line for line in record.splitlines() if ".dist-info/" not in line and ".pyc" not in line)
-    return _hash(line.encode() for line in sorted(lines))
+    lines = sorted(line for line in record.splitlines() if ".dist-info/" not in line and ".pyc" not in line)
+    return _hash([*(line.encode() for line in lines), *map(_content, _edited(distribution))])
+
+
+def _edited(distribution: str) -> list[Path]:
+    places = [Path(str(file.locate())) for file in metadata.distribution(distribution).files or ()]
+    record = next((place for place in places if place.name == "RECORD" and place.is_file()), None)
+    if record is None:
+        return []
+    installed = record.stat().st_mtime + PATIENCE
+    code = (place for place in places if place.suffix in CODE and place.is_file())
+    return sorted(place for place in code if place.stat().st_mtime > installed)
 
 
 def _is_distribution(name: str) -> bool:

@@ -1,23 +1,36 @@
 """The evidence of a run: what of it is on disk already, why the rest is not, and where it goes."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from hashlib import blake2b
 from pathlib import Path
 from typing import NamedTuple
 
-from ..ensemble import Entry, LaneEvidence, Task
+from ..behaviour import Behaviour
+from ..ensemble import Entry, LaneEvidence, Task, behaviours
 from ..errors import UsageError
 from ..measure import Measure
 from ..scheme import Scheme
 from .files import MeasureRecord, StoredLane, read_ingredients, read_lane, write_lane
-from .keys import Ingredients, differences, key, lane_ingredients, measure_ingredients
+from .keys import (
+    Files,
+    Ingredients,
+    changed_files,
+    differences,
+    key,
+    lane_files,
+    lane_ingredients,
+    measure_ingredients,
+)
 from .parts import fuller
 
 FOLDER = "evidence"
 NEW, DAMAGED, SOURCELESS = "not there yet", "damaged", "code without a source file"
+AFRESH, UNTOLD = "asked for afresh", "of which nobody can tell what it does now"
+# Tells what the schemes of a task do on its problem; None where that cannot be told.
+Observe = Callable[[Task], Sequence[Behaviour | None]]
 # Names may be as long as their authors like, names of files may not.
 LONGEST_NAME = 60
 
@@ -31,6 +44,8 @@ class Place(NamedTuple):
     lane : mapping of str to str
     measures : mapping of str to (mapping of str to str)
         Without those whose source is unknown.
+    files : mapping of str to (tuple of Path, str)
+        What was read of scheme and problem.
     replace : bool
         Whether what is there is replaced rather than added to.
     """
@@ -38,6 +53,7 @@ class Place(NamedTuple):
     path: Path
     lane: Ingredients
     measures: Mapping[str, Ingredients]
+    files: Files
     replace: bool = False
 
 
@@ -59,6 +75,14 @@ class Recalled(NamedTuple):
     lane: LaneEvidence | None
     missing: tuple[Measure, ...]
     place: Place | None
+
+
+class _Found(NamedTuple):
+    """Where evidence goes, what is there, and why nothing is."""
+
+    place: Place | None
+    stored: StoredLane | None
+    reason: str = ""
 
 
 @dataclass
@@ -85,14 +109,25 @@ class Store:
     reused: int = 0
     reasons: Counter[str] = field(default_factory=Counter)
 
-    def recall(self, task: Task, block: int) -> list[Recalled]:
-        """Return what is known of each entry of a task on a block."""
-        return [self._recall(task, block, entry) for entry in task.entries]
+    def recall(self, task: Task, block: int, observe: Observe = behaviours) -> list[Recalled]:
+        """Return what is known of each entry of a task on a block.
 
-    def lacking(self, task: Task, blocks: Iterable[int]) -> set[tuple[Scheme, str]]:
+        Parameters
+        ----------
+        task : Task
+        block : int
+        observe : callable, Task -> sequence of (Behaviour or None), optional
+            Asked where there is evidence, with its schemes: it is reused if they do the same now.
+        """
+        found = [self._found(task, block, entry) for entry in task.entries]
+        doubtful = [entry for entry, (_, stored, _) in zip(task.entries, found, strict=True) if stored is not None]
+        now = dict(zip(doubtful, observe(replace(task, entries=tuple(doubtful))), strict=True)) if doubtful else {}
+        return [self._recall(entry, *one, now.get(entry)) for entry, one in zip(task.entries, found, strict=True)]
+
+    def lacking(self, task: Task, blocks: Iterable[int], observe: Observe = behaviours) -> set[tuple[Scheme, str]]:
         """Return of which scheme and measure not all evidence on some blocks is there; nothing is counted."""
         quiet = Store(self.folder)
-        recalled = (known for block in blocks for known in quiet.recall(task, block))
+        recalled = (known for block in blocks for known in quiet.recall(task, block, observe))
         return {(known.entry.scheme, measure.name) for known in recalled for measure in known.missing}
 
     @property
@@ -107,20 +142,32 @@ class Store:
         computed = f"; computed: {', '.join(words)}" if words else ""
         return f"evidence of {self.reused} of {self.reused + new} blocks of paths was reused{computed}"
 
-    def _recall(self, task: Task, block: int, entry: Entry) -> Recalled:
+    def _found(self, task: Task, block: int, entry: Entry) -> "_Found":
         lane = lane_ingredients(entry.scheme, task.spec, task.settings, block)
         if lane is None:
-            return self._unknown(entry, None, SOURCELESS)
-        found = {measure.name: measure_ingredients(measure, task.settings) for measure in entry.measures}
-        measures = {name: given for name, given in found.items() if given}
+            return _Found(None, None, SOURCELESS)
+        known = {measure.name: measure_ingredients(measure, task.settings) for measure in entry.measures}
+        measures = {name: given for name, given in known.items() if given}
         names = self.folder / FOLDER / task.spec.name[:LONGEST_NAME] / entry.scheme.name[:LONGEST_NAME]
         start = f"{block:04d}-{_label_key(entry.scheme.label, task.spec.label)}-"
-        place = Place(names / f"{start}{key(lane)}.npz", lane, measures, self.fresh)
+        path, files = names / f"{start}{key(lane)}.npz", lane_files(entry.scheme, task.spec)
+        place = Place(path, lane, measures, files, self.fresh)
         if self.fresh:
-            return self._unknown(entry, place, "asked for afresh")
-        stored = read_lane(place.path)
-        if stored is None or stored.ingredients != place.lane:
-            return self._unknown(entry, place, _why_not(place, start))
+            return _Found(place, None, AFRESH)
+        stored = read_lane(path)
+        if stored is None or stored.ingredients != lane:
+            return _Found(place, None, _why_not(place, start))
+        return _Found(place, stored)
+
+    def _recall(
+        self, entry: Entry, place: Place | None, stored: StoredLane | None, reason: str, now: Behaviour | None
+    ) -> Recalled:
+        if place is None or stored is None:
+            return self._unknown(entry, place, reason)
+        if now is None:
+            return self._unknown(entry, place, UNTOLD)
+        if now != stored.behaviour:
+            return self._unknown(entry, place, _otherwise(stored.behaviour, now))
         return self._known(entry, place, stored)
 
     def _unknown(self, entry: Entry, place: Place | None, reason: str) -> Recalled:
@@ -151,16 +198,22 @@ def keep(places: Iterable[Place | None], entries: Sequence[Entry], lanes: Sequen
         If it cannot be written, for example because the disk is full.
     """
     for place, entry, lane in zip(places, entries, lanes, strict=True):
-        if place is not None and not lane.breach:
+        if place is not None and lane.behaviour is not None and not lane.breach:
             records = dict(_records(place, entry, lane))
             if records:
-                _write(place, StoredLane(place.lane, lane.health, lane.seconds, lane.paths, records))
+                stored = StoredLane(place.lane, lane.behaviour, lane.health, lane.seconds, lane.paths, records)
+                _write(place, stored)
+
+
+def saved_meanwhile(place: Place | None) -> str:
+    """Return in words what was saved since evidence was planned, as a worker process finds it; empty if nothing."""
+    return changed_files(place.files) if place is not None else ""
 
 
 def _write(place: Place, lane: StoredLane) -> None:
     try:
         before = None if place.replace else read_lane(place.path)
-        if before is not None and before.ingredients == place.lane:
+        if before is not None and (before.ingredients, before.behaviour) == (place.lane, lane.behaviour):
             # Measures that were kept before stay, as far as this program knows what determines them.
             others = {name: record for name, record in before.measures.items() if name not in lane.measures}
             health, seconds = fuller(lane.health, before.health), lane.seconds + before.seconds
@@ -182,7 +235,13 @@ def _lane(stored: StoredLane, measures: Sequence[Measure]) -> LaneEvidence | Non
         return None
     records = [stored.measures[measure.name] for measure in measures]
     sampled, probed = tuple(r.sampled for r in records), tuple(r.probed for r in records)
-    return LaneEvidence(sampled, probed, stored.health, stored.seconds, tuple("" for _ in records), stored.paths)
+    lane = LaneEvidence(sampled, probed, stored.health, stored.seconds, tuple("" for _ in records), stored.paths)
+    return lane._replace(behaviour=stored.behaviour)
+
+
+def _otherwise(before: Behaviour, now: Behaviour) -> str:
+    names = [name for name in Behaviour._fields if getattr(before, name) != getattr(now, name)]
+    return f"with another behaviour of the {' and of the '.join(names)}"
 
 
 def _why_not(place: Place, start: str) -> str:

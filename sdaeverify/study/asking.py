@@ -12,6 +12,7 @@ from ..guard import PROBLEM, Guard
 from ..measure import Measure, Verdict
 from ..scheme import Scheme
 from ..specs import ProblemSpec
+from ..store.keys import Sources, read_again, read_sources
 from .calls import Call, Lost, packed, unpacked
 from .isolated import Isolated
 from .limits import NOBODY, Mark, StopError, Watchdog
@@ -29,11 +30,12 @@ class Answer(NamedTuple):
 
 
 class Question(NamedTuple):
-    """Whether schemes can be put to a problem, and measures to that."""
+    """Whether schemes can be put to a problem, and measures to that; with the files that they are made of."""
 
     spec: ProblemSpec
     schemes: tuple[Scheme, ...]
     measures: tuple[Measure, ...]
+    sources: Sources = ()
 
 
 Answers = list[tuple[Answer, ...]]
@@ -55,9 +57,10 @@ def asking(
     callable or None
         None where there are no isolated workers that could be asked.
     """
+    sources = read_sources(schemes, specs, measures)
     if not isinstance(executor, Isolated):
         return None
-    asked = {spec.label: _asked(executor, Question(spec, tuple(schemes), tuple(measures))) for spec in specs}
+    asked = {spec.label: _asked(executor, Question(spec, tuple(schemes), tuple(measures), sources)) for spec in specs}
     return lambda spec: asked[spec.label].told()
 
 
@@ -69,6 +72,8 @@ def answers(question: Question, guard: Guard) -> Answers | None:
     StopError
         If one of them raises what ends a program: built once more, elsewhere, it would end that.
     """
+    # They are what this process has imported: what it runs later is held against them.
+    read_again(question.sources)
     try:
         with guard.of(PROBLEM), np.errstate(all="ignore"):
             problem = question.spec.build()

@@ -1,7 +1,7 @@
 """Evidence of a block: from the store or simulated, with the schemes set apart whose worker process died."""
 
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import replace
 from math import inf
@@ -10,15 +10,18 @@ from typing import NamedTuple, Protocol, TypeVar
 
 from ..ensemble import Entry, LaneEvidence, Task, run_block, without_evidence
 from ..guard import NO_MEASURE, PROBLEM
-from ..store import Place, Recalled, Store, joined, keep
+from ..scheme import Scheme
+from ..store import Place, Recalled, Store, joined, keep, saved_meanwhile
 from .calls import Call, Lost, packed, unpacked
 from .isolated import Isolated
 from .limits import NOBODY, Mark, Watchdog
+from .observing import Observer
 
 Lanes = tuple[LaneEvidence, ...]
 Parts = list[tuple[Entry, LaneEvidence]]
 LATE = "no result within {:g} s on a block of paths (--timeout)"
 OUT_OF_MEMORY = "MemoryError"
+MEANWHILE = "while the run was under way; run it again"
 # Schemes that one worker evaluates without paths before another could help.
 PROBED_TOGETHER = 3
 # What a worker whose memory is used up may raise outside the code of a scheme.
@@ -40,10 +43,15 @@ class Parcel(NamedTuple):
 
 
 def run_parcel(parcel: Parcel, guard: Watchdog | None = None) -> Lanes:
-    """Simulate a block and keep its evidence."""
-    lanes = run_block(parcel.task, parcel.block, guard)
-    keep(parcel.places, parcel.task.entries, lanes)
-    return lanes
+    """Simulate a block and keep its evidence, unless it is that of other code than what was planned."""
+    entries = parcel.task.entries
+    saved = {entry: saved_meanwhile(place) for entry, place in zip(entries, parcel.places, strict=True)}
+    sound = parcel.only([entry for entry in entries if not saved[entry]])
+    digests = any(place is not None for place in sound.places)
+    lanes = run_block(sound.task, sound.block, guard, digests=digests) if sound.task.entries else ()
+    keep(sound.places, sound.task.entries, lanes)
+    known = dict(zip(sound.task.entries, lanes, strict=True))
+    return tuple(known.get(e) or without_evidence(e, f"{saved[e]} {MEANWHILE}") for e in entries)
 
 
 def run_pickled(parcel: bytes, mark: Path | None = None, timeout: float = inf) -> Lanes:
@@ -89,6 +97,11 @@ class Blocks:
     def __init__(self, executor: Executor | None, store: Store | None) -> None:
         self.executor, self.store = executor, store
         self.isolated = executor if isinstance(executor, Isolated) else None
+        self.observe = Observer(self.isolated)
+
+    def lacking(self, task: Task, blocks: Iterable[int]) -> set[tuple[Scheme, str]]:
+        """Return of which scheme and measure not all evidence on some blocks is in the store."""
+        return set() if self.store is None else self.store.lacking(task, blocks, self.observe)
 
     def results(self, jobs: "deque[SomeJob]", window: int) -> "Iterator[tuple[SomeJob, Lanes]]":
         """Take jobs from a queue, which may grow meanwhile, and yield their evidence in their order.
@@ -111,7 +124,7 @@ class Blocks:
     def _begin(self, task: Task, block: int) -> tuple[list[Recalled], list[Begun]]:
         if self.store is None:
             return [], self._sent(Parcel(task, block, tuple(None for _ in task.entries)))
-        recalled = self.store.recall(task, block)
+        recalled = self.store.recall(task, block, self.observe)
         missing = [r for r in recalled if r.missing]
         entries = tuple(Entry(r.entry.scheme, r.missing) for r in missing)
         parcel = Parcel(replace(task, entries=entries), block, tuple(r.place for r in missing))

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..behaviour import Behaviour, differing
 from ..ensemble import LaneEvidence
 from ..errors import FAULTS, one_line
 from ..matching import match
@@ -33,6 +34,8 @@ class CellEvidence:
     paths : int
     error, breach : str
         Why there is no evidence: what was raised, or which contract is broken; empty if there is some.
+    behaviour : Behaviour or None
+        What scheme and problem did; None if that is not known.
     """
 
     sampled: Tally = field(default_factory=Tally)
@@ -42,6 +45,7 @@ class CellEvidence:
     paths: int = 0
     error: str = ""
     breach: str = ""
+    behaviour: Behaviour | None = None
 
     @property
     def refused(self) -> bool:
@@ -56,8 +60,9 @@ class CellEvidence:
             self.health.merged(lane.health),
             self.seconds + lane.seconds,
             self.paths + lane.paths,
-            self.error or lane.errors[index],
+            self.error or lane.errors[index] or differing(self.behaviour, lane.behaviour),
             self.breach or lane.breach,
+            self.behaviour or lane.behaviour,
         )
 
 

@@ -89,7 +89,7 @@ class Study:
         blocks = Blocks(executor, self.store)
         yield from self._finish(problem for problem in self.problems if not problem.open)
         waiting = [problem for problem in self.problems if problem.open]
-        yield from self._finish(problem for problem in waiting if not self._goes_on(problem))
+        yield from self._finish(problem for problem in waiting if not self._goes_on(problem, blocks))
         jobs = deque(job for problem in waiting if problem.open for job in _jobs(problem))
         total = len(jobs)
         for done, (job, lanes) in enumerate(blocks.results(jobs, window), start=1):
@@ -97,7 +97,7 @@ class Study:
             yield Advanced(done, total, job.task.spec.label)
             if job.block == job.last:
                 job.problem.judge()
-                if job.problem.open and self._goes_on(job.problem):
+                if job.problem.open and self._goes_on(job.problem, blocks):
                     further = list(_jobs(job.problem))
                     jobs += further
                     total += len(further)
@@ -109,10 +109,10 @@ class Study:
         found = [result for problem in self.problems for result in problem.results(self.stopped)]
         return family_wise(found, 1.0 - self.settings.confidence)
 
-    def _goes_on(self, problem: ProblemRun) -> bool:
+    def _goes_on(self, problem: ProblemRun, blocks: Blocks) -> bool:
         """Return whether a problem takes its next look; if nothing is computed, cells without evidence are halted."""
         if self.store is not None and self.stored_only:
-            problem.halt(self.store.lacking(problem.task(), problem.blocks), HALTED)
+            problem.halt(blocks.lacking(problem.task(), problem.blocks), HALTED)
         return problem.open
 
     def _finish(self, problems: Iterable[ProblemRun]) -> Iterator[Finished]:

@@ -102,15 +102,13 @@ def test_right_alone(project):
 
 
 def test_second_run(project):
-    """What was measured before is reused, and said to be, unless a fresh run is asked for."""
-    first, second, fresh = project("-s", "right"), project("-s", "right"), project("-s", "right", "--fresh")
+    """What was measured before is reused, and said to be, only where that is asked for."""
+    outcomes = [project("-s", "right", *further) for further in ((), (), ("--reuse",), ("--fresh",))]
 
-    assert [("note: evidence of 1 of 1 blocks" in outcome.out) for outcome in (first, second, fresh)] == [
-        False,
-        True,
-        False,
-    ]
-    assert {outcome.code for outcome in (first, second, fresh)} == {ExitCode.OK}
+    told = [("note: evidence of 1 of 1 blocks" in outcome.out) for outcome in outcomes]
+    assert told == [False, False, True, False]
+    assert not any("asked for afresh" in outcome.out for outcome in outcomes)
+    assert {outcome.code for outcome in outcomes} == {ExitCode.OK}
 
 
 def test_expected_failure(project):

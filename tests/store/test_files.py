@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
+from sdaeverify.behaviour import Behaviour
 from sdaeverify.store.files import (
     HEADER,
     MeasureRecord,
@@ -33,6 +34,7 @@ TEXTS = st.dictionaries(NAMES, NAMES, max_size=3)
 LANES = st.builds(
     StoredLane,
     TEXTS,
+    st.builds(Behaviour, st.text(), st.text()),
     TALLIES,
     st.floats(0.0, 1e9),
     st.integers(0, 2**60),
@@ -44,7 +46,8 @@ INGREDIENTS = {"scheme": "milstein", "problem": "gbm", "index": "3"}
 def lane():
     """Return some evidence."""
     tally = Tally({"paths": np.arange(4.0)}, {"x": np.array(np.nan)}, {"y": np.array([3.0, 1.0])})
-    return StoredLane(INGREDIENTS, tally, 0.5, 40, {"strong": MeasureRecord({"measure": "strong"}, tally, Tally())})
+    record = MeasureRecord({"measure": "strong"}, tally, Tally())
+    return StoredLane(INGREDIENTS, Behaviour("a", "b"), tally, 0.5, 40, {"strong": record})
 
 
 @pytest.fixture(scope="module")

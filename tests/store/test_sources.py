@@ -10,7 +10,14 @@ from sdaeverify.discovery import load_file
 from sdaeverify.store import sources
 from sdaeverify.store.sources import UNKNOWN, framework_source, source_of
 
-CACHED = (sources.source_of, sources._imported, sources._file_below, sources._spec)
+CACHED = (
+    sources.source_of,
+    sources._counted,
+    sources._content,
+    sources._imported,
+    sources._file_below,
+    sources._spec,
+)
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sdaeverify import Settings
-from sdaeverify.ensemble import Entry, LaneEvidence, Task, run_block, without_evidence
+from sdaeverify.ensemble import Entry, LaneEvidence, Task, behaviours, run_block, without_evidence
 from sdaeverify.errors import UsageError
 from sdaeverify.measure import Measure
 from sdaeverify.measures.drift import Drift
@@ -58,8 +58,9 @@ def filled(folder, given=None, block=0, **changes):
     """Keep evidence of a task."""
     given = given or task()
     recalled = Store(folder).recall(given, block)
-    entries = [Entry(r.entry.scheme, r.missing) for r in recalled]
-    keep([r.place for r in recalled], entries, [made_up(entry, **changes) for entry in entries])
+    entries, did = [Entry(r.entry.scheme, r.missing) for r in recalled], behaviours(given)
+    lanes = [made_up(entry, behaviour=one, **changes) for entry, one in zip(entries, did, strict=True)]
+    keep([r.place for r in recalled], entries, lanes)
 
 
 def found(folder, given=None, block=0, **options):
@@ -301,7 +302,7 @@ def test_afresh(tmp_path):
     filled(tmp_path, both)
 
     recalled, store = found(tmp_path, fresh=True)
-    keep([recalled.place], task().entries, [made_up(task().entries[0], seconds=9.0)])
+    keep([recalled.place], task().entries, [made_up(task().entries[0], seconds=9.0, behaviour=behaviours(task())[0])])
 
     assert recalled.lane is None
     assert dict(store.reasons) == {"asked for afresh": 1}

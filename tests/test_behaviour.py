@@ -1,0 +1,177 @@
+"""Digests of what schemes and problems do: blind to rounding, and to nothing else."""
+
+from dataclasses import dataclass, replace
+from itertools import count
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from sdaeverify import Settings
+from sdaeverify.behaviour import Behaviour, differing, problem_digest, steps_digest
+from sdaeverify.ensemble import Entry, Task, behaviours, run_block
+from sdaeverify.measures.strong import Strong
+from sdaeverify.scheme import Step
+from sdaeverify.specs import problem_spec
+from sdaeverify.store import Store
+from sdaeverify.study.blocks import Parcel, run_parcel
+from sdaeverify.study.judging import CellEvidence
+from sdaeverify_problems.delay_test import delay_test
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.stochastic_theta import StochasticTheta
+
+NUMBERS = (8, 16, 32)
+SETTINGS = Settings(paths=40, block=40, levels=3)
+CALLS = count()
+
+
+@dataclass(frozen=True)
+class Scaled(EulerMaruyama):
+    """Euler-Maruyama times a factor where something holds."""
+
+    name: ClassVar[str] = "scaled"
+    factor: float = 1.0
+    since: float = 0.0
+    beyond: float = -np.inf
+    shorter: float = np.inf
+
+    def step(self, problem, state, t, h, noise):
+        """Make the step."""
+        new = super().step(problem, state, t, h, noise).state
+        here = (state > self.beyond) & (t >= self.since) & (h < self.shorter)
+        return Step(np.where(here, self.factor * new, new))
+
+
+@dataclass(frozen=True)
+class Turning(EulerMaruyama):
+    """Euler-Maruyama that does something else from its fortieth step on."""
+
+    name: ClassVar[str] = "turning"
+
+    def step(self, problem, state, t, h, noise):
+        """Make the step."""
+        new = super().step(problem, state, t, h, noise).state
+        return Step(new if next(CALLS) < 40 else 1.001 * new)
+
+
+def digest(scheme, problem=None):
+    """Return the digest of a scheme on gbm."""
+    return steps_digest(scheme, problem or gbm(), NUMBERS)
+
+
+def test_rounding_does_not_count():
+    """Results that differ in their last digits, as those of another machine, have the same digest."""
+    assert digest(Scaled(factor=1.0 + 4e-16)) == digest(Scaled()) == digest(EulerMaruyama())
+
+
+@pytest.mark.parametrize(
+    "where",
+    [{}, {"since": 0.9}, {"since": 1.5}, {"beyond": 1.2}, {"shorter": 0.04}, {"shorter": 0.001}],
+    ids=["everywhere", "late", "after the end", "far out", "finest level", "shorter than any level"],
+)
+def test_small_changes_count(where):
+    """A change in the eighth digit counts, wherever it is."""
+    assert digest(Scaled(factor=1.0 + 1e-7, **where)) != digest(Scaled())
+
+
+@pytest.mark.parametrize(
+    ("scheme", "family", "other"),
+    [
+        (StochasticTheta(), delay_test, {"set": "II"}),
+        (StochasticTheta(), delay_test, {"horizon": "3.5"}),
+        (HalfExplicitEuler(), pendulum, {"c_g": "0"}),
+    ],
+)
+def test_every_form(scheme, family, other):
+    """Digests of delay equations and of constrained ones are the same twice, and tell parameters apart."""
+    one, same, another = (
+        behaviours(Task(problem_spec(family, texts), (Entry(scheme, ()),), SETTINGS)) for texts in ({}, {}, other)
+    )
+
+    assert one == same
+    assert one[0].scheme != another[0].scheme
+    assert one[0].problem != another[0].problem
+
+
+def test_what_is_told_of_a_problem():
+    """A drift that is wrong late, or for one component far out, is another problem."""
+    problem = gbm()
+    late = replace(problem, drift=lambda t, x: problem.drift(t, x) + (t > 0.9))
+
+    assert problem_digest(replace(problem)) == problem_digest(problem)
+    assert problem_digest(late) != problem_digest(problem)
+    assert problem_digest(replace(problem, traits=frozenset())) != problem_digest(problem)
+
+
+def test_a_step_that_raises_has_a_digest():
+    """Where the fixed arguments are none for a scheme, what it raises is what it does."""
+
+    @dataclass(frozen=True)
+    class Late(EulerMaruyama):
+        def step(self, problem, state, t, h, noise):
+            if t > 0.5:
+                raise ZeroDivisionError
+            return super().step(problem, state, t, h, noise)
+
+    assert digest(Late()) == digest(Late()) != digest(EulerMaruyama())
+
+
+def test_what_changes_during_a_run_is_no_evidence(tmp_path):
+    """A scheme that does something else at the end of a block than at its begin has no evidence, on disk neither."""
+    # The first block is tried for its contract, which this scheme breaks.
+    schemes, settings = (Turning(), EulerMaruyama()), replace(SETTINGS, paths=80)
+    task = Task(problem_spec(gbm), tuple(Entry(scheme, (Strong(),)) for scheme in schemes), settings)
+    places = tuple(recalled.place for recalled in Store(tmp_path).recall(task, 1))
+
+    turned, right = run_parcel(Parcel(task, 1, places))
+
+    assert "what the scheme does has changed during the run" in turned.errors[0]
+    assert right.errors == ("",)
+    assert [path.parent.name for path in tmp_path.rglob("*.npz")] == ["euler-maruyama"]
+
+
+def test_blocks_of_two_versions_do_not_go_together():
+    """Evidence of one block is not added to that of another in which something else was done."""
+    task = Task(problem_spec(gbm), (Entry(EulerMaruyama(), (Strong(),)),), replace(SETTINGS, paths=80))
+    (first,), (second,) = (run_block(task, block, digests=True) for block in range(2))
+    other = second._replace(behaviour=Behaviour("something", second.behaviour.problem))
+
+    known = CellEvidence().merged(first, 0)
+
+    assert known.merged(second, 0).error == ""
+    assert known.merged(other, 0).error.startswith("what the scheme does has changed during the run")
+    assert differing(None, second.behaviour) == ""
+
+
+def test_a_file_that_is_saved_while_a_run_plans(tmp_path):
+    """A worker that has read another file than the process that planned computes nothing, and says so."""
+    task = Task(problem_spec(gbm), (Entry(EulerMaruyama(), (Strong(),)),), SETTINGS)
+    (recalled,) = Store(tmp_path).recall(task, 0)
+    module, files, _ = recalled.place.files["scheme"]
+    place = recalled.place._replace(files={**recalled.place.files, "scheme": (module, files, "before")})
+
+    (lane,) = run_parcel(Parcel(task, 0, (place,)))
+
+    assert lane.errors == ("the source of the scheme was saved while the run was under way; run it again",)
+    assert not list(tmp_path.rglob("*.npz"))
+
+
+def test_what_digests_cost():
+    """Before and after a block a scheme makes no more than nine steps on sixteen paths: little beside the block."""
+    steps = []
+
+    @dataclass(frozen=True)
+    class Counting(EulerMaruyama):
+        def step(self, problem, state, t, h, noise):
+            steps.append(state.shape[-1])
+            return super().step(problem, state, t, h, noise)
+
+    settings = Settings()
+    steps_digest(Counting(), gbm(), settings.steps)
+    digests, block = 2 * sum(steps), sum(settings.steps) * settings.sizes[0]
+
+    assert (len(steps), set(steps)) == (9, {16})
+    assert digests < 0.003 * block
