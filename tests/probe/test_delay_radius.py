@@ -7,8 +7,10 @@ import pytest
 
 from probe.theta_cells import MESHES, SETS, Linear, companion, random_step
 from sdaeverify import Mesh
+from sdaeverify.probe import delay_radius
 from sdaeverify.probe.delay_radius import is_stable, mean_radius, radius
 from sdaeverify.probe.delay_step import LinearDelayStep, lagged, queue_operator
+from sdaeverify.probe.delay_zeros import outside
 from sdaeverify.probe.spectral import spectral_radius
 
 
@@ -49,6 +51,20 @@ def test_radii_of_the_theta_method_are_those_of_the_operator(theta: float, h: fl
         step, mesh = cell.step(theta, h), cell.mesh(h)
         theirs = spectral_radius(queue_operator(step, mesh))
         assert found(cell, theta, h) == pytest.approx(theirs.rho, rel=1e-10)
+
+
+@pytest.mark.parametrize("h", [0.013, 0.21, 0.9])
+def test_without_noise_a_few_counts_of_eigenvalues_are_enough(h: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The largest eigenvalue of the companion matrix is certified by one count on either side, not by bisection."""
+    cell, counts = Linear(-0.5, -1.0, 0.0, 0.0), []
+    step, mesh = cell.step(1.0, h), cell.mesh(h)
+    theirs = spectral_radius(queue_operator(step, mesh)) if h > 0.1 else None
+    monkeypatch.setattr(delay_radius, "outside", lambda *given: counts.append(1) or outside(*given))
+    ours = radius(step, mesh)
+
+    assert ours.width <= 1e-10 * ours.rho
+    assert len(counts) <= 8
+    assert theirs is None or abs(ours.rho - theirs.rho) <= ours.width + theirs.width
 
 
 def test_published_radii() -> None:
