@@ -84,6 +84,24 @@ class _Elsewhere(ConstraintGeometry):
 
 
 @dataclass(frozen=True)
+class OneGramMissing(UniformlyAccurate):
+    """The quadratic term is g'(w) zeta: one of its two factors G^{-1} is missing; no matter where G is 1."""
+
+    name: ClassVar[str] = "planted-uniform-one-gram-missing"
+
+    def near(self, problem: ConstrainedLangevin, x: Array) -> ConstraintGeometry:
+        """Return the geometry of the constraint at x, but for its quadratic term."""
+        return _Undivided(problem, x)
+
+
+@dataclass(frozen=True, eq=False)
+class _Undivided(ConstraintGeometry):
+    @cached_property
+    def quadratic(self) -> Array:
+        return self.problem.contraction(self.x, self.relaxation[:, None] * self.zeta)
+
+
+@dataclass(frozen=True)
 class Subtracted(UniformlyAccurate):
     """eps (1 - e^{-h/eps}) by subtraction: cancelled for eps much larger than h; no claim about the long run."""
 
@@ -112,8 +130,13 @@ def sdaeverify_planted() -> list[Planted]:
         "square root of half of its argument": HalfRoot(),
         "other noise in the level": OtherNoise(),
         "Gram matrix of the manifold": GramOfTheManifold(),
+        "quadratic term with one Gram matrix missing": OneGramMissing(),
     }
-    both = ("no div g in the level", "square root of half of its argument")
+    both = (
+        "no div g in the level",
+        "square root of half of its argument",
+        "quadratic term with one Gram matrix missing",
+    )
     planted = [Planted(bug=f"strip: {bug}", scheme=scheme, problem=STRIP) for bug, scheme in bugs.items()]
     planted += [Planted(bug=f"torus: {bug}", scheme=bugs[bug], problem="torus") for bug in both]
     return [*planted, Planted(bug="strip: 1 - e by subtraction", scheme=Subtracted(), problem=f"{STRIP}[eps=1e18]")]

@@ -1,7 +1,7 @@
 """The explicit expansion of the uniformly accurate step."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,49 @@ from ._langevin_noise import LangevinScheme
 from ._penalty_integrals import PenaltyIntegrals
 
 PENALISED = frozenset({"unconstrained"})
+
+
+class ExpansionWeights(NamedTuple):
+    """Coefficients of a step's terms.
+
+    Attributes
+    ----------
+    fixman, quadratic : float
+        Of grad ln det G, and of g'(w) c - P g'(w) c.
+    noise, drift, normal_fixman : float
+        Of P sqrt(h) xi, P f and P grad ln det G.
+    zeta, turned : float
+        Of -g G^{-1} zeta and -g G^{-1} g'(w)^T w.
+    divergence, traces : float
+        Of g G^{-1} div g and g G^{-1} tau.
+    """
+
+    fixman: float
+    quadratic: float
+    noise: float
+    drift: float
+    normal_fixman: float
+    zeta: float
+    turned: float
+    divergence: float
+    traces: float
+
+    @classmethod
+    def of(cls, problem: ConstrainedLangevin, h: float) -> "ExpansionWeights":
+        """Return the coefficients of a step of size h, for any eps from 0 to infinity."""
+        over, variance = PenaltyIntegrals.over(h, problem.eps), problem.strength**2
+        lag, half = over.first - h, 0.5 * over.omega**2
+        return cls(
+            fixman=0.25 * variance * over.second,
+            quadratic=half,
+            noise=problem.strength * float(np.sqrt(over.second / h) - 1.0),
+            drift=lag,
+            normal_fixman=0.125 * variance * over.omega * over.first,
+            zeta=over.omega,
+            turned=half,
+            divergence=0.5 * variance * lag,
+            traces=0.5 * variance * (h - over.second),
+        )
 
 
 @dataclass(frozen=True)
@@ -39,27 +82,37 @@ class UniformExpansion(LangevinScheme):
             when=PENALISED,
             source="for fixed eps: Euler-Maruyama up to terms of size h^(3/2) and mean 0, or h^2; additive noise",
         ),
+        Claim(
+            measure="uniformity",
+            value=0.5,
+            source="Laurent 2022, section 2: it would also yield a uniformly accurate scheme; along paths measured",
+        ),
+        Claim(
+            measure="uniformity",
+            quantities=("one step",),
+            value=1.5,
+            source="Laurent 2022, Proposition 3.3: the local weak error, for all eps",
+        ),
     )
     source: ClassVar[str] = "Laurent 2022, Proposition 3.3"
 
+    def weights(self, problem: ConstrainedLangevin, h: float) -> ExpansionWeights:
+        """Return the coefficients of a step of size h."""
+        return ExpansionWeights.of(problem, h)
+
     def step(self, problem: ConstrainedLangevin, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""
-        at, f, over = problem.near(state), problem.drift(state), PenaltyIntegrals.over(h, problem.eps)
-        bent = 0.5 * problem.strength**2 * over.second * at.fixman + over.omega**2 * at.quadratic
-        free = problem.strength * noise.dW + h * f + 0.5 * bent
-        return Step(state + free + at.J.transposed(at.gram.solve(_normal(at, f, noise.dW, h))))
+        at, f, given = problem.near(state), problem.drift(state), self.weights(problem, h)
+        free = problem.strength * noise.dW + h * f + given.fixman * at.fixman + given.quadratic * at.quadratic
+        return Step(state + free + at.J.transposed(at.gram.solve(_normal(at, f, noise.dW, given))))
 
 
-def _normal(at: ConstraintGeometry, f: Array, dW: Array, h: float) -> Array:
+def _normal(at: ConstraintGeometry, f: Array, dW: Array, given: ExpansionWeights) -> Array:
     """Return r of the part g G^{-1} r of a step that acts along the normals alone, shape (q, P)."""
-    problem, over = at.problem, PenaltyIntegrals.over(h, at.problem.eps)
-    variance, omega, lag = problem.strength**2, over.omega, over.first - h
-    spread = problem.strength * (np.sqrt(over.second / h) - 1.0)
-    turned = np.einsum("kdp,dp->kp", problem.turned(at.x, at.relaxation), at.relaxation)
-    moved = spread * dW + lag * f + 0.125 * variance * omega * over.first * at.fixman
-    along = at.J.times(moved - 0.5 * omega**2 * at.quadratic)
-    traces = lag * at.divergence + (h - over.second) * at.normal_traces
-    return np.asarray(along - omega * at.zeta - 0.5 * omega**2 * turned + 0.5 * variance * traces)
+    turned = np.einsum("kdp,dp->kp", at.problem.turned(at.x, at.relaxation), at.relaxation)
+    moved = given.noise * dW + given.drift * f + given.normal_fixman * at.fixman - given.quadratic * at.quadratic
+    traces = given.divergence * at.divergence + given.traces * at.normal_traces
+    return np.asarray(at.J.times(moved) - given.zeta * at.zeta - given.turned * turned + traces)
 
 
 @hookimpl

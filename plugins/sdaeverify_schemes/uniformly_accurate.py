@@ -57,6 +57,12 @@ class UniformlyAccurate(ImplicitLangevin):
             source="zeta(x+) = 0 is solved where eps = 0",
         ),
         Claim(measure="uniformity", value=0.5, source="Laurent 2022, Theorem 2.7"),
+        Claim(
+            measure="uniformity",
+            quantities=("one step",),
+            value=1.5,
+            source="Laurent 2022, Propositions 3.3 and 3.7: the local weak error, for all eps",
+        ),
         Claim(measure="limits", value=0.5, source="Laurent 2022, Theorem 2.9"),
         Claim(measure="limits", quantities=STILL, value=1.0, source="Laurent 2022, Theorem 2.9, for sigma = 0"),
         Claim(measure="effort", value="at most 8 iterations", source=CONTRACTION),

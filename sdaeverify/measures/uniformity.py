@@ -12,9 +12,13 @@ eps, nothing is sampled:
     Stationary means by the transition operator, where the family has a chart and known means: one eps a decade.
 
 Elsewhere the weak and the strong error are sampled, all members and step sizes on the same noise; see
-`probe.paired_members` and `_paired_findings`.
+`probe.paired_members` and `_paired_findings`. Whoever claims it by name is asked, too, for
 
-A claim is that of Laurent (2022), Theorem 2.7: an order, of which the claim's margin is left out.
+``one step``
+    The local weak error, for every eps at which one step begins; see `probe.uniform_local`.
+
+A claim is that of Laurent (2022), Theorem 2.7, or of Proposition 3.3: an order, of which the claim's margin is left
+out.
 """
 
 from collections.abc import Iterator
@@ -39,10 +43,12 @@ from ..probe.uniform_errors import (
     strong_suprema,
     suprema,
 )
+from ..probe.uniform_local import UniformDefects, uniform_defects, uniform_defects_refusal
 from ..scheme import Scheme
 from ..settings import Settings
 from ..tally import Tally, packed, unpacked
 from ..verdicts import Opinion, claim_for
+from ._one_step_findings import ONE_STEP, one_step_claim, one_step_finding, one_step_levels
 from ._paired_findings import STRONG, WEAK, paired_findings
 
 INVARIANT, PAIRED = "invariant", "paired"
@@ -71,34 +77,55 @@ class Uniformity(Measure):
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the errors of what can be had without sampling, or those of a share of the run's paths."""
-        one, steps = member(view), settings.steps
-        if _inexact(scheme, one):
-            return packed(PAIRED, paired_errors(scheme, view, settings))
-        if no_moments(scheme, one):
-            return packed(INVARIANT, invariant_suprema(scheme, view, steps))
-        evidence = packed(WEAK, moment_suprema(scheme, view, steps))
-        if no_linear_pair(scheme, one):
+        evidence = _errors(scheme, view, settings)
+        if uniform_defects_refusal(scheme, view):
             return evidence
-        return evidence.merged(packed(STRONG, strong_suprema(scheme, view, steps)))
+        return evidence.merged(packed(ONE_STEP, uniform_defects(scheme, view)))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each kind of error, and its suprema."""
-        paired = unpacked(PAIRED, PairedErrors, evidence.tally)
-        if paired is not None:
-            findings, levels = zip(*paired_findings(evidence, paired), strict=True)
-            return Judgement(findings, tuple(row for rows in levels for row in rows))
-        records = ((name, unpacked(name, UniformErrors, evidence.tally)) for name in METHODS)
-        found = [(name, record) for name, record in records if record is not None]
-        if not found:
-            return Judgement((Finding(quantity="", verdict=Verdict.INCONCLUSIVE, reason="not probed"),), ())
-        findings = tuple(_finding(evidence, name, record) for name, record in found)
-        return Judgement(findings, tuple(row for name, record in found for row in _levels(evidence, name, record)))
+        found = _judged(evidence)
+        claim, record = one_step_claim(evidence), unpacked(ONE_STEP, UniformDefects, evidence.tally)
+        if claim is None:
+            return found
+        if record is None:
+            reason = uniform_defects_refusal(evidence.scheme, evidence.view) or "not probed"
+            open_ = Finding(quantity=ONE_STEP, verdict=Verdict.INCONCLUSIVE, reason=reason, claim=claim, tier=1)
+            return found._replace(findings=(*found.findings, open_))
+        names = [name.replace("x_", "dx_") for name in _names(evidence, WEAK)]
+        levels = (*found.levels, *one_step_levels(record, names))
+        return Judgement((*found.findings, one_step_finding(claim, record, names)), levels)
 
 
 @hookimpl
 def sdaeverify_measures() -> list[Measure]:
     """Register the measure."""
     return [Uniformity()]
+
+
+def _errors(scheme: Scheme, view: Any, settings: Settings) -> Tally:
+    one, steps = member(view), settings.steps
+    if _inexact(scheme, one):
+        return packed(PAIRED, paired_errors(scheme, view, settings))
+    if no_moments(scheme, one):
+        return packed(INVARIANT, invariant_suprema(scheme, view, steps))
+    evidence = packed(WEAK, moment_suprema(scheme, view, steps))
+    if no_linear_pair(scheme, one):
+        return evidence
+    return evidence.merged(packed(STRONG, strong_suprema(scheme, view, steps)))
+
+
+def _judged(evidence: Evidence) -> Judgement:
+    paired = unpacked(PAIRED, PairedErrors, evidence.tally)
+    if paired is not None:
+        findings, levels = zip(*paired_findings(evidence, paired), strict=True)
+        return Judgement(findings, tuple(row for rows in levels for row in rows))
+    records = ((name, unpacked(name, UniformErrors, evidence.tally)) for name in METHODS)
+    found = [(name, record) for name, record in records if record is not None]
+    if not found:
+        return Judgement((Finding(quantity="", verdict=Verdict.INCONCLUSIVE, reason="not probed"),), ())
+    findings = tuple(_finding(evidence, name, record) for name, record in found)
+    return Judgement(findings, tuple(row for name, record in found for row in _levels(evidence, name, record)))
 
 
 def _inexact(scheme: Scheme, one: Problem) -> bool:
