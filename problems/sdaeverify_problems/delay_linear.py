@@ -31,6 +31,10 @@ def delay_linear(
     horizon : float
         Final time.
 
+    Notes
+    -----
+    E x and E x^2 are attached for up to 2000 delays within the horizon, some hundreds where the equation is stiff.
+
     Source
     ------
     Qu, Huang & Liu (2010), (5.1) without the sine.

@@ -21,6 +21,10 @@ def delay_martingale(d: float = 0.8, tau: float = 1.0, horizon: float = 2.0) -> 
     horizon : float
         Final time.
 
+    Notes
+    -----
+    E x and E x^2 are attached for up to 2000 delays within the horizon, some hundreds where the equation is stiff.
+
     Source
     ------
     Ito's isometry, interval by interval.

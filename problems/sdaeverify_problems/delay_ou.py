@@ -29,6 +29,10 @@ def delay_ou(
     horizon : float
         Final time.
 
+    Notes
+    -----
+    E x and E x^2 are attached for up to 2000 delays within the horizon, some hundreds where the equation is stiff.
+
     Source
     ------
     Kuchler & Mensch (1992), section 2.
