@@ -34,8 +34,8 @@ SEED, FACTOR, SIGNIFICANT = 13, 5.0, 3
 # Schemes of a set, and how often a set is drawn until the problem accepts it and a scheme solves it.
 SCHEMES, DRAWS = 1, 100
 WORDS = {"set": tuple(SETS), "shape": tuple(SHAPES), "measure": ("arc", "delta")}
-# The share of sets with a false refutation by chance alone is at most 1 - confidence of these settings per thousand.
-SETTINGS = Settings(paths=512, family=10**5)
+# One claim in ten million is refuted by chance; fewer than 800 paths decide nothing at such a level.
+SETTINGS = Settings(paths=1024, family=10**5)
 # Seconds of one scheme on one block.
 TIMEOUT = 30.0
 
