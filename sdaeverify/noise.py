@@ -14,6 +14,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import ndtr
 
 from .arrays import Array
 from .errors import SchemeError
@@ -48,6 +49,12 @@ class Increment(NamedTuple):
         if self.H is None:
             raise SchemeError("H is not drawn for this problem; a scheme that uses it declares noise dW and H")
         return np.asarray(h * (self.H + 0.5 * self.dW))
+
+    def uniform(self, h: float) -> Array:
+        """Return Phi(sqrt(12/h) H), shape (l, P): uniform variables that are independent of dW, in place of H."""
+        if self.H is None:
+            raise SchemeError("H is not drawn for this problem; a scheme that uses it declares noise dW and H")
+        return np.asarray(ndtr(np.sqrt(12.0 / h) * self.H))
 
 
 class LevelNoise(NamedTuple):

@@ -46,6 +46,9 @@ class Step(NamedTuple):
     costs: Mapping[str, Array] = {}
 
 
+# In words: of an error of no more than a bound, whatever the step size.
+UNBIASED = "unbiased"
+
 Stepper = Callable[[State, float, Increment], Step]
 
 
@@ -60,7 +63,10 @@ class Claim:
     quantities : tuple of str
         Components or residuals it is about; empty for all of them.
     value : float or str
-        Least order, or ``round-off``.
+        Least order, or words that the measure knows: ``round-off``, ``unbiased``.
+    bound : float, optional
+        What words grant: ``unbiased`` means a bias of no more than this in absolute value at every step size that is
+        probed, in the unit of the quantity.
     when : frozenset of str
         Traits a problem must have; a claim is only tested where they hold.
     margin : float
@@ -75,11 +81,18 @@ class Claim:
     quantities: tuple[str, ...] = ()
     when: frozenset[str] = frozenset()
     margin: float = 0.2
+    bound: float | None = None
 
     def __post_init__(self) -> None:
+        if self.bound is not None and not (isinstance(self.value, str) and 0 < self.bound < inf):
+            raise SchemeError(
+                f"a bound is positive, finite and of a claim in words; got {self.value!r}, {self.bound!r}"
+            )
         if isinstance(self.value, str):
             if not self.value:
                 raise SchemeError("a claim's value must be an order or words such as round-off, got an empty text")
+            if self.value == UNBIASED and self.bound is None:
+                raise SchemeError("a claim to be unbiased says within which bound")
         elif not 0 < self.margin < self.value < inf:
             given = f"value {self.value!r} with margin {self.margin!r}"
             raise SchemeError(
@@ -93,7 +106,9 @@ class Claim:
         return measure == self.measure and (not self.quantities or quantity in self.quantities)
 
     def __str__(self) -> str:
-        return self.value if isinstance(self.value, str) else f"order >= {float(self.value)}"
+        if not isinstance(self.value, str):
+            return f"order >= {float(self.value)}"
+        return self.value if self.bound is None else f"{self.value} within {float(self.bound)}"
 
 
 @dataclass(frozen=True)
@@ -114,6 +129,9 @@ class Scheme:
         Whether its global strong order shows in one step. It does not where the errors of single steps are taken
         back later: effective order, processing, a projection that resets the defect. A low local order then
         decides nothing.
+    jumps : bool
+        Whether a step jumps as a function of its noise, as one that accepts or rejects does. Expectations over
+        cubature nodes say nothing of it then: it is judged by its paths and chains alone.
     source : str
     """
 
@@ -122,6 +140,7 @@ class Scheme:
     noise: ClassVar[frozenset[str]] = frozenset({"dW"})
     claims: ClassVar[tuple[Claim, ...]] = ()
     sharp_locally: ClassVar[bool] = True
+    jumps: ClassVar[bool] = False
     source: ClassVar[str] = ""
 
     @property

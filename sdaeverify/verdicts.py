@@ -264,5 +264,5 @@ def unfitted(evidence: Evidence, quantity: str, claim: Claim | None, left_out: s
 
 def _strength(claim: Claim) -> float:
     if isinstance(claim.value, str):
-        return inf if claim.value == ROUND_OFF else 0.0
+        return inf if claim.value == ROUND_OFF else -(claim.bound or 0.0)
     return claim.value

@@ -16,13 +16,17 @@ def hears_its_noise(trial: Trial) -> str:
     """Make the step with noise of the other sign and of half the size.
 
     A linear step may by chance be even in dW, or constant on one side of 0, at one step size; a step that fails may
-    stay where it was, and where the equation has no noise, nothing moves.
+    stay where it was, and where the equation has no noise, nothing moves. A step that accepts or rejects may stay on
+    some paths, but not on all of them.
     """
     steps = [trial.first, *(trial.step(trial.state, _scaled(trial.noise, s)) for s in (-1.0, 0.5))]
     new, opposite, half = (flatten(made.state) for made in steps)
     changed = np.any((new != opposite) | (new != half), axis=0)
     failed = np.all([np.zeros(trial.paths, dtype=bool) if made.failed is None else made.failed for made in steps], 0)
-    deaf = int(np.count_nonzero(_kicked(trial) & ~changed & ~failed))
+    listening = _kicked(trial) & ~failed
+    deaf = int(np.count_nonzero(listening & ~changed))
+    if trial.scheme.jumps and deaf < np.count_nonzero(listening):
+        return ""
     return f"noise of another sign or size changes nothing on {deaf} of {trial.paths} paths" if deaf else ""
 
 

@@ -25,6 +25,7 @@ WRITE = "write it anew with gate --write-lock"
 ORDER = "order >="
 _NUMBER = r"[0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]{1,3})?"
 _ORDER = re.compile(rf"{ORDER} ({_NUMBER})(?:, margin ({_NUMBER}))?")
+_WITHIN = re.compile(rf"(.+) within ({_NUMBER})")
 
 
 class DamagedLockError(UsageError):
@@ -169,6 +170,9 @@ def _claimed(text: object) -> str:
 
 
 def _implies(found: str, locked: str) -> bool:
+    words, more = _WITHIN.fullmatch(found), _WITHIN.fullmatch(locked)
+    if words and more:
+        return words[1] == more[1] and float(words[2]) <= float(more[2])
     return _bound(found) >= _bound(locked) > -inf
 
 

@@ -11,6 +11,7 @@ from ..measure import Evidence, Finding, LevelFinding, Verdict
 from ..scheme import Claim
 from ..truths import InvariantMean
 from ..verdicts import FEWEST, RESOLVED, WRONG, at_levels, claim_for, doubted, sound_levels
+from ._bias import BiasOpinion, bias_bound, sampled_bias, with_bias
 from ._chains import ChainOpinion, Sample, opinion, samples
 
 METHOD = "paired replicated chains (T3)"
@@ -91,7 +92,8 @@ def decided(findings: Sequence[Finding], record: ChainRecord) -> bool:
 
 def _is_open(finding: Finding, reach: float) -> bool:
     signal = float(str(finding.details["resolved"]))
-    hopeless = signal < RESOLVED and signal * np.sqrt(reach) < RESOLVED and not finding.p_refuted < 1.0
+    ordered = bias_bound(finding.claim) is None
+    hopeless = ordered and signal < RESOLVED and signal * np.sqrt(reach) < RESOLVED and not finding.p_refuted < 1.0
     return finding.verdict in {Verdict.INCONCLUSIVE, Verdict.NOT_APPLICABLE} and not hopeless
 
 
@@ -142,6 +144,8 @@ def _finding(evidence: Evidence, record: ChainRecord, one: Chained, others: Sequ
     )
     if one.claim is None:
         return found
+    if (bound := bias_bound(one.claim)) is not None:
+        return _bias_finding(record, found, sampled_bias(bound, one.looks, float(record.planned), evidence))
     if one.opinion is None:
         known = isinstance(one.claim.value, str)
         reason = f"this measure does not know what {one.claim.value!r} means" if known else ""
@@ -151,6 +155,17 @@ def _finding(evidence: Evidence, record: ChainRecord, one: Chained, others: Sequ
     if verdict is Verdict.NOT_APPLICABLE or last.changes_sign():
         p_verified = np.nan
     return replace(found, verdict=verdict, reason=reason, p_verified=p_verified, p_refuted=one.opinion.refuted)
+
+
+def _bias_finding(record: ChainRecord, found: Finding, said: BiasOpinion) -> Finding:
+    """Return the finding on a claimed bound: verified only where all step sizes can be used, of a settled record."""
+    if said.verdict is Verdict.INCONCLUSIVE:
+        said = said._replace(reason=said.reason + _needed(record, said.growth))
+    if said.verdict is Verdict.VERIFIED and len(_usable(record)[0]) < len(record.h):
+        said = said._replace(verdict=Verdict.INCONCLUSIVE, p_verified=1.0)
+    if not record.stationary:
+        said = said._replace(verdict=Verdict.INCONCLUSIVE, p_verified=1.0, p_refuted=1.0)
+    return with_bias(found, said)
 
 
 def _opinion(evidence: Evidence, record: ChainRecord, one: Chained, others: Sequence[Chained]) -> tuple[Verdict, str]:

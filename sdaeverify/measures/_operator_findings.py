@@ -12,6 +12,7 @@ from ..probe.transition_errors import TransitionErrors, invariant_observables
 from ..scheme import Claim
 from ..truths import InvariantMean
 from ..verdicts import Opinion, claim_for
+from ._bias import bias_bound, known_bias, with_bias
 
 METHOD = "stationary law of the transition operator (T2)"
 # How far an order may be below the claimed one.
@@ -26,8 +27,14 @@ def usable(record: TransitionErrors) -> bool:
 def operator_findings(evidence: Evidence, record: TransitionErrors) -> list[Finding]:
     """Return a finding for each observable whose exact mean is known."""
     by_name = _orders(evidence.view, record)
-    names = [truth.observable for truth in evidence.view.truths if isinstance(truth, InvariantMean)]
-    return [_finding(evidence, name, by_name.get(name)) for name in names]
+    columns = dict(zip(by_name, zip(record.errors.T, error_floors(record).T, strict=True), strict=True))
+    found = []
+    for name in (truth.observable for truth in evidence.view.truths if isinstance(truth, InvariantMean)):
+        found.append(_finding(evidence, name, by_name.get(name)))
+        bound = bias_bound(found[-1].claim)
+        if bound is not None and name in by_name:
+            found[-1] = with_bias(found[-1], known_bias(bound, record.h, *columns[name], by_name[name]))
+    return found
 
 
 def is_settled(evidence: Evidence, record: TransitionErrors) -> bool:

@@ -55,6 +55,8 @@ class OneStep:
 
     def refusal(self) -> str:
         """Return why the map cannot be probed at any state, or an empty string."""
+        if self.scheme.jumps:
+            return "a step jumps as a function of its noise: nodes tell no expectations"
         return self.incomparable() or self.unentered()
 
     def incomparable(self) -> str:

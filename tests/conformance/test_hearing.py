@@ -40,17 +40,36 @@ class Bounded(Euler):
     law: ClassVar[Law] = THREE_POINT
 
 
+@dataclass(frozen=True)
+class Rejecting(Euler):
+    """The same that rejects on half of the paths, and says that it jumps."""
+
+    jumps: ClassVar[bool] = True
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step."""
+        made = super().step(problem, state, t, h, noise).state
+        return Step(np.where(np.arange(state.shape[1]) % 2, made, state))
+
+
+@dataclass(frozen=True)
+class Silent(Rejecting):
+    """The same that does not say it."""
+
+    jumps: ClassVar[bool] = False
+
+
 def trial(scheme, problem):
     return Trial(scheme, problem, problem.horizon / 8, None, 12)
 
 
-@pytest.mark.parametrize("scheme", [Euler(), Euler(share=0.5), Bounded()])
+@pytest.mark.parametrize("scheme", [Euler(), Euler(share=0.5), Bounded(), Rejecting()])
 def test_paths_that_cannot_hear_are_not_counted(scheme):
     """A step that fails stays where it was, and an increment of zero has no sign."""
     assert hears_its_noise(trial(scheme, gbm())) == ""
 
 
-@pytest.mark.parametrize("scheme", [Euler(strength=0.0), Bounded(strength=0.0)])
+@pytest.mark.parametrize("scheme", [Euler(strength=0.0), Bounded(strength=0.0), Silent(), Rejecting(strength=0.0)])
 def test_a_deaf_scheme_is_found(scheme):
     """Without noise nothing changes on any path that the equation moves."""
     assert "changes nothing on" in hears_its_noise(trial(scheme, gbm()))

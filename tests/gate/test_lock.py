@@ -68,6 +68,27 @@ def test_changed_claim(locked, weaker):
     assert bool(lock.notes) is (not weaker and locked != "order >= 1.0")
 
 
+@pytest.mark.parametrize(
+    ("locked", "weaker"),
+    [
+        ("unbiased within 0.01", False),
+        ("unbiased within 0.02", False),
+        ("unbiased within 0.005", True),
+        ("exact within 0.02", True),
+        ("order >= 1.0", True),
+        ("round-off", True),
+    ],
+)
+def test_changed_bound(locked, weaker):
+    """A wider bound is weaker, a narrower one says more; what says another thing is held to be weaker."""
+    claim = Claim(measure="sharp", value="unbiased", bound=0.01, source="made up")
+
+    lock = held({X: locked}, result(Verdict.VERIFIED, claim=claim))
+
+    assert bool(lock.violations) is weaker
+    assert bool(lock.notes) is (not weaker and locked != str(claim))
+
+
 def test_new_claims():
     """What is not locked is a note."""
     (note,) = held({}, *FOUND).notes
@@ -99,6 +120,7 @@ def test_file(tmp_path):
         *(Claim(measure="sharp", value=value, margin=1e-9, source="made up") for value in (1e-6, 2, 3.5e17)),
         Claim(measure="sharp", value=np.float64(1.0), margin=np.float64(0.3), source="made up"),
         Claim(measure="sharp", value=2, margin=1, source="made up"),
+        *(Claim(measure="sharp", value="unbiased", bound=b, source="made up") for b in (1e-7, 2, np.float64(0.1))),
     ],
     ids=claim_words,
 )

@@ -1,0 +1,150 @@
+"""A mean claimed to be right within a bound at every step size."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from sdaeverify import Claim, Settings, verify
+from sdaeverify.measure import Evidence, Verdict
+from sdaeverify.measures._bias import known_bias, sampled_bias
+from sdaeverify.measures._chains import Sample
+from sdaeverify.probe.functional_orders import FunctionalOrder
+from sdaeverify.probe.transition import refusal
+from sdaeverify.statistics import GROUPS
+from sdaeverify_planted.mala import AcceptsAll, WithoutProposal
+from sdaeverify_problems.ou import ou
+from sdaeverify_schemes.mala import MALA, log_ratio
+from stationary_cells import euler_variance
+
+H = 0.25 / 2.0 ** np.arange(4)
+TOLD = FunctionalOrder(1.0, 1.0, 1.0)
+EVIDENCE = Evidence(MALA(), None, None, Settings(), None, None, level=0.005)
+
+
+@dataclass(frozen=True)
+class Within(AcceptsAll):
+    """Euler-Maruyama with a bound of its bias of x^2."""
+
+    bound: float = 0.01
+
+    name: ClassVar[str] = "within"
+
+    @property
+    def promises(self):
+        """Return the claim."""
+        return (Claim(measure="invariant", value="unbiased", bound=self.bound, quantities=("x^2",), source="test"),)
+
+
+def invariant(scheme, problem="ou", **settings):
+    """Return the verdicts on stationary means by quantity."""
+    found = verify([scheme], problem, "invariant", **settings).verdicts
+    return dict(zip(found["quantity"], found["verdict"], strict=True))
+
+
+@pytest.mark.parametrize(
+    ("errors", "floor", "verdict"),
+    [
+        ([0.009, -0.004, 0.002, 0.001], 1e-6, Verdict.VERIFIED),
+        ([0.011, -0.004, 0.002, 0.001], 1e-6, Verdict.REFUTED),
+        ([0.009, -0.004, 0.002, -0.02], 1e-6, Verdict.REFUTED),
+        ([0.009, -0.004, 0.002, 0.001], 1e-3, Verdict.INCONCLUSIVE),
+        ([0.011, -0.004, 0.002, 0.001], 1e-3, Verdict.INCONCLUSIVE),
+        ([0.009, np.nan, 0.002, 0.001], 1e-6, Verdict.INCONCLUSIVE),
+    ],
+)
+def test_errors_without_sampling(errors, floor, verdict):
+    """All step sizes must be within the bound, whatever the errors can be off; one that is beyond refutes."""
+    assert known_bias(0.01, H, np.array(errors), np.full(4, floor), TOLD).verdict is verdict
+
+
+def test_a_mean_that_a_symmetry_fixes_tells_nothing():
+    """No bias is claimed of what has none in any scheme."""
+    fixed = FunctionalOrder(np.nan, -np.inf, np.inf, informative=False, fixed=True, note="a symmetry fixes it")
+
+    assert known_bias(0.01, H, np.zeros(4), np.full(4, 1e-9), fixed).verdict is Verdict.NOT_APPLICABLE
+
+
+def chains(bias, se):
+    """Return what chains say of a bound of 0.01 where the bias is given, with its standard error."""
+    noise = np.random.default_rng(7).standard_normal((GROUPS, len(H)))
+    noise = (noise - noise.mean(axis=0)) / noise.std(axis=0, ddof=1)
+    values = 1.0 + np.array(bias) + se * np.sqrt(GROUPS) * noise
+    return sampled_bias(0.01, [Sample(H, values, values[:, 0], 1.0, 1e-14)], 3.0, EVIDENCE)
+
+
+@pytest.mark.parametrize(
+    ("bias", "se", "verdict"),
+    [
+        ([0.0, 0.0, 0.002, 0.0], 0.001, Verdict.VERIFIED),
+        ([0.0, 0.0, 0.002, 0.0], 0.004, Verdict.INCONCLUSIVE),
+        ([0.0, 0.0, 0.02, 0.0], 0.001, Verdict.REFUTED),
+        ([0.0, 0.0, -0.02, 0.0], 0.001, Verdict.REFUTED),
+        ([0.0, 0.0, 0.012, 0.0], 0.001, Verdict.INCONCLUSIVE),
+        ([0.01, 0.0, 0.0, 0.0], 0.001, Verdict.INCONCLUSIVE),
+    ],
+)
+def test_errors_of_chains(bias, se, verdict):
+    """The interval at each step size has to lie within the bound, or one of them outside; else chains are missing."""
+    found = chains(bias, se)
+
+    assert found.verdict is verdict
+    assert (found.growth > 1.0) is (verdict is Verdict.INCONCLUSIVE)
+
+
+def test_chains_at_the_boundary_decide_as_often_as_their_level_says():
+    """With a bias of just the bound at one step size, neither verdict comes in more than 1 % of the samples."""
+    rng = np.random.default_rng(3)
+    decided = 0
+    for _ in range(400):
+        values = np.array([1.01, 1.0, 1.0, 1.0]) + 1e-3 * rng.standard_normal((GROUPS, len(H)))
+        sample = Sample(H, values, values[:, 0], 1.0, 1e-14)
+        decided += sampled_bias(0.01, [sample], 1.0, EVIDENCE).verdict is not Verdict.INCONCLUSIVE
+
+    # Two tests of 0.005 each: 12 of 400 have a probability below 1e-3.
+    assert decided < 12
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(1.1, "verified"), (0.9, "refuted")])
+def test_the_bias_of_euler_on_ou_is_told_from_the_bound(share, verdict):
+    """Its variance is sigma^2/(2 - h): a bound a tenth above the error at the largest step holds, not one below."""
+    most = float(euler_variance(0.25) - euler_variance(0.0))
+
+    assert invariant(Within(share * most))["x^2"] == verdict
+
+
+def test_mala_is_verified_and_refuted_by_chains():
+    """With the proposal's density the means are right at all step sizes, without it they are wrong at all."""
+    right, wrong = (set(invariant(scheme).values()) for scheme in (MALA(), WithoutProposal()))
+
+    assert right == {"verified"}
+    assert "refuted" in wrong
+
+
+def test_a_step_that_jumps_has_no_operator():
+    """What says that it accepts or rejects is not judged at nodes."""
+    assert "jumps" in refusal(MALA(), ou())
+    assert not refusal(AcceptsAll(), ou())
+
+
+def test_bounds_are_of_claims_in_words():
+    """A bound is positive, and belongs to words; a claim to be unbiased has one."""
+    claim = MALA.claims[0]
+
+    assert str(claim) == "unbiased within 0.15"
+    for wrong in ({"bound": 0.0}, {"bound": np.inf}, {"bound": None}, {"value": 1.0}):
+        with pytest.raises(Exception, match="bound"):
+            replace(claim, **wrong)
+
+
+def test_the_step_of_mala_on_ou_is_in_detailed_balance():
+    """rho(x) q(x, y) min(1, e^a(x, y)) is the same from y to x, with the normal densities of `ou`."""
+    problem, h = ou(a=1.5, sigma=0.7), 0.3
+    x, y = np.random.default_rng(1).standard_normal((2, 1, 50))
+
+    def flow(x, y):
+        density = -(x**2) * 1.5 / 0.49 - (y - x + h * 1.5 * x) ** 2 / (2.0 * 0.49 * h)
+        return density + np.minimum(0.0, log_ratio(problem, 0.0, h, x, y))
+
+    assert np.abs(flow(x, y) - flow(y, x)).max() <= 1e-12
