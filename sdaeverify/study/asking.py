@@ -95,11 +95,12 @@ def answers_pickled(question: bytes, mark: Path, timeout: float) -> Answers | No
 
 
 class _Asked(NamedTuple):
-    """A question on its way."""
+    """A question on its way, perhaps once more since a process died of it."""
 
     executor: Isolated
     question: Question
     call: Call[Answers | None]
+    again: bool = False
 
     def told(self) -> Told:
         """Return the cells of the problem; who hangs or dies of being asked costs the others nothing."""
@@ -107,6 +108,8 @@ class _Asked(NamedTuple):
             found = self.call.outcome()
         except StopError as stop:
             return self._without(Mark(stop.lane), one_line(stop))
+        if isinstance(found, Lost) and not (found.late or self.again):
+            return _asked(self.executor, self.question, again=True).told()
         if isinstance(found, Lost):
             return self._without(found.mark, found.why(LATE))
         return Told(()) if found is None else Told(tuple(_cells(self.question, found)))
@@ -118,13 +121,13 @@ class _Asked(NamedTuple):
             return Told(tuple(_failed(self.question, schemes, reason)), builds=False)
         failed = tuple(_failed(self.question, [schemes[mark.lane]], why))
         rest = self.question._replace(schemes=(*schemes[: mark.lane], *schemes[mark.lane + 1 :]))
-        told = _asked(self.executor, rest).told()
+        told = _asked(self.executor, rest, again=self.again).told()
         return told._replace(cells=(*told.cells, *failed))
 
 
-def _asked(executor: Isolated, question: Question) -> _Asked:
+def _asked(executor: Isolated, question: Question, *, again: bool = False) -> _Asked:
     argument = packed(question, f"a scheme, or problem {question.spec.label},")
-    return _Asked(executor, question, Call(executor, answers_pickled, argument))
+    return _Asked(executor, question, Call(executor, answers_pickled, argument), again)
 
 
 def _cells(question: Question, found: Answers) -> Iterator[Cell]:

@@ -20,6 +20,7 @@ from .observing import Observer
 Lanes = tuple[LaneEvidence, ...]
 Parts = list[tuple[Entry, LaneEvidence]]
 LATE = "no result within {:g} s on a block of paths (--timeout)"
+AGAIN = ", twice"
 OUT_OF_MEMORY = "MemoryError"
 MEANWHILE = "while the run was under way; run it again"
 # Schemes that one worker evaluates without paths before another could help.
@@ -78,10 +79,19 @@ SomeJob = TypeVar("SomeJob", bound=Job)
 
 
 class Begun(NamedTuple):
-    """A parcel on its way, or without a call where it is run in this process when its turn comes."""
+    """A parcel on its way, or without a call where it is run in this process when its turn comes.
+
+    Attributes
+    ----------
+    parcel : Parcel
+    call : Call or Future, optional
+    again : bool
+        Whether a process has died of it before.
+    """
 
     parcel: Parcel
     call: Call[Lanes] | Future[Lanes] | None = None
+    again: bool = False
 
 
 class Blocks:
@@ -143,23 +153,23 @@ class Blocks:
             return tuple(lane for _, lane in parts)
         return tuple(joined(e, [part for part in parts if part[0].scheme == e.scheme]) for e in task.entries)
 
-    def _send(self, parcel: Parcel, *, fresh: bool = False) -> Begun:
+    def _send(self, parcel: Parcel, *, fresh: bool = False, again: bool = False) -> Begun:
         if self.executor is None:
             return Begun(parcel)
         label = parcel.task.spec.label
         argument = packed(parcel, f"problem {label} or a scheme or measure on it")
         if self.isolated is None:
             return Begun(parcel, self.executor.submit(run_pickled, argument))
-        return Begun(parcel, Call(self.isolated, run_pickled, argument, fresh=fresh))
+        return Begun(parcel, Call(self.isolated, run_pickled, argument, fresh=fresh), again)
 
     def _parts(self, begun: Begun) -> Parts:
-        parcel, call = begun
+        parcel, call, again = begun
         if isinstance(call, Call):
-            return self._isolated(parcel, call)
+            return self._isolated(parcel, call, again=again)
         lanes = run_parcel(parcel) if call is None else call.result()
         return list(zip(parcel.task.entries, lanes, strict=True))
 
-    def _isolated(self, parcel: Parcel, call: Call[Lanes]) -> Parts:
+    def _isolated(self, parcel: Parcel, call: Call[Lanes], *, again: bool) -> Parts:
         """Return the evidence of a parcel; what died or ran out of memory is tried again where that may help."""
         entries = parcel.task.entries
         try:
@@ -167,7 +177,7 @@ class Blocks:
         except SHORT as error:
             lanes = tuple(without_evidence(e, f"{OUT_OF_MEMORY}: {error}") for e in entries)
         if isinstance(lanes, Lost):
-            return self._salvaged(parcel, lanes)
+            return self._salvaged(parcel, lanes, again=again)
         # Nothing better can be tried for one scheme in a process of its own.
         last = call.fresh and len(entries) == 1
         return [
@@ -176,20 +186,24 @@ class Blocks:
             for part in self._with_room(parcel.only([entry]), lane, last=last)
         ]
 
-    def _salvaged(self, parcel: Parcel, lost: Lost) -> Parts:
-        """Return the evidence of a parcel of which a process died, of its suspect by itself and of the others."""
-        entries, mark, why = parcel.task.entries, lost.mark, lost.why(LATE)
-        if mark.lane == PROBLEM or (mark.lane == NOBODY and len(entries) == 1):
-            who = f"problem {parcel.task.spec.label}: " if mark.lane == PROBLEM else ""
-            return [(entry, without_evidence(entry, who + why)) for entry in entries]
+    def _salvaged(self, parcel: Parcel, lost: Lost, *, again: bool) -> Parts:
+        """Return the evidence of a parcel of which a process died: what may have died by accident is tried again."""
+        entries, mark = parcel.task.entries, lost.mark
+        pieces = list(entries) if mark.lane in {PROBLEM, NOBODY} else _set_apart(entries, mark)
+        if mark.lane == PROBLEM or len(pieces) == 1:
+            if again or lost.late:
+                return self._dead(parcel, lost, again=again)
+            return self._parts(self._send(parcel, again=True))
         if mark.lane == NOBODY:
-            return [part for entry in entries for part in self._parts(self._send(parcel.only([entry])))]
-        suspect, rest = _set_apart(entries, mark)
-        if lost.late or not rest:
-            parts = [(suspect, without_evidence(suspect, why))]
-        else:
-            parts = self._parts(self._send(parcel.only([suspect])))
-        return parts + (self._parts(self._send(parcel.only(rest))) if rest else [])
+            return [part for entry in pieces for part in self._parts(self._send(parcel.only([entry]), again=True))]
+        alone, rest = parcel.only(pieces[:1]), parcel.only(pieces[1:])
+        parts = self._dead(alone, lost, again=again) if lost.late else self._parts(self._send(alone, again=True))
+        return parts + self._parts(self._send(rest))
+
+    def _dead(self, parcel: Parcel, lost: Lost, *, again: bool) -> Parts:
+        where = f"problem {parcel.task.spec.label}: " if lost.mark.lane == PROBLEM else ""
+        why = f"{where}{lost.why(LATE)}{AGAIN if again and not lost.late else ''}"
+        return [(entry, without_evidence(entry, why)) for entry in parcel.task.entries]
 
     def _with_room(self, parcel: Parcel, lane: LaneEvidence, *, last: bool) -> Parts:
         """Return the evidence on one entry; if it ran out of memory, it is tried by itself, in a new process."""
@@ -205,11 +219,11 @@ class Blocks:
         return f"{error}; a worker may have {capped / 2**30:.3g} GiB (--memory)"
 
 
-def _set_apart(entries: tuple[Entry, ...], mark: Mark) -> tuple[Entry, list[Entry]]:
-    """Return the entry whose code ran, with the measure alone if it was one's, and all that is left."""
+def _set_apart(entries: tuple[Entry, ...], mark: Mark) -> list[Entry]:
+    """Return the entry whose code ran, with the measure alone if it was one's, and then all that is left."""
     culprit, rest = entries[mark.lane], [e for index, e in enumerate(entries) if index != mark.lane]
     if mark.measure == NO_MEASURE or len(culprit.measures) == 1:
-        return culprit, rest
+        return [culprit, *rest]
     own = culprit.measures[mark.measure]
     others = tuple(measure for measure in culprit.measures if measure is not own)
-    return Entry(culprit.scheme, (own,)), [*rest, Entry(culprit.scheme, others)]
+    return [Entry(culprit.scheme, (own,)), *rest, Entry(culprit.scheme, others)]

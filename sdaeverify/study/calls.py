@@ -1,6 +1,7 @@
 """Calls in isolated workers: what one returns or, if its process dies of it, whose code that was, and why."""
 
 import pickle
+import signal
 from collections.abc import Callable
 from concurrent.futures import Future
 from pathlib import Path
@@ -12,7 +13,7 @@ from .limits import Mark, read_mark
 
 Value = TypeVar("Value")
 ELSE = "define it at the top level of a module, or use one job"
-DIED = "its worker process died, perhaps for want of memory"
+DIED = "its worker process died"
 
 
 class Lost(NamedTuple):
@@ -26,15 +27,18 @@ class Lost(NamedTuple):
         Whether the process was ended because it took too long.
     timeout : float
         Seconds that it had.
+    code : int or None
+        As in `Died`.
     """
 
     mark: Mark
     late: bool
     timeout: float
+    code: int | None = None
 
     def why(self, late: str) -> str:
         """Return the reason in words; those for a process that was late have a place for the limit."""
-        return late.format(self.timeout) if self.late else DIED
+        return late.format(self.timeout) if self.late else f"{DIED}{_how(self.code)}"
 
 
 class Call(Generic[Value]):
@@ -88,7 +92,17 @@ class Call(Generic[Value]):
 
     def _lost(self, death: Died) -> Lost:
         mark = read_mark(self._mark) if self._mark.is_file() else Mark()
-        return Lost(mark, death.late or mark.timed_out(death.when), self._executor.limits.timeout)
+        late = death.late or mark.timed_out(death.when)
+        return Lost(mark, late, self._executor.limits.timeout, death.code)
+
+
+def _how(code: int | None) -> str:
+    if code is None:
+        return ", perhaps for want of memory"
+    if code >= 0:
+        return f" with exit code {code}"
+    name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
+    return f" of {name}{', perhaps for want of memory' if name == 'SIGKILL' else ''}"
 
 
 def packed(argument: object, what: str) -> bytes:

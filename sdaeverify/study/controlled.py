@@ -14,10 +14,25 @@ from ..measure import Evidence, Finding, Judgement, Verdict
 from ..scheme import Claim, Scheme
 from .plan import Cell, ControlPlan
 
-# Evidence on the cell of a control, from paths alone or from all tiers; None if there is none.
-Controls = Callable[[Cell, bool], Evidence | None]
-# Why a claim cannot be verified, from paths alone or from all tiers; empty if it can.
-Doubt = Callable[[Claim, bool], str]
+
+class Objection(NamedTuple):
+    """Why a claim cannot be verified.
+
+    Attributes
+    ----------
+    reason : str
+    verdict : Verdict
+        Inconclusive where the controls do not come out as they must; an error or not run where that is not known.
+    """
+
+    reason: str
+    verdict: Verdict = Verdict.INCONCLUSIVE
+
+
+# Evidence on the cell of a control, from paths alone or from all tiers, or why there is none.
+Controls = Callable[[Cell, bool], Evidence | Objection]
+# Why a claim cannot be verified, from paths alone or from all tiers; None if it can.
+Doubt = Callable[[Claim, bool], Objection | None]
 # Why paths cannot refute a scheme's claim on a measure in a quantity; empty if they can.
 Suspicion = Callable[[Scheme, str, str], str]
 
@@ -67,14 +82,16 @@ def gated(finding: Finding, scheme: Scheme, doubts: Doubts) -> Finding:
         suspicion = doubts.refuted(scheme, claim.measure, finding.quantity) if _by_paths(finding) else ""
         return _suspected(finding, suspicion) if suspicion else finding
     # The margin belongs to the claim that is tested: the controls are put to the same one.
-    reason = doubts.verified(replace(claim, quantities=(), when=frozenset(), source="control"), _by_paths(finding))
-    if not reason:
+    objection = doubts.verified(replace(claim, quantities=(), when=frozenset(), source="control"), _by_paths(finding))
+    if objection is None:
         return finding
     if finding.verdict is not Verdict.VERIFIED:
         return replace(finding, p_verified=1.0)
-    text = f"the problem does not discriminate here: {reason}; {finding.reason}"
-    settled = not _by_paths(finding)
-    return replace(finding, verdict=Verdict.INCONCLUSIVE, reason=text, p_verified=1.0, settled=settled)
+    reason, verdict = objection
+    known = verdict is Verdict.INCONCLUSIVE
+    text = f"the problem does not discriminate here: {reason}" if known else f"it cannot be verified: {reason}"
+    settled = not (known and _by_paths(finding))
+    return replace(finding, verdict=verdict, reason=f"{text}; {finding.reason}", p_verified=1.0, settled=settled)
 
 
 def doubts(plans: tuple[ControlPlan, ...], evidence: Controls) -> Doubts:
@@ -94,20 +111,24 @@ def doubts(plans: tuple[ControlPlan, ...], evidence: Controls) -> Doubts:
     """
 
     @cache
-    def doubt(claim: Claim, sampled: bool) -> str:
+    def doubt(claim: Claim, sampled: bool) -> Objection | None:
         assert not isinstance(claim.value, str)
         declared = {plan.control.order: plan for plan in reversed(plans) if plan.control.measure == claim.measure}
         asked = [declared[order] for order in deciding(declared, claim.value)]
         if not asked:
-            return f"it declares no control of {claim.measure} order {claim.value} or more" if declared else ""
-        return asked[0].missing or _not_told_apart(asked, claim, evidence, sampled=sampled)
+            reason = f"it declares no control of {claim.measure} order {claim.value} or more"
+            return Objection(reason) if declared else None
+        if asked[0].missing:
+            return Objection(asked[0].missing, Verdict.ERROR if asked[0].failed else Verdict.INCONCLUSIVE)
+        return _not_told_apart(asked, claim, evidence, sampled=sampled)
 
     @cache
     def refuted(plan: ControlPlan) -> frozenset[str]:
         assert plan.positive is not None
         control = plan.control
         claim = Claim(measure=control.measure, value=control.order, source="control")
-        found = _findings(plan.positive, claim, evidence, sampled=False)
+        known = evidence(plan.positive, False)
+        found = () if isinstance(known, Objection) else _findings(plan.positive, claim, known)
         return frozenset(finding.quantity for finding in found if finding.verdict is Verdict.REFUTED)
 
     def suspicion(scheme: Scheme, measure: str, quantity: str) -> str:
@@ -128,31 +149,39 @@ def _suspected(finding: Finding, reason: str) -> Finding:
     return replace(finding, verdict=Verdict.ERROR, reason=text, p_verified=1.0, p_refuted=1.0)
 
 
-def _not_told_apart(plans: Sequence[ControlPlan], claim: Claim, evidence: Controls, *, sampled: bool) -> str:
+def _not_told_apart(
+    plans: Sequence[ControlPlan], claim: Claim, evidence: Controls, *, sampled: bool
+) -> Objection | None:
     """Tell why the controls of the order above a claim and, if it lies between two, below it do not decide it."""
     above, *below = plans
     positive = _verdicts(above.positive, claim, evidence, sampled=sampled)
+    if isinstance(positive, Objection):
+        return positive
     if Verdict.VERIFIED not in positive or Verdict.REFUTED in positive:
-        return f"the positive control {above.control.positive} is not verified"
+        return Objection(f"the positive control {above.control.positive} is not verified")
     lower = {above.control.negative: above.negative, **{plan.control.positive: plan.positive for plan in below}}
-    if any(Verdict.REFUTED in _verdicts(cell, claim, evidence, sampled=sampled) for cell in lower.values()):
-        return ""
+    found = [_verdicts(cell, claim, evidence, sampled=sampled) for cell in lower.values()]
+    if any(Verdict.REFUTED in verdicts for verdicts in found if not isinstance(verdicts, Objection)):
+        return None
+    # What was not measured is not what was not refuted.
+    if (unknown := next((verdicts for verdicts in found if isinstance(verdicts, Objection)), None)) is not None:
+        return unknown
     if len(lower) == 1:
-        return f"the negative control {above.control.negative} is not refuted"
-    return f"none of the controls {', '.join(lower)} is refuted, which have lower orders"
+        return Objection(f"the negative control {above.control.negative} is not refuted")
+    return Objection(f"none of the controls {', '.join(lower)} is refuted, which have lower orders")
 
 
-def _verdicts(cell: Cell | None, claim: Claim, evidence: Controls, *, sampled: bool) -> set[Verdict]:
-    """Return the verdicts on a control; none where it cannot be run."""
-    return (
-        set() if cell is None else {finding.verdict for finding in _findings(cell, claim, evidence, sampled=sampled)}
-    )
-
-
-def _findings(cell: Cell, claim: Claim, evidence: Controls, *, sampled: bool) -> tuple[Finding, ...]:
+def _verdicts(cell: Cell | None, claim: Claim, evidence: Controls, *, sampled: bool) -> set[Verdict] | Objection:
+    """Return the verdicts on a control, none where it cannot be run, or why there is no evidence on it."""
+    if cell is None:
+        return set()
     known = evidence(cell, sampled)
-    if known is None:
-        return ()
+    if isinstance(known, Objection):
+        return known._replace(reason=f"its control {cell.scheme.label} {known.reason}")
+    return {finding.verdict for finding in _findings(cell, claim, known)}
+
+
+def _findings(cell: Cell, claim: Claim, known: Evidence) -> tuple[Finding, ...]:
     scheme: Any = Claiming(known.scheme, (claim,))
     judged: Judgement = cell.measure.judge(replace(known, scheme=scheme))
     return judged.findings

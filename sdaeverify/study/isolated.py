@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 from .limits import Limits
 
 Make = Callable[[], ProcessPoolExecutor]
+SECOND = 1.0
 
 
 class Died(BrokenExecutor):
@@ -29,11 +30,13 @@ class Died(BrokenExecutor):
         On the monotonic clock.
     late : bool
         Whether it was ended because it had not even begun with its call.
+    code : int or None
+        Exit code, the negative number of the signal that ended it, or None where that is not known.
     """
 
-    def __init__(self, why: str, when: float, *, late: bool = False) -> None:
+    def __init__(self, why: str, when: float, *, late: bool = False, code: int | None = None) -> None:
         super().__init__(why)
-        self.when, self.late = when, late
+        self.when, self.late, self.code = when, late, code
 
 
 class Turn(NamedTuple):
@@ -60,6 +63,13 @@ def end_process(process: BaseProcess) -> None:
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(process.pid, signal.SIGKILL)
     process.kill()
+
+
+def _exit_code(processes: Sequence[BaseProcess]) -> int | None:
+    for process in processes:
+        # It is dead, or about to be.
+        process.join(SECOND)
+    return processes[-1].exitcode if processes else None
 
 
 class Isolated(Executor):
@@ -170,7 +180,9 @@ class Isolated(Executor):
             turn, late = self._turns.pop(worker, None), worker in self._late
             if isinstance(error, BrokenExecutor):
                 begun = turn is None or turn.mark is None or turn.mark.is_file()
-                error = Died(str(error), time.monotonic(), late=late and not begun)
+                error = Died(
+                    str(error), time.monotonic(), late=late and not begun, code=_exit_code(self.processes(worker))
+                )
             if isinstance(error, Died) or late:
                 self._late.discard(worker)
                 for process in self.processes(worker):

@@ -13,7 +13,7 @@ from ..measure import Evidence, Finding, LevelFinding, Verdict
 from ..scheme import Scheme
 from ..settings import Settings
 from ..tally import Tally
-from .controlled import Doubts, doubts, gated
+from .controlled import Doubts, Objection, doubts, gated
 from .plan import Cell, ProblemPlan
 
 CONTRACT = "contract and exactness (T0)"
@@ -36,6 +36,8 @@ class CellEvidence:
         Why there is no evidence: what was raised, or which contract is broken; empty if there is some.
     behaviour : Behaviour or None
         What scheme and problem did; None if that is not known.
+    lack : Verdict
+        What an `error` is: one indeed, or that nothing was run.
     """
 
     sampled: Tally = field(default_factory=Tally)
@@ -46,6 +48,7 @@ class CellEvidence:
     error: str = ""
     breach: str = ""
     behaviour: Behaviour | None = None
+    lack: Verdict = Verdict.ERROR
 
     @property
     def refused(self) -> bool:
@@ -155,9 +158,13 @@ def doubts_of(plan: ProblemPlan, settings: Settings, evidences: Evidences) -> Do
     Doubts
     """
 
-    def evidence(cell: Cell, sampled: bool) -> Evidence | None:
+    def evidence(cell: Cell, sampled: bool) -> Evidence | Objection:
         known = evidences[cell.scheme, cell.measure.name]
-        return None if known.refused else _evidence(plan, cell, settings, known, probed=not sampled)
+        if known.error:
+            return Objection(f"was not measured: {known.error}", known.lack)
+        if known.breach:
+            return Objection(f"breaks a contract: {known.breach}")
+        return _evidence(plan, cell, settings, known, probed=not sampled)
 
     return doubts(plan.controls, evidence)
 

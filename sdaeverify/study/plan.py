@@ -71,12 +71,15 @@ class ControlPlan:
     positive, negative : Cell or None
     missing : str
         Why the control cannot be run; empty if it can.
+    failed : bool
+        Whether that is an error: whether it could be run is not known.
     """
 
     control: Control
     positive: Cell | None = None
     negative: Cell | None = None
     missing: str = ""
+    failed: bool = False
 
 
 @dataclass(frozen=True)
@@ -223,7 +226,8 @@ def _control(made: ProblemPlan, control: Control, measure: Measure, resolve: Res
         except SdaeverifyError as error:
             return ControlPlan(control, missing=f"its control {label} is missing: {error}")
         if cell.verdict is not None:
-            return ControlPlan(control, missing=f"its control {label} cannot be run: {cell.reason}")
+            failed = cell.verdict is Verdict.ERROR
+            return ControlPlan(control, missing=f"its control {label} cannot be run: {cell.reason}", failed=failed)
         cells.append(cell)
     positive, negative = cells
     return ControlPlan(control, positive, negative)

@@ -37,6 +37,11 @@ class CellRun:
     halted: str = ""
 
     @property
+    def known(self) -> CellEvidence:
+        """The evidence, or that it was not looked for."""
+        return replace(self.evidence, error=self.halted, lack=Verdict.NOT_RUN) if self.halted else self.evidence
+
+    @property
     def settled(self) -> bool:
         """Whether no more paths are wanted."""
         return bool(self.halted) or (self.result is not None and all(f.settled for f in self.result.findings))
@@ -93,7 +98,7 @@ class ProblemRun:
     def judge(self) -> None:
         """Judge the open cells at the end of a look."""
         runs = (*self.runs, *self.controls)
-        evidence = {_key(r.cell): replace(r.evidence, error=r.halted) if r.halted else r.evidence for r in runs}
+        evidence = {_key(run.cell): run.known for run in runs}
         controls = doubts_of(self.plan, self.settings, evidence)
         for run in self.runs:
             if not run.settled:

@@ -308,6 +308,80 @@ def evidence():
     return list(Path("out", "evidence").rglob("*.npz"))
 
 
+KILLED = """
+HERE = os.path.dirname(__file__)
+
+def killed(name, times):
+    def drift(t, x):
+        # In the process of a block, as an operator or the system would end it.
+        file = os.path.join(HERE, name)
+        died = os.path.getsize(file) if os.path.exists(file) else 0
+        if died < times and x.shape[-1] == 256:
+            with open(file, "a") as mark:
+                mark.write("x")
+            os.kill(os.getpid(), 9)
+        return 0.5 * x
+    return drift
+
+def made(name, times) -> SDE:
+    control = Control(measure="strong", order=1.0, positive="milstein", negative="zz-still")
+    return SDE(
+        drift=killed(name, times), diffusion=lambda t, x: 0.5 * x[:, None], start=[1.0], noise_dim=1, horizon=1.0,
+        controls=(control,), source="nowhere",
+    )
+
+def zz_once() -> SDE:
+    return made("once", 1)
+
+@dataclass(frozen=True)
+class Still(Scheme):
+    name: ClassVar[str] = "zz-still"
+    form: ClassVar[type] = SDE
+
+    def step(self, problem, state, t, h, noise):
+        if state.shape[-1] == 256 and os.path.exists(os.path.join(HERE, "deadly")):
+            os.kill(os.getpid(), 9)
+        return Step(state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
+
+@hookimpl
+def sdaeverify_schemes():
+    return [Still()]
+
+@hookimpl
+def sdaeverify_problems():
+    return [zz_once]
+"""
+
+
+@pytest.mark.slow
+@POSIX
+def test_a_worker_that_is_killed_once(call, write, tmp_path):
+    """A worker that is killed in the code of the problem costs nothing; a control that always is, is told."""
+    plugin = write("from sdaeverify import Control" + KILLED)
+    chosen = ("-s", "milstein", "-p", "zz-once", "-m", "strong", "--plugin", plugin, "-j", "1", "--fresh")
+    limits = ("--paths", "512", "--levels", "8..64", "--progress", "none", "--timeout", "60", "--out", "out")
+
+    once = call("matrix", *chosen, *limits)
+    rows = _claimed(tmp_path / "out")
+
+    assert (tmp_path / "once").read_text() == "x"
+    assert (once.code, {row["verdict"] for row in rows}) == (0, {"verified"})
+
+    (tmp_path / "deadly").write_text("")
+    dead = call("matrix", *chosen, *limits)
+    rows = _claimed(tmp_path / "out")
+
+    assert (dead.code, {row["verdict"] for row in rows}) == (3, {"error"})
+    for row in rows:
+        assert "its control zz-still was not measured: its worker process died of SIGKILL" in row["reason"]
+        assert "is not refuted" not in row["reason"]
+
+
+def _claimed(folder):
+    with (folder / "verdicts.csv").open(newline="") as file:
+        return [row for row in csv.DictReader(file) if row["claim"]]
+
+
 @POSIX
 @pytest.mark.parametrize(
     ("arguments", "expected"),

@@ -23,6 +23,7 @@ SCHEMES = (EulerMaruyama(), Milstein(), StochasticTheta())
 MEASURES = (Strong(), Weak())
 GBM = problem_spec(gbm)
 WHEN = 100.0
+DEAD = f"{DIED}, perhaps for want of memory"
 
 
 class Fragile(Isolated):
@@ -66,7 +67,7 @@ def test_everybody_answers(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("deadline", "why"), [(WHEN, "no answer within 5 s (--timeout)"), (WHEN + 1.0, DIED)], ids=["late", "dead"]
+    ("deadline", "why"), [(WHEN, "no answer within 5 s (--timeout)"), (WHEN + 1.0, DEAD)], ids=["late", "dead"]
 )
 def test_who_dies_of_being_asked(tmp_path, deadline, why):
     """It costs its own cells; the others are as they are without it."""
@@ -87,8 +88,25 @@ def test_a_problem_that_ends_the_process(tmp_path, lane):
     found = told(Fragile(tmp_path, lane))
 
     assert not found.builds
-    assert set(failures(found).values()) == {f"problem gbm cannot be built: {DIED}"}
+    assert set(failures(found).values()) == {f"problem gbm cannot be built: {DEAD}"}
     assert len(found.cells) == 6
+
+
+@pytest.mark.parametrize("lane", [PROBLEM, NOBODY, "milstein"], ids=["problem", "nobody", "scheme"])
+def test_who_is_killed_once_is_asked_again(tmp_path, lane):
+    """A process that is killed from elsewhere costs nothing."""
+
+    class Once(Fragile):
+        def submit(self, fn, /, *args):
+            future = super().submit(fn, *args)
+            self.blamed = None
+            return future
+
+    found = told(Once(tmp_path, lane))
+
+    assert found.builds
+    assert not failures(found)
+    assert found.cells == told(Fragile(tmp_path)).cells
 
 
 def test_there_is_nobody_to_ask():

@@ -3,6 +3,7 @@
 import pickle
 from collections import deque
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from dataclasses import replace
 from typing import NamedTuple
 
 import pytest
@@ -14,9 +15,9 @@ from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
 from sdaeverify.specs import problem_spec
 from sdaeverify.study.blocks import Blocks
-from sdaeverify.study.calls import DIED
+from sdaeverify.study.calls import DIED, Lost
 from sdaeverify.study.isolated import Died, Isolated
-from sdaeverify.study.limits import FORMAT, NOBODY, Limits
+from sdaeverify.study.limits import FORMAT, NOBODY, Limits, Mark
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
@@ -93,6 +94,7 @@ def errors(executor):
     return [lane.errors for lane in lanes]
 
 
+TWICE = f"{DIED}, perhaps for want of memory, twice"
 BOTH = {("milstein", "strong"), ("milstein", "weak")}
 
 
@@ -109,7 +111,7 @@ def test_who_dies_costs_its_own_evidence(tmp_path, blamed):
     """Whether the mark tells who it was or not, the others keep their own numbers, in their own places."""
     executor = Fragile(tmp_path, BOTH, blaming(blamed))
 
-    assert errors(executor) == [("", ""), (DIED, DIED), ("", "")]
+    assert errors(executor) == [("", ""), (TWICE, TWICE), ("", "")]
     assert not list(tmp_path.iterdir())
 
 
@@ -121,7 +123,7 @@ def test_who_is_blamed_wrongly_is_run_by_itself(tmp_path):
         first.append(0)
         return (2, NO_MEASURE) if len(first) == 1 else blaming("milstein")(entries)
 
-    assert errors(Fragile(tmp_path, BOTH, blamed)) == [("", ""), (DIED, DIED), ("", "")]
+    assert errors(Fragile(tmp_path, BOTH, blamed)) == [("", ""), (TWICE, TWICE), ("", "")]
 
 
 def test_workers_that_are_not_isolated():
@@ -144,12 +146,48 @@ def test_a_measure_costs_its_own_evidence(tmp_path):
     """A scheme keeps the evidence of its other measures."""
     executor = Fragile(tmp_path, {("milstein", "weak")}, blaming("milstein", "weak"))
 
-    assert errors(executor) == [("", ""), ("", DIED), ("", "")]
+    assert errors(executor) == [("", ""), ("", TWICE), ("", "")]
 
 
 def test_a_problem_costs_all_its_evidence(tmp_path):
     """Where the problem's own code ran, nobody is tried again."""
     executor = Fragile(tmp_path, BOTH, lambda _: (PROBLEM, NO_MEASURE))
 
-    assert errors(executor) == [(f"problem gbm: {DIED}",) * 2] * 3
-    assert len(executor.parcels) == 1
+    assert errors(executor) == [(f"problem gbm: {TWICE}",) * 2] * 3
+    assert [len(names) for names in executor.parcels] == [6, 6]
+
+
+def test_a_problem_that_is_killed_once(tmp_path):
+    """A process that was killed from elsewhere while the problem's code ran costs nothing: it is tried once more."""
+    executor = Fragile(tmp_path, BOTH, lambda _: executor.guilty.clear() or (PROBLEM, NO_MEASURE))
+    executor.guilty = set(BOTH)
+
+    assert errors(executor) == [("", "")] * 3
+    assert [len(names) for names in executor.parcels] == [6, 6]
+
+
+def test_a_single_scheme_that_is_killed_once(tmp_path):
+    """A scheme that is alone in its parcel is tried once more, too."""
+    alone = replace(TASK, entries=TASK.entries[1:2])
+    executor = Fragile(tmp_path, BOTH, lambda _: executor.guilty.clear() or (0, NO_MEASURE))
+    executor.guilty = set(BOTH)
+
+    ((_, (lane,)),) = Blocks(executor, None).results(deque([Given(alone, 0)]), 1)
+
+    assert lane.errors == ("", "")
+    assert len(executor.parcels) == 2
+
+
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        (3, "its worker process died with exit code 3"),
+        (-9, "its worker process died of SIGKILL, perhaps for want of memory"),
+        (-11, "its worker process died of SIGSEGV"),
+        (-63, "its worker process died of signal 63"),
+        (None, "its worker process died, perhaps for want of memory"),
+    ],
+)
+def test_what_died_is_said(code, words):
+    """The reason names the exit code or the signal, as far as they are known."""
+    assert Lost(Mark(), False, 5.0, code).why("late") == words

@@ -63,7 +63,11 @@ def test_a_call_that_nothing_happens_to(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(("deadline", "why"), [(WHEN, "late by 5 s"), (WHEN + 1.0, DIED)], ids=["late", "dead"])
+@pytest.mark.parametrize(
+    ("deadline", "why"),
+    [(WHEN, "late by 5 s"), (WHEN + 1.0, f"{DIED}, perhaps for want of memory")],
+    ids=["late", "dead"],
+)
 def test_a_process_that_dies_of_a_call(tmp_path, deadline, why):
     """The mark tells whose code ran and whether it was the alarm; nothing is tried again here."""
     mark = Mark(2, NO_MEASURE, deadline)

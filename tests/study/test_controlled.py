@@ -6,7 +6,7 @@ import pytest
 
 from sdaeverify import SDE, Claim, Control, ProblemError, Scheme
 from sdaeverify.measure import Evidence, Finding, Judgement, Measure, Verdict
-from sdaeverify.study.controlled import doubts, gated
+from sdaeverify.study.controlled import Objection, doubts, gated
 from sdaeverify.study.plan import Cell, ControlPlan
 
 CLAIM = Claim(measure="strong", value=1.0, source="a theorem")
@@ -147,11 +147,32 @@ def test_a_problem_without_controls_for_a_measure_is_not_gated():
     assert gated(exact, TESTED, doubts(plans(negative=1.0), evidence)) == exact
 
 
-def test_controls_without_evidence_confirm_nothing():
-    """A control whose steps failed is no control."""
-    found = gated(VERIFIED, TESTED, doubts(plans(), lambda cell, sampled: None))
+@pytest.mark.parametrize("lost", ["good", "bad"])
+@pytest.mark.parametrize("verdict", [Verdict.ERROR, Verdict.NOT_RUN, Verdict.INCONCLUSIVE])
+def test_controls_without_evidence_confirm_nothing(lost, verdict):
+    """What was not measured is not what was not refuted: the claim is in error or not run, and says why."""
 
-    assert found.verdict is Verdict.INCONCLUSIVE
+    def partly(cell, sampled):
+        known = evidence(cell, sampled)
+        return Objection("was not measured: it died", verdict) if cell.scheme.name == lost else known
+
+    found = gated(VERIFIED, TESTED, doubts(plans(), partly))
+
+    assert found.verdict is verdict
+    assert f"its control {lost} was not measured: it died" in found.reason
+    assert "is not refuted" not in found.reason
+    assert found.p_verified == 1.0
+    assert gated(replace(VERIFIED, verdict=Verdict.REFUTED), TESTED, doubts(plans(), partly)).p_refuted != 1.0
+
+
+def test_a_control_of_which_nobody_knows_whether_it_can_be_run():
+    """Where asking whether a control can be run has failed, the claim is in error."""
+    failed = ControlPlan(CONTROL, missing="its control good cannot be run: it died", failed=True)
+
+    found = gated(VERIFIED, TESTED, doubts((failed,), evidence))
+
+    assert found.verdict is Verdict.ERROR
+    assert "its control good cannot be run: it died" in found.reason
 
 
 @pytest.mark.parametrize("wrong", [{"order": 0.0}, {"negative": "good"}])
