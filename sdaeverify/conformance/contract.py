@@ -14,12 +14,15 @@ from ..forms import NOISE, Problem
 from ..numerics import all_finite
 from ..probe.one_step import OneStep
 from ..probe.states import WHEN, cloud
+from ..probe.times import in_a_row
 from ..scheme import Scheme, Step, flatten, same_kind
 from .batches import each, equal, taken
 from .trial import Trial
 
 # A fine step, and the coarsest one that runs begin with by default, at which iterations differ most between paths.
 FINE, COARSE = 64, 8
+# A step that goes wrong after some calls counts them; it is made as often as a row of steps is long, on so few paths.
+FEW = slice(0, 2)
 WRITES = "a step writes into its state or its noise"
 
 Check = Callable[[Trial], str]
@@ -99,7 +102,16 @@ def repeats_itself(trial: Trial) -> str:
     if not same_step(first, again):
         return "the same step made again gives other numbers: it depends on something beside its arguments"
     anew = trial.scheme.prepare(trial.view, trial.h)(trial.state, WHEN * trial.view.horizon, trial.noise)
-    return "" if same_step(again, anew) else "a step prepared anew gives other numbers"
+    return _counts_calls(trial) if same_step(again, anew) else "a step prepared anew gives other numbers"
+
+
+def _counts_calls(trial: Trial) -> str:
+    """Make the step of two paths as often as a long run makes steps."""
+    state, noise = taken(trial.state, FEW), taken(trial.noise, FEW)
+    first = trial.step(state, noise)
+    calls = (call for call in range(1, in_a_row(trial.view)) if not same_step(first, trial.step(state, noise)))
+    found = next(calls, 0)
+    return f"the same step gives other numbers when it is made for the {found + 1}th time" if found else ""
 
 
 def follows_the_paths(trial: Trial) -> str:

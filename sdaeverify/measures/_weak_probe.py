@@ -177,6 +177,6 @@ def _decided(found: LocalWeak | None, scheme: Scheme) -> bool:
 
 
 @lru_cache(maxsize=8)
-def _reference(view: Problem, t: float) -> Reference:
+def _reference(view: Problem, t: tuple[float, ...]) -> Reference:
     # Paid once a problem and form, not once a scheme: problems are compared by identity.
     return weak_reference(view, t)

@@ -18,13 +18,12 @@ from .delay_moments import Start
 from .delay_step import LinearDelayStep
 from .nodes import SEED
 from .states import WHEN
-from .times import ELSEWHEN
+from .times import DIFFERENT, ELSEWHEN
 
 # Sizes of the states: in a unit of the problem's own, and small and large enough for either limit.
 UNIT, SMALL, LARGE = 1.0, 1e-12, 1e14
 # Noise at which the step must be what it is by its values at 0 and at one standard deviation.
 REACH, TRIALS = 4.0, 3
-DIFFERENT = "its steps are not the same at all times"
 
 
 class ProbedStep(NamedTuple):

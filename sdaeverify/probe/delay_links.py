@@ -12,6 +12,7 @@ step of additive noise is only consistent of order 1/2 (Definition 3.1 of Qu, Hu
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,7 +21,7 @@ from ..arrays import Array, Parts
 from ..forms import SDE, DelaySDAE, DelayState, Problem, is_delayed
 from ..laws import Law
 from ..noise import Increment
-from ..scheme import Claim, Scheme, State, Step
+from ..scheme import Claim, Scheme, State, Step, flatten
 from .nodes import SEED
 
 X, Y = "x", "y"
@@ -52,8 +53,14 @@ def linked(scheme: Scheme, view: Problem, links: int = 2, until: float = np.inf)
 
 
 def loses_algebraic(scheme: Scheme, view: Problem) -> bool:
-    """Tell whether there is a y that steps do not solve for: it is memory then, which a step from x alone resets."""
-    return isinstance(view, DelaySDAE) and bool(view.constraints) and not keeps_constraint(scheme, view)
+    """Tell whether there is a y that steps do not solve for: it is memory then, which a step from x alone resets.
+
+    So is what a scheme adds to x and y.
+    """
+    if not isinstance(view, DelaySDAE):
+        return False
+    further = len(flatten(scheme.start(view, 1, view.horizon))) > view.dimension + view.constraints
+    return further or (bool(view.constraints) and not keeps_constraint(scheme, view))
 
 
 def keeps_constraint(scheme: Scheme, view: Problem) -> bool:
@@ -155,6 +162,7 @@ class LinkedEquation(SDE):
         return min(super().time_unit, self.delay)
 
 
+@lru_cache(maxsize=8)
 def linked_equation(problem: DelaySDAE, links: int, until: float = np.inf) -> SDE:
     """Return the Ito equation of (..., x(s + tau), x(s)), shape (links d, P), with y eliminated and time s."""
     plain, d, l, tau = problem.without_y(), problem.dimension, problem.noise_dim, problem.delay

@@ -45,7 +45,8 @@ class Reference(NamedTuple):
     states : ndarray, shape (d, S)
     units : ndarray, shape (d, 1)
         By which the components are divided before test functions are taken.
-    t : float
+    t : tuple of float
+        When the step of each size begins.
     h : ndarray, shape (H,)
     means : ndarray, shape (F, S, H)
         E phi(x(t + h)).
@@ -57,7 +58,7 @@ class Reference(NamedTuple):
 
     states: Array
     units: Array
-    t: float
+    t: tuple[float, ...]
     h: Array
     means: Array
     slopes: Array
@@ -73,15 +74,20 @@ def refusal(scheme: Scheme, view: Problem) -> str:
     return unresolved(view, shortest) or OneStep(scheme, view).refusal()
 
 
-def weak_reference(view: Problem, t: float) -> Reference:
+def sizes(view: Problem) -> Array:
+    """Return the step sizes that are probed."""
+    return np.asarray(LEVELS * view.time_unit)
+
+
+def weak_reference(view: Problem, t: tuple[float, ...]) -> Reference:
     """Return the expectations that all schemes of one form are compared with on a problem.
 
     Parameters
     ----------
     view : Problem
         With an Ito equation.
-    t : float
-        When the step begins.
+    t : tuple of float
+        When the step of each size begins, see `sizes`.
 
     Returns
     -------
@@ -95,12 +101,12 @@ def weak_reference(view: Problem, t: float) -> Reference:
     """
     ito = view.ito()
     assert isinstance(ito, SDE)
-    x, h = cloud(view, ito), LEVELS * view.time_unit
+    x, h = cloud(view, ito), sizes(view)
     largest = np.abs(x).max(axis=1, where=np.isfinite(x), initial=0.0)
     units = np.exp2(np.ceil(np.log2(np.where(largest > 0.0, largest, 1.0))))[:, None]
     expectation = Romberg(ito, lambda y: test_functions.values(y / units), depth(ito.noise_dim))
     with np.errstate(all="ignore"):
-        means = np.stack([expectation(x, t, float(size)) for size in h], axis=-1)
+        means = np.stack([expectation(x, at, float(size)) for at, size in zip(t, h, strict=True)], axis=-1)
         slopes = np.abs(jacobian(test_functions.values, x / units)).sum(axis=1)
     sound = np.isfinite(means[..., -1]).all(axis=0)
     if not sound.any():
@@ -109,7 +115,7 @@ def weak_reference(view: Problem, t: float) -> Reference:
 
 
 def local_weak(
-    scheme: Scheme, view: Problem, reference: Callable[[Problem, float], Reference] = weak_reference
+    scheme: Scheme, view: Problem, reference: Callable[[Problem, tuple[float, ...]], Reference] = weak_reference
 ) -> LocalWeak:
     """Probe one step of each size at each state of the cloud, and at each time that counts.
 
@@ -126,19 +132,21 @@ def local_weak(
     LocalWeak
     """
     step, nodes = OneStep(scheme, view), _nodes(scheme, view.noise_dim)
-    first = reference(view, WHEN * view.horizon)
-    known = [first, *(reference(view, t) for t in times(step, first.states)[1:])]
+    first = reference(view, (WHEN * view.horizon,) * len(LEVELS))
+    moments = times(step, first.states)[1:]
+    known = [first, *(reference(view, tuple(each.of_size(step, float(h)) for h in first.h)) for each in moments)]
     with np.errstate(all="ignore"):
         found = zip(*(_at(step, each, nodes) for each in known), strict=True)
         defect, scale = (np.concatenate(parts, axis=1) for parts in found)
     finite = np.isfinite(defect) & np.isfinite(scale)
     counts = np.array(float(first.trees)), np.array(float(len(first.units)))
-    return LocalWeak(first.h, np.where(finite, defect, np.nan), np.where(finite, scale, np.nan), *counts)
+    time = np.repeat(np.arange(len(known), dtype=float), [each.states.shape[1] for each in known])
+    return LocalWeak(first.h, np.where(finite, defect, np.nan), np.where(finite, scale, np.nan), *counts, time)
 
 
 def _at(step: OneStep, known: Reference, nodes: Nodes) -> tuple[Array, Array]:
     """Return the defects of a step from one time, and their scale, both of shape (F, S, H)."""
-    levels = [_level(step, known, nodes, float(size)) for size in known.h]
+    levels = [_level(step, known, nodes, level) for level in range(len(known.h))]
     means, largest = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
     return means - known.means, largest + known.slopes[..., None]
 
@@ -149,10 +157,11 @@ def _nodes(scheme: Scheme, noises: int) -> Nodes:
     return step_nodes(noises, count, areas=areas, law=scheme.law)
 
 
-def _level(step: OneStep, known: Reference, nodes: Nodes, h: float) -> tuple[Array, Array]:
+def _level(step: OneStep, known: Reference, nodes: Nodes, level: int) -> tuple[Array, Array]:
     """Return the means of phi over the nodes and the largest |phi|, both of shape (F, S)."""
     states, count = known.states.shape[1], len(nodes.weights)
+    t, h = known.t[level], float(known.h[level])
     wide = np.repeat(known.states, count, axis=1)
-    phi = test_functions.values(step(wide, known.t, h, nodes.increment(h, states)) / known.units)
+    phi = test_functions.values(step(wide, t, h, nodes.increment(h, states)) / known.units)
     phi = phi.reshape(len(phi), states, count)
     return nodes.mean(phi), np.abs(phi).max(axis=-1)

@@ -25,6 +25,7 @@ from .second_moments import smat, svec
 from .spectral import DENSE
 from .stability import no_stability
 from .step_moments import step_moments
+from .times import changing
 
 # Rounding of a matrix power or exponential, in units of EPS, of the number of steps and of the size of the moments.
 ROUNDING = 16.0
@@ -76,8 +77,10 @@ def no_moments(scheme: Scheme, view: Problem) -> str:
     """Return why moments cannot be propagated, or an empty string."""
     if reason := no_stability(scheme, view):
         return reason
-    k = len(flatten(scheme.start(view, 1, view.horizon)))
-    return "" if (k + 1) * (k + 2) // 2 <= DENSE else f"{k} components are too many for a dense matrix"
+    k, step = len(flatten(scheme.start(view, 1, view.horizon))), OneStep(scheme, view)
+    if (k + 1) * (k + 2) // 2 > DENSE:
+        return f"{k} components are too many for a dense matrix"
+    return "" if step.refusal() else changing(step)
 
 
 def moment_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> MomentErrors:

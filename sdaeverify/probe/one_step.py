@@ -1,7 +1,7 @@
 """A scheme as a black-box one-step map between flat states."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -10,9 +10,13 @@ from ..errors import SchemeError
 from ..forms import SDE, Problem
 from ..noise import Increment
 from ..scheme import Scheme, State, flatten
+from .nodes import SEED
+from .states import WHEN, cloud
 
 # A fast component is resolved by steps that are so many times shorter than its time.
 RESOLVED = 64.0
+# Steps of a run, of this part of the unit of time, and how much memory may move one of them: a solver's tolerance.
+RUN, RUN_H, MOVED = 128, 2.0**-8, 1e-6
 
 
 def unresolved(view: Problem, shortest: float) -> str:
@@ -74,6 +78,8 @@ class OneStep:
         start, entered = self.scheme.start(self.view, 2, h), self.enter(self.ito.initial(2), 0.0, h)
         if type(start) is not type(entered) or flatten(start).shape != flatten(entered).shape:
             return "the scheme has memory that enter(problem, state, t, h) does not set"
+        if len(flatten(entered)) > self.ito.dimension and _depends_on_run(self):
+            return "steps of a run differ from those that begin with enter(problem, state, t, h)"
         return ""
 
     def enter(self, x: Array, t: float, h: float) -> State:
@@ -99,3 +105,21 @@ class OneStep:
     def euler(self, x: Array, t: float, h: float, noise: Increment) -> Array:
         """Return x + f h + B dW, shape (d, P): Euler-Maruyama of the Ito equation."""
         return np.asarray(x + h * self.ito.drift(t, x) + self.ito.diffused(t, x, noise.dW))
+
+
+@lru_cache(maxsize=8)
+def _depends_on_run(step: OneStep) -> bool:
+    """Tell whether memory that was left by the steps before takes a step elsewhere than memory set by `enter`."""
+    x, h = cloud(step.view, step.ito)[:, ::4], RUN_H * step.view.time_unit
+    t, rng = WHEN * step.view.horizon, np.random.Generator(np.random.Philox(key=SEED + 9))
+    state, make = step.enter(x, t, h), step.scheme.prepare(step.view, h)
+    with np.errstate(all="ignore"):
+        for n in range(RUN):
+            dW, areas = np.sqrt(h) * rng.standard_normal((2, step.view.noise_dim, x.shape[1]))
+            drawn = Increment(dW, areas / np.sqrt(12.0) if "H" in step.view.noise else None)
+            noise = step.scheme.law.increment(drawn, h)
+            entered = step(step.read(state), t + n * h, h, noise)
+            state = make(state, t + n * h, noise).state
+            if (np.abs(step.read(state) - entered) > MOVED * (1.0 + np.abs(entered))).any():
+                return True
+    return False

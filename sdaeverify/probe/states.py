@@ -1,5 +1,6 @@
 """The cloud of states, and the time, at which a one-step map is probed."""
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ SIZE = 1 + PILOT + SCATTERED
 WHEN = 0.2
 
 
+@lru_cache(maxsize=8)
 def cloud(view: Problem, ito: SDE) -> Array:
     """Return the initial state, points of a pilot trajectory, and points scattered around them.
 
@@ -51,7 +53,10 @@ def cloud(view: Problem, ito: SDE) -> Array:
         points = np.concatenate([pilot, scattered], axis=1)
         if view.has_constraints:
             points = view.admissible(points)
-        return np.concatenate([start, np.where(allowed(view, ito, points), points, start)], axis=1)
+        found = np.concatenate([start, np.where(allowed(view, ito, points), points, start)], axis=1)
+    # All schemes on a problem are given the same array.
+    found.flags.writeable = False
+    return found
 
 
 def allowed(view: Any, ito: SDE, points: Array) -> Mask:

@@ -16,7 +16,7 @@ from .local_orders import SETTLED, TOLERANCE, last_orders
 from .nodes import HalfSteps, half_steps
 from .one_step import OneStep, unresolved
 from .states import WHEN, cloud
-from .times import times
+from .times import Moment, times
 
 # Step sizes 4^-2, ..., 4^-8 of the horizon, or of the unit of time where that is shorter.
 LEVELS = 4.0 ** -np.arange(2.0, 9.0)
@@ -139,10 +139,10 @@ def _slows_down(record: LocalStrong) -> bool:
 
 
 def _level(
-    step: OneStep, x: Array, nodes: HalfSteps, h: float, when: tuple[float, ...]
+    step: OneStep, x: Array, nodes: HalfSteps, h: float, when: tuple[Moment, ...]
 ) -> tuple[Array, Array, Array]:
     """Return root mean squares and means of the defects, shape (3, C, S), and the scale, shape (S,), of all times."""
-    found = zip(*(_at(step, x, nodes, h, t) for t in when), strict=True)
+    found = zip(*(_at(step, x, nodes, h, moment.of_size(step, h)) for moment in when), strict=True)
     rms, mean, scale = (np.concatenate(parts, axis=-1) for parts in found)
     return rms, mean, scale
 

@@ -20,6 +20,7 @@ from .basis import Basis, chart_basis
 from .chart_equation import charted, output_rows
 from .nodes import Nodes, step_nodes
 from .one_step import OneStep
+from .times import changing
 
 # Gauss-Hermite nodes for each of so many normals a step; with more of them there is no operator.
 NODES = {1: 8, 2: 8, 3: 5, 4: 4}
@@ -71,7 +72,7 @@ def refusal(scheme: Scheme, view: Problem) -> str:
         return "the scheme has memory beyond the problem's components"
     if not scheme.law.bounded and _normals(one_step) not in NODES:
         return f"{_normals(one_step)} normals a step are too many for a tensor rule"
-    return _dependence(one_step)
+    return _dependence(one_step) or changing(one_step)
 
 
 def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given: Given = ASKED) -> Transition:

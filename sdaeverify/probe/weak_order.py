@@ -42,7 +42,7 @@ MANY = 0.25
 
 
 class LocalWeak(NamedTuple):
-    """Weak defects of one step for F test functions, S states and H step sizes.
+    """Weak defects of one step for F test functions, S states and H step sizes; at another time it is another state.
 
     Attributes
     ----------
@@ -56,6 +56,8 @@ class LocalWeak(NamedTuple):
         Number K of extrapolated trees of the reference.
     dimension : ndarray, shape ()
         Number d of components.
+    time : ndarray, shape (S,)
+        The place of each state's time among those that are probed.
     """
 
     h: Array
@@ -63,6 +65,7 @@ class LocalWeak(NamedTuple):
     scale: Array
     trees: Array
     dimension: Array
+    time: Array
 
 
 class WeakOrder(NamedTuple):
@@ -79,6 +82,8 @@ class WeakOrder(NamedTuple):
     plateau_h : float
         Step size from which on a solver's tolerance hides defects, and a claim is void; 0 if none does.
     dimension : int
+    time : ndarray, shape (S,)
+        The place of each state's time among those that are probed.
     """
 
     orders: Array
@@ -86,6 +91,7 @@ class WeakOrder(NamedTuple):
     settled: Mask
     plateau_h: float
     dimension: int
+    time: Array
 
     @property
     def order(self) -> float:
@@ -94,8 +100,12 @@ class WeakOrder(NamedTuple):
 
     @property
     def inconsistent_share(self) -> float:
-        """Share of the states at which some settled order is 0."""
-        return float((self.settled & (self.orders < CONSISTENT)).any(axis=0).mean())
+        """Share of the states at which some settled order is 0, at the worst time."""
+        return float(self.share((self.settled & (self.orders < CONSISTENT)).any(axis=0)))
+
+    def share(self, found: Mask) -> Array:
+        """Return at which share of the states something is so, at the worst time, shape (...) for (..., S)."""
+        return np.max([found[..., self.time == time].mean(axis=-1) for time in set(self.time.tolist())], axis=0)
 
     def least(self, among: Mask) -> str:
         """Return in words the least order of some defects."""
@@ -134,7 +144,7 @@ def weak_order(record: LocalWeak) -> WeakOrder:
     exact = ((size > rounding).sum(axis=-1) < FEWEST_LEVELS) | (orders > K - 0.5)
     orders = np.where(exact, np.inf, orders)
     orders = np.where(np.isfinite(size[..., -1]), orders, np.nan)
-    return WeakOrder(orders, last - 1.0, settled & np.isfinite(orders), plateau_h, int(record.dimension))
+    return WeakOrder(orders, last - 1.0, settled & np.isfinite(orders), plateau_h, int(record.dimension), record.time)
 
 
 def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> LocalOpinion:
@@ -150,9 +160,9 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Local
     Returns
     -------
     LocalOpinion
-        Refuted only where settled orders are too low at a quarter of the states, and inconsistent if most states
-        have the order 0. A defect whose leading coefficient happens to be small may change its sign on the way to
-        h = 0, and its order moves still: that is left out where it is so at fewer states, for every phi.
+        Refuted only where settled orders are too low at a quarter of the states of some time, and inconsistent if
+        most states have the order 0. A defect whose leading coefficient happens to be small may change its sign on
+        the way to h = 0, and its order moves still: that is left out where it is so at fewer states, for every phi.
     """
     void = f"; void below h = {order.plateau_h:.2g}" if order.plateau_h else ""
     low = order.orders < claim - tolerance
@@ -160,14 +170,14 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Local
     moving = low & ~short
     if np.isnan(order.orders).all(axis=0).any() or not order.orders.size:
         return _unsure(f"no local weak order: steps are not finite, or a tolerance hides them{void}")
-    share = short.any(axis=0).mean()
+    share = float(order.share(short.any(axis=0)))
     if share >= MANY:
         return LocalOpinion(
             Verdict.REFUTED, f"{order.least(short)}, claimed {claim}{void}", order.inconsistent_share > 0.5
         )
     if share:
         return _unsure(f"{order.least(short)}, claimed {claim}, at {share:.0%} of the states alone{void}")
-    if moving.mean(axis=1).max() >= MANY:
+    if order.share(moving).max() >= MANY:
         return _unsure(f"{order.least(moving)}, claimed {claim}, still changing with h{void}")
     least = np.min(order.orders, where=order.settled & ~low, initial=np.inf)
     figure = "exact to round-off" if np.isinf(least) else f"local weak order {least:.3f}"

@@ -69,7 +69,7 @@ def test_half_explicit_euler_has_weak_order_1(truncation):
     """In law, too, with its multiplier as a fifth component that nothing depends on."""
     problem = swinging()
     found = weak_order(local_weak(HalfExplicitEuler(truncation=truncation), problem, reference))
-    assert len(reference(problem, WHEN * problem.horizon).states) == 5
+    assert len(reference(problem, (WHEN * problem.horizon,) * 16).states) == 5
     assert found.order == pytest.approx(1.0, abs=0.02)
     assert judge_weak(found, 1.0).verdict is Verdict.VERIFIED
     assert judge_weak(found, 1.5).verdict is Verdict.REFUTED
@@ -211,8 +211,8 @@ def test_states_where_the_equation_is_not_finite_are_left_out():
         return np.where((x < 0.9) & (t > 0.0), np.nan, A * x)
 
     whole = PROBLEMS["gbm"]
-    part = weak_reference(replace(whole, drift=drift), 0.2)
-    assert 0 < part.states.shape[1] < reference(whole, 0.2).states.shape[1]
+    part = weak_reference(replace(whole, drift=drift), (0.2,) * 16)
+    assert 0 < part.states.shape[1] < reference(whole, (0.2,) * 16).states.shape[1]
     assert np.isfinite(part.means[..., -1]).all()
     with pytest.raises(ProblemError, match="none of the states"):
-        weak_reference(replace(whole, drift=lambda t, x: A * x + (np.nan if t > 0.0 else 0.0)), 0.2)
+        weak_reference(replace(whole, drift=lambda t, x: A * x + (np.nan if t > 0.0 else 0.0)), (0.2,) * 16)

@@ -167,6 +167,12 @@ def test_memory_beyond_the_components_is_refused():
         def enter(self, problem, state, t, h):
             return np.concatenate([state, 0.0 * state])
 
+        def parts(self, problem, state):
+            return {"x": state[:1]}
+
+        def step(self, problem, state, t, h, noise):
+            return Step(np.concatenate([super().step(problem, state[:1], t, h, noise).state, state[:1]]))
+
     assert "memory" in refusal(Remembering(), OU)
 
 

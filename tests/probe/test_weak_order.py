@@ -17,7 +17,9 @@ def record(defect, exceptional=None, where=None, trees=5):
     defects = np.tile(defect, (FUNCTIONS, STATES, 1))
     if where is not None:
         defects[where] = exceptional
-    return LocalWeak(H, defects, np.ones_like(defects), np.array(float(trees)), np.array(1.0))
+    return LocalWeak(
+        H, defects, np.ones_like(defects), np.array(float(trees)), np.array(1.0), np.zeros(defects.shape[1])
+    )
 
 
 def judged(claim, *given, **more):

@@ -69,7 +69,7 @@ PROBLEMS: Mapping[str, SDE] = {
 
 
 @cache
-def reference(view: SDE, t: float) -> Reference:
+def reference(view: SDE, t: tuple[float, ...]) -> Reference:
     """Return what the equation of a problem says, once."""
     return weak_reference(view, t)
 

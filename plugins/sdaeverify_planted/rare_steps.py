@@ -1,0 +1,104 @@
+"""Schemes that are right in most of their steps: the others are told by their index, or by how late they are."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from sdaeverify import SDE, Array, Increment, Planted, Scheme, Step, hookimpl
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from sdaeverify_schemes.milstein import Milstein
+
+
+@dataclass(frozen=True)
+class RareDrift(EulerMaruyama):
+    """Euler-Maruyama that forgets the drift in one of so many steps.
+
+    Attributes
+    ----------
+    every : int
+    """
+
+    every: int = 16
+
+    name: ClassVar[str] = "planted-em-rare"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (d, P)."""
+        if round(t / h) % self.every < self.every - 1:
+            return super().step(problem, state, t, h, noise)
+        return Step(state + problem.diffused(t, state, noise.dW))
+
+
+@dataclass(frozen=True)
+class LateDrift(EulerMaruyama):
+    """Euler-Maruyama that forgets the drift from some part of the horizon on, or up to it.
+
+    Attributes
+    ----------
+    since, until : float
+        As parts of the horizon.
+    """
+
+    since: float = 0.9
+    until: float = 1.0
+
+    name: ClassVar[str] = "planted-em-late"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (d, P)."""
+        if not self.since * problem.horizon < t + h / 2 <= self.until * problem.horizon:
+            return super().step(problem, state, t, h, noise)
+        return Step(state + problem.diffused(t, state, noise.dW))
+
+
+@dataclass(frozen=True)
+class RareCorrection(Milstein):
+    """Milstein's scheme that is Euler's in one of so many steps, with Milstein's order claimed.
+
+    Attributes
+    ----------
+    every : int
+    """
+
+    every: int = 16
+
+    name: ClassVar[str] = "planted-milstein-rare"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (d, P)."""
+        of: Scheme = Milstein() if round(t / h) % self.every else EulerMaruyama()
+        return of.step(problem, state, t, h, noise)
+
+
+@dataclass(frozen=True)
+class FirstDrift(EulerMaruyama):
+    """Euler-Maruyama whose first step has no drift."""
+
+    name: ClassVar[str] = "planted-em-first"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (d, P)."""
+        if t > 0.0:
+            return super().step(problem, state, t, h, noise)
+        return Step(state + problem.diffused(t, state, noise.dW))
+
+
+@hookimpl
+def sdaeverify_planted() -> list[Planted]:
+    """Register the bugs and the equivalent change."""
+    rare = Planted(bug="EM: drift forgotten in every 16th step", scheme=RareDrift(), problem="double-well")
+    late = Planted(bug="EM: drift forgotten in the last tenth", scheme=LateDrift(), problem="double-well")
+    return [
+        rare,
+        replace(rare, bug="EM: drift forgotten in every 7th step", scheme=RareDrift(7)),
+        replace(rare, bug="EM: drift forgotten in every 100th step", scheme=RareDrift(100)),
+        replace(rare, bug="EM: drift forgotten in every 16th step of a moving force", problem="forced-ou"),
+        late,
+        replace(late, bug="EM: drift forgotten in between", scheme=LateDrift(0.5, 0.6)),
+        Planted(bug="Milstein: Euler in every 16th step", scheme=RareCorrection(), problem="gbm"),
+        Planted(
+            bug="EM: no drift in the first step",
+            scheme=FirstDrift(),
+            problem="gbm",
+            equivalent="the error of a single step, of size h, is an error of order 1",
+        ),
+    ]

@@ -1,0 +1,180 @@
+"""Steps that are wrong at some indices only, late, after many calls or by what the state remembers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import count
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+import pytest
+
+from sdaeverify import SDE, Array, Increment, Step
+from sdaeverify.conformance.contract import contract_breach
+from sdaeverify.measure import Verdict
+from sdaeverify.probe.local_strong import judge_strong, strong_order
+from sdaeverify.probe.local_weak import local_weak
+from sdaeverify.probe.moments import no_moments
+from sdaeverify.probe.one_step import OneStep
+from sdaeverify.probe.strong_defects import local_strong
+from sdaeverify.probe.times import DIFFERENT, odd_step
+from sdaeverify.probe.transition import refusal
+from sdaeverify.probe.weak_order import judge_weak, weak_order
+from sdaeverify.scheme import Stepper
+from sdaeverify_planted.rare_steps import LateDrift, RareCorrection
+from sdaeverify_problems.double_well import double_well
+from sdaeverify_problems.forced_ou import forced_ou
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.ou import ou
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from sdaeverify_schemes.milstein import Milstein
+
+WELL, FORCED = double_well(), forced_ou()
+# Whether a step n of size h at time t of a run up to T is wrong.
+When = Callable[[int, float, float, float], bool]
+
+
+def every(period: int, phase: int = 0) -> When:
+    return lambda n, t, h, T: n % period == phase
+
+
+@dataclass(frozen=True)
+class Sometimes(EulerMaruyama):
+    """Euler-Maruyama without drift in some steps."""
+
+    when: When = lambda n, t, h, T: False
+
+    name: ClassVar[str] = "sometimes"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        drift = 0.0 if self.when(round(t / h), t, h, problem.horizon) else problem.drift(t, state)
+        return Step(state + h * drift + problem.diffused(t, state, noise.dW))
+
+
+WRONG: dict[str, When] = {
+    **{f"every {n}": every(n) for n in (2, 3, 5, 7, 8, 16, 32, 100)},
+    "every 16, late phase": every(16, 15),
+    "every 16, from half on": lambda n, t, h, T: n % 16 == 3 and t > T / 2,
+    "every 16, near the end": lambda n, t, h, T: n % 16 == 3 and t > 0.8 * T,
+    "powers of two and some": lambda n, t, h, T: n & (n - 1) == 0 or n % 64 == 5,
+    "after 1000 steps": lambda n, t, h, T: n >= 1000,
+    "the last tenth": lambda n, t, h, T: t > 0.9 * T,
+    "random looking": lambda n, t, h, T: (n * 2654435761) % 2**32 < 2**32 / 40,
+}
+RIGHT: dict[str, When] = {
+    "never": lambda n, t, h, T: False,
+    "the first step": lambda n, t, h, T: n == 0,
+    "a start of three steps": lambda n, t, h, T: n < 3,
+    "the last step": lambda n, t, h, T: t + 1.5 * h > T,
+}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "problem"),
+    [*((each, WELL) for each in WRONG), *((each, FORCED) for each in ("every 2", "every 16", "the last tenth"))],
+)
+def test_rare_and_late_steps_are_refuted(wrong: str, problem: SDE) -> None:
+    """A drift forgotten in some of the steps is no step of the equation, in strong and in weak order."""
+    scheme = Sometimes(WRONG[wrong])
+
+    assert judge_strong(strong_order(local_strong(scheme, problem)), 1.0).verdict is Verdict.REFUTED
+    assert judge_weak(weak_order(local_weak(scheme, problem)), 1.0).verdict is Verdict.REFUTED
+
+
+@pytest.mark.parametrize("problem", [WELL, FORCED], ids=["autonomous", "moving"])
+@pytest.mark.parametrize("right", RIGHT)
+def test_single_steps_cost_no_order(right: str, problem: SDE) -> None:
+    """A first or last step with an error of its own size h leaves the scheme its order 1."""
+    scheme = Sometimes(RIGHT[right])
+
+    assert odd_step(OneStep(scheme, problem)) is None
+    assert judge_strong(strong_order(local_strong(scheme, problem)), 1.0).verdict is Verdict.VERIFIED
+    assert judge_weak(weak_order(local_weak(scheme, problem)), 1.0).verdict is Verdict.VERIFIED
+
+
+def test_a_lower_order_in_every_16th_step_is_the_scheme_s() -> None:
+    """Milstein's scheme that is Euler's now and then has Euler's order."""
+    assert judge_strong(strong_order(local_strong(Milstein(), gbm())), 1.0).verdict is Verdict.VERIFIED
+    found = judge_strong(strong_order(local_strong(RareCorrection(), gbm())), 1.0)
+    assert found.verdict is Verdict.REFUTED
+    assert not found.inconsistent
+
+
+@pytest.mark.parametrize("wrong", ["every 16", "every 100", "the last tenth"])
+def test_one_step_s_moments_or_law_are_not_those_of_all(wrong: str) -> None:
+    """Neither moments nor the transition operator speak for a scheme whose steps differ."""
+    scheme = Sometimes(WRONG[wrong])
+
+    assert no_moments(EulerMaruyama(), ou()) == refusal(EulerMaruyama(), WELL) == ""
+    assert no_moments(scheme, ou()) == refusal(scheme, WELL) == DIFFERENT
+
+
+def test_a_drift_that_is_lost_in_between_is_refuted() -> None:
+    """Between half and six tenths of the horizon."""
+    found = judge_strong(strong_order(local_strong(LateDrift(0.5, 0.6), WELL)), 1.0)
+    assert found.verdict is Verdict.REFUTED
+
+
+@dataclass(frozen=True)
+class CountsCalls(EulerMaruyama):
+    """Each prepared step counts how often it is made, and forgets the drift now and then."""
+
+    period: int = 16
+    since: int = 0
+
+    name: ClassVar[str] = "counts-calls"
+
+    def prepare(self, problem: Any, h: float) -> Stepper:
+        calls = count()
+
+        def step(state: Array, t: float, noise: Increment) -> Step:
+            n = next(calls)
+            wrong = n >= self.since and n % self.period == self.period - 1
+            drift = 0.0 if wrong else problem.drift(t, state)
+            return Step(state + h * drift + problem.diffused(t, state, noise.dW))
+
+        return step
+
+
+@pytest.mark.parametrize("scheme", [CountsCalls(16), CountsCalls(100), CountsCalls(2, 90)], ids=lambda s: s.label)
+def test_a_step_that_counts_its_calls_breaks_the_contract(scheme: CountsCalls) -> None:
+    """However rarely it uses the number: the same step made once more gives other numbers."""
+    assert "other numbers" in contract_breach(scheme, WELL)
+
+
+class Counted(NamedTuple):
+    x: Array
+    n: Array
+
+
+@dataclass(frozen=True)
+class CountsSteps(EulerMaruyama):
+    """The number of steps is a component of the state, set by `enter` or not."""
+
+    entered: bool = False
+    period: int = 16
+
+    name: ClassVar[str] = "counts-steps"
+
+    def enter(self, problem: Any, state: Any, t: float, h: float) -> Counted:
+        return Counted(state, np.full((1, state.shape[-1]), float(round(t / h)) if self.entered else 0.0))
+
+    def parts(self, problem: Any, state: Counted) -> dict[str, Array]:
+        return {"x": state.x}
+
+    def step(self, problem: SDE, state: Any, t: float, h: float, noise: Increment) -> Step:
+        x, n = state
+        drift = np.where(n % self.period == self.period - 1, 0.0, problem.drift(t, x))
+        return Step(Counted(x + h * drift + problem.diffused(t, x, noise.dW), n + 1.0))
+
+
+def test_a_step_that_its_state_tells_from_others_is_refuted() -> None:
+    """Where the number of steps can be set, steps at all numbers are probed."""
+    found = judge_strong(strong_order(local_strong(CountsSteps(entered=True), WELL)), 1.0)
+    assert found.verdict is Verdict.REFUTED
+
+
+@pytest.mark.parametrize("period", [7, 16, 100])
+def test_a_run_that_remembers_its_length_has_no_one_step_map(period: int) -> None:
+    """Where it cannot, nothing is said of the scheme by single steps, and paths alone judge it."""
+    assert "steps of a run differ" in OneStep(CountsSteps(period=period), WELL).refusal()
+    assert OneStep(CountsSteps(period=10**6), WELL).refusal() == ""
