@@ -69,22 +69,9 @@ class RareCorrection(Milstein):
         return of.step(problem, state, t, h, noise)
 
 
-@dataclass(frozen=True)
-class FirstDrift(EulerMaruyama):
-    """Euler-Maruyama whose first step has no drift."""
-
-    name: ClassVar[str] = "planted-em-first"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step; the state x has shape (d, P)."""
-        if t > 0.0:
-            return super().step(problem, state, t, h, noise)
-        return Step(state + problem.diffused(t, state, noise.dW))
-
-
 @hookimpl
 def sdaeverify_planted() -> list[Planted]:
-    """Register the bugs and the equivalent change."""
+    """Register the bugs."""
     rare = Planted(bug="EM: drift forgotten in every 16th step", scheme=RareDrift(), problem="double-well")
     late = Planted(bug="EM: drift forgotten in the last tenth", scheme=LateDrift(), problem="double-well")
     return [
@@ -95,10 +82,4 @@ def sdaeverify_planted() -> list[Planted]:
         late,
         replace(late, bug="EM: drift forgotten in between", scheme=LateDrift(0.5, 0.6)),
         Planted(bug="Milstein: Euler in every 16th step", scheme=RareCorrection(), problem="gbm"),
-        Planted(
-            bug="EM: no drift in the first step",
-            scheme=FirstDrift(),
-            problem="gbm",
-            equivalent="the error of a single step, of size h, is an error of order 1",
-        ),
     ]
