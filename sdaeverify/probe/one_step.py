@@ -17,6 +17,8 @@ from .states import WHEN, cloud
 RESOLVED = 64.0
 # Steps of a run, of this part of the unit of time, and how much memory may move one of them: a solver's tolerance.
 RUN, RUN_H, MOVED = 128, 2.0**-8, 1e-6
+# On so much shorter steps, what is an error of a single step falls faster than with this power.
+FINER, VANISHING = 16.0, 1.2
 
 
 def unresolved(view: Problem, shortest: float) -> str:
@@ -109,17 +111,26 @@ class OneStep:
 
 @lru_cache(maxsize=8)
 def _depends_on_run(step: OneStep) -> bool:
-    """Tell whether memory that was left by the steps before takes a step elsewhere than memory set by `enter`."""
-    x, h = cloud(step.view, step.ito)[:, ::4], RUN_H * step.view.time_unit
-    t, rng = WHEN * step.view.horizon, np.random.Generator(np.random.Philox(key=SEED + 9))
-    state, make = step.enter(x, t, h), step.scheme.prepare(step.view, h)
+    """Tell whether memory that was left by the steps before takes a step elsewhere than memory set by `enter`.
+
+    What they differ by may vanish with h like an error of a single step: it then costs the scheme no order.
+    """
+    h = RUN_H * step.view.time_unit
     with np.errstate(all="ignore"):
-        for n in range(RUN):
-            dW, areas = np.sqrt(h) * rng.standard_normal((2, step.view.noise_dim, x.shape[1]))
-            drawn = Increment(dW, areas / np.sqrt(12.0) if "H" in step.view.noise else None)
-            noise = step.scheme.law.increment(drawn, h)
-            entered = step(step.read(state), t + n * h, h, noise)
-            state = make(state, t + n * h, noise).state
-            if (np.abs(step.read(state) - entered) > MOVED * (1.0 + np.abs(entered))).any():
-                return True
-    return False
+        off, finer = _off(step, h), _off(step, h / FINER)
+    return off > MOVED and not finer * FINER**VANISHING < off
+
+
+def _off(step: OneStep, h: float) -> float:
+    """Return how far the steps of a run are at most from those that `enter` begins at the same states."""
+    x, t = cloud(step.view, step.ito)[:, ::4], WHEN * step.view.horizon
+    rng = np.random.Generator(np.random.Philox(key=SEED + 9))
+    state, make, off = step.enter(x, t, h), step.scheme.prepare(step.view, h), 0.0
+    for n in range(RUN):
+        dW, areas = np.sqrt(h) * rng.standard_normal((2, step.view.noise_dim, x.shape[1]))
+        drawn = Increment(dW, areas / np.sqrt(12.0) if "H" in step.view.noise else None)
+        noise = step.scheme.law.increment(drawn, h)
+        entered = step(step.read(state), t + n * h, h, noise)
+        state = make(state, t + n * h, noise).state
+        off = max(off, float(np.nanmax(np.abs(step.read(state) - entered) / (1.0 + np.abs(entered)), initial=0.0)))
+    return off
