@@ -101,11 +101,12 @@ class WeakOrder(NamedTuple):
     @property
     def inconsistent_share(self) -> float:
         """Share of the states at which some settled order is 0, at the worst time."""
-        return float(self.share((self.settled & (self.orders < CONSISTENT)).any(axis=0)))
+        return float(self.share(np.asarray((self.settled & (self.orders < CONSISTENT)).any(axis=0))))
 
     def share(self, found: Mask) -> Array:
         """Return at which share of the states something is so, at the worst time, shape (...) for (..., S)."""
-        return np.max([found[..., self.time == time].mean(axis=-1) for time in set(self.time.tolist())], axis=0)
+        shares = [found[..., self.time == time].mean(axis=-1) for time in set(self.time.tolist())]
+        return np.asarray(np.max(shares, axis=0))
 
     def least(self, among: Mask) -> str:
         """Return in words the least order of some defects."""
@@ -170,7 +171,7 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Local
     moving = low & ~short
     if np.isnan(order.orders).all(axis=0).any() or not order.orders.size:
         return _unsure(f"no local weak order: steps are not finite, or a tolerance hides them{void}")
-    share = float(order.share(short.any(axis=0)))
+    share = float(order.share(np.asarray(short.any(axis=0))))
     if share >= MANY:
         return LocalOpinion(
             Verdict.REFUTED, f"{order.least(short)}, claimed {claim}{void}", order.inconsistent_share > 0.5
