@@ -24,7 +24,8 @@ from .one_step import unresolved
 from .transition import ON_CHART
 from .transition_errors import TransitionErrors
 
-# An error is used where it is known to one digit, but rather to two: a local order is then off by less than 0.03.
+# An error is used where it is known to one digit, and held against a scheme where it is known to two: a local order
+# is then off by less than 0.03.
 ABOVE_FLOOR, FAR_ABOVE = 10.0, 100.0
 # An error is taken for none where so much of the observable's size would have been seen at the finest step sizes.
 EXACT = 1e-6
@@ -121,8 +122,8 @@ def error_floors(record: TransitionErrors) -> Array:
     """Return how far the errors can be off, shape (H, O).
 
     It is the difference of the two bases and what failed and truncated steps can change, their number times the size
-    of the observable; at this or one of the next finer step sizes, whichever is most. Rounding of all steps comes on
-    top.
+    of the observable; the most of it at this and the next two finer step sizes: at one, bases may agree by chance.
+    Rounding of all steps comes on top.
     """
     disturbed = record.steps * (record.failed + record.truncated)
     floors = record.resolution + np.outer(disturbed, _sizes(record))
@@ -152,12 +153,11 @@ def order_of(h: Array, errors: Array, floors: Array, size: float) -> FunctionalO
     FunctionalOrder
     """
     with np.errstate(invalid="ignore"):
-        usable = np.abs(errors) > ABOVE_FLOOR * floors
-        well = np.abs(errors) > FAR_ABOVE * floors
+        usable, well = (np.abs(errors) > times * floors for times in (ABOVE_FLOOR, FAR_ABOVE))
     if np.count_nonzero(well) >= NEEDED:
-        usable = well
+        return _with_lower_powers(_seen(h[well], errors[well], floors[well]), h, errors, floors)
     if np.count_nonzero(usable) >= NEEDED:
-        return _with_lower_powers(_seen(h[usable], errors[usable], floors[usable]), h, errors, floors)
+        return _seen(h[usable], errors[usable], floors[usable])._replace(high=inf)
     least = ABOVE_FLOOR * float(floors[-NEEDED:].max())
     if least <= EXACT * size and not usable[-NEEDED:].any():
         return FunctionalOrder(inf, inf, inf, note=f"no error beyond {least:.1g}")

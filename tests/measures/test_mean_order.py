@@ -66,6 +66,16 @@ def test_lower_order_is_refuted():
     assert found(0.1 * H**0.5).tests.refuted < 1e-9
 
 
+@pytest.mark.parametrize("errors", [0.1 * H**0.5, 0.1 * H + 0.05], ids=["order", "limit"])
+def test_steps_that_do_not_resolve_the_fastest_time_refute_nothing(errors):
+    """A low order and a wrong limit on steps above 1/64 of the fastest time, of pairs, are suspicious only."""
+    coarse, fine = (found(errors, seen=replace(problem(), fastest=times * H[-1])).tests for times in (127.0, 128.0))
+    assert coarse.refuted == 1.0
+    assert coarse.suspected == fine.refuted < 1e-9
+    assert "does not resolve the fastest time" in coarse.reason
+    assert "does not resolve" not in fine.reason
+
+
 def test_an_order_that_comes_late_is_not_refuted():
     """Errors h/(1 + 12 h) have slopes below 1 on coarse steps, which the fit with a correction takes back."""
     late = found(0.1 * H / (1.0 + 12.0 * H))
