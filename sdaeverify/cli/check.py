@@ -59,7 +59,10 @@ def _questions(
     from ..testing.questions import problem_questions, scheme_questions  # noqa: PLC0415
     from ..testing.subjects import SchemeSubject  # noqa: PLC0415
 
-    for pattern in (each for name in names for each in split_list(name)):
+    patterns = [each for name in names for each in split_list(name)]
+    if not patterns:
+        raise UsageError(f"empty selection of schemes and problems: {' '.join(names)!r}")
+    for pattern in patterns:
         for kind in _kinds(registry, pattern):
             if kind == "scheme":
                 for scheme in select_schemes(registry, pattern):

@@ -35,7 +35,7 @@ WORDS = {
     ExitCode.USAGE: "the command line is wrong",
     ExitCode.NOT_MEASURED: "cells could not be measured",
     ExitCode.UNDECIDED: "a claim is undecided, and must not be",
-    ExitCode.NOTHING: "nothing was there to be measured, or less than is locked",
+    ExitCode.NOTHING: "nothing was there to be measured, or less than is claimed or locked",
     ExitCode.PLUGIN: "a requested plugin failed to load",
     ExitCode.UNEXPECTED: "a claim is verified that was expected to fail",
     ExitCode.INTERRUPTED: "interrupted; what was finished is saved",
@@ -64,17 +64,17 @@ def code_of_results(results: Iterable[CellResult]) -> ExitCode:
     return ExitCode.NOTHING if verdicts <= {Verdict.NOT_APPLICABLE} else ExitCode.OK
 
 
-def code_of_gate(outcomes: Sequence[Outcome], policy: Policy, *, locked: bool) -> ExitCode:
+def code_of_gate(outcomes: Sequence[Outcome], policy: Policy, *, complete: bool) -> ExitCode:
     """Return the code of a gate: that of the worst outcome that fails it, nothing being worse than any outcome.
 
     Parameters
     ----------
     outcomes : sequence of Outcome
     policy : Policy
-    locked : bool
-        Whether all that the lock file demands is there.
+    complete : bool
+        Whether all that the lock file demands is there, and all that is claimed is tested.
     """
-    if not outcomes or not locked:
+    if not outcomes or not complete:
         return ExitCode.NOTHING
     red = {outcome.status for outcome in outcomes if is_red(outcome, policy)}
     return next((code for status, code in SEVERITY.items() if status in red), ExitCode.OK)

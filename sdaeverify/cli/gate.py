@@ -80,9 +80,11 @@ def _gated(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any]) 
         options["jobs"],
     )
     asked = {name: options[name] for name in ("progress", "junitxml", "report", "write_lock", "reuse")}
-    narrowed = _narrowed(options)
+    narrowed, partial = _narrowed(options), bool(options["problems"] or options["measures"])
     return carry_out_gate(
-        Request(policy, registry, arguments, options["out"], jobs, held_to, narrowed=narrowed, **asked)
+        Request(
+            policy, registry, arguments, options["out"], jobs, held_to, narrowed=narrowed, partial=partial, **asked
+        )
     )
 
 

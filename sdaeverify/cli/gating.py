@@ -1,7 +1,7 @@
 """A gate under way: run, judge, compare with the lock file, write and print the reports."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,10 +18,11 @@ from ..gate.lock import Claims, Lock, compared
 from ..gate.lock_file import demanded, locked_tiers, write_lock
 from ..gate.markdown_report import markdown_report
 from ..gate.outcomes import Outcome, idle, outcomes
-from ..gate.plan import gate_plan, left_out, untested
+from ..gate.plan import gate_plan, left_out
 from ..gate.policy import Policy
 from ..gate.text_report import text_report
 from ..gate.tiers import Cover, settings_of, tier_of
+from ..gate.untested import Untested, untested
 from ..registry import Registry
 from ..report.files import require_writable, require_writable_file, write_json, write_text
 from ..study.limits import Limits
@@ -53,6 +54,8 @@ class Request:
     write_lock, reuse : bool
     narrowed : bool
         Whether the command line selects schemes, problems or measures: the lock file is not held against the rest.
+    partial : bool
+        Whether it selects problems or measures: claims need not be tested by these.
     """
 
     policy: Policy
@@ -67,6 +70,7 @@ class Request:
     write_lock: bool
     reuse: bool
     narrowed: bool
+    partial: bool
 
 
 def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
@@ -126,7 +130,9 @@ def _judged(run: Run, result: Result, request: Request, tiers: dict[str, Claims]
     found = tuple(outcomes(result.results, policy))
     if tiers and policy.tier in tiers:
         lock = compared(demanded(tiers[policy.tier], request.registry, policy, narrowed=request.narrowed), found)
-    code = code_of_gate(found, policy, locked=not lock.violations)
+    idle_claims = _untested(run, result, request)
+    missed = [str(each) for each in idle_claims if not each.chosen]
+    code = code_of_gate(found, policy, complete=not (lock.violations or missed))
     return Gated(
         found,
         policy,
@@ -136,8 +142,8 @@ def _judged(run: Run, result: Result, request: Request, tiers: dict[str, Claims]
         f"exit code {code.value}: {code.words}",
         request.registry.files,
         result.unnamed,
-        tuple(_warnings(found, request)),
-        (*_notes(found, request, tiers), *_untested(run, request), *(_reused(run) if request.reuse else ())),
+        (*_warnings(found, request), *shortened(missed, MOST_UNTESTED)),
+        (*_notes(found, request, tiers), *_told(idle_claims), *(_reused(run) if request.reuse else ())),
     )
 
 
@@ -162,13 +168,16 @@ def _notes(found: tuple[Outcome, ...], request: Request, tiers: dict[str, Claims
         yield f"tier {tier} leaves out {', '.join(skipped)}; a larger tier runs them, or a policy that names them"
 
 
-def _untested(run: Run, request: Request) -> list[str]:
-    pairs = [] if request.narrowed else untested(request.registry, request.policy, run.plan)
-    lines = []
-    for scheme, claim in pairs:
-        where = f" where the problem has {', '.join(sorted(claim.when))}" if claim.when else ""
-        lines.append(f"no selected problem tests {scheme.label}: {claim.measure} {claim}{where}")
-    return shortened(lines, MOST_UNTESTED)
+def _untested(run: Run, result: Result, request: Request) -> list[Untested]:
+    """Return the claims that are not tested; of a part of the problems or measures nothing is known but names."""
+    found = untested(request.registry, request.policy, run.plan, result.results)
+    if request.partial:
+        return [each for each in found if each.claim.measure not in request.registry.measures]
+    return found
+
+
+def _told(found: Iterable[Untested]) -> list[str]:
+    return shortened([str(each) for each in found if each.chosen], MOST_UNTESTED)
 
 
 def _reused(run: Run) -> list[str]:

@@ -82,18 +82,6 @@ def gated_schemes(registry: Registry, policy: Policy) -> list[Scheme]:
     return select_schemes(registry, [variant for entry in everything for variant in entry.variants])
 
 
-def untested(registry: Registry, policy: Policy, made: Plan) -> list[tuple[Scheme, Claim]]:
-    """Return the claims of the gated schemes that no cell of a plan puts to the test."""
-    tested = {
-        (cell.scheme, claim)
-        for problem in made.problems
-        for cell in problem.cells
-        for claim in claims_of(cell, problem.problem)
-    }
-    promised = ((scheme, claim) for scheme in gated_schemes(registry, policy) for claim in scheme.promises)
-    return [pair for pair in promised if pair not in tested]
-
-
 def _is_of(entry: SchemeEntry, policy: Policy) -> bool:
     origin = entry.origin
     named = bool(policy.distribution) and normalized(origin.distribution) == normalized(policy.distribution)

@@ -57,6 +57,8 @@ own-memory (behaviour)
     Expect the new state to share no memory with the noise, which is drawn afresh.
 state-is-whole (behaviour)
     Expect all memory to be in the state: from a copy of it, a fresh copy of the scheme goes on alike.
+claims-tested (behaviour)
+    Expect each claim to hold on a registered problem, and its quantities to be measured there.
 
 A problem is asked, what is not there being skipped:
 

@@ -15,6 +15,7 @@ from . import (
     problem_functions,
     sampled,
     solutions,
+    tested,
     traits,
 )
 from .check import Check
@@ -71,6 +72,7 @@ SCHEME_CHECKS = (
     _step("noise-is-used", behaviour.heard),
     _step("own-memory", behaviour.own_memory),
     _step("state-is-whole", behaviour.whole_state),
+    _once("claims-tested", tested.tested, since=2),
 )
 PROBLEM_CHECKS = (
     _api("declaration", problem_declarations.usable),

@@ -2,6 +2,27 @@
 
 import json
 
+import pytest
+
+CLAIMING = """
+@dataclass(frozen=True)
+class Claiming(Scheme):
+    '''A scheme with a claim.'''
+    name: ClassVar[str] = "claiming"
+    form: ClassVar[type] = SDE
+    claims: ClassVar[tuple] = (
+        Claim(measure="strong", value=0.5, source="a book"),
+        Claim(value=0.5, source="a book", {claim}),
+    )
+
+    def step(self, problem, state, t, h, noise):
+        return Step(state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
+
+@hookimpl
+def sdaeverify_schemes():
+    return [Claiming()]
+"""
+
 HOSTILE = """
 @dataclass(frozen=True)
 class Hostile(Scheme):
@@ -23,7 +44,7 @@ def test_a_sound_scheme(call):
     outcome = call("check", "milstein", "-p", "gbm")
 
     assert (outcome.code, outcome.err) == (0, "")
-    assert outcome.out.strip() == "19 answers: 19 passed, none failed, none skipped"
+    assert outcome.out.strip() == "20 answers: 20 passed, none failed, none skipped"
 
 
 def test_rows_for_programs(call):
@@ -56,6 +77,39 @@ def test_one_fault_is_told_once(call, write):
     assert raised > 10
     assert outcome.out.count("  raises ValueError") == 1
     assert f"inputs-untouched and {raised - 1} more" in outcome.out
+
+
+@pytest.mark.parametrize(
+    ("claim", "reason"),
+    [
+        ('measure="stong"', "a claim is about measure 'stong', unknown; did you mean strong?"),
+        (
+            'measure="strong", quantities=("X",)',
+            "its claim of strong order >= 0.5 is not tested: no result is about 'X'",
+        ),
+        (
+            'measure="strong", when=frozenset({"delayed-noise", "no-delay"})',
+            "its claim of strong order >= 0.5 holds on no registered problem with delayed-noise, no-delay",
+        ),
+    ],
+)
+def test_claims_that_nothing_tests(call, write, claim, reason):
+    """An unknown measure or quantity, and traits that no problem has, are told."""
+    plugin = write(CLAIMING.format(claim=claim))
+
+    outcome = call("check", "claiming", "-p", "gbm", "--plugin", plugin, "--json")
+
+    assert outcome.code == 1
+    (failed,) = [row["reason"] for row in json.loads(outcome.out) if row["status"] == "failed"]
+    assert failed.startswith(reason)
+
+
+def test_an_empty_selection(call):
+    """Names that are none are wrong usage, and not a check of nothing that passes."""
+    outcome = call("check", "", ",")
+
+    assert outcome.code == 2
+    assert outcome.err == "sdaeverify: error: empty selection of schemes and problems: ' ,'\n"
 
 
 def test_an_unknown_name(call):

@@ -101,6 +101,28 @@ def test_right_alone(project):
     assert report["counts"] == {"passed": 2}
 
 
+@pytest.mark.parametrize(
+    ("claim", "why"),
+    [
+        ('measure="stong", value=1.0', "measure 'stong' is not registered; did you mean strong?"),
+        ('measure="strong", value=0.5, quantities=("X",)', "no result is about 'X'"),
+        ('measure="strong", value=0.5, when=frozenset({"algebraic"})', "it holds for no selected problem"),
+    ],
+    ids=["measure", "quantity", "traits"],
+)
+def test_claim_that_nothing_tests(project, write, claim, why):
+    """It is said, and the gate is not green; a run of a part of the problems need not test it."""
+    text = PLUGIN.replace('source="wishful thinking"', f'source="x"), Claim({claim}, source="nowhere"')
+    write(text.replace('measure="strong", value=1.0, source="x"', 'measure="strong", value=0.5, source="x"'))
+
+    outcome, part = project("-s", "wrong"), project("-s", "wrong", "-p", "gbm")
+
+    assert outcome.code == ExitCode.NOTHING
+    assert f"not tested: wrong: {claim.split('=')[1].split(',')[0].strip(chr(34))}" in outcome.out
+    assert why in outcome.out
+    assert part.code == (ExitCode.NOTHING if "stong" in claim else ExitCode.OK)
+
+
 def test_second_run(project):
     """What was measured before is reused, and said to be, only where that is asked for."""
     outcomes = [project("-s", "right", *further) for further in ((), (), ("--reuse",), ("--fresh",))]

@@ -40,7 +40,7 @@ def test_a_broken_contract_is_no_expected_failure():
     whole, quantity = outcomes([broken, result(Verdict.REFUTED)], Policy(expected_failures=ANY))
 
     assert (whole.status, whole.finding.reason) == (Status.FAILED, "a step writes into its state")
-    assert code_of_gate([whole, quantity], Policy(expected_failures=ANY), locked=True) is ExitCode.REFUTED
+    assert code_of_gate([whole, quantity], Policy(expected_failures=ANY), complete=True) is ExitCode.REFUTED
     assert quantity.status is Status.XFAILED
 
 
@@ -107,7 +107,7 @@ def test_code(verdicts, options, locked, code):
     """The worst outcome gives the code, in the order 5, 1, 3, 7, 4."""
     policy = Policy(**options)
 
-    assert code_of_gate(outcomes(map(result, verdicts), policy), policy, locked=locked) is code
+    assert code_of_gate(outcomes(map(result, verdicts), policy), policy, complete=locked) is code
 
 
 def test_unexpected_before_undecided():
@@ -115,6 +115,6 @@ def test_unexpected_before_undecided():
     policy = Policy(inconclusive="fail", expected_failures=(ExpectedFailure(reason="known", quantity="y"),))
     results = [result(Verdict.INCONCLUSIVE), result(Verdict.VERIFIED, quantity="y")]
 
-    assert code_of_gate(outcomes(results, policy), policy, locked=True) is ExitCode.UNEXPECTED
+    assert code_of_gate(outcomes(results, policy), policy, complete=True) is ExitCode.UNEXPECTED
     results.append(result(Verdict.ERROR))
-    assert code_of_gate(outcomes(results, policy), policy, locked=True) is ExitCode.NOT_MEASURED
+    assert code_of_gate(outcomes(results, policy), policy, complete=True) is ExitCode.NOT_MEASURED

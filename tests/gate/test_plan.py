@@ -10,7 +10,7 @@ from sdaeverify import Control, Pathwise
 from sdaeverify.contributions import SchemeEntry
 from sdaeverify.discovery import Origin
 from sdaeverify.errors import UsageError
-from sdaeverify.gate.plan import gate_plan, untested
+from sdaeverify.gate.plan import gate_plan
 from sdaeverify.gate.policy import Policy
 from sdaeverify.gate.tiers import TIERS, settings_of
 from sdaeverify.measure import Verdict
@@ -180,10 +180,3 @@ def test_tiers_grow():
 def test_nothing_claimed():
     """Where nothing is claimed nothing is planned."""
     assert gate_plan(registered((Plain(),), (added,)), Policy(measures=("blunt",))).problems == ()
-
-
-def test_untested_claims():
-    """A claim that is in scope on no selected problem is told."""
-    registry, policy = registered((Plain(), Picky())), Policy()
-
-    assert untested(registry, policy, gate_plan(registry, policy)) == [(Picky(), *Picky.claims)]

@@ -86,6 +86,22 @@ class Boasting(Sound):
 
 
 @dataclass(frozen=True)
+class Vague(Sound):
+    """A scheme whose claim is about a component that no problem has."""
+
+    claims: ClassVar[tuple[Claim, ...]] = (*SOUND, Claim(measure="strong", value=0.5, source="x", quantities=("X",)))
+
+
+@dataclass(frozen=True)
+class Nowhere(Sound):
+    """A scheme whose claim holds for traits that no problem has together."""
+
+    claims: ClassVar[tuple[Claim, ...]] = (
+        Claim(measure="strong", value=0.5, source="a book", when=frozenset({"delayed-noise", "no-delay"})),
+    )
+
+
+@dataclass(frozen=True)
 class Unfounded(Sound):
     """A scheme whose claim has no source."""
 
@@ -170,6 +186,10 @@ FAULTS = {
     "state-is-whole": [
         (prepared(two_steps), "after 3 steps from a copy"),
         (prepared(counting), "from a copy"),
+    ],
+    "claims-tested": [
+        (Vague(), "no result is about 'X'"),
+        (Nowhere(), "holds on no registered problem with delayed-noise, no-delay"),
     ],
 }
 

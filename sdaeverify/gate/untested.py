@@ -1,0 +1,122 @@
+"""Claims of the gated schemes that nothing puts to the test: a gate that does not see them is green for nothing."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
+
+from ..errors import FAULTS
+from ..labels import did_you_mean
+from ..matching import match
+from ..measure import Verdict
+from ..registry import Registry
+from ..scheme import Claim, Scheme
+from ..selection import select_measures, select_problems
+from ..study import CellResult, Plan
+from ..study.claimed import claims_of
+from .outcomes import UNMEASURED
+from .plan import gated_schemes, left_out
+from .policy import Policy
+from .tiers import Cover, tier_of
+
+
+class Untested(NamedTuple):
+    """A claim that no cell puts to the test, or a quantity of it that no finding is about.
+
+    Attributes
+    ----------
+    scheme : Scheme
+    claim : Claim
+    why : str
+    chosen : bool
+        Whether the policy leaves it out: a measure that it does not select, a problem that is run on request only.
+    """
+
+    scheme: Scheme
+    claim: Claim
+    why: str
+    chosen: bool = False
+
+    def __str__(self) -> str:
+        where = f" where the problem has {', '.join(sorted(self.claim.when))}" if self.claim.when else ""
+        return f"not tested: {self.scheme.label}: {self.claim.measure} {self.claim}{where}: {self.why}"
+
+
+def untested(registry: Registry, policy: Policy, made: Plan, results: Sequence[CellResult]) -> list[Untested]:
+    """Return what the gated schemes claim and nothing tests.
+
+    Parameters
+    ----------
+    registry : Registry
+    policy : Policy
+    made : Plan
+        That of the gate.
+    results : sequence of CellResult
+        Of all its cells.
+    """
+    by_cell = {result.cell: result for result in results}
+    tested: dict[tuple[Scheme, Claim], list[CellResult]] = {}
+    for problem in made.problems:
+        for cell in problem.cells:
+            for claim in claims_of(cell, problem.problem):
+                tested.setdefault((cell.scheme, claim), []).append(by_cell[cell])
+    return [
+        each
+        for scheme in gated_schemes(registry, policy)
+        for claim in dict.fromkeys(scheme.promises)
+        for each in _untested(registry, policy, (scheme, claim), tested.get((scheme, claim), []))
+    ]
+
+
+def known_quantities(results: Iterable[CellResult]) -> set[str]:
+    """Return the quantities that something is measured of: what is claimed and is not there is out of scope."""
+    return {f.quantity for each in results for f in each.findings if f.verdict is not Verdict.OUT_OF_SCOPE}
+
+
+def unknown_quantities(claim: Claim, found: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Yield each quantity of a claim that is not among those found, with the words for it."""
+    names = sorted(set(found))
+    for quantity in claim.quantities:
+        if quantity not in names:
+            listed = f" (known: {', '.join(names)})" if names else ""
+            yield quantity, f"no result is about {quantity!r}{did_you_mean(quantity, names)}{listed}"
+
+
+def _untested(
+    registry: Registry, policy: Policy, promise: tuple[Scheme, Claim], results: list[CellResult]
+) -> Iterator[Untested]:
+    scheme, claim = promise
+    if claim.measure not in registry.measures:
+        why = f"measure {claim.measure!r} is not registered{did_you_mean(claim.measure, registry.measures)}"
+        yield Untested(scheme, claim, why)
+    elif not results:
+        yield _without_cell(registry, policy, scheme, claim)
+    elif not any(f.verdict in UNMEASURED or not f.quantity for each in results for f in each.findings):
+        lost = list(unknown_quantities(claim, known_quantities(results)))
+        # Where each claim is tested once, that is on one problem, which need not have all its quantities.
+        if tier_of(policy).cover is Cover.EVERYTHING or len(lost) == len(claim.quantities):
+            yield from (Untested(scheme, claim, why) for _, why in lost)
+
+
+def _without_cell(registry: Registry, policy: Policy, scheme: Scheme, claim: Claim) -> Untested:
+    if claim.measure in left_out(registry, policy):
+        return Untested(scheme, claim, f"tier {policy.tier} leaves the measure out", chosen=True)
+    if claim.measure not in {measure.name for measure in select_measures(registry, policy.measures)}:
+        return Untested(scheme, claim, "the policy does not select the measure", chosen=True)
+    if not policy.problems and (label := _on_request(registry, scheme, claim)):
+        return Untested(scheme, claim, f"only problems that are run on request do, such as {label}", chosen=True)
+    return Untested(scheme, claim, "it holds for no selected problem")
+
+
+def _on_request(registry: Registry, scheme: Scheme, claim: Claim) -> str:
+    """Return the label of a problem that is run on request where a claim holds; empty if there is none."""
+    names = [name for name, entry in registry.problems.items() if entry.on_request]
+    measure = registry.measures[claim.measure].measure
+    for spec in select_problems(registry, names) if names else []:
+        try:
+            problem = spec.build()
+            view = match(scheme, problem).problem
+            if view is not None and claim.when <= view.traits and not measure.refuses(scheme, problem):
+                return spec.label
+        except FAULTS:
+            # What is wrong with it shows where it is run.
+            continue
+    return ""
