@@ -22,6 +22,8 @@ FITTED = 4
 FEWEST = 3
 # A mean difference counts as resolved from so many standard errors on; no sample is ended by that.
 RESOLVED = 3.0
+# No order shows on steps whose error is more than this part of what the solution does.
+COARSE = 0.25
 # Jackknife intervals are calibrated from 100 paths on, to levels of 0.001; beyond, and for heavy tails, from 800.
 CALIBRATED_PATHS = 100
 DEEP_PATHS = 800
@@ -188,13 +190,16 @@ def with_sample(tests: Tests, paths: int, *, heavy: bool) -> Tests:
     return Tests(max(tests.verified, SHALLOW), refuted, tests.reason, growth, tests.refuted)
 
 
-def held_back(tests: Tests, evidence: Evidence, levels: Array) -> Tests:
-    """Refute nothing by levels that do not resolve the problem's fastest time; what they show stays suspicious."""
-    why = unresolved(evidence.view, min(evidence.step_sizes[level] for level in levels))
+def held_back(tests: Tests, evidence: Evidence, levels: Array, coarse: str = "") -> Tests:
+    """Refute nothing by levels that do not resolve the problem's fastest time; what they show stays suspicious.
+
+    Nor by levels that are too coarse for another reason.
+    """
+    why = unresolved(evidence.view, min(evidence.step_sizes[level] for level in levels)) or coarse
     if not why or tests.refuted == 1.0:
         return tests
-    suspected = min(tests.refuted, tests.suspected)
-    return tests._replace(refuted=1.0, suspected=suspected, reason=f"{tests.reason}; {why}")
+    suspected, growth = min(tests.refuted, tests.suspected), inf if coarse else tests.growth
+    return tests._replace(refuted=1.0, suspected=suspected, growth=growth, reason=f"{tests.reason}; {why}")
 
 
 def doubted(findings: list[Finding]) -> list[Finding]:

@@ -22,10 +22,10 @@ STATE = "state"
 class ErrorObserver:
     """Notes errors and successive differences of each component c and of the full state.
 
-    e_l = |x_l - x| and d_l = |x_l - x_{l+1}| (levels l, truth x); where the truth has an error of its own, also
-    the blurred errors that its half resolution gives. At T, the relative error |x_l - x|/|x| of each path as well: of
-    nodes z_i of equal weight ds it is that of (sum_i |z_i|^2 ds)^{1/2}, ds being on either side of the fraction. Its
-    mean is infinite where x comes near 0 too often.
+    e_l = |x_l - x| and d_l = |x_l - x_{l+1}| (levels l, truth x); how far x has moved from its start; where the truth
+    has an error of its own, also the blurred errors that its half resolution gives. At T, the relative error
+    |x_l - x|/|x| of each path as well: of nodes z_i of equal weight ds it is that of (sum_i |z_i|^2 ds)^{1/2}, ds
+    being on either side of the fraction. Its mean is infinite where x comes near 0 too often.
 
     Parameters
     ----------
@@ -57,6 +57,7 @@ class ErrorObserver:
         now = {
             "error": [self._distances(level, snapshot.truth) for level in levels],
             "difference": [self._distances(a, b) for a, b in pairwise(levels)],
+            "motion": [self._distances(snapshot.truth, self.start)],
         }
         if snapshot.coarser_truth is not None:
             now["blurred"] = [self._distances(level, snapshot.coarser_truth) for level in levels]

@@ -13,13 +13,12 @@ from ..measure import Evidence
 from ..scheme import Claim
 from ..statistics import RISING, Estimate, corrected_slope_weights, slope_weights
 from ..truths import Moment
-from ..verdicts import FEWEST, FITTED, RESOLVED, Tests, held_back, order_tests, sound_levels, with_sample
+from ..verdicts import COARSE, FEWEST, FITTED, RESOLVED, Tests, held_back, order_tests, sound_levels, with_sample
 from ._means import Means
 
 TOO_FEW = "fewer than three levels without failures"
 # Errors a h^p + b h^(p+1) leave this much more than the last difference over 2^p - 1 at the finest level.
 SLACK = 2.0
-COARSE = 0.25
 
 
 class MeanOrder(NamedTuple):

@@ -13,8 +13,8 @@ from ..measure import Evidence
 from ..scheme import Claim
 from ..statistics import RISING, Estimate, corrected_slope_weights
 from ..truths import Pathwise
-from ..verdicts import FITTED, WRONG, Tests, at_levels, held_back, order_tests, sound_levels, with_sample
-from ._quantity import Quantity
+from ..verdicts import COARSE, FITTED, WRONG, Tests, at_levels, held_back, order_tests, sound_levels, with_sample
+from ._quantity import Quantity, quantities_of
 from ._reference_bias import Bias, reference_bias
 
 # A wrong limit shows as errors that stop falling while successive differences go on.
@@ -22,6 +22,8 @@ WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15
 EXACT = "exact to round-off at every level"
 # Who stands still is exact on a solution that does not move.
 STILL = "the solution does not move beyond rounding"
+# Where errors of order 1/2 fall, halving a step changes a solution by 2^(1/2) - 1 of the finer one's error at least.
+FALLING = 0.75 * (2.0**0.5 - 1.0)
 # From this p-value on it matters whether a low order is one of coarse steps only.
 SUSPECT = 0.01
 
@@ -100,7 +102,25 @@ def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
     else:
         growth = np.inf if tests.verified <= evidence.level else tests.growth
         tests = tests._replace(verified=1.0, growth=growth, reason=f"{tests.reason}, but towards its own limit")
-    return held_back(calibrated(tests, quantity, fitted.levels), evidence, fitted.levels)
+    coarse = _coarse(evidence, int(fitted.levels[-1])) if tests.refuted <= SUSPECT else ""
+    return held_back(calibrated(tests, quantity, fitted.levels), evidence, fitted.levels, coarse)
+
+
+def _coarse(evidence: Evidence, finest: int) -> str:
+    """Return which component the finest steps do not resolve, and how far they are from it; empty if there is none.
+
+    Its error is a large part of what the solution moves, and halving the step still changes it by as much as it does
+    where errors of order 1/2 or more fall: they have not begun to. No other component, which it drives, shows its
+    order then. At a wrong limit errors are large and flat as well, but steps change it less and less.
+    """
+    for each in quantities_of(evidence):
+        change = float(each.difference[:, finest - 1, 1].sum()) / each.paths
+        error = float(each.means()[finest])
+        if error > COARSE * each.motion and change > FALLING * error:
+            off = f"{each.name} is off by {error / each.motion:.0%} of what the solution moves"
+            halved = "halving the step still changes that: no order shows; add finer levels"
+            return f"{off} at h = {each.h[finest]:.3g}, and {halved}"
+    return ""
 
 
 def calibrated(tests: Tests, quantity: Quantity, levels: Array) -> Tests:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
+from math import inf
 
 import numpy as np
 
@@ -33,6 +34,8 @@ class Quantity:
     largest : ndarray, shape (L, k)
     size, moved : float
         Largest value of the true component, and how far it has moved from its initial value.
+    motion : float
+        The mean over paths of the latter; infinite where it was not noted.
     """
 
     name: str
@@ -45,6 +48,7 @@ class Quantity:
     largest: Array
     size: float
     moved: float
+    motion: float = inf
 
     @property
     def paths(self) -> int:
@@ -116,7 +120,12 @@ def quantities_of(evidence: Evidence) -> Iterator[Quantity]:
             largest=evidence.tally.largest[name][..., : evidence.settings.extremes],
             size=float(evidence.tally.maxima[f"size {component}"][0]),
             moved=float(evidence.tally.maxima[f"moved {component}"][0]),
+            motion=_mean(sums.get(f"motion {name}"), sums["paths"]),
         )
+
+
+def _mean(sums: Array | None, counts: Array) -> float:
+    return inf if sums is None else float(sums[:, 0, 1].sum() / counts.sum())
 
 
 def _functional(weights: Array, p: float, means: Array) -> float:

@@ -129,11 +129,7 @@ def _orders(record: Consistency, part: Array) -> Array:
 
 
 def _nodes(dimension: int, *, areas: bool) -> Nodes:
-    nodes = step_nodes(dimension, NODES, areas=areas)
-    if nodes.exact:
-        return nodes
-    H = None if nodes.H is None else nodes.H[:, :POINTS]
-    return Nodes(nodes.dW[:, :POINTS], H, np.full(POINTS, 1.0 / POINTS), exact=False)
+    return step_nodes(dimension, NODES, areas=areas).few(POINTS)
 
 
 def _defects(step: OneStep, x: Array, nodes: Nodes, h: float) -> tuple[Array, Array, Array]:

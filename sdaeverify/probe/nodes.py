@@ -61,6 +61,13 @@ class Nodes(NamedTuple):
         dW = np.tile(np.sqrt(h) * self.dW, states)
         return Increment(dW, None if self.H is None else np.tile(np.sqrt(h) * self.H, states))
 
+    def few(self, count: int) -> "Nodes":
+        """Return a rule as it is, and so many of random points at most."""
+        if self.exact or count >= len(self.weights):
+            return self
+        H = None if self.H is None else self.H[:, :count]
+        return Nodes(self.dW[:, :count], H, np.full(count, 1.0 / count), exact=False)
+
     def mean(self, values: Array) -> Array:
         """Return the expectation over the nodes of values of shape (..., K)."""
         return np.asarray(np.einsum("...k,k->...", values, self.weights))

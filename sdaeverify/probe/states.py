@@ -7,12 +7,14 @@ import numpy as np
 
 from ..arrays import Array, Mask
 from ..forms import SDE, Problem
-from ..numerics import all_finite, norm
+from ..numerics import all_finite, norm, solve
 from .nodes import SEED
 
 # Points of the cloud beside the initial state, in each of its two parts.
 PILOT, SCATTERED = 6, 6
 PILOT_H = 2.0**-6
+# Of the states, to differentiate a stiff drift.
+DIFFERENCE = 1e-7
 FEWEST_STEPS, MOST_STEPS = 64, 256
 # A point this close to the manifold, in parts of the terms that cancel there, is on it.
 CLOSE = 1e-10
@@ -30,8 +32,8 @@ def cloud(view: Problem, ito: SDE) -> Array:
     constrained problem all are brought onto the manifold, with velocities projected onto the tangent space. The
     initial state takes the place of a point where that fails, or where drift or diffusion are not finite.
 
-    Where the drift of a step is larger than the state, it is cut down to its size: a stiff equation would carry the
-    pilot to states that no solution has.
+    Where the drift of a step is larger than the state, the equation is stiff, and explicit steps would carry the
+    pilot to states that no solution has: the pilot is then linearly implicit, x+ = x + (1 - h Df)^{-1} (h f + B dW).
 
     Parameters
     ----------
@@ -71,17 +73,31 @@ def allowed(view: Any, ito: SDE, points: Array) -> Mask:
 
 def _pilot(ito: SDE, rng: np.random.Generator) -> Array:
     steps = int(np.clip(np.ceil(ito.horizon / PILOT_H), FEWEST_STEPS, MOST_STEPS))
-    h, x = min(ito.horizon / steps, PILOT_H), ito.initial(PILOT)
-    kept = np.linspace(steps / PILOT, steps, PILOT).astype(int)
-    points = np.empty_like(x)
-    for step in range(steps):
-        dW = np.sqrt(h) * rng.standard_normal((ito.noise_dim, PILOT))
-        x = x + _cut(h * ito.drift(step * h, x), x) + ito.diffused(step * h, x, dW)
-        done = kept == step + 1
-        points[:, done] = x[:, done]
+    h, normals = min(ito.horizon / steps, PILOT_H), rng.standard_normal((steps, ito.noise_dim, PILOT))
+    points, stiff = _carried(ito, h, normals, implicit=False)
+    if stiff:
+        points, _ = _carried(ito, h, normals, implicit=True)
     return np.where(all_finite(points), points, ito.initial(PILOT))
 
 
-def _cut(change: Array, x: Array) -> Array:
-    size, length = norm(x), norm(np.broadcast_to(change, x.shape))
-    return np.where((size > 0.0) & (length > size), size / length, 1.0) * change
+def _carried(ito: SDE, h: float, normals: Array, *, implicit: bool) -> tuple[Array, bool]:
+    """Return where the pilot is at six times, one path each, and whether a drift was larger than the state."""
+    x, steps, stiff = ito.initial(PILOT), len(normals), False
+    kept = np.linspace(steps / PILOT, steps, PILOT).astype(int)
+    points = np.empty_like(x)
+    for step, xi in enumerate(normals):
+        t = step * h
+        drift, kick = np.broadcast_to(h * ito.drift(t, x), x.shape), ito.diffused(t, x, np.sqrt(h) * xi)
+        stiff = stiff or bool(((norm(x) > 0.0) & (norm(drift) > norm(x))).any())
+        x = x + solve(_implicit_matrix(ito, t, x, h), drift + kick) if implicit else x + drift + kick
+        done = kept == step + 1
+        points[:, done] = x[:, done]
+    return points, stiff
+
+
+def _implicit_matrix(ito: SDE, t: float, x: Array, h: float) -> Array:
+    """Return 1 - h Df, shape (d, d, P), by differences: states of the cloud need not be accurate."""
+    d, size = len(x), DIFFERENCE * (1.0 + norm(x))
+    moved = x[:, None] + size * np.eye(d)[..., None]
+    there = np.broadcast_to(ito.drift(t, moved.reshape(d, -1)), (d, d * x.shape[1])).reshape(moved.shape)
+    return np.eye(d)[..., None] - h * (there - ito.drift(t, x)[:, None]) / size

@@ -23,6 +23,8 @@ LEVELS = 4.0 ** -np.arange(2.0, 9.0)
 # Where a defect as small as a solver's tolerance falls more slowly than before, finer steps tell why.
 FINER = 4.0 ** -np.arange(9.0, 12.0)
 NODES = 6
+# Random points times components of the state: steps of many components, implicit ones above all, are dear.
+WORK = 28_000
 # Rounding errors of a defect stay some hundred times below this part of the solution's size.
 ROUNDING = 6e-14
 # The defects of a level: from two half steps, from Euler-Maruyama, from it after a step of the scheme's own.
@@ -81,7 +83,8 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     """
     step = OneStep(scheme, view)
     x = cloud(view, step.ito)
-    nodes, when = half_steps(view.noise_dim, NODES, areas="H" in scheme.noise), times(step, x)
+    nodes = HalfSteps(*(part.few(WORK // len(x)) for part in _half_steps(scheme, view)))
+    when = times(step, x)
     counts = np.array(float(nodes.whole.exact)), np.array(float(len(when)))
 
     def probed(h: Array) -> LocalStrong:
@@ -93,6 +96,10 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     with np.errstate(all="ignore"):
         record = probed(LEVELS * unit)
         return _joined(record, probed(FINER * unit)) if _slows_down(record) else record
+
+
+def _half_steps(scheme: Scheme, view: Problem) -> HalfSteps:
+    return half_steps(view.noise_dim, NODES, areas="H" in scheme.noise)
 
 
 def core(ito: SDE, x: Array) -> Array:

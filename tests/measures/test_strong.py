@@ -112,6 +112,51 @@ def test_wrong_limit_is_refuted_by_the_contrast():
     assert finding.verdict is Verdict.REFUTED
 
 
+UNRESOLVED = np.array([0.9, 0.88, 0.87, 0.85, 0.8, 0.7])
+
+
+def of_two(slow, fast):
+    """Return the finding on r at T from errors of r and v, both of which move by 1."""
+    paths = len(slow[0])
+    observer = ErrorObserver({name: np.zeros((1, paths)) for name in ("r", "v")}, replace(SETTINGS, paths=paths))
+    levels = [{"r": 1.0 + r[None], "v": 1.0 + v[None]} for r, v in zip(slow, fast, strict=True)]
+    observer.after_coarsest_step(Snapshot(levels, {name: np.ones((1, paths)) for name in ("r", "v")}, None))
+    settings = replace(SETTINGS, paths=paths)
+    evidence = Evidence(Claimant(), gbm(), gbm(), settings, observer.tally(), health())
+    return {finding.quantity: finding for finding in Strong().judge(evidence).findings}["r@T"]
+
+
+def scattered(sizes):
+    """Return errors that are independent at each level."""
+    rng = np.random.default_rng(8)
+    return [size * rng.normal(size=4000) for size in sizes]
+
+
+def test_steps_that_do_not_resolve_the_solution_refute_nothing():
+    """Errors of nine tenths to seven tenths of what the solution moves are flat, whatever the order is."""
+    finding = judge(scattered(UNRESOLVED))
+
+    assert finding.verdict is Verdict.INCONCLUSIVE
+    assert "of what the solution moves at h = 0.00391, and halving the step still changes that" in finding.reason
+    assert "would decide" not in finding.reason
+
+
+def test_one_component_that_is_not_resolved_speaks_for_all():
+    """What a velocity drives has no order before the velocity has one; where it is resolved, a low order refutes."""
+    held = of_two(errors(0.2, sizes=np.full(4000, 0.1)), scattered(UNRESOLVED))
+    resolved = of_two(errors(0.2, sizes=np.full(4000, 0.1)), errors(1.0))
+
+    assert held.verdict is Verdict.INCONCLUSIVE
+    assert "v@T is off by" in held.reason or "v is off by" in held.reason
+    assert resolved.verdict is Verdict.REFUTED
+
+
+@pytest.mark.parametrize("limit", [0.3, 0.9, 3.0])
+def test_a_wrong_limit_far_off_is_refuted_all_the_same(limit):
+    """Its errors are as large and as flat, but halving the step changes the solution less and less."""
+    assert judge(errors(1.0, limit=limit)).verdict is Verdict.REFUTED
+
+
 def test_small_plateau_is_seen_before_the_slope_sees_it():
     """A plateau that leaves the slope above claim - margin is still told by the contrast."""
     finding = judge(errors(1.0, limit=5e-4, sizes=np.ones(4000)))

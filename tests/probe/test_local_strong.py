@@ -14,6 +14,7 @@ from sdaeverify.laws import THREE_POINT, Law
 from sdaeverify.measure import Verdict
 from sdaeverify.probe.local_orders import LocalOpinion
 from sdaeverify.probe.local_strong import StrongOrder, judge_strong, strong_order
+from sdaeverify.probe.nodes import half_steps
 from sdaeverify.probe.strong_defects import LocalStrong, local_strong, no_local_order
 from sdaeverify.registry import load_registry
 from sdaeverify.tally import packed, unpacked
@@ -21,6 +22,7 @@ from sdaeverify.verdicts import claim_for
 from sdaeverify_problems.angle_pendulum import angle_pendulum
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.double_well import double_well
+from sdaeverify_problems.fibre_clamped import fibre_clamped
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.ou import ou
@@ -33,6 +35,7 @@ from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 from sdaeverify_schemes.heun import Heun, HeunAdditive
 from sdaeverify_schemes.projected_euler import ProjectedEuler
+from sdaeverify_schemes.semi_implicit_projection_euler import SemiImplicitProjectionEuler
 from sdaeverify_schemes.sra1 import SRA1
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
@@ -397,6 +400,25 @@ def test_a_step_is_asked_at_its_time() -> None:
 
     assert found(EulerMaruyama(), problem).order == pytest.approx(1.0, abs=0.02)
     assert opinion(Late(s.euler), problem, 0.5).inconsistent
+
+
+def test_a_stiff_fibre_is_probed_where_its_solutions_are() -> None:
+    """Among states at speeds up to 10^8 one step followed the equation nowhere; among its own it has order 1."""
+    order = found(SemiImplicitProjectionEuler(), fibre_clamped(alpha=0.4, horizon=0.25))
+
+    assert order.order == pytest.approx(1.0, abs=0.02)
+    assert order.inconsistent_share == 0.0
+
+
+def test_many_components_are_probed_at_fewer_random_points() -> None:
+    """Of a rule all nodes are taken; of random points so many that a step of many components stays affordable."""
+    rule, points = (half_steps(count, 6).whole for count in (1, 14))
+    few = points.few(300)
+
+    assert rule.few(1) is rule
+    assert few.dW.shape == (14, 300)
+    assert few.weights.sum() == pytest.approx(1.0)
+    assert points.few(10_000) is points
 
 
 @pytest.mark.slow

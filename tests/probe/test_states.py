@@ -9,6 +9,7 @@ from sdaeverify import SDE
 from sdaeverify.forms import Problem
 from sdaeverify.probe.states import MOST_STEPS, SIZE, cloud
 from sdaeverify_problems.circle import circle
+from sdaeverify_problems.fibre_clamped import fibre_clamped
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_problems.sphere import sphere
@@ -96,3 +97,19 @@ def test_a_long_horizon_costs_no_more_than_a_short_one() -> None:
 def test_a_stiff_equation_keeps_its_pilot_near() -> None:
     """Where Euler-Maruyama with the pilot's step is unstable, the cloud stays where solutions are."""
     assert np.abs(states(gbm(a=-200.0))).max() < 10.0
+
+
+def test_a_stiff_pilot_stays_where_solutions_are() -> None:
+    """A stiff fibre moves at speeds of some units; explicit steps, however cut, led to 1e8."""
+    problem = fibre_clamped(alpha=0.4, horizon=0.25)
+
+    velocities = states(problem)[14:28]
+
+    assert 1.0 < np.abs(velocities).max() < 30.0
+
+
+def test_the_pilot_of_a_stiff_linear_equation_has_its_spread() -> None:
+    """With dx = -10^6 x dt + 10^3 dW, of standard deviation 2^{-1/2}, no state is far outside of it."""
+    stiff = scalar(drift=lambda t, x: -1e6 * x, diffusion=lambda t, x: np.full((1, 1, 1), 1e3))
+
+    assert np.abs(states(stiff)).max() <= 1.0
