@@ -1,10 +1,11 @@
 """Two hyperbolic sines of Gaussian processes: diagonal noise, the second pushed by the first."""
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Increment, Moment, Pathwise, hookimpl
+from sdaeverify import SDE, Array, Increment, Moment, ParameterError, Pathwise, hookimpl
 
 from . import _controls as controls
 from ._sines import SOURCE, mean_cosine, mean_sine, mean_square, slope
@@ -38,6 +39,8 @@ def hyperbolic_pair(
     Kloeden & Platen (1992), section 4.4.
     """
     b, start = np.array([[b_1], [b_2]]), np.arcsinh([x_1, x_2])
+    if not (width := np.sqrt(law(start, c, b_1, b_2, horizon)[1])) <= 3.0:
+        raise ParameterError(f"y_2 may have a standard deviation of 3 at the end, got {width:.3g}: x_2 is its sinh")
 
     def drift(t: float, x: Array) -> Array:
         along = np.stack([0.0 * x[0], c * np.arcsinh(x[0])])
@@ -76,20 +79,22 @@ def hyperbolic_pair(
 
 
 def moments(start: Array, c: float, b_1: float, b_2: float) -> Iterator[Moment]:
-    """Yield what is known of products of x_1 and x_2: y is normal, with means y_1(0) and y_2(0) + c y_1(0) t."""
-
-    def law(t: float) -> tuple[float, float, float]:
-        """Return the mean and the variance of y_2, and its covariance with y_1."""
-        return start[1] + c * start[0] * t, b_2**2 * t + c**2 * b_1**2 * t**3 / 3.0, 0.5 * c * b_1**2 * t**2
+    """Yield what is known of products of x_1 and x_2."""
+    known = partial(law, start, c, b_1, b_2)
 
     def product(t: float) -> float:
-        m, v, shared = law(t)
+        m, v, shared = known(t)
         sums = (mean_cosine(start[0] + s * m, b_1**2 * t + v + 2.0 * s * shared) for s in (1.0, -1.0))
         return 0.5 * float(np.subtract(*sums))
 
-    yield Moment(observable="x_2", value=lambda t: mean_sine(*law(t)[:2]), source=SOURCE)
-    yield Moment(observable="x_2^2", value=lambda t: mean_square(*law(t)[:2]), source=SOURCE)
+    yield Moment(observable="x_2", value=lambda t: mean_sine(*known(t)[:2]), source=SOURCE)
+    yield Moment(observable="x_2^2", value=lambda t: mean_square(*known(t)[:2]), source=SOURCE)
     yield Moment(observable="x_1 x_2", value=product, source=SOURCE)
+
+
+def law(start: Array, c: float, b_1: float, b_2: float, t: float) -> tuple[float, float, float]:
+    """Return the mean and the variance of y_2, and its covariance with y_1, whose mean stays y_1(0): y is normal."""
+    return start[1] + c * start[0] * t, b_2**2 * t + c**2 * b_1**2 * t**3 / 3.0, 0.5 * c * b_1**2 * t**2
 
 
 def diagonal(entries: Array) -> Array:

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.special import chdtri
 
-from sdaeverify import SDE
+from sdaeverify import SDE, ParameterError
 from sdaeverify.arrays import Array
 from sdaeverify.noise import Source, aggregate, brownian_steps
 from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
 from sdaeverify_problems.ou import exponential_integral, ou
 
 EPS = np.finfo(float).eps
@@ -161,3 +162,9 @@ def test_an_ornstein_uhlenbeck_step_is_its_formula() -> None:
 
     integral = alpha * noise.dW + beta * noise.H + rho * np.sqrt(h)
     assert np.abs(new - (np.exp(-0.3) * x + 0.3 * integral)).max() <= 16 * EPS
+
+
+def test_a_sine_of_too_wide_a_variable_is_refused() -> None:
+    """Where few paths carry all of sinh y_2, no sample shows an order: the parameters are rejected."""
+    with pytest.raises(ParameterError, match="standard deviation of 3 at the end, got 24:"):
+        hyperbolic_pair(c=3.15, b_1=2.76, b_2=0.124, x_1=0.793, horizon=2.84)
