@@ -15,7 +15,7 @@ from ..gate.gated import Gated, shortened
 from ..gate.json_report import json_report
 from ..gate.junit import junit_xml
 from ..gate.lock import Claims, Lock, compared
-from ..gate.lock_file import demanded, locked_tiers, write_lock
+from ..gate.lock_file import demanded, locked_before, locked_tiers, write_lock
 from ..gate.markdown_report import markdown_report
 from ..gate.outcomes import Outcome, idle, outcomes
 from ..gate.plan import gate_plan, left_out
@@ -92,7 +92,7 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
         If a name is unknown, the lock file is missing or damaged, or a report cannot be written.
     """
     policy = request.policy
-    tiers = {} if request.write_lock else locked_tiers(policy)
+    before = locked_before(policy) if request.write_lock else locked_tiers(policy)
     require_writable(request.folder)
     if request.junitxml is not None:
         require_writable_file(request.junitxml, "--junitxml")
@@ -105,7 +105,7 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
     if result is None:
         return None, code
     call_report_hooks(run)
-    gated = _judged(run, result, request, tiers)
+    gated = _judged(run, result, request, {} if request.write_lock else before)
     _written(gated, request)
     for line in _printed(gated, request.report):
         click.echo(line)

@@ -21,15 +21,11 @@ from .outcomes import Outcome
 
 SCHEMA = 1
 MARGIN = Claim(measure="strong", value=1.0, source="default").margin
-WRITE = "write it anew with gate --write-lock"
+WRITE = "if it is meant to be one, remove it and write it anew with gate --write-lock"
 ORDER = "order >="
 _NUMBER = r"[0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]{1,3})?"
 _ORDER = re.compile(rf"{ORDER} ({_NUMBER})(?:, margin ({_NUMBER}))?")
 _WITHIN = re.compile(rf"(.+) within ({_NUMBER})")
-
-
-class DamagedLockError(UsageError):
-    """What stands in the place of a lock file is none."""
 
 
 class Key(NamedTuple):
@@ -110,10 +106,8 @@ def read_lock(file: Path) -> dict[str, Claims]:
 
     Raises
     ------
-    DamagedLockError
-        If the file is no lock file.
     UsageError
-        If it cannot be read.
+        If it cannot be read, or is no lock file.
     """
     try:
         data = json.loads(file.read_text(encoding="utf-8"))
@@ -121,13 +115,13 @@ def read_lock(file: Path) -> dict[str, Claims]:
         raise UsageError(f"cannot read the lock file {file}: {error.strerror or error}") from error
     # What is nested too deeply for the reader is no ValueError to it.
     except (ValueError, RecursionError) as error:
-        raise DamagedLockError(f"{file} is no lock file: {error}; {WRITE}") from error
+        raise UsageError(f"{file} is no lock file: {error}; {WRITE}") from error
     if not isinstance(data, dict) or not _is_known(data.get("schema_version")):
-        raise DamagedLockError(f"{file} is no lock file of version {SCHEMA}; {WRITE}")
+        raise UsageError(f"{file} is no lock file of version {SCHEMA}; {WRITE}")
     try:
         return {tier: _flat(nested) for tier, nested in data["tiers"].items()}
     except (KeyError, AttributeError, TypeError) as error:
-        raise DamagedLockError(f"{file} is damaged; {WRITE}") from error
+        raise UsageError(f"{file} is damaged; {WRITE}") from error
 
 
 def lock_text(tiers: Mapping[str, Claims]) -> str:

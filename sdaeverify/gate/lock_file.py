@@ -1,12 +1,11 @@
 """The lock file of a policy: what is read from it, held against a gate, and written into it."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from ..errors import UsageError
 from ..registry import Registry
 from ..selection import select_measures, select_problems
-from .lock import Claims, DamagedLockError, compared, found_claims, lock_text, read_lock
+from .lock import Claims, compared, found_claims, lock_text, read_lock
 from .outcomes import Outcome, Status
 from .plan import gated_schemes
 from .policy import Policy
@@ -26,6 +25,17 @@ def locked_tiers(policy: Policy) -> dict[str, Claims] | None:
     if policy.lock_named:
         raise UsageError(f"there is no lock file {file}, though the policy names it; write it with gate --write-lock")
     return None
+
+
+def locked_before(policy: Policy) -> dict[str, Claims]:
+    """Return what the lock file locks before it is written, by tier; nothing where there is none.
+
+    Raises
+    ------
+    UsageError
+        If something else stands in its place, which must not be overwritten.
+    """
+    return read_lock(policy.lock_file) if policy.lock_file.exists() else {}
 
 
 def demanded(locked: Claims, registry: Registry, policy: Policy, *, narrowed: bool) -> Claims:
@@ -54,8 +64,6 @@ def demanded(locked: Claims, registry: Registry, policy: Policy, *, narrowed: bo
 def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> list[str]:
     """Write the claims that a gate has found into the section of its tier; other sections stay.
 
-    What is no lock file is replaced.
-
     Parameters
     ----------
     policy : Policy
@@ -65,12 +73,12 @@ def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> list[str]:
     -------
     list of str
         What was done, with each claim that was locked before and is gone or weaker; or why nothing was: a cell that
-        could not be measured would be forgotten. If the file was no lock file, that comes first.
+        could not be measured would be forgotten.
 
     Raises
     ------
     UsageError
-        If the file cannot be read or written.
+        If the file cannot be read or written, or is none that was written by this program: it stays as it is.
     """
     # Files of a run need pandas, which a run of tests should not have to load to read what is locked.
     from ..report.files import write_text  # noqa: PLC0415
@@ -80,16 +88,8 @@ def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> list[str]:
     if unmeasured or not outcomes:
         why = f"not measured: {len(unmeasured)}" if unmeasured else "no claim was tested"
         return [f"the lock file {file} is not written: {why}"]
-    claims, (before, replaced) = found_claims(outcomes), _before(file)
+    claims, before = found_claims(outcomes), locked_before(policy)
     write_text(lock_text({**before, tier: claims}), file)
     gone = compared(before.get(tier, {}), outcomes).violations
     locked = f"{len(claims)} claims of tier {tier} are locked in {file}"
-    return [*replaced, locked, *(f"unlocked: {line}" for line in gone)]
-
-
-def _before(file: Path) -> tuple[dict[str, Claims], list[str]]:
-    """Return what a file locks, and a line if what is there locks nothing."""
-    try:
-        return (read_lock(file) if file.exists() else {}), []
-    except DamagedLockError:
-        return {}, [f"{file} was no lock file and is replaced"]
+    return [locked, *(f"unlocked: {line}" for line in gone)]

@@ -95,7 +95,7 @@ class Policy:
         _require(fits, "timeout", "a number of seconds, or 0 for no limit", self.timeout)
         fits = self.level is None or self.level >= 1
         _require(fits, "level", "a level of the conformance kit, from 1 on", self.level)
-        # The lock file is replaced whatever stands there: not what somebody wrote.
+        # Said before anything is run: what is no lock file is never overwritten.
         fits = Path(self.lock).suffix not in {".toml", ".py"}
         _require(fits, "lock", f"a file of its own, such as {LOCK}", repr(self.lock))
 

@@ -183,20 +183,26 @@ def test_lock_of_a_part(project):
     assert "leave out -s, -p and -m" in project("-s", "right", "--write-lock").err
 
 
-def test_damaged_lock(project, tmp_path):
-    """A lock file that is damaged is wrong usage, until it is written anew, which says that it is replaced."""
-    file = tmp_path / "sdaeverify.lock"
-    file.write_text("[" * 100_000)
+@pytest.mark.parametrize("name", ["sdaeverify.lock", "README.md"])
+def test_what_is_no_lock_file_is_not_overwritten(project, tmp_path, name):
+    """A file that is no lock file is wrong usage, for --write-lock as well, which leaves it alone."""
+    file, text = tmp_path / name, "# Schemes\n"
+    file.write_text(text)
+    policy = f'lock = "{name}"\n'
 
-    before = project("-s", "right")
-    written = project("--write-lock")
-    after = project("-s", "right")
+    outcomes = [project("-s", "right", policy=policy), project("--write-lock", policy=policy)]
 
-    assert (before.code, after.code) == (ExitCode.USAGE, ExitCode.OK)
-    assert "is no lock file: " in before.err
-    assert f"note: {file} was no lock file and is replaced" in written.out
-    assert f"note: 4 claims of tier smoke are locked in {file}" in written.out
-    assert "is replaced" not in project("--write-lock").out
+    assert [outcome.code for outcome in outcomes] == [ExitCode.USAGE, ExitCode.USAGE]
+    for outcome in outcomes:
+        assert f"{file} is no lock file: " in outcome.err
+        assert "remove it and write it anew with gate --write-lock" in outcome.err
+        assert outcome.err.count("\n") == 1
+    assert file.read_text() == text
+    assert not (tmp_path / "reports").exists()
+
+    file.unlink()
+    assert "note: 4 claims of tier smoke are locked in" in project("--write-lock", policy=policy).out
+    assert "note: 4 claims of tier smoke are locked in" in project("--write-lock", policy=policy).out
 
 
 def test_missing_lock(project):

@@ -135,8 +135,8 @@ def test_every_claim_can_be_read_again(tmp_path, claim):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("{", "is no lock file: .*; write it anew"),
-        ("[" * 100_000, "is no lock file: .*; write it anew"),
+        ("{", "is no lock file: .*; if it is meant to be one, remove it and write it anew"),
+        ("[" * 100_000, "is no lock file: .*; if it is meant to be one, remove it and write it anew"),
         ("[]", "is no lock file of version 1"),
         (json.dumps({"schema_version": True, "tiers": {}}), "is no lock file of version 1"),
         (json.dumps({"schema_version": 2}), "is no lock file of version 1"),
