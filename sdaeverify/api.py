@@ -13,7 +13,8 @@ from .errors import UsageError
 from .forms import Problem
 from .measure import Measure
 from .registry import Registry, load_registry
-from .report.files import require_writable, write_json, write_table
+from .report.earlier import LEVELS, VERDICTS, Kept, save_tables
+from .report.files import require_writable
 from .report.provenance import provenance
 from .report.tables import level_table, verdict_table
 from .scheme import Scheme
@@ -74,8 +75,15 @@ class Result:
         """One row for each quantity of each cell at each step size."""
         return level_table(self.results, self.settings)
 
-    def save(self, folder: str | Path) -> None:
+    def save(self, folder: str | Path) -> Kept:
         """Write ``verdicts.csv``, ``levels.csv`` and ``run.json`` into a folder.
+
+        Rows on other cells of earlier runs into the folder stay, unless their code has changed.
+
+        Returns
+        -------
+        Kept
+            These rows.
 
         Raises
         ------
@@ -84,9 +92,8 @@ class Result:
         """
         target = Path(folder)
         require_writable(target)
-        write_table(self.verdicts, target / "verdicts.csv")
-        write_table(self.levels, target / "levels.csv")
-        write_json(self.run, target / "run.json")
+        cells = {(r.cell.scheme.label, r.cell.spec.label, r.cell.measure.name) for r in self.results}
+        return save_tables(target, {VERDICTS: self.verdicts, LEVELS: self.levels}, self.run, cells)
 
 
 def verify(

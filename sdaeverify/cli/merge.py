@@ -1,6 +1,6 @@
 """``merge``: runs of several machines as one."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -39,19 +39,22 @@ def merge(context: click.Context, /, runs: tuple[Path, ...], **options: Any) -> 
     """
     # Tables need pandas, which takes longer to load than all other commands need in all.
     from ..report.files import require_writable  # noqa: PLC0415
-    from ..report.saved import read_run  # noqa: PLC0415
+    from ..report.saved import read_earlier, read_run  # noqa: PLC0415
     from ..store.copying import copy_evidence  # noqa: PLC0415
     from .running import Run, carry_out, workers  # noqa: PLC0415
 
-    saved = [read_run(folder) for folder in runs]
-    settings, registry = _settings(saved), loaded(options["plugins"])
+    latest = [read_run(folder) for folder in runs]
+    _require_same(latest)
+    saved = [*latest, *_fitting(latest[0], [run for folder in runs for run in read_earlier(folder)])]
+    settings = replace(latest[0].settings, paths=max(run.settings.paths for run in saved))
+    registry = loaded(options["plugins"])
     with workers(*read_limits(None, None, None), registry) as crew:
         todo = _plan(saved, registry, crew.executor)
         require_writable(options["out"])
         for folder in runs:
             _tell(folder, copy_evidence(folder, options["out"]))
-        run = Run(todo, settings, registry, tuple(context.obj), options["out"], stored_only=True)
-        return carry_out(run, crew, "none")
+        merged = Run(todo, settings, registry, tuple(context.obj), options["out"], stored_only=True)
+        return carry_out(merged, crew, "none")
 
 
 def _tell(folder: Path, copied: "Copied") -> None:
@@ -62,14 +65,28 @@ def _tell(folder: Path, copied: "Copied") -> None:
         complain("warning", f"{folder}: {copied.damaged} files of evidence are damaged and left out")
 
 
-def _settings(saved: "Sequence[SavedRun]") -> Settings:
-    first, most = saved[0], max(run.settings.paths for run in saved)
+def _require_same(saved: "Sequence[SavedRun]") -> None:
     for run in saved[1:]:
-        for name in (field.name for field in fields(Settings) if field.name != "paths"):
-            one, other = getattr(first.settings, name), getattr(run.settings, name)
-            if one != other:
-                raise UsageError(f"{first.folder} was run with {name} {one}, {run.folder} with {other}: cannot merge")
-    return replace(first.settings, paths=most)
+        if (name := _differing(saved[0], run)) is not None:
+            one, other = getattr(saved[0].settings, name), getattr(run.settings, name)
+            raise UsageError(f"{saved[0].folder} was run with {name} {one}, {run.folder} with {other}: cannot merge")
+
+
+def _fitting(latest: "SavedRun", earlier: "Sequence[SavedRun]") -> "Iterator[SavedRun]":
+    """Yield the earlier runs into the same folders that can be merged; the others are told."""
+    for run in earlier:
+        if (name := _differing(latest, run)) is None:
+            yield run
+        else:
+            complain(
+                "warning", f"{run.folder}: an earlier run with another {name} is not judged, its evidence is copied"
+            )
+
+
+def _differing(one: "SavedRun", other: "SavedRun") -> str | None:
+    """Return the first setting in which two runs differ that must be the same."""
+    names = (field.name for field in fields(Settings) if field.name != "paths")
+    return next((name for name in names if getattr(one.settings, name) != getattr(other.settings, name)), None)
 
 
 def _plan(saved: "Sequence[SavedRun]", registry: Registry, executor: "Executor | None") -> Any:

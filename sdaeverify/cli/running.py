@@ -13,6 +13,7 @@ from rich.text import Text
 
 from ..api import Result, result_of
 from ..registry import Registry
+from ..report.earlier import Kept
 from ..report.files import require_writable
 from ..report.terminal import legend, orders, summary_tables, verdicts_in_words, visible
 from ..settings import Settings
@@ -57,6 +58,8 @@ class Run:
     stored_only : bool
         Whether nothing is computed.
     study : Study
+    kept : Kept or None
+        Rows of earlier runs that were in the folder when the run was first saved.
     """
 
     plan: Plan
@@ -67,6 +70,7 @@ class Run:
     fresh: bool = False
     stored_only: bool = False
     study: Study = field(init=False)
+    kept: Kept | None = None
 
     def __post_init__(self) -> None:
         self.study = Study(self.plan, self.settings, Store(self.folder, self.fresh), stored_only=self.stored_only)
@@ -75,6 +79,13 @@ class Run:
     def result(self) -> Result:
         """What is known so far."""
         return result_of(self.study, self.registry, self.arguments)
+
+    def save(self) -> Result:
+        """Save and return what is known so far."""
+        result = self.result
+        kept = result.save(self.folder)
+        self.kept = self.kept or kept
+        return result
 
     @property
     def so_far(self) -> str:
@@ -85,7 +96,7 @@ class Run:
     def stop(self, why: str) -> None:
         """Save what is finished of a run that is ended before its time."""
         self.study.stopped = why
-        self.result.save(self.folder)
+        self.save()
 
 
 def carry_out(run: Run, crew: Crew, kind: str) -> ExitCode:
@@ -139,13 +150,11 @@ def advance(run: Run, crew: Crew, kind: str) -> Result:
         for event in run.study.run(crew.executor, BLOCKS_A_WORKER * crew.jobs):
             begun = time.monotonic()
             if isinstance(event, Finished) and begun >= due:
-                run.result.save(run.folder)
+                run.save()
                 # Evidence is safe as it is: tables take a tenth of the time at most.
                 due = time.monotonic() + 10.0 * (time.monotonic() - begun)
             show(event)
-    result = run.result
-    result.save(run.folder)
-    return result
+    return run.save()
 
 
 def call_report_hooks(run: Run) -> None:
@@ -177,6 +186,14 @@ def _finished(run: Run, results: Sequence[CellResult]) -> ExitCode:
     return code
 
 
+def _of_earlier(run: Run) -> Iterator[str]:
+    kept = run.kept
+    if kept is not None and kept.verdicts:
+        yield f"{len(kept.verdicts)} rows of verdicts on other cells are kept of earlier runs into the same folder"
+    if kept is not None and kept.changed:
+        yield f"{kept.changed} rows of earlier runs are left out: the code of their cells has changed"
+
+
 def _show_orders(console: Console, results: Sequence[CellResult], confidence: float) -> None:
     if lines := orders(results):
         title = f"orders in h at grid times, half widths of {confidence:.4g} intervals:"
@@ -199,5 +216,6 @@ def _show(run: Run, results: Sequence[CellResult], code: ExitCode) -> None:
     if run.study.store is not None and run.study.store.telling:
         console.print(Text(visible(run.study.store.summary())), soft_wrap=True)
     files = f"verdicts.csv, levels.csv and run.json are in {run.folder}"
-    console.print(Text(visible(files)), soft_wrap=True)
+    for told in (*_of_earlier(run), files):
+        console.print(Text(visible(told)), soft_wrap=True)
     console.print(f"exit code {code.value}: {code.words}", style="green" if code is ExitCode.OK else "red")

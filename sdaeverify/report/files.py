@@ -59,10 +59,15 @@ def require_writable_file(file: Path, option: str) -> None:
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:
-    """Write a table as CSV, numbers with all their digits and texts made harmless by `harmless`, headings too."""
+    """Write a table as CSV, as `csv_text` returns it."""
+    write_text(csv_text(table), path)
+
+
+def csv_text(table: pd.DataFrame) -> str:
+    """Return a table as CSV, numbers with all their digits and texts made harmless by `harmless`, headings too."""
     texts = {name: _harmless(table[name]) for name in table.columns if not is_numeric_dtype(table[name].dtype)}
     safe = table.assign(**texts).rename(columns=harmless)
-    write_text(safe.to_csv(index=False, lineterminator="\n"), path)
+    return safe.to_csv(index=False, lineterminator="\n")
 
 
 def harmless(value: object) -> object:

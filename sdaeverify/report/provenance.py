@@ -9,6 +9,8 @@ from importlib.metadata import PackageNotFoundError, version
 
 from ..noise import fingerprint
 from ..registry import Registry
+from ..store.keys import thing_source
+from ..store.sources import framework_source
 from ..study import Study
 
 SCHEMA = 1
@@ -38,6 +40,11 @@ def provenance(registry: Registry, study: Study, arguments: Sequence[str]) -> di
             "measures": list(dict.fromkeys(cell.measure.name for cell in cells)),
         },
         "settings": {**asdict(settings), "steps": list(settings.steps)},
+        "code": {
+            "framework": framework_source(),
+            "schemes": {c.scheme.label: thing_source(c.scheme, type(c.scheme).__module__) for c in cells},
+            "problems": {c.spec.label: thing_source(c.spec.family, c.spec.family.__module__) for c in cells},
+        },
     }
 
 

@@ -8,7 +8,8 @@ from typing import Any
 from ..errors import SdaeverifyError, UsageError
 from ..settings import Settings
 
-FILE = "run.json"
+# Where ``run.json`` tells of earlier runs into the same folder.
+FILE, EARLIER = "run.json", "earlier"
 
 
 @dataclass(frozen=True)
@@ -38,13 +39,28 @@ def read_run(folder: Path) -> SavedRun:
     UsageError
         If the folder holds no run, or its ``run.json`` is not as this program writes it.
     """
+    return _run(folder, _read(folder))
+
+
+def read_earlier(folder: Path) -> list[SavedRun]:
+    """Read what the earlier runs were about that have left rows in a folder; raises as `read_run`."""
+    saved = _read(folder)
+    earlier = saved.get(EARLIER, []) if isinstance(saved, dict) else []
+    return [_run(folder, one) for one in earlier] if isinstance(earlier, list) else []
+
+
+def _read(folder: Path) -> Any:
     file = folder / FILE
     try:
-        saved = json.loads(file.read_text(encoding="utf-8"))
+        return json.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise UsageError(f"{folder} holds no run: cannot read {file}: {error.strerror or error}") from error
     except (ValueError, RecursionError) as error:
         raise UsageError(f"{file} is no JSON: {error}") from error
+
+
+def _run(folder: Path, saved: Any) -> SavedRun:
+    file = folder / FILE
     try:
         selection, numbers = saved["selection"], saved["settings"]
         settings = Settings(**{f.name: _number(numbers[f.name], f.type) for f in fields(Settings)})

@@ -35,6 +35,11 @@ def lane_ingredients(scheme: Scheme, spec: ProblemSpec, settings: Settings, bloc
     return {**names, "paths of the block": drawn, **numbers, **sources, **loaded, "framework": framework_source()}
 
 
+def thing_source(thing: Any, module: str) -> str:
+    """Return a hash of the sources and the loaded code of a scheme or a problem function."""
+    return key({"source": source_of(module), "code": code_of(thing)})
+
+
 def lane_files(scheme: Scheme, spec: ProblemSpec) -> Files:
     """Return the files whose contents are hashed for a scheme and for a problem, and the hashes."""
     found = ((kind, module, files_of(module)) for kind, module in _modules(scheme, spec))

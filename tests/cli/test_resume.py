@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sdaeverify.report.tables import LEVEL_COLUMNS
+
 PROGRAM = (sys.executable, "-m", "sdaeverify", "matrix", "-p", "gbm,ou,pendulum", "-m", "strong,weak,drift")
 CHOSEN = ("-s", "milstein,euler-maruyama,half-explicit-euler", "--paths", "1024", "--looks", "3", "-j", "2")
 MOMENTS = 20
@@ -238,3 +240,36 @@ def small_failed(small, tmp_path):
     (tmp_path / "out" / "verdicts.csv").write_text("")
     (tmp_path / "out" / "levels.csv").write_text("")
     return small("out", *TWO)[0]
+
+
+def levels(both):
+    """Return the rows of the levels, as far as all measures have the same columns."""
+    rows = csv.DictReader(both[0].splitlines())
+    return {tuple(row[name] for name in LEVEL_COLUMNS) for row in rows}
+
+
+def test_another_selection_into_the_same_folder(small, tmp_path):
+    """Rows of the cells of both runs are in both tables, each with its seed; it is said that some are kept."""
+    first, before = small("out", "-s", "milstein", "-p", "gbm", "-m", "strong", "--seed", "3")
+
+    second, after = small("out", "-s", "euler-maruyama", "-p", "gbm,ou", "-m", "weak")
+
+    rows = [(row["scheme"], row["measure"], row["seed"]) for row in after[1]]
+    assert set(rows) == {("milstein", "strong", "3"), ("euler-maruyama", "weak", "20170601")}
+    assert [row["reason"] for row in after[1] if row["scheme"] == "milstein"] == [r["reason"] for r in before[1]]
+    assert levels(before) <= levels(after)
+    assert "2 rows of verdicts on other cells are kept of earlier runs into the same folder" in second.out
+    assert "kept of earlier runs" not in first.out
+
+
+def test_runs_into_one_folder_are_merged(call, small, tmp_path):
+    """Runs of two selections into one folder are judged by merge as those into two folders."""
+    small("one", "-s", "milstein", "-p", "gbm", "-m", "strong")
+    small("one", "-s", "euler-maruyama", "-p", "gbm", "-m", "strong")
+    small("other", "-s", "milstein,euler-maruyama", "-p", "gbm", "-m", "strong", "--seed", "20170601")
+
+    call("merge", "one", "--out", "merged")
+
+    ours, theirs = tables(tmp_path / "merged"), tables(tmp_path / "other")
+    assert sorted(row["scheme"] for row in ours[1]) == sorted(row["scheme"] for row in theirs[1])
+    assert [row["estimate"] for row in ours[1]] == [row["estimate"] for row in theirs[1]]
