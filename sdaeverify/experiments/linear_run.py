@@ -48,7 +48,7 @@ class LinearRun(NamedTuple):
 
     def moments(self, steps: int) -> RunMoments:
         """Return means and second moments of x and y up to so many steps."""
-        start = run_start(self.scheme, self.view, self.h)
+        start = run_start(self.scheme, self.view, self.h, steps)
         return run_moments(self.step, self.view.mesh(self.h), start, steps)
 
     def growth(self) -> Growth:

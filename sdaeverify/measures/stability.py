@@ -175,6 +175,8 @@ def _doubt(record: StabilityRecord, sign: Array) -> str:
     if not len(open_):
         return ""
     first = open_[0]
+    if np.isnan(scan.rho[first]):
+        return f"the spectral radius is not known at {len(open_)} step sizes, the first h = {scan.h[first]:.3g}"
     bounds = f"rho = {scan.rho[first]:.12g} with error {scan.error[first]:.1g} at h = {scan.h[first]:.3g}"
     return f"marginal at {len(open_)} step sizes: {bounds}"
 

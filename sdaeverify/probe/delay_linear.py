@@ -122,9 +122,10 @@ def is_scalar(view: DelaySDAE) -> bool:
     return view.dimension == view.noise_dim == 1
 
 
-def run_start(scheme: Scheme, view: DelaySDAE, h: float) -> Start:
-    """Return where a run with steps of size h begins: the scheme's state, and the lagged values of its history."""
-    lagged = [view.past(min(0.0, n * h - view.delay))[:, 0] for n in range(view.mesh(h).m)]
+def run_start(scheme: Scheme, view: DelaySDAE, h: float, steps: int) -> Start:
+    """Return where a run with steps of size h begins: the scheme's state, and the lagged values that so many use."""
+    used = min(view.mesh(h).m, max(steps, 1) + 1)
+    lagged = [view.past(min(0.0, n * h - view.delay))[:, 0] for n in range(used)]
     return Start(flatten(scheme.start(view, 1, h))[:, 0], np.array(lagged))
 
 

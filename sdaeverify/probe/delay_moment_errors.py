@@ -104,7 +104,7 @@ def known_moments(view: DelaySDAE) -> Array:
 def _propagated(scheme: Scheme, view: DelaySDAE, count: int) -> tuple[float, ...]:
     """Return E x_N, E x_N^2, the largest moment on the way, the step's defect and whether it failed."""
     h = view.horizon / count
-    probed, (y, lagged) = probed_step(scheme, view, h), run_start(scheme, view, h)
+    probed, (y, lagged) = probed_step(scheme, view, h), run_start(scheme, view, h, count)
     start = Start(np.append(y, 1.0), lagged)
     found = run_moments(_homogeneous(probed.step, probed.offset), view.mesh(h), start, count)
     mean, second = found.mean[:, 0], found.second[:, 0, 0]

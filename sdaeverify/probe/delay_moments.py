@@ -22,7 +22,7 @@ class Start(NamedTuple):
     y : ndarray, shape (k,)
         y_0.
     lagged : ndarray, shape (m, d)
-        v_0, ..., v_{m-1}, which come from the history left of the start.
+        v_0, ..., v_{m-1}, which come from the history left of the start; v_0, ..., v_N are enough for N steps.
     """
 
     y: Array
@@ -58,8 +58,9 @@ def run_moments(step: LinearDelayStep, mesh: Mesh, start: Start, steps: int) -> 
     -------
     RunMoments
     """
-    k, d, m = step.rows, step.delayed, mesh.m
-    known = np.concatenate([start.y, np.ravel(start.lagged), [1.0]])
+    # A run that is shorter than the delay reaches no later values of its past.
+    k, d, m = step.rows, step.delayed, min(mesh.m, max(steps, 1) + 1)
+    known = np.concatenate([start.y, np.ravel(start.lagged[:m]), [1.0]])
     # Of (y_n, all lagged values, 1): the last column carries the means.
     P = np.outer(known, known)
     chosen = arguments(k, d, Mesh(min(m, 2), mesh.delta))

@@ -5,6 +5,7 @@ step size does not imply it at a smaller one. The scan takes several positions o
 """
 
 from collections.abc import Sequence
+from math import ceil
 
 import numpy as np
 
@@ -13,14 +14,16 @@ from ..forms import DelaySDAE
 from ..scheme import Scheme
 from .delay_linear import UNIT, at_rest, is_autonomous, is_scalar, limits, linear_delay, no_lasting_step, probed_step
 from .delay_radius import radius
+from .spectral import SpectralRadius
 from .stability import Row, StabilityRecord, radii, refined_scan
 from .windows import crossings
 
-# Step sizes of the scan: down to this part of the delay, or of the equation's own time where that is shorter, but no
-# history longer than this.
-FINE, OWN, LONGEST = 1.0 / 64.0, 0.1, 512
+# Step sizes of the scan: down to this part of the delay, or of the equation's own time where that is shorter; one for
+# each factor 2 where histories are longer than the one, and none where they are longer than the other.
+FINE, OWN, LONG, LONGEST = 1.0 / 64.0, 0.1, 512, 1 << 17
 PER_DECADE, LONGER, MOST = 12, 16, 1e3
 SMALLEST_M, POSITIONS = range(1, 25), (0.0, 0.23, 0.49, 0.77)
+UNKNOWN = SpectralRadius(np.nan, np.inf)
 
 
 def no_delay_stability(scheme: Scheme, view: DelaySDAE) -> str:
@@ -53,8 +56,8 @@ def delay_stability(scheme: Scheme, view: DelaySDAE, step_sizes: Sequence[float]
     """
 
     def found(h: float) -> Row:
-        probed = probed_step(scheme, view, h, scale)
-        rho, width = radius(probed.step, view.mesh(h))
+        probed, mesh = probed_step(scheme, view, h, scale), view.mesh(h)
+        rho, width = radius(probed.step, mesh) if mesh.m <= LONGEST else UNKNOWN
         return h, rho, width, probed.defect, float(probed.failed), np.inf
 
     with np.errstate(all="ignore"):
@@ -77,10 +80,12 @@ def _scan(view: DelaySDAE, scale: float) -> Array:
         A, B, c, d, _ = linear_delay(view, scale)
         rate = abs(A) + abs(B) + (abs(c) + abs(d)) ** 2
     delay = view.delay
-    low = max(min(FINE * delay, OWN / rate if rate else np.inf), delay / LONGEST)
+    least = min(FINE * delay, OWN / rate if rate else np.inf)
+    low = max(least, delay / LONG)
     count = round(PER_DECADE * np.log10(delay / low))
+    shorter = np.geomspace(least, low, ceil(np.log2(low / least)) + 1)[:-1]
     between = np.array([delay / (m - part) for m in SMALLEST_M for part in POSITIONS if m - part >= 1.0])
     # Beyond the delay, bounded terms of the unknown take part in the solve: at large states that is no linear step.
     longer = np.geomspace(delay, MOST * delay, LONGER)[1:]
-    parts = [np.geomspace(low, delay, count)[:-1], between, longer]
-    return np.unique(np.concatenate(parts[: 2 if scale > UNIT else 3]))
+    parts = [shorter, np.geomspace(low, delay, count)[:-1], between, longer]
+    return np.unique(np.concatenate(parts[: 3 if scale > UNIT else 4]))

@@ -81,9 +81,12 @@ def doubtful(h: Array, rho: Array, sign: Array) -> Array:
         Geometric means, ascending.
     """
     with np.errstate(divide="ignore"):
-        value = np.clip(np.nan_to_num(np.log(rho), nan=LARGEST), -LARGEST, LARGEST)
+        value = np.log(rho)
     width = np.diff(np.log(h))
-    slope = np.pad(np.abs(np.diff(value)) / width, 1, mode="edge")
+    with np.errstate(invalid="ignore"):
+        change = np.abs(np.diff(value))
+    # To 0, to infinity or to what is not known there is no slope.
+    slope = np.pad(np.where(np.isfinite(change), change, 0.0) / width, 1, mode="edge")
     steepest = np.maximum(np.maximum(slope[:-2], slope[1:-1]), slope[2:])
     within_reach = np.abs(value[1:]) + np.abs(value[:-1]) < STEEPER * steepest * width
     hidden = (sign[1:] * sign[:-1] > 0) & within_reach & (width > np.log(NARROW))

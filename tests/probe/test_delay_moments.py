@@ -36,6 +36,19 @@ def test_moments_are_those_of_the_operator_on_the_whole_history(mesh: Mesh, k: i
         P, known = operator(P), operator.factors[..., 0] @ known
 
 
+@pytest.mark.parametrize("mesh", [Mesh(6, 0.0), Mesh(6, 0.4), Mesh(50_000, 0.3)])
+def test_a_run_shorter_than_the_delay_needs_no_later_values(mesh: Mesh) -> None:
+    """Three steps use v_0, ..., v_3, and have the moments of the recursion; a table of all values has 20 GB."""
+    rng = np.random.default_rng(10)
+    step, lagged = random_step(rng, 1, 1, 1), rng.standard_normal((4, 1))
+    found = run_moments(step, mesh, Start(np.ones(1), lagged), 3)
+
+    whole = Start(np.ones(1), np.concatenate([lagged, rng.standard_normal((8, 1))]))
+    expected = run_moments(step, Mesh(12, mesh.delta), whole, 3)
+    assert found.second == pytest.approx(expected.second, abs=1e-13)
+    assert found.mean == pytest.approx(expected.mean, abs=1e-13)
+
+
 @pytest.mark.parametrize("mesh", [mesh for mesh in MESHES if mesh.m > 0])
 def test_means_are_the_recursion_written_out(mesh: Mesh) -> None:
     """One component, from a history on the mesh."""

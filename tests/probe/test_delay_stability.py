@@ -49,6 +49,29 @@ def test_the_stable_steps_of_set_iv_are_no_interval() -> None:
     assert (first, second, last) == pytest.approx((0.199225, 0.201458, 0.239473), abs=1e-6)
 
 
+@pytest.mark.slow
+@pytest.mark.usefixtures("few_sizes")
+def test_a_long_delay_is_scanned_down_to_the_equations_own_time() -> None:
+    """A = -2, B = 1, tau = 400: Euler's method is unstable with 512 steps in a delay, and stable below h = .7365."""
+    record = delay_stability(StochasticTheta(theta=0.0), delay_linear(tau=400.0), [0.1], UNIT)
+    assert record.scan.h[0] == pytest.approx(0.1 / 4.0)
+    assert record.scan.sign[0] < 0
+    assert record.windows[0] == (0.0, pytest.approx(0.736455, abs=1e-6))
+    assert record.run.rho[0] == pytest.approx(0.99970821217, abs=1e-10)
+
+
+@pytest.mark.usefixtures("few_sizes")
+def test_where_a_history_would_be_too_long_nothing_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With tau = 40 the equation's own time asks for 1600 steps in a delay; fewer do not stand for them."""
+    monkeypatch.setattr(scanning, "LONGEST", 100)
+    monkeypatch.setattr(scanning, "LONG", 50)
+    record = delay_stability(StochasticTheta(theta=0.0), delay_linear(tau=40.0), [0.1], UNIT)
+    assert record.scan.h[0] == pytest.approx(0.1 / 4.0)
+    assert np.isnan(record.scan.rho[0])
+    assert record.scan.sign[0] == 0
+    assert np.isnan(record.run.rho[0])
+
+
 @pytest.mark.usefixtures("few_sizes")
 def test_at_large_states_no_step_is_longer_than_the_delay() -> None:
     """The bounded term of the unknown would take part in the solve, and the step not be linear."""

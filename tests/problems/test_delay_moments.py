@@ -112,7 +112,7 @@ def test_moments_over_stiff_and_over_many_delays_are_the_limit_of_implicit_euler
     for m in meshes:
         scheme, h = StochasticTheta(theta=1.0), tau / m
         step, steps = probed_step(scheme, problem, h).step, round(t / h)
-        run = run_moments(step, problem.mesh(h), run_start(scheme, problem, h), steps)
+        run = run_moments(step, problem.mesh(h), run_start(scheme, problem, h, steps), steps)
         table.append(np.array([run.mean[-1, 0], run.second[-1, 0, 0]]))
     for power in (2.0, 4.0, 8.0):
         table = [(power * b - a) / (power - 1.0) for a, b in pairwise(table)]
