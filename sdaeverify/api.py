@@ -19,7 +19,7 @@ from .report.provenance import provenance
 from .report.tables import level_table, verdict_table
 from .scheme import Scheme
 from .selection import select_measures, select_problems, select_schemes
-from .settings import Settings
+from .settings import Settings, whole
 from .specs import ProblemSpec
 from .study import CellResult, Plan, Study, plan
 from .study.asking import asking
@@ -130,13 +130,14 @@ def verify(
     PluginError
         If a plugin file cannot be used.
     """
-    registry, chosen = load_registry(plugins), settings_from(**settings)
+    chosen, workers = settings_from(**settings), whole("jobs", jobs)
+    if workers < 1:
+        raise UsageError(f"jobs must be at least 1, got {jobs}")
+    registry = load_registry(plugins)
     todo = plan_of(registry, schemes, problems, measures)
     study = Study(todo, chosen)
-    if jobs < 1:
-        raise UsageError(f"jobs must be at least 1, got {jobs}")
-    with executor_for(jobs, registry.files) as executor:
-        for _ in study.run(executor, BLOCKS_A_WORKER * jobs):
+    with executor_for(workers, registry.files) as executor:
+        for _ in study.run(executor, BLOCKS_A_WORKER * workers):
             pass
     return result_of(study, registry, ["sdaeverify.verify"])
 

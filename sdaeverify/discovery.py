@@ -1,6 +1,7 @@
 """Where plugins come from: entry points of distributions, files named by the user, the environment."""
 
 import hashlib
+import os
 import pkgutil
 import re
 import sys
@@ -119,6 +120,20 @@ def submodules(package: object, origin: Origin) -> list[Origin]:
     return [origin._replace(plugin=f"{origin.plugin}.{name}", module=f"{package.__name__}.{name}") for name in public]
 
 
+def absolute(path: str | Path) -> Path:
+    """Return the absolute path of a plugin file, which need not be there.
+
+    Raises
+    ------
+    PluginError
+        If there can be no such file: its name is too long, holds NUL, or is a loop of links.
+    """
+    try:
+        return Path(path).expanduser().resolve()
+    except (OSError, ValueError, RuntimeError, TypeError) as error:
+        raise PluginError(f"plugin file {path}: no such file: {getattr(error, 'strerror', None) or error}") from error
+
+
 def load_file(path: str | Path) -> ModuleType:
     """Import a file as a module of its own.
 
@@ -130,10 +145,10 @@ def load_file(path: str | Path) -> ModuleType:
     PluginError
         If there is no such Python file, or it fails as it is imported.
     """
-    file = Path(path).expanduser().resolve()
-    if file.is_dir():
+    file = absolute(path)
+    if os.path.isdir(file):
         raise PluginError(f"plugin file {path}: is a folder, expected a Python file; install it as a package instead")
-    if file.suffix != ".py" or not file.is_file():
+    if file.suffix != ".py" or not os.path.isfile(file):
         raise PluginError(f"plugin file {path}: expected an existing file that ends in .py")
     try:
         return _execute(file, file.read_bytes())

@@ -17,6 +17,8 @@ from typing import Any, NamedTuple
 
 from .errors import ParameterError, UsageError
 
+# Nobody misspells a name into something longer.
+LONGEST = 100
 REQUIRED = inspect.Parameter.empty
 SYNTAX = "expected name[key=value,...]"
 KINDS: tuple[tuple[type, str], ...] = (
@@ -160,6 +162,8 @@ def describe_kind(default: object) -> str:
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return ``; did you mean a or b?`` with the known words that are closest, or an empty string."""
+    if len(word) > LONGEST:
+        return ""
     scores = {other: SequenceMatcher(None, word.lower(), other.lower()).ratio() for other in sorted(known)}
     least = max(0.6, max(scores.values(), default=0.0) - 0.1)
     close = [other for other, score in scores.items() if score >= least]

@@ -29,6 +29,7 @@ from .discovery import (
     DISABLED,
     OWN_DISTRIBUTION,
     Origin,
+    absolute,
     entry_points,
     is_disabled,
     load_file,
@@ -38,7 +39,7 @@ from .discovery import (
     submodules,
     unmatched,
 )
-from .errors import FAULTS, PluginError, one_line
+from .errors import FAULTS, PluginError, UsageError, one_line
 from .labels import did_you_mean
 from .rehearsal import rehearse
 from .scheme import Scheme
@@ -158,13 +159,15 @@ def load_registry(paths: Sequence[str | Path] = (), environ: Mapping[str, str] |
 
 
 def _load(paths: Sequence[str | Path], environ: Mapping[str, str]) -> Registry:
+    if isinstance(paths, str | bytes | Path) or not isinstance(paths, Iterable):
+        raise UsageError(f"plugins expects a list of Python files, got {paths!r:.200}")
     settings = read_settings(environ)
     entries, outcomes = entry_points(), list[Outcome]()
     for entry in entries:
         outcomes += _from_entry_point(entry, settings.disabled, outcomes)
     if settings.strict:
         _refuse_broken([outcome.row for outcome in outcomes])
-    files = tuple(dict.fromkeys(str(Path(path).expanduser().resolve()) for path in paths))
+    files = tuple(dict.fromkeys(str(absolute(path)) for path in paths))
     for file in files:
         outcomes.append(_from_file(file, outcomes))
     known = {entry.name for entry in entries} | {outcome.row.name for outcome in outcomes}

@@ -117,7 +117,7 @@ def select_measures(registry: Registry, wanted: str | Sequence[Any] = ()) -> lis
     """
     chosen: dict[str, Any] = {}
     for item in _items("measure", wanted):
-        found = _measures(registry, item) if isinstance(item, str) else [item]
+        found = _measures(registry, item) if isinstance(item, str) else [_measure(item)]
         for measure in found:
             if chosen.setdefault(measure.name, measure) is not measure:
                 raise UsageError(f"two different measures are named {measure.name!r}; select one of them")
@@ -135,6 +135,8 @@ def _require_own_name(scheme: Scheme, registry: Registry) -> None:
 
 
 def _items(kind: str, wanted: str | Sequence[Any]) -> Iterator[Any]:
+    if wanted is not None and (isinstance(wanted, bytes) or not isinstance(wanted, Iterable)):
+        raise UsageError(f"expected names or a list of {kind}s, got {describe(wanted)}")
     everything = ["*"] if not wanted and not isinstance(wanted, str) else wanted
     for item in [everything] if isinstance(everything, str) else everything:
         patterns = split_list(item) if isinstance(item, str) else [item]
@@ -172,6 +174,12 @@ def _recipe(item: object) -> ProblemSpec:
     if isinstance(item, Problem):
         raise UsageError(f"expected a function that returns a problem, got {describe(item)}: pass it uncalled")
     return problem_spec(item)  # type: ignore[arg-type] # checked there
+
+
+def _measure(item: Any) -> Any:
+    if isinstance(item, type | Scheme) or not isinstance(getattr(item, "name", None), str):
+        raise UsageError(f"expected a measure or its name, got {describe(item)}")
+    return item
 
 
 def _measures(registry: Registry, pattern: str) -> list[Any]:

@@ -1,10 +1,12 @@
 """What determines the numbers of a run, beside the problem and the scheme."""
 
 from bisect import bisect_right
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import accumulate
 from math import isqrt
+from numbers import Real
+from operator import index
 
 from .errors import UsageError
 
@@ -55,6 +57,10 @@ class Settings:
     family: int = 1000
 
     def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            given = number(field.name, value) if field.name == "confidence" else whole(field.name, value)
+            object.__setattr__(self, field.name, given)
         _require(self.paths >= FEWEST_PATHS, "paths", f"at least {FEWEST_PATHS}", self.paths)
         _require(self.paths <= MOST_PATHS, "paths", "at most 10^9", self.paths)
         _require(self.coarsest >= 1, "the coarsest number of steps", "at least 1", self.coarsest)
@@ -112,6 +118,30 @@ class Settings:
     def paths_of(self, block: int) -> int:
         """Return the number of paths of a block that are used."""
         return self.totals[block] - (self.totals[block - 1] if block else 0)
+
+
+def whole(name: str, value: object) -> int:
+    """Return a whole number, of whatever type it is given as.
+
+    Raises
+    ------
+    UsageError
+        If it is none.
+    """
+    try:
+        given = index(value)  # type: ignore[arg-type] # that is the question
+    except TypeError:
+        given = None
+    if given is None or isinstance(value, bool):
+        raise UsageError(f"{name} must be a whole number, got {value!r:.200}")
+    return given
+
+
+def number(name: str, value: object) -> float:
+    """Return a real number; see `whole`."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise UsageError(f"{name} must be a number, got {value!r:.200}")
+    return float(value)
 
 
 def _require(condition: bool, name: str, expected: str, given: object) -> None:

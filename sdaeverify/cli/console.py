@@ -15,6 +15,8 @@ PROGRAM = "sdaeverify"
 # Wider than any table: a line that is piped into another program is not broken.
 UNBROKEN = 10_000
 STDOUT, STDERR = 1, 2
+# Letters of a message.
+LONGEST = 1600
 
 
 class _Output(Console):
@@ -56,8 +58,13 @@ def complain(kind: str, message: str) -> None:
     """
     style = {"error": "bold red", "warning": "yellow"}.get(kind, "")
     label = f"{kind}: " if kind else ""
-    line = Text.assemble(f"{PROGRAM}: ", (label, style), visible(" ".join(message.split())))
+    line = Text.assemble(f"{PROGRAM}: ", (label, style), _shortened(visible(" ".join(message.split()))))
     errors().print(line, soft_wrap=True)
+
+
+def _shortened(text: str) -> str:
+    """Return a text whose middle is left out where nobody would read it: what it quotes may have any length."""
+    return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} ... {text[-LONGEST // 4 :]}"
 
 
 @contextmanager

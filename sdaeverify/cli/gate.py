@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..discovery import absolute
 from ..errors import UsageError
 from ..gate.github import annotations, fence
 from ..gate.markdown_report import markdown_report
@@ -103,7 +104,7 @@ def policy_of(options: dict[str, Any]) -> Policy:
     given |= {name: tuple(options[name]) for name in ("schemes", "problems", "measures") if options[name]}
     if options["seed_from"] == "date":
         given["seed"] = seed_of(datetime.now(UTC).date())
-    files = (*policy.plugins, *(str(Path(file).expanduser().resolve()) for file in options["plugins"]))
+    files = (*policy.plugins, *(str(absolute(file)) for file in options["plugins"]))
     return replace(policy, plugins=tuple(dict.fromkeys(files)), **given)
 
 

@@ -20,7 +20,11 @@ def locked_tiers(policy: Policy) -> dict[str, Claims] | None:
         If the policy names a file that is not there, or it is no lock file.
     """
     file = policy.lock_file
-    if file.exists():
+    try:
+        is_there = file.exists()
+    except (OSError, ValueError) as error:
+        raise UsageError(f"cannot read the lock file {file}: {getattr(error, 'strerror', None) or error}") from error
+    if is_there:
         return read_lock(file)
     if policy.lock_named:
         raise UsageError(f"there is no lock file {file}, though the policy names it; write it with gate --write-lock")

@@ -87,8 +87,14 @@ class Policy:
     def __post_init__(self) -> None:
         _require(LEAST_ALPHA <= self.alpha <= 0.5, "alpha", f"at least {LEAST_ALPHA:g} and at most 0.5", self.alpha)
         _require(0 <= self.seed < 2**63, "seed", "between 0 and 2^63 - 1", self.seed)
-        hint = did_you_mean(self.tier, TIERS)
-        _require(self.tier in TIERS, "tier", f"one of {', '.join(TIERS)}", repr(self.tier), hint)
+        hint = did_you_mean(self.tier, TIERS) if isinstance(self.tier, str) else ""
+        _require(
+            isinstance(self.tier, str) and self.tier in TIERS,
+            "tier",
+            f"one of {', '.join(TIERS)}",
+            repr(self.tier),
+            hint,
+        )
         fits = self.inconclusive in {"", PASS, FAIL}
         _require(fits, "inconclusive", f"{PASS} or {FAIL}", repr(self.inconclusive))
         fits = self.timeout is None or 0.0 <= self.timeout < float("inf")
@@ -156,7 +162,7 @@ def _parsed(file: Path) -> dict[str, Any]:
         return tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise UsageError(f"cannot read the policy {file}: {error.strerror or error}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise UsageError(f"{file} is no TOML file: {error}") from error
 
 

@@ -32,7 +32,7 @@ def read_table(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     _known(table, READERS)
     values = {key.replace("-", "_"): READERS[key](key, value) for key, value in table.items()}
     if "plugins" in values:
-        values["plugins"] = tuple(str((folder / file).resolve()) for file in values["plugins"])
+        values["plugins"] = tuple(str(folder.absolute() / file) for file in values["plugins"])
     return {**values, "lock_named": "lock" in table}
 
 

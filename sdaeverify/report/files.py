@@ -37,8 +37,9 @@ def require_writable(folder: Path, option: str = "--out") -> None:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
-    except OSError as error:
-        raise UsageError(f"cannot write into {folder}: {error.strerror or error}; choose another {option}") from error
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise UsageError(f"cannot write into {folder}: {why}; choose another {option}") from error
 
 
 def require_writable_file(file: Path, option: str) -> None:

@@ -1,6 +1,7 @@
 """The names of a new plugin: of its distribution, its module, its scheme and its problem."""
 
 import keyword
+import os
 import re
 import sys
 from importlib.util import find_spec
@@ -56,7 +57,7 @@ def names_of(folder: Path, name: str | None = None) -> Names:
     UsageError
         If it cannot be the name of a distribution and of a module.
     """
-    given = folder.resolve().name if name is None else name
+    given = Path(os.path.realpath(folder)).name if name is None else name
     distribution = re.sub(r"[-_.]+", "-", given).lower()
     module = distribution.replace("-", "_")
     where = "; choose another with --name" if name is None else ""

@@ -59,8 +59,10 @@ def write_plugin(folder: Path, names: Names) -> tuple[str, ...]:
             _move(beside, folder)
         finally:
             shutil.rmtree(beside, ignore_errors=True)
-    except OSError as error:
-        raise UsageError(f"cannot write the plugin into {folder}: {error.strerror or error}") from error
+    except (OSError, RuntimeError) as error:
+        # A loop of links is the one or the other.
+        why = getattr(error, "strerror", None) or error
+        raise UsageError(f"cannot write the plugin into {folder}: {why}") from error
     return tuple(texts)
 
 

@@ -1,6 +1,6 @@
 """`parametrize_with_checks`: the kit as parameters of a test, one for each check."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -75,6 +75,8 @@ def parametrize_with_checks(
     UsageError
         As for `check_scheme`, or if there is no subject.
     """
+    if isinstance(subjects, str | bytes) or not isinstance(subjects, Iterable):
+        raise UsageError(f"subjects expects a list of schemes and problems, got {subjects!r:.200}")
     if not subjects:
         raise UsageError("subjects is empty; name the schemes and problems that are to be checked")
     import pytest  # noqa: PLC0415 - the kit itself needs no pytest

@@ -122,6 +122,6 @@ def answers(questions: list[Question], expected: Expected | None) -> Iterator[Ou
 
 def _skipped(check: Check, level: int | None) -> str:
     asked_for = LEVEL if level is None else level
-    if not (isinstance(asked_for, int) and 1 <= asked_for <= LEVEL):
+    if not (isinstance(asked_for, int) and not isinstance(asked_for, bool) and 1 <= asked_for <= LEVEL):
         raise UsageError(f"level must be a whole number from 1 to {LEVEL}, the newest of this kit, got {level!r}")
     return NEWER.format(since=check.since, level=asked_for) if check.since > asked_for else ""
