@@ -4,6 +4,7 @@ Loading a plugin runs code that nobody has seen: it may exit, crash, hang or rai
 processes cannot be forked nothing is rehearsed.
 """
 
+import faulthandler
 import os
 import select
 import signal
@@ -71,6 +72,8 @@ def _perform(deed: Callable[[], object], tell: int) -> NoReturn:
 
 
 def _close_streams() -> None:
+    # It would write of a crash into a stream of its own.
+    faulthandler.disable()
     nothing = os.open(os.devnull, os.O_RDWR)
     for number in (0, 1, 2):
         os.dup2(nothing, number)
