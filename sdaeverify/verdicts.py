@@ -196,9 +196,9 @@ def held_back(tests: Tests, evidence: Evidence, levels: Array, coarse: str = "")
     Nor by levels that are too coarse for another reason.
     """
     why = unresolved(evidence.view, min(evidence.step_sizes[level] for level in levels)) or coarse
-    if not why or tests.refuted == 1.0:
-        return tests
     suspected, growth = min(tests.refuted, tests.suspected), inf if coarse else tests.growth
+    if not why or suspected == 1.0:
+        return tests
     return tests._replace(refuted=1.0, suspected=suspected, growth=growth, reason=f"{tests.reason}; {why}")
 
 

@@ -102,7 +102,9 @@ def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
     else:
         growth = np.inf if tests.verified <= evidence.level else tests.growth
         tests = tests._replace(verified=1.0, growth=growth, reason=f"{tests.reason}, but towards its own limit")
-    coarse = _coarse(evidence, int(fitted.levels[-1])) if tests.refuted <= SUSPECT else ""
+    coarse = ""
+    if tests.refuted <= SUSPECT:
+        coarse = _coarse(evidence, int(fitted.levels[-1])) or _on_its_way(quantity, fitted.levels, claim)
     return held_back(calibrated(tests, quantity, fitted.levels), evidence, fitted.levels, coarse)
 
 
@@ -121,6 +123,14 @@ def _coarse(evidence: Evidence, finest: int) -> str:
             halved = "halving the step still changes that: no order shows; add finer levels"
             return f"{off} at h = {each.h[finest]:.3g}, and {halved}"
     return ""
+
+
+def _on_its_way(quantity: Quantity, levels: Array, claim: Claim) -> str:
+    """Return that the local order, if it rises once more as it did last, is what is claimed; empty if it is not."""
+    rise, ahead = quantity.rise(levels).value, quantity.ahead(levels).value
+    if isinstance(claim.value, str) or not (rise > RISING and ahead >= claim.value - claim.margin):
+        return ""
+    return f"its local orders rise, to {ahead:.2f} at the next step size; add finer levels"
 
 
 def calibrated(tests: Tests, quantity: Quantity, levels: Array) -> Tests:

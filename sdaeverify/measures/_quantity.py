@@ -85,6 +85,10 @@ class Quantity:
         """Return by how much the local order grows from the last but one pair of levels to the last."""
         return self.linear(levels[-3:], np.array([-1.0, 2.0, -1.0]))
 
+    def ahead(self, levels: Array) -> Estimate:
+        """Return the local order at the next step size, if it grows by as much as it did between the last two."""
+        return self.linear(levels[-3:], np.array([-1.0, 3.0, -2.0]))
+
     def blur(self, levels: Array) -> Estimate:
         """Return by how much the slope changes if the truth is taken at half its resolution."""
         assert self.blurred is not None

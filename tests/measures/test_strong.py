@@ -151,6 +151,18 @@ def test_one_component_that_is_not_resolved_speaks_for_all():
     assert resolved.verdict is Verdict.REFUTED
 
 
+def test_local_orders_on_their_way_to_the_claim_refute_nothing():
+    """Of few paths no rise is significant: orders of .25, .5 and .8 were held against a claim of 1."""
+    rng, orders = np.random.default_rng(9), np.array([0.0, 0.1, 0.15, 0.25, 0.5, 0.8])
+    sizes = 0.1 * 2.0 ** -np.cumsum(orders)
+    rising = judge([size * rng.normal(size=800) for size in sizes])
+    flat = judge([size * rng.normal(size=800) for size in 0.1 * H**0.45])
+
+    assert rising.verdict is Verdict.INCONCLUSIVE
+    assert "its local orders rise" in rising.reason
+    assert flat.verdict is Verdict.REFUTED
+
+
 @pytest.mark.parametrize("limit", [0.3, 0.9, 3.0])
 def test_a_wrong_limit_far_off_is_refuted_all_the_same(limit):
     """Its errors are as large and as flat, but halving the step changes the solution less and less."""
