@@ -1,38 +1,49 @@
 """Iterations a step for every stiffness parameter: cost that does not depend on eps.
 
-One claim is known:
+Two claims are known:
 
 ``at most N iterations``
-    in every step, whatever eps is (Laurent 2022, Theorem 2.12: a contraction uniformly in eps).
+    in every step, whatever eps is (Laurent 2022, Theorem 2.12: a contraction uniformly in eps);
+``at most N iterations in P per cent of the steps``
+    of a run, whatever eps and h are: noise without bound leads to steps of any length.
 
-It is put to the costs that a scheme's steps report under names with "iterations": a few steps of a few hundred paths
-for eps = 1e-8, ..., 10, two a decade, at one h and on the same noise. A step that took more refutes it. So does a
-mean that grows as eps tends to 0 where eps < h/100 already: there a step is all but that of the limit, and a count
-that still grows by half an iteration has no bound; a sample that is below N does not show one.
+They are put to the costs that a scheme's steps report under names with "iterations": in whole runs at the run's own
+step sizes for eps = 1e-8, ..., 10, and in a few steps of a few hundred paths at one short step size, two eps a
+decade, on the same noise. A step that took more refutes the first one, a share that is significantly larger the
+second; a share is that of independent paths, and its bound is Chernoff's, which holds for any law.
+
+A mean that grows as eps tends to 0 where eps < h/100 already refutes either: there a step is all but that of the
+limit, and a count that still grows by half an iteration has no bound; a sample that is below N does not show one.
+
+Step sizes that leave more than one step in a hundred without root for some eps, and coarser ones, do not count. A
+scheme that reports no iterations has not been tested.
 """
 
 import re
 from collections.abc import Iterator
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
+from scipy.special import rel_entr
 
+from ..arrays import Array
 from ..forms import Problem
 from ..hookspecs import hookimpl
 from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
-from ..probe.iterations import Iterations, counters, iterations
-from ..probe.stiffness import FEW_PATHS, FEW_STEPS, member, no_family
+from ..probe.iterations import MOST, Iterations, RunIterations, counters, iterations, run_iterations
+from ..probe.stiffness import member, no_family
 from ..scheme import Claim, Scheme
 from ..settings import Settings
 from ..tally import Tally, packed, unpacked
 from ..verdicts import Opinion, claim_for
 
-PROBED = "iterations"
-METHOD = "iterations of steps at fixed h (T3)"
+PROBED, ALONG = "iterations", "run iterations"
+METHOD = "iterations of steps along runs and at fixed h (T3)"
 STIFF = 0.01
 # The mean may grow by so much over all eps < STIFF h, beyond so many standard errors.
 GROWTH, ERRORS = 0.5, 4.0
 FAILED = 0.01
+UNREPORTED = "its steps report no iterations: nothing is known of the claim"
 
 
 class Effort(Measure):
@@ -42,25 +53,29 @@ class Effort(Measure):
     lengthy: ClassVar[bool] = True
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
-        """Refuse what has no family or no claim, and schemes that report no iterations."""
-        if reason := no_family(scheme, problem, self.name):
-            return reason
-        one = member(scheme.view_of(problem))
-        reason = scheme.refuses(one)
-        return reason or ("" if counters(scheme, one) else "its steps report no iterations")
+        """Refuse what has no family or no claim."""
+        return no_family(scheme, problem, self.name) or scheme.refuses(member(scheme.view_of(problem)))
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return the iterations."""
-        return packed(PROBED, iterations(scheme, view, settings.seed))
+        """Return the iterations, if some are reported."""
+        if not counters(scheme, member(view)):
+            return Tally()
+        few = packed(PROBED, iterations(scheme, view, settings.seed))
+        return few.merged(packed(ALONG, run_iterations(scheme, view, settings.steps, settings.seed)))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each counter, and its means."""
-        record = unpacked(PROBED, Iterations, evidence.tally)
-        if record is None:
-            return Judgement((Finding(quantity="", verdict=Verdict.INCONCLUSIVE, reason="not probed"),), ())
         names = counters(evidence.scheme, member(evidence.view))
-        findings = tuple(_finding(evidence, record, index, name) for index, name in enumerate(names))
-        return Judgement(findings, tuple(row for i, name in enumerate(names) for row in _levels(record, i, name)))
+        few = unpacked(PROBED, Iterations, evidence.tally)
+        along = unpacked(ALONG, RunIterations, evidence.tally)
+        if not names:
+            claim, _ = claim_for(evidence.scheme, evidence.view.traits, self.name, PROBED)
+            return Judgement((Finding(quantity=PROBED, verdict=Verdict.ERROR, reason=UNREPORTED, claim=claim),), ())
+        if few is None or along is None:
+            return Judgement((Finding(quantity="", verdict=Verdict.INCONCLUSIVE, reason="not probed"),), ())
+        counted = [_Counted(name, few, along, index) for index, name in enumerate(names)]
+        findings = tuple(_finding(evidence, each) for each in counted)
+        return Judgement(findings, tuple(row for each in counted for row in _levels(each)))
 
 
 @hookimpl
@@ -69,53 +84,136 @@ def sdaeverify_measures() -> list[Measure]:
     return [Effort()]
 
 
-def _finding(evidence: Evidence, record: Iterations, index: int, name: str) -> Finding:
-    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Effort.name, name)
-    opinion = Opinion(Verdict.OUT_OF_SCOPE, no_claim) if claim is None else _opinion(claim, record, index)
+class _Counted(NamedTuple):
+    # What is known of one counter: in a few steps, along runs, and its place in both.
+    name: str
+    few: Iterations
+    along: RunIterations
+    row: int
+
+    @property
+    def mean(self) -> Array:
+        return np.asarray(self.few.mean[self.row])
+
+    @property
+    def sound(self) -> slice:
+        # The step sizes finer than each one that has too many steps without root for some eps.
+        bad = np.flatnonzero((self.along.failed > FAILED).any(axis=0))
+        return slice(int(bad[-1]) + 1 if len(bad) else 0, None)
+
+    @property
+    def most(self) -> float:
+        along = self.along.most[self.row][:, self.sound]
+        return float(np.fmax(self.few.most[self.row].max(), along.max(initial=0.0)))
+
+    @property
+    def failed(self) -> float:
+        # The largest share of steps without root that counts: all of it where no step size is sound.
+        along = self.along.failed[:, self.sound]
+        return float(max(self.few.failed.max(), along.max() if along.size else self.along.failed[:, -1].max()))
+
+    def share(self, count: int) -> Array:
+        """Return the share of steps that took more, for each eps and step size."""
+        return np.asarray(self.along.above[self.row][:, self.sound, min(count, MOST - 1)])
+
+
+def _finding(evidence: Evidence, counted: _Counted) -> Finding:
+    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Effort.name, counted.name)
+    opinion = Opinion(Verdict.OUT_OF_SCOPE, no_claim)
+    if claim is not None:
+        opinion = _opinion(evidence, claim, counted)
     return Finding(
-        quantity=name,
+        quantity=counted.name,
         verdict=opinion.verdict,
         reason=opinion.reason,
         claim=claim,
-        estimate=float(record.mean[index].max()),
-        low=float(record.mean[index].min()),
-        high=float(record.most[index].max()),
+        estimate=float(counted.mean.max()),
+        low=float(counted.mean.min()),
+        high=counted.most,
         method=METHOD,
-        details={"without_root": float(record.failed.max())},
+        details={"without_root": counted.failed},
     )
 
 
-def _opinion(claim: Claim, record: Iterations, index: int) -> Opinion:
-    said = re.fullmatch(r"at most (\d+) iterations", str(claim.value))
+def _opinion(evidence: Evidence, claim: Claim, counted: _Counted) -> Opinion:
+    said = re.fullmatch(r"at most (\d+) iterations(?: in (\d+(?:\.\d+)?) per cent of the steps)?", str(claim.value))
     if said is None:
         return Opinion(Verdict.INCONCLUSIVE, f"this measure does not know what {claim.value!r} means")
-    mean, most, eps = record.mean[index], record.most[index], record.eps
-    figures = f"{mean.min():.2f} to {mean.max():.2f} on average, {most.max():.0f} at most, h = {float(record.h):.3g}"
-    reason = f"{figures}, {len(eps) * FEW_STEPS * FEW_PATHS} steps with eps from {eps[0]:.0e} to {eps[-1]:.0e}"
-    if np.any(most > int(said[1])):
-        worst = int(np.nanargmax(most))
-        return Opinion(Verdict.REFUTED, f"{most[worst]:.0f} iterations in a step at eps = {eps[worst]:.0e}; {reason}")
-    growth, error = _growth(record, index)
-    if growth > GROWTH + ERRORS * error:
-        return Opinion(Verdict.REFUTED, f"{growth:.2f} more for eps = {eps[0]:.0e} than for eps = h/100; {reason}")
-    if record.failed.max() > FAILED or not np.isfinite(mean).all():
-        share = f"{100.0 * record.failed.max():.2g} per cent of the steps have no root; {reason}"
-        return Opinion(Verdict.INCONCLUSIVE, share)
-    return Opinion(Verdict.VERIFIED, reason)
+    if refuted := _growing(counted):
+        return Opinion(Verdict.REFUTED, f"{refuted}; {_figures(counted)}")
+    most, part = int(said[1]), said[2]
+    if part is None and counted.most > most:
+        return Opinion(Verdict.REFUTED, f"{counted.most:.0f} iterations in a step; {_figures(counted)}")
+    failed = counted.failed
+    if failed > FAILED or not np.isfinite(counted.mean).all():
+        return Opinion(Verdict.INCONCLUSIVE, f"{100.0 * failed:.2g} per cent of the steps have no root")
+    if part is None:
+        return Opinion(Verdict.VERIFIED, _figures(counted))
+    return _share_opinion(evidence.level, counted, most, 1.0 - 0.01 * float(part))
 
 
-def _growth(record: Iterations, index: int) -> tuple[float, float]:
-    """Return by how much the mean grows over the stiff half of the grid, towards eps = 0, with its standard error."""
-    stiff = np.flatnonzero(record.eps < STIFF * float(record.h))
+def _share_opinion(level: float, counted: _Counted, most: int, allowed: float) -> Opinion:
+    """Return what the shares of steps that took more say, each of them a mean over independent paths."""
+    shares, paths = counted.share(most), counted.along.paths[:, counted.sound]
+    p = chernoff(shares, allowed, paths)
+    worst = np.unravel_index(shares.argmax(), shares.shape)
+    where = f"eps = {counted.along.eps[worst[0]]:.0e}, h = {counted.along.h[counted.sound][worst[1]]:.3g}"
+    reason = (
+        f"{100.0 * shares[worst]:.2g} per cent of the steps take more than {most} at {where}; {_figures(counted)}"
+    )
+    if np.min(p, initial=1.0, where=shares > allowed) * p.size <= level:
+        return Opinion(Verdict.REFUTED, reason)
+    if np.all((shares < allowed) & (p <= level)):
+        return Opinion(Verdict.VERIFIED, reason)
+    return Opinion(Verdict.INCONCLUSIVE, f"{reason}; {int(paths.min())} paths do not decide")
+
+
+def chernoff(mean: Array, bound: float, count: Array) -> Array:
+    """Return a bound of the probability that a mean of independent shares is so far from an expectation.
+
+    exp(-n KL(m | q)), KL(m | q) = m ln(m/q) + (1 - m) ln((1 - m)/(1 - q)), for shares between 0 and 1 of any law.
+
+    Parameters
+    ----------
+    mean : ndarray, shape (...)
+        m.
+    bound : float
+        q, the expectation.
+    count : ndarray, shape (...)
+        n.
+    """
+    return np.asarray(np.exp(-count * (rel_entr(mean, bound) + rel_entr(1.0 - mean, 1.0 - bound))))
+
+
+def _figures(counted: _Counted) -> str:
+    few, sizes = counted.few, counted.along.h[counted.sound]
+    runs = f"runs at h = {sizes[0]:.3g} to {sizes[-1]:.3g}" if len(sizes) else "no runs"
+    mean = f"{counted.mean.min():.2f} to {counted.mean.max():.2f} on average at h = {float(few.h):.3g}"
+    return f"{mean}, {counted.most:.0f} at most there and in {runs}, eps from {few.eps[0]:.0e} to {few.eps[-1]:.0e}"
+
+
+def _growing(counted: _Counted) -> str:
+    """Tell whether the mean grows over the stiff half of the grid, towards eps = 0."""
+    few = counted.few
+    stiff = np.flatnonzero(few.eps < STIFF * float(few.h))
     if len(stiff) < 2:
-        return 0.0, 0.0
+        return ""
     ends = stiff[[0, -1]]
-    mean, error = record.mean[index][ends], record.error[index][ends]
-    return float(mean[0] - mean[1]), float(np.hypot(*error))
+    growth, error = -float(np.diff(counted.mean[ends])[0]), float(np.hypot(*few.error[counted.row][ends]))
+    return (
+        f"{growth:.2f} more for eps = {few.eps[0]:.0e} than for eps = h/100"
+        if growth > GROWTH + ERRORS * error
+        else ""
+    )
 
 
-def _levels(record: Iterations, index: int, name: str) -> Iterator[LevelFinding]:
-    columns = (record.eps, record.mean[index], record.error[index], record.most[index], record.failed)
+def _levels(counted: _Counted) -> Iterator[LevelFinding]:
+    few, along, index = counted.few, counted.along, counted.row
+    columns = (few.eps, few.mean[index], few.error[index], few.most[index], few.failed)
     for eps, mean, error, most, failed in zip(*columns, strict=True):
         details = {"eps": float(eps), "most": float(most), "without_root": float(failed)}
-        yield LevelFinding(name, None, float(mean), float(error), details, float(record.h))
+        yield LevelFinding(counted.name, None, float(mean), float(error), details, float(few.h))
+    for (i, j), mean in np.ndenumerate(along.above[index].sum(axis=-1)):
+        details = {"eps": float(along.eps[i]), "most": float(along.most[index, i, j])}
+        details |= {"without_root": float(along.failed[i, j])}
+        yield LevelFinding(counted.name, None, float(mean), float("nan"), details, float(along.h[j]))
