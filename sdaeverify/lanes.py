@@ -16,7 +16,7 @@ from .tally import Tally
 
 # A finite state this much larger than the initial one is a moment explosion on its way to overflow.
 BLOW_UP = 1e8
-COST = "cost "
+COST, COUNTED = "cost ", "counted "
 # Among the components that constraints are shown: 1 on paths that found no root, else 0.
 HELD = "held"
 
@@ -71,6 +71,7 @@ class Track:
         self.singular, self.singular_time = 0, 0.0
         self.truncated_steps = 0
         self.costs: dict[str, float] = {}
+        self.counted: dict[str, int] = {}
         self.step = 0
 
     def advance(self, noise: LevelNoise, observers: Sequence[Observer]) -> None:
@@ -116,7 +117,8 @@ class Track:
         if result.truncated is not None:
             self.truncated_steps += int(np.count_nonzero(result.truncated))
         for name, value in result.costs.items():
-            self.costs[name] = self.costs.get(name, 0.0) + float(value.sum())
+            self.costs[name] = self.costs.get(name, 0.0) + float(np.nansum(value))
+            self.counted[name] = self.counted.get(name, 0) + int(np.count_nonzero(~np.isnan(value)))
 
     def _look_for_a_root(self, before: State, noise: Increment, paths: Mask) -> None:
         t = self.step * self.h
@@ -191,6 +193,7 @@ class Lane:
             "truncated": [track.truncated_steps for track in tracks],
             "steps": [track.step * self.paths for track in tracks],
             **{f"{COST}{name}": [track.costs.get(name, 0.0) for track in tracks] for name in tracks[0].costs},
+            **{f"{COUNTED}{name}": [track.counted.get(name, 0) for track in tracks] for name in tracks[0].costs},
         }
         return Tally(sums={name: np.array(values, dtype=float) for name, values in counts.items()})
 

@@ -36,7 +36,8 @@ class Step(NamedTuple):
     outputs : mapping of str to ndarray
         Further results that are no memory, for example the multipliers of this step.
     costs : mapping of str to ndarray, shape (P,)
-        What the step took, for example iterations; reported as means over all steps and paths.
+        What the step took, for example iterations; reported as means over steps and paths. A NaN does not count: it
+        says that the step did nothing of the kind.
     """
 
     state: State

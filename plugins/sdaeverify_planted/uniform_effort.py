@@ -16,18 +16,18 @@ class Led(UniformlyAccurate):
 
     Attributes
     ----------
-    parts : int
+    stages : int
         The fixed number; 0 for as many as eps asks for.
     """
 
-    parts: int = 0
+    stages: int = 0
 
     name: ClassVar[str] = "planted-uniform-led"
 
     def onto(self, at: ConstraintGeometry, y: Array, level: Array) -> Step:
         """Return the step from the point of `at` to y + g lambda on the level set."""
         halvings = int(np.ceil(np.log2(1.0 / at.problem.eps))) if at.problem.eps else 1
-        new = OldNormals(at, y, level).followed(self.parts or max(1, halvings))
+        new = OldNormals(at, y, level).followed(self.stages or max(1, halvings))
         return Step(
             np.where(new.found, new.x, at.x),
             ~new.found,
@@ -40,5 +40,5 @@ def sdaeverify_planted() -> list[Planted]:
     """Register the bugs."""
     return [
         Planted(bug="iterations that grow as eps tends to 0", scheme=Led(), problem="affine-constraint"),
-        Planted(bug="three times as many iterations", scheme=Led(parts=24), problem="affine-constraint"),
+        Planted(bug="three times as many iterations", scheme=Led(stages=24), problem="affine-constraint"),
     ]

@@ -40,7 +40,7 @@ class Projected(NamedTuple):
     iterations: Array
 
 
-def onto_constraint(problem: HolonomicSDAE, y: Array) -> Projected:
+def onto_constraint(problem: HolonomicSDAE, y: Array, tolerance: float = 0.0) -> Projected:
     """Solve F = r - y - M^{-1} grad g(r) eta = 0 and g(r) = 0 in (r, eta), from (y, 0).
 
     With H(eta) = sum_j eta_j Hess g_j, Newton's matrix is [[Id - M^{-1} H(eta), -M^{-1} grad g], [Dg, 0]]. Here a
@@ -60,13 +60,16 @@ def onto_constraint(problem: HolonomicSDAE, y: Array) -> Projected:
     ----------
     problem : HolonomicSDAE
     y : ndarray, shape (n, P)
+    tolerance : float
+        Of F in parts of |y|, and of g in parts of the terms that cancel in it; 0 for rounding.
 
     Returns
     -------
     Projected
     """
     size, J = norm(y), problem.linearised(y)
-    size, rounding, s = np.where(size > 0.0, size, 1.0), ROUNDING * J.size() * size, np.ones_like(size)
+    size, s = np.where(size > 0.0, size, 1.0), np.ones_like(size)
+    small, along = max(ROUNDING, tolerance) * J.size() * size, max(NORMALS, tolerance) * size
     found, active, iterations = np.zeros(len(s), dtype=bool), np.ones(len(s), dtype=bool), np.zeros_like(s)
     r, eta = y, -J.gram(J).solve(problem.constraint(y))
     move = problem.push(J, eta)
@@ -75,8 +78,8 @@ def onto_constraint(problem: HolonomicSDAE, y: Array) -> Projected:
         iterations += active
         J, g, moved = problem.linearised(r), problem.constraint(r), norm(move)
         F = r - y - problem.push(J, eta)
-        near = (moved <= TOLERANCE * size) | (norm(g) <= rounding)
-        found |= active & near & (norm(F) <= NORMALS * size)
+        near = (moved <= TOLERANCE * size) | (norm(g) <= small)
+        found |= active & near & (norm(F) <= along)
         # A path that is no longer finite keeps nobody waiting.
         active &= ~found & np.isfinite(moved)
         if not active.any():

@@ -6,7 +6,7 @@ import numpy as np
 
 from sdaeverify import Array, HolonomicSDAE, Mask, Step
 
-from ._new_normals import onto_constraint
+from ._position_projection import Projection
 
 
 class SkippingState(NamedTuple):
@@ -36,9 +36,11 @@ def inherent_euler(problem: HolonomicSDAE, state: SkippingState, t: float, h: fl
     return SkippingState(r + h * v, v_free, mu + h * rate, skipped + 1.0)
 
 
-def projections(problem: HolonomicSDAE, old: SkippingState, free: SkippingState, due: Mask) -> Step:
+def projections(
+    problem: HolonomicSDAE, old: SkippingState, free: SkippingState, due: Mask, projection: Projection
+) -> Step:
     """Return the projections of the paths whose turn it is; those without root keep their old state."""
-    new = onto_constraint(problem, free.r)
+    new = projection(problem, free.r)
     v, impulse = problem.tangent(new.J, free.v)
     projected = SkippingState(new.r, v, free.mu + impulse, np.zeros_like(free.skipped))
     failed = due & ~new.found
@@ -47,7 +49,7 @@ def projections(problem: HolonomicSDAE, old: SkippingState, free: SkippingState,
         _chosen(failed, old, reached) if failed.any() else reached,
         failed,
         outputs={"eta": np.where(due, new.eta, 0.0)},
-        costs={"newton_iterations": np.where(due, new.iterations, 0.0)},
+        costs={projection.counter: np.where(due, new.iterations, np.nan)},
     )
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from sdaeverify import Claim, HolonomicSDAE, HolonomicState, Increment, ParameterError, Parts, Scheme, Step, hookimpl
 
+from ._position_projection import Projection, checked
 from ._projection_orders import EXACT, ORDERS
 from ._skipping import SkippingState, inherent_euler, projections
 
@@ -38,9 +39,15 @@ class ExplicitProjectionEuler(Scheme):
     ----------
     skip : int
         n of (B_n): the number of steps without projection before each one that has it.
+    solver : str
+        How positions are projected: ``gram``, with the Gram matrix alone, or ``newton``, as in the source.
+    tolerance : float
+        Of this projection, in parts of the position; 0 for rounding.
     """
 
     skip: int = 0
+    solver: str = "gram"
+    tolerance: float = 0.0
 
     name: ClassVar[str] = "explicit-projection-euler"
     form: ClassVar[type[HolonomicSDAE]] = HolonomicSDAE
@@ -50,11 +57,14 @@ class ExplicitProjectionEuler(Scheme):
     def __post_init__(self) -> None:
         if type(self.skip) is not int or self.skip < 0:
             raise ParameterError(f"skip must be a whole number of at least 0, got {self.skip!r}")
+        checked(self.solver, self.tolerance)
 
     @property
     def promises(self) -> tuple[Claim, ...]:
-        """The orders, and exact constraints where no projection is skipped."""
-        return (*self.claims, SKIPPED if self.skip else EXACT)
+        """The orders, and exact constraints where no projection is skipped or comes with a tolerance."""
+        if self.skip:
+            return (*self.claims, SKIPPED)
+        return self.claims if self.tolerance else (*self.claims, EXACT)
 
     def enter(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float) -> SkippingState:
         """Return a state that counts as projected."""
@@ -67,10 +77,10 @@ class ExplicitProjectionEuler(Scheme):
     def step(self, problem: HolonomicSDAE, state: SkippingState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
         free = inherent_euler(problem, state, t, h, noise.dW)
-        due = state.skipped[0] >= self.skip
+        due, projection = state.skipped[0] >= self.skip, Projection(self.solver, self.tolerance)
         if due.any():
-            return projections(problem, state, free, due)
-        none = {"newton_iterations": np.zeros(len(due))}
+            return projections(problem, state, free, due, projection)
+        none = {projection.counter: np.full(len(due), np.nan)}
         return Step(free, np.zeros_like(due), outputs={"eta": np.zeros_like(state.mu)}, costs=none)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from sdaeverify import Array, Claim, HolonomicSDAE, HolonomicState, Increment, ParameterError, Scheme, Step, hookimpl
 
-from ._new_normals import onto_constraint
+from ._position_projection import Projection, checked
 from ._projection_orders import EXACT, ORDERS
 
 
@@ -29,9 +29,15 @@ class SemiImplicitProjectionEuler(Scheme):
     noise_projector : str
         Where P_M is taken: ``old`` for P_M(r), as in Ito's integral, ``new`` for P_M(r+), which is implied by the
         projection of v+ and saves a system.
+    solver : str
+        How positions are projected: ``gram``, with the Gram matrix alone, or ``newton``, as in the source.
+    tolerance : float
+        Of this projection, in parts of the position; 0 for rounding.
     """
 
     noise_projector: str = "old"
+    solver: str = "gram"
+    tolerance: float = 0.0
 
     name: ClassVar[str] = "semi-implicit-projection-euler"
     form: ClassVar[type[HolonomicSDAE]] = HolonomicSDAE
@@ -45,11 +51,18 @@ class SemiImplicitProjectionEuler(Scheme):
     def __post_init__(self) -> None:
         if self.noise_projector not in {"old", "new"}:
             raise ParameterError(f"noise_projector must be old or new, got {self.noise_projector!r}")
+        checked(self.solver, self.tolerance)
+
+    @property
+    def promises(self) -> tuple[Claim, ...]:
+        """The claims, without exact constraints where a projection comes with a tolerance."""
+        return tuple(claim for claim in self.claims if not self.tolerance or claim != EXACT)
 
     def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
         r, v, mu = state
-        new = onto_constraint(problem, r + h * v)
+        projection = Projection(self.solver, self.tolerance)
+        new = projection(problem, r + h * v)
         kick, first = self._noise(problem, state, t, noise.dW)
         moved = v + problem.inverse_mass(h * problem.force(t + h, new.r, v)) + kick
         v_new, second = problem.tangent(new.J, moved)
@@ -57,7 +70,7 @@ class SemiImplicitProjectionEuler(Scheme):
         failed = ~new.found
         if failed.any():
             reached = HolonomicState(*(np.where(failed, a, b) for a, b in zip(state, reached, strict=True)))
-        return Step(reached, failed, outputs={"eta": new.eta}, costs={"newton_iterations": new.iterations})
+        return Step(reached, failed, outputs={"eta": new.eta}, costs={projection.counter: new.iterations})
 
     def _noise(
         self, problem: HolonomicSDAE, state: HolonomicState, t: float, dw: Array

@@ -1,11 +1,13 @@
 """Results as tables in long form: one row a quantity, and one row a quantity and step size."""
 
 import shlex
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+import numpy as np
 import pandas as pd
 
-from ..lanes import COST
+from ..arrays import Array
+from ..lanes import COST, COUNTED
 from ..measure import Finding
 from ..scheme import Claim
 from ..settings import Settings
@@ -196,8 +198,15 @@ def _of_level(result: CellResult, settings: Settings, level: int) -> dict[str, o
         "truncated_share": health["truncated"][level] / steps,
         "steps": settings.steps[level],
         "lost_paths": int(health["lost"][level]),
-        **{f"mean_{n.removeprefix(COST)}": health[n][level] / steps for n in health if n.startswith(COST)},
+        **_means(health, level),
     }
+
+
+def _means(health: Mapping[str, Array], level: int) -> dict[str, float]:
+    """Return each cost's mean over the steps that have it; NaN if none has."""
+    names = [name.removeprefix(COST) for name in health if name.startswith(COST)]
+    counts = {name: health[f"{COUNTED}{name}"][level] for name in names}
+    return {f"mean_{n}": health[f"{COST}{n}"][level] / counts[n] if counts[n] else np.nan for n in names}
 
 
 def _frame(rows: Sequence[dict[str, object]], columns: Sequence[str]) -> pd.DataFrame:

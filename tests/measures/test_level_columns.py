@@ -8,6 +8,7 @@ import pytest
 
 from sdaeverify import Claim, verify
 from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_schemes.explicit_projection_euler import ExplicitProjectionEuler
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 
 
@@ -40,3 +41,20 @@ def test_failures_truncation_and_iterations_are_columns(measure):
     assert free["truncated_share"].max() == 0.0
     assert truncated["failed_paths"].max() == 0
     assert truncated["truncated_share"].max() > 0.5
+
+
+def test_what_a_step_does_not_do_is_no_part_of_the_mean():
+    """Of (B_n) every fourth step projects: its iterations are averaged over these, not over all."""
+    schemes = [ExplicitProjectionEuler(skip=3), ExplicitProjectionEuler()]
+    levels = verify(schemes, [pendulum], "drift", paths=40, levels=3, block=40).levels
+    means = levels.groupby("scheme")["mean_projection_iterations"].min()
+
+    assert (means >= 1.0).all()
+
+
+def test_a_cost_that_no_step_has_is_no_number():
+    """Where fewer steps are made than are skipped, nothing was counted."""
+    levels = verify([ExplicitProjectionEuler(skip=20)], [pendulum], "drift", paths=40, levels=3, block=40).levels
+
+    assert levels[levels.h == levels.h.max()]["mean_projection_iterations"].isna().all()
+    assert levels[levels.h == levels.h.min()]["mean_projection_iterations"].notna().all()
