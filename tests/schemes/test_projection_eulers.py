@@ -429,7 +429,7 @@ def test_exact_constraints_are_claimed_only_where_every_step_is_projected() -> N
 @pytest.mark.parametrize("make", [pendulum, lambda: fibre_clamped(alpha=4.0, N=3)])
 @pytest.mark.parametrize("scheme", [EXPLICIT, OLD], ids=lambda s: s.label)
 def test_newton_finds_the_point_that_the_gram_matrix_does(make: Any, scheme: Scheme) -> None:
-    """Both solve the same equations; the count of each is reported under its own name."""
+    """Both solve the same equations, the Gram matrix up to a part of r; each count has a name of its own."""
     problem, h = make(), 1e-3
     other, dW = replace(scheme, solver="newton"), np.sqrt(h) * np.random.default_rng(2).standard_normal((2, 5))
     dW = np.resize(dW, (problem.noise_dim, 5))
@@ -437,7 +437,7 @@ def test_newton_finds_the_point_that_the_gram_matrix_does(make: Any, scheme: Sch
     for n in range(4):
         one, two = (each.prepare(problem, h)(state, n * h, Increment(dW, None)) for each in (scheme, other))
         state = one.state
-        assert np.abs(one.state.r - two.state.r).max() <= 64 * EPS * np.abs(one.state.r).max()
+        assert np.abs(one.state.r - two.state.r).max() <= 2.0 * NORMALS * np.abs(one.state.r).max()
 
     assert list(one.costs) == ["projection_iterations"]
     assert list(two.costs) == ["newton_iterations"]
