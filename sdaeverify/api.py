@@ -136,7 +136,7 @@ def verify(
     registry = load_registry(plugins)
     todo = plan_of(registry, schemes, problems, measures)
     study = Study(todo, chosen)
-    with executor_for(workers, registry.files) as executor:
+    with executor_for(workers, registry.files, modules=registry.modules) as executor:
         for _ in study.run(executor, BLOCKS_A_WORKER * workers):
             pass
     return result_of(study, registry, ["sdaeverify.verify"])

@@ -17,6 +17,8 @@ from .labels import did_you_mean
 GROUP = "sdaeverify"
 OWN_DISTRIBUTION = "sdaeverify"
 PREFIX = "SDAEVERIFY_"
+# Of the names of modules that are plugin files.
+FILE_PREFIX = "sdaeverify_file_"
 DISABLED = "SDAEVERIFY_DISABLED_PLUGINS"
 STRICT = "SDAEVERIFY_STRICT_PLUGINS"
 SWITCH = {"": False, "0": False, "false": False, "no": False, "1": True, "true": True, "yes": True}
@@ -165,7 +167,7 @@ def unmatched(disabled: Iterable[str], known: Iterable[str]) -> tuple[str, ...]:
 
 def _execute(file: Path, source: bytes) -> ModuleType:
     digest = hashlib.blake2b(str(file).encode() + b"\0" + source, digest_size=8).hexdigest()
-    name = f"sdaeverify_file_{re.sub(r'[^0-9a-zA-Z]', '_', file.stem)}_{digest}"
+    name = f"{FILE_PREFIX}{re.sub(r'[^0-9a-zA-Z]', '_', file.stem)}_{digest}"
     if name in sys.modules:
         return sys.modules[name]
     # Compiled here and not by the import system, whose bytecode cache overlooks two edits within a second.

@@ -118,6 +118,13 @@ class Registry:
     cases: Mapping[str, CalibrationCase] = field(default_factory=dict)
     experiments: Mapping[str, ExperimentEntry] = field(default_factory=dict)
 
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """Modules of the plugins of other distributions, which a worker process imports before anything else."""
+        others = (row for row in self.plugins if row.status == "loaded" and row.distribution)
+        named = (row.module.partition(":")[0] for row in others if normalized(row.distribution) != OWN_DISTRIBUTION)
+        return tuple(dict.fromkeys(named))
+
     def names(self, given: Scheme | ProblemSpec) -> bool:
         """Tell whether a scheme or problem is the registered one of its name, so that a command can name it."""
         if isinstance(given, Scheme):

@@ -139,7 +139,7 @@ def workers(jobs: int, limits: Limits | None, registry: Registry) -> Iterator[Cr
     registry : Registry
         With the plugin files that they load.
     """
-    with executor_for(jobs, registry.files, limits) as executor:
+    with executor_for(jobs, registry.files, limits, registry.modules) as executor:
         yield Crew(executor, jobs)
 
 

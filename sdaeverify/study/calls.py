@@ -7,6 +7,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
+from ..discovery import FILE_PREFIX
 from ..errors import FAULTS, UsageError, one_line
 from .isolated import Died, Isolated
 from .limits import Mark, read_mark
@@ -133,5 +134,7 @@ def unpacked(argument: bytes, *passed: type[BaseException]) -> Any:
     except passed:
         raise
     except FAULTS as error:
+        if isinstance(error, ModuleNotFoundError) and str(error.name).startswith(FILE_PREFIX):
+            raise UsageError("a plugin file was saved while the run was under way; run it again") from None
         what = "a scheme, problem or measure cannot be read in a worker process"
         raise UsageError(f"{what}: {one_line(error)}; {ELSE}") from None

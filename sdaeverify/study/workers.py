@@ -36,7 +36,9 @@ def available_cores() -> int:
 
 
 @contextmanager
-def worker_pool(jobs: int, files: Sequence[str] = (), limits: Limits = NONE) -> Iterator[Executor]:
+def worker_pool(
+    jobs: int, files: Sequence[str] = (), limits: Limits = NONE, modules: Sequence[str] = ()
+) -> Iterator[Executor]:
     """Give an executor of fresh processes, and end them at once when the block is left, whatever they do.
 
     Workers are started anew rather than forked, so that they behave alike on every platform and inherit no
@@ -50,10 +52,12 @@ def worker_pool(jobs: int, files: Sequence[str] = (), limits: Limits = NONE) -> 
         Plugin files to load.
     limits : Limits
         What each process is held to.
+    modules : sequence of str
+        Modules to import: one that registers what another defines may set something in it.
     """
 
     def make() -> ProcessPoolExecutor:
-        return _Pool(tuple(files), limits.memory)
+        return _Pool((*modules, *files), limits.memory)
 
     before = set(multiprocessing.active_children())
     with tempfile.TemporaryDirectory(prefix="sdaeverify-") as marks:
@@ -70,7 +74,9 @@ def worker_pool(jobs: int, files: Sequence[str] = (), limits: Limits = NONE) -> 
 
 
 @contextmanager
-def executor_for(jobs: int, files: Sequence[str] = (), limits: Limits | None = None) -> Iterator[Executor | None]:
+def executor_for(
+    jobs: int, files: Sequence[str] = (), limits: Limits | None = None, modules: Sequence[str] = ()
+) -> Iterator[Executor | None]:
     """Give a `worker_pool`, or None for one job without limits: it is done in this process.
 
     Parameters
@@ -81,11 +87,13 @@ def executor_for(jobs: int, files: Sequence[str] = (), limits: Limits | None = N
         Plugin files to load.
     limits : Limits or None
         What each process is held to: it takes one of its own to be ended.
+    modules : sequence of str
+        Modules to import.
     """
     if limits is None and jobs <= 1:
         yield None
         return
-    with worker_pool(jobs, files, limits or NONE) as pool:
+    with worker_pool(jobs, files, limits or NONE, modules) as pool:
         yield pool
 
 
@@ -149,18 +157,18 @@ class _Pool(ProcessPoolExecutor):
         What was started: one in the end.
     """
 
-    def __init__(self, files: tuple[str, ...], memory: int) -> None:
+    def __init__(self, plugins: tuple[str, ...], memory: int) -> None:
         self.processes: list[BaseProcess] = []
         context = _Context()
         context.Process = self._made  # type: ignore[assignment, misc]
-        super().__init__(1, mp_context=context, initializer=_begin, initargs=(files, memory))
+        super().__init__(1, mp_context=context, initializer=_begin, initargs=(plugins, memory))
 
     def _made(self, *arguments: Any, **options: Any) -> BaseProcess:
         self.processes.append(_Worker(*arguments, **options))
         return self.processes[-1]
 
 
-def _begin(files: Sequence[str], memory: int) -> None:
+def _begin(plugins: Sequence[str], memory: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "setsid"):
         # All that the code of plugins starts can be ended together.
@@ -168,8 +176,11 @@ def _begin(files: Sequence[str], memory: int) -> None:
     # What a plugin prints is no result.
     os.dup2(2, 1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    for file in files:
-        load_file(file)
+    for plugin in plugins:
+        if plugin.endswith(".py"):
+            load_file(plugin)
+        else:
+            importlib.import_module(plugin)
     # What the framework itself needs is loaded before the limit is set.
     importlib.import_module(f"{__package__}.blocks")
     limit_memory(memory)

@@ -273,3 +273,36 @@ def test_runs_into_one_folder_are_merged(call, small, tmp_path):
     ours, theirs = tables(tmp_path / "merged"), tables(tmp_path / "other")
     assert sorted(row["scheme"] for row in ours[1]) == sorted(row["scheme"] for row in theirs[1])
     assert [row["estimate"] for row in ours[1]] == [row["estimate"] for row in theirs[1]]
+
+
+FILE = """
+@dataclass(frozen=True)
+class Odd(Scheme):
+    name: ClassVar[str] = "odd"
+    form: ClassVar[type] = SDE
+    claims: ClassVar[tuple] = (Claim(measure="strong", value=0.5, source="nowhere"),)
+
+    def step(self, problem, state, t, h, noise):
+        with open("weight.txt") as file:
+            factor = float(file.read())
+        return Step(state + factor * h * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
+
+@hookimpl
+def sdaeverify_schemes():
+    return [Odd()]
+"""
+
+
+def test_another_behaviour(small, write, tmp_path):
+    """A scheme whose data have changed is measured again and refuted, in the folder where it was not."""
+    chosen = ("-s", "odd", "-p", "ou", "-m", "strong", "--plugin", write(FILE))
+    (tmp_path / "weight.txt").write_text("1.0")
+    right, _ = small("out", *chosen)
+    again, _ = small("out", *chosen)
+    (tmp_path / "weight.txt").write_text("1.5")
+
+    wrong, _ = small("out", *chosen)
+
+    assert [right.code, again.code, wrong.code] == [0, 0, 1]
+    assert "computed" not in again.out
+    assert "with another behaviour of the scheme" in wrong.out

@@ -137,3 +137,9 @@ def test_what_cannot_be_sent():
     with pytest.raises(UsageError, match=r"^scheme x cannot be sent to worker processes: .*top level of a module"):
         packed(lambda: None, "scheme x")
     assert unpacked(packed((1, "a"), "scheme x")) == (1, "a")
+
+
+def test_a_plugin_file_that_was_saved_meanwhile():
+    """A worker that has loaded another version of a plugin file says so, and not that something is badly defined."""
+    with pytest.raises(UsageError, match="a plugin file was saved while the run was under way; run it again"):
+        unpacked(b"csdaeverify_file_odd_0123456789\nOdd\n.")

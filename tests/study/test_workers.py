@@ -63,3 +63,13 @@ def test_processes_only_where_they_are_needed(jobs, limits, kind):
     """One job runs in this process unless it is held to limits."""
     with executor_for(jobs, (), limits) as executor:
         assert type(executor) is kind
+
+
+def test_modules_that_register(tmp_path, monkeypatch):
+    """A worker imports the modules of plugins: one that registers a scheme may set what another module defines."""
+    (tmp_path / "somebodys_scheme.py").write_text("weight = 1.0")
+    (tmp_path / "somebodys_plugin.py").write_text("import somebodys_scheme\nsomebodys_scheme.weight = 2.0")
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    with executor_for(2, modules=["somebodys_plugin"]) as executor:
+        assert executor.submit(eval, "__import__('somebodys_scheme').weight").result() == 2.0
