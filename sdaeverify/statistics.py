@@ -53,6 +53,15 @@ class Estimate(NamedTuple):
         needed = float(stdtrit(GROUPS - 1, 1.0 - level)) * self.se / distance
         return max(1.0, needed**2)
 
+    def growth_to_see(self, size: float, confidence: float, bias: float = 0.0) -> float:
+        """Return by which factor the sample must grow until a deviation of a size shows; infinite if it never does.
+
+        It shows if a test of level 1 - confidence finds it with a probability of `confidence`.
+        """
+        if not (size > bias and np.isfinite(self.se)):
+            return float("inf")
+        return max(1.0, (2.0 * float(stdtrit(GROUPS - 1, confidence)) * self.se / (size - bias)) ** 2)
+
 
 def _p_value(distance: float, se: float) -> float:
     if not np.isfinite(distance):

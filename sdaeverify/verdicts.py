@@ -50,6 +50,9 @@ class Tests(NamedTuple):
         By which factor the number of paths must grow to decide; infinite if more paths cannot.
     suspected : float
         What `refuted` would be if the sample could be relied on: it asks for more paths, and refutes nothing.
+    blind : float
+        By which factor the number of paths must grow until an error shows that is as large as the claim forbids; 1
+        where it would show now, infinite if more paths do not help.
     """
 
     verified: float
@@ -57,6 +60,7 @@ class Tests(NamedTuple):
     reason: str
     growth: float = inf
     suspected: float = 1.0
+    blind: float = 1.0
 
     @classmethod
     def none(cls, reason: str, growth: float = inf) -> "Tests":
@@ -90,8 +94,9 @@ def decide(tests: Tests, evidence: Evidence) -> Decision:
 def guard(local: Opinion | LocalOpinion | None, tests: Tests, evidence: Evidence, tier: int = 1) -> Decision:
     """Return the verdict of a deterministic tier, guarded by the paths; theirs alone where it has none.
 
-    What is refuted without sampling stays so. What is verified needs paths that could be compared, and that do not
-    refute it; where they look as if they might, more of them are asked for, and without more nothing is decided.
+    What is refuted without sampling stays so. What is verified needs paths that could be compared, that would show an
+    error which the claim forbids, and that do not refute it. Where they look as if they might, or are too few to show
+    anything, more of them are asked for, and without more nothing is decided.
     """
     if local is None or local.verdict is Verdict.INCONCLUSIVE:
         return _unaided(local, tests, evidence)
@@ -99,14 +104,24 @@ def guard(local: Opinion | LocalOpinion | None, tests: Tests, evidence: Evidence
         return Decision(local.verdict, local.reason, tier)
     if tests.refuted <= evidence.level:
         return Decision(Verdict.REFUTED, f"{tests.reason}, although {local.reason}", 3, p_refuted=tests.refuted)
-    if evidence.paths < CALIBRATED_PATHS:
-        return Decision(
-            Verdict.INCONCLUSIVE, f"{local.reason}, but {evidence.paths} paths are too few to guard it", 3
-        )
-    if min(tests.refuted, tests.suspected) <= 1.0 - evidence.settings.confidence:
-        reason = f"{local.reason}, but the paths do not look like it: {tests.reason}; more of them would tell"
-        return Decision(Verdict.INCONCLUSIVE, reason, 3, settled=False, p_refuted=tests.refuted)
+    doubt, settled = _doubt(tests, evidence)
+    if doubt:
+        reason = f"{local.reason}, but {doubt}"
+        return Decision(Verdict.INCONCLUSIVE, reason, 3, settled, p_refuted=tests.refuted)
     return Decision(Verdict.VERIFIED, local.reason, tier, p_refuted=tests.refuted)
+
+
+def _doubt(tests: Tests, evidence: Evidence) -> tuple[str, bool]:
+    """Return why paths that refute nothing are no guard, or an empty string, and whether more of them do not help."""
+    if evidence.paths < CALIBRATED_PATHS:
+        return f"{evidence.paths} paths are too few to guard it", True
+    if min(tests.refuted, tests.suspected) <= 1.0 - evidence.settings.confidence:
+        return f"the paths do not look like it: {tests.reason}; more of them would tell", False
+    if tests.blind <= 1.0:
+        return "", True
+    helps = bool(np.isfinite(tests.blind))
+    more = f"; about {_round(tests.blind * evidence.paths)} would" if helps else ", nor would more"
+    return f"{evidence.paths} paths do not show an error that the claim forbids{more}", not helps
 
 
 def _unaided(local: Opinion | LocalOpinion | None, tests: Tests, evidence: Evidence) -> Decision:

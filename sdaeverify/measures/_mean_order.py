@@ -56,11 +56,13 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     resolved = means.resolved(levels)
     if claim is None or isinstance(claim.value, str):
         return MeanOrder(slope, levels, resolved, Tests.none(""))
-    limit = _limit(evidence, means, claim.value)
+    limit, blind = _limit(evidence, means, claim.value), _blind(evidence, means, levels)
     if not means.one_signed(levels) and resolved >= RESOLVED:
         remark = "uninformative: its error changes sign between levels"
-        return MeanOrder(slope, levels, resolved, held_back(limit._replace(verified=1.0), evidence, levels), remark)
+        tests = held_back(limit._replace(verified=1.0, blind=blind), evidence, levels)
+        return MeanOrder(slope, levels, resolved, tests, remark)
     tests = _tests(evidence, means, claim, (slope, levels, resolved, limit))
+    tests = tests._replace(blind=blind, suspected=min(tests.suspected, limit.suspected))
     return MeanOrder(slope, levels, resolved, held_back(tests, evidence, levels))
 
 
@@ -90,6 +92,15 @@ def _tests(evidence: Evidence, means: Means, claim: Claim, found: tuple[Estimate
     return with_sample(tests, evidence.paths, heavy=False)
 
 
+def _blind(evidence: Evidence, means: Means, levels: Array) -> float:
+    """Return by which factor the paths must grow until they show an error of a quarter of what the observable is."""
+    known, forbidden, confidence = _known(evidence, means), COARSE * means.size, evidence.settings.confidence
+    if means.coupled:
+        return means.difference(int(levels[-1])).growth_to_see(forbidden, confidence)
+    error = means.change(levels) if known is None else known[0]
+    return error.growth_to_see(forbidden, confidence)
+
+
 def _coarse(means: Means, finest: int) -> bool:
     """Tell whether the error is of the size of the expectation itself: no order shows on such steps."""
     return abs(means.difference(finest).value) > COARSE * abs(means.mean(len(means.h) - 1).value)
@@ -107,14 +118,15 @@ def _limit(evidence: Evidence, means: Means, order: float) -> Tests:
     """Compare the finest level with what is known of the limit: only that can confirm it."""
     if means.coupled:
         return Tests(0.0, 1.0, "")
-    if means.heavy:
-        return Tests.none("heavy tails: a mean of few paths confirms no limit")
     left = SLACK * _last_difference(means, order) / (2.0**order - 1.0)
     known = _known(evidence, means)
     if known is None:
         return Tests.none("towards its own limit")
     error, allowed = known[0], left + SLACK * known[1]
     wrong = error.p_above(allowed)
+    if means.heavy:
+        # It may look wrong all the same.
+        return Tests.none("heavy tails: a mean of few paths confirms no limit")._replace(suspected=wrong)
     reason = f"wrong limit: off by {error.value:.2g}, where {allowed:.2g} is left" if wrong <= evidence.level else ""
     return Tests(0.0, wrong, reason)
 

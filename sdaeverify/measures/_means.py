@@ -15,7 +15,7 @@ from ..settings import Settings
 from ..statistics import GROUPS, Estimate, group_sums, jackknife
 from ..tally import Tally
 
-VALUES, SQUARES, KNOWN = "values ", "squares ", "truth "
+VALUES, SQUARES, SIZES, KNOWN = "values ", "squares ", "sizes ", "truth "
 # A truth with an error of its own, and the same at half its resolution.
 REFERENCE, BLURRED = "reference ", "blurred "
 
@@ -53,6 +53,7 @@ class MeanObserver:
             paths = values.shape[-1]
             sums[VALUES + name] = group_sums(values)
             sums[SQUARES + name] = group_sums(values[-1] ** 2)
+            sums[SIZES + name] = group_sums(np.abs(values[-1]))
             sums |= {key + name: group_sums(known) for key, known in self._truths(name)}
         return Tally(sums={**sums, "paths": group_sums(np.ones(paths))})
 
@@ -95,6 +96,8 @@ class Means:
         Of the squares at the finest level.
     reference, blurred : ndarray, shape (G,), or None
         Of a truth with an error of its own, and of the same at half its resolution.
+    sizes : ndarray, shape (G,), or None
+        Of the absolute values at the finest level.
     """
 
     name: str
@@ -105,6 +108,14 @@ class Means:
     squares: Array | None = None
     reference: Array | None = None
     blurred: Array | None = None
+    sizes: Array | None = None
+
+    @property
+    def size(self) -> float:
+        """E |phi| at the finest level; |E phi| where that is not known."""
+        if self.sizes is None:
+            return abs(self.mean(len(self.h) - 1).value)
+        return float(self.sizes.sum() / self.counts.sum())
 
     @property
     def heavy(self) -> bool:
@@ -130,6 +141,10 @@ class Means:
     def difference(self, level: int) -> Estimate:
         """Return E [phi(x_l) - phi(x)], or E [phi(x_l) - phi(x_{l+1})], on the same paths."""
         return self._estimate(lambda means: float(self._differences(means)[level]))
+
+    def change(self, levels: Array) -> Estimate:
+        """Return E [phi(x_l) - phi(x_k)], l being the coarsest and k the finest level of some differences."""
+        return self._estimate(lambda means: float(means[levels[0]] - means[levels[-1] + 1]))
 
     def off_reference(self) -> tuple[Estimate, float] | None:
         """Return |E [phi(x_L) - phi(y)]|, y a reference on these paths, and |E [phi(y) - phi(z)]|, z half as fine."""
@@ -174,6 +189,6 @@ def means_of(evidence: Evidence) -> Mapping[str, Means]:
             name = key.removeprefix(VALUES)
             truth = sums.get(KNOWN + name)
             both = sums[key] if truth is None else np.concatenate([sums[key], truth.reshape(GROUPS, 1)], axis=1)
-            references = (sums.get(key + name) for key in (SQUARES, REFERENCE, BLURRED))
+            references = (sums.get(key + name) for key in (SQUARES, REFERENCE, BLURRED, SIZES))
             found[name] = Means(name, h, both, sums["paths"], truth is not None, *references)
     return found

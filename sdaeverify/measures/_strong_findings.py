@@ -219,12 +219,17 @@ def _decision(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim 
 def _asymptotic(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, tests: Tests) -> Tests:
     """Let errors on coarse steps refute a local order only if the asymptotic order is too low, as well.
 
-    Errors that level off at a wrong limit have an asymptotic order of 0.
+    Errors that level off at a wrong limit have an asymptotic order of 0. Where it is not known well enough for that
+    to show, nothing is refuted by the slope on coarse steps, but more paths are asked for.
     """
     if isinstance(claim.value, str):
         return tests
-    order, half = asymptotic_order(quantity, fitted.usable, evidence.settings.confidence)
-    return tests if order + half < claim.value - claim.margin else tests._replace(refuted=1.0, suspected=1.0)
+    bound, confidence = claim.value - claim.margin, evidence.settings.confidence
+    order, half = asymptotic_order(quantity, fitted.usable, confidence)
+    tests = tests._replace(blind=fitted.slope.growth_to_see(bound, confidence, fitted.bias.bound))
+    if order + half < bound:
+        return tests
+    return tests._replace(refuted=1.0, suspected=1.0 if half < bound else min(tests.refuted, tests.suspected))
 
 
 def _method(tier: int, reference: str) -> str:

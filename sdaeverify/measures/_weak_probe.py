@@ -60,10 +60,19 @@ class WeakProbe(NamedTuple):
 
 
 class ProbeOpinion(NamedTuple):
-    """What the deterministic tiers say of a claim, and the tier that says so; None if they say nothing."""
+    """What the deterministic tiers say of a claim, and the tier that says so; None if they say nothing.
+
+    Attributes
+    ----------
+    opinion : LocalOpinion or None
+    tier : int
+    guarded : bool
+        Whether the second tier confirms the first one at T, without sampling.
+    """
 
     opinion: LocalOpinion | None
     tier: int = 1
+    guarded: bool = False
 
 
 def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
@@ -125,7 +134,7 @@ def judge_probe(probed: WeakProbe, claim: Claim | None, observable: str) -> Prob
     undecided = opinion is None or opinion.verdict is Verdict.INCONCLUSIVE
     if further is not None and (undecided or further.verdict is Verdict.REFUTED):
         return ProbeOpinion(further, 2)
-    return ProbeOpinion(opinion)
+    return ProbeOpinion(opinion, guarded=further is not None and further.verdict is Verdict.VERIFIED)
 
 
 def _global(probed: WeakProbe, claim: float, observable: str) -> LocalOpinion | None:

@@ -87,7 +87,9 @@ def _decision(evidence: Evidence, sampled: MeanOrder, claim: Claim | None, said:
         return Decision(Verdict.OUT_OF_SCOPE, "", 3)
     if evidence.health.sums["lost"][-1] > 0:
         return Decision(Verdict.DIVERGED, LOST, 3)
-    decision = guard(said.opinion, sampled.tests, evidence, said.tier)
+    # What is known at T without sampling needs no paths to show it.
+    tests = sampled.tests._replace(blind=1.0) if said.guarded else sampled.tests
+    decision = guard(said.opinion, tests, evidence, said.tier)
     if sampled.remark == TOO_FEW and decision.verdict is Verdict.VERIFIED:
         return Decision(Verdict.INCONCLUSIVE, f"{decision.reason}, but no paths to guard it", 3)
     return decision
@@ -96,7 +98,7 @@ def _decision(evidence: Evidence, sampled: MeanOrder, claim: Claim | None, said:
 def _of_state(evidence: Evidence, probed: WeakProbe) -> Finding:
     """Return the finding on a problem without observables: by probing, with nothing to guard it."""
     claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Weak.name, STATE)
-    opinion, tier = judge_probe(probed, claim, STATE)
+    opinion, tier, _ = judge_probe(probed, claim, STATE)
     if claim is None or opinion is None or opinion.verdict is Verdict.INCONCLUSIVE:
         reason = no_claim or "the problem has no observables, and probing does not decide"
         verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE

@@ -1,0 +1,85 @@
+"""A guard has power: paths that could not show an error that a claim forbids guard nothing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sdaeverify import Settings, verdicts
+from sdaeverify.lanes import Snapshot
+from sdaeverify.measure import Evidence, Verdict
+from sdaeverify.measures._mean_order import mean_order
+from sdaeverify.measures._means import MeanObserver, means_of
+from sdaeverify.probe.local_orders import LocalOpinion
+from sdaeverify.statistics import Estimate
+from sdaeverify.tally import Tally
+from sdaeverify.truths import Moment
+from sdaeverify.verdicts import guard
+from sdaeverify_problems.delay_test import delay_test
+from sdaeverify_schemes.stochastic_theta import StochasticTheta
+
+LOCAL = LocalOpinion(Verdict.VERIFIED, "local weak order 1.000")
+KNOWN, WRONG = 0.7503, 0.376
+
+
+def evidence_of(paths: int, mean: float, spread: float) -> Evidence:
+    """Return evidence on x of set II at T = 4: of paths with one mean and errors of order 1."""
+    settings = Settings(paths=paths)
+    truth = Moment(observable="x", value=lambda t: KNOWN, source="known")
+    problem = replace(delay_test("II", horizon=4.0), truths=(truth,))
+    x = mean + spread * np.random.default_rng(11).standard_normal(paths)
+    levels = [{"x": (x + 0.02 * h)[None], "y": 0.0 * x[None]} for h in 1.0 / np.array(settings.steps)]
+    observer = MeanObserver(problem, levels[0], settings)
+    observer.after_coarsest_step(Snapshot(levels, {}, None))
+    zeros = np.zeros(settings.levels)
+    health = Tally(sums={"failed": zeros, "lost": zeros, "truncated": zeros, "steps": zeros + 1e6})
+    return Evidence(StochasticTheta(0.0), problem, problem, settings, observer.tally(), health, level=settings.level)
+
+
+def decision(paths: int, mean: float, spread: float):
+    evidence = evidence_of(paths, mean, spread)
+    claim = next(claim for claim in StochasticTheta().claims if claim.measure == "weak")
+    with np.errstate(all="ignore"):
+        tests = mean_order(evidence, means_of(evidence)["x"], claim).tests
+    return guard(LOCAL, tests, evidence), tests
+
+
+def test_few_paths_do_not_guard_a_mean_with_a_wide_spread():
+    """256 paths of spread 1.5 could not tell .376 from .750: the verdict waits for paths and says how many."""
+    for mean in (KNOWN, WRONG):
+        found, tests = decision(256, mean, 1.5)
+        assert found.verdict is Verdict.INCONCLUSIVE
+        assert not found.settled
+        assert tests.blind > 1.0
+        assert "would" in found.reason
+
+
+def test_with_the_paths_that_were_asked_for_the_mean_is_guarded():
+    """Then the right mean is verified, and the wrong one refuted."""
+    _, tests = decision(256, KNOWN, 1.5)
+    enough = int(2 ** np.ceil(np.log2(256 * tests.blind)))
+
+    assert decision(enough, KNOWN, 1.5)[0].verdict is Verdict.VERIFIED
+    assert decision(4 * enough, WRONG, 1.5)[0].verdict is Verdict.REFUTED
+
+
+def test_an_error_that_the_guard_is_said_to_see_is_seen():
+    """At a growth of 1, an error of the size shows with the probability of the confidence."""
+    one = Estimate(0.0, 0.1)
+    needed = 0.1 * 2.0 * 2.5394831906222883  # twice the 99 % quantile of t with 19 degrees of freedom
+
+    assert one.growth_to_see(1.001 * needed, 0.99) == 1.0
+    assert one.growth_to_see(0.5 * needed, 0.99) == pytest.approx(4.0)
+    assert one.growth_to_see(needed, 0.99, bias=0.5 * needed) == pytest.approx(4.0)
+    assert np.isinf(one.growth_to_see(0.0, 0.99))
+    assert np.isinf(Estimate(0.0, np.nan).growth_to_see(1.0, 0.99))
+
+
+def test_a_guard_that_no_paths_can_help_is_settled():
+    """Without a finite growth nothing more is asked for, and nothing is verified."""
+    tests = verdicts.Tests(1.0, 1.0, "", blind=np.inf)
+    found = guard(LOCAL, tests, evidence_of(256, KNOWN, 0.1))
+
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert found.settled
+    assert "nor would more" in found.reason
