@@ -66,7 +66,7 @@ def read_run(folder: Path) -> StoredRun:
     saved = read_saved(folder)
     lanes: dict[tuple[str, str], dict[int, StoredLane]] = {}
     damaged = 0
-    for path in sorted(folder.rglob("*.npz"), key=lambda file: (file.stat().st_mtime_ns, file.name)):
+    for path in sorted(folder.rglob("*.npz"), key=lambda file: (file.lstat().st_mtime_ns, file.name)):
         lane = read_lane(path)
         damaged += lane is None
         if lane is not None and _is_of(lane, saved):

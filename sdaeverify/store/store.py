@@ -246,7 +246,7 @@ def _otherwise(before: Behaviour, now: Behaviour) -> str:
 
 def _why_not(place: Place, start: str) -> str:
     """Return what differs from the newest file of the same scheme, problem and block."""
-    others = sorted(place.path.parent.glob(f"{start}*.npz"), key=lambda path: path.stat().st_mtime)
+    others = sorted(place.path.parent.glob(f"{start}*.npz"), key=lambda path: path.lstat().st_mtime)
     if not others:
         return NEW
     old = read_ingredients(others[-1])

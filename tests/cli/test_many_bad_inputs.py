@@ -223,3 +223,33 @@ def test_bad_inputs(call, kind):
     found = [(arguments, text) for arguments in BAD[kind] if (text := wrong(call, arguments))]
 
     assert not found, "\n".join(f"{[word[:40] for word in arguments]}: {text}" for arguments, text in found)
+
+
+def test_loop_of_links_in_place_of_evidence(quick, call, tmp_path):
+    """A file of evidence that is a loop of links is damaged, whoever reads it; what is computed takes its place."""
+    run = (*MILSTEIN, "--out", "out")
+    quick(*run)
+    for file in tmp_path.rglob("*.npz"):
+        file.unlink()
+        file.symlink_to(file.name)
+
+    compared, again = call("compare", "out", "out"), quick(*run)
+
+    assert (compared.code, compared.err.count("\n")) == (2, 1)
+    assert (again.code, again.err) == (0, "")
+    assert not any(file.is_symlink() for file in tmp_path.rglob("*.npz"))
+
+
+def test_exceptions_of_any_kind_in_a_step(quick, odd_scheme):
+    """A step may raise what it likes: it is in error, with a reason."""
+    mute = "class Mute(Exception):", "    def __str__(self):", "        raise GeneratorExit", "raise Mute"
+    raised = f"\n{' ' * 8}".join(mute)
+    for step, reason in {
+        "raise GeneratorExit": "GeneratorExit: no message",
+        "raise StopIteration": "StopIteration: no message",
+        raised: "Mute: its message cannot be read, which raises GeneratorExit",
+    }.items():
+        outcome = quick("--plugin", odd_scheme(step), "-s", "odd", "-p", "gbm", "-m", "strong", "--fresh")
+
+        assert (outcome.code, outcome.err) == (3, "")
+        assert f"error: odd on gbm, strong: {reason}" in outcome.out
