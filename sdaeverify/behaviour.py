@@ -207,8 +207,9 @@ def _content(values: Any, least: float = 0.0) -> bytes:
     finite = np.isfinite(array)
     size = max(float(np.abs(array).max(where=finite, initial=0.0)), least)
     # No power of 2 is near 3 times another one.
-    scale = 2.0 ** (BITS - np.ceil(np.log2(3.0 * size))) if size > 0.0 else 1.0
-    return repr(array.shape).encode() + np.where(finite, np.floor(array * scale + OFFSET), array).tobytes()
+    bits = BITS - np.ceil(np.log2(3.0 * size)) if size > 0.0 else 0.0
+    told = np.where(finite, np.floor(array * 2.0**bits + OFFSET), array)
+    return f"{array.shape} {bits} ".encode() + told.tobytes()
 
 
 def _digest(results: Iterable[Result]) -> str:

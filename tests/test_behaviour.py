@@ -106,6 +106,15 @@ def test_what_is_told_of_a_problem():
     assert problem_digest(replace(problem, traits=frozenset())) != problem_digest(problem)
 
 
+@pytest.mark.parametrize("factor", [2.0, 0.5, 1024.0, -1.0])
+def test_a_power_of_two_is_another_number(factor):
+    """What is all twice as large is not the same, though its digits are."""
+    problem = gbm()
+    twice = {name: lambda t, parts, f=f: factor * f(t, parts) for name, f in problem.observables.items()}
+
+    assert problem_digest(replace(problem, observables=twice)) != problem_digest(problem)
+
+
 def test_a_step_that_raises_has_a_digest():
     """Where the fixed arguments are none for a scheme, what it raises is what it does."""
 

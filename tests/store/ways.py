@@ -7,7 +7,6 @@ import json, os, sys
 from dataclasses import dataclass, make_dataclass
 from enum import Enum
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 from typing import ClassVar
@@ -138,7 +137,9 @@ TYPE = 'dataclass(frozen=True)(type("Mine", (Scheme,), names))'
 
 SCHEMES = {
     "formula": of_scheme(scheme(factor="2.0")),
-    "default of a parameter": of_scheme(scheme(field="a: float = 2.0"), field="a: float = 1.0", factor="self.a"),
+    "default of a parameter": of_scheme(
+        scheme(field="a: float = 2.0", factor="self.a"), field="a: float = 1.0", factor="self.a"
+    ),
     "class variable": of_scheme(
         scheme(body="a: ClassVar[float] = 2.0", factor="self.a"),
         body="a: ClassVar[float] = 1.0",
@@ -150,9 +151,14 @@ SCHEMES = {
     "helper of a helper": of_scheme(
         TWO, {**ONE, "between.py": "from .helper import weight"}, head="from .between import weight", factor="weight"
     ),
-    "helper imported late": of_scheme(TWO, ONE, factor='getattr(import_module("mine.helper"), "weight")'),
+    "helper imported late": of_scheme(
+        TWO, ONE, head="from importlib import import_module", factor='getattr(import_module("mine.helper"), "weight")'
+    ),
     "helper imported by its name": of_scheme(
-        TWO, ONE, head='helper = import_module("mine.helper")', factor="helper.weight"
+        TWO,
+        ONE,
+        head='from importlib import import_module\nhelper = import_module("mine.helper")',
+        factor="helper.weight",
     ),
     "helper imported by its path": of_scheme(TWO, ONE, head=BY_PATH, factor="odd.weight"),
     "helper that is executed": of_scheme(TWO, ONE, head='exec((HERE / "helper.py").read_text())', factor="weight"),
