@@ -76,7 +76,7 @@ class Fibre:
     """
 
     chain: Chain
-    alpha: float = 0.4
+    alpha: float = 4.0
     Fr: float = 3.0
     Dr: float = 0.1
     beta: float = 0.1

@@ -9,7 +9,7 @@ from ._fibre_problem import fibre_problem
 
 @on_request
 def fibre_free(
-    alpha: float = 0.4, beta: float = 0.1, Dr: float = 0.1, N: int = 7, d: int = 2, horizon: float = 0.25
+    alpha: float = 4.0, beta: float = 0.1, Dr: float = 0.1, N: int = 7, d: int = 2, horizon: float = 0.01
 ) -> HolonomicSDAE:
     """Fibre of N points, free of stress at both ends: dv_i = a_i dt + beta Dr^{-2} ds^{-1/2} dw_i + (grad g dmu)_i.
 

@@ -16,7 +16,7 @@ N = 3
 
 
 def fibre(**others):
-    return hanging_fibre(Fibre(chain=clamped_chain(N, 2), **{"alpha": 4.0, **others}), 1.0)
+    return hanging_fibre(Fibre(chain=clamped_chain(N, 2), **others), 1.0)
 
 
 @pytest.mark.parametrize("h", [1e-7, 1e-4, 1e-2])
