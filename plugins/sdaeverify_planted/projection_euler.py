@@ -7,6 +7,7 @@ import numpy as np
 
 from sdaeverify import HolonomicSDAE, HolonomicState, Increment, Planted, Scheme, Step, hookimpl
 from sdaeverify_schemes._new_normals import onto_constraint
+from sdaeverify_schemes._position_projection import Projection
 from sdaeverify_schemes._skipping import SkippingState, inherent_euler, projections
 from sdaeverify_schemes.explicit_projection_euler import ExplicitProjectionEuler
 from sdaeverify_schemes.semi_implicit_projection_euler import SemiImplicitProjectionEuler
@@ -35,7 +36,8 @@ class WrongExplicit(ExplicitProjectionEuler):
         J = problem.linearised(state.r)
         turning = (self.coriolis - 1.0) * h * problem.inherent_multiplier(J, state.r, state.v, np.zeros_like(state.v))
         free = free._replace(v=free.v + problem.push(J, turning), mu=free.mu + turning)
-        result = projections(problem, state, free, state.skipped[0] >= self.skip)
+        projection = Projection(self.solver, self.tolerance)
+        result = projections(problem, state, free, state.skipped[0] >= self.skip, projection)
         mu = free.mu + self.counted * (result.state.mu - free.mu)
         return result._replace(state=result.state._replace(mu=mu))
 
@@ -82,7 +84,7 @@ class WrongSemiImplicit(SemiImplicitProjectionEuler):
 def sdaeverify_planted() -> list[Planted]:
     """Register the bugs and the equivalent changes."""
     bugs: dict[str, Scheme] = {
-        "Coriolis term with the other sign, every fourth step projected": WrongExplicit(skip=3, coriolis=-1.0),
+        "wrong Coriolis term, what takes it back left out of mu": WrongExplicit(skip=3, coriolis=-1.0, counted=0.0),
         "velocity onto the old tangent space": WrongSemiImplicit(tangent="old"),
         "velocity not projected": WrongSemiImplicit(tangent="free"),
         "position not projected": WrongSemiImplicit(position="free"),
@@ -91,9 +93,14 @@ def sdaeverify_planted() -> list[Planted]:
         "impulse of the velocity's projection left out of mu": WrongSemiImplicit(second=0.0),
     }
     sign = "the projection of the velocity, in every step, takes back what the term has added"
+    later = "what the term adds to the velocity is normal and of size h; the next projection takes it back, up to h^2"
     mean = "the explicit multiplier already has all but a part of mean O(h^2) and size O(h^(3/2))"
     same = {
         "Coriolis term with the other sign, projected in every step": (WrongExplicit(coriolis=-1.0), sign),
+        "Coriolis term with the other sign, projected now and then": (
+            WrongExplicit(skip=3, coriolis=-1.0),
+            later,
+        ),
         "impulse of the last projection left out of mu": (WrongExplicit(counted=0.0), mean),
     }
     return [

@@ -66,7 +66,10 @@ class OldTimes(SRI1W1):
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
         held = replace(
-            problem, drift=lambda _, x: problem.drift(t, x), diffusion=lambda _, x: problem.diffusion(t, x)
+            problem,
+            drift=lambda _, x: problem.drift(t, x),
+            diffusion=lambda _, x: problem.diffusion(t, x),
+            diffusion_derivative=None,
         )
         return super().step(held, state, t, h, noise)
 

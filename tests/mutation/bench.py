@@ -18,7 +18,7 @@ from .sources import SAME, WRONG, Place, distinct, places, variant
 
 # By form: problems that are cheap and on which the claims of its schemes are verified.
 PROBLEMS = {
-    "SDE": ("gbm", "forced-ou", "noncommuting", "circle"),
+    "SDE": ("gbm", "forced-ou", "noncommuting", "circle", "hyperbolic"),
     "Langevin": ("angle-pendulum",),
     "HolonomicSDAE": ("pendulum[horizon=1]",),
     "ConstrainedLangevin": ("affine-constraint", "affine-constraint[eps=0]"),
