@@ -205,13 +205,13 @@ def with_sample(tests: Tests, paths: int, *, heavy: bool) -> Tests:
     return Tests(max(tests.verified, SHALLOW), refuted, tests.reason, growth, tests.refuted)
 
 
-def held_back(tests: Tests, evidence: Evidence, levels: Array, coarse: str = "") -> Tests:
+def held_back(tests: Tests, evidence: Evidence, levels: Array, coarse: str = "", growth: float = inf) -> Tests:
     """Refute nothing by levels that do not resolve the problem's fastest time; what they show stays suspicious.
 
-    Nor by levels that are too coarse for another reason.
+    Nor by levels that look too coarse for another reason, which so many times as many paths would make sure of.
     """
     why = unresolved(evidence.view, min(evidence.step_sizes[level] for level in levels)) or coarse
-    suspected, growth = min(tests.refuted, tests.suspected), inf if coarse else tests.growth
+    suspected, growth = min(tests.refuted, tests.suspected), growth if coarse else tests.growth
     if not why or suspected == 1.0:
         return tests
     return tests._replace(refuted=1.0, suspected=suspected, growth=growth, reason=f"{tests.reason}; {why}")

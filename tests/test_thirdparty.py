@@ -101,7 +101,7 @@ def test_what_fails_to_load_costs_nothing_else(listed):
 def test_scheme_that_raises_hangs_or_hoards_costs_its_own_rows(run, tmp_path):
     """What raises, never returns or takes all memory is in error, with the reason; its neighbour is verified."""
     schemes = "sound-euler,raising-euler,hanging-euler,hoarding-euler"
-    words = ["matrix", "-s", schemes, "-p", "gbm", "-m", "strong", "--paths", "100", "-j", "2"]
+    words = ["matrix", "-s", schemes, "-p", "gbm", "-m", "strong", "--paths", "500", "-j", "2"]
     limits = ["--timeout", "2", "--memory", "1G", "--progress", "none", "--out", str(tmp_path)]
 
     ended = run("sdaeverify", *words, *limits)

@@ -102,10 +102,12 @@ def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
     else:
         growth = np.inf if tests.verified <= evidence.level else tests.growth
         tests = tests._replace(verified=1.0, growth=growth, reason=f"{tests.reason}, but towards its own limit")
-    coarse = ""
+    coarse, growth = "", np.inf
     if tests.refuted <= SUSPECT:
-        coarse = _coarse(evidence, int(fitted.levels[-1])) or _on_its_way(quantity, fitted.levels, claim)
-    return held_back(calibrated(tests, quantity, fitted.levels), evidence, fitted.levels, coarse)
+        coarse = _coarse(evidence, int(fitted.levels[-1]))
+        if not coarse and (coarse := _on_its_way(quantity, fitted.levels, claim)):
+            growth = quantity.rise(fitted.levels).growth_to_decide(RISING, evidence.level)
+    return held_back(calibrated(tests, quantity, fitted.levels), evidence, fitted.levels, coarse, growth)
 
 
 def _coarse(evidence: Evidence, finest: int) -> str:
