@@ -1,12 +1,14 @@
 """Bugs of a kind that no single formula shows: in one component, in rare steps, from some time on, in the past."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from sdaeverify import Increment, Scheme, Step
+
+from .sources import remade
 
 # Which steps go wrong, by their time, their length and the horizon.
 When = Callable[[float, float, float], bool]
@@ -48,7 +50,7 @@ def perturbed(scheme: Scheme, bug: str, when: str, name: str) -> Scheme:
 
     own = {"name": name, "prepare": prepare, "__module__": __name__}
     cls = dataclass(frozen=True)(type(f"Perturbed{original.__name__}", (original,), own))
-    return cls(**{field.name: getattr(scheme, field.name) for field in fields(scheme) if field.init})
+    return remade(cls, scheme)
 
 
 def _wrong(bug: str, right: Any, state: Any, t: float, noise: Increment) -> Step:

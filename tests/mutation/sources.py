@@ -8,6 +8,7 @@ import ast
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import fields
+from graphlib import TopologicalSorter
 from types import ModuleType
 from typing import Any, NamedTuple
 from unittest.mock import patch
@@ -118,8 +119,7 @@ def _distributed(node: ast.AST) -> ast.AST | None:
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult) and isinstance(node.right, ast.BinOp):
         inner = node.right
         if isinstance(inner.op, ast.Add | ast.Sub):
-            terms = (ast.BinOp(node.left, ast.Mult(), term) for term in (inner.left, inner.right))
-            left, right = terms
+            left, right = (ast.BinOp(node.left, ast.Mult(), term) for term in (inner.left, inner.right))
             return ast.BinOp(left, inner.op, right)
     return None
 
@@ -149,8 +149,7 @@ def modules_of(scheme: Scheme) -> list[ModuleType]:
         if name not in found:
             module = found[name] = sys.modules[name]
             prefix = name.rpartition(".")[0] + "._"
-            origins = (getattr(value, "__module__", None) or "" for value in vars(module).values())
-            todo += [origin for origin in origins if isinstance(origin, str) and origin.startswith(prefix)]
+            todo += [origin for origin in _origins(module) if origin.startswith(prefix)]
     return list(found.values())
 
 
@@ -172,17 +171,15 @@ def variant(scheme: Scheme, chosen: list[Place], changes: dict[str, Change], nam
         Whatever the changed text raises when it is run.
     """
     made: dict[str, ModuleType] = {}
-    modules = modules_of(scheme)
     # Helpers first, so that what takes names from them finds the new ones.
-    for module in reversed(_dependents_first(modules)):
+    for module in _helpers_first(modules_of(scheme)):
         wanted = {place.index: changes[place.kind] for place in chosen if place.module == module.__name__}
         made[module.__name__] = _built(module, wanted, made)
     cls = getattr(made[type(scheme).__module__], type(scheme).__name__)
     # A class of its own, so that it may have a name of its own: nothing else has this one.
     cls.name = name
-    given = {field.name: getattr(scheme, field.name) for field in fields(scheme) if field.init}
     told = ", ".join(f"{place.kind} {place.module.rpartition('.')[2]}:{place.line}.{place.index}" for place in chosen)
-    return Variant(cls(**given), f"{scheme.label}: {told}")
+    return Variant(remade(cls, scheme), f"{scheme.label}: {told}")
 
 
 def _tree(module: ModuleType) -> ast.Module:
@@ -205,7 +202,7 @@ def _walk(node: ast.AST) -> Iterator[ast.AST]:
     """Walk through a statement, but into no index, annotation, text or nested function."""
     yield node
     for name, child in ast.iter_fields(node):
-        if name in {"slice", "annotation", "returns"} or (isinstance(node, ast.Subscript) and name == "slice"):
+        if name in {"slice", "annotation", "returns"}:
             continue
         for one in child if isinstance(child, list) else [child]:
             if isinstance(one, ast.AST) and not isinstance(one, ast.FunctionDef | ast.JoinedStr | ast.List):
@@ -236,15 +233,21 @@ def _built(module: ModuleType, wanted: dict[int, Change], made: dict[str, Module
     return new
 
 
-def _dependents_first(modules: list[ModuleType]) -> list[ModuleType]:
-    order = {module.__name__: i for i, module in enumerate(modules)}
-    for _ in modules:
-        for module in modules:
-            for value in list(vars(module).values()):
-                origin = getattr(value, "__module__", None)
-                if origin in order and origin != module.__name__:
-                    order[origin] = max(order[origin], order[module.__name__] + 1)
-    return sorted(modules, key=lambda module: order[module.__name__])
+def _helpers_first(modules: list[ModuleType]) -> list[ModuleType]:
+    by = {module.__name__: module for module in modules}
+    used = {name: [origin for origin in _origins(module) if origin in by] for name, module in by.items()}
+    return [by[name] for name in TopologicalSorter(used).static_order()]
+
+
+def _origins(module: ModuleType) -> list[str]:
+    """Return the names of the other modules that a module takes names from."""
+    origins = dict.fromkeys(getattr(value, "__module__", None) for value in vars(module).values())
+    return [origin for origin in origins if isinstance(origin, str) and origin != module.__name__]
+
+
+def remade(cls: type[Scheme], scheme: Scheme) -> Scheme:
+    """Return a scheme of another class with the parameters of a given one."""
+    return cls(**{field.name: getattr(scheme, field.name) for field in fields(scheme) if field.init})
 
 
 def distinct(chosen: list[Place]) -> list[Place]:
