@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .api import Result, verify
     from .arrays import Array, Mask, Parts
-    from .calibrated import CalibrationCase
-    from .chart import Angle, Chart, Line
-    from .controls import Control
+    from .contracts.calibrated import CalibrationCase
+    from .contracts.experiment import Experiment, FineRun, Printed, Row
+    from .contracts.planted import Planted
+    from .contracts.scheme import Claim, Scheme, Step
+    from .contracts.settings import Settings
+    from .contracts.specs import on_request
     from .errors import ParameterError, PluginError, ProblemError, SchemeError, SdaeverifyError, UsageError
-    from .experiment import Experiment, FineRun, Printed, Row
     from .forms import (
         SDE,
         ConstrainedLangevin,
@@ -31,14 +33,12 @@ if TYPE_CHECKING:
         Residual,
         Structure,
     )
-    from .hookspecs import hookimpl
-    from .laws import GAUSSIAN, THREE_POINT, TWO_POINT, Law, clipped_gaussian
-    from .noise import Increment
-    from .planted import Planted
-    from .scheme import Claim, Scheme, Step
-    from .settings import Settings
-    from .specs import on_request
-    from .truths import InvariantMean, MeanSquareStability, Moment, Pathwise, Truth
+    from .forms.chart import Angle, Chart, Line
+    from .forms.controls import Control
+    from .forms.truths import InvariantMean, MeanSquareStability, Moment, Pathwise, Truth
+    from .noise.brownian import Increment
+    from .noise.laws import GAUSSIAN, THREE_POINT, TWO_POINT, Law, clipped_gaussian
+    from .registry.hookspecs import hookimpl
 
 __version__ = "0.1.0"
 
@@ -108,23 +108,23 @@ __all__ = [
 _NAMES = {
     "api": "Result verify",
     "arrays": "Array Mask Parts",
-    "calibrated": "CalibrationCase",
-    "chart": "Angle Chart Line",
-    "controls": "Control",
+    "contracts.calibrated": "CalibrationCase",
+    "forms.chart": "Angle Chart Line",
+    "forms.controls": "Control",
     "errors": "ParameterError PluginError ProblemError SchemeError SdaeverifyError UsageError",
-    "experiment": "Experiment FineRun Printed Row",
+    "contracts.experiment": "Experiment FineRun Printed Row",
     "forms": (
         "SDE ConstrainedLangevin ConstraintGeometry ConstraintJacobian DelaySDAE DelayState DenseJacobian "
         "Dissipation Gram HolonomicSDAE HolonomicState Lag Langevin Mesh Partials Problem Residual Structure"
     ),
-    "hookspecs": "hookimpl",
-    "laws": "GAUSSIAN THREE_POINT TWO_POINT Law clipped_gaussian",
-    "noise": "Increment",
-    "planted": "Planted",
-    "scheme": "Claim Scheme Step",
-    "settings": "Settings",
-    "specs": "on_request",
-    "truths": "InvariantMean MeanSquareStability Moment Pathwise Truth",
+    "registry.hookspecs": "hookimpl",
+    "noise.laws": "GAUSSIAN THREE_POINT TWO_POINT Law clipped_gaussian",
+    "noise.brownian": "Increment",
+    "contracts.planted": "Planted",
+    "contracts.scheme": "Claim Scheme Step",
+    "contracts.settings": "Settings",
+    "contracts.specs": "on_request",
+    "forms.truths": "InvariantMean MeanSquareStability Moment Pathwise Truth",
 }
 
 

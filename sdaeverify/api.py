@@ -9,21 +9,21 @@ from typing import Any, TypedDict, Unpack
 
 import pandas as pd
 
+from .contracts.measure import Measure
+from .contracts.scheme import Scheme
+from .contracts.settings import Settings, whole
+from .contracts.specs import ProblemSpec
 from .errors import UsageError
 from .forms import Problem
-from .measure import Measure
-from .registry import Registry, load_registry
+from .registry.load import Registry, load_registry
+from .registry.selection import select_measures, select_problems, select_schemes
 from .report.earlier import LEVELS, VERDICTS, Kept, save_tables
 from .report.files import require_writable
 from .report.provenance import provenance
 from .report.tables import level_table, verdict_table
-from .scheme import Scheme
-from .selection import select_measures, select_problems, select_schemes
-from .settings import Settings, whole
-from .specs import ProblemSpec
 from .study import CellResult, Plan, Study, plan
-from .study.asking import asking
-from .study.workers import BLOCKS_A_WORKER, executor_for
+from .study.remote_plan import asking
+from .workers.pool import BLOCKS_A_WORKER, executor_for
 
 Schemes = str | Sequence[str | Scheme]
 Problems = str | Sequence[str | ProblemSpec | Callable[..., Problem]]

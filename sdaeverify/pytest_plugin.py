@@ -16,7 +16,7 @@ import pytest
 if TYPE_CHECKING:
     from .gate.lock import Claims as LockedClaims
     from .gate.policy import Policy
-    from .registry import Registry
+    from .registry.load import Registry
     from .study import Cell
     from .testing.claims import ClaimRun
 
@@ -239,7 +239,7 @@ class LockItem(_Item):
 
 def _planned(config: pytest.Config) -> "ClaimRun":
     from .gate.policy import read_policy  # noqa: PLC0415
-    from .registry import load_registry  # noqa: PLC0415
+    from .registry.load import load_registry  # noqa: PLC0415
     from .testing.claims import claim_run  # noqa: PLC0415
 
     given = {"tier": config.getoption("--sdaeverify-tier"), "seed": config.getoption("--sdaeverify-seed")}
@@ -259,8 +259,8 @@ def _locked(policy: "Policy") -> "LockedClaims | None":
 
 def _require_own(registry: "Registry", distribution: str) -> None:
     """Check that the plugins of the project under test are not left out."""
-    from .discovery import normalized  # noqa: PLC0415
     from .errors import PluginError  # noqa: PLC0415
+    from .registry.discovery import normalized  # noqa: PLC0415
 
     for row in registry.plugins:
         own = bool(distribution) and normalized(row.distribution) == normalized(distribution)

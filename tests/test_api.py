@@ -11,7 +11,7 @@ import pytest
 from sdaeverify import SDE, Claim, Scheme, Settings, Step, UsageError, verify
 from sdaeverify.api import SettingsOptions
 from sdaeverify.numerics import apply
-from sdaeverify.registry import load_registry
+from sdaeverify.registry.load import load_registry
 
 SMALL = {"paths": 200, "levels": 4}
 

@@ -19,48 +19,21 @@ CONTRIBUTED = (ROOT / "plugins", ROOT / "problems")
 LAYERS = {
     "errors": 0,
     "arrays": 0,
-    "atomic": 0,  # files written as a whole or not at all
-    "labels": 0,
-    "rehearsal": 0,  # of what may end the process
-    "supervision": 0,  # of the program by the process that was started
     "noise": 1,
-    "laws": 1,
     "numerics": 1,
-    "statistics": 1,
-    "calibrated": 2,
-    "chart": 2,
-    "controls": 2,
-    "truths": 2,
     "forms": 2,
-    "scheme": 2,
-    "planted": 2,
-    "experiment": 2,
-    "specs": 2,
-    "settings": 2,
-    "lanes": 3,
+    "contracts": 2,
+    "simulate": 3,
     "conformance": 3,
-    "matching": 3,
-    "behaviour": 3,  # digests of what schemes and problems do
-    "chains": 3,  # time averages of replicated chains
-    "probe": 3,  # the one-step map at cubature nodes
-    "tally": 3,
-    "reference": 3,
-    "error_sizes": 3,  # of two versions, for a comparison
-    "measure": 3,  # the contract of a measure: the ensemble runs its observers
-    "guard": 3,  # is told by the ensemble whose code runs
-    "ensemble": 3,
-    "verdicts": 4,
+    "probe": 3,
     "measures": 4,
-    "store": 4,  # evidence on disk
+    "store": 4,
+    "workers": 5,
     "study": 5,
-    "calibration": 6,
-    "compare": 6,
-    "experiments": 6,
+    "lab": 6,
     "report": 6,
-    "scaffold": 6,  # the template of a plugin
-    "selftest": 6,
     "gate": 6,
-    "testing": 7,  # the conformance kit
+    "testing": 7,
     "cli": 7,
     "api": 7,
     "pytest_plugin": 7,
@@ -68,11 +41,9 @@ LAYERS = {
     "__init__": 7,
 }
 # Beside the layers: the registry and what it is made of. It knows forms and schemes, and is known from the study on.
-SIDE = {"hookspecs", "registry", "discovery", "contributions", "selection"}
+SIDE = {"registry"}
 HIGHEST_KNOWN, LOWEST_USER = 2, 5
-# Measures are contributions like any other, and mark their hooks.
-MARKERS = {"hookspecs"}
-PLUGGY = {"hookspecs", "registry", "discovery", "contributions"}
+PLUGGY = {"registry"}
 # What a scheme or problem may import: the public names of the package and of its numerical tools.
 PUBLIC = {f"{module.__name__}.{public}" for module in (sdaeverify, sdaeverify.numerics) for public in module.__all__}
 SHIPPED = {"sdaeverify_schemes", "sdaeverify_problems", "sdaeverify_planted", "sdaeverify_experiments"}
@@ -149,8 +120,7 @@ def allowed(importer, imported):
     if importer in SIDE:
         return imported in SIDE or LAYERS[imported] <= HIGHEST_KNOWN
     if imported in SIDE:
-        marks = importer == "measures" and imported in MARKERS
-        return marks or LAYERS[importer] >= LOWEST_USER
+        return importer == "measures" or LAYERS[importer] >= LOWEST_USER
     return LAYERS[imported] <= LAYERS[importer]
 
 
@@ -254,10 +224,9 @@ def test_functions_have_few_parameters():
         ("noise", "numerics", True),
         ("noise", "forms", False),
         ("errors", "noise", False),
-        ("measures", "hookspecs", True),
-        ("measures", "registry", False),
+        ("measures", "registry", True),
         ("study", "registry", True),
-        ("registry", "scheme", True),
+        ("registry", "contracts", True),
         ("registry", "study", False),
         ("study", "__init__", False),
     ],
@@ -269,8 +238,11 @@ def test_the_rule_of_imports_is_the_drawn_one(importer, imported, verdict):
 
 def test_imports_are_read_from_the_source():
     """Relative, absolute and type-checking imports all count; those for type checkers can be left out."""
-    path = FRAMEWORK / "forms" / "inherent.py"
+    path = FRAMEWORK / "forms" / "mechanics" / "inherent.py"
     everything = {name(file) for file in imported_files(path)}
     at_run_time = {name(file) for file in imported_files(path, with_typing=False)}
-    assert everything - at_run_time == {"sdaeverify/forms/constraint_jacobian.py", "sdaeverify/forms/holonomic.py"}
-    assert {"sdaeverify/arrays.py", "sdaeverify/forms/sde.py"} <= at_run_time
+    assert everything - at_run_time == {
+        "sdaeverify/forms/mechanics/jacobian.py",
+        "sdaeverify/forms/mechanics/holonomic.py",
+    }
+    assert {"sdaeverify/arrays.py", "sdaeverify/forms/sde/sde.py"} <= at_run_time

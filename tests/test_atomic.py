@@ -2,7 +2,7 @@
 
 import pytest
 
-from sdaeverify.atomic import UNFINISHED, written
+from sdaeverify.store.atomic import UNFINISHED, written
 
 
 def test_a_file_is_replaced_at_the_end(tmp_path):

@@ -6,7 +6,7 @@ import pytest
 
 from sdaeverify import api, verify
 from sdaeverify.errors import UsageError
-from sdaeverify.registry import load_registry
+from sdaeverify.registry.load import load_registry
 from sdaeverify.testing import check_problem, check_scheme, parametrize_with_checks, parametrize_with_claims
 from sdaeverify.testing.subjects import installed
 

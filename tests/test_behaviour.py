@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from sdaeverify import Settings
-from sdaeverify.behaviour import Behaviour, differing, problem_digest, steps_digest
-from sdaeverify.ensemble import Entry, Task, behaviours, run_block
+from sdaeverify.contracts.scheme import Step
+from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.measures.strong import Strong
-from sdaeverify.scheme import Step
-from sdaeverify.specs import problem_spec
+from sdaeverify.simulate.behaviour import Behaviour, differing, problem_digest, steps_digest
+from sdaeverify.simulate.ensemble import Entry, Task, behaviours, run_block
 from sdaeverify.store import Store
 from sdaeverify.study.blocks import Parcel, run_parcel
 from sdaeverify.study.judging import CellEvidence

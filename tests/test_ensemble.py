@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, Scheme, Settings, Step
-from sdaeverify.ensemble import Entry, Task, run_block
+from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.measures.drift import Drift
 from sdaeverify.measures.strong import Strong
-from sdaeverify.specs import problem_spec
+from sdaeverify.simulate.ensemble import Entry, Task, run_block
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.pendulum import pendulum

@@ -6,8 +6,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from sdaeverify.errors import ParameterError, UsageError
-from sdaeverify.labels import (
+from sdaeverify.contracts.labels import (
     REQUIRED,
     Label,
     Parameter,
@@ -20,6 +19,7 @@ from sdaeverify.labels import (
     read_values,
     split_list,
 )
+from sdaeverify.errors import ParameterError, UsageError
 
 PARAMETERS = (
     Parameter("count", 3),

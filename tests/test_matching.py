@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import SDE, HolonomicSDAE, Scheme
-from sdaeverify.matching import match
+from sdaeverify.contracts.matching import match
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.pendulum import pendulum
 

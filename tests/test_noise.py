@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from sdaeverify.errors import SchemeError
-from sdaeverify.noise import (
+from sdaeverify.noise.brownian import (
     LONGEST,
     Brownian,
     Increment,

@@ -7,7 +7,7 @@ from typing import ClassVar
 import pytest
 
 from sdaeverify import SDE, Claim, Planted, PluginError, Scheme, SchemeError
-from sdaeverify.registry import load_registry
+from sdaeverify.registry.load import load_registry
 
 PLUGIN = """
 from dataclasses import dataclass, field

@@ -7,7 +7,7 @@ import pytest
 
 from sdaeverify import Settings, verify
 from sdaeverify.api import plan_of
-from sdaeverify.registry import load_registry
+from sdaeverify.registry.load import load_registry
 
 FOLDER = Path(__file__).parents[1] / "reports" / "reference"
 CELL = ["scheme", "problem", "measure"]

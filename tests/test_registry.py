@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from sdaeverify.discovery import load_file
 from sdaeverify.errors import ParameterError, PluginError, ProblemError, UsageError
-from sdaeverify.registry import PluginRow, Registry, load_registry
+from sdaeverify.registry.discovery import load_file
+from sdaeverify.registry.load import PluginRow, Registry, load_registry
 
 Install = Callable[..., None]
 # The shipped plugins are left out where nothing is asked of them.

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from sdaeverify.rehearsal import rehearse
+from sdaeverify.registry.rehearsal import rehearse
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
 

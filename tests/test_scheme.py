@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, SchemeError, Step
-from sdaeverify.scheme import flatten, same_kind
+from sdaeverify.contracts.scheme import flatten, same_kind
 
 
 class TwoParts(NamedTuple):

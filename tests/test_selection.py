@@ -6,14 +6,14 @@ from typing import Any, ClassVar
 
 import pytest
 
-from sdaeverify.contributions import MeasureEntry, ProblemEntry, SchemeEntry
-from sdaeverify.discovery import Origin
+from sdaeverify.contracts.scheme import Scheme
+from sdaeverify.contracts.specs import ProblemSpec
 from sdaeverify.errors import ParameterError, UsageError
 from sdaeverify.forms import SDE, Problem
-from sdaeverify.registry import Registry
-from sdaeverify.scheme import Scheme
-from sdaeverify.selection import select_measures, select_problems, select_schemes
-from sdaeverify.specs import ProblemSpec
+from sdaeverify.registry.contributions import MeasureEntry, ProblemEntry, SchemeEntry
+from sdaeverify.registry.discovery import Origin
+from sdaeverify.registry.load import Registry
+from sdaeverify.registry.selection import select_measures, select_problems, select_schemes
 
 ORIGIN = Origin("test", "test", "1", "test")
 

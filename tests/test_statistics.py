@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from sdaeverify.statistics import (
+from sdaeverify.numerics.statistics import (
     GROUPS,
     Estimate,
     clopper_pearson,

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from sdaeverify.tally import Tally, largest
+from sdaeverify.contracts.tally import Tally, largest
 
 WHOLE = arrays(float, 12, elements=st.integers(-1000, 1000).map(float))
 

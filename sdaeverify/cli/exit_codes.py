@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Mapping, Sequence
 from enum import IntEnum
 
+from ..contracts.measure import Verdict
 from ..errors import PluginError, SdaeverifyError, UsageError
 from ..gate.outcomes import Outcome, Status, is_red
 from ..gate.policy import Policy
-from ..measure import Verdict
 from ..study import CellResult
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from ..errors import UsageError
 from ..gate.amounts import read_memory
-from ..study.limits import Limits
-from ..study.workers import available_cores
+from ..workers.limits import Limits
+from ..workers.pool import available_cores
 from .options import once, together
 
 TIMEOUT = 600.0

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from ..registry import Registry, load_registry
+from ..registry.load import Registry, load_registry
 from .console import aside, complain
 
 

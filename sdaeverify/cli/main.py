@@ -3,7 +3,7 @@
 import sys
 from typing import NoReturn
 
-from ..supervision import supervised
+from ..workers.supervision import supervised
 
 INTERRUPTED = 130
 
@@ -16,7 +16,7 @@ def run() -> NoReturn:
 def _program() -> int:
     try:
         # Loaded here, after the process has been made that it is for: libraries start threads.
-        from .commands import conclude  # noqa: PLC0415
+        from .program import conclude  # noqa: PLC0415
     except KeyboardInterrupt:
         # An interrupt while the libraries are loading ends the program like a later one.
         return INTERRUPTED

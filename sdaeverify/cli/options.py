@@ -6,8 +6,8 @@ from typing import Any, TypeVar
 
 import click
 
+from ..contracts.settings import Settings
 from ..errors import UsageError
-from ..settings import Settings
 from .progress import KINDS
 
 Command = TypeVar("Command", bound=Callable[..., Any])

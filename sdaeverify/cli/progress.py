@@ -14,7 +14,7 @@ from rich.progress import (
 )
 from rich.text import Text
 
-from ..measure import Verdict
+from ..contracts.measure import Verdict
 from ..report.terminal import visible
 from ..study import Advanced, CellResult, Finished
 from .console import errors

@@ -12,15 +12,15 @@ from rich.console import Console
 from rich.text import Text
 
 from ..api import Result, result_of
-from ..registry import Registry
+from ..contracts.settings import Settings
+from ..registry.load import Registry
 from ..report.earlier import Kept
 from ..report.files import require_writable
 from ..report.terminal import legend, orders, summary_tables, verdicts_in_words, visible
-from ..settings import Settings
 from ..store import Store
 from ..study import CellResult, Finished, Plan, Study
-from ..study.limits import Limits
-from ..study.workers import BLOCKS_A_WORKER, executor_for
+from ..workers.limits import Limits
+from ..workers.pool import BLOCKS_A_WORKER, executor_for
 from .console import aside, complain, output
 from .exit_codes import ExitCode, code_of_results
 from .progress import progress

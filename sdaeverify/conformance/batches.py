@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..statistics import EPS
+from ..numerics.statistics import EPS
 
 
 def each(change: Callable[[Array], Array], batch: Any) -> Any:

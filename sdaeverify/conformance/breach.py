@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..contracts.scheme import Scheme
 from ..forms import Problem
-from ..scheme import Scheme
 from .contract import contract_breach
 from .exactness import exactness_breach
 

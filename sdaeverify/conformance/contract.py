@@ -9,13 +9,13 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ..contracts.scheme import Scheme, Step, flatten, same_kind
 from ..errors import FAULTS, SchemeError, one_line
 from ..forms import NOISE, Problem
 from ..numerics import all_finite
-from ..probe.one_step import OneStep
-from ..probe.states import WHEN, cloud
-from ..probe.times import in_a_row
-from ..scheme import Scheme, Step, flatten, same_kind
+from ..probe.step.one_step import OneStep
+from ..probe.step.states import WHEN, cloud
+from ..probe.step.times import in_a_row
 from .batches import each, equal, taken
 from .trial import Trial
 

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from ..contracts.scheme import Scheme
 from ..errors import FAULTS, SdaeverifyError, one_line
 from ..forms import Problem
-from ..noise import Increment
-from ..probe.nodes import SEED
-from ..scheme import Scheme
-from ..statistics import EPS
+from ..noise.brownian import Increment
+from ..numerics.statistics import EPS
+from ..probe.step.nodes import SEED
 from .law import law_error
 from .trivial import H, Trivial, trivial_problems
 from .trivial_run import parts_along

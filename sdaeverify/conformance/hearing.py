@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
+from ..contracts.scheme import flatten
 from ..forms import DelaySDAE
-from ..noise import Increment
-from ..probe.states import WHEN
-from ..scheme import flatten
+from ..noise.brownian import Increment
+from ..probe.step.states import WHEN
 from .trial import Trial
 
 

@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array, Parts
-from ..noise import Increment
-from ..probe.nodes import SEED
-from ..scheme import Scheme
-from ..statistics import EPS
+from ..contracts.scheme import Scheme
+from ..noise.brownian import Increment
+from ..numerics.statistics import EPS
+from ..probe.step.nodes import SEED
 from .trivial import Trivial
 from .trivial_run import parts_along
 

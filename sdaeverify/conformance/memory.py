@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..noise import Increment
-from ..scheme import State, Stepper
+from ..contracts.scheme import State, Stepper
+from ..noise.brownian import Increment
 from .batches import each, equal, frozen
 from .own_run import brownian
 from .trial import Trial

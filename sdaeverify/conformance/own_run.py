@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from ..noise import Increment, Source, brownian_steps
-from ..scheme import Scheme, State
+from ..contracts.scheme import Scheme, State
+from ..noise.brownian import Increment, Source, brownian_steps
 from .batches import frozen
 
 # So many steps over the horizon, at most; of more paths than that some stop together.

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..noise import Increment
-from ..probe.nodes import SEED
-from ..probe.one_step import OneStep
-from ..probe.states import SIZE, WHEN
-from ..scheme import Scheme, State, Step, Stepper, flatten, same_kind
-from ..statistics import EPS
+from ..contracts.scheme import Scheme, State, Step, Stepper, flatten, same_kind
+from ..noise.brownian import Increment
+from ..numerics.statistics import EPS
+from ..probe.step.nodes import SEED
+from ..probe.step.one_step import OneStep
+from ..probe.step.states import SIZE, WHEN
 from .batches import frozen, nudged, taken
 
 # Paths may differ between batches by so many rounding errors: vector instructions round otherwise at a row's end.

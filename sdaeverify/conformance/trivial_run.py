@@ -3,9 +3,9 @@
 from collections.abc import Iterator, Sequence
 
 from ..arrays import Parts
+from ..contracts.scheme import Scheme
 from ..forms import Problem
-from ..noise import Increment
-from ..scheme import Scheme
+from ..noise.brownian import Increment
 from .batches import frozen
 
 

@@ -1,17 +1,17 @@
 """Forms: the mathematical shapes a problem can have, and the views between them."""
 
-from .constrained_langevin import ConstrainedLangevin
-from .constraint_geometry import ConstraintGeometry
-from .constraint_jacobian import ConstraintJacobian, DenseJacobian, Gram
-from .delay import DelaySDAE, DelayState, is_delayed
-from .delay_mesh import Lag, Mesh
-from .dissipation import Dissipation
-from .holonomic import HolonomicSDAE, HolonomicState
-from .langevin import Langevin
-from .partial_derivatives import Partials
+from .delay.delay_sdae import DelaySDAE, DelayState, is_delayed
+from .delay.dissipation import Dissipation
+from .delay.mesh import Lag, Mesh
+from .delay.partials import Partials
+from .langevin.langevin import Langevin
+from .mechanics.holonomic import HolonomicSDAE, HolonomicState
+from .mechanics.jacobian import ConstraintJacobian, DenseJacobian, Gram
+from .mechanics.structure import Structure
+from .overdamped.constrained_langevin import ConstrainedLangevin
+from .overdamped.geometry import ConstraintGeometry
 from .problem import NOISE, TRAITS, Problem, Residual, components
-from .sde import SDE
-from .structure import Structure
+from .sde.sde import SDE
 
 __all__ = [
     "NOISE",

@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 from ..arrays import Array, Parts
 from ..errors import ProblemError
 from ..numerics import apply, matches_differences
-from .constraint_jacobian import DenseJacobian
+from .mechanics.jacobian import DenseJacobian
 
 if TYPE_CHECKING:
-    from .holonomic import HolonomicSDAE
+    from .mechanics.holonomic import HolonomicSDAE
     from .problem import Problem
 
 PROBES = 3

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..arrays import Array
-from .constraint_jacobian import ConstraintJacobian
+from .mechanics.jacobian import ConstraintJacobian
 
 STEPS = 50
 

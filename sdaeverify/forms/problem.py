@@ -37,11 +37,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array, Mask, Parts
-from ..chart import Chart
-from ..controls import Control
 from ..errors import ProblemError
-from ..noise import Increment
-from ..truths import InvariantMean, Moment, Pathwise, Truth
+from ..noise.brownian import Increment
+from .chart import Chart
+from .controls import Control
+from .truths import InvariantMean, Moment, Pathwise, Truth
 
 Observable = Callable[[float, Parts], Array]
 

@@ -11,13 +11,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from ..contracts.matching import match
+from ..contracts.scheme import Claim, Scheme
 from ..errors import FAULTS
 from ..forms import components
-from ..matching import match
-from ..scheme import Claim, Scheme
+from ..measures.judge import claim_for
 from ..study import Cell, ProblemPlan
 from ..study.claimed import claims_of
-from ..verdicts import claim_for
 
 Rank = tuple[bool, bool, int, int, str]
 

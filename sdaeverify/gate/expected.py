@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from ..contracts.labels import matches
+from ..contracts.measure import Finding
 from ..errors import UsageError
-from ..labels import matches
-from ..measure import Finding
 from ..study import Cell
 
 

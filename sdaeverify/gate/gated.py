@@ -4,11 +4,11 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from ..settings import Settings
+from ..contracts.settings import Settings
 from .lock import Lock
-from .messages import command_of
 from .outcomes import ORDER, Outcome, Status, is_red
 from .policy import Policy
+from .writers.messages import command_of
 
 # The plural of what a status says of claims.
 WORDS = {

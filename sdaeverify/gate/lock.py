@@ -15,8 +15,8 @@ from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ..contracts.scheme import Claim
 from ..errors import UsageError
-from ..scheme import Claim
 from .outcomes import Outcome
 
 SCHEMA = 1

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from ..errors import UsageError
-from ..registry import Registry
-from ..selection import select_measures, select_problems
+from ..registry.load import Registry
+from ..registry.selection import select_measures, select_problems
 from .lock import Claims, compared, found_claims, lock_text, read_lock
 from .outcomes import Outcome, Status
 from .plan import gated_schemes

@@ -4,17 +4,17 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
-from ..contributions import SchemeEntry
-from ..controls import deciding
-from ..discovery import normalized
+from ..contracts.scheme import Claim, Scheme
 from ..errors import UsageError
-from ..registry import Registry
-from ..scheme import Claim, Scheme
-from ..selection import select_measures, select_problems, select_schemes
+from ..forms.controls import deciding
+from ..registry.contributions import SchemeEntry
+from ..registry.discovery import normalized
+from ..registry.load import Registry
+from ..registry.selection import select_measures, select_problems, select_schemes
 from ..study import Plan, ProblemPlan, plan
-from ..study.asking import asking
 from ..study.claimed import claims_of
 from ..study.plan import ControlPlan
+from ..study.remote_plan import asking
 from .cover import every_claim_once, size
 from .policy import Policy
 from .tiers import Cover, tier_of

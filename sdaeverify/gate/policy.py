@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..contracts.labels import did_you_mean
+from ..contracts.measure import Measure
+from ..contracts.scheme import Scheme
+from ..contracts.settings import Settings
+from ..contracts.specs import ProblemSpec
 from ..errors import UsageError
 from ..forms import Problem
-from ..labels import did_you_mean
-from ..measure import Measure
-from ..scheme import Scheme
-from ..settings import Settings
-from ..specs import ProblemSpec
 from .expected import ExpectedFailure
 from .policy_table import read_table
 from .tiers import TIERS

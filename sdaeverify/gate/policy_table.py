@@ -6,8 +6,8 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from ..contracts.labels import did_you_mean
 from ..errors import UsageError
-from ..labels import did_you_mean
 from .amounts import read_memory
 from .expected import ExpectedFailure
 

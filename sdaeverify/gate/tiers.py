@@ -6,7 +6,7 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from ..settings import Settings
+from ..contracts.settings import Settings
 
 if TYPE_CHECKING:
     from .policy import Policy

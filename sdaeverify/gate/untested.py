@@ -3,13 +3,13 @@
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
+from ..contracts.labels import did_you_mean
+from ..contracts.matching import match
+from ..contracts.measure import Verdict
+from ..contracts.scheme import Claim, Scheme
 from ..errors import FAULTS
-from ..labels import did_you_mean
-from ..matching import match
-from ..measure import Verdict
-from ..registry import Registry
-from ..scheme import Claim, Scheme
-from ..selection import select_measures, select_problems
+from ..registry.load import Registry
+from ..registry.selection import select_measures, select_problems
 from ..study import CellResult, Plan
 from ..study.claimed import claims_of
 from .outcomes import UNMEASURED

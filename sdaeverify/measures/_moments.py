@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import Array, Parts
+from ..contracts.measure import Snapshot
+from ..contracts.settings import Settings
+from ..contracts.tally import EXTREMES, Tally, largest
 from ..forms import HolonomicSDAE, Problem
-from ..lanes import Snapshot
-from ..probe.growth import lyapunov
-from ..settings import Settings
-from ..statistics import group_sums
-from ..tally import EXTREMES, Tally, largest
+from ..numerics.statistics import group_sums
+from ..probe.step.semi_stability import lyapunov
 
 # Histogram of log2 V in quarters, so that shares above any bound are known of merged blocks; infinity is in the last.
 EDGES = np.arange(0.0, 256.25, 0.25)

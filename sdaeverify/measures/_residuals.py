@@ -9,12 +9,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import Array, Parts
+from ..contracts.measure import Snapshot
+from ..contracts.settings import Settings
+from ..contracts.tally import Tally
 from ..forms import Problem
-from ..lanes import HELD, Snapshot
 from ..numerics import norm
-from ..settings import Settings
-from ..statistics import group_sums
-from ..tally import Tally
+from ..numerics.statistics import group_sums
+from ..simulate.tracks import HELD
 
 TIMES = 64
 NOWHERE = np.zeros((1, 1))

@@ -25,14 +25,15 @@ from typing import ClassVar
 import numpy as np
 
 from ..arrays import Array, Parts
-from ..error_sizes import ErrorSizes, without_error
+from ..contracts.error_sizes import ErrorSizes, without_error
+from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..contracts.scheme import Claim, Scheme
+from ..contracts.settings import Settings
 from ..forms import Problem
-from ..hookspecs import hookimpl
-from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
-from ..scheme import Claim, Scheme
-from ..settings import Settings
-from ..statistics import EPS, RISING, Estimate, jackknife, pseudo_values, slope_weights
-from ..verdicts import (
+from ..numerics.statistics import EPS, RISING, Estimate, jackknife, pseudo_values, slope_weights
+from ..registry.hookspecs import hookimpl
+from ._residuals import ResidualObserver, effective_share, log_spaced, quantile
+from .judge import (
     FEWEST,
     FITTED,
     ROUND_OFF,
@@ -44,7 +45,6 @@ from ..verdicts import (
     unfitted,
     with_sample,
 )
-from ._residuals import ResidualObserver, effective_share, log_spaced, quantile
 
 FLAT = 0.35
 HEAVY = 0.2

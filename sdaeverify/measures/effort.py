@@ -27,15 +27,15 @@ import numpy as np
 from scipy.special import rel_entr
 
 from ..arrays import Array
+from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..contracts.scheme import Claim, Scheme
+from ..contracts.settings import Settings
+from ..contracts.tally import Tally, packed, unpacked
 from ..forms import Problem
-from ..hookspecs import hookimpl
-from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
-from ..probe.iterations import MOST, Iterations, RunIterations, counters, iterations, run_iterations
-from ..probe.stiffness import member, no_family
-from ..scheme import Claim, Scheme
-from ..settings import Settings
-from ..tally import Tally, packed, unpacked
-from ..verdicts import Opinion, claim_for
+from ..probe.stiffness.family import member, no_family
+from ..probe.stiffness.iterations import MOST, Iterations, RunIterations, counters, iterations, run_iterations
+from ..registry.hookspecs import hookimpl
+from .judge import Opinion, claim_for
 
 PROBED, ALONG = "iterations", "run iterations"
 METHOD = "iterations of steps along runs and at fixed h (T3)"

@@ -13,21 +13,25 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import Array, Parts
+from ..contracts.measure import Evidence, Finding, Judgement, Measure, Snapshot, Verdict
+from ..contracts.scheme import Claim, Scheme
+from ..contracts.settings import Settings
+from ..contracts.tally import Tally, packed, unpacked
 from ..forms import Problem, is_delayed
-from ..hookspecs import hookimpl
-from ..lanes import Snapshot
-from ..measure import Evidence, Finding, Judgement, Measure, Verdict
-from ..probe.delay_consistency import DelayConsistency, consistency_order, delay_consistency, no_delay_consistency
-from ..probe.delay_links import loses_algebraic
-from ..scheme import Claim, Scheme
-from ..settings import Settings
-from ..tally import Tally, packed, unpacked
-from ..verdicts import FITTED, Opinion, doubted
-from ._errors import ErrorObserver
-from ._level_rows import level_rows
-from ._path_order import usable_levels
-from ._quantity import quantities_of
-from ._strong_findings import FIRST, SECOND, WHOLE, Question, finding, local_orders, probe_strong
+from ..probe.local.delay_consistency import (
+    DelayConsistency,
+    consistency_order,
+    delay_consistency,
+    no_delay_consistency,
+)
+from ..probe.local.delay_links import loses_algebraic
+from ..registry.hookspecs import hookimpl
+from .judge import FITTED, Opinion, doubted
+from .path_errors.errors import ErrorObserver
+from .path_errors.level_rows import level_rows
+from .path_errors.order import usable_levels
+from .path_errors.quantity import quantities_of
+from .strong.findings import FIRST, SECOND, WHOLE, Question, finding, local_orders, probe_strong
 
 NORMS = {"L2": 2}
 # A grid time is the end of an interval if it is to so many parts of it.

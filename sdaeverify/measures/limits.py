@@ -10,15 +10,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..contracts.scheme import Claim, Scheme
+from ..contracts.settings import Settings
+from ..contracts.tally import Tally, packed, unpacked
 from ..forms import Problem
-from ..hookspecs import hookimpl
-from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
-from ..probe.stiff_limit import LimitDistances, Slope, limit_distances, limit_slopes
-from ..probe.stiffness import member, no_family
-from ..scheme import Claim, Scheme
-from ..settings import Settings
-from ..tally import Tally, packed, unpacked
-from ..verdicts import Decision, claim_for, decide, order_tests
+from ..probe.stiffness.family import member, no_family
+from ..probe.stiffness.stiff_limit import LimitDistances, Slope, limit_distances, limit_slopes
+from ..registry.hookspecs import hookimpl
+from .judge import Decision, claim_for, decide, order_tests
 
 PROBED = "limit"
 METHOD = "distances at fixed h on the same noise (T3)"

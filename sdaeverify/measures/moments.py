@@ -31,18 +31,18 @@ import numpy as np
 from scipy.special import bdtrc
 
 from ..arrays import Array, Parts
+from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..contracts.scheme import Claim, Scheme
+from ..contracts.settings import Settings
+from ..contracts.tally import Tally, packed, unpacked
 from ..forms import Problem
-from ..hookspecs import hookimpl
-from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
-from ..probe.growth import POWER, Growth, growth, judge_growth
-from ..probe.local_orders import LocalOpinion
-from ..probe.one_step import OneStep
-from ..scheme import Claim, Scheme
-from ..settings import Settings
-from ..statistics import Estimate, Tail, jackknife, tail
-from ..tally import Tally, packed, unpacked
-from ..verdicts import Tests, claim_for, guard, with_sample
+from ..numerics.statistics import Estimate, Tail, jackknife, tail
+from ..probe.local.orders import LocalOpinion
+from ..probe.step.one_step import OneStep
+from ..probe.step.semi_stability import POWER, Growth, growth, judge_growth
+from ..registry.hookspecs import hookimpl
 from ._moments import EDGES, MomentObserver
+from .judge import Tests, claim_for, guard, with_sample
 
 QUANTITY, BOUNDED = "moment", "bounded"
 PROBED = "growth"

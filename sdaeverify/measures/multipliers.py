@@ -10,11 +10,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..contracts.scheme import Claim, Scheme, form_names
+from ..contracts.settings import Settings
+from ..contracts.tally import Tally, packed, unpacked
 from ..forms import HolonomicSDAE, Problem
-from ..hookspecs import hookimpl
-from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
-from ..probe.local_orders import LocalOpinion
-from ..probe.multiplier_orders import (
+from ..probe.local.multiplier_orders import (
     QUANTITIES,
     Multipliers,
     judge_exponent,
@@ -22,10 +23,9 @@ from ..probe.multiplier_orders import (
     multipliers,
     no_multipliers,
 )
-from ..scheme import Claim, Scheme, form_names
-from ..settings import Settings
-from ..tally import Tally, packed, unpacked
-from ..verdicts import claim_for
+from ..probe.local.orders import LocalOpinion
+from ..registry.hookspecs import hookimpl
+from .judge import claim_for
 
 PROBED = "multipliers"
 METHOD = "remainders of one step (T1)"

@@ -19,19 +19,18 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ..arrays import Parts
+from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Snapshot, Verdict
+from ..contracts.scheme import Claim, Scheme
+from ..contracts.settings import Settings
+from ..contracts.tally import Tally, packed, unpacked
 from ..forms import Problem
-from ..hookspecs import hookimpl
-from ..lanes import Snapshot
-from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
-from ..noise import Increment
+from ..noise.brownian import Increment
 from ..numerics import norm
-from ..probe.one_step import OneStep
-from ..probe.roots import RootScan, root_scan, where
-from ..scheme import Claim, Scheme
-from ..settings import Settings
-from ..statistics import clopper_pearson, group_sums
-from ..tally import Tally, packed, unpacked
-from ..verdicts import Decision, Opinion, Tests, claim_for, guard
+from ..numerics.statistics import clopper_pearson, group_sums
+from ..probe.step.one_step import OneStep
+from ..probe.step.solvable import RootScan, root_scan, where
+from ..registry.hookspecs import hookimpl
+from .judge import Decision, Opinion, Tests, claim_for, guard
 
 ROOT, SHARE = "root", "paths without root"
 EVERY_H = "every h"

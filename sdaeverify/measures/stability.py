@@ -16,20 +16,20 @@ import numpy as np
 from scipy.special import erfc
 
 from ..arrays import Array
+from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..contracts.scheme import Claim, Scheme
+from ..contracts.settings import Settings
+from ..contracts.tally import Tally, packed, unpacked
 from ..errors import FAULTS, one_line
 from ..forms import Problem, is_delayed
-from ..hookspecs import hookimpl
-from ..measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
-from ..probe.affine import AFFINE
-from ..probe.delay_linear import LARGE, SMALL, UNIT, limits
-from ..probe.delay_stability import delay_stability, no_delay_stability
-from ..probe.stability import StabilityRecord, no_stability, stability
-from ..probe.windows import smallest_boundary, undecided, worded
-from ..scheme import Claim, Scheme
-from ..settings import Settings
-from ..tally import Tally, packed, unpacked
-from ..truths import MeanSquareStability
-from ..verdicts import Opinion, claim_for
+from ..forms.truths import MeanSquareStability
+from ..probe.linear.affine import AFFINE
+from ..probe.linear.delay_map import LARGE, SMALL, UNIT, limits
+from ..probe.stability.delay_stability import delay_stability, no_delay_stability
+from ..probe.stability.stability import StabilityRecord, no_stability, stability
+from ..probe.stability.windows import smallest_boundary, undecided, worded
+from ..registry.hookspecs import hookimpl
+from .judge import Opinion, claim_for
 
 QUANTITY = "second moment"
 # By the size of the states at which a step with a delay is linear.

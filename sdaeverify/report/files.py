@@ -11,8 +11,8 @@ from typing import Any
 import pandas as pd
 from pandas.api.types import is_numeric_dtype
 
-from ..atomic import written
 from ..errors import UsageError
+from ..store.atomic import written
 from .terminal import visible
 
 # What a spreadsheet takes for the beginning of a formula, full-width signs included.

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 
-from ..noise import fingerprint
-from ..registry import Registry
+from ..noise.brownian import fingerprint
+from ..registry.load import Registry
 from ..store.keys import thing_source
 from ..store.sources import framework_source
 from ..study import Study

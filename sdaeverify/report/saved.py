@@ -5,8 +5,8 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
+from ..contracts.settings import Settings
 from ..errors import SdaeverifyError, UsageError
-from ..settings import Settings
 
 # Where ``run.json`` tells of earlier runs into the same folder.
 FILE, EARLIER = "run.json", "earlier"

@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 
 from ..arrays import Array
-from ..lanes import COST, COUNTED
-from ..measure import Finding
-from ..scheme import Claim
-from ..settings import Settings
+from ..contracts.measure import Finding
+from ..contracts.scheme import Claim
+from ..contracts.settings import Settings
+from ..simulate.tracks import COST, COUNTED
 from ..study import CellResult
 
 VERDICT_COLUMNS = (

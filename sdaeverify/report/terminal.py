@@ -10,7 +10,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from ..measure import Verdict
+from ..contracts.measure import Verdict
 from ..study import CellResult, Plan
 
 Cells = dict[tuple[str, str], dict[str, Counter[Verdict]]]

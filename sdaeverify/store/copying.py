@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..atomic import written
+from ..contracts.tally import Tally
 from ..errors import UsageError
-from ..tally import Tally
+from .atomic import written
 from .files import KINDS, MeasureRecord, StoredLane, read_lane, write_lane
 from .store import FOLDER
 

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..atomic import written
-from ..behaviour import Behaviour
+from ..contracts.tally import Tally
 from ..errors import FAULTS
-from ..tally import Tally
+from ..simulate.behaviour import Behaviour
+from .atomic import written
 from .keys import Ingredients
 
 FORMAT = 2

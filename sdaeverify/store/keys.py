@@ -7,10 +7,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ..measure import Measure
-from ..scheme import Scheme
-from ..settings import Settings
-from ..specs import ProblemSpec
+from ..contracts.measure import Measure
+from ..contracts.scheme import Scheme
+from ..contracts.settings import Settings
+from ..contracts.specs import ProblemSpec
 from .code import code_of
 from .sources import contents, files_of, framework_source, source_of
 

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from functools import reduce
 
-from ..behaviour import differing
-from ..ensemble import Entry, LaneEvidence
-from ..tally import Tally
+from ..contracts.tally import Tally
+from ..simulate.behaviour import differing
+from ..simulate.ensemble import Entry, LaneEvidence
 
 
 def joined(entry: Entry, parts: Sequence[tuple[Entry, LaneEvidence]]) -> LaneEvidence:

@@ -8,11 +8,11 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import NamedTuple
 
-from ..behaviour import Behaviour
-from ..ensemble import Entry, LaneEvidence, Task, behaviours
+from ..contracts.measure import Measure
+from ..contracts.scheme import Scheme
 from ..errors import UsageError
-from ..measure import Measure
-from ..scheme import Scheme
+from ..simulate.behaviour import Behaviour
+from ..simulate.ensemble import Entry, LaneEvidence, Task, behaviours
 from .files import MeasureRecord, StoredLane, read_ingredients, read_lane, write_lane
 from .keys import (
     Files,

@@ -8,13 +8,13 @@ from math import inf
 from pathlib import Path
 from typing import NamedTuple, Protocol, TypeVar
 
-from ..ensemble import Entry, LaneEvidence, Task, run_block, without_evidence
-from ..guard import NO_MEASURE, PROBLEM
-from ..scheme import Scheme
+from ..contracts.scheme import Scheme
+from ..simulate.ensemble import Entry, LaneEvidence, Task, run_block, without_evidence
+from ..simulate.guard import NO_MEASURE, PROBLEM
 from ..store import Place, Recalled, Store, joined, keep, saved_meanwhile
-from .calls import Call, Lost, packed, unpacked
-from .isolated import Isolated
-from .limits import NOBODY, Mark, Watchdog
+from ..workers.calls import Call, Lost, packed, unpacked
+from ..workers.isolated import Isolated
+from ..workers.limits import NOBODY, Mark, Watchdog
 from .observing import Observer
 
 Lanes = tuple[LaneEvidence, ...]

@@ -1,9 +1,9 @@
 """Which cells of a plan a claim is put to the test in."""
 
+from ..contracts.matching import match
+from ..contracts.measure import Verdict
+from ..contracts.scheme import Claim
 from ..forms import Problem
-from ..matching import match
-from ..measure import Verdict
-from ..scheme import Claim
 from .plan import Cell
 
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, NamedTuple
 
-from ..controls import deciding
-from ..measure import Evidence, Finding, Judgement, Verdict
-from ..scheme import Claim, Scheme
+from ..contracts.measure import Evidence, Finding, Judgement, Verdict
+from ..contracts.scheme import Claim, Scheme
+from ..forms.controls import deciding
 from .plan import Cell, ControlPlan
 
 

@@ -5,14 +5,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..behaviour import Behaviour, differing
-from ..ensemble import LaneEvidence
+from ..contracts.matching import match
+from ..contracts.measure import Evidence, Finding, LevelFinding, Verdict
+from ..contracts.scheme import Scheme
+from ..contracts.settings import Settings
+from ..contracts.tally import Tally
 from ..errors import FAULTS, one_line
-from ..matching import match
-from ..measure import Evidence, Finding, LevelFinding, Verdict
-from ..scheme import Scheme
-from ..settings import Settings
-from ..tally import Tally
+from ..simulate.behaviour import Behaviour, differing
+from ..simulate.ensemble import LaneEvidence
 from .controlled import Doubts, Objection, doubts, gated
 from .plan import Cell, ProblemPlan
 

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ..behaviour import Behaviour
-from ..ensemble import Task, behaviours
-from ..scheme import Scheme
-from .calls import Call, Lost, packed, unpacked
-from .isolated import Isolated
-from .limits import StopError, Watchdog
+from ..contracts.scheme import Scheme
+from ..simulate.behaviour import Behaviour
+from ..simulate.ensemble import Task, behaviours
+from ..workers.calls import Call, Lost, packed, unpacked
+from ..workers.isolated import Isolated
+from ..workers.limits import StopError, Watchdog
 
 Told = tuple[Behaviour | None, ...]
 

@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..controls import Control
+from ..contracts.matching import Match, match
+from ..contracts.measure import Measure, Verdict
+from ..contracts.scheme import Scheme
+from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
 from ..forms import Problem
-from ..matching import Match, match
-from ..measure import Measure, Verdict
-from ..scheme import Scheme
-from ..specs import ProblemSpec
+from ..forms.controls import Control
 
 Resolve = Callable[[str], Scheme]
 # Tells the cells of a problem from elsewhere.

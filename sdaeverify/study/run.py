@@ -5,11 +5,11 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor
 from typing import NamedTuple
 
-from ..ensemble import Task
-from ..settings import Settings
+from ..contracts.settings import Settings
+from ..simulate.ensemble import Task
 from ..store import Store
 from .blocks import Blocks
-from .families import family_wise
+from .holm import family_wise
 from .judging import CellResult
 from .plan import Plan
 from .sequence import ProblemRun

@@ -5,11 +5,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..ensemble import Entry, LaneEvidence, Task
+from ..contracts.measure import Finding, Verdict
+from ..contracts.scheme import Scheme
+from ..contracts.settings import Settings
 from ..errors import FAULTS, one_line
-from ..measure import Finding, Verdict
-from ..scheme import Scheme
-from ..settings import Settings
+from ..simulate.ensemble import Entry, LaneEvidence, Task
 from .judging import CellEvidence, CellResult, doubts_of, judged, planned_out, unmeasured
 from .plan import Cell, ProblemPlan
 

@@ -11,24 +11,24 @@ from math import inf
 from operator import index
 from typing import TYPE_CHECKING, Any, SupportsIndex
 
+from ..contracts.labels import did_you_mean
+from ..contracts.measure import Finding, Measure, Verdict
+from ..contracts.scheme import Scheme
+from ..contracts.settings import Settings
+from ..contracts.specs import ProblemSpec
 from ..errors import UsageError
 from ..forms import Problem
 from ..gate.expected import ExpectedFailure
-from ..gate.messages import command_of, message, title
 from ..gate.outcomes import ORDER, Outcome, Status, is_red, outcomes
 from ..gate.plan import gate_plan
 from ..gate.policy import Policy
 from ..gate.tiers import settings_of
-from ..labels import did_you_mean
-from ..measure import Finding, Measure, Verdict
-from ..registry import Registry
+from ..gate.writers.messages import command_of, message, title
+from ..registry.load import Registry
 from ..report.terminal import visible
-from ..scheme import Scheme
-from ..settings import Settings
-from ..specs import ProblemSpec
 from ..study import Cell, CellResult, Finished, Plan, ProblemPlan, Study
-from ..study.limits import Limits
-from ..study.workers import executor_for
+from ..workers.limits import Limits
+from ..workers.pool import executor_for
 from .subjects import installed
 
 if TYPE_CHECKING:

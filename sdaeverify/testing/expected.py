@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable, Mapping
 
+from ..contracts.labels import did_you_mean, matches
 from ..errors import UsageError
-from ..labels import did_you_mean, matches
 
 Expected = Mapping[str, str]
 

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Mapping
 
+from ..contracts.scheme import Scheme
+from ..contracts.specs import ProblemSpec
 from ..forms import Problem
-from ..scheme import Scheme
-from ..specs import ProblemSpec
 from .problem_subject import ProblemSubject
 from .questions import answers, problem_questions, scheme_questions
 from .subjects import Problems, SchemeSubject, installed, problem_of, scheme_of

@@ -4,12 +4,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from ..contracts.labels import parse_label
+from ..contracts.scheme import Scheme
+from ..contracts.specs import ProblemSpec
 from ..errors import UsageError
 from ..forms import Problem
-from ..labels import parse_label
 from ..report.terminal import visible
-from ..scheme import Scheme
-from ..specs import ProblemSpec
 from .check import Status
 from .expected import Expected, expected_reason, require_known
 from .problem_subject import ProblemSubject

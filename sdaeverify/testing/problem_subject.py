@@ -8,12 +8,12 @@ import numpy as np
 
 from ..arrays import Array, Parts
 from ..conformance.own_run import stopped_states
+from ..contracts.scheme import Scheme, Step
+from ..contracts.specs import ProblemSpec
 from ..forms import SDE, DelaySDAE, Problem
-from ..noise import Increment
-from ..probe.delay_links import linked_equation
-from ..registry import Registry
-from ..scheme import Scheme, Step
-from ..specs import ProblemSpec
+from ..noise.brownian import Increment
+from ..probe.local.delay_links import linked_equation
+from ..registry.load import Registry
 from .check import Inapplicable
 
 # Paths of the run, and the time at which coefficients are looked at.

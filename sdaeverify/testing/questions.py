@@ -8,10 +8,10 @@ import numpy as np
 
 from ..errors import FAULTS, UsageError, one_line
 from .check import LEVEL, Check, Outcome, Status, asked
-from .declarations import usable
+from .checks.declarations import usable
+from .checks.problem_declarations import built
+from .checks.problem_declarations import usable as usable_family
 from .expected import Expected, expected_reason, require_known
-from .problem_declarations import built
-from .problem_declarations import usable as usable_family
 from .problem_subject import ProblemSubject
 from .subjects import Problems, SchemeSubject, cells_of
 from .table import checks

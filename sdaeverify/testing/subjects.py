@@ -10,13 +10,13 @@ import numpy as np
 from ..conformance.contract import trials
 from ..conformance.own_run import stopped_states
 from ..conformance.trial import Trial
+from ..contracts.matching import Match, match
+from ..contracts.scheme import Scheme
+from ..contracts.specs import ProblemSpec, describe, family_name
 from ..errors import FAULTS, UsageError, one_line
 from ..forms import Problem, components
-from ..matching import Match, match
-from ..registry import Registry, load_registry
-from ..scheme import Scheme
-from ..selection import select_problems, select_schemes
-from ..specs import ProblemSpec, describe, family_name
+from ..registry.load import Registry, load_registry
+from ..registry.selection import select_problems, select_schemes
 
 Problems = str | Sequence[str | ProblemSpec | Callable[..., Problem]]
 

@@ -4,7 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 from ..errors import UsageError
-from . import (
+from .check import Check
+from .checks import (
     behaviour,
     declarations,
     derivatives,
@@ -18,7 +19,6 @@ from . import (
     tested,
     traits,
 )
-from .check import Check
 
 API, BEHAVIOUR, TRUTHS = "api", "behaviour", "truths"
 

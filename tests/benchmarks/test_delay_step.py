@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from benchmarks.pairs import run_pairs
-from sdaeverify.lanes import Track
-from sdaeverify.noise import LevelNoise, Source
-from sdaeverify.probe.delay_linear import probed_step
-from sdaeverify.probe.delay_radius import is_stable
+from sdaeverify.noise.brownian import LevelNoise, Source
+from sdaeverify.probe.linear.delay_map import probed_step
+from sdaeverify.probe.stability.delay_radius import is_stable
+from sdaeverify.simulate.tracks import Track
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from benchmarks.pairs import run_pairs
-from sdaeverify.noise import Increment, Source
-from sdaeverify.scheme import Scheme
+from sdaeverify.contracts.scheme import Scheme
+from sdaeverify.noise.brownian import Increment, Source
 from sdaeverify_problems.fibre_clamped import fibre_clamped
 from sdaeverify_schemes.explicit_projection_euler import ExplicitProjectionEuler
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler

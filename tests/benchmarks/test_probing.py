@@ -4,10 +4,10 @@ import pytest
 
 from benchmarks.pairs import run_pairs
 from benchmarks.study import ours
-from sdaeverify.probe.local_strong import strong_order
-from sdaeverify.probe.local_weak import local_weak
-from sdaeverify.probe.strong_defects import local_strong
-from sdaeverify.probe.weak_order import weak_order
+from sdaeverify.probe.local.strong_defects import local_strong
+from sdaeverify.probe.local.strong_order import strong_order
+from sdaeverify.probe.local.weak_defects import local_weak
+from sdaeverify.probe.local.weak_order import weak_order
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.pairs import run_pairs
-from sdaeverify.noise import Increment, Source
+from sdaeverify.noise.brownian import Increment, Source
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 

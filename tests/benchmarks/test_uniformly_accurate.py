@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.pairs import run_pairs
-from sdaeverify.noise import Increment, Source
+from sdaeverify.noise.brownian import Increment, Source
 from sdaeverify_problems.orthogonal_group import orthogonal_group
 from sdaeverify_problems.torus import torus
 from sdaeverify_schemes.constrained_euler import ConstrainedEuler

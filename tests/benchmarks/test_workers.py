@@ -7,8 +7,8 @@ import pytest
 
 import sdaeverify
 from benchmarks.pairs import run_pairs
-from sdaeverify.settings import Settings
-from sdaeverify.study.workers import available_cores
+from sdaeverify.contracts.settings import Settings
+from sdaeverify.workers.pool import available_cores
 
 pytestmark = pytest.mark.benchmark
 

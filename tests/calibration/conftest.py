@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from sdaeverify import CalibrationCase
-from sdaeverify.calibration.repeated import POOLED, UNIT
-from sdaeverify.calibration.samples import Sample
-from sdaeverify.statistics import group_sums
-from sdaeverify.tally import Tally
+from sdaeverify.contracts.tally import Tally
+from sdaeverify.lab.calibration.repeated import POOLED, UNIT
+from sdaeverify.lab.calibration.samples import Sample
+from sdaeverify.numerics.statistics import group_sums
 
 H = 1.0 / 2.0 ** np.arange(3, 9)
 CASE = CalibrationCase(scheme="some-scheme", problem="some-problem", order=1.0, weak=("x",))

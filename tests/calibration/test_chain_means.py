@@ -2,9 +2,9 @@
 
 import pytest
 
-from sdaeverify.calibration import calibration_plan, chain_means
-from sdaeverify.calibration.rates import offending
-from sdaeverify.registry import load_registry
+from sdaeverify.lab.calibration import calibration_plan, chain_means
+from sdaeverify.lab.calibration.rates import offending
+from sdaeverify.registry.load import load_registry
 
 
 @pytest.fixture

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from sdaeverify.calibration import families
-from sdaeverify.calibration.families import family_rates
-from sdaeverify.calibration.rates import offending
+from sdaeverify.lab.calibration import families
+from sdaeverify.lab.calibration.families import family_rates
+from sdaeverify.lab.calibration.rates import offending
 
 
 def test_holm_keeps_its_promise():

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from sdaeverify.calibration import looks
-from sdaeverify.calibration.looks import first_decision, look_rates
-from sdaeverify.calibration.rates import offending
+from sdaeverify.lab.calibration import looks
+from sdaeverify.lab.calibration.looks import first_decision, look_rates
+from sdaeverify.lab.calibration.rates import offending
 
 
 def test_first_decision_stands():

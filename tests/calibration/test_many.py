@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from sdaeverify.calibration.many import estimates, opposite
-from sdaeverify.statistics import GROUPS, jackknife
+from sdaeverify.lab.calibration.many import estimates, opposite
+from sdaeverify.numerics.statistics import GROUPS, jackknife
 
 
 def test_estimates_are_those_of_the_jackknife():

@@ -3,12 +3,12 @@
 import pytest
 
 from sdaeverify import CalibrationCase, ProblemError, Settings, UsageError
-from sdaeverify.calibration import calibration_plan
-from sdaeverify.calibration.chain_means import ChainJob
-from sdaeverify.calibration.plan import STUDIES
-from sdaeverify.calibration.samples import SEQUENCE, SEQUENCES_A_BLOCK, PathJob, path_settings
-from sdaeverify.registry import load_registry
-from sdaeverify.scheme import Claim
+from sdaeverify.contracts.scheme import Claim
+from sdaeverify.lab.calibration import calibration_plan
+from sdaeverify.lab.calibration.chain_means import ChainJob
+from sdaeverify.lab.calibration.plan import STUDIES
+from sdaeverify.lab.calibration.samples import SEQUENCE, SEQUENCES_A_BLOCK, PathJob, path_settings
+from sdaeverify.registry.load import load_registry
 
 CONSTRAINED = "half-explicit-euler[truncation=none]"
 OF_STRONG = set(STUDIES) - {"mean differences"}

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdaeverify.calibration.rates import NOTHING, Expectation, Rate, Trials, offending
+from sdaeverify.lab.calibration.rates import NOTHING, Expectation, Rate, Trials, offending
 
 NOMINAL = Expectation(0.93, 0.97, "0.95 within 0.02")
 

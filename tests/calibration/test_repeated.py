@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from sdaeverify import Settings
-from sdaeverify.calibration.repeated import UNIT, Repeated, appended, one, pooled, stacked
-from sdaeverify.ensemble import Entry, Task, run_block
+from sdaeverify.contracts.tally import Tally
+from sdaeverify.lab.calibration.repeated import UNIT, Repeated, appended, one, pooled, stacked
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
-from sdaeverify.registry import load_registry
-from sdaeverify.selection import select_problems, select_schemes
-from sdaeverify.tally import Tally
+from sdaeverify.registry.load import load_registry
+from sdaeverify.registry.selection import select_problems, select_schemes
+from sdaeverify.simulate.ensemble import Entry, Task, run_block
 
 
 def tally(seed: int) -> Tally:

@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from sdaeverify.calibration import (
+from sdaeverify.lab.calibration import (
     Calibration,
     Expectation,
     Rate,
@@ -14,7 +14,7 @@ from sdaeverify.calibration import (
     sections,
     summary,
 )
-from sdaeverify.registry import load_registry
+from sdaeverify.registry.load import load_registry
 
 
 @pytest.fixture(scope="module")

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from sdaeverify.calibration import calibration_plan, judged
-from sdaeverify.calibration.repeated import POOLED
-from sdaeverify.calibration.samples import SEQUENCES_A_BLOCK, joined
-from sdaeverify.calibration.verdicts import published_rates, verdict_rates
-from sdaeverify.measure import Evidence
-from sdaeverify.registry import load_registry
+from sdaeverify.contracts.measure import Evidence
+from sdaeverify.lab.calibration import calibration_plan, judged
+from sdaeverify.lab.calibration.repeated import POOLED
+from sdaeverify.lab.calibration.samples import SEQUENCES_A_BLOCK, joined
+from sdaeverify.lab.calibration.verdicts import published_rates, verdict_rates
+from sdaeverify.registry.load import load_registry
 
 
 @pytest.fixture(scope="module")

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from sdaeverify.calibration import slopes
-from sdaeverify.calibration.mean_differences import mean_difference_rates
-from sdaeverify.calibration.rates import NOTHING, offending
-from sdaeverify.calibration.slopes import slope_rates
+from sdaeverify.lab.calibration import slopes
+from sdaeverify.lab.calibration.mean_differences import mean_difference_rates
+from sdaeverify.lab.calibration.rates import NOTHING, offending
+from sdaeverify.lab.calibration.slopes import slope_rates
 
 
 def widened(factor):

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from sdaeverify import registry
-from sdaeverify.cli.commands import execute
 from sdaeverify.cli.limits import options_of
-from sdaeverify.study.limits import Limits
+from sdaeverify.cli.program import execute
+from sdaeverify.registry import load
+from sdaeverify.workers.limits import Limits
 
 HEADER = """
 import multiprocessing, os, sys, time
@@ -58,12 +58,12 @@ Write = Callable[[str], str]
 @pytest.fixture(scope="session")
 def remembered() -> Callable[..., object]:
     """Load what is installed once for the same path, choice of plugins and plugins before it; files always anew."""
-    load, known = registry._from_entry_point, {}
+    load_plugin, known = load._from_entry_point, {}
 
-    def load_once(entry: object, disabled: frozenset[str], before: Sequence[registry.Outcome]) -> object:
+    def load_once(entry: object, disabled: frozenset[str], before: Sequence[load.Outcome]) -> object:
         key = (tuple(sys.path), entry, disabled, tuple(outcome.row for outcome in before))
         if key not in known:
-            known[key] = load(entry, disabled, before)
+            known[key] = load_plugin(entry, disabled, before)
         return known[key]
 
     return load_once
@@ -81,8 +81,8 @@ def call(
     monkeypatch.setenv("COLUMNS", "80")
     for name in ("FORCE_COLOR", "NO_COLOR", "SDAEVERIFY_DISABLED_PLUGINS", "SDAEVERIFY_STRICT_PLUGINS"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(registry, "_from_entry_point", remembered)
-    monkeypatch.setattr("sdaeverify.cli.matrix.options_of", _options_of)
+    monkeypatch.setattr(load, "_from_entry_point", remembered)
+    monkeypatch.setattr("sdaeverify.cli.commands.matrix.options_of", _options_of)
 
     def execute_it(*arguments: str) -> Outcome:
         code = execute(arguments)

@@ -3,7 +3,7 @@
 import csv
 from pathlib import Path
 
-from sdaeverify.calibration import slopes
+from sdaeverify.lab.calibration import slopes
 
 QUICK = ("calibrate", "--repetitions", "40", "-j", "1", "--progress", "none")
 

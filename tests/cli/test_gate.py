@@ -7,12 +7,12 @@ from xml.etree.ElementTree import parse
 
 import pytest
 
+from sdaeverify.cli.commands.gate import gate, policy_of
 from sdaeverify.cli.exit_codes import ExitCode
-from sdaeverify.cli.gate import gate, policy_of
 from sdaeverify.cli.limits import read_limits
 from sdaeverify.errors import UsageError
 from sdaeverify.gate.seeds import seed_of
-from sdaeverify.registry import PluginRow, Registry
+from sdaeverify.registry.load import PluginRow, Registry
 from sdaeverify.study import Finished, Study
 
 PLUGIN = """
@@ -55,7 +55,7 @@ def project(call, write, tmp_path, monkeypatch):
     for name in ("GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE"):
         monkeypatch.delenv(name, raising=False)
     # What a gate says does not depend on where it runs; processes of its own take their time.
-    monkeypatch.setattr("sdaeverify.cli.gate.read_limits", lambda *a: (read_limits(*a) and 1, None))
+    monkeypatch.setattr("sdaeverify.cli.commands.gate.read_limits", lambda *a: (read_limits(*a) and 1, None))
     write(PLUGIN)
     (tmp_path / "pyproject.toml").write_text(POLICY)
 
@@ -248,7 +248,7 @@ def test_seed_of_the_day(project, monkeypatch):
     """The seed of a day is printed; it cannot be given along with another one."""
     options = dict.fromkeys(parameter.name for parameter in gate.params)
     empty = {"schemes": (), "problems": (), "measures": (), "plugins": (), "seed_from": "date"}
-    monkeypatch.setattr("sdaeverify.cli.gate.seed_of", lambda day: seed_of(day) * 0 + 7)
+    monkeypatch.setattr("sdaeverify.cli.commands.gate.seed_of", lambda day: seed_of(day) * 0 + 7)
 
     assert policy_of({**options, **empty}).seed == 7
     with pytest.raises(UsageError, match="--seed and --seed-from"):
@@ -289,7 +289,7 @@ def test_wrong_options(project, arguments, message):
 )
 def test_junit_file_that_cannot_be_written(project, monkeypatch, file, why):
     """It is noticed before anything is run, and named by its option."""
-    monkeypatch.setattr("sdaeverify.cli.gating.advance", lambda *_: pytest.fail("cells are run"))
+    monkeypatch.setattr("sdaeverify.cli.commands.gating.advance", lambda *_: pytest.fail("cells are run"))
     Path("folder").mkdir()
 
     outcome = project("--junitxml", file)
@@ -301,7 +301,7 @@ def test_junit_file_that_cannot_be_written(project, monkeypatch, file, why):
 def test_own_plugin_is_broken(project, monkeypatch, tmp_path):
     """A broken plugin of the project itself fails its gate, whatever else is registered."""
     row = PluginRow("mine", "mypack", "1", "mine.schemes", "broken", "ImportError: no")
-    monkeypatch.setattr("sdaeverify.cli.gate.loaded", lambda files: Registry({}, {}, {}, (row,)))
+    monkeypatch.setattr("sdaeverify.cli.commands.gate.loaded", lambda files: Registry({}, {}, {}, (row,)))
     (tmp_path / "pyproject.toml").write_text(f"[project]\nname = 'mypack'\n{POLICY}")
     outcome = project()
 

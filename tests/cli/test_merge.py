@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sdaeverify.contracts.tally import Tally
 from sdaeverify.store.files import read_lane, write_lane
-from sdaeverify.tally import Tally
 
 SMALL = ("--block", "40", "--levels", "8..32", "-j", "1", "--progress", "none")
 STRONG = ("-m", "strong")
@@ -48,7 +48,7 @@ def merged(call, monkeypatch):
         with monkeypatch.context() as patch:
             if not workers:
                 # What a merge says does not depend on where problems are built; processes of its own take their time.
-                patch.setattr("sdaeverify.cli.merge.read_limits", lambda *_: (1, None))
+                patch.setattr("sdaeverify.cli.commands.merge.read_limits", lambda *_: (1, None))
             outcome = call("merge", *map(str, folders), "--out", "both", *further)
         assert "Traceback" not in outcome.err
         assert {path for path in Path().rglob("*") if "both" not in path.parts} == before

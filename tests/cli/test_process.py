@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from sdaeverify.cli.commands import conclude
+from sdaeverify.cli.program import conclude
 
 from .conftest import SCHEME
 
@@ -204,7 +204,7 @@ def test_console_script_and_module_are_the_same():
 
 def test_defect_of_the_program(capsys, monkeypatch):
     """What nobody expected keeps its traceback, and does not end like a refuted claim."""
-    monkeypatch.setattr("sdaeverify.cli.commands.execute", lambda _: 1 / 0)
+    monkeypatch.setattr("sdaeverify.cli.program.execute", lambda _: 1 / 0)
 
     assert conclude([]) == 3
 

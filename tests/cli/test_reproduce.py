@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from sdaeverify.cli.reproduce import with_error
-from sdaeverify.experiments import ExperimentRun
+from sdaeverify.cli.commands.reproduce import with_error
+from sdaeverify.lab.experiments import ExperimentRun
 
 ROWS = """
 from sdaeverify import Experiment, FineRun, Printed, Row

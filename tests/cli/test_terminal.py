@@ -5,9 +5,10 @@ import re
 import pytest
 from rich.console import Console
 
-from sdaeverify.measure import Finding, Verdict
+from sdaeverify.contracts.measure import Finding, Verdict
 from sdaeverify.measures.drift import _classify
-from sdaeverify.registry import load_registry
+from sdaeverify.registry.load import load_registry
+from sdaeverify.registry.selection import select_measures, select_problems, select_schemes
 from sdaeverify.report.terminal import (
     broken,
     counts,
@@ -18,7 +19,6 @@ from sdaeverify.report.terminal import (
     visible,
     windows,
 )
-from sdaeverify.selection import select_measures, select_problems, select_schemes
 from sdaeverify.study import Cell, CellResult
 
 

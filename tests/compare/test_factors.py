@@ -5,10 +5,10 @@ import pytest
 from scipy.stats import binom
 
 from sdaeverify import UsageError
-from sdaeverify.compare.changes import Change, changes
-from sdaeverify.compare.factors import BOTH_EXACT, IS_EXACT, WAS_EXACT, factor
-from sdaeverify.error_sizes import ErrorSizes, deterministic, sampled, without_error
-from sdaeverify.statistics import group_sums
+from sdaeverify.contracts.error_sizes import ErrorSizes, deterministic, sampled, without_error
+from sdaeverify.lab.compare.changes import Change, changes
+from sdaeverify.lab.compare.factors import BOTH_EXACT, IS_EXACT, WAS_EXACT, factor
+from sdaeverify.numerics.statistics import group_sums
 
 H = 2.0 ** -np.arange(3.0, 9.0)
 PATHS = 256

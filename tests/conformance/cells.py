@@ -6,12 +6,12 @@ from functools import cached_property
 from typing import NamedTuple
 
 from sdaeverify.conformance.trial import Trial
+from sdaeverify.contracts.matching import match
+from sdaeverify.contracts.planted import Planted
+from sdaeverify.contracts.scheme import Scheme
+from sdaeverify.contracts.specs import ProblemSpec
 from sdaeverify.forms import Problem, components
-from sdaeverify.matching import match
-from sdaeverify.planted import Planted
-from sdaeverify.registry import Registry
-from sdaeverify.scheme import Scheme
-from sdaeverify.specs import ProblemSpec
+from sdaeverify.registry.load import Registry
 from sdaeverify.testing.problem_subject import ProblemSubject
 from sdaeverify.testing.questions import Question, problem_questions
 from sdaeverify.testing.subjects import CellSubject, SchemeSubject

@@ -26,9 +26,9 @@ from sdaeverify.conformance.contract import contract_breach
 from sdaeverify.conformance.exactness import exactness_breach
 from sdaeverify.conformance.trivial import trivial_problems
 from sdaeverify.forms import Problem
-from sdaeverify.laws import THREE_POINT, Law
+from sdaeverify.noise.laws import THREE_POINT, Law
 from sdaeverify.numerics import apply
-from sdaeverify.statistics import EPS
+from sdaeverify.numerics.statistics import EPS
 from sdaeverify_problems.angle_pendulum import angle_pendulum
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.delay_ou import delay_ou

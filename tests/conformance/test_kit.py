@@ -6,14 +6,14 @@ from collections.abc import Container
 import pytest
 
 from conformance.cells import Inquiry
+from sdaeverify.contracts.planted import Planted
+from sdaeverify.contracts.scheme import Scheme
+from sdaeverify.contracts.specs import ProblemSpec
 from sdaeverify.forms import TRAITS
-from sdaeverify.planted import Planted
-from sdaeverify.registry import Registry
-from sdaeverify.scheme import Scheme
-from sdaeverify.specs import ProblemSpec
+from sdaeverify.registry.load import Registry
 from sdaeverify.testing import check_scheme
+from sdaeverify.testing.checks.traits import EVIDENCE
 from sdaeverify.testing.table import checks
-from sdaeverify.testing.traits import EVIDENCE
 
 OF_PROBLEMS = {check.name for check in checks("problem")}
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 
 from sdaeverify import Experiment, Row
-from sdaeverify.contributions import ExperimentEntry
-from sdaeverify.discovery import Origin
-from sdaeverify.experiments import ExperimentRun, experiment_plan
-from sdaeverify.registry import Registry, load_registry
+from sdaeverify.lab.experiments import ExperimentRun, experiment_plan
+from sdaeverify.registry.contributions import ExperimentEntry
+from sdaeverify.registry.discovery import Origin
+from sdaeverify.registry.load import Registry, load_registry
 
 
 @pytest.fixture(scope="session")

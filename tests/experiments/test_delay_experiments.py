@@ -6,7 +6,7 @@ from math import isnan
 import numpy as np
 import pytest
 
-from sdaeverify.experiments import ExperimentRun, experiment_plan, lines, orders
+from sdaeverify.lab.experiments import ExperimentRun, experiment_plan, lines, orders
 
 TABLE, FIGURES = "qu-2010-table-1", "qu-2010-figures-1-6"
 # Mean squares of x with a reference at 1/8192 or finer, by 1/h, from an independent program.

@@ -3,7 +3,7 @@
 import pytest
 
 from sdaeverify import Row, UsageError
-from sdaeverify.experiments import experiment_plan
+from sdaeverify.lab.experiments import experiment_plan
 
 
 def row(problem="gbm", scheme="milstein", steps=4, **attributes):

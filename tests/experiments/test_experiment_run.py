@@ -8,9 +8,9 @@ import pytest
 
 from experiments.euler_errors import mean_square
 from sdaeverify import SDE, FineRun, Row
-from sdaeverify.experiments.block import BlockTask, run_block
-from sdaeverify.experiments.quantity import Quantity, Value
-from sdaeverify.specs import problem_spec
+from sdaeverify.contracts.specs import problem_spec
+from sdaeverify.lab.experiments.block import BlockTask, run_block
+from sdaeverify.lab.experiments.quantity import Quantity, Value
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
 

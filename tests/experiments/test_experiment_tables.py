@@ -5,10 +5,10 @@ from math import isnan, nan
 import pytest
 
 from sdaeverify import FineRun, InvariantMean, Printed, Row
-from sdaeverify.experiments import Line, in_words, lines, table
-from sdaeverify.experiments.sample import Sample
-from sdaeverify.experiments.scheme_means import SchemeMean
-from sdaeverify.experiments.tables import Exact
+from sdaeverify.lab.experiments import Line, in_words, lines, table
+from sdaeverify.lab.experiments.sample import Sample
+from sdaeverify.lab.experiments.scheme_means import SchemeMean
+from sdaeverify.lab.experiments.tables import Exact
 
 # 400 paths of standard deviation 2: standard error 0.1, and 0.02 for a print from 10000 paths.
 SAMPLE = Sample(400, 1.0, 4.0 * 399)

@@ -5,9 +5,9 @@ import pytest
 
 from experiments.euler_errors import mean_square
 from sdaeverify import FineRun, Row
-from sdaeverify.experiments import Line, lines, orders
-from sdaeverify.experiments.sample import Sample
-from sdaeverify.experiments.tables import Exact
+from sdaeverify.lab.experiments import Line, lines, orders
+from sdaeverify.lab.experiments.sample import Sample
+from sdaeverify.lab.experiments.tables import Exact
 
 REFERENCE = FineRun("s", 1024)
 

@@ -6,7 +6,7 @@ from math import isnan, sqrt
 import numpy as np
 import pytest
 
-from sdaeverify.experiments.sample import Sample
+from sdaeverify.lab.experiments.sample import Sample
 
 
 def test_merged_blocks():

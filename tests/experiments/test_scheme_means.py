@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sdaeverify.experiments.quantity import Value
-from sdaeverify.experiments.scheme_means import scheme_means
+from sdaeverify.lab.experiments.quantity import Value
+from sdaeverify.lab.experiments.scheme_means import scheme_means
 from sdaeverify_problems.delay_test import SETS, Coefficients, problem
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama

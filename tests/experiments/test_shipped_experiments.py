@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from sdaeverify.experiments import ExperimentRun, experiment_plan, lines
+from sdaeverify.lab.experiments import ExperimentRun, experiment_plan, lines
 
 TABLE, FIGURE = "laurent-2022-table-1", "laurent-2022-figure-1"
 UNIFORM, EULER = "uniformly-accurate[xi=three-point]", "constrained-euler[xi=three-point]"

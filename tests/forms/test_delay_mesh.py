@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from sdaeverify import Increment, Mesh
 from sdaeverify.arrays import Array
-from sdaeverify.forms.delay_mesh import Recall
+from sdaeverify.forms.delay.mesh import Recall
 
 EPS = np.finfo(float).eps
 NONE = Increment(np.zeros((1, 2)), None)

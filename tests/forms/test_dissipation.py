@@ -5,7 +5,7 @@ import pytest
 
 from probe.theta_cells import SETS, Linear
 from sdaeverify import Dissipation
-from sdaeverify.probe.delay_radius import is_stable
+from sdaeverify.probe.stability.delay_radius import is_stable
 from sdaeverify_problems.delay_test import delay_test
 
 # In parts of a bound; where there is none, in parts of the delay.

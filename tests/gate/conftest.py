@@ -6,14 +6,14 @@ from typing import ClassVar
 import pytest
 
 from sdaeverify import SDE, Claim, Scheme, Settings
-from sdaeverify.contributions import MeasureEntry, ProblemEntry, SchemeEntry
-from sdaeverify.discovery import Origin
+from sdaeverify.contracts.measure import Finding, Measure, Verdict
+from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.gate.gated import Gated
 from sdaeverify.gate.outcomes import outcomes
 from sdaeverify.gate.policy import Policy
-from sdaeverify.measure import Finding, Measure, Verdict
-from sdaeverify.registry import Registry
-from sdaeverify.specs import problem_spec
+from sdaeverify.registry.contributions import MeasureEntry, ProblemEntry, SchemeEntry
+from sdaeverify.registry.discovery import Origin
+from sdaeverify.registry.load import Registry
 from sdaeverify.study import Cell, CellResult
 
 SHARP = Claim(measure="sharp", value=1.0, source="made up")

@@ -2,9 +2,9 @@
 
 import pytest
 
+from sdaeverify.contracts.measure import Verdict
 from sdaeverify.errors import UsageError
 from sdaeverify.gate.expected import ExpectedFailure, expectation
-from sdaeverify.measure import Verdict
 
 from .conftest import Plain, result
 

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sdaeverify.contracts.measure import Verdict
 from sdaeverify.errors import UsageError
-from sdaeverify.gate.github import MOST, annotations, data_text, fence, property_text, source_in
 from sdaeverify.gate.lock import Lock
-from sdaeverify.measure import Verdict
+from sdaeverify.gate.writers.github import MOST, annotations, data_text, fence, property_text, source_in
 
 from .conftest import Plain, gated, result
 

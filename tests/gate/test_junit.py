@@ -6,11 +6,11 @@ from xml.etree.ElementTree import fromstring
 import pytest
 import xmlschema
 
+from sdaeverify.contracts.measure import Verdict
 from sdaeverify.gate.expected import ExpectedFailure
-from sdaeverify.gate.junit import junit_xml
 from sdaeverify.gate.lock import Lock
 from sdaeverify.gate.policy import Policy
-from sdaeverify.measure import Verdict
+from sdaeverify.gate.writers.junit import junit_xml
 
 from .conftest import NASTY, gated, result
 

@@ -3,10 +3,10 @@
 import pytest
 
 from sdaeverify.cli.exit_codes import ExitCode, code_of_gate
+from sdaeverify.contracts.measure import Verdict
 from sdaeverify.gate.expected import ExpectedFailure
 from sdaeverify.gate.outcomes import Status, idle, is_red, outcomes
 from sdaeverify.gate.policy import Policy
-from sdaeverify.measure import Verdict
 
 from .conftest import result
 

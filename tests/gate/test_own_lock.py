@@ -7,7 +7,7 @@ import pytest
 from sdaeverify.gate.lock import read_lock
 from sdaeverify.gate.plan import gate_plan
 from sdaeverify.gate.policy import Policy
-from sdaeverify.registry import load_registry
+from sdaeverify.registry.load import load_registry
 
 LOCK = Path(__file__).parents[2] / "sdaeverify.lock"
 

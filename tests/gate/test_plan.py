@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from sdaeverify import Control, Pathwise
-from sdaeverify.contributions import SchemeEntry
-from sdaeverify.discovery import Origin
+from sdaeverify.contracts.measure import Verdict
 from sdaeverify.errors import UsageError
 from sdaeverify.gate.plan import gate_plan
 from sdaeverify.gate.policy import Policy
 from sdaeverify.gate.tiers import TIERS, settings_of
-from sdaeverify.measure import Verdict
+from sdaeverify.registry.contributions import SchemeEntry
+from sdaeverify.registry.discovery import Origin
 
 from .conftest import SHARP, WEAKER, Fussy, Plain, added, line, plane, problem, registered
 

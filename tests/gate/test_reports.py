@@ -6,14 +6,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdaeverify.gate.badge import badge
+from sdaeverify.contracts.measure import Verdict
 from sdaeverify.gate.expected import ExpectedFailure
-from sdaeverify.gate.json_report import json_report
 from sdaeverify.gate.lock import Lock
-from sdaeverify.gate.markdown_report import markdown_report
 from sdaeverify.gate.policy import Policy
-from sdaeverify.gate.text_report import text_report
-from sdaeverify.measure import Verdict
+from sdaeverify.gate.writers.badge import badge
+from sdaeverify.gate.writers.json_file import json_report
+from sdaeverify.gate.writers.markdown import markdown_report
+from sdaeverify.gate.writers.text import text_report
 
 from .conftest import NASTY, Plain, gated, result
 
@@ -64,7 +64,7 @@ def test_markdown_stays_in_its_cells(reason, kind, line):
 
 def test_markdown_of_many(monkeypatch):
     """A long list is cut, and says so."""
-    monkeypatch.setattr("sdaeverify.gate.markdown_report.MOST", 2)
+    monkeypatch.setattr("sdaeverify.gate.writers.markdown.MOST", 2)
     text = markdown_report(gated(*(result(Verdict.REFUTED, quantity=f"x{n}") for n in range(5))))
 
     assert "and 3 more, see verdicts.csv" in text

@@ -5,11 +5,11 @@ from typing import ClassVar
 
 import pytest
 
+from sdaeverify.contracts.measure import Finding, Verdict
+from sdaeverify.contracts.specs import on_request
 from sdaeverify.gate.plan import gate_plan
 from sdaeverify.gate.policy import Policy
 from sdaeverify.gate.untested import untested
-from sdaeverify.measure import Finding, Verdict
-from sdaeverify.specs import on_request
 from sdaeverify.study import CellResult
 
 from .conftest import SHARP, Plain, added, line, registered

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from sdaeverify import Claim, Settings, verify
-from sdaeverify.measure import Evidence, Verdict
-from sdaeverify.measures._bias import known_bias, sampled_bias
-from sdaeverify.measures._chains import Sample
-from sdaeverify.probe.functional_orders import FunctionalOrder
-from sdaeverify.probe.transition import refusal
-from sdaeverify.statistics import GROUPS
+from sdaeverify.contracts.measure import Evidence, Verdict
+from sdaeverify.measures.invariant.bias import known_bias, sampled_bias
+from sdaeverify.measures.invariant.chain_order import Sample
+from sdaeverify.numerics.statistics import GROUPS
+from sdaeverify.probe.operator.functional_orders import FunctionalOrder
+from sdaeverify.probe.operator.transition import refusal
 from sdaeverify_planted.mala import AcceptsAll, WithoutProposal
 from sdaeverify_problems.ou import ou
 from sdaeverify_schemes.mala import MALA, log_ratio

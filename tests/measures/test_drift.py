@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from sdaeverify import Claim, HolonomicSDAE, Residual, Scheme, Settings
-from sdaeverify.measure import Evidence, Verdict
+from sdaeverify.contracts.measure import Evidence, Verdict
+from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures._residuals import EDGES, ResidualObserver, log_spaced, quadrature, quantile
 from sdaeverify.measures.drift import Drift
-from sdaeverify.tally import Tally
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.gbm_algebraic import gbm_algebraic
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama

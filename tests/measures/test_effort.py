@@ -9,10 +9,10 @@ from scipy.stats import binom
 
 from measures.stiff_cells import AFFINE, SETTINGS, Climbing, Explicit, Right, judged, probed, whole
 from sdaeverify import Claim
-from sdaeverify.measure import Evidence, Verdict
+from sdaeverify.contracts.measure import Evidence, Verdict
+from sdaeverify.contracts.tally import Tally, packed, unpacked
 from sdaeverify.measures.effort import ALONG, PROBED, Effort, chernoff
-from sdaeverify.probe.iterations import RUNS, Iterations, RunIterations
-from sdaeverify.tally import Tally, packed, unpacked
+from sdaeverify.probe.stiffness.iterations import RUNS, Iterations, RunIterations
 from sdaeverify_problems.constrained_curve import constrained_curve
 from sdaeverify_problems.exponential_strip import exponential_strip
 from sdaeverify_problems.orthogonal_group import orthogonal_group

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from sdaeverify import Settings
-from sdaeverify.ensemble import Entry, Task, run_block
-from sdaeverify.matching import match
-from sdaeverify.measure import Evidence, Measure
+from sdaeverify.contracts.matching import match
+from sdaeverify.contracts.measure import Evidence, Measure
+from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.measures.drift import Drift
 from sdaeverify.measures.invariant import Invariant
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.uniform import Uniform
 from sdaeverify.measures.weak import Weak
-from sdaeverify.specs import problem_spec
+from sdaeverify.simulate.ensemble import Entry, Task, run_block
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou

@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdaeverify import Settings, verdicts
-from sdaeverify.lanes import Snapshot
-from sdaeverify.measure import Evidence, Verdict
-from sdaeverify.measures._mean_order import mean_order
-from sdaeverify.measures._means import MeanObserver, means_of
-from sdaeverify.probe.local_orders import LocalOpinion
-from sdaeverify.statistics import Estimate
-from sdaeverify.tally import Tally
-from sdaeverify.truths import Moment
-from sdaeverify.verdicts import guard
+from sdaeverify import Settings
+from sdaeverify.contracts.measure import Evidence, Snapshot, Verdict
+from sdaeverify.contracts.tally import Tally
+from sdaeverify.forms.truths import Moment
+from sdaeverify.measures import judge
+from sdaeverify.measures.judge import guard
+from sdaeverify.measures.means import MeanObserver, means_of
+from sdaeverify.measures.weak.mean_order import mean_order
+from sdaeverify.numerics.statistics import Estimate
+from sdaeverify.probe.local.orders import LocalOpinion
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
@@ -77,7 +77,7 @@ def test_an_error_that_the_guard_is_said_to_see_is_seen():
 
 def test_a_guard_that_no_paths_can_help_is_settled():
     """Without a finite growth nothing more is asked for, and nothing is verified."""
-    tests = verdicts.Tests(1.0, 1.0, "", blind=np.inf)
+    tests = judge.Tests(1.0, 1.0, "", blind=np.inf)
     found = guard(LOCAL, tests, evidence_of(256, KNOWN, 0.1))
 
     assert found.verdict is Verdict.INCONCLUSIVE

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from sdaeverify import Settings
-from sdaeverify.lanes import Snapshot
-from sdaeverify.measure import Evidence, Verdict
+from sdaeverify.contracts.measure import Evidence, Snapshot, Verdict
+from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures.intervals import GIVEN_PAST, IntervalObserver, Intervals
-from sdaeverify.tally import Tally
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_schemes.platen_weak_2 import PlatenWeak2

@@ -7,12 +7,12 @@ import pytest
 from scipy.stats import binom
 
 from sdaeverify import Claim, InvariantMean, Settings
-from sdaeverify.chains import GROUPS, ChainRecord
-from sdaeverify.measure import Evidence, Verdict
-from sdaeverify.measures._chain_findings import decided
-from sdaeverify.measures._chains import Sample, exceeds
+from sdaeverify.contracts.measure import Evidence, Verdict
+from sdaeverify.contracts.tally import Tally, packed
 from sdaeverify.measures.invariant import CHAINS, OPERATOR, Invariant
-from sdaeverify.tally import Tally, packed
+from sdaeverify.measures.invariant.chain_findings import decided
+from sdaeverify.measures.invariant.chain_order import Sample, exceeds
+from sdaeverify.simulate.chains import GROUPS, ChainRecord
 from stationary_cells import (
     VARIANCE,
     Euler,

@@ -6,7 +6,7 @@ import pytest
 
 from measures.stiff_cells import AFFINE, Explicit, Ignorant, Leaving, Right, judged, whole
 from sdaeverify import Claim
-from sdaeverify.measure import Verdict
+from sdaeverify.contracts.measure import Verdict
 from sdaeverify.measures.limits import Limits
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.penalised_sphere import penalised_sphere

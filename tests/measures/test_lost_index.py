@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sdaeverify import DelaySDAE, DelayState, Increment, Problem, Scheme, Step, verify
-from sdaeverify.probe.one_step import OneStep
+from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, Claim, Moment, Scheme, Settings
-from sdaeverify.lanes import Snapshot
-from sdaeverify.measure import Evidence
-from sdaeverify.measures._mean_order import TOO_FEW, mean_order
-from sdaeverify.measures._means import MeanObserver, means_of
-from sdaeverify.tally import Tally
+from sdaeverify.contracts.measure import Evidence, Snapshot
+from sdaeverify.contracts.tally import Tally
+from sdaeverify.measures.means import MeanObserver, means_of
+from sdaeverify.measures.weak.mean_order import TOO_FEW, mean_order
 from sdaeverify_problems.gbm import gbm
 
 SETTINGS = Settings(paths=4000)

@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, Array, Claim, HolonomicSDAE, Scheme, Settings
-from sdaeverify.ensemble import Entry, Task, run_block
-from sdaeverify.lanes import Snapshot
-from sdaeverify.measure import Evidence, Finding, Judgement, Verdict
+from sdaeverify.contracts.measure import Evidence, Finding, Judgement, Snapshot, Verdict
+from sdaeverify.contracts.specs import problem_spec
+from sdaeverify.contracts.tally import Tally, packed
 from sdaeverify.measures._moments import EDGES, MomentObserver
 from sdaeverify.measures.moments import FACTOR, Moments
-from sdaeverify.probe.growth import Growth
-from sdaeverify.specs import problem_spec
-from sdaeverify.tally import Tally, packed
+from sdaeverify.probe.step.semi_stability import Growth
+from sdaeverify.simulate.ensemble import Entry, Task, run_block
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama

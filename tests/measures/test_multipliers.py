@@ -6,10 +6,10 @@ from typing import ClassVar
 import pytest
 
 from sdaeverify import Claim, HolonomicSDAE, HolonomicState, Increment, Scheme, Settings, Step
+from sdaeverify.contracts.measure import Evidence, Finding, Verdict
+from sdaeverify.contracts.tally import Tally
 from sdaeverify.forms import Problem
-from sdaeverify.measure import Evidence, Finding, Verdict
 from sdaeverify.measures.multipliers import MultiplierExponents
-from sdaeverify.tally import Tally
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama

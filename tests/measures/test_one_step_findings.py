@@ -5,11 +5,11 @@ import pytest
 
 from measures.stiff_cells import AFFINE, SETTINGS, UNIFORM, Right, replace_claims
 from sdaeverify import Claim
-from sdaeverify.measure import Evidence, Verdict
-from sdaeverify.measures._one_step_findings import ONE_STEP
+from sdaeverify.contracts.measure import Evidence, Verdict
+from sdaeverify.contracts.tally import Tally, packed
 from sdaeverify.measures.uniformity import Uniformity
-from sdaeverify.probe.uniform_local import LEVELS, UniformDefects
-from sdaeverify.tally import Tally, packed
+from sdaeverify.measures.uniformity.one_step_findings import ONE_STEP
+from sdaeverify.probe.stiffness.uniform_local import LEVELS, UniformDefects
 from sdaeverify_problems.sphere_product import sphere_product
 
 CLAIM = Claim(measure="uniformity", quantities=(ONE_STEP,), value=1.5, source="test")

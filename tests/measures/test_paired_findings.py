@@ -8,12 +8,12 @@ from scipy.stats import binom
 
 from measures.stiff_cells import Right, replace_claims
 from sdaeverify import Claim, Settings, Step
-from sdaeverify.measure import Evidence, Verdict
-from sdaeverify.measures._paired_findings import Sample
+from sdaeverify.contracts.measure import Evidence, Verdict
+from sdaeverify.contracts.tally import Tally, packed
 from sdaeverify.measures.uniformity import PAIRED, Uniformity
-from sdaeverify.probe.paired_members import SHARE, PairedErrors
-from sdaeverify.statistics import GROUPS
-from sdaeverify.tally import Tally, packed
+from sdaeverify.measures.uniformity.paired_findings import Sample
+from sdaeverify.numerics.statistics import GROUPS
+from sdaeverify.probe.stiffness.paired_members import SHARE, PairedErrors
 from sdaeverify_planted.uniformly_accurate import HalfRoot, ScaledTerms
 from sdaeverify_problems.penalised_sphere import penalised_sphere
 from sdaeverify_problems.torus import torus

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from sdaeverify import Claim, Settings
-from sdaeverify.ensemble import Entry, Task, run_block
+from sdaeverify.contracts.measure import Evidence, Finding, Judgement, Verdict
+from sdaeverify.contracts.scheme import Scheme
+from sdaeverify.contracts.specs import problem_spec
+from sdaeverify.contracts.tally import Tally
 from sdaeverify.forms import Problem
-from sdaeverify.measure import Evidence, Finding, Judgement, Verdict
 from sdaeverify.measures.solvability import PathCount, Solvability
-from sdaeverify.scheme import Scheme
-from sdaeverify.specs import problem_spec
-from sdaeverify.tally import Tally
+from sdaeverify.simulate.ensemble import Entry, Task, run_block
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama

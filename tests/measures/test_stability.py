@@ -7,10 +7,10 @@ import pytest
 
 from probe import linear_cells as c
 from sdaeverify import SDE, Array, Claim, Increment, MeanSquareStability, Scheme, Settings
+from sdaeverify.contracts.measure import Evidence, Finding, Judgement, Verdict
+from sdaeverify.contracts.tally import Tally
 from sdaeverify.forms import Problem
-from sdaeverify.measure import Evidence, Finding, Judgement, Verdict
 from sdaeverify.measures.stability import Stability
-from sdaeverify.tally import Tally
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.forced_ou import forced_ou

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from sdaeverify import Claim, Settings, Step
-from sdaeverify.measure import Evidence, Finding, Verdict
-from sdaeverify.measures._operator_findings import operator_findings
+from sdaeverify.contracts.measure import Evidence, Finding, Verdict
+from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures.invariant import stationary_record
-from sdaeverify.tally import Tally
+from sdaeverify.measures.invariant.operator_findings import operator_findings
 from sdaeverify_planted.uniformly_accurate import ScaledTerms
 from sdaeverify_problems.affine_constraint import affine_constraint
 from sdaeverify_problems.angle_pendulum import angle_pendulum

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from scipy.special import stdtrit
 
-from sdaeverify import SDE, Claim, Scheme, Settings, verdicts
-from sdaeverify.lanes import Snapshot
-from sdaeverify.measure import Evidence, Verdict
-from sdaeverify.measures._errors import ErrorObserver
+from sdaeverify import SDE, Claim, Scheme, Settings
+from sdaeverify.contracts.measure import Evidence, Snapshot, Verdict
+from sdaeverify.contracts.tally import Tally
+from sdaeverify.measures import judge
+from sdaeverify.measures.judge import Opinion, guard
+from sdaeverify.measures.path_errors.errors import ErrorObserver
 from sdaeverify.measures.strong import Strong
-from sdaeverify.tally import Tally
-from sdaeverify.verdicts import Opinion, guard
 from sdaeverify_problems.affine_constraint import affine_constraint
 from sdaeverify_problems.gbm import gbm
 
@@ -51,7 +51,7 @@ def health(**counts):
     return Tally(sums={**every, **{name: np.array(value, dtype=float) for name, value in counts.items()}})
 
 
-def judge(levels, *, scheme=None, problem=None, health_of=None, settings=SETTINGS, blurred=None):
+def judged(levels, *, scheme=None, problem=None, health_of=None, settings=SETTINGS, blurred=None):
     """Return the finding on x at T."""
     paths = len(levels[0])
     chosen = replace(settings, paths=paths)
@@ -66,7 +66,7 @@ def judge(levels, *, scheme=None, problem=None, health_of=None, settings=SETTING
 
 def test_exact_power_law_gives_its_order():
     """Errors c h with one random size a path have slope 1 to rounding, with no spread."""
-    finding = judge(errors(1.0))
+    finding = judged(errors(1.0))
 
     assert finding.verdict is Verdict.VERIFIED
     assert finding.estimate == pytest.approx(1.0, abs=1e-9)
@@ -76,7 +76,7 @@ def test_exact_power_law_gives_its_order():
 
 def test_lower_order_is_refuted():
     """An order of 1/2 refutes a claim of 1."""
-    finding = judge(errors(0.5))
+    finding = judged(errors(0.5))
 
     assert finding.verdict is Verdict.REFUTED
     assert "claimed 1.0" in finding.reason
@@ -87,7 +87,7 @@ def test_order_at_the_margin_is_inconclusive():
     rng = np.random.default_rng(6)
     levels = [rng.normal(size=400) * h**0.8 for h in H]
 
-    finding = judge(levels)
+    finding = judged(levels)
 
     assert finding.verdict is Verdict.INCONCLUSIVE
     assert "paths would decide" in finding.reason
@@ -98,7 +98,7 @@ def test_wide_interval_does_not_verify():
     rng = np.random.default_rng(7)
     levels = [np.exp(2.0 * rng.normal(size=100)) * h**3 for h in H]
 
-    finding = judge(levels)
+    finding = judged(levels)
 
     assert finding.low > 0.8
     assert finding.verdict is Verdict.INCONCLUSIVE
@@ -107,7 +107,7 @@ def test_wide_interval_does_not_verify():
 
 def test_wrong_limit_is_refuted_by_the_contrast():
     """Errors that level off while successive differences fall are refuted as a wrong limit."""
-    finding = judge(errors(1.0, limit=0.02))
+    finding = judged(errors(1.0, limit=0.02))
 
     assert finding.verdict is Verdict.REFUTED
 
@@ -134,7 +134,7 @@ def scattered(sizes):
 
 def test_steps_that_do_not_resolve_the_solution_refute_nothing():
     """Errors of nine tenths to seven tenths of what the solution moves are flat, whatever the order is."""
-    finding = judge(scattered(UNRESOLVED))
+    finding = judged(scattered(UNRESOLVED))
 
     assert finding.verdict is Verdict.INCONCLUSIVE
     assert "of what the solution moves at h = 0.00391, and halving the step still changes that" in finding.reason
@@ -155,8 +155,8 @@ def test_local_orders_on_their_way_to_the_claim_refute_nothing():
     """Of few paths no rise is significant: orders of .25, .5 and .8 were held against a claim of 1."""
     rng, orders = np.random.default_rng(9), np.array([0.0, 0.1, 0.15, 0.25, 0.5, 0.8])
     sizes = 0.1 * 2.0 ** -np.cumsum(orders)
-    rising = judge([size * rng.normal(size=800) for size in sizes])
-    flat = judge([size * rng.normal(size=800) for size in 0.1 * H**0.45])
+    rising = judged([size * rng.normal(size=800) for size in sizes])
+    flat = judged([size * rng.normal(size=800) for size in 0.1 * H**0.45])
 
     assert rising.verdict is Verdict.INCONCLUSIVE
     assert "its local orders rise" in rising.reason
@@ -166,12 +166,12 @@ def test_local_orders_on_their_way_to_the_claim_refute_nothing():
 @pytest.mark.parametrize("limit", [0.3, 0.9, 3.0])
 def test_a_wrong_limit_far_off_is_refuted_all_the_same(limit):
     """Its errors are as large and as flat, but halving the step changes the solution less and less."""
-    assert judge(errors(1.0, limit=limit)).verdict is Verdict.REFUTED
+    assert judged(errors(1.0, limit=limit)).verdict is Verdict.REFUTED
 
 
 def test_small_plateau_is_seen_before_the_slope_sees_it():
     """A plateau that leaves the slope above claim - margin is still told by the contrast."""
-    finding = judge(errors(1.0, limit=5e-4, sizes=np.ones(4000)))
+    finding = judged(errors(1.0, limit=5e-4, sizes=np.ones(4000)))
 
     assert finding.low > 0.8
     assert finding.verdict is Verdict.REFUTED
@@ -184,7 +184,7 @@ def test_coarse_levels_that_went_wrong_are_not_fitted(kind):
     levels = errors(1.0)
     levels[1] = levels[1] * 100.0
 
-    finding = judge(levels, health_of=health(**{kind: [0, 3, 0, 0, 0, 0]}))
+    finding = judged(levels, health_of=health(**{kind: [0, 3, 0, 0, 0, 0]}))
 
     assert finding.verdict is Verdict.VERIFIED
     assert "at 1 level" in finding.reason
@@ -196,14 +196,14 @@ def test_fine_levels_that_went_wrong_leave_nothing_to_verify(kind, bad):
     """What goes wrong at a finer step than another is no matter of too coarse a step: no order is told."""
     counts = {"failed": bad, "lost": bad} if kind == "lost" else {kind: bad}
 
-    finding = judge(errors(1.0), health_of=health(**counts))
+    finding = judged(errors(1.0), health_of=health(**counts))
 
     assert finding.verdict is (Verdict.DIVERGED if kind == "lost" and bad[-1] else Verdict.INCONCLUSIVE)
 
 
 def test_too_few_levels_decide_nothing():
     """With fewer than three levels to fit there is no slope, and the reason says why."""
-    finding = judge(errors(1.0), health_of=health(truncated=[1, 1, 1, 1, 0, 0]))
+    finding = judged(errors(1.0), health_of=health(truncated=[1, 1, 1, 1, 0, 0]))
 
     assert finding.verdict is Verdict.INCONCLUSIVE
     assert "fewer than 3 levels can be fitted: truncated steps at 4 levels" in finding.reason
@@ -212,14 +212,14 @@ def test_too_few_levels_decide_nothing():
 
 def test_lost_paths_at_the_finest_level_are_a_divergence():
     """Paths that are lost at every level give the verdict diverged."""
-    finding = judge(errors(1.0), health_of=health(failed=[1] * 6, lost=[1] * 6))
+    finding = judged(errors(1.0), health_of=health(failed=[1] * 6, lost=[1] * 6))
 
     assert finding.verdict is Verdict.DIVERGED
 
 
 def test_round_off_is_exact_for_every_order():
     """Errors at round-off level at every h verify any order."""
-    finding = judge(errors(0.0, sizes=np.full(4000, 1e-15)))
+    finding = judged(errors(0.0, sizes=np.full(4000, 1e-15)))
 
     assert finding.verdict is Verdict.VERIFIED
     assert "exact to round-off" in finding.reason
@@ -255,7 +255,7 @@ def test_faster_than_claimed_with_a_bent_slope_is_no_wrong_limit():
     """Errors a h + b h^2 have a negative contrast while b h matters; above the claimed order that is no level-off."""
     bent = [h + 6.0 * h**2 for h in H]
 
-    finding = judge([np.full(4000, value) for value in bent])
+    finding = judged([np.full(4000, value) for value in bent])
 
     assert finding.details["contrast"] < -0.05
     assert finding.verdict is Verdict.INCONCLUSIVE
@@ -265,7 +265,7 @@ def test_an_order_that_still_rises_is_not_refuted():
     """Errors h/(1 + 60 h) come to order 1 late: a low slope that rises with refinement says that steps are coarse."""
     late = [np.full(4000, h / (1.0 + 60.0 * h)) for h in H]
 
-    finding = judge(late)
+    finding = judged(late)
 
     assert finding.high < 0.8
     assert finding.verdict is Verdict.INCONCLUSIVE
@@ -276,7 +276,7 @@ def test_a_rough_truth_decides_nothing():
     """A truth that is not half an order better than the claim neither verifies nor refutes."""
     rough = replace(gbm(), truths=(replace(gbm().pathwise, order=1.0),))
 
-    finding = judge(errors(1.0), problem=rough, blurred=np.zeros(4000))
+    finding = judged(errors(1.0), problem=rough, blurred=np.zeros(4000))
 
     assert finding.verdict is Verdict.INCONCLUSIVE
     assert "half an order above the claim" in finding.reason
@@ -287,14 +287,14 @@ def test_doing_nothing_is_not_exact():
     plain = gbm()
     blind = SDE(drift=plain.drift, diffusion=plain.diffusion, start=[1.0], noise_dim=1, horizon=1.0, source="test")
 
-    assert judge(errors(0.0, sizes=np.zeros(4000)), problem=blind).verdict is Verdict.INCONCLUSIVE
+    assert judged(errors(0.0, sizes=np.zeros(4000)), problem=blind).verdict is Verdict.INCONCLUSIVE
 
 
 def test_levels_at_round_off_are_not_fitted():
     """A level whose error is rounding is left out, so that it cannot flatten the slope."""
     levels = [np.maximum(np.abs(level), 1e-14) for level in errors(6.0)]
 
-    finding = judge(levels)
+    finding = judged(levels)
 
     assert "rounding at" in finding.reason
     assert finding.estimate == pytest.approx(6.0, abs=0.05)
@@ -305,8 +305,8 @@ def test_own_reference_never_verifies():
     plain = gbm()
     blind = SDE(drift=plain.drift, diffusion=plain.diffusion, start=[1.0], noise_dim=1, horizon=1.0, source="test")
 
-    assert judge(errors(1.0), problem=blind).verdict is Verdict.INCONCLUSIVE
-    assert judge(errors(0.5), problem=blind).verdict is Verdict.REFUTED
+    assert judged(errors(1.0), problem=blind).verdict is Verdict.INCONCLUSIVE
+    assert judged(errors(0.5), problem=blind).verdict is Verdict.REFUTED
 
 
 def test_own_reference_bias_is_that_of_the_method():
@@ -314,7 +314,7 @@ def test_own_reference_bias_is_that_of_the_method():
     plain = gbm()
     blind = SDE(drift=plain.drift, diffusion=plain.diffusion, start=[1.0], noise_dim=1, horizon=1.0, source="test")
 
-    finding = judge(errors(1.0), problem=blind)
+    finding = judged(errors(1.0), problem=blind)
 
     assert 0.01 < finding.details["bias_bound"] < 0.04
 
@@ -324,7 +324,7 @@ def test_error_of_the_reference_widens_the_interval():
     problem = replace(gbm(), truths=(replace(gbm().pathwise, order=1.5),))
     shift = np.full(4000, 2e-4)
 
-    finding = judge(errors(1.0), problem=problem, blurred=shift)
+    finding = judged(errors(1.0), problem=problem, blurred=shift)
 
     assert finding.details["bias_bound"] > 0.0
     assert finding.high - finding.low > 2.0 * finding.details["bias_bound"]
@@ -335,7 +335,7 @@ def test_heavy_tails_do_not_refute_a_small_sample():
     sizes = np.r_[np.full(399, 1e-3), 5.0]
     levels = errors(0.3, sizes=sizes)
 
-    finding = judge(levels)
+    finding = judged(levels)
 
     assert finding.details["heavy_tails"]
     assert finding.verdict is not Verdict.REFUTED
@@ -343,7 +343,7 @@ def test_heavy_tails_do_not_refute_a_small_sample():
 
 def test_fewer_than_a_hundred_paths_decide_nothing():
     """Intervals are not calibrated for tiny samples, so that these give no verdict."""
-    finding = judge(errors(1.0, paths=60))
+    finding = judged(errors(1.0, paths=60))
 
     assert finding.verdict is Verdict.INCONCLUSIVE
     assert "100 paths" in finding.reason
@@ -351,7 +351,7 @@ def test_fewer_than_a_hundred_paths_decide_nothing():
 
 def test_no_claim_no_verdict():
     """Without a claim the order is measured, and nothing is judged."""
-    finding = judge(errors(1.0), scheme=Modest())
+    finding = judged(errors(1.0), scheme=Modest())
 
     assert finding.verdict is Verdict.OUT_OF_SCOPE
     assert finding.estimate == pytest.approx(1.0, abs=1e-9)
@@ -375,7 +375,7 @@ def test_a_local_order_needs_paths_that_do_not_speak_against_it(paths, p_refuted
     tally = Tally(sums={"paths": np.full(20, paths / 20)})
     evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, tally, health(), level=1e-6)
 
-    decision = guard(LOCAL, verdicts.Tests(1.0, p_refuted, "order 0.1"), evidence)
+    decision = guard(LOCAL, judge.Tests(1.0, p_refuted, "order 0.1"), evidence)
 
     assert (decision.verdict, decision.settled) == (verdict, settled)
 
@@ -384,7 +384,7 @@ def test_heavy_tails_are_suspicious_all_the_same():
     """What is too heavy-tailed to refute with few paths asks for more of them, and lets no local order pass."""
     tally = Tally(sums={"paths": np.full(20, 400 / 20)})
     evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, tally, health(), level=1e-2)
-    tests = verdicts.with_sample(verdicts.Tests(1.0, 1e-9, "order 0.1", 1.0), 400, heavy=True)
+    tests = judge.with_sample(judge.Tests(1.0, 1e-9, "order 0.1", 1.0), 400, heavy=True)
 
     decision = guard(LOCAL, tests, evidence)
 
@@ -396,7 +396,7 @@ def test_a_local_refutation_needs_no_paths():
     """What one step shows, no sample can take back."""
     evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, Tally(), health())
 
-    assert guard(Opinion(Verdict.REFUTED, ""), verdicts.Tests.none(""), evidence).verdict is Verdict.REFUTED
+    assert guard(Opinion(Verdict.REFUTED, ""), judge.Tests.none(""), evidence).verdict is Verdict.REFUTED
 
 
 def test_the_relative_error_at_the_end_is_a_mean_of_ratios():
@@ -436,6 +436,6 @@ def test_no_slope_is_fitted_across_the_stiffness_parameter() -> None:
     """Errors that stand still while h > eps are held against no order: the levels with h > eps are left out."""
     problem = affine_constraint(eps=float(H[2]) * 1.01, horizon=1.0)
     levels = [np.where(h > problem.eps, 1.0, h / problem.eps) * np.ones(4000) for h in H]
-    found = judge([level * np.random.default_rng(1).normal(size=4000) for level in levels], problem=problem)
+    found = judged([level * np.random.default_rng(1).normal(size=4000) for level in levels], problem=problem)
     assert "steps longer than the fastest time at 2 levels" in found.reason
     assert found.estimate == pytest.approx(1.0, abs=1e-6)

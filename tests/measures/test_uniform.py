@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, Claim, Pathwise, Scheme, Settings, Step
-from sdaeverify.ensemble import Entry, Task, run_block
-from sdaeverify.lanes import Snapshot
-from sdaeverify.measure import Evidence, Verdict
-from sdaeverify.measures._uniform import UniformObserver
+from sdaeverify.contracts.measure import Evidence, Snapshot, Verdict
+from sdaeverify.contracts.specs import problem_spec
+from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.uniform import Uniform
-from sdaeverify.specs import problem_spec
-from sdaeverify.tally import Tally
+from sdaeverify.measures.uniform.notes import UniformObserver
+from sdaeverify.simulate.ensemble import Entry, Task, run_block
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.pendulum import pendulum

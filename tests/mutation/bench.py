@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from sdaeverify import Scheme, verify
-from sdaeverify.registry import load_registry
-from sdaeverify.selection import select_problems, select_schemes
+from sdaeverify.registry.load import load_registry
+from sdaeverify.registry.selection import select_problems, select_schemes
 
 from .difference import Orders, orders
 from .perturbed import WHEN, perturbed

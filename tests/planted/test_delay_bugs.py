@@ -5,7 +5,7 @@ import pytest
 
 from schemes.delay_cells import MESHES, H, T, given, nonlinear
 from sdaeverify.arrays import Array
-from sdaeverify.scheme import Scheme, flatten
+from sdaeverify.contracts.scheme import Scheme, flatten
 from sdaeverify_planted.delay_lag import READINGS, AnticipatingNoise, WrongLag
 from sdaeverify_planted.delay_theta import KeptAlgebraic, OldLagAlgebraic, SingleIteration
 from sdaeverify_schemes.stochastic_theta import StochasticTheta

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from sdaeverify.noise import Increment
-from sdaeverify.probe.one_step import OneStep
-from sdaeverify.probe.states import cloud
-from sdaeverify.registry import load_registry
-from sdaeverify.scheme import flatten
-from sdaeverify.selection import select_problems
+from sdaeverify.contracts.scheme import flatten
+from sdaeverify.noise.brownian import Increment
+from sdaeverify.probe.step.one_step import OneStep
+from sdaeverify.probe.step.states import cloud
+from sdaeverify.registry.load import load_registry
+from sdaeverify.registry.selection import select_problems
 from sdaeverify_planted._projection import projected
 from sdaeverify_planted.baoab import WrongBAOAB
 from sdaeverify_planted.ellipse import WrongFixman, tangential

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from sdaeverify import SDE, TWO_POINT, Array, Claim, Increment, Scheme, Step
-from sdaeverify.laws import Law
+from sdaeverify.noise.laws import Law
 from sdaeverify.numerics import apply
 
 Rule = Callable[[Any, Array, float, Increment], Array]

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from sdaeverify import Claim, DelaySDAE, Settings
+from sdaeverify.contracts.measure import Evidence, Verdict
+from sdaeverify.contracts.tally import Tally
 from sdaeverify.forms import Problem
-from sdaeverify.measure import Evidence, Verdict
 from sdaeverify.measures.strong import Strong
-from sdaeverify.probe.algebraic_defects import algebraic_defects, algebraic_order
-from sdaeverify.tally import Tally
+from sdaeverify.probe.local.algebraic_defects import algebraic_defects, algebraic_order
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 SETTINGS = Settings(coarsest=8, levels=5)

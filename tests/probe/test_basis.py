@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from sdaeverify import Angle, Chart, Line
-from sdaeverify.probe import basis as bases
-from sdaeverify.probe.basis import chart_basis, fourier, hermite
+from sdaeverify.probe.operator import basis as bases
+from sdaeverify.probe.operator.basis import chart_basis, fourier, hermite
 
 EPS = np.finfo(float).eps
 AXES = {"fourier": fourier(9), "hermite": hermite(9, Line(0.3, 0.7))}

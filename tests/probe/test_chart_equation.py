@@ -9,9 +9,9 @@ from scipy.special import ive
 
 from probe.chart_cells import ANGLE, KT, OU, embed, free_moments, plane_pendulum, read
 from sdaeverify import Angle, Chart, Line, ProblemError
-from sdaeverify.probe.basis import chart_basis
-from sdaeverify.probe.chart_equation import charted, coefficients, generator, output_rows
-from sdaeverify.probe.transition import stationary
+from sdaeverify.probe.operator.basis import chart_basis
+from sdaeverify.probe.operator.chart_equation import charted, coefficients, generator, output_rows
+from sdaeverify.probe.operator.transition import stationary
 
 POINTS = np.array([[0.1, 1.0, -2.0, 3.0], [0.3, -1.0, 2.0, 0.0]])
 

@@ -6,9 +6,9 @@ from typing import ClassVar
 import pytest
 
 from sdaeverify import SDE, HolonomicState, Scheme, Step
-from sdaeverify.measure import Verdict
+from sdaeverify.contracts.measure import Verdict
 from sdaeverify.numerics import apply
-from sdaeverify.probe.consistency import consistency, judge_consistency
+from sdaeverify.probe.local.consistency import consistency, judge_consistency
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from sdaeverify.probe.delay_consistency import (
+from sdaeverify.probe.local.delay_consistency import (
     DelayConsistency,
     consistency_order,
     delay_consistency,
     no_delay_consistency,
 )
-from sdaeverify.probe.delay_links import linked
-from sdaeverify.probe.local_strong import strong_order
-from sdaeverify.probe.strong_defects import local_strong
+from sdaeverify.probe.local.delay_links import linked
+from sdaeverify.probe.local.strong_defects import local_strong
+from sdaeverify.probe.local.strong_order import strong_order
 from sdaeverify_problems.delay_ou import delay_ou
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_schemes.stochastic_theta import StochasticTheta

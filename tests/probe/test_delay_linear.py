@@ -7,8 +7,8 @@ import pytest
 
 from probe.theta_cells import SETS
 from sdaeverify import DelaySDAE
-from sdaeverify.probe.affine import AFFINE
-from sdaeverify.probe.delay_linear import (
+from sdaeverify.probe.linear.affine import AFFINE
+from sdaeverify.probe.linear.delay_map import (
     LARGE,
     SMALL,
     UNIT,

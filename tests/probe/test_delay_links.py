@@ -5,9 +5,9 @@ import pytest
 
 from sdaeverify import SDE, Increment, Scheme
 from sdaeverify.arrays import Array
-from sdaeverify.probe.delay_links import keeps_constraint, linked, linked_equation
-from sdaeverify.probe.local_strong import judge_strong, strong_order
-from sdaeverify.probe.strong_defects import local_strong
+from sdaeverify.probe.local.delay_links import keeps_constraint, linked, linked_equation
+from sdaeverify.probe.local.strong_defects import local_strong
+from sdaeverify.probe.local.strong_order import judge_strong, strong_order
 from sdaeverify_planted.delay_lag import WrongLag
 from sdaeverify_planted.delay_theta import KeptAlgebraic, OldLagAlgebraic
 from sdaeverify_problems._delay_coefficients import SETS

@@ -6,9 +6,9 @@ from scipy.integrate import solve_ivp
 
 from probe.theta_cells import MESHES, SETS, Linear, random_step, walked
 from sdaeverify import Mesh
-from sdaeverify.probe.delay_moments import RunMoments, Start, run_moments
-from sdaeverify.probe.delay_radius import radius
-from sdaeverify.probe.delay_step import queue_operator
+from sdaeverify.probe.linear.delay_moments import RunMoments, Start, run_moments
+from sdaeverify.probe.linear.delay_step import queue_operator
+from sdaeverify.probe.stability.delay_radius import radius
 
 
 def from_history(cell: Linear, theta: float, h: float, steps: int) -> RunMoments:

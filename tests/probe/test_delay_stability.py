@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from sdaeverify.forms import is_delayed
-from sdaeverify.probe import delay_stability as scanning
-from sdaeverify.probe.delay_linear import LARGE, SMALL, UNIT
-from sdaeverify.probe.delay_stability import delay_stability, no_delay_stability
+from sdaeverify.probe.linear.delay_map import LARGE, SMALL, UNIT
+from sdaeverify.probe.stability import delay_stability as scanning
+from sdaeverify.probe.stability.delay_stability import delay_stability, no_delay_stability
 from sdaeverify_problems.delay_linear import delay_linear
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm

@@ -5,7 +5,7 @@ import pytest
 
 from probe.theta_cells import MESHES, SETS, companion, random_step, walked
 from sdaeverify import Array, Mesh
-from sdaeverify.probe.delay_step import LinearDelayStep, lagged, queue_operator
+from sdaeverify.probe.linear.delay_step import LinearDelayStep, lagged, queue_operator
 
 
 def sizes(F: Array, count: int) -> Array:

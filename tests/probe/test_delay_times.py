@@ -7,21 +7,21 @@ import numpy as np
 import pytest
 
 from sdaeverify import DelaySDAE, DelayState, Increment, Scheme, Settings, Step
+from sdaeverify.contracts.measure import Verdict
 from sdaeverify.forms import Problem
-from sdaeverify.measure import Verdict
-from sdaeverify.measures._strong_findings import FIRST, SECOND, WHOLE
-from sdaeverify.measures._weak_probe import probe_weak
-from sdaeverify.probe.delay_linear import no_lasting_run, no_lasting_step
-from sdaeverify.probe.delay_links import keeps_constraint, linked
-from sdaeverify.probe.delay_moment_errors import delay_moment_errors, no_delay_moments
-from sdaeverify.probe.delay_stability import no_delay_stability
-from sdaeverify.probe.functional_orders import least_order
-from sdaeverify.probe.local_strong import judge_strong, strong_order
-from sdaeverify.probe.local_weak import local_weak
-from sdaeverify.probe.moments import moment_orders
-from sdaeverify.probe.strong_defects import local_strong
-from sdaeverify.probe.times import DIFFERENT
-from sdaeverify.probe.weak_order import judge_weak, weak_order
+from sdaeverify.measures.strong.findings import FIRST, SECOND, WHOLE
+from sdaeverify.measures.weak.probe import probe_weak
+from sdaeverify.probe.linear.delay_map import no_lasting_run, no_lasting_step
+from sdaeverify.probe.linear.delay_moment_errors import delay_moment_errors, no_delay_moments
+from sdaeverify.probe.linear.moments import moment_orders
+from sdaeverify.probe.local.delay_links import keeps_constraint, linked
+from sdaeverify.probe.local.strong_defects import local_strong
+from sdaeverify.probe.local.strong_order import judge_strong, strong_order
+from sdaeverify.probe.local.weak_defects import local_weak
+from sdaeverify.probe.local.weak_order import judge_weak, weak_order
+from sdaeverify.probe.operator.functional_orders import least_order
+from sdaeverify.probe.stability.delay_stability import no_delay_stability
+from sdaeverify.probe.step.times import DIFFERENT
 from sdaeverify_planted.delay_late import LateLag
 from sdaeverify_problems.delay_linear import delay_linear
 from sdaeverify_problems.delay_test import delay_test

@@ -5,8 +5,8 @@ import pytest
 
 from probe.theta_cells import MESHES, SETS, companion, random_step
 from sdaeverify import Mesh
-from sdaeverify.probe.delay_step import Lagged, lagged
-from sdaeverify.probe.delay_zeros import outside
+from sdaeverify.probe.linear.delay_step import Lagged, lagged
+from sdaeverify.probe.stability.delay_zeros import outside
 
 
 def scalar(*coefficients: float) -> Lagged:

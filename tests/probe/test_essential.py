@@ -5,13 +5,13 @@ import pytest
 
 from probe import linear_cells as c
 from sdaeverify import HolonomicSDAE, HolonomicState, Increment, Scheme, Step
-from sdaeverify.probe.essential import essential_equation, essential_operator, observed
-from sdaeverify.probe.linear_equation import linear_equation
-from sdaeverify.probe.linear_map import MemoryStep
-from sdaeverify.probe.one_step import OneStep
-from sdaeverify.probe.spectral import spectral_radius
-from sdaeverify.probe.stability import no_stability, stability
-from sdaeverify.probe.step_moments import step_moments
+from sdaeverify.probe.linear.equation import linear_equation
+from sdaeverify.probe.linear.linear_map import MemoryStep
+from sdaeverify.probe.linear.observable_part import essential_equation, essential_operator, observed
+from sdaeverify.probe.linear.step_moments import step_moments
+from sdaeverify.probe.stability.spectral import spectral_radius
+from sdaeverify.probe.stability.stability import no_stability, stability
+from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 
 

@@ -3,8 +3,14 @@
 import numpy as np
 import pytest
 
-from sdaeverify.probe.functional_orders import bounded, error_floors, functional_orders, least_order, obstacle
-from sdaeverify.probe.transition_errors import TransitionErrors
+from sdaeverify.probe.operator.functional_orders import (
+    bounded,
+    error_floors,
+    functional_orders,
+    least_order,
+    obstacle,
+)
+from sdaeverify.probe.operator.transition_errors import TransitionErrors
 from sdaeverify_problems.affine_constraint import affine_constraint
 
 H = 2.0 ** -np.arange(3, 9)

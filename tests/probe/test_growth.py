@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, Array, HolonomicSDAE, Increment, Scheme, Step
-from sdaeverify.measure import Verdict
+from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.tally import packed, unpacked
 from sdaeverify.numerics import apply, norm
-from sdaeverify.probe.extremes import extreme_states
-from sdaeverify.probe.growth import Growth, growth, judge_growth, lyapunov
-from sdaeverify.tally import packed, unpacked
+from sdaeverify.probe.step.far_states import extreme_states
+from sdaeverify.probe.step.semi_stability import Growth, growth, judge_growth, lyapunov
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.ou import ou

@@ -7,11 +7,18 @@ import pytest
 from scipy.linalg import solve_discrete_lyapunov
 
 from sdaeverify.arrays import Array
-from sdaeverify.probe import delay_stability as scanning
-from sdaeverify.probe.delay_linear import UNIT
-from sdaeverify.probe.delay_stability import delay_stability
-from sdaeverify.probe.stability import refined_scan
-from sdaeverify.probe.windows import STEEPER, Window, crossings, doubtful, scan_sizes, stable_windows
+from sdaeverify.probe.linear.delay_map import UNIT
+from sdaeverify.probe.stability import delay_stability as scanning
+from sdaeverify.probe.stability.delay_stability import delay_stability
+from sdaeverify.probe.stability.stability import refined_scan
+from sdaeverify.probe.stability.windows import (
+    STEEPER,
+    Window,
+    crossings,
+    doubtful,
+    scan_sizes,
+    stable_windows,
+)
 from sdaeverify_problems.delay_linear import delay_linear
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 

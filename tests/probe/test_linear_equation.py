@@ -10,8 +10,8 @@ from scipy.linalg import expm
 from probe.linear_cells import linear
 from sdaeverify import SDE, Array
 from sdaeverify.forms import Problem
-from sdaeverify.probe.linear_equation import linear_equation, no_linear_equation
-from sdaeverify.probe.second_moments import smat, svec
+from sdaeverify.probe.linear.equation import linear_equation, no_linear_equation
+from sdaeverify.probe.linear.second_moments import smat, svec
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.forced_ou import forced_ou
 from sdaeverify_problems.gbm import gbm

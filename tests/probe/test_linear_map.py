@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from probe import linear_cells as c
-from sdaeverify.probe.affine import AFFINE, at_corners, defect, trial_states
-from sdaeverify.probe.linear_map import MemoryStep, linear_map
-from sdaeverify.probe.nodes import step_nodes
-from sdaeverify.probe.one_step import OneStep
+from sdaeverify.probe.linear.affine import AFFINE, at_corners, defect, trial_states
+from sdaeverify.probe.linear.linear_map import MemoryStep, linear_map
+from sdaeverify.probe.step.nodes import step_nodes
+from sdaeverify.probe.step.one_step import OneStep
 
 EPS = np.finfo(float).eps
 A = np.array([[-1.0, 0.5], [0.25, -2.0]])

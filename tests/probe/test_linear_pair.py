@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, ConstrainedLangevin, Scheme, Step
-from sdaeverify.probe.linear_pair import affine_step, mean_square_distance, no_linear_pair
-from sdaeverify.probe.one_step import OneStep
+from sdaeverify.probe.linear.pair import affine_step, mean_square_distance, no_linear_pair
+from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify_problems.exponential_strip import exponential_strip
 from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sdaeverify.arrays import Array
-from sdaeverify.probe.local_orders import LocalOrders, last_orders
+from sdaeverify.probe.local.orders import LocalOrders, last_orders
 
 H = 4.0 ** -np.arange(2.0, 9.0)
 FINER = 4.0 ** -np.arange(2.0, 12.0)

@@ -9,16 +9,16 @@ import pytest
 from conformance.cells import cells
 from probe import strong_cells as s
 from sdaeverify import SDE, Array, Increment, Scheme, Step
+from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.tally import packed, unpacked
 from sdaeverify.forms import Problem
-from sdaeverify.laws import THREE_POINT, Law
-from sdaeverify.measure import Verdict
-from sdaeverify.probe.local_orders import LocalOpinion
-from sdaeverify.probe.local_strong import StrongOrder, judge_strong, strong_order
-from sdaeverify.probe.nodes import half_steps
-from sdaeverify.probe.strong_defects import LocalStrong, local_strong, no_local_order
-from sdaeverify.registry import load_registry
-from sdaeverify.tally import packed, unpacked
-from sdaeverify.verdicts import claim_for
+from sdaeverify.measures.judge import claim_for
+from sdaeverify.noise.laws import THREE_POINT, Law
+from sdaeverify.probe.local.orders import LocalOpinion
+from sdaeverify.probe.local.strong_defects import LocalStrong, local_strong, no_local_order
+from sdaeverify.probe.local.strong_order import StrongOrder, judge_strong, strong_order
+from sdaeverify.probe.step.nodes import half_steps
+from sdaeverify.registry.load import load_registry
 from sdaeverify_problems.angle_pendulum import angle_pendulum
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.double_well import double_well

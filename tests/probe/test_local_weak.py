@@ -10,11 +10,11 @@ import pytest
 from faulty import NoiseTooStrong
 from probe.weak_cells import CORRECT, PLANTED, PROBLEMS, SIGMA, A, B, equation, euler, order, reference, scheme
 from sdaeverify import THREE_POINT, HolonomicSDAE, HolonomicState, ProblemError, Scheme, Step
-from sdaeverify.measure import Verdict
-from sdaeverify.probe.local_weak import local_weak, refusal, weak_reference
-from sdaeverify.probe.states import WHEN
-from sdaeverify.probe.weak_order import LocalWeak, judge_weak, weak_order
-from sdaeverify.tally import packed, unpacked
+from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.tally import packed, unpacked
+from sdaeverify.probe.local.weak_defects import local_weak, refusal, weak_reference
+from sdaeverify.probe.local.weak_order import LocalWeak, judge_weak, weak_order
+from sdaeverify.probe.step.states import WHEN
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 

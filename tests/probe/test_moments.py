@@ -5,10 +5,10 @@ import pytest
 
 from probe import linear_cells as c
 from sdaeverify import SDE, Array, Increment, Langevin, Scheme
+from sdaeverify.contracts.tally import packed, unpacked
 from sdaeverify.forms import Problem
-from sdaeverify.probe.functional_orders import least_order
-from sdaeverify.probe.moments import MomentErrors, moment_errors, moment_orders, no_moments
-from sdaeverify.tally import packed, unpacked
+from sdaeverify.probe.linear.moments import MomentErrors, moment_errors, moment_orders, no_moments
+from sdaeverify.probe.operator.functional_orders import least_order
 from sdaeverify_problems.affine_constraint import affine_constraint
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.forced_ou import forced_ou

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from sdaeverify import Array, HolonomicSDAE, HolonomicState, Increment, Scheme, SchemeError, Step
-from sdaeverify.measure import Verdict
+from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.tally import packed, unpacked
 from sdaeverify.numerics import apply
-from sdaeverify.probe.local_orders import LocalOpinion
-from sdaeverify.probe.multiplier_orders import (
+from sdaeverify.probe.local.multiplier_orders import (
     LEVELS,
     Multipliers,
     judge_exponent,
@@ -19,8 +19,8 @@ from sdaeverify.probe.multiplier_orders import (
     multipliers,
     no_multipliers,
 )
-from sdaeverify.probe.states import cloud
-from sdaeverify.tally import packed, unpacked
+from sdaeverify.probe.local.orders import LocalOpinion
+from sdaeverify.probe.step.states import cloud
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_problems.pendulum_tangential import pendulum_tangential
 from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise

@@ -6,9 +6,9 @@ from math import prod
 import numpy as np
 import pytest
 
-from sdaeverify.laws import THREE_POINT, TWO_POINT, Law
-from sdaeverify.noise import LevelNoise, aggregate
-from sdaeverify.probe.nodes import (
+from sdaeverify.noise.brownian import LevelNoise, aggregate
+from sdaeverify.noise.laws import THREE_POINT, TWO_POINT, Law
+from sdaeverify.probe.step.nodes import (
     LARGEST,
     MOST_NODES,
     POINTS,

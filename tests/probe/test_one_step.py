@@ -10,9 +10,9 @@ from probe import strong_cells as s
 from sdaeverify import SDE, Array, Increment, Scheme, Step
 from sdaeverify.errors import SchemeError
 from sdaeverify.forms import Problem
-from sdaeverify.probe.nodes import step_nodes
-from sdaeverify.probe.one_step import OneStep
-from sdaeverify.probe.states import cloud
+from sdaeverify.probe.step.nodes import step_nodes
+from sdaeverify.probe.step.one_step import OneStep
+from sdaeverify.probe.step.states import cloud
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama

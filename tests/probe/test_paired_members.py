@@ -6,9 +6,17 @@ import numpy as np
 import pytest
 
 from sdaeverify import Settings
-from sdaeverify.probe.moments import moment_errors
-from sdaeverify.probe.paired_members import ALL, FAILED, FINER, SHARE, STIFFEST, paired_errors, run_of
-from sdaeverify.statistics import GROUPS
+from sdaeverify.numerics.statistics import GROUPS
+from sdaeverify.probe.linear.moments import moment_errors
+from sdaeverify.probe.stiffness.paired_members import (
+    ALL,
+    FAILED,
+    FINER,
+    SHARE,
+    STIFFEST,
+    paired_errors,
+    run_of,
+)
 from sdaeverify_problems.affine_constraint import affine_constraint
 from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
 

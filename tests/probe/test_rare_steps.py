@@ -10,16 +10,16 @@ import pytest
 
 from sdaeverify import SDE, Array, Increment, Step
 from sdaeverify.conformance.contract import contract_breach
-from sdaeverify.measure import Verdict
-from sdaeverify.probe.local_strong import judge_strong, strong_order
-from sdaeverify.probe.local_weak import local_weak
-from sdaeverify.probe.moments import no_moments
-from sdaeverify.probe.one_step import OneStep
-from sdaeverify.probe.strong_defects import local_strong
-from sdaeverify.probe.times import DIFFERENT, odd_step
-from sdaeverify.probe.transition import refusal
-from sdaeverify.probe.weak_order import judge_weak, weak_order
-from sdaeverify.scheme import Stepper
+from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.scheme import Stepper
+from sdaeverify.probe.linear.moments import no_moments
+from sdaeverify.probe.local.strong_defects import local_strong
+from sdaeverify.probe.local.strong_order import judge_strong, strong_order
+from sdaeverify.probe.local.weak_defects import local_weak
+from sdaeverify.probe.local.weak_order import judge_weak, weak_order
+from sdaeverify.probe.operator.transition import refusal
+from sdaeverify.probe.step.one_step import OneStep
+from sdaeverify.probe.step.times import DIFFERENT, odd_step
 from sdaeverify_planted.rare_steps import LateDrift, RareCorrection
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.forced_ou import forced_ou

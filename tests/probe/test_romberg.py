@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm
 
 from probe.weak_cells import PROBLEMS, SIGMA, A, B, equation
-from sdaeverify.probe.romberg import Romberg, depth, leaves, weights
+from sdaeverify.probe.local.romberg import Romberg, depth, leaves, weights
 
 X = np.array([[1.0, 0.4, -0.7]])
 

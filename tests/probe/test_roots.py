@@ -7,7 +7,7 @@ import pytest
 
 from sdaeverify import HolonomicSDAE, HolonomicState, Increment, Step
 from sdaeverify.numerics import norm
-from sdaeverify.probe.roots import SCANNED, root_scan, where
+from sdaeverify.probe.step.solvable import SCANNED, root_scan, where
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler

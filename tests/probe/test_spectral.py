@@ -8,11 +8,11 @@ from scipy.sparse.linalg import eigs
 
 from probe import linear_cells as c
 from sdaeverify import Array
-from sdaeverify.probe import spectral
-from sdaeverify.probe.one_step import OneStep
-from sdaeverify.probe.second_moments import Operator
-from sdaeverify.probe.spectral import is_below, spectral_radius
-from sdaeverify.probe.step_moments import step_moments
+from sdaeverify.probe.linear.second_moments import Operator
+from sdaeverify.probe.linear.step_moments import step_moments
+from sdaeverify.probe.stability import spectral
+from sdaeverify.probe.stability.spectral import is_below, spectral_radius
+from sdaeverify.probe.step.one_step import OneStep
 
 
 def operator(*factors: Array) -> Operator:

@@ -7,7 +7,7 @@ import pytest
 
 from sdaeverify import SDE
 from sdaeverify.forms import Problem
-from sdaeverify.probe.states import MOST_STEPS, SIZE, cloud
+from sdaeverify.probe.step.states import MOST_STEPS, SIZE, cloud
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.fibre_clamped import fibre_clamped
 from sdaeverify_problems.gbm import gbm

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sdaeverify.numerics import jacobian
-from sdaeverify.probe import test_functions as phi
+from sdaeverify.probe.step import test_functions as phi
 
 SPECIAL = {
     "sin(sum x)": lambda x: np.sin(x.sum(axis=0)),

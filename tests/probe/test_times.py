@@ -7,14 +7,14 @@ import pytest
 
 from probe.weak_cells import equation, euler, scheme
 from sdaeverify import SDE, Array, Increment
-from sdaeverify.measure import Verdict
-from sdaeverify.probe.local_strong import judge_strong, strong_order
-from sdaeverify.probe.local_weak import local_weak
-from sdaeverify.probe.one_step import OneStep
-from sdaeverify.probe.states import cloud
-from sdaeverify.probe.strong_defects import local_strong
-from sdaeverify.probe.times import times
-from sdaeverify.probe.weak_order import judge_weak, weak_order
+from sdaeverify.contracts.measure import Verdict
+from sdaeverify.probe.local.strong_defects import local_strong
+from sdaeverify.probe.local.strong_order import judge_strong, strong_order
+from sdaeverify.probe.local.weak_defects import local_weak
+from sdaeverify.probe.local.weak_order import judge_weak, weak_order
+from sdaeverify.probe.step.one_step import OneStep
+from sdaeverify.probe.step.states import cloud
+from sdaeverify.probe.step.times import times
 
 STILL = equation(lambda t, x: 0.5 * x, lambda t, x: 0.6 * x[:, None], [1.0])
 MOVING = equation(lambda t, x: 0.5 * x + np.sin(t), lambda t, x: 0.6 * x[:, None], [1.0])

@@ -9,9 +9,9 @@ import pytest
 from probe.chart_cells import ANGLE, OU, AdditiveHeun, Euler, identity, plane_pendulum
 from sdaeverify import SDE, TWO_POINT, Angle, Chart, HolonomicSDAE, HolonomicState, Law, Line, Scheme, Step
 from sdaeverify.numerics import apply
-from sdaeverify.probe.basis import chart_basis
-from sdaeverify.probe.one_step import OneStep
-from sdaeverify.probe.transition import refusal, stationary, transition
+from sdaeverify.probe.operator.basis import chart_basis
+from sdaeverify.probe.operator.transition import refusal, stationary, transition
+from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 
 SIGMA, H = 0.7, 0.125

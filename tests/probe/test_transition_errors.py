@@ -17,8 +17,8 @@ from probe.chart_cells import (
 )
 from sdaeverify import HolonomicSDAE, HolonomicState, Scheme, Step
 from sdaeverify.numerics import apply
-from sdaeverify.probe.functional_orders import error_floors, functional_orders, least_order
-from sdaeverify.probe.transition_errors import (
+from sdaeverify.probe.operator.functional_orders import error_floors, functional_orders, least_order
+from sdaeverify.probe.operator.transition_errors import (
     chart_observables,
     invariant_errors,
     invariant_observables,

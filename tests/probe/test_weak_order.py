@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from sdaeverify.measure import Verdict
-from sdaeverify.probe import test_functions as phi
-from sdaeverify.probe.local_weak import LEVELS
-from sdaeverify.probe.weak_order import LocalWeak, judge_weak, weak_order
+from sdaeverify.contracts.measure import Verdict
+from sdaeverify.probe.local.weak_defects import LEVELS
+from sdaeverify.probe.local.weak_order import LocalWeak, judge_weak, weak_order
+from sdaeverify.probe.step import test_functions as phi
 
 H = LEVELS
 FUNCTIONS, STATES = len(phi.names(1)), 13

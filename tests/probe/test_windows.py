@@ -5,8 +5,9 @@ import pytest
 
 from probe import linear_cells as c
 from sdaeverify import SDE, Array, Increment, Scheme
-from sdaeverify.probe.stability import StabilityRecord, no_stability, stability
-from sdaeverify.probe.windows import (
+from sdaeverify.contracts.tally import packed, unpacked
+from sdaeverify.probe.stability.stability import StabilityRecord, no_stability, stability
+from sdaeverify.probe.stability.windows import (
     brackets,
     crossings,
     scan_sizes,
@@ -16,7 +17,6 @@ from sdaeverify.probe.windows import (
     undecided,
     worded,
 )
-from sdaeverify.tally import packed, unpacked
 from sdaeverify_problems.gbm import linear_test
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama

@@ -8,8 +8,8 @@ import numpy as np
 
 from sdaeverify import GAUSSIAN, SDE, THREE_POINT, TWO_POINT, Array, Increment, Law, Scheme, Step
 from sdaeverify.numerics import apply
-from sdaeverify.probe.local_weak import Reference, local_weak, weak_reference
-from sdaeverify.probe.weak_order import WeakOrder, weak_order
+from sdaeverify.probe.local.weak_defects import Reference, local_weak, weak_reference
+from sdaeverify.probe.local.weak_order import WeakOrder, weak_order
 
 Formula = Callable[..., Array]
 A, B = 0.5, 0.6

@@ -6,7 +6,7 @@ import numpy as np
 
 from sdaeverify.arrays import Array
 from sdaeverify.forms import Problem
-from sdaeverify.testing.differences import first, second
+from sdaeverify.testing.checks.differences import first, second
 
 Function = Callable[[Array], Array]
 

@@ -8,9 +8,9 @@ from scipy.integrate import solve_ivp
 
 from sdaeverify import InvariantMean, Moment, ParameterError, Scheme
 from sdaeverify.arrays import Array
-from sdaeverify.probe.one_step import OneStep
-from sdaeverify.probe.second_moments import smat, svec
-from sdaeverify.probe.step_moments import step_moments
+from sdaeverify.probe.linear.second_moments import smat, svec
+from sdaeverify.probe.linear.step_moments import step_moments
+from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify_problems._affine_langevin import AffineLangevin, Recursion
 from sdaeverify_problems.affine_constraint import affine_constraint, affine_langevin
 from sdaeverify_schemes.constrained_euler import ConstrainedEuler

@@ -9,8 +9,8 @@ import pytest
 from sdaeverify import HolonomicSDAE, Increment
 from sdaeverify.arrays import Array
 from sdaeverify.forms import SDE
-from sdaeverify.noise import LevelNoise, Source, aggregate, brownian_steps
-from sdaeverify.statistics import Estimate, group_sums, jackknife, log_norms, slope_weights
+from sdaeverify.noise.brownian import LevelNoise, Source, aggregate, brownian_steps
+from sdaeverify.numerics.statistics import Estimate, group_sums, jackknife, log_norms, slope_weights
 from sdaeverify_problems import _circle as circle
 from sdaeverify_problems import pendulum_velocity_noise as velocity_noise
 from sdaeverify_problems.damped_pendulum import damped_pendulum

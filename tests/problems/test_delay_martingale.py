@@ -17,8 +17,8 @@ import pytest
 
 from sdaeverify import DelaySDAE, Mesh
 from sdaeverify.arrays import Array
-from sdaeverify.lanes import Track
-from sdaeverify.noise import Source, brownian_steps
+from sdaeverify.noise.brownian import Source, brownian_steps
+from sdaeverify.simulate.tracks import Track
 from sdaeverify_problems.delay_martingale import delay_martingale
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 

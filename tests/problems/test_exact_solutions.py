@@ -8,7 +8,7 @@ from scipy.special import chdtri
 
 from sdaeverify import SDE, ParameterError
 from sdaeverify.arrays import Array
-from sdaeverify.noise import Source, aggregate, brownian_steps
+from sdaeverify.noise.brownian import Source, aggregate, brownian_steps
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
 from sdaeverify_problems.ou import exponential_integral, ou

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import quad
 
 from sdaeverify import ConstraintGeometry, InvariantMean, Moment, ParameterError
-from sdaeverify.noise import Source, brownian_steps
+from sdaeverify.noise.brownian import Source, brownian_steps
 from sdaeverify_problems.exponential_strip import exponential_strip
 
 # (q, eps): E t and E |n|^2 for alpha = kappa = sigma = 1, c = 1/2.

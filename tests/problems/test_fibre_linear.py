@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify.noise import Increment, Source, brownian_steps
+from sdaeverify.noise.brownian import Increment, Source, brownian_steps
 from sdaeverify_problems._chain import clamped_chain
 from sdaeverify_problems._fibre import Fibre
 from sdaeverify_problems._gaussian_step import gaussian_step

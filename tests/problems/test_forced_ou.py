@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from sdaeverify.noise import Source, brownian_steps
+from sdaeverify.noise.brownian import Source, brownian_steps
 from sdaeverify_problems.forced_ou import forced_ou
 
 

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from problems.fibre_chains import derivative
 from sdaeverify.forms import SDE, HolonomicState
-from sdaeverify.noise import Increment, Source, brownian_steps
+from sdaeverify.noise.brownian import Increment, Source, brownian_steps
 from sdaeverify_problems._chain import clamped_chain
 from sdaeverify_problems._fibre import Fibre, rotation
 from sdaeverify_problems._fibre_problem import fibre_problem

@@ -9,8 +9,8 @@ import pytest
 
 from sdaeverify import DenseJacobian, HolonomicSDAE, Increment, ProblemError
 from sdaeverify.arrays import Array
-from sdaeverify.noise import LevelNoise, Source, brownian_steps
-from sdaeverify.statistics import Estimate, group_sums, jackknife, log_norms, slope_weights
+from sdaeverify.noise.brownian import LevelNoise, Source, brownian_steps
+from sdaeverify.numerics.statistics import Estimate, group_sums, jackknife, log_norms, slope_weights
 from sdaeverify_problems import _circle as circle
 from sdaeverify_problems._inherent_truth import inherent_truth, with_inherent_truth
 from sdaeverify_problems.damped_pendulum import damped_pendulum

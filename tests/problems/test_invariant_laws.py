@@ -15,8 +15,8 @@ from scipy.special import iv
 from problems.generator import generator, observed
 from sdaeverify.arrays import Array
 from sdaeverify.forms import Problem
-from sdaeverify.testing.differences import SECOND_ERROR
-from sdaeverify.truths import InvariantMean
+from sdaeverify.forms.truths import InvariantMean
+from sdaeverify.testing.checks.differences import SECOND_ERROR
 from sdaeverify_problems.angle_pendulum import angle_pendulum
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.damped_pendulum import damped_pendulum

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from sdaeverify.noise import Source, brownian_steps
-from sdaeverify.statistics import group_sums, jackknife, slope_weights
+from sdaeverify.noise.brownian import Source, brownian_steps
+from sdaeverify.numerics.statistics import group_sums, jackknife, slope_weights
 from sdaeverify_problems.affine_constraint import affine_constraint
 from sdaeverify_problems.exponential_strip import exponential_strip
 from sdaeverify_problems.penalised_sphere import penalised_sphere

@@ -5,9 +5,9 @@ import pytest
 
 from problems.generator import generator, observed
 from sdaeverify import ConstraintGeometry, Increment, ParameterError
-from sdaeverify.probe.nodes import step_nodes
-from sdaeverify.testing.differences import SECOND_ERROR
-from sdaeverify.truths import InvariantMean, Moment
+from sdaeverify.forms.truths import InvariantMean, Moment
+from sdaeverify.probe.step.nodes import step_nodes
+from sdaeverify.testing.checks.differences import SECOND_ERROR
 from sdaeverify_problems import _lyapunov
 from sdaeverify_problems._eigenangle_law import mean_trace
 from sdaeverify_problems._lyapunov import Lyapunov, dense

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from problems.generator import generator, observed
 from sdaeverify.arrays import Array
 from sdaeverify.forms import Problem
-from sdaeverify.truths import MeanSquareStability, Moment
+from sdaeverify.forms.truths import MeanSquareStability, Moment
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.sphere import sphere

@@ -9,8 +9,8 @@ from scipy.special import ndtri
 
 from sdaeverify.arrays import Array
 from sdaeverify.forms import HolonomicSDAE, Problem
-from sdaeverify.noise import Source, brownian_steps
-from sdaeverify.truths import MeanSquareStability, Moment
+from sdaeverify.forms.truths import MeanSquareStability, Moment
+from sdaeverify.noise.brownian import Source, brownian_steps
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.damped_pendulum import damped_pendulum
 from sdaeverify_problems.gbm import gbm, linear_test

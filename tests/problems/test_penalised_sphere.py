@@ -9,9 +9,9 @@ from scipy.linalg import expm
 from problems.generator import generator, observed
 from sdaeverify import ConstrainedLangevin, InvariantMean, Moment, ParameterError
 from sdaeverify.arrays import Array
-from sdaeverify.probe.basis import chart_basis
-from sdaeverify.probe.chart_equation import generator as matrix
-from sdaeverify.testing.differences import SECOND_ERROR
+from sdaeverify.probe.operator.basis import chart_basis
+from sdaeverify.probe.operator.chart_equation import generator as matrix
+from sdaeverify.testing.checks.differences import SECOND_ERROR
 from sdaeverify_problems._pulled_law import invariant_means, on_the_sphere
 from sdaeverify_problems._radial_law import RadialLaw
 from sdaeverify_problems.penalised_sphere import penalised_sphere

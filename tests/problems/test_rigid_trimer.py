@@ -7,7 +7,7 @@ from scipy.linalg import expm
 from problems.generator import generator, observed
 from sdaeverify import InvariantMean, Moment, ParameterError
 from sdaeverify.arrays import Array
-from sdaeverify.testing.differences import SECOND_ERROR
+from sdaeverify.testing.checks.differences import SECOND_ERROR
 from sdaeverify_problems._interval_diffusion import IntervalDiffusion
 from sdaeverify_problems.rigid_trimer import angle_diffusion, rigid_trimer
 

@@ -6,8 +6,8 @@ from scipy.integrate import dblquad
 
 from problems.generator import generator, observed
 from sdaeverify import ParameterError
-from sdaeverify.testing.differences import FIRST_ERROR, first
-from sdaeverify.truths import InvariantMean
+from sdaeverify.forms.truths import InvariantMean
+from sdaeverify.testing.checks.differences import FIRST_ERROR, first
 from sdaeverify_problems._torus_geometry import Quartic, Tube, surface_chart
 from sdaeverify_problems._torus_law import surface_means, tube_means
 from sdaeverify_problems.torus import TABLE, torus

@@ -3,7 +3,7 @@
 import pytest
 
 # Loaded here, so that runs of pytest inside a test find it all imported.
-from sdaeverify.registry import load_registry
+from sdaeverify.registry.load import load_registry
 from sdaeverify.testing import claims  # noqa: F401 - for the same reason
 
 SCHEMES = '''

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from sdaeverify.cli.exit_codes import ExitCode
-from sdaeverify.contributions import collect
-from sdaeverify.discovery import Origin, load_file
-from sdaeverify.scaffold import names_of, write_plugin
+from sdaeverify.lab.scaffold import names_of, write_plugin
+from sdaeverify.registry.contributions import collect
+from sdaeverify.registry.discovery import Origin, load_file
 from sdaeverify.testing import check_problem, check_scheme
 
 NAMES = names_of(Path(), "rodeo")

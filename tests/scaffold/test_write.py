@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from sdaeverify.errors import UsageError
-from sdaeverify.registry import load_registry
-from sdaeverify.scaffold import names_of, write, write_plugin
-from sdaeverify.selection import select_problems
+from sdaeverify.lab.scaffold import names_of, write, write_plugin
+from sdaeverify.registry.load import load_registry
+from sdaeverify.registry.selection import select_problems
 
 NAMES = names_of(Path(), "rodeo")
 

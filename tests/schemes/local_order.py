@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from sdaeverify.arrays import Array
+from sdaeverify.contracts.scheme import Scheme
 from sdaeverify.forms import Problem
-from sdaeverify.probe.nodes import half_steps
-from sdaeverify.probe.one_step import OneStep
-from sdaeverify.probe.states import cloud
-from sdaeverify.scheme import Scheme
+from sdaeverify.probe.step.nodes import half_steps
+from sdaeverify.probe.step.one_step import OneStep
+from sdaeverify.probe.step.states import cloud
 
 STEPS = 4.0 ** -np.arange(3, 8)
 FLOOR = 6e-14

@@ -9,9 +9,9 @@ from scipy.optimize import brentq, root
 from schemes.delay_cells import MESHES, PATHS, H, T, given, nonlinear
 from sdaeverify import DelaySDAE, DelayState, Increment, ParameterError, Scheme, Step
 from sdaeverify.arrays import Array
-from sdaeverify.lanes import Track
-from sdaeverify.matching import match
-from sdaeverify.noise import LevelNoise
+from sdaeverify.contracts.matching import match
+from sdaeverify.noise.brownian import LevelNoise
+from sdaeverify.simulate.tracks import Track
 from sdaeverify_problems._delay_coefficients import SETS
 from sdaeverify_problems.delay_ou import delay_ou
 from sdaeverify_problems.delay_test import delay_test

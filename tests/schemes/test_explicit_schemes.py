@@ -6,7 +6,7 @@ import numpy as np
 
 from sdaeverify import SDE, Increment
 from sdaeverify.arrays import Array
-from sdaeverify.scheme import Scheme, Step
+from sdaeverify.contracts.scheme import Scheme, Step
 from sdaeverify_schemes.euler_maruyama import DriftTruncatedEuler, EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
 

@@ -8,7 +8,7 @@ from scipy.optimize import root
 
 from sdaeverify import HolonomicSDAE, HolonomicState, Increment, ParameterError
 from sdaeverify.arrays import Array, Mask
-from sdaeverify.scheme import Step
+from sdaeverify.contracts.scheme import Step
 from sdaeverify_problems import _circle as circle
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler

@@ -9,7 +9,7 @@ from scipy.optimize import root
 
 from sdaeverify import HolonomicSDAE, HolonomicState, Increment, ParameterError
 from sdaeverify.arrays import Array
-from sdaeverify.scheme import Step
+from sdaeverify.contracts.scheme import Step
 from sdaeverify_problems.fibre_clamped import fibre_clamped
 from sdaeverify_problems.fibre_free import fibre_free
 from sdaeverify_problems.pendulum import pendulum

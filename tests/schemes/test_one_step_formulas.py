@@ -9,8 +9,8 @@ from scipy.optimize import brentq
 
 from sdaeverify import SDE, Increment, Langevin, ParameterError
 from sdaeverify.arrays import Array
-from sdaeverify.laws import THREE_POINT
-from sdaeverify.scheme import Scheme, Step
+from sdaeverify.contracts.scheme import Scheme, Step
+from sdaeverify.noise.laws import THREE_POINT
 from sdaeverify_schemes.balanced_euler import BalancedEuler
 from sdaeverify_schemes.baoab import BAOAB
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama, TamedEuler

@@ -10,9 +10,9 @@ from scipy.optimize import root
 from schemes.local_order import strong_order
 from sdaeverify import SDE, HolonomicSDAE, HolonomicState, Increment, ParameterError, Scheme
 from sdaeverify.arrays import Array
-from sdaeverify.probe.local_weak import local_weak
-from sdaeverify.probe.weak_order import weak_order
-from sdaeverify.scheme import Step
+from sdaeverify.contracts.scheme import Step
+from sdaeverify.probe.local.weak_defects import local_weak
+from sdaeverify.probe.local.weak_order import weak_order
 from sdaeverify_problems import _circle as circle
 from sdaeverify_problems.damped_pendulum import damped_pendulum
 from sdaeverify_problems.fibre_clamped import fibre_clamped

@@ -8,7 +8,7 @@ import pytest
 from schemes.rough_constraints import D, langevin, points
 from sdaeverify import ConstraintGeometry, Increment
 from sdaeverify.arrays import Array
-from sdaeverify.probe.nodes import step_nodes
+from sdaeverify.probe.step.nodes import step_nodes
 from sdaeverify_problems.affine_constraint import affine_constraint, affine_langevin
 from sdaeverify_schemes.uniform_expansion import UniformExpansion
 from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate

@@ -7,11 +7,11 @@ from typing import ClassVar
 import pytest
 
 from sdaeverify import SDE, Claim, Planted, Scheme
-from sdaeverify.contributions import MeasureEntry, PlantedEntry, ProblemEntry, SchemeEntry
-from sdaeverify.discovery import Origin
-from sdaeverify.measure import Finding, Measure, Verdict
-from sdaeverify.registry import Registry
-from sdaeverify.specs import problem_spec
+from sdaeverify.contracts.measure import Finding, Measure, Verdict
+from sdaeverify.contracts.specs import problem_spec
+from sdaeverify.registry.contributions import MeasureEntry, PlantedEntry, ProblemEntry, SchemeEntry
+from sdaeverify.registry.discovery import Origin
+from sdaeverify.registry.load import Registry
 from sdaeverify.study import Cell, CellResult
 
 HERE = Origin("test", "", "", __file__)

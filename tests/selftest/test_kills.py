@@ -2,8 +2,8 @@
 
 import pytest
 
-from sdaeverify.measure import Verdict
-from sdaeverify.selftest import Check, kill_matrix, selftest_trial
+from sdaeverify.contracts.measure import Verdict
+from sdaeverify.lab.selftest import Check, kill_matrix, selftest_trial
 
 from .conftest import Bad, Blunt, Good, bug, curve
 

@@ -2,9 +2,10 @@
 
 import pytest
 
-from sdaeverify import Settings, ensemble
-from sdaeverify.registry import load_registry
-from sdaeverify.selftest import kill_matrix, selftest_trial
+from sdaeverify import Settings
+from sdaeverify.lab.selftest import kill_matrix, selftest_trial
+from sdaeverify.registry.load import load_registry
+from sdaeverify.simulate import ensemble
 from sdaeverify.study import Study
 
 SETTINGS = Settings(paths=1024, looks=3)

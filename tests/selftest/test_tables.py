@@ -5,9 +5,9 @@ import io
 import pytest
 from rich.console import Console
 
-from sdaeverify.measure import Verdict
-from sdaeverify.selftest import kill_matrix, selftest_trial
-from sdaeverify.selftest.tables import counts, in_words, kill_table, terminal_table
+from sdaeverify.contracts.measure import Verdict
+from sdaeverify.lab.selftest import kill_matrix, selftest_trial
+from sdaeverify.lab.selftest.tables import counts, in_words, kill_table, terminal_table
 
 from .conftest import Bad, Good, bug
 

@@ -17,16 +17,16 @@ import numpy as np
 import pandas as pd
 
 from sdaeverify.api import plan_of, result_of
+from sdaeverify.contracts.matching import match
+from sdaeverify.contracts.scheme import Scheme
+from sdaeverify.contracts.settings import Settings
+from sdaeverify.contracts.specs import ProblemSpec, function_parameters, problem_spec
 from sdaeverify.errors import ProblemError, UsageError
-from sdaeverify.matching import match
-from sdaeverify.registry import Registry, load_registry
-from sdaeverify.scheme import Scheme
-from sdaeverify.selection import select_schemes
-from sdaeverify.settings import Settings
-from sdaeverify.specs import ProblemSpec, function_parameters, problem_spec
+from sdaeverify.registry.load import Registry, load_registry
+from sdaeverify.registry.selection import select_schemes
 from sdaeverify.study import Study
-from sdaeverify.study.limits import Limits
-from sdaeverify.study.workers import worker_pool
+from sdaeverify.workers.limits import Limits
+from sdaeverify.workers.pool import worker_pool
 from sdaeverify_problems._curve_shapes import SHAPES
 from sdaeverify_problems._delay_coefficients import SETS
 

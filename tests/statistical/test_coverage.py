@@ -2,9 +2,9 @@
 
 import pytest
 
-from sdaeverify.calibration import Calibration, calibration_plan, offending, summary
-from sdaeverify.registry import load_registry
-from sdaeverify.study.workers import available_cores, worker_pool
+from sdaeverify.lab.calibration import Calibration, calibration_plan, offending, summary
+from sdaeverify.registry.load import load_registry
+from sdaeverify.workers.pool import available_cores, worker_pool
 
 SEED = 2
 

@@ -5,15 +5,15 @@ from collections.abc import Iterator
 import pytest
 
 from sdaeverify import Claim, Settings
-from sdaeverify.calibration import Calibration, Rate, calibration_plan
-from sdaeverify.measure import Verdict
+from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.tally import Tally
+from sdaeverify.lab.calibration import Calibration, Rate, calibration_plan
 from sdaeverify.measures.strong import Strong
-from sdaeverify.registry import load_registry
-from sdaeverify.selection import select_problems, select_schemes
+from sdaeverify.registry.load import load_registry
+from sdaeverify.registry.selection import select_problems, select_schemes
 from sdaeverify.study import Study, plan
 from sdaeverify.study.controlled import Claiming
-from sdaeverify.study.workers import available_cores, worker_pool
-from sdaeverify.tally import Tally
+from sdaeverify.workers.pool import available_cores, worker_pool
 
 # A case with half a share has this many sequences, the others twice as many.
 SEQUENCES = 200

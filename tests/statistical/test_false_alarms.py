@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sdaeverify import verify
+from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.errors import UsageError
-from sdaeverify.specs import problem_spec
 from sdaeverify.study.blocks import LATE
 from statistical import random_problems
 from statistical.random_problems import FACTOR, TIMEOUT, collected, drawn, shipped, verdicts

@@ -11,15 +11,15 @@ from typing import Any
 
 import pytest
 
+from sdaeverify.contracts.measure import Measure, Verdict
 from sdaeverify.gate.outcomes import Status, outcomes
 from sdaeverify.gate.plan import gate_plan
 from sdaeverify.gate.policy import Policy
 from sdaeverify.gate.tiers import TIERS, settings_of
-from sdaeverify.measure import Measure, Verdict
-from sdaeverify.registry import Registry, load_registry
-from sdaeverify.selftest import selftest_trial
+from sdaeverify.lab.selftest import selftest_trial
+from sdaeverify.registry.load import Registry, load_registry
 from sdaeverify.study import Plan, Study
-from sdaeverify.study.workers import available_cores
+from sdaeverify.workers.pool import available_cores
 
 pytestmark = pytest.mark.slow
 

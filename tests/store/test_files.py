@@ -13,7 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
-from sdaeverify.behaviour import Behaviour
+from sdaeverify.contracts.tally import Tally
+from sdaeverify.simulate.behaviour import Behaviour
 from sdaeverify.store.files import (
     HEADER,
     MeasureRecord,
@@ -23,7 +24,6 @@ from sdaeverify.store.files import (
     read_lanes,
     write_lane,
 )
-from sdaeverify.tally import Tally
 
 KINDS = st.sampled_from([np.float64, np.float32, np.int64, np.uint8, np.bool_])
 ARRAYS = npst.arrays(dtype=KINDS, shape=npst.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=3))

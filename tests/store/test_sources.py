@@ -6,7 +6,7 @@ from importlib.machinery import EXTENSION_SUFFIXES
 
 import pytest
 
-from sdaeverify.discovery import load_file
+from sdaeverify.registry.discovery import load_file
 from sdaeverify.store import sources
 from sdaeverify.store.sources import UNKNOWN, framework_source, source_of
 

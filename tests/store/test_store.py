@@ -9,19 +9,19 @@ import numpy as np
 import pytest
 
 from sdaeverify import Settings
-from sdaeverify.ensemble import Entry, LaneEvidence, Task, behaviours, run_block, without_evidence
+from sdaeverify.contracts.measure import Measure
+from sdaeverify.contracts.specs import problem_spec
+from sdaeverify.contracts.tally import Tally
 from sdaeverify.errors import UsageError
-from sdaeverify.measure import Measure
 from sdaeverify.measures.drift import Drift
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
-from sdaeverify.specs import problem_spec
+from sdaeverify.simulate.ensemble import Entry, LaneEvidence, Task, behaviours, run_block, without_evidence
 from sdaeverify.store import Store, joined, keep
 from sdaeverify.store import keys as keys_module
 from sdaeverify.store.files import read_lane
 from sdaeverify.store.keys import differences, key, lane_ingredients, measure_ingredients
 from sdaeverify.store.store import NEW, SOURCELESS
-from sdaeverify.tally import Tally
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama

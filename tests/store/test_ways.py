@@ -7,9 +7,9 @@ from importlib import import_module, invalidate_caches
 import pytest
 
 from sdaeverify import Settings
-from sdaeverify.ensemble import Entry, Task, behaviours
-from sdaeverify.forms import sde
-from sdaeverify.specs import problem_spec
+from sdaeverify.contracts.specs import problem_spec
+from sdaeverify.forms.sde import sde
+from sdaeverify.simulate.ensemble import Entry, Task, behaviours
 from sdaeverify.store import sources
 from sdaeverify.store.code import code_of
 from sdaeverify.store.keys import lane_ingredients

@@ -5,15 +5,15 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 import pytest
 
-from sdaeverify.guard import NO_MEASURE, PROBLEM
-from sdaeverify.measure import Verdict
+from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
-from sdaeverify.specs import problem_spec
-from sdaeverify.study.asking import asking
-from sdaeverify.study.calls import DIED
-from sdaeverify.study.isolated import Died, Isolated
-from sdaeverify.study.limits import FORMAT, NOBODY, Limits
+from sdaeverify.simulate.guard import NO_MEASURE, PROBLEM
+from sdaeverify.study.remote_plan import asking
+from sdaeverify.workers.calls import DIED
+from sdaeverify.workers.isolated import Died, Isolated
+from sdaeverify.workers.limits import FORMAT, NOBODY, Limits
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein

@@ -9,15 +9,15 @@ from typing import NamedTuple
 import pytest
 
 from sdaeverify import Settings
-from sdaeverify.ensemble import Entry, Task, run_block
-from sdaeverify.guard import NO_MEASURE, PROBLEM
+from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
-from sdaeverify.specs import problem_spec
+from sdaeverify.simulate.ensemble import Entry, Task, run_block
+from sdaeverify.simulate.guard import NO_MEASURE, PROBLEM
 from sdaeverify.study.blocks import Blocks
-from sdaeverify.study.calls import DIED, Lost
-from sdaeverify.study.isolated import Died, Isolated
-from sdaeverify.study.limits import FORMAT, NOBODY, Limits, Mark
+from sdaeverify.workers.calls import DIED, Lost
+from sdaeverify.workers.isolated import Died, Isolated
+from sdaeverify.workers.limits import FORMAT, NOBODY, Limits, Mark
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein

@@ -5,10 +5,10 @@ from concurrent.futures import Future
 import pytest
 
 from sdaeverify.errors import UsageError
-from sdaeverify.guard import NO_MEASURE
-from sdaeverify.study.calls import DIED, Call, Lost, packed, unpacked
-from sdaeverify.study.isolated import Died, Isolated
-from sdaeverify.study.limits import FORMAT, Limits, Mark
+from sdaeverify.simulate.guard import NO_MEASURE
+from sdaeverify.workers.calls import DIED, Call, Lost, packed, unpacked
+from sdaeverify.workers.isolated import Died, Isolated
+from sdaeverify.workers.limits import FORMAT, Limits, Mark
 
 WHEN = 100.0
 

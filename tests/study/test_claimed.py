@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, Claim, Scheme
-from sdaeverify.measure import Measure, Verdict
-from sdaeverify.specs import problem_spec
+from sdaeverify.contracts.measure import Measure, Verdict
+from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.study import Cell
 from sdaeverify.study.claimed import claims_of, promises_of
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from sdaeverify import SDE, Claim, Control, ProblemError, Scheme
-from sdaeverify.measure import Evidence, Finding, Judgement, Measure, Verdict
+from sdaeverify.contracts.measure import Evidence, Finding, Judgement, Measure, Verdict
 from sdaeverify.study.controlled import Objection, doubts, gated
 from sdaeverify.study.plan import Cell, ControlPlan
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sdaeverify import Claim
-from sdaeverify.measure import Finding, Verdict
-from sdaeverify.study.families import family_wise, holm
+from sdaeverify.contracts.measure import Finding, Verdict
+from sdaeverify.study.holm import family_wise, holm
 from sdaeverify.study.judging import CellResult
 
 CLAIM = Claim(measure="strong", value=1.0, source="a theorem")

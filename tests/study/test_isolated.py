@@ -8,9 +8,9 @@ from multiprocessing import active_children, get_context
 
 import pytest
 
-from sdaeverify.study.isolated import Died, Isolated
-from sdaeverify.study.limits import Limits
-from sdaeverify.study.workers import worker_pool
+from sdaeverify.workers.isolated import Died, Isolated
+from sdaeverify.workers.limits import Limits
+from sdaeverify.workers.pool import worker_pool
 
 PATIENCE = 60.0
 

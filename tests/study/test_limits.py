@@ -10,8 +10,8 @@ from math import inf
 import pytest
 
 from sdaeverify.errors import FAULTS, UsageError
-from sdaeverify.guard import NO_MEASURE, PROBLEM, Guard
-from sdaeverify.study.limits import NOBODY, Limits, Mark, StopError, Watchdog, read_mark
+from sdaeverify.simulate.guard import NO_MEASURE, PROBLEM, Guard
+from sdaeverify.workers.limits import NOBODY, Limits, Mark, StopError, Watchdog, read_mark
 
 BEGIN = """
 import os, sys, time
@@ -155,7 +155,7 @@ def test_memory_without_limit():
 
 def test_platforms_without_limits(monkeypatch):
     """Where there is none of memory, asking for it is an error that says what to leave out."""
-    monkeypatch.setattr("sdaeverify.study.limits._has_resource", lambda: False)
+    monkeypatch.setattr("sdaeverify.workers.limits._has_resource", lambda: False)
 
     assert Limits() == Limits(inf, 0)
     with pytest.raises(UsageError, match="leave out --memory"):

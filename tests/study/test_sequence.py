@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, Claim, Control, Scheme, Settings, Step
-from sdaeverify.measure import Evidence, Finding, Judgement, Measure, Verdict
+from sdaeverify.contracts.measure import Evidence, Finding, Judgement, Measure, Verdict
+from sdaeverify.contracts.specs import problem_spec
+from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
-from sdaeverify.specs import problem_spec
-from sdaeverify.statistics import group_sums
+from sdaeverify.numerics.statistics import group_sums
 from sdaeverify.study import Finished, Study, plan
 from sdaeverify.study.controlled import Claiming
-from sdaeverify.tally import Tally
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_schemes.balanced_euler import BalancedEuler
 from sdaeverify_schemes.displaced_euler import DisplacedEuler

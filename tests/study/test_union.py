@@ -2,9 +2,9 @@
 
 import pytest
 
-from sdaeverify.controls import Control
-from sdaeverify.measure import Measure
-from sdaeverify.specs import problem_spec
+from sdaeverify.contracts.measure import Measure
+from sdaeverify.contracts.specs import problem_spec
+from sdaeverify.forms.controls import Control
 from sdaeverify.study.plan import Cell, ControlPlan, Plan, ProblemPlan
 from sdaeverify.study.union import union
 from sdaeverify_problems.gbm import gbm

@@ -5,9 +5,9 @@ from functools import partial
 
 import pytest
 
-from sdaeverify.study.isolated import Isolated
-from sdaeverify.study.limits import Limits
-from sdaeverify.study.workers import executor_for, in_turn
+from sdaeverify.workers.isolated import Isolated
+from sdaeverify.workers.limits import Limits
+from sdaeverify.workers.pool import executor_for, in_turn
 
 
 class Backwards(Executor):

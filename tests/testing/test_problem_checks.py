@@ -18,7 +18,7 @@ from sdaeverify import (
     Partials,
     on_request,
 )
-from sdaeverify.specs import ProblemSpec
+from sdaeverify.contracts.specs import ProblemSpec
 from sdaeverify.testing import check_problem, checks
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.gbm import gbm

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, DelaySDAE, Dissipation, ProblemError
-from sdaeverify.specs import ProblemSpec
+from sdaeverify.contracts.specs import ProblemSpec
+from sdaeverify.testing.checks.traits import EVIDENCE
 from sdaeverify.testing.problem_subject import ProblemSubject
 from sdaeverify.testing.subjects import installed
-from sdaeverify.testing.traits import EVIDENCE
 
 
 def against(trait, build):

@@ -1,0 +1,112 @@
+"""``calibrate``: whether intervals and tests keep what they promise, over many seeds."""
+
+import shlex
+import time
+from collections.abc import Sequence
+from concurrent.futures import BrokenExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from rich.table import Table
+from rich.text import Text
+
+from ...contracts.settings import Settings
+from ...report.terminal import empty_table, visible
+from ...workers.pool import available_cores, executor_for
+from ..console import PROGRAM, complain, output
+from ..exit_codes import ExitCode
+from ..loading import registered
+from ..options import jobs, once, plugins, progress_bar, seed
+from ..progress import progress
+
+if TYPE_CHECKING:
+    from ...lab.calibration import Calibration, CalibrationPlan, Section
+
+FOLDER = Path("reports", "calibration")
+CSV, MARKDOWN = "calibration.csv", "calibration.md"
+REPETITIONS = 1000
+WORDS = {
+    ExitCode.OK: "every rate agrees with what is promised",
+    ExitCode.REFUTED: "a rate disagrees with what is promised",
+}
+
+
+@click.command(short_help="Try out intervals and tests over many seeds.")
+@once(
+    "--repetitions", type=int, default=REPETITIONS, help="Samples of 400 paths; more smaller and fewer larger ones."
+)
+@click.option(
+    "--only", multiple=True, metavar="PATTERN", help="Studies or cells in whose names this is found. Repeatable."
+)
+@seed
+@once("--out", type=click.Path(path_type=Path), default=FOLDER, help=f"Folder for {CSV} and {MARKDOWN}.")
+@jobs
+@progress_bar
+@plugins
+def calibrate(**options: Any) -> ExitCode:
+    """Count how often intervals contain the truth and tests decide wrongly, on cells of known order.
+
+    Writes a table of all rates with their binomial intervals. Succeeds if each agrees with what is promised for it.
+    """
+    # Tables need pandas, which takes longer to load than all other commands need in all.
+    from ...lab.calibration import Calibration, calibration_plan, offending, sections, summary  # noqa: PLC0415
+    from ...report.files import require_writable  # noqa: PLC0415
+
+    begun = time.monotonic()
+    registry = registered(options["plugins"])
+    plan = calibration_plan(registry, options["seed"], options["repetitions"], options["only"])
+    require_writable(options["out"])
+    calibration = Calibration(plan)
+    try:
+        _advance(calibration, options["jobs"] or available_cores(), registry.files, options["progress"])
+    except BrokenExecutor:
+        complain("error", "a worker process died, perhaps for want of memory; try fewer --jobs")
+        return ExitCode.NOT_MEASURED
+    _save(calibration, options["out"], _command(options, plan))
+    console = output(unbroken=True)
+    for section in sections(calibration.rates):
+        console.print(_table(section))
+        console.print()
+    for line in summary(calibration.rates):
+        console.print(Text(visible(line)), soft_wrap=True)
+    console.print(Text(visible(f"{CSV} and {MARKDOWN} are in {options['out']}")), soft_wrap=True)
+    code = ExitCode.REFUTED if offending(calibration.rates) else ExitCode.OK
+    words = f"exit code {code.value}: {WORDS[code]}; {time.monotonic() - begun:.0f} s"
+    console.print(words, style="green" if code is ExitCode.OK else "red")
+    return code
+
+
+def _advance(calibration: "Calibration", jobs: int, files: Sequence[str], kind: str) -> None:
+    count = len(calibration.jobs)
+    with executor_for(min(jobs, count), files) as executor, progress(kind, count) as show:
+        for event in calibration.run(executor):
+            show(event)
+
+
+def _save(calibration: "Calibration", folder: Path, command: str) -> None:
+    from ...lab.calibration import markdown, rate_table  # noqa: PLC0415
+    from ...report.files import write_table, write_text  # noqa: PLC0415
+
+    write_table(rate_table(calibration.rates, calibration.plan), folder / CSV)
+    write_text(markdown(calibration.rates, calibration.plan, command), folder / MARKDOWN)
+
+
+def _command(options: dict[str, Any], plan: "CalibrationPlan") -> str:
+    """Return the command that makes the same table again; worker processes do not matter for it."""
+    words = ["python", "-m", PROGRAM, "calibrate"]
+    words += ["--repetitions", str(plan.repetitions)] if plan.repetitions != REPETITIONS else []
+    words += ["--seed", str(plan.seed)] if plan.seed != Settings().seed else []
+    for name, values in (("--only", options["only"]), ("--plugin", options["plugins"])):
+        words += [word for value in values for word in (name, value)]
+    return shlex.join([*words, "--out", str(options["out"])] if options["out"] != FOLDER else words)
+
+
+def _table(section: "Section") -> Table:
+    table = empty_table()
+    table.title, table.title_justify = Text(section.study), "left"
+    for heading in section.headings:
+        table.add_column(Text(heading))
+    for row in section.rows:
+        table.add_row(*(Text(visible(text)) for text in row))
+    return table

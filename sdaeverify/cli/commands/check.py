@@ -1,0 +1,107 @@
+"""``check``: the conformance kit over schemes and problems by name."""
+
+import json
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Any
+
+import click
+from rich.text import Text
+
+from ...contracts.labels import did_you_mean, parse_label, split_list
+from ...errors import UsageError
+from ...registry.load import Registry
+from ...registry.selection import select_problems, select_schemes
+from ...report.terminal import empty_table, visible
+from ..console import aside, output
+from ..exit_codes import ExitCode, codes_in_words
+from ..loading import loaded
+from ..options import plugins
+
+if TYPE_CHECKING:
+    from ...testing.questions import Question
+
+WORDS = {ExitCode.OK: "no check fails", ExitCode.REFUTED: "a check fails", ExitCode.USAGE: "wrong usage"}
+Row = dict[str, object]
+STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
+
+
+@click.command(epilog=codes_in_words(WORDS), short_help="Put schemes and problems to the conformance kit.")
+@click.argument("names", metavar="NAME[PARAMETERS]...", nargs=-1, required=True)
+@click.option(
+    "-p", "--problems", multiple=True, help="Problems that schemes are put to.  [default: three small ones]"
+)
+@click.option("--level", type=int, help="Newest level of the kit whose checks are made.  [default: all]")
+@click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each answer.")
+@plugins
+def check(**options: Any) -> ExitCode:
+    """Put schemes and problems to every check of the kit: their contract, derivatives, truths and controls.
+
+    NAME is a scheme or a problem, with parameters or as a glob. Prints what did not pass, and how many did.
+    """
+    registry = loaded(options["plugins"])
+    with aside():
+        questions = list(_questions(registry, options["names"], options["problems"] or None, options["level"]))
+        rows = [question.answer({}).row for question in questions]
+    if options["as_json"]:
+        click.echo(json.dumps(rows, indent=2))
+    else:
+        _show(rows)
+    return ExitCode.REFUTED if any(row["status"] == "failed" for row in rows) else ExitCode.OK
+
+
+def _questions(
+    registry: Registry, names: Sequence[str], problems: Sequence[str] | None, level: int | None
+) -> Iterable["Question"]:
+    # The kit has simulations and studies, which no other command needs to load.
+    from ...testing.problem_subject import ProblemSubject  # noqa: PLC0415
+    from ...testing.questions import problem_questions, scheme_questions  # noqa: PLC0415
+    from ...testing.subjects import SchemeSubject  # noqa: PLC0415
+
+    patterns = [each for name in names for each in split_list(name)]
+    if not patterns:
+        raise UsageError(f"empty selection of schemes and problems: {' '.join(names)!r}")
+    for pattern in patterns:
+        for kind in _kinds(registry, pattern):
+            if kind == "scheme":
+                for scheme in select_schemes(registry, pattern):
+                    yield from scheme_questions(SchemeSubject(scheme, registry), problems, level)
+            else:
+                for spec in select_problems(registry, pattern):
+                    yield from problem_questions(ProblemSubject(spec, registry), level)
+
+
+def _kinds(registry: Registry, pattern: str) -> list[str]:
+    name = parse_label(pattern).name
+    kinds = {"scheme": registry.schemes, "problem": registry.problems}
+    found = [kind for kind, entries in kinds.items() if any(fnmatchcase(known, name) for known in entries)]
+    if not found:
+        known = [other for entries in kinds.values() for other in entries]
+        raise UsageError(f"no scheme or problem is named {name!r}{did_you_mean(name, known)}")
+    return found
+
+
+def _different(rows: Iterable[Row]) -> Iterable[tuple[Row, int]]:
+    """Return the first row of each status and reason of a subject, and how many there are: one fault is said once."""
+    found: dict[tuple[object, ...], list[Row]] = {}
+    for row in rows:
+        found.setdefault((row["subject"], row["status"], row["reason"]), []).append(row)
+    return [(same[0], len(same)) for same in found.values()]
+
+
+def _show(rows: list[Row]) -> None:
+    console = output(unbroken=True)
+    table = empty_table("", "subject", "check", "problem", "reason")
+    for row, count in _different(row for row in rows if row["status"] != "passed"):
+        more = f" and {count - 1} more" if count > 1 else ""
+        cells = (row["subject"], f"{row['check']}{more}", row["problem"], row["reason"])
+        texts = (Text(visible(str(cell))) for cell in cells)
+        table.add_row(Text(str(row["status"]), style=STYLES[str(row["status"])]), *texts)
+    if table.rows:
+        console.print(table)
+        console.print()
+    counts = Counter(str(row["status"]) for row in rows)
+    words = ", ".join(f"{counts[status] or 'none'} {status}" for status in STYLES)
+    style = "red" if counts["failed"] else "green"
+    console.print(f"{len(rows)} answers: {words}", style=style, soft_wrap=True)

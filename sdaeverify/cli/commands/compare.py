@@ -1,0 +1,92 @@
+"""``compare``: whether errors have grown from one run to another, order kept or not."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from rich.text import Text
+
+from ...report.terminal import visible
+from ..console import aside, complain, output
+from ..exit_codes import ExitCode, codes_in_words
+from ..loading import loaded
+from ..options import once, plugins
+
+if TYPE_CHECKING:
+    from ...lab.compare.cells import Omitted
+    from ...lab.compare.tables import Rows
+
+MARGIN, ALPHA = 1.1, 0.01
+WORDS = {
+    ExitCode.OK: "no error has grown by more than the factor, as far as can be told",
+    ExitCode.REFUTED: "an error has grown by more than the factor",
+    ExitCode.USAGE: "the command line is wrong, or the runs share no noise",
+    ExitCode.NOTHING: "the runs have nothing in common that could be compared",
+    ExitCode.PLUGIN: "a requested plugin failed to load",
+}
+
+
+@click.command(epilog=codes_in_words(WORDS), short_help="Tell whether errors have grown from one run to another.")
+@click.argument("old", type=click.Path(path_type=Path))
+@click.argument("new", type=click.Path(path_type=Path))
+@once("--factor", type=float, default=MARGIN, help="By how much an error may grow.")
+@once("--alpha", type=float, default=ALPHA, help="Probability of any false alarm in the comparison.")
+@click.option("--all", "every", is_flag=True, help="Show what is the same, too.")
+@click.option("--json", "as_json", is_flag=True, help="For programs: an object with all quantities.")
+@plugins
+def compare(**options: Any) -> ExitCode:
+    """Compare the errors of two runs, folders OLD and NEW that matrix or gate wrote with --out, on common noise.
+
+    An order may be kept while errors double. On the same paths the ratio of errors is known far better than errors
+    are, so that this shows with few paths. Both runs need the same seed, step sizes and problems; their schemes are
+    what may differ. Components are named by what is installed now.
+    """
+    # Evidence is read with numpy, which the other commands do without until they run.
+    from ...lab.compare import changes, damages, read_run  # noqa: PLC0415
+    from ...lab.compare import compare as compared  # noqa: PLC0415
+
+    changes([], options["factor"], options["alpha"])
+    old, new = read_run(options["old"]), read_run(options["new"])
+    for run in (run for run in (old, new) if run.damaged):
+        complain("warning", f"{damages(run.folder, run.damaged)} and left out")
+    registry = loaded(options["plugins"])
+    with aside():
+        found, omitted = compared(old, new, registry)
+    judged = changes([each.found for each in found], options["factor"], options["alpha"])
+    rows = list(zip(found, judged, strict=True))
+    code = _code(rows)
+    if options["as_json"]:
+        click.echo(_json(rows, omitted, options, code))
+    else:
+        _show(rows, omitted, every=options["every"])
+        words = f"exit code {code.value}: {WORDS[code]}"
+        output().print(words, style="green" if code is ExitCode.OK else "red", soft_wrap=True)
+    return code
+
+
+def _code(rows: "Rows") -> ExitCode:
+    if not rows:
+        complain("error", "nothing to compare: the runs have no quantity in common")
+        return ExitCode.NOTHING
+    return ExitCode.REFUTED if any(changed.change == "worse" for _, changed in rows) else ExitCode.OK
+
+
+def _json(rows: "Rows", omitted: "list[Omitted]", options: dict[str, Any], code: ExitCode) -> str:
+    from ...lab.compare.tables import records  # noqa: PLC0415
+
+    about = {"old": str(options["old"]), "new": str(options["new"])}
+    about |= {name: options[name] for name in ("factor", "alpha")}
+    found = {"quantities": records(rows), "omitted": [each._asdict() for each in omitted]}
+    return json.dumps({**about, "exit_code": code.value, **found}, indent=2)
+
+
+def _show(rows: "Rows", omitted: "list[Omitted]", *, every: bool) -> None:
+    from ...lab.compare.tables import comparison_table, counts, left_out  # noqa: PLC0415
+
+    console = output(unbroken=True)
+    if shown := [row for row in rows if every or row[1].change != "same"]:
+        console.print(comparison_table(shown))
+        console.print()
+    for line in (*left_out(omitted), counts(rows)):
+        console.print(Text(visible(line)), soft_wrap=True)

@@ -1,0 +1,125 @@
+"""All that is known of one registered thing, as lines of text: heading first."""
+
+import inspect
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from ...contracts.labels import REQUIRED, describe_kind
+from ...contracts.scheme import Claim, Scheme, form_names
+from ...errors import FAULTS, ProblemError, SdaeverifyError, UsageError, one_line
+from ...forms import DelaySDAE, Problem
+from ...forms.controls import Control
+from ...forms.truths import InvariantMean, Moment, Pathwise, Truth
+from ...registry.contributions import MeasureEntry, ProblemEntry, SchemeEntry
+from ...registry.load import PluginRow
+from .catalogue import AnyEntry, docstring, parameters_of, subject
+from .describe_stability import stability_lines
+
+
+def describe_entry(entry: AnyEntry, texts: Mapping[str, str]) -> list[str]:
+    """Describe a scheme, problem or measure.
+
+    Parameters
+    ----------
+    entry : SchemeEntry, ProblemEntry or MeasureEntry
+    texts : mapping of str to str
+        Parameters as written in a label.
+
+    Raises
+    ------
+    UsageError
+        If a parameter is unknown or its value is not accepted.
+    ProblemError
+        If the problem cannot be built.
+    """
+    lines = [*_docstring(entry), *_parameters(entry)]
+    if isinstance(entry, SchemeEntry):
+        scheme = entry.make(texts)
+        lines = [f"scheme {scheme.label}", *lines, *_scheme(scheme)]
+    elif isinstance(entry, ProblemEntry):
+        spec = entry.make(texts)
+        lines = [f"problem {spec.label}", *lines, *_problem(_built(spec.label, spec.build, given=bool(texts)))]
+    else:
+        if texts:
+            raise UsageError(f"measure {entry.name!r} takes no parameters")
+        lines = [f"measure {entry.name}", *lines]
+    return [*lines, "", f"from {entry.origin}"]
+
+
+def describe_plugin(row: PluginRow) -> list[str]:
+    """Describe a plugin."""
+    return [f"plugin {row.name}", *(f"{key}: {value}" for key, value in row._asdict().items() if value != "")]
+
+
+def _docstring(entry: AnyEntry) -> list[str]:
+    thing = subject(entry)
+    texts = [docstring(thing)]
+    if isinstance(entry, MeasureEntry):
+        # What a measure asks and how it judges stands at the top of its file.
+        texts.append(inspect.cleandoc(getattr(inspect.getmodule(thing), "__doc__", None) or ""))
+    return [line for text in texts if text for line in ("", *text.splitlines())]
+
+
+def _parameters(entry: AnyEntry) -> list[str]:
+    parameters = parameters_of(entry)
+    if not parameters:
+        return []
+    lines = [
+        f"  {p.name} = {'required' if p.default is REQUIRED else p.default}  ({describe_kind(p.default)})"
+        for p in parameters
+    ]
+    return ["", "parameters and defaults:", *lines]
+
+
+def _scheme(scheme: Scheme) -> list[str]:
+    claims = [f"  {claim.measure}: {_claim(claim)}" for claim in scheme.promises]
+    heading = "claims:" if claims else "claims: none"
+    return ["", f"form: {form_names(scheme)}", heading, *claims, f"source: {scheme.source or 'not given'}"]
+
+
+def _claim(claim: Claim) -> str:
+    of = f" of {', '.join(claim.quantities)}" if claim.quantities else ""
+    when = f" for problems with {', '.join(sorted(claim.when))}" if claim.when else ""
+    return f"{claim}{of}{when}, margin {claim.margin} ({claim.source})"
+
+
+def _built(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:
+    try:
+        # A number that is not finite is said in one line, by the problem.
+        with np.errstate(all="ignore"):
+            return build()
+    except FAULTS as error:
+        kind = UsageError if given and isinstance(error, SdaeverifyError) else ProblemError
+        raise kind(f"problem {label} cannot be built: {one_line(error)}") from error
+
+
+def _problem(problem: Problem) -> list[str]:
+    lines = [
+        f"form: {type(problem).__name__}",
+        f"Brownian motions: {problem.noise_dim}",
+        f"horizon: {problem.horizon}",
+        f"units: {problem.units}",
+        f"traits: {', '.join(sorted(problem.traits)) or 'none'}",
+        f"observables: {', '.join(problem.observables) or 'none'}",
+        "truths:" if problem.truths else "truths: none",
+    ]
+    truths = [f"  {_truth(truth)}" for truth in problem.truths]
+    truths += stability_lines(problem) if isinstance(problem, DelaySDAE) else []
+    controls = ["controls:", *(f"  {_control(control)}" for control in problem.controls)]
+    return ["", *lines, *truths, *(controls if problem.controls else ["controls: none"]), f"source: {problem.source}"]
+
+
+def _control(control: Control) -> str:
+    return f"{control.measure} order {control.order}: {control.positive}, and not {control.negative}"
+
+
+def _truth(truth: Truth) -> str:
+    if isinstance(truth, Pathwise):
+        kind = "exact" if truth.exact else f"by a reference of strong order {truth.order}"
+        return f"the path, {kind} ({truth.source})"
+    if isinstance(truth, Moment):
+        return f"E {truth.observable} at every time ({truth.source})"
+    if isinstance(truth, InvariantMean):
+        return f"E {truth.observable} = {truth.value:.6g} under the invariant law ({truth.source})"
+    return f"mean-square {'stable' if truth.stable else 'not stable'} ({truth.source})"

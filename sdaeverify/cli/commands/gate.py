@@ -1,0 +1,132 @@
+"""``gate``: run the claims of a project and fail where one is significantly wrong."""
+
+import os
+from contextlib import nullcontext
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ...errors import UsageError
+from ...gate.policy import Policy, read_policy
+from ...gate.seeds import seed_of
+from ...gate.tiers import TIERS
+from ...gate.writers.github import annotations, fence
+from ...gate.writers.markdown import markdown_report
+from ...registry.discovery import absolute
+from ..console import complain
+from ..exit_codes import ExitCode, codes_in_words
+from ..limits import limits, read_limits
+from ..loading import loaded
+from ..options import jobs, once, plugins, progress_of_cells, selection
+
+if TYPE_CHECKING:
+    from ...gate.gated import Gated
+    from ...registry.load import Registry
+
+FOLDER = Path("reports", "gate")
+GITHUB = "github"
+REPORTS = ("text", "json", "markdown", GITHUB)
+SUMMARY, WORKSPACE = "GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE"
+SEEDS = ("fixed", "date")
+
+
+@click.command(epilog=codes_in_words(), short_help="Run the claims of a project; fail where one is wrong.")
+@selection
+@plugins
+@once("--config", type=click.Path(path_type=Path), metavar="FILE", help="Policy.  [default: nearest pyproject.toml]")
+@once("--tier", metavar="TIER", help=f"Budget: {', '.join(TIERS)}.  [default: that of the policy, ci]")
+@once("--alpha", type=float, help="Probability of any false alarm in a run.  [default: that of the policy, 0.01]")
+@once("--seed", type=int, help="Seed of all noise.  [default: that of the policy]")
+@once("--seed-from", type=click.Choice(SEEDS), help="The seed of the policy, or one made of today's date (UTC).")
+@once("--out", type=click.Path(path_type=Path), default=FOLDER, help="Folder of the reports.")
+@jobs
+@progress_of_cells
+@once("--junitxml", type=click.Path(path_type=Path), metavar="FILE", help="JUnit XML, of the family xunit2.")
+@once("--report", type=click.Choice(REPORTS), default=REPORTS[0], help="What is printed on stdout.")
+@click.option("--write-lock", is_flag=True, help="Write the claims that are found into the lock file.")
+@limits
+@click.option("--reuse/--fresh", help="Reuse evidence in the folder where code is the same and does the same.")
+@click.pass_context
+def gate(context: click.Context, /, **options: Any) -> ExitCode:
+    """Run the claims of a project and fail where one is significantly wrong.
+
+    What is gated is said by [tool.sdaeverify] in pyproject.toml; options come before it. Fails on claims that are
+    refuted beyond their margin, on cells that cannot be measured, on claims that are locked and gone, and on verified
+    claims that were expected to fail; never on time.
+    """
+    policy = policy_of(options)
+    if options["write_lock"] and _narrowed(options):
+        raise UsageError("--write-lock needs all that the policy selects: leave out -s, -p and -m")
+    on_github = options["report"] == GITHUB
+    with fence(click.echo) if on_github else nullcontext():
+        gated, code = _gated(policy, tuple(context.obj), options)
+    if on_github and gated is not None:
+        _annotate(gated)
+    return code
+
+
+def _gated(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any]) -> "tuple[Gated | None, ExitCode]":
+    # Tables need pandas, which takes longer to load than all other commands need in all.
+    from .gating import Request, carry_out_gate  # noqa: PLC0415
+
+    registry = loaded(policy.plugins)
+    if not _own_plugins_work(registry, policy):
+        return None, ExitCode.PLUGIN
+    jobs, held_to = read_limits(
+        policy.timeout if options["timeout"] is None else options["timeout"],
+        str(policy.memory) if options["memory"] is None and policy.memory is not None else options["memory"],
+        options["jobs"],
+    )
+    asked = {name: options[name] for name in ("progress", "junitxml", "report", "write_lock", "reuse")}
+    narrowed, partial = _narrowed(options), bool(options["problems"] or options["measures"])
+    return carry_out_gate(
+        Request(
+            policy, registry, arguments, options["out"], jobs, held_to, narrowed=narrowed, partial=partial, **asked
+        )
+    )
+
+
+def policy_of(options: dict[str, Any]) -> Policy:
+    """Return the policy of a command line: what options say comes before what the file says.
+
+    Raises
+    ------
+    UsageError
+        If the file or an option is wrong, or two options contradict each other.
+    """
+    if options["seed"] is not None and options["seed_from"] is not None:
+        raise UsageError("contradictory options: --seed and --seed-from; give one of them")
+    policy = read_policy(Path.cwd(), options["config"])
+    given: dict[str, Any] = {name: options[name] for name in ("tier", "alpha", "seed") if options[name] is not None}
+    given |= {name: tuple(options[name]) for name in ("schemes", "problems", "measures") if options[name]}
+    if options["seed_from"] == "date":
+        given["seed"] = seed_of(datetime.now(UTC).date())
+    files = (*policy.plugins, *(str(absolute(file)) for file in options["plugins"]))
+    return replace(policy, plugins=tuple(dict.fromkeys(files)), **given)
+
+
+def _narrowed(options: dict[str, Any]) -> bool:
+    return any(options[name] for name in ("schemes", "problems", "measures"))
+
+
+def _own_plugins_work(registry: "Registry", policy: Policy) -> bool:
+    """Complain where a plugin of the project itself is broken: its claims would be missed."""
+    own = [row for row in registry.plugins if policy.distribution and row.distribution == policy.distribution]
+    broken = [row for row in own if row.status == "broken"]
+    for row in broken:
+        complain("error", f"plugin {row.name} of {row.distribution}, which is gated, is broken: {row.reason}")
+    return not broken
+
+
+def _annotate(gated: "Gated") -> None:
+    for line in annotations(gated, Path(os.environ.get(WORKSPACE) or Path.cwd())):
+        click.echo(line)
+    if summary := os.environ.get(SUMMARY):
+        try:
+            with Path(summary).open("a", encoding="utf-8") as file:
+                file.write(markdown_report(gated))
+        except OSError as error:
+            complain("warning", f"cannot write {SUMMARY} {summary}: {error.strerror or error}")

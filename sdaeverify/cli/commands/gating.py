@@ -1,0 +1,214 @@
+"""A gate under way: run, judge, compare with the lock file, write and print the reports."""
+
+import json
+from collections.abc import Iterable, Iterator
+from concurrent.futures import BrokenExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from ...api import Result
+from ...errors import UsageError
+from ...gate.gated import Gated, shortened
+from ...gate.lock import Claims, Lock, compared
+from ...gate.lock_file import demanded, locked_before, locked_tiers, write_lock
+from ...gate.outcomes import Outcome, idle, outcomes
+from ...gate.plan import gate_plan, left_out
+from ...gate.policy import Policy
+from ...gate.tiers import Cover, settings_of, tier_of
+from ...gate.untested import Untested, untested
+from ...gate.writers.badge import badge
+from ...gate.writers.json_file import json_report
+from ...gate.writers.junit import junit_xml
+from ...gate.writers.markdown import markdown_report
+from ...gate.writers.text import text_report
+from ...registry.load import Registry
+from ...report.files import require_writable, require_writable_file, write_json, write_text
+from ...workers.limits import Limits
+from ..console import aside, complain
+from ..exit_codes import ExitCode, code_of_gate
+from ..running import Crew, Run, advance, call_report_hooks, workers
+
+MOST_UNTESTED = 20
+REPORTS = GATE, SUMMARY, BADGE = "gate.json", "gate.md", "badge.json"
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a command line asks for.
+
+    Attributes
+    ----------
+    policy : Policy
+    registry : Registry
+    arguments : tuple of str
+        Words of the command line.
+    folder : Path
+        Of the reports.
+    jobs : int
+        Worker processes at most.
+    limits : Limits or None
+    progress, report : str
+    junitxml : Path or None
+    write_lock, reuse : bool
+    narrowed : bool
+        Whether the command line selects schemes, problems or measures: the lock file is not held against the rest.
+    partial : bool
+        Whether it selects problems or measures: claims need not be tested by these.
+    """
+
+    policy: Policy
+    registry: Registry
+    arguments: tuple[str, ...]
+    folder: Path
+    jobs: int
+    limits: Limits | None
+    progress: str
+    junitxml: Path | None
+    report: str
+    write_lock: bool
+    reuse: bool
+    narrowed: bool
+    partial: bool
+
+
+def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
+    """Run a gate, write its reports and print the one that is asked for.
+
+    Parameters
+    ----------
+    request : Request
+
+    Returns
+    -------
+    Gated or None
+        None if it was not carried to its end.
+    ExitCode
+
+    Raises
+    ------
+    UsageError
+        If a name is unknown, the lock file is missing or damaged, or a report cannot be written.
+    """
+    policy = request.policy
+    before = locked_before(policy) if request.write_lock else locked_tiers(policy)
+    require_writable(request.folder)
+    if request.junitxml is not None:
+        require_writable_file(request.junitxml, "--junitxml")
+    _remove_reports(request.folder)
+    with workers(request.jobs, request.limits, request.registry) as crew:
+        with aside():
+            plan = gate_plan(request.registry, policy, crew.executor)
+        run = Run(plan, settings_of(policy), request.registry, request.arguments, request.folder, not request.reuse)
+        result, code = _run(run, crew, request.progress)
+    if result is None:
+        return None, code
+    call_report_hooks(run)
+    gated = _judged(run, result, request, {} if request.write_lock else before)
+    _written(gated, request)
+    for line in _printed(gated, request.report):
+        click.echo(line)
+    return gated, ExitCode(gated.code)
+
+
+def _run(run: Run, crew: Crew, kind: str) -> tuple[Result | None, ExitCode]:
+    """Return what a run came to; None and why not if it did not come to its end."""
+    try:
+        return advance(run, crew, kind), ExitCode.OK
+    except KeyboardInterrupt:
+        why, code = "interrupted", ExitCode.INTERRUPTED
+    except (BrokenExecutor, MemoryError):
+        why, code = "a worker process died or memory ran out; try fewer --jobs", ExitCode.NOT_MEASURED
+    run.stop(why)
+    complain("error", f"{why}; {run.so_far}; nothing is gated")
+    return None, code
+
+
+def _judged(run: Run, result: Result, request: Request, tiers: dict[str, Claims] | None) -> Gated:
+    policy, lock = request.policy, Lock()
+    found = tuple(outcomes(result.results, policy))
+    if tiers and policy.tier in tiers:
+        lock = compared(demanded(tiers[policy.tier], request.registry, policy, narrowed=request.narrowed), found)
+    idle_claims = _untested(run, result, request)
+    missed = [str(each) for each in idle_claims if not each.chosen]
+    code = code_of_gate(found, policy, complete=not (lock.violations or missed))
+    return Gated(
+        found,
+        policy,
+        run.settings,
+        lock,
+        code,
+        f"exit code {code.value}: {code.words}",
+        request.registry.files,
+        result.unnamed,
+        (*_warnings(found, request), *shortened(missed, MOST_UNTESTED)),
+        (*_notes(found, request, tiers), *_told(idle_claims), *(_reused(run) if request.reuse else ())),
+    )
+
+
+def _warnings(found: tuple[Outcome, ...], request: Request) -> Iterator[str]:
+    if not found:
+        yield "no claim of the selected schemes is tested by the selected problems and measures"
+    # A smaller selection need not reach what is expected to fail.
+    if not request.narrowed and tier_of(request.policy).cover is Cover.EVERYTHING:
+        for one in idle(found, request.policy):
+            yield f"no finding matches the expected failure {one} ({one.reason}); remove it"
+
+
+def _notes(found: tuple[Outcome, ...], request: Request, tiers: dict[str, Claims] | None) -> Iterator[str]:
+    file, tier = request.policy.lock_file, request.policy.tier
+    if request.write_lock:
+        yield from write_lock(request.policy, found)
+    elif tiers is None:
+        yield f"there is no lock file, so nobody notices a claim that is dropped; gate --write-lock writes {file}"
+    elif tier not in tiers:
+        yield f"{file} locks nothing for tier {tier}; gate --tier {tier} --write-lock adds it"
+    if skipped := left_out(request.registry, request.policy):
+        yield f"tier {tier} leaves out {', '.join(skipped)}; a larger tier runs them, or a policy that names them"
+
+
+def _untested(run: Run, result: Result, request: Request) -> list[Untested]:
+    """Return the claims that are not tested; of a part of the problems or measures nothing is known but names."""
+    found = untested(request.registry, request.policy, run.plan, result.results)
+    if request.partial:
+        return [each for each in found if each.claim.measure not in request.registry.measures]
+    return found
+
+
+def _told(found: Iterable[Untested]) -> list[str]:
+    return shortened([str(each) for each in found if each.chosen], MOST_UNTESTED)
+
+
+def _reused(run: Run) -> list[str]:
+    store = run.study.store
+    return [store.summary()] if store is not None and store.telling else []
+
+
+def _remove_reports(folder: Path) -> None:
+    """Remove what an earlier gate has left: nobody shall take it for this one's where this one does not end."""
+    for name in REPORTS:
+        try:
+            (folder / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise UsageError(
+                f"cannot replace {folder / name}: {error.strerror or error}; choose another --out"
+            ) from error
+
+
+def _written(gated: Gated, request: Request) -> None:
+    write_json(json_report(gated), request.folder / GATE)
+    write_text(markdown_report(gated), request.folder / SUMMARY)
+    write_json(badge(gated), request.folder / BADGE)
+    if request.junitxml is not None:
+        write_text(junit_xml(gated), request.junitxml)
+
+
+def _printed(gated: Gated, report: str) -> Iterator[str]:
+    if report == "json":
+        yield json.dumps(json_report(gated), indent=2)
+    elif report == "markdown":
+        yield markdown_report(gated)
+    else:
+        yield from text_report(gated)
+        yield gated.words

@@ -1,0 +1,110 @@
+"""``list`` and ``info``: what is registered, and all that is known of it."""
+
+import json
+from collections.abc import Mapping
+
+import click
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from ...contracts.labels import did_you_mean, parse_label
+from ...errors import UsageError
+from ...registry.load import Registry
+from ...report.terminal import empty_table, visible
+from ..console import aside, output
+from ..exit_codes import ExitCode
+from ..loading import registered
+from ..options import plugins
+from .catalogue import Record, catalogue
+from .describe import describe_entry, describe_plugin
+
+KINDS = ("schemes", "problems", "measures", "plugins")
+REGISTERED = {
+    "schemes": "scheme",
+    "problems": "problem",
+    "measures": "measure",
+    "planted": "planted bug",
+    "experiments": "experiment",
+}
+COLUMNS = {
+    "schemes": ("name", "parameters", "form", "summary", "plugin"),
+    "problems": ("name", "parameters", "summary", "plugin"),
+    "measures": ("name", "summary", "plugin"),
+    "plugins": ("name", "distribution", "version", "status", "registers", "reason"),
+}
+
+
+@click.command(name="list", short_help="List what is registered.")
+@click.argument("kind", metavar="[KIND]", type=click.Choice(KINDS), required=False)
+@click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, or one list for each kind.")
+@plugins
+def listing(kind: str | None, as_json: bool, plugins: tuple[str, ...]) -> ExitCode:
+    """List what is registered: schemes, problems, measures or plugins; everything without KIND."""
+    registry = registered(plugins)
+    with aside():
+        records = catalogue(registry)
+    if as_json:
+        click.echo(json.dumps(records[kind] if kind else records, indent=2))
+        return ExitCode.OK
+    console = output(unbroken=True)
+    for name in [kind] if kind else KINDS:
+        console.print(_table(name, records[name]))
+        if not kind:
+            console.print()
+    return ExitCode.OK
+
+
+@click.command(short_help="Tell all about one of them.")
+@click.argument("name", metavar="NAME[PARAMETERS]")
+@plugins
+def info(name: str, plugins: tuple[str, ...]) -> ExitCode:
+    """Tell all about a scheme, a problem, a measure or a plugin: equations, claims, truths, sources."""
+    registry, label = registered(plugins), parse_label(name)
+    kinds: tuple[Mapping[str, object], ...] = (registry.schemes, registry.problems, registry.measures)
+    rows = {row.name: row for row in registry.plugins}
+    if not any(label.name in kind for kind in (*kinds, rows)):
+        known = {other for kind in (*kinds, rows) for other in kind}
+        raise UsageError(
+            f"no scheme, problem, measure or plugin is named {label.name!r}{did_you_mean(label.name, known)}"
+        )
+    with aside():
+        sections = _sections(registry, label.name, label.parameters or {})
+    if label.name in rows:
+        sections.append(describe_plugin(rows[label.name]))
+    _print(output(), sections)
+    return ExitCode.OK
+
+
+def _sections(registry: Registry, name: str, texts: Mapping[str, str]) -> list[list[str]]:
+    found = (kind.get(name) for kind in (registry.schemes, registry.problems, registry.measures))
+    return [describe_entry(entry, texts) for entry in found if entry is not None]
+
+
+def _print(console: Console, sections: list[list[str]]) -> None:
+    for number, lines in enumerate(sections):
+        if number:
+            console.print()
+        console.print(Text(visible(lines[0]), style="bold"), soft_wrap=True)
+        for line in lines[1:]:
+            console.print(Text(visible(line)), soft_wrap=True)
+
+
+def _table(kind: str, records: list[Record]) -> Table:
+    table = empty_table(*(kind if column == "name" else column for column in COLUMNS[kind]))
+    for record in records:
+        table.add_row(*(Text(visible(_text(record, column))) for column in COLUMNS[kind]))
+    return table
+
+
+def _text(record: Record, column: str) -> str:
+    if column == "parameters":
+        return ", ".join(f"{name}={_word(default)}" for name, default in record["parameters"].items())
+    if column == "registers":
+        counts = ((record[kind], word) for kind, word in REGISTERED.items())
+        return ", ".join(f"{count} {word}{'s' * (count > 1)}" for count, word in counts if count)
+    return str(record[column])
+
+
+def _word(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)

@@ -1,0 +1,95 @@
+"""``matrix``: cross schemes with problems and judge every claim."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+from rich.text import Text
+
+from ...contracts.settings import Settings
+from ...registry.load import Registry
+from ...report.terminal import plan_table, visible
+from ...study import Plan
+from ..console import aside, complain, output
+from ..exit_codes import ExitCode, codes_in_words
+from ..limits import limits, options_of
+from ..loading import loaded
+from ..options import jobs, levels_text, once, plugins, progress_of_cells, read_levels, seed, selection
+
+DEFAULTS = Settings()
+FOLDER = Path("reports", "latest")
+
+
+@click.command(epilog=codes_in_words(), short_help="Cross schemes with problems and judge every claim.")
+@selection
+@plugins
+@once("--paths", type=int, default=DEFAULTS.paths, help="Number of paths at most.")
+@once(
+    "--levels",
+    metavar="LEVELS",
+    default=levels_text(DEFAULTS),
+    help=f"Steps as COARSEST..FINEST, doubling; or a number of levels, from {DEFAULTS.coarsest} steps on.",
+)
+@seed
+@once("--confidence", type=float, default=DEFAULTS.confidence, help="Level of the intervals verdicts are taken from.")
+@once(
+    "--block", type=int, default=DEFAULTS.block, help="Paths simulated together; part of what determines the noise."
+)
+@once("--looks", type=int, default=DEFAULTS.looks, help="How often a cell is judged at most, until it is decided.")
+@once("--family", type=int, default=DEFAULTS.family, help="Tests that early decisions share their error level among.")
+@once("--out", type=click.Path(path_type=Path), default=FOLDER, help="Folder of the report.")
+@jobs
+@progress_of_cells
+@limits
+@click.option("--fresh", is_flag=True, help="Compute everything again, whatever evidence is in the folder.")
+@click.option("--dry-run", is_flag=True, help="Show every cell and why it cannot be run; run and write nothing.")
+@click.pass_context
+def matrix(context: click.Context, /, **options: Any) -> ExitCode:
+    """Cross schemes with problems, measure every cell, judge every claim.
+
+    With no options: everything that is registered, at a small budget.
+    """
+    # Tables need pandas, which takes longer to load than all other commands need in all.
+    from ...api import plan_of  # noqa: PLC0415
+    from ..running import Run, carry_out, workers  # noqa: PLC0415
+
+    settings = _settings(options)
+    registry = loaded(options["plugins"])
+    if not registry.plugins:
+        return _nothing("no plugin is found; is sdaeverify installed? Run pip install . in its folder")
+    with workers(*options_of(options), registry) as crew:
+        schemes, problems, measures = (options[kind] for kind in ("schemes", "problems", "measures"))
+        with aside():
+            todo = plan_of(registry, schemes, problems, measures, crew.executor)
+        if not todo.cells:
+            return _nothing(_missing(registry))
+        if options["dry_run"]:
+            return _shown(todo, settings)
+        run = Run(todo, settings, registry, tuple(context.obj), options["out"], options["fresh"])
+        return carry_out(run, crew, options["progress"])
+
+
+def _settings(options: dict[str, Any]) -> Settings:
+    coarsest, levels = read_levels(options["levels"])
+    numbers = {name: options[name] for name in ("paths", "seed", "confidence", "block", "looks", "family")}
+    return Settings(coarsest=coarsest, levels=levels, **numbers)
+
+
+def _missing(registry: Registry) -> str:
+    kinds = {"scheme": registry.schemes, "problem": registry.problems, "measure": registry.measures}
+    missing = " and no ".join(kind for kind, entries in kinds.items() if not entries)
+    return f"no {missing} is registered; sdaeverify list plugins says why"
+
+
+def _nothing(reason: str) -> ExitCode:
+    complain("error", f"nothing to measure: {reason}")
+    return ExitCode.NOTHING
+
+
+def _shown(todo: Plan, settings: Settings) -> ExitCode:
+    console = output(unbroken=True)
+    console.print(plan_table(todo))
+    runnable = sum(cell.verdict is None for cell in todo.cells)
+    budget = f"{settings.paths} paths, {levels_text(settings)} steps, seed {settings.seed}"
+    console.print(Text(visible(f"{runnable} of {len(todo.cells)} cells would be run: {budget}")), soft_wrap=True)
+    return ExitCode.OK if runnable else ExitCode.NOTHING

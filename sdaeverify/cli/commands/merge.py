@@ -1,0 +1,116 @@
+"""``merge``: runs of several machines as one."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ...contracts.settings import Settings
+from ...errors import SdaeverifyError, UsageError
+from ...registry.load import Registry
+from ...registry.selection import select_measures, select_problems, select_schemes
+from ..console import complain
+from ..exit_codes import ExitCode
+from ..limits import read_limits
+from ..loading import loaded
+from ..options import once, plugins
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from ...report.saved import SavedRun
+    from ...store.copying import Copied
+
+FOLDER = Path("reports", "merged")
+
+
+@click.command(short_help="Merge runs of several machines.")
+@click.argument("runs", nargs=-1, required=True, type=click.Path(path_type=Path))
+@once("--out", type=click.Path(path_type=Path), default=FOLDER, help="Folder of the merged run.")
+@plugins
+@click.pass_context
+def merge(context: click.Context, /, runs: tuple[Path, ...], **options: Any) -> ExitCode:
+    """Put the evidence of RUNS, folders that matrix or gate wrote, into one folder and judge it there.
+
+    Nothing is computed: a problem is judged as far as there is evidence on all its cells. The runs must have the same
+    settings, but for the number of paths. matrix with the same --out computes what is missing.
+    """
+    # Tables need pandas, which takes longer to load than all other commands need in all.
+    from ...report.files import require_writable  # noqa: PLC0415
+    from ...report.saved import read_earlier, read_run  # noqa: PLC0415
+    from ...store.copying import copy_evidence  # noqa: PLC0415
+    from ..running import Run, carry_out, workers  # noqa: PLC0415
+
+    latest = [read_run(folder) for folder in runs]
+    _require_same(latest)
+    saved = [*latest, *_fitting(latest[0], [run for folder in runs for run in read_earlier(folder)])]
+    settings = replace(latest[0].settings, paths=max(run.settings.paths for run in saved))
+    registry = loaded(options["plugins"])
+    with workers(*read_limits(None, None, None), registry) as crew:
+        todo = _plan(saved, registry, crew.executor)
+        require_writable(options["out"])
+        for folder in runs:
+            _tell(folder, copy_evidence(folder, options["out"]))
+        merged = Run(todo, settings, registry, tuple(context.obj), options["out"], stored_only=True)
+        return carry_out(merged, crew, "none")
+
+
+def _tell(folder: Path, copied: "Copied") -> None:
+    complain("", f"{folder}: {copied.new} blocks are new, {copied.same} were there")
+    if copied.other:
+        complain("warning", f"{folder}: {copied.other} blocks are there with other numbers, which are kept")
+    if copied.damaged:
+        complain("warning", f"{folder}: {copied.damaged} files of evidence are damaged and left out")
+
+
+def _require_same(saved: "Sequence[SavedRun]") -> None:
+    for run in saved[1:]:
+        if (name := _differing(saved[0], run)) is not None:
+            one, other = getattr(saved[0].settings, name), getattr(run.settings, name)
+            raise UsageError(f"{saved[0].folder} was run with {name} {one}, {run.folder} with {other}: cannot merge")
+
+
+def _fitting(latest: "SavedRun", earlier: "Sequence[SavedRun]") -> "Iterator[SavedRun]":
+    """Yield the earlier runs into the same folders that can be merged; the others are told."""
+    for run in earlier:
+        if (name := _differing(latest, run)) is None:
+            yield run
+        else:
+            complain(
+                "warning", f"{run.folder}: an earlier run with another {name} is not judged, its evidence is copied"
+            )
+
+
+def _differing(one: "SavedRun", other: "SavedRun") -> str | None:
+    """Return the first setting in which two runs differ that must be the same."""
+    names = (field.name for field in fields(Settings) if field.name != "paths")
+    return next((name for name in names if getattr(one.settings, name) != getattr(other.settings, name)), None)
+
+
+def _plan(saved: "Sequence[SavedRun]", registry: Registry, executor: "Executor | None") -> Any:
+    from ...api import plan_of  # noqa: PLC0415
+    from ...study.union import union  # noqa: PLC0415
+
+    select = {"schemes": select_schemes, "problems": select_problems, "measures": select_measures}
+    plans = []
+    for run in saved:
+        known = {kind: _known(registry, run, kind, select[kind]) for kind in select}
+        if all(known.values()):
+            plans.append(plan_of(registry, known["schemes"], known["problems"], known["measures"], executor))
+    if not plans:
+        raise UsageError("nothing to merge: no run is about schemes, problems and measures that are registered here")
+    return union(plans)
+
+
+def _known(registry: Registry, run: "SavedRun", kind: str, select: Any) -> list[str]:
+    """Return the labels that mean something here; the others are told."""
+    known = []
+    for label in getattr(run, kind):
+        try:
+            select(registry, label)
+            known.append(label)
+        except SdaeverifyError as error:
+            complain("warning", f"{run.folder}: {error}; its evidence is copied and not judged")
+    return known

@@ -1,0 +1,135 @@
+"""The commands, and what becomes of their errors."""
+
+import sys
+import traceback
+from collections.abc import Sequence
+from io import TextIOWrapper
+
+import click
+
+from .. import __version__
+from ..contracts.labels import did_you_mean
+from ..errors import SdaeverifyError, UsageError, one_line
+from .commands.calibrate import calibrate
+from .commands.check import check
+from .commands.compare import compare
+from .commands.gate import gate
+from .commands.listing import info, listing
+from .commands.matrix import matrix
+from .commands.merge import merge
+from .commands.new_plugin import new_plugin
+from .commands.reproduce import reproduce
+from .commands.selftest import selftest
+from .console import PROGRAM, complain, silence
+from .exit_codes import ExitCode, code_of_error
+
+
+class _Commands(click.Group):
+    """A group that knows what a misspelt command was meant to be."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args[0] not in self.commands:
+            known = ", ".join(self.commands)
+            raise UsageError(f"unknown command {args[0]!r}{did_you_mean(args[0], self.commands)} (known: {known})")
+        return super().resolve_command(ctx, args)
+
+
+@click.group(
+    cls=_Commands,
+    commands=[matrix, gate, compare, merge, listing, info, check, selftest, calibrate, reproduce, new_plugin],
+    context_settings={"help_option_names": ["-h", "--help"]},
+    invoke_without_command=True,
+)
+@click.version_option(__version__, message="%(prog)s %(version)s")
+@click.pass_context
+def sdaeverify(context: click.Context) -> None:
+    """Tell whether schemes for stochastic differential-algebraic equations keep their promises."""
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
+
+
+def execute(arguments: Sequence[str]) -> int:
+    """Run the command line and return the exit code; an error of the user becomes one line on stderr.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        Without the program's name.
+
+    Returns
+    -------
+    int
+        One of `ExitCode`.
+    """
+    try:
+        return _invoke(arguments)
+    except (KeyboardInterrupt, click.Abort):
+        complain("", "interrupted")
+        return ExitCode.INTERRUPTED
+    except BrokenPipeError:
+        silence(sys.stdout)
+        return ExitCode.OK
+    except SystemExit as ending:
+        # Nothing here raises it; its status must not pass for the outcome of a run.
+        return _failed(f"a plugin called sys.exit({ending.code!r})", ExitCode.NOT_MEASURED)
+    except BaseException as error:
+        if isinstance(error, Exception):
+            raise
+        # Nor anything else that is meant to end a program.
+        return _failed(f"a plugin raised {one_line(error)}", ExitCode.NOT_MEASURED)
+
+
+def _invoke(arguments: Sequence[str]) -> int:
+    if any("\0" in word for word in arguments):
+        return _failed("an argument holds the character NUL, which no name and no path has", ExitCode.USAGE)
+    try:
+        with sdaeverify.make_context(PROGRAM, list(arguments), obj=[PROGRAM, *arguments]) as context:
+            return sdaeverify.invoke(context) or ExitCode.OK
+    except click.exceptions.Exit as ending:
+        return ending.exit_code
+    except click.ClickException as error:
+        return _failed(_text(error), ExitCode.USAGE)
+    except SdaeverifyError as error:
+        return _failed(str(error), code_of_error(error))
+    except MemoryError as error:
+        return _failed(f"out of memory: {error}; try fewer --jobs or a smaller --block", ExitCode.NOT_MEASURED)
+
+
+def conclude(arguments: Sequence[str]) -> int:
+    """Run the command line of this process, flush what it has written and return its exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            # A terminal that cannot show a letter shows its code instead.
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        code = execute(arguments)
+    except Exception:
+        traceback.print_exc()
+        complain("error", "this is a defect of sdaeverify; please report it with the lines above")
+        code = ExitCode.NOT_MEASURED
+    # There is none where the program was started with it closed.
+    if sys.stdout is not None:
+        try:
+            sys.stdout.flush()
+        except BrokenPipeError:
+            silence(sys.stdout)
+    return code
+
+
+def _failed(message: str, code: ExitCode) -> ExitCode:
+    complain("error", message)
+    return code
+
+
+def _text(error: click.ClickException) -> str:
+    if isinstance(error, click.NoSuchOption):
+        known = (
+            [word for parameter in error.ctx.command.get_params(error.ctx) for word in parameter.opts]
+            if error.ctx
+            else []
+        )
+        return f"no such option {error.option_name}{did_you_mean(error.option_name, known)}"
+    text = error.format_message().rstrip(".")
+    return text[:1].lower() + text[1:]

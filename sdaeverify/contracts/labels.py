@@ -1,0 +1,249 @@
+"""Labels: the one text by which a scheme or problem with its parameters is named, ``name[key=value,...]``.
+
+A canonical label lists the parameters that differ from their defaults, in the order of their declaration.
+A value is true or false, a number, or text; text is put between double quotes (as in JSON) where it would
+read as a number or holds anything but ASCII letters, digits and ``_ . + - / :``.
+"""
+
+import inspect
+import json
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import MISSING, Field, fields
+from difflib import SequenceMatcher
+from fnmatch import fnmatchcase
+from numbers import Integral, Real
+from typing import Any, NamedTuple
+
+from ..errors import ParameterError, UsageError
+
+# Nobody misspells a name into something longer.
+LONGEST = 100
+REQUIRED = inspect.Parameter.empty
+SYNTAX = "expected name[key=value,...]"
+KINDS: tuple[tuple[type, str], ...] = (
+    (bool, "true or false"),
+    (Integral, "a whole number"),
+    (Real, "a number"),
+    (str, "a word or a number"),
+)
+
+_LABEL = re.compile(r'\s*(?P<name>[^\[\]=,"\s]+)\s*(?P<brackets>\[(?P<inside>.*)\])?\s*', re.DOTALL)
+_ITEM = re.compile(r'\s*(?P<key>\w+)\s*=\s*(?P<value>"(?:[^"\\]|\\.)*"|[^\[\]=,"]*[^\[\]=,"\s])\s*', re.DOTALL)
+_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|.', re.DOTALL)
+_BARE = re.compile(r"[\w.+/:-]+", re.ASCII)
+
+
+class Parameter(NamedTuple):
+    """A parameter of a scheme or problem.
+
+    Attributes
+    ----------
+    name : str
+    default : object
+        Its type says how text is read; `REQUIRED` if there is none.
+    text_only : bool
+        Whether it is annotated as plain ``str``, so that a number stays text.
+    """
+
+    name: str
+    default: Any
+    text_only: bool = False
+
+
+class Label(NamedTuple):
+    """A label taken apart.
+
+    Attributes
+    ----------
+    name : str
+    parameters : mapping of str to str, or None
+        Values as they were written, quotes included; None where there were no brackets.
+    """
+
+    name: str
+    parameters: Mapping[str, str] | None
+
+
+def dataclass_parameters(owner: type) -> tuple[Parameter, ...]:
+    """Return the parameters of a dataclass: the fields its constructor takes."""
+    return tuple(Parameter(f.name, _default(f), f.type in (str, "str")) for f in fields(owner) if f.init)
+
+
+def function_parameters(function: Callable[..., object]) -> tuple[Parameter, ...]:
+    """Return the parameters of a function."""
+    given = inspect.signature(function).parameters.values()
+    return tuple(Parameter(p.name, p.default, p.annotation in (str, "str")) for p in given)
+
+
+def make_label(name: str, parameters: Sequence[Parameter], values: Mapping[str, object]) -> str:
+    """Return the canonical label.
+
+    Parameters
+    ----------
+    name : str
+    parameters : sequence of Parameter
+    values : mapping of str to bool, int, float or str
+        A parameter that is missing has its default.
+
+    Raises
+    ------
+    ParameterError
+        If a value has another type: it could not be given on a command line.
+    """
+    texts = {p.name: _write(values[p.name], p) for p in parameters if p.name in values}
+    shown = [f"{p.name}={texts[p.name]}" for p in parameters if p.name in texts and not _is_default(texts, p)]
+    return f"{name}[{','.join(shown)}]" if shown else name
+
+
+def parse_label(text: str) -> Label:
+    """Take a label apart.
+
+    Raises
+    ------
+    UsageError
+        If it is not of the form ``name[key=value,...]``.
+    """
+    match = _LABEL.fullmatch(text)
+    if not match:
+        raise UsageError(f"cannot read {text!r}: {SYNTAX}")
+    if match["brackets"] is None:
+        return Label(match["name"], None)
+    parameters: dict[str, str] = {}
+    for item in split_list(match["inside"]):
+        key, value = _parse_item(item, text)
+        if key in parameters:
+            raise UsageError(f"cannot read {text!r}: parameter {key!r} is given twice")
+        parameters[key] = value
+    return Label(match["name"], parameters)
+
+
+def split_list(text: str) -> list[str]:
+    """Split at commas outside brackets and quotes, and drop empty items."""
+    items, depth = [""], 0
+    for token in _TOKEN.findall(text):
+        depth = max(0, depth + (token == "[") - (token == "]"))
+        if token == "," and not depth:
+            items.append("")
+        else:
+            items[-1] += token
+    return [item.strip() for item in items if item.strip()]
+
+
+def read_values(
+    owner: str, parameters: Sequence[Parameter], texts: Mapping[str, str]
+) -> dict[str, bool | int | float | str]:
+    """Convert the texts of a label by the types of the defaults.
+
+    Parameters
+    ----------
+    owner : str
+        Whose parameters they are, for messages: ``scheme 'milstein'``.
+    parameters : sequence of Parameter
+    texts : mapping of str to str
+
+    Raises
+    ------
+    ParameterError
+        If a name is unknown or a text is no value of the parameter's type.
+    """
+    known = {p.name: p for p in parameters}
+    for key in texts:
+        if key not in known:
+            listing = ", ".join(known) or "none"
+            raise ParameterError(f"{owner} has no parameter {key!r}{did_you_mean(key, known)} (known: {listing})")
+    return {key: _read(owner, text, known[key]) for key, text in texts.items()}
+
+
+def describe_kind(default: object) -> str:
+    """Return in words which values a parameter with this default takes; empty if none can be read."""
+    return next((words for kind, words in KINDS if isinstance(default, kind)), "")
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Return ``; did you mean a or b?`` with the known words that are closest, or an empty string."""
+    if len(word) > LONGEST:
+        return ""
+    scores = {other: SequenceMatcher(None, word.lower(), other.lower()).ratio() for other in sorted(known)}
+    least = max(0.6, max(scores.values(), default=0.0) - 0.1)
+    close = [other for other, score in scores.items() if score >= least]
+    close = close or [other for other in scores if word and word.lower() in other.lower()]
+    return f"; did you mean {' or '.join(close[:3])}?" if close else ""
+
+
+def matches(glob: str, label: str) -> bool:
+    """Tell whether a glob means a whole label: ``*`` and ``?`` alone are special, brackets stand for themselves."""
+    return fnmatchcase(label, glob.replace("[", "[[]"))
+
+
+def _default(field: "Field[Any]") -> object:
+    if field.default_factory is not MISSING:
+        return field.default_factory()
+    return REQUIRED if field.default is MISSING else field.default
+
+
+def _parse_item(item: str, text: str) -> tuple[str, str]:
+    match = _ITEM.fullmatch(item)
+    if not match:
+        raise UsageError(f"cannot read {item!r} in {text!r}: {SYNTAX}")
+    return match["key"], match["value"]
+
+
+def _is_default(texts: Mapping[str, str], parameter: Parameter) -> bool:
+    # Texts are compared instead of values: nan is its own default then.
+    return parameter.default is not REQUIRED and texts[parameter.name] == _write(parameter.default, parameter)
+
+
+def _write(value: object, parameter: Parameter) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Integral) and isinstance(parameter.default, Integral):
+        return str(int(value))
+    if isinstance(value, Real):
+        return repr(float(value)).removesuffix(".0")
+    if isinstance(value, str):
+        return value if _BARE.fullmatch(value) and _number(value) is None else json.dumps(value, ensure_ascii=False)
+    raise ParameterError(
+        f"parameter {parameter.name} has a value of type {type(value).__name__}, "
+        "expected bool, int, float or str: it must be possible to write it on a command line"
+    )
+
+
+def _read(owner: str, text: str, parameter: Parameter) -> bool | int | float | str:
+    value = _convert(text, parameter)
+    if value is None:
+        expected = describe_kind(parameter.default) or "no text at all"
+        raise ParameterError(f"parameter {parameter.name} of {owner} expects {expected}, got {text!r}")
+    return value
+
+
+def _convert(text: str, parameter: Parameter) -> bool | int | float | str | None:
+    default = parameter.default
+    if isinstance(default, bool):
+        return {"true": True, "false": False}.get(text.lower())
+    if isinstance(default, Integral):
+        return int(text) if re.fullmatch(r"[+-]?\d+", text) else None
+    if isinstance(default, Real):
+        return _number(text)
+    return _text(text, parameter.text_only) if isinstance(default, str) else None
+
+
+def _text(text: str, text_only: bool) -> str | float | None:
+    if text.startswith('"'):
+        return _unquote(text)
+    number = None if text_only else _number(text)
+    return text if number is None else number
+
+
+def _unquote(text: str) -> str | None:
+    try:
+        return str(json.loads(text))
+    except json.JSONDecodeError:
+        return None
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None

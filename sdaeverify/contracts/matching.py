@@ -1,0 +1,48 @@
+"""Which scheme can be put to which problem, and in which view."""
+
+from typing import NamedTuple
+
+from ..forms import Problem
+from .scheme import Scheme, form_names
+
+
+class Match(NamedTuple):
+    """A problem in the form a scheme solves, or the reason why there is none.
+
+    Attributes
+    ----------
+    problem : Problem or None
+    view : str
+        Name of the view, empty for the problem itself.
+    reason : str
+        Empty if the two match.
+    """
+
+    problem: Problem | None
+    view: str = ""
+    reason: str = ""
+
+
+def match(scheme: Scheme, problem: Problem) -> Match:
+    """Offer a problem to a scheme.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    problem : Problem
+
+    Returns
+    -------
+    Match
+    """
+    seen = scheme.view_of(problem)
+    if seen is None:
+        reason = f"solves the form {form_names(scheme)}; a {type(problem).__name__} has no such view"
+        return Match(None, reason=reason)
+    if missing := scheme.noise - seen.noise:
+        return Match(
+            None, seen.seen_as, f"needs noise that is not drawn for the problem: {', '.join(sorted(missing))}"
+        )
+    if reason := scheme.refuses(seen):
+        return Match(None, seen.seen_as, reason)
+    return Match(seen, seen.seen_as)

@@ -1,0 +1,207 @@
+"""The contract of a measure: what it notes while a scheme runs, and how it judges what was noted."""
+
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any, ClassVar, NamedTuple, Protocol
+
+import numpy as np
+
+from ..arrays import Parts
+from ..forms import Problem
+from .error_sizes import ErrorSizes
+from .scheme import Claim, Scheme
+from .settings import Settings
+from .tally import Tally
+
+
+class Snapshot(NamedTuple):
+    """What is known at the end of a coarsest step.
+
+    Attributes
+    ----------
+    levels : sequence of mapping
+        Named components of the scheme's state at each level, coarsest first.
+    truth : mapping
+        The same of the truth.
+    coarser_truth : mapping or None
+        The same of the truth at half its resolution, where it has an error of its own.
+    """
+
+    levels: Sequence[Parts]
+    truth: Parts
+    coarser_truth: Parts | None
+
+
+class Observer(Protocol):
+    """A measure's notebook for one scheme on one block of paths."""
+
+    @property
+    def wanted(self) -> Sequence[Container[int]]:
+        """Steps of each level after which `after_step` is called."""
+
+    def after_step(self, level: int, step: int, parts: Parts) -> None:
+        """Note the named components after a wanted step."""
+
+    def after_coarsest_step(self, snapshot: Snapshot) -> None:
+        """Note the named components of all levels and of the truth."""
+
+    def tally(self) -> Tally:
+        """Return what was noted."""
+
+
+class Verdict(StrEnum):
+    """What can be said of a claim, or why nothing can."""
+
+    VERIFIED = "verified"
+    REFUTED = "refuted"
+    INCONCLUSIVE = "inconclusive"
+    DIVERGED = "diverged"
+    ERROR = "error"
+    NOT_RUN = "not_run"
+    OUT_OF_SCOPE = "out_of_scope"
+    NOT_APPLICABLE = "not_applicable"
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What a measurement of one cell produced.
+
+    Attributes
+    ----------
+    scheme : Scheme
+    problem : Problem
+        As registered, with its truths.
+    view : Problem
+        As the scheme saw it; its traits decide which claims apply.
+    settings : Settings
+    tally : Tally
+    health : Tally
+        Sums ``failed``, ``lost``, ``truncated`` and ``steps`` of each level.
+    level : float
+        Significance level of one one-sided test, all corrections for looks and for further tests made.
+    """
+
+    scheme: Scheme
+    problem: Problem
+    view: Problem
+    settings: Settings
+    tally: Tally
+    health: Tally
+    level: float = 0.005
+
+    @property
+    def paths(self) -> int:
+        """Number of paths, which every observer notes by groups under ``paths``; 0 if none was sampled."""
+        return int(np.sum(self.tally.sums.get("paths", 0)))
+
+    @property
+    def step_sizes(self) -> list[float]:
+        """Step size h of each level, coarsest first, in the problem's unit of time."""
+        return [self.problem.horizon / n for n in self.settings.steps]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """One quantity of a cell: a row of the verdicts.
+
+    Attributes
+    ----------
+    quantity : str
+    verdict : Verdict
+    reason : str
+    claim : Claim or None
+        None if no claim covers the quantity here.
+    estimate, low, high : float
+        Order or residual, with its interval at the run's confidence.
+    method : str
+        How it was found.
+    p_verified, p_refuted : float
+        p-values of the hypotheses that the claim fails and that it holds, which the two verdicts reject; NaN where
+        no sampling error is involved. They enter the family-wise correction of a run.
+    tier : int
+        Of the method: 0 contract, 1 local, 2 deterministic and global, 3 sampled.
+    settled : bool
+        Whether more paths could not change the verdict, or need not be asked for.
+    details : mapping of str to object
+        Further columns.
+    """
+
+    quantity: str
+    verdict: Verdict
+    reason: str = ""
+    claim: Claim | None = None
+    estimate: float = float("nan")
+    low: float = float("nan")
+    high: float = float("nan")
+    method: str = ""
+    p_verified: float = float("nan")
+    p_refuted: float = float("nan")
+    tier: int = 3
+    settled: bool = True
+    details: Mapping[str, object] = field(default_factory=dict)
+
+
+class LevelFinding(NamedTuple):
+    """One quantity at one step size: a row of the levels.
+
+    Attributes
+    ----------
+    quantity : str
+    level : int or None
+        Index of the level of the run's paths; None for a step size of the measure's own.
+    estimate, std_error : float
+    details : mapping of str to object
+        Further columns.
+    h : float
+        Step size where `level` is None.
+    """
+
+    quantity: str
+    level: int | None
+    estimate: float
+    std_error: float = 0.0
+    details: Mapping[str, object] = {}
+    h: float = float("nan")
+
+
+class Judgement(NamedTuple):
+    """All rows of a cell."""
+
+    findings: tuple[Finding, ...]
+    levels: tuple[LevelFinding, ...]
+
+
+class Measure:
+    """Base of all measures: a subclass sets `name` and overrides what it needs; it must be picklable.
+
+    A measure that samples returns an observer; one that evaluates the one-step map overrides `probe`; one may do
+    both. Evidence is a `Tally`, so that blocks, machines and runs can be merged before they are judged.
+    """
+
+    name: ClassVar[str]
+    # Whether `probe` looks at the budget: the number of paths, looks, confidence, family. Paths that are added later
+    # leave the evidence of a measure that does not as it is.
+    budgeted: ClassVar[bool] = False
+    # Whether a cell takes seconds even where hardly any paths are wanted: the gate's smallest tier leaves it out.
+    lengthy: ClassVar[bool] = False
+
+    def refuses(self, scheme: Scheme, problem: Problem) -> str:  # noqa: ARG002 - most measures refuse nothing
+        """Return why the question makes no sense for this pair, or an empty string."""
+        return ""
+
+    def observer(self, problem: Problem, parts: Parts, settings: Settings) -> Observer | None:  # noqa: ARG002
+        """Return the notebook for one block, given the initial components; None to sample nothing."""
+        return None
+
+    def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:  # noqa: ARG002
+        """Evaluate the one-step map and return evidence without sampling error; run once a cell."""
+        return Tally()
+
+    def judge(self, evidence: Evidence) -> Judgement:
+        """Turn evidence into rows; a pure function."""
+        raise NotImplementedError
+
+    def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:  # noqa: ARG002 - most measures size nothing
+        """Return how large errors are, by quantity, to compare two versions of a scheme; a pure function."""
+        return {}

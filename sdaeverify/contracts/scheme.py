@@ -1,0 +1,270 @@
+"""The contract of a scheme: one time step and what its author claims of it.
+
+A scheme is a frozen dataclass; its fields are its parameters. It never draws numbers and never loops over
+time; a step is a pure function that accepts any batch of paths.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import inf, nan
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from ..arrays import Array, Mask, Parts
+from ..errors import SchemeError
+from ..forms import TRAITS, Problem
+from ..noise.brownian import Increment
+from ..noise.laws import GAUSSIAN, Law
+from .labels import dataclass_parameters, make_label
+
+# One array (k, P), or a NamedTuple of arrays with the same P whose field names are component names.
+State = Any
+
+
+class Step(NamedTuple):
+    """What a step returns.
+
+    Attributes
+    ----------
+    state : ndarray or NamedTuple of ndarray
+        The new state, of the same kind as the old one: all the memory the scheme has.
+    failed : ndarray of bool, shape (P,), or None
+        Paths that found no admissible root; the scheme says in its docstring what it did with them.
+    truncated : ndarray of bool, shape (P,), or None
+        Paths on which the step was changed for stability, so that its order does not show.
+    outputs : mapping of str to ndarray
+        Further results that are no memory, for example the multipliers of this step.
+    costs : mapping of str to ndarray, shape (P,)
+        What the step took, for example iterations; reported as means over steps and paths. A NaN does not count: it
+        says that the step did nothing of the kind.
+    """
+
+    state: State
+    failed: Mask | None = None
+    truncated: Mask | None = None
+    outputs: Mapping[str, Array] = {}
+    costs: Mapping[str, Array] = {}
+
+
+# In words: of an error of no more than a bound, whatever the step size.
+UNBIASED = "unbiased"
+
+Stepper = Callable[[State, float, Increment], Step]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Claim:
+    """What a scheme's author asserts.
+
+    Attributes
+    ----------
+    measure : str
+        Name of the measure that can verify it.
+    quantities : tuple of str
+        Components or residuals it is about; empty for all of them.
+    value : float or str
+        Least order, or words that the measure knows: ``round-off``, ``unbiased``.
+    bound : float, optional
+        What words grant: ``unbiased`` means a bias of no more than this in absolute value at every step size that is
+        probed, in the unit of the quantity.
+    when : frozenset of str
+        Traits a problem must have; a claim is only tested where they hold.
+    margin : float
+        How far below `value` an order may be: part of the claim, in units of order.
+    source : str
+        Theorem or equation, or ``measured`` for a conjecture.
+    """
+
+    measure: str
+    value: float | str
+    source: str
+    quantities: tuple[str, ...] = ()
+    when: frozenset[str] = frozenset()
+    margin: float = 0.2
+    bound: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.bound is not None and not (isinstance(self.value, str) and 0 < self.bound < inf):
+            raise SchemeError(
+                f"a bound is positive, finite and of a claim in words; got {self.value!r}, {self.bound!r}"
+            )
+        if isinstance(self.value, str):
+            if not self.value:
+                raise SchemeError("a claim's value must be an order or words such as round-off, got an empty text")
+            if self.value == UNBIASED and self.bound is None:
+                raise SchemeError("a claim to be unbiased says within which bound")
+        elif not 0 < self.margin < self.value < inf:
+            given = f"value {self.value!r} with margin {self.margin!r}"
+            raise SchemeError(
+                f"a claimed order must be finite and larger than its margin, which is positive; got {given}"
+            )
+        if unknown := sorted(self.when - TRAITS):
+            raise SchemeError(f"a claim holds for unknown traits {unknown}; known are {sorted(TRAITS)}")
+
+    def covers(self, measure: str, quantity: str) -> bool:
+        """Tell whether the claim is about this quantity of this measure."""
+        return measure == self.measure and (not self.quantities or quantity in self.quantities)
+
+    def __str__(self) -> str:
+        if not isinstance(self.value, str):
+            return f"order >= {float(self.value)}"
+        return self.value if self.bound is None else f"{self.value} within {float(self.bound)}"
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """Base of all schemes: a subclass sets the class variables and writes `step`.
+
+    Attributes
+    ----------
+    name : str
+        Registered name, in lower case with hyphens.
+    form : type or tuple of type
+        The form it solves, or several; a problem is offered to it as it is if it has one of them, else in its view of
+        the first of which it has one.
+    noise : frozenset of str
+        Fields of `Increment` it uses, out of ``dW`` and ``H``.
+    claims : tuple of Claim
+    sharp_locally : bool
+        Whether its global strong order shows in one step. It does not where the errors of single steps are taken
+        back later: effective order, processing, a projection that resets the defect. A low local order then
+        decides nothing.
+    jumps : bool
+        Whether a step jumps as a function of its noise, as one that accepts or rejects does. Expectations over
+        cubature nodes say nothing of it then: it is judged by its paths and chains alone.
+    source : str
+    """
+
+    name: ClassVar[str]
+    form: ClassVar[type[Problem] | tuple[type[Problem], ...]]
+    noise: ClassVar[frozenset[str]] = frozenset({"dW"})
+    claims: ClassVar[tuple[Claim, ...]] = ()
+    sharp_locally: ClassVar[bool] = True
+    jumps: ClassVar[bool] = False
+    source: ClassVar[str] = ""
+
+    @property
+    def label(self) -> str:
+        """Canonical label: the name and the parameters that differ from their defaults."""
+        parameters = dataclass_parameters(type(self))
+        return make_label(self.name, parameters, {p.name: getattr(self, p.name) for p in parameters})
+
+    @property
+    def forms(self) -> tuple[type[Problem], ...]:
+        """The forms it solves."""
+        return self.form if isinstance(self.form, tuple) else (self.form,)
+
+    def view_of(self, problem: Problem) -> Problem | None:
+        """Return a problem in a form it solves, or None where there is no such view."""
+        if isinstance(problem, self.forms):
+            return problem
+        return next((seen for form in self.forms if (seen := problem.view(form)) is not None), None)
+
+    @property
+    def law(self) -> Law:
+        """Law of the ``dW`` it is given: Brownian increments, or variables coupled to them.
+
+        A subclass sets it as a class variable, or as a property if it depends on the parameters.
+        """
+        return GAUSSIAN
+
+    def refuses(self, problem: Any) -> str:  # noqa: ARG002 - most schemes refuse nothing
+        """Return why the scheme cannot solve a problem of its form, or an empty string."""
+        return ""
+
+    @property
+    def promises(self) -> tuple[Claim, ...]:
+        """The claims with these parameters: `claims`, unless a scheme's promise depends on its parameters."""
+        return self.claims
+
+    def stable_below(self, problem: Any) -> float:  # noqa: ARG002 - few schemes have such a theorem
+        """Return the step size below which a theorem says that second moments tend to 0; NaN if none applies."""
+        return nan
+
+    def enter(self, problem: Any, state: State, t: float, h: float) -> State:  # noqa: ARG002 - most add no memory
+        """Return the scheme's state, for steps of size h, where the problem's is `state` at time t.
+
+        A scheme with further memory adds it here; what `parts` leaves out must not depend on how t was reached.
+        """
+        return state
+
+    def start(self, problem: Any, paths: int, h: float) -> State:
+        """Return the initial state on a number of paths, for steps of size h."""
+        return self.enter(problem, problem.initial(paths), 0.0, h)
+
+    def parts(self, problem: Any, state: State) -> Parts:
+        """Return what of a state can be compared with other states, under the problem's names.
+
+        A bare array is split by the problem; of a NamedTuple, the fields that have rows are the components. A scheme
+        with further memory overrides this and leaves it out.
+        """
+        if not isinstance(state, tuple):
+            named: Parts = problem.parts(state)
+            return named
+        fields: Parts = state._asdict()  # type: ignore[attr-defined]
+        return {name: part for name, part in fields.items() if len(part)}
+
+    def prepare(self, problem: Any, h: float) -> Stepper:
+        """Return the step for one problem and step size; override it to compute constants once."""
+
+        def stepper(state: State, t: float, noise: Increment) -> Step:
+            return self.step(problem, state, t, h, noise)
+
+        return stepper
+
+    def step(self, problem: Any, state: State, t: float, h: float, noise: Increment) -> Step:
+        """Make one step of size h from time t.
+
+        Parameters
+        ----------
+        problem : Problem
+            Of the scheme's form.
+        state : ndarray or NamedTuple of ndarray, P paths
+            Must not be written into.
+        t, h : float
+            Time and step size, in the problem's unit of time.
+        noise : Increment
+            Must not be written into.
+
+        Returns
+        -------
+        Step
+        """
+        raise NotImplementedError
+
+
+def form_names(scheme: Scheme) -> str:
+    """Return the names of the forms a scheme solves."""
+    return " or ".join(form.__name__ for form in scheme.forms)
+
+
+def flatten(state: State) -> Array:
+    """Return all memory of a scheme as one array, shape (k, P)."""
+    return np.concatenate(state) if isinstance(state, tuple) else state
+
+
+def same_kind(before: State, result: object) -> None:
+    """Check that a step returned a `Step` whose state is like the one it was given.
+
+    Raises
+    ------
+    SchemeError
+        If it is no `Step`, or if the type, the fields, the shapes or the kind of numbers of its state differ.
+    """
+    if not isinstance(result, Step):
+        raise SchemeError(f"step returned {type(result).__name__}, expected Step(state)")
+    after = result.state
+    if type(before) is not type(after) or _arrays(before) != _arrays(after):
+        raise SchemeError(
+            f"step returned {_describe(after)}, expected a state like the one it was given, {_describe(before)}"
+        )
+
+
+def _arrays(state: State) -> list[tuple[tuple[int, ...], str]]:
+    arrays = state if isinstance(state, tuple) else (state,)
+    return [(np.shape(x), np.asarray(x).dtype.name) for x in arrays]
+
+
+def _describe(state: State) -> str:
+    return f"{type(state).__name__} of {', '.join(f'{name} {shape}' for shape, name in _arrays(state))}"

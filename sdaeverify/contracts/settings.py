@@ -1,0 +1,149 @@
+"""What determines the numbers of a run, beside the problem and the scheme."""
+
+from bisect import bisect_right
+from dataclasses import dataclass, fields
+from functools import cached_property
+from itertools import accumulate
+from math import isqrt
+from numbers import Real
+from operator import index
+
+from ..errors import UsageError
+
+FEWEST_PATHS, MOST_PATHS = 40, 10**9
+# Paths of the first block: what a cell that is easy to decide costs.
+FIRST_BLOCK = 256
+FINEST_STEPS = 2**20
+LARGEST_BLOCK = 2**20
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """Sample size, step sizes and level of confidence.
+
+    Attributes
+    ----------
+    paths : int
+        Largest number M of paths of a cell.
+    coarsest : int
+        Steps N_0 of the coarsest level; errors are compared at its grid times.
+    levels : int
+        Number L of levels; level l makes N_0 2^l steps.
+    seed : int
+    confidence : float
+        Of the two-sided intervals that verdicts are taken from.
+    block : int
+        Most paths simulated together; part of what determines the noise. The first block has 256 of them, the next
+        as many as all before it, until this size is reached.
+    looks : int
+        How often at most a cell is judged, with twice the paths each time, until it is decided.
+    family : int
+        Tests among which a run shares its error probability when it decides early: each look of each one-sided
+        test has level (1 - confidence)/(family looks).
+
+    Raises
+    ------
+    UsageError
+        If a value is out of its range.
+    """
+
+    paths: int = 8192
+    coarsest: int = 8
+    levels: int = 6
+    seed: int = 20170601
+    confidence: float = 0.99
+    block: int = 4096
+    looks: int = 6
+    family: int = 1000
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            given = number(field.name, value) if field.name == "confidence" else whole(field.name, value)
+            object.__setattr__(self, field.name, given)
+        _require(self.paths >= FEWEST_PATHS, "paths", f"at least {FEWEST_PATHS}", self.paths)
+        _require(self.paths <= MOST_PATHS, "paths", "at most 10^9", self.paths)
+        _require(self.coarsest >= 1, "the coarsest number of steps", "at least 1", self.coarsest)
+        _require(self.levels >= 3, "levels", "at least 3, or no slope can be told", self.levels)
+        _require(self.steps[-1] <= FINEST_STEPS, "the finest number of steps", "at most 2^20", self.steps[-1])
+        _require(0 <= self.seed < 2**63, "seed", "between 0 and 2^63 - 1", self.seed)
+        _require(0.5 <= self.confidence < 1, "confidence", "between 0.5 and 1", self.confidence)
+        _require(1 <= self.looks <= 20, "looks", "between 1 and 20", self.looks)
+        _require(1 <= self.family <= 10**9, "family", "at least 1", self.family)
+        _require(FEWEST_PATHS <= self.block <= LARGEST_BLOCK, "block", f"between {FEWEST_PATHS} and 2^20", self.block)
+
+    @cached_property
+    def steps(self) -> tuple[int, ...]:
+        """Number of steps of each level, coarsest first."""
+        return tuple(self.coarsest * 2**level for level in range(min(self.levels, 64)))
+
+    @cached_property
+    def sizes(self) -> tuple[int, ...]:
+        """Number of paths of each block; all are drawn, of the last one perhaps not all are used."""
+        sizes = [min(FIRST_BLOCK, self.block)]
+        while (total := sum(sizes)) < self.paths:
+            sizes.append(min(total, self.block))
+            if sizes[-1] == self.block:
+                return (*sizes, *([self.block] * max(0, -(-(self.paths - total - self.block) // self.block))))
+        return tuple(sizes)
+
+    @cached_property
+    def totals(self) -> tuple[int, ...]:
+        """Number of paths of all blocks up to each one."""
+        return tuple(min(total, self.paths) for total in accumulate(self.sizes))
+
+    @property
+    def blocks(self) -> int:
+        """Number of blocks."""
+        return len(self.sizes)
+
+    @cached_property
+    def ends(self) -> tuple[int, ...]:
+        """Number of blocks at the end of each look: all, before that at most half as many paths, and so on."""
+        totals, ends = self.totals, [self.blocks]
+        while len(ends) < self.looks and 2 * totals[0] <= totals[ends[-1] - 1]:
+            ends.append(bisect_right(totals, totals[ends[-1] - 1] / 2))
+        return tuple(reversed(ends))
+
+    @property
+    def extremes(self) -> int:
+        """How many of the largest errors tell of tails: the square root of the number of paths."""
+        return isqrt(self.paths - 1) + 1
+
+    @property
+    def level(self) -> float:
+        """Significance level of one one-sided test at one look."""
+        return (1.0 - self.confidence) / (self.family * len(self.ends))
+
+    def paths_of(self, block: int) -> int:
+        """Return the number of paths of a block that are used."""
+        return self.totals[block] - (self.totals[block - 1] if block else 0)
+
+
+def whole(name: str, value: object) -> int:
+    """Return a whole number, of whatever type it is given as.
+
+    Raises
+    ------
+    UsageError
+        If it is none.
+    """
+    try:
+        given = index(value)  # type: ignore[arg-type] # that is the question
+    except TypeError:
+        given = None
+    if given is None or isinstance(value, bool):
+        raise UsageError(f"{name} must be a whole number, got {value!r:.200}")
+    return given
+
+
+def number(name: str, value: object) -> float:
+    """Return a real number; see `whole`."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise UsageError(f"{name} must be a number, got {value!r:.200}")
+    return float(value)
+
+
+def _require(condition: bool, name: str, expected: str, given: object) -> None:
+    if not condition:
+        raise UsageError(f"{name} must be {expected}, got {given}")

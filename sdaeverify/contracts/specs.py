@@ -1,0 +1,186 @@
+"""What may be registered: the checks of a scheme and of a problem function, and the recipe of a problem.
+
+The recipe is what is planned with, compared, and sent to worker processes; it is built where it is run.
+"""
+
+import inspect
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+from ..errors import ProblemError, UsageError
+from ..forms import Problem
+from .labels import (
+    REQUIRED,
+    Parameter,
+    dataclass_parameters,
+    describe_kind,
+    did_you_mean,
+    function_parameters,
+    make_label,
+    parse_label,
+    read_values,
+)
+from .scheme import Claim, Scheme
+
+CLASS_VARIABLES = ("name", "form", "noise", "law", "claims", "sharp_locally", "source")
+NAME = re.compile(r"[a-z0-9][a-z0-9.-]*")
+
+
+@dataclass(frozen=True)
+class ProblemSpec:
+    """A problem function with parameters, not yet called.
+
+    Attributes
+    ----------
+    name : str
+        Registered name.
+    family : callable, keyword parameters -> Problem
+        A function at the top level of a module: it pickles by reference.
+    parameters : tuple of (str, object)
+        The parameters that were given.
+    """
+
+    name: str
+    family: Callable[..., Problem]
+    parameters: tuple[tuple[str, object], ...] = ()
+
+    @cached_property
+    def label(self) -> str:
+        """Canonical label, ``name[key=value,...]``."""
+        return make_label(self.name, function_parameters(self.family), dict(self.parameters))
+
+    def build(self) -> Problem:
+        """Call the problem function.
+
+        Raises
+        ------
+        ProblemError
+            If it returns something else than a problem; its own errors pass through.
+        """
+        problem: object = self.family(**dict(self.parameters))
+        if not isinstance(problem, Problem):
+            where = f"{self.family.__module__}.{self.family.__qualname__}"
+            raise ProblemError(f"{where} returned {describe(problem)}, expected a problem of one of the forms")
+        return problem
+
+
+def problem_spec(family: Callable[..., Problem], texts: Mapping[str, str] | None = None) -> ProblemSpec:
+    """Return the recipe of a problem function, with parameters given as the texts of a label.
+
+    Raises
+    ------
+    UsageError
+        If it is no usable problem function.
+    ParameterError
+        If a parameter is unknown or its text is no value of its type.
+    """
+    check_family(family)
+    name, parameters = family_name(family), function_parameters(family)
+    values = read_values(f"problem {name!r}", parameters, texts or {})
+    # Only what the canonical label shows is kept, so that equal labels are equal recipes.
+    shown = parse_label(make_label(name, parameters, values)).parameters or {}
+    return ProblemSpec(name, family, tuple((p.name, values[p.name]) for p in parameters if p.name in shown))
+
+
+def on_request(family: Callable[..., Problem]) -> Callable[..., Problem]:
+    """Mark a problem function whose cells take long: a run of everything leaves it out, names and patterns do not."""
+    family.on_request = True  # type: ignore[attr-defined]
+    return family
+
+
+def family_name(family: Callable[..., Problem]) -> str:
+    """Return the name a problem function is registered under: its own, with hyphens for underscores."""
+    return family.__name__.replace("_", "-")
+
+
+def check_scheme(scheme: object) -> None:
+    """Check that an object can serve as a scheme; nothing is run.
+
+    Raises
+    ------
+    UsageError
+        If it is no instance of a frozen dataclass that sets the class variables.
+    """
+    if isinstance(scheme, type) and issubclass(scheme, Scheme):
+        raise UsageError(f"expected a scheme, got {describe(scheme)}; write {scheme.__name__}()")
+    if not isinstance(scheme, Scheme):
+        raise UsageError(f"expected a scheme, got {describe(scheme)}")
+    kind = type(scheme)
+    check_name(f"scheme (class {kind.__name__})", getattr(kind, "name", None))
+    owner = f"scheme {kind.name!r}"
+    if "__dataclass_params__" not in vars(kind):
+        raise UsageError(f"{owner}: put @dataclass(frozen=True) above the class {kind.__name__}")
+    if mistaken := {field.name for field in fields(kind)} & set(CLASS_VARIABLES):
+        raise UsageError(f"{owner}: annotate {', '.join(sorted(mistaken))} as ClassVar, they are no parameters")
+    check_parameters(owner, dataclass_parameters(kind))
+    # What has somebody else's label is taken for that, by tables, controls and evidence alike.
+    if kind.label is not Scheme.label:
+        raise UsageError(f"{owner}: its label is made of its name and its parameters; leave label as it is")
+    _check_declarations(owner, kind)
+
+
+def check_family(family: object) -> None:
+    """Check that an object can serve as a problem function.
+
+    Raises
+    ------
+    UsageError
+        If it is no function, or a parameter has no default that a label can show.
+    """
+    if not inspect.isfunction(family):
+        raise UsageError(f"expected a function that returns a problem, got {describe(family)}")
+    check_name("problem function", family_name(family))
+    check_parameters(f"problem {family_name(family)!r}", function_parameters(family))
+
+
+def check_name(kind: str, name: object) -> None:
+    """Check a name under which something is to be registered.
+
+    Raises
+    ------
+    UsageError
+        If it is no text of lower-case letters, digits, hyphens and dots.
+    """
+    if not (isinstance(name, str) and NAME.fullmatch(name)):
+        raise UsageError(f"name of a {kind} must be lower-case letters, digits, hyphens and dots, got {name!r}")
+
+
+def check_parameters(owner: str, parameters: tuple[Parameter, ...]) -> None:
+    """Check that all parameters have defaults of a type that a label can show.
+
+    Raises
+    ------
+    UsageError
+        If one has not.
+    """
+    for parameter in parameters:
+        if parameter.default is REQUIRED:
+            raise UsageError(f"parameter {parameter.name} of {owner} has no default; give it one")
+        if not describe_kind(parameter.default):
+            kind = type(parameter.default).__name__
+            raise UsageError(
+                f"parameter {parameter.name} of {owner} has a default of type {kind}, "
+                "expected bool, int, float or str"
+            )
+
+
+def describe(thing: object) -> str:
+    """Return what an object is, in words for a message: ``the class X`` or ``an object of type Y``."""
+    return f"the class {thing.__name__}" if isinstance(thing, type) else f"an object of type {type(thing).__name__}"
+
+
+def unknown(kind: str, name: str, known: Mapping[str, object]) -> UsageError:
+    """Return the error for a name that is not registered, with the names that are close."""
+    return UsageError(f"unknown {kind} {name!r}{did_you_mean(name, known)}")
+
+
+def _check_declarations(owner: str, kind: type[Scheme]) -> None:
+    form: object = getattr(kind, "form", None)
+    forms = form if isinstance(form, tuple) and form else (form,)
+    if not all(isinstance(each, type) and issubclass(each, Problem) for each in forms):
+        raise UsageError(f"{owner}: form must be the form of problem it solves, for example SDE, got {form!r}")
+    claims: object = kind.claims
+    if not (isinstance(claims, tuple) and all(isinstance(claim, Claim) for claim in claims)):
+        raise UsageError(f"{owner}: claims must be a tuple of Claim, got {describe(claims)}")

@@ -1,0 +1,70 @@
+"""Mergeable evidence: sums, maxima and largest values over paths, block by block."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ..arrays import Array
+
+Record = TypeVar("Record")
+
+# So many of the largest values are noted of each block, whatever the number of paths: more can be added later.
+EXTREMES = 128
+
+
+@dataclass(frozen=True)
+class Tally:
+    """Sufficient statistics of some paths, by name.
+
+    Attributes
+    ----------
+    sums, maxima : mapping of str to ndarray
+        Merged by addition (a NaN stays) and by elementwise maximum (a NaN gives way to a number).
+    largest : mapping of str to ndarray, shape (..., k)
+        Descending along the last axis; merging keeps as many as the longer one has.
+    """
+
+    sums: Mapping[str, Array] = field(default_factory=dict)
+    maxima: Mapping[str, Array] = field(default_factory=dict)
+    largest: Mapping[str, Array] = field(default_factory=dict)
+
+    def merged(self, other: "Tally") -> "Tally":
+        """Return the evidence of both sets of paths; names of either are kept."""
+        return Tally(
+            _merge(self.sums, other.sums, np.add),
+            _merge(self.maxima, other.maxima, np.fmax),
+            _merge(self.largest, other.largest, _join),
+        )
+
+
+def packed(prefix: str, record: Any) -> Tally:
+    """Return a NamedTuple of numbers and arrays as evidence, under names that begin with a prefix."""
+    return Tally(
+        sums={f"{prefix} {name}": np.asarray(value, dtype=float) for name, value in record._asdict().items()}
+    )
+
+
+def unpacked(prefix: str, kind: type[Record], tally: Tally) -> Record | None:
+    """Return the NamedTuple that was packed under a prefix, as arrays; None if there is none."""
+    fields = kind._fields  # type: ignore[attr-defined]
+    if not all(f"{prefix} {name}" in tally.sums for name in fields):
+        return None
+    return kind(*(tally.sums[f"{prefix} {name}"] for name in fields))
+
+
+def largest(values: Array, k: int) -> Array:
+    """Return the k largest values along the last axis, descending; a NaN counts as largest."""
+    return np.sort(values, axis=-1)[..., ::-1][..., :k]
+
+
+def _join(a: Array, b: Array) -> Array:
+    return largest(np.concatenate([a, b], axis=-1), max(a.shape[-1], b.shape[-1]))
+
+
+def _merge(
+    a: Mapping[str, Array], b: Mapping[str, Array], operation: Callable[[Array, Array], Array]
+) -> dict[str, Array]:
+    both = {name: operation(a[name], b[name]) for name in a if name in b}
+    return {**a, **b, **both}

@@ -1,0 +1,115 @@
+"""What the author of a delay problem gives of derivatives, checked where the problem is built."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...arrays import Array
+from ...errors import ProblemError
+from ...numerics import apply, is_analytic
+from ..checks import PROBES, check_derivative, check_shape
+from .partials import Partials
+
+if TYPE_CHECKING:
+    from .delay_sdae import DelaySDAE
+
+NAMES = ("x", "v", "y")
+# A closed form is taken for a solution where it leaves no more than this of the terms.
+SOLVED = 1e-8
+# What complex steps leave of a derivative that vanishes is far below this part of the others.
+SINGULAR = 16.0 * np.finfo(float).eps
+
+
+def check_jacobians(problem: "DelaySDAE", *at: Array) -> None:
+    """Check that given derivatives of drift and constraint are right, or that complex steps can take them.
+
+    Parameters
+    ----------
+    problem : DelaySDAE
+    *at : ndarray
+        x, v and y on a few paths.
+
+    Raises
+    ------
+    ProblemError
+        If a given derivative disagrees with a difference quotient, or the constraint is not analytic. A drift that
+        is not is for the schemes to refuse that differentiate it.
+    """
+    if problem.drift_partials is not None:
+        _check("drift_partials", partial(problem.drift, 0.0), partial(problem.drift_partials, 0.0), at)
+    if problem.constraint is None:
+        return
+    if problem.constraint_partials is not None:
+        _check("constraint_partials", partial(problem.constraint, 0.0), partial(problem.constraint_partials, 0.0), at)
+    elif not all(is_analytic(f, z) for f, z in _sections(partial(problem.constraint, 0.0), at)):
+        raise ProblemError("constraint is not analytic (abs, real buffers?); give constraint_partials")
+
+
+def no_drift_partials(problem: "DelaySDAE") -> str:
+    """Return why the derivatives of the drift can neither be had from the author nor by complex step, or nothing."""
+    if problem.drift_partials is not None:
+        return ""
+    (x, y), v = problem.initial(1), problem.past(-problem.delay)
+    if all(is_analytic(f, z) for f, z in _sections(partial(problem.drift, 0.0), (x, v, y)) if len(z)):
+        return ""
+    return "drift is not analytic (abs, real buffers?), so that Newton's method has no Jacobian; give drift_partials"
+
+
+def check_solved(problem: "DelaySDAE", x: Array, v: Array) -> None:
+    """Check that a given solution solves the constraint, at the start and beside it.
+
+    Raises
+    ------
+    ProblemError
+    """
+    if problem.solved is None:
+        return
+    assert problem.constraint is not None
+    for move in (0.0, 0.1):
+        at = x + move * (1.0 + np.abs(x)), v - move * (1.0 + np.abs(v))
+        y = problem.solved(0.0, *at)
+        check_shape("solved(t, x, v)", y, (problem.constraints, PROBES))
+        off = np.abs(problem.constraint(0.0, *at, y)).max()
+        if not off <= SOLVED * size_of_terms(problem, *at, y):
+            raise ProblemError(f"solved(t, x, v) leaves constraint = {off:.3g} at x = {at[0][:, 0].tolist()}")
+
+
+def size_of_terms(problem: "DelaySDAE", *at: Array) -> float:
+    """Return the size of what cancels in the constraint at time 0, at least 1, at x, v and y of some paths."""
+    terms = zip(problem.linearised_constraint(0.0, *at), at, strict=True)
+    return max(1.0, *(float(np.abs(A).max() * np.abs(z).max()) for A, z in terms))
+
+
+def check_regular(problem: "DelaySDAE", *at: Array) -> None:
+    """Check that du/dy is regular at the start: the problem has index 1.
+
+    Raises
+    ------
+    ProblemError
+    """
+    matrices = [part[..., 0] for part in problem.linearised_constraint(0.0, *at)]
+    u_y, size = matrices[-1], max(float(np.abs(part).max()) for part in matrices)
+    if u_y.shape[0] != u_y.shape[1] or np.linalg.svd(u_y, compute_uv=False).min() <= SINGULAR * size:
+        text = "the derivative of the constraint in y is singular at the start: the problem has not index 1"
+        raise ProblemError(f"{text}; du/dy = {u_y.tolist()}")
+
+
+def _check(name: str, f: Callable[..., Array], given: Callable[..., Partials], at: tuple[Array, ...]) -> None:
+    for place, (section, z) in enumerate(_sections(f, at)):
+        if not len(z):
+            continue
+
+        def derivative(point: Array, direction: Array, place: int = place) -> Array:
+            return apply(given(*_with(at, place, point))[place], direction)
+
+        check_derivative(f"{name}(t, x, v, y).{NAMES[place]}", section, derivative, z)
+
+
+def _sections(f: Callable[..., Array], at: tuple[Array, ...]) -> list[tuple[Callable[[Array], Array], Array]]:
+    return [(lambda z, place=place: f(*_with(at, place, z)), z) for place, z in enumerate(at)]  # type: ignore[misc]
+
+
+def _with(at: tuple[Array, ...], place: int, z: Array) -> tuple[Array, ...]:
+    return (*at[:place], z, *at[place + 1 :])

@@ -1,0 +1,351 @@
+"""The form dx = f dt + g dW, 0 = u of index 1, with one constant delay in x: Qu, Huang & Liu (2010), (2.1)."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, TypeGuard
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...arrays import Array, Mask, Parts
+from ...errors import ProblemError
+from ...noise.brownian import Increment
+from ...numerics import apply, determinant, norm
+from ..checks import (
+    CONSISTENCY,
+    PROBES,
+    check_observables,
+    check_shape,
+    check_truth,
+    columns,
+    numbers,
+    shown,
+    vector,
+)
+from ..problem import Problem, Residual
+from ..sde.sde import SDE
+from .algebraic import solve_algebraic
+from .checks import check_jacobians, check_regular, check_solved, no_drift_partials, size_of_terms
+from .dissipation import Dissipation
+from .mesh import Lag, Mesh, Recall
+from .partials import Partials, partials
+
+# Times at which a history is looked at.
+HISTORY = 17
+NO_Y = "the equation has no algebraic component y; refuse it in refuses(problem)"
+# Of x, the delayed x and y.
+Coefficient = Callable[[float, Array, Array, Array], Array]
+
+
+class DelayState(NamedTuple):
+    """The state at a mesh point, without its past.
+
+    Attributes
+    ----------
+    x : ndarray, shape (d, P)
+    y : ndarray, shape (q, P)
+    """
+
+    x: Array
+    y: Array
+
+
+def _is_number(given: object) -> TypeGuard[int]:
+    """Tell whether y at time 0 is given as its number of components, to be solved for."""
+    return isinstance(given, int | np.integer)
+
+
+def is_delayed(problem: object) -> "TypeGuard[DelaySDAE]":
+    """Tell whether a problem has a delay; a `DelaySDAE` may have none."""
+    return isinstance(problem, DelaySDAE) and problem.delay > 0.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DelaySDAE(Problem):
+    """A stochastic delay differential-algebraic equation of index 1 (Ito).
+
+    With v(t) = x(t - tau),
+
+        dx = f(t, x, v, y) dt + g(t, x, v, y) dW,    0 = u(t, x, v, y),    x = phi on [-tau, 0].
+
+    The constraint holds no noise and determines y: du/dy is regular. Without delay it is a plain SDAE, with v = x.
+
+    Attributes
+    ----------
+    drift : callable, (t, x, v, y) -> ndarray, shape (d, P)
+        f, for x and v of shape (d, P) and y of shape (q, P).
+    diffusion : callable, (t, x, v, y) -> ndarray, shape (d, l, P) or (d, l, 1)
+        g, one column for each Brownian motion.
+    delay : float
+        tau, in the problem's unit of time; 0 for none.
+    history : callable, t -> array_like, shape (d,)
+        phi, for t from -tau to 0.
+    constraint : callable, (t, x, v, y) -> ndarray, shape (q, P), optional
+        u; without it there is no y.
+    algebraic : array_like, shape (q,), optional
+        y at time 0; it must be consistent. Of an int, the number q, y is solved for.
+    solved : callable, (t, x, v) -> ndarray, shape (q, P), optional
+        U, the y that solves the constraint; by Newton's method if left out.
+    drift_partials, constraint_partials : callable, (t, x, v, y) -> three matrices, optional
+        The derivatives in x, v and y of f, shapes (d, d, P), (d, d, P), (d, q, P), and of u; by complex step if left
+        out, and the function must then be analytic.
+    dissipation : Dissipation, optional
+        The constants of condition (4.1) of mean-square stability.
+    dissipation_without_y : Dissipation, optional
+        Those of the equation with y eliminated, where they are better than what `dissipation` implies for it. Schemes
+        that solve the constraint at every mesh point solve that equation.
+
+    Raises
+    ------
+    ProblemError
+        If a function returns the wrong shape or something not finite at the start, if the delay is negative, if y at
+        time 0 is inconsistent or du/dy is singular there, or if given derivatives are wrong.
+    """
+
+    drift: Coefficient
+    diffusion: Coefficient
+    delay: float
+    history: Callable[[float], ArrayLike]
+    constraint: Coefficient | None = None
+    algebraic: ArrayLike | int | None = None
+    solved: Callable[[float, Array, Array], Array] | None = None
+    drift_partials: Callable[[float, Array, Array, Array], Partials] | None = None
+    constraint_partials: Callable[[float, Array, Array, Array], Partials] | None = None
+    dissipation: Dissipation | None = None
+    dissipation_without_y: Dissipation | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 <= self.delay < np.inf:
+            raise ProblemError(f"delay must be finite and not negative, got {self.delay!r}")
+        if (self.constraint is None) != (self.algebraic is None):
+            raise ProblemError("constraint and algebraic, the y at time 0 or their number, must be given together")
+        if _is_number(self.algebraic) and (isinstance(self.algebraic, bool) or self.constraints < 1):
+            raise ProblemError(f"algebraic must be y at time 0 or a number of at least 1, got {self.algebraic!r}")
+        for t in np.linspace(0.0, -self.delay, HISTORY):
+            self.past(float(t))
+        self._check_functions()
+        check_observables(self, self.parts(self.initial(PROBES)))
+        check_truth(self, self.parts(self.initial(PROBES)))
+
+    def _all_traits(self) -> frozenset[str]:
+        constants = self.reduced_dissipation
+        found = {
+            "no-delay": not self.delay,
+            "algebraic": self.has_constraints,
+            "dissipative": constants is not None and constants.C > 0.0,
+        }
+        # An interpolated y is of order 1/2 with additive noise, too: x alone gains from it.
+        not_said = {"no-delay", *({"vanishing-milstein-term"} if self.delay else ())}
+        return super()._all_traits() - not_said | {name for name, holds in found.items() if holds}
+
+    @property
+    def reduced_dissipation(self) -> Dissipation | None:
+        """The constants of the equation with y eliminated: given, or what `dissipation` implies."""
+        given = self.dissipation_without_y
+        return given or (self.dissipation.without_y if self.dissipation else None)
+
+    @cached_property
+    def dimension(self) -> int:
+        """Number d of differential components."""
+        return len(vector("history(0.0)", self.history(0.0)))
+
+    @cached_property
+    def constraints(self) -> int:
+        """Number q of algebraic components."""
+        given = self.algebraic
+        if given is None:
+            return 0
+        return int(given) if _is_number(given) else len(vector("algebraic", given))
+
+    @property
+    def has_constraints(self) -> bool:
+        """Whether there are algebraic components."""
+        return self.constraint is not None
+
+    def past(self, t: float) -> Array:
+        """Return phi(t), shape (d, 1)."""
+        value = vector(f"history({t!r})", self.history(t))
+        if len(value) != self.dimension:
+            raise ProblemError(f"history({t!r}) has {len(value)} components, history(0.0) has {self.dimension}")
+        return value[:, None]
+
+    def initial(self, paths: int) -> DelayState:
+        """Return x and y at time 0 on every path."""
+        return DelayState(np.repeat(self.past(0.0), paths, axis=1), columns(self._start_y, paths))
+
+    def parts(self, state: DelayState) -> Parts:
+        """Return x and, if there are algebraic components, y."""
+        return state._asdict() if self.constraints else {"x": state.x}
+
+    def mesh(self, h: float) -> Mesh:
+        """Return how the delay lies on steps of size h."""
+        return Mesh.of(self.delay, h)
+
+    def recall(self, h: float, paths: int) -> Recall | None:
+        """Return the lagged values of a run with steps of size h on so many paths; None without delay."""
+        return Recall(self.mesh(h), h, self.delay, self.past, self.initial(paths).x) if self.delay else None
+
+    def lag(self, x: Array, h: float, noise: Increment) -> Lag:
+        """Return the lagged values of a step of size h from x, shape (d, P), driven by `noise`."""
+        if not self.delay:
+            return Lag(x, np.zeros_like(x), 1.0)
+        assert noise.lagged is not None
+        assert noise.ahead is not None
+        return Lag(noise.lagged, noise.ahead, self.mesh(h).weight)
+
+    def no_jacobian(self) -> str:
+        """Return why the drift cannot be differentiated, or an empty string."""
+        return no_drift_partials(self)
+
+    def diffused(self, t: float, x: Array, v: Array, y: Array, w: Array) -> Array:
+        """Return g(t, x, v, y) w, shape (d, P), for w of shape (l, P)."""
+        return apply(self.diffusion(t, x, v, y), w)
+
+    def linearised_drift(self, t: float, x: Array, v: Array, y: Array) -> Partials:
+        """Return the derivatives of f in x, v and y."""
+        return self.drift_partials(t, x, v, y) if self.drift_partials else partials(self.drift, t, x, v, y)
+
+    def linearised_constraint(self, t: float, x: Array, v: Array, y: Array) -> Partials:
+        """Return the derivatives of u in x, v and y.
+
+        Raises
+        ------
+        ProblemError
+            If the equation has no algebraic component.
+        """
+        if self.constraint is None:
+            raise ProblemError(NO_Y)
+        given = self.constraint_partials
+        return given(t, x, v, y) if given else partials(self.constraint, t, x, v, y)
+
+    def eliminated(self, t: float, x: Array, v: Array) -> Array:
+        """Return U(t, x, v), the y that solves the constraint, shape (q, P); NaN where Newton's method fails.
+
+        Raises
+        ------
+        ProblemError
+            If the equation has no algebraic component.
+        """
+        if self.constraint is None:
+            raise ProblemError(NO_Y)
+        if self.solved is not None:
+            return self.solved(t, x, v)
+        return solve_algebraic(self, t, x, v, columns(self._start_y, x.shape[-1]))
+
+    def without_y(self) -> "DelaySDAE":
+        """Return the delay equation with y eliminated."""
+        if not self.constraints:
+            return self
+        return DelaySDAE(
+            drift=lambda t, x, v, _: self.drift(t, x, v, self.eliminated(t, x, v)),
+            diffusion=lambda t, x, v, _: self.diffusion(t, x, v, self.eliminated(t, x, v)),
+            delay=self.delay,
+            history=self.history,
+            dissipation=self.reduced_dissipation,
+            **self.carried,
+            source=f"y eliminated from: {self.source}",
+            seen_as="delay equation",
+        )
+
+    def view(self, form: type[Problem]) -> Problem | None:
+        """Return the problem itself or, without delay, its equation of x where an `SDE` is asked for."""
+        return super().view(form) or (self._equation if form is SDE and not self.delay else None)
+
+    def ito(self) -> SDE | None:
+        """Return the equation of x with y eliminated; none with a delay, where x alone is no state."""
+        return None if self.delay else self._equation
+
+    def coefficients(self, t: float, x: Array) -> tuple[Array, ...]:
+        """Return f, g and u at the rows x and y of states; the delayed x of a path is that of another one."""
+        z, y = x[: self.dimension], x[self.dimension :]
+        v, constraint = np.roll(z, 1, axis=1), [] if self.constraint is None else [self.constraint]
+        return tuple(function(t, z, v, y) for function in (self.drift, self.diffusion, *constraint))
+
+    def state(self, x: Array, t: float = 0.0) -> DelayState:
+        """Return the state at x and time t without delay."""
+        return DelayState(x, self.eliminated(t, x, x))
+
+    def residuals(self, parts: Parts) -> Mapping[str, Residual]:
+        """Return the defect u where y, the lagged x and the time are known."""
+        if self.constraint is None or "y" not in parts or (self.delay and "lagged" not in parts):
+            return {}
+        x, y, t = parts["x"], parts["y"], float(parts["t"][0, 0]) if "t" in parts else 0.0
+        v = parts.get("lagged", x)
+        terms = zip(self.linearised_constraint(t, x, v, y), (x, v, y), strict=True)
+        sizes = [np.abs(A).max(axis=(0, 1)) * norm(z) for A, z in terms]
+        scale = np.broadcast_to(sum(sizes, np.zeros(1)), x.shape[-1:])
+        return {"u": Residual(self.constraint(t, x, v, y), scale)}
+
+    def index_lost(self, t: float, h: float, parts: Parts, noise: Increment) -> Mask:
+        """Tell on which paths du/dy turns over, or no y is found, within a step of Euler's method.
+
+        A path that reaches a point where du/dy is singular ends there: the equation is of index 1 no longer.
+
+        Parameters
+        ----------
+        t, h : float
+            Begin and length of the step.
+        parts : mapping of str to ndarray
+            x and y at its begin.
+        noise : Increment
+            Of the step, the lagged values included.
+
+        Returns
+        -------
+        ndarray of bool, shape (P,)
+        """
+        x, y = parts["x"], parts.get("y")
+        if self.constraint is None or y is None:
+            return super().index_lost(t, h, parts, noise)
+        lag = self.lag(x, h, noise)
+        later = x + h * self.drift(t, x, lag.now, y) + self.diffused(t, x, lag.now, y, noise.dW)
+        found = solve_algebraic(self, t + h, later, lag.ahead(later), y)
+        begin = self.linearised_constraint(t, x, lag.now, y).y
+        end = self.linearised_constraint(t + h, later, lag.ahead(later), found).y
+        return np.asarray(~(determinant(begin) * determinant(end) > 0.0))
+
+    # Built once: making an equation checks it, and what is found for it serves all schemes that see it.
+    @cached_property
+    def _equation(self) -> SDE:
+        return SDE(
+            drift=lambda t, x: self.drift(t, x, x, self.eliminated(t, x, x)),
+            diffusion=lambda t, x: self.diffusion(t, x, x, self.eliminated(t, x, x)),
+            start=self.past(0.0)[:, 0],
+            **self.carried,
+            source=f"y eliminated from: {self.source}",
+            seen_as="SDE",
+        )
+
+    @cached_property
+    def _start_y(self) -> Array:
+        if self.algebraic is None:
+            return np.zeros(0)
+        if not _is_number(self.algebraic):
+            return vector("algebraic", self.algebraic)
+        x, v, zeros = self.past(0.0), self.past(-self.delay), np.zeros((self.constraints, 1))
+        y = self.solved(0.0, x, v) if self.solved else solve_algebraic(self, 0.0, x, v, zeros)
+        if not np.isfinite(y).all():
+            text = "the constraint has no solution y at time 0 that Newton's method finds from 0"
+            raise ProblemError(f"{text}; give algebraic=[y(0)]")
+        return np.asarray(y[:, 0])
+
+    def _check_functions(self) -> None:
+        d, q = self.dimension, self.constraints
+        (x, y), v = self.initial(PROBES), np.repeat(self.past(-self.delay), PROBES, axis=1)
+        check_shape("drift(t, x, v, y)", self.drift(0.0, x, v, y), (d, PROBES))
+        check_shape("diffusion(t, x, v, y)", self.diffusion(0.0, x, v, y), (d, self.noise_dim, PROBES))
+        check_jacobians(self, x, v, y)
+        if self.constraint is None:
+            return
+        u = self.constraint(0.0, x, v, y)
+        check_shape("constraint(t, x, v, y)", u, (q, PROBES))
+        check_regular(self, x, v, y)
+        check_solved(self, x, v)
+        if np.abs(u).max() > CONSISTENCY * size_of_terms(self, x, v, y):
+            given = shown(numbers(y[:, 0]).tolist())  # type: ignore[union-attr]
+            solution = shown(self.eliminated(0.0, x, v)[:, 0].tolist())
+            raise ProblemError(
+                f"algebraic: y = {given} at time 0 violates constraint = 0; it is solved by {solution}"
+            )

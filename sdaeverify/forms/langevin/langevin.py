@@ -1,0 +1,101 @@
+"""The form dq = p dt, dp = (F(q) - gamma p) dt + sigma dW: Langevin dynamics of unit mass without constraints."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...arrays import Array, Parts
+from ...errors import ProblemError
+from ..checks import PROBES, check_observables, check_shape, check_truth, columns, vector
+from ..problem import Problem
+from ..sde.sde import SDE
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Langevin(Problem):
+    """Langevin dynamics dq = p dt, dp = (F(q) - gamma p) dt + sigma dW, q and p in R^n, W in R^n.
+
+    Attributes
+    ----------
+    force : callable, q -> ndarray, shape (n, P)
+        F, for positions q of shape (n, P).
+    friction : float
+        gamma, finite and not negative, unit 1/time.
+    strength : float
+        sigma, finite and not negative.
+    position, momentum : array_like, shape (n,)
+        q and p at time 0.
+    noise_dim : int
+        n, set by the form.
+
+    Raises
+    ------
+    ProblemError
+        If shapes are inconsistent, or if a number is negative or not finite.
+    """
+
+    force: Callable[[Array], Array]
+    friction: float
+    strength: float
+    position: ArrayLike
+    momentum: ArrayLike
+    noise_dim: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        for name in ("position", "momentum"):
+            object.__setattr__(self, name, vector(name, getattr(self, name)))
+        object.__setattr__(self, "noise_dim", len(cast("Array", self.position)))
+        super().__post_init__()
+        for name, value in (("friction", self.friction), ("strength", self.strength)):
+            if not 0.0 <= value < np.inf:
+                raise ProblemError(f"{name} must be finite and not negative, got {value!r}")
+        n, given = self.noise_dim, len(cast("Array", self.momentum))
+        if given != n:
+            raise ProblemError(f"momentum has {given} components, position has {n}")
+        x = self.initial(PROBES)
+        check_shape("force(q)", self.force(x[:n]), (n, PROBES))
+        check_observables(self, self.parts(x))
+        check_truth(self, self.parts(x))
+
+    def _all_traits(self) -> frozenset[str]:
+        return super()._all_traits() | {"additive-noise", "vanishing-milstein-term"}
+
+    def initial(self, paths: int) -> Array:
+        """Return q over p on every path, shape (2 n, P)."""
+        return columns(np.concatenate([cast("Array", self.position), cast("Array", self.momentum)]), paths)
+
+    def parts(self, x: Array) -> Parts:
+        """Return positions and momenta of a state of shape (2 n, P)."""
+        return {"q": x[: self.noise_dim], "p": x[self.noise_dim :]}
+
+    def view(self, form: type[Problem]) -> Problem | None:
+        """Return the problem itself, or the same equations as one system where an `SDE` is asked for."""
+        return self.ito() if form is SDE else super().view(form)
+
+    def ito(self) -> SDE:
+        """Return the equation of x = (q, p)."""
+        return self._system
+
+    # Built once: making an equation checks it, and what is found for it serves all schemes that see it.
+    @cached_property
+    def _system(self) -> SDE:
+        n, gamma = self.noise_dim, self.friction
+        B = np.concatenate([np.zeros((n, n)), self.strength * np.eye(n)])[..., None]
+
+        def drift(_: float, x: Array) -> Array:
+            return np.concatenate([x[n:], self.force(x[:n]) - gamma * x[n:]])
+
+        return SDE(
+            drift=drift,
+            diffusion=lambda *_: B,
+            diffusion_derivative=lambda *_: np.zeros_like(B),
+            start=self.initial(1)[:, 0],
+            names={"q": slice(0, n), "p": slice(n, None)},
+            **self.carried,
+            source=f"first-order system of: {self.source}",
+            seen_as="first-order system",
+        )

@@ -1,0 +1,296 @@
+"""The form M dv = a dt + B dw + grad g dmu, dr = v dt, g(r) = 0: constrained stochastic mechanics.
+
+Symbols as in Lindner & Stroot (2017), section 2.1: positions r and velocities v in R^n, Brownian motion w
+in R^l, constraint g : R^n -> R^m with Jacobian Dg (m x n) and grad g = Dg^T, multiplier mu in R^m, mu(0) = 0.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...arrays import Array, Parts
+from ...errors import ProblemError
+from ...numerics import apply, directional, is_analytic, jacobian, norm, second_directional
+from ..checks import (
+    CONSISTENCY,
+    PROBES,
+    check_derivative,
+    check_linearisation,
+    check_observables,
+    check_product,
+    check_shape,
+    check_truth,
+    columns,
+    largest_component,
+    numbers,
+    shown,
+    vector,
+)
+from ..manifold import onto_manifold
+from ..problem import Problem, Residual
+from ..sde.sde import SDE
+from .inherent import inherent_sde
+from .jacobian import ConstraintJacobian, DenseJacobian
+from .structure import Structure, no_derivative_of_force
+from .structure_check import check_structure
+from .unstructured import Unstructured
+
+
+class HolonomicState(NamedTuple):
+    """State of a scheme that keeps the multiplier.
+
+    Attributes
+    ----------
+    r, v : ndarray, shape (n, P)
+        Position and velocity.
+    mu : ndarray, shape (m, P)
+        Sum of the multiplier's increments.
+    """
+
+    r: Array
+    v: Array
+    mu: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HolonomicSDAE(Problem):
+    """Mechanics with a holonomic constraint: dr = v dt, M dv = a dt + B dw + grad g(r) dmu, g(r) = 0 (Ito).
+
+    Attributes
+    ----------
+    force : callable, (t, r, v) -> ndarray, shape (n, P) or (n, 1)
+        a.
+    diffusion : callable, (t, r, v) -> ndarray, shape (n, l, P) or (n, l, 1)
+        B.
+    constraint : callable, r -> ndarray, shape (m, P)
+        g.
+    position, velocity : array_like, shape (n,)
+        Initial data, with g(r) = 0 and Dg(r) v = 0.
+    mass : array_like, shape (n, n), optional
+        M, symmetric positive definite; the identity if left out.
+    jacobian : callable, r -> ndarray, shape (m, n, P), optional
+        Dg; by complex step if left out, and g must then be analytic.
+    curvature : callable, (r, y, z) -> ndarray, shape (m, P), optional
+        D^2 g(r)(y, z); by complex step of Dg if left out, and a given Dg must then be analytic.
+    diffusion_product : callable, (t, r, v, w) -> ndarray, shape (n, P), optional
+        B(t, r, v) w for w of shape (l, P), where it costs less than the product with the matrix.
+    linearisation : callable, r -> ConstraintJacobian, optional
+        Dg(r) with what its structure makes cheap, where there is no mass matrix; the matrix itself if left out.
+    force_derivatives : callable, (t, r, v) -> two of ndarray, shape (n, n, P) or (n, n, 1), optional
+        Derivatives of a by r and by v; by complex step where they are needed, if left out.
+    structure : Structure, optional
+        Which positions couple with which; all of them if left out.
+    constraint_bound : float, optional
+        C_g of Lindner & Stroot (2.7), finite and at least 1.
+
+    Raises
+    ------
+    ProblemError
+        If shapes, the mass matrix or the initial data are inconsistent, or if a derivative can neither be had
+        from the author nor by complex step.
+    """
+
+    force: Callable[[float, Array, Array], Array]
+    diffusion: Callable[[float, Array, Array], Array]
+    constraint: Callable[[Array], Array]
+    position: ArrayLike
+    velocity: ArrayLike
+    mass: ArrayLike | None = None
+    jacobian: Callable[[Array], Array] | None = None
+    curvature: Callable[[Array, Array, Array], Array] | None = None
+    diffusion_product: Callable[[float, Array, Array, Array], Array] | None = None
+    linearisation: Callable[[Array], ConstraintJacobian] | None = None
+    force_derivatives: Callable[[float, Array, Array], tuple[Array, Array]] | None = None
+    structure: Structure | None = None
+    constraint_bound: float | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("position", "velocity"):
+            object.__setattr__(self, name, vector(name, getattr(self, name)))
+        _inverse_mass(self.mass, self.dimension)
+        self._check_functions()
+        self._check_start()
+
+    @property
+    def dimension(self) -> int:
+        """Number n of positions."""
+        return len(cast("Array", self.position))
+
+    @property
+    def constraints(self) -> int:
+        """Number m of constraints."""
+        return len(self.constraint(columns(cast("Array", self.position), 1)))
+
+    @property
+    def has_constraints(self) -> bool:
+        """Whether there are constraints: always."""
+        return True
+
+    def initial(self, paths: int) -> HolonomicState:
+        """Return consistent initial data with mu = 0 on every path."""
+        r, v = cast("Array", self.position), cast("Array", self.velocity)
+        return HolonomicState(columns(r, paths), columns(v, paths), np.zeros((self.constraints, paths)))
+
+    def parts(self, state: HolonomicState) -> Parts:
+        """Return the named components of a state."""
+        return state._asdict()
+
+    def inverse_mass(self, y: Array) -> Array:
+        """Return M^{-1} y for y of shape (n, P) or (n, l, P)."""
+        return y if self._inverse is None else np.einsum("ij,j...->i...", self._inverse, y)
+
+    def dg(self, r: Array) -> Array:
+        """Return Dg(r), shape (m, n, P)."""
+        return self.jacobian(r) if self.jacobian is not None else jacobian(self.constraint, r)
+
+    def d2g(self, r: Array, y: Array, z: Array) -> Array:
+        """Return D^2 g(r)(y, z), shape (m, P)."""
+        if self.curvature is not None:
+            return self.curvature(r, y, z)
+        if self.jacobian is not None:
+            return apply(directional(self.jacobian, r, z), y)
+        return second_directional(self.constraint, r, y, z)
+
+    def linearised(self, r: Array) -> ConstraintJacobian:
+        """Return Dg(r) as the operations that schemes need of it."""
+        if self.linearisation is not None:
+            return self.linearisation(r)
+        return DenseJacobian(self.dg(r), self._inverse)
+
+    def push(self, J: ConstraintJacobian, c: Array) -> Array:
+        """Return M^{-1} grad g c, shape (n, P): what multipliers c of shape (m, P) do to positions or velocities."""
+        return self.inverse_mass(J.transposed(c))
+
+    def diffused(self, t: float, r: Array, v: Array, w: Array) -> Array:
+        """Return B(t, r, v) w, shape (n, P), for w of shape (l, P)."""
+        if self.diffusion_product is not None:
+            return self.diffusion_product(t, r, v, w)
+        return apply(self.diffusion(t, r, v), w)
+
+    def inherent_multiplier(self, J: ConstraintJacobian, r: Array, v: Array, impulse: Array) -> Array:
+        """Return -G_M^{-1} { Dg M^{-1} impulse + D^2 g(v, v) }, shape (m, P): the integrand of (2.8); J at r."""
+        return -J.gram(J).solve(J.times(self.inverse_mass(impulse)) + self.d2g(r, v, v))
+
+    def tangent(self, J: ConstraintJacobian, v: Array) -> tuple[Array, Array]:
+        """Return Q v = v - M^{-1} grad g G_M^{-1} Dg v, and the multipliers that were taken; J at the position."""
+        c = -J.gram(J).solve(J.times(v))
+        return v + self.push(J, c), c
+
+    @cached_property
+    def blocks(self) -> Structure:
+        """The structure; one node of all positions where there is none."""
+        return self.structure or Unstructured(nodes=1, owners=(0,) * self.constraints)
+
+    def no_derivative_of_force(self) -> str:
+        """Return why the derivatives of a can neither be had from the author nor by complex step, or nothing."""
+        return no_derivative_of_force(self)
+
+    def residuals(self, parts: Parts) -> Mapping[str, Residual]:
+        """Return the defects g(r) and Dg(r) v."""
+        r, v = parts["r"], parts["v"]
+        J = self.linearised(r)
+        return {
+            "g": Residual(self.constraint(r), J.size() * norm(r)),
+            "Dg v": Residual(J.times(v), J.size() * norm(v)),
+        }
+
+    def admissible(self, x: Array) -> Array:
+        """Return states (r, v, mu) with g(r) = 0 and Dg(r) v = 0 near the columns of x."""
+        r, v, mu = self.state(x)
+        r = onto_manifold(self.constraint, self.linearised, self.push, r)
+        return np.concatenate([r, self.tangent(self.linearised(r), v)[0], mu])
+
+    def view(self, form: type[Problem]) -> Problem | None:
+        """Return the problem itself, or its inherent SDE (2.9) where an `SDE` is asked for."""
+        return self._inherent if form is SDE else super().view(form)
+
+    def ito(self) -> SDE:
+        """Return the inherent SDE of r, v and mu."""
+        return self._with_multiplier
+
+    def state(self, x: Array, t: float = 0.0) -> HolonomicState:  # noqa: ARG002 - the constraint knows no time
+        """Return the state whose components r, v and mu are the rows of x."""
+        n = self.dimension
+        return HolonomicState(x[:n], x[n : 2 * n], x[2 * n :])
+
+    # Built once: making an equation checks it, and what is found for one view serves all schemes that see it.
+    @cached_property
+    def _inherent(self) -> SDE:
+        return inherent_sde(self)
+
+    @cached_property
+    def _with_multiplier(self) -> SDE:
+        return inherent_sde(self, with_multiplier=True)
+
+    @cached_property
+    def _inverse(self) -> Array | None:
+        return _inverse_mass(self.mass, self.dimension)
+
+    def _check_functions(self) -> None:
+        n, l, m = self.dimension, self.noise_dim, self.constraints
+        r, v, _ = self.initial(PROBES)
+        if v.shape != r.shape:
+            raise ProblemError(f"velocity has {len(v)} components, position has {n}")
+        if not 0 < m < n:
+            raise ProblemError(f"constraint(r) has {m} components, expected between 1 and {n - 1}")
+        check_shape("constraint(r)", self.constraint(r), (m, PROBES))
+        check_shape("force(t, r, v)", self.force(0.0, r, v), (n, PROBES))
+        check_shape("diffusion(t, r, v)", self.diffusion(0.0, r, v), (n, l, PROBES))
+        self._check_complex_steps(r)
+        check_shape("jacobian(r)", self.dg(r), (m, n, PROBES))
+        check_shape("curvature(r, y, z)", self.d2g(r, v, v), (m, PROBES))
+        self._check_derivatives(r)
+        check_product(self, r, v)
+        check_linearisation(self, r)
+        check_structure(self, r, v)
+        check_observables(self, self.initial(PROBES)._asdict())
+        check_truth(self, self.initial(PROBES)._asdict())
+
+    def _check_derivatives(self, r: Array) -> None:
+        y = np.sin(np.arange(1.0, len(r) + 1))[:, None] + np.zeros_like(r)
+        if self.jacobian is not None:
+            check_derivative("jacobian", self.constraint, lambda x, z: apply(self.dg(x), z), r)
+        if self.curvature is not None:
+            check_derivative("curvature", lambda x: apply(self.dg(x), y), lambda x, z: self.d2g(x, y, z), r)
+
+    def _check_complex_steps(self, r: Array) -> None:
+        if self.jacobian is None and not is_analytic(self.constraint, r):
+            text = "constraint is not analytic (abs, real buffers?), so that Dg cannot be taken"
+            raise ProblemError(f"{text} by complex step; give jacobian")
+        if self.jacobian is None or self.curvature is not None:
+            return
+        # A Jacobian written into a real buffer would pass for one whose derivative is zero.
+        if not is_analytic(self.jacobian, r):
+            text = "jacobian is not analytic (abs, real buffers?), so that D^2 g cannot be taken"
+            raise ProblemError(f"{text} by complex step; give curvature")
+
+    def _check_start(self) -> None:
+        r, v, _ = self.initial(1)
+        Dg = self.dg(r)
+        if np.linalg.matrix_rank(Dg[..., 0]) < self.constraints:
+            raise ProblemError(f"Dg does not have full rank at the initial position {r[:, 0].tolist()}")
+        for name, (value, scale) in self.residuals({"r": r, "v": v}).items():
+            if np.abs(value).max() > CONSISTENCY * max(1.0, scale.max()):
+                raise ProblemError(f"initial data violate {name} = 0: {name} is {largest_component(value[:, 0])}")
+        if self.constraint_bound is not None and not 1.0 <= self.constraint_bound < np.inf:
+            raise ProblemError(f"constraint_bound C_g must be finite and at least 1, got {self.constraint_bound!r}")
+
+
+def _inverse_mass(mass: ArrayLike | None, n: int) -> Array | None:
+    if mass is None:
+        return None
+    M = numbers(mass)
+    if M is None or M.shape != (n, n) or not np.isfinite(M).all():
+        raise ProblemError(f"mass must be a finite matrix of shape ({n}, {n}), got {shown(mass)}")
+    if not np.allclose(M, M.T, rtol=0.0, atol=1e-14 * np.abs(M).max()):
+        raise ProblemError(f"mass must be symmetric, got {M.tolist()}")
+    eigenvalues = np.linalg.eigvalsh(M)
+    if not eigenvalues[0] > n * np.finfo(float).eps * eigenvalues[-1]:
+        text = "mass must be positive definite beyond rounding"
+        raise ProblemError(f"{text}, its eigenvalues are {eigenvalues.tolist()}")
+    return np.linalg.inv(M)

@@ -1,0 +1,105 @@
+"""The linearised constraint at a position of every path, as the operations that schemes need of it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from ...arrays import Array, Mask
+from ...numerics import (
+    Elimination,
+    apply,
+    apply_transposed,
+    determinant,
+    eliminated,
+    norm,
+    product_transposed,
+    solve,
+)
+
+# Systems of up to so many equations are solved by Cramer's rule.
+EXPLICIT = 2
+
+
+class Gram(Protocol):
+    """A matrix Dg(x) M^{-1} grad g(y), shape (m, m) on every path."""
+
+    def solve(self, b: Array) -> Array:
+        """Solve A c = b for b of shape (m, P) or (m, k, P)."""
+
+    def positive(self) -> Mask:
+        """Tell on which paths det A > 0, shape (P,)."""
+
+
+class ConstraintJacobian(Protocol):
+    """Dg(r), of m constraints and n positions."""
+
+    def times(self, y: Array) -> Array:
+        """Return Dg y, shape (n, P) or (n, k, P) -> (m, P) or (m, k, P)."""
+
+    def transposed(self, c: Array) -> Array:
+        """Return grad g c, shape (m, P) or (m, k, P) -> (n, P) or (n, k, P)."""
+
+    def gram(self, other: Any) -> Gram:
+        """Return Dg(r) M^{-1} grad g(r_0) for the linearisation at another position r_0, or at the same: G_M."""
+
+    def size(self) -> Array:
+        """Return the Frobenius norm of Dg, shape (P,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class DenseGram:
+    """A matrix without structure, factorised once for all right sides.
+
+    Attributes
+    ----------
+    matrix : ndarray, shape (m, m, P)
+    """
+
+    matrix: Array
+
+    def solve(self, b: Array) -> Array:
+        """Solve A c = b."""
+        return solve(self.matrix, b) if len(self.matrix) <= EXPLICIT else self._factors.solve(b)
+
+    def positive(self) -> Mask:
+        """Tell on which paths det A > 0."""
+        positive = determinant(self.matrix) > 0.0 if len(self.matrix) <= EXPLICIT else self._factors.positive()
+        return np.asarray(positive)
+
+    @cached_property
+    def _factors(self) -> Elimination:
+        return eliminated(self.matrix)
+
+
+class DenseJacobian(NamedTuple):
+    """A Jacobian without structure.
+
+    Attributes
+    ----------
+    Dg : ndarray, shape (m, n, P)
+    inverse_mass : ndarray, shape (n, n), or None
+        M^{-1}; None for the identity.
+    """
+
+    Dg: Array
+    inverse_mass: Array | None = None
+
+    def times(self, y: Array) -> Array:
+        """Return Dg y."""
+        return apply(self.Dg, y)
+
+    def transposed(self, c: Array) -> Array:
+        """Return grad g c."""
+        return apply_transposed(self.Dg, c)
+
+    def gram(self, other: "DenseJacobian") -> DenseGram:
+        """Return Dg M^{-1} grad g of two positions."""
+        if self.inverse_mass is None:
+            return DenseGram(product_transposed(self.Dg, other.Dg))
+        return DenseGram(product_transposed(self.Dg, np.einsum("ij,mjp->mip", self.inverse_mass, other.Dg)))
+
+    def size(self) -> Array:
+        """Return the Frobenius norm of Dg."""
+        return norm(self.Dg.reshape(-1, self.Dg.shape[-1]))

@@ -1,0 +1,196 @@
+"""What in a constrained problem couples with what: nodes in a row, of which only neighbours see each other."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...errors import ProblemError
+from ...numerics import BlockBanded, directional, is_analytic, overlap
+
+if TYPE_CHECKING:
+    from .holonomic import HolonomicSDAE
+
+
+class Unit(NamedTuple):
+    """Unit vectors of one component of every so manyth node, added up.
+
+    Attributes
+    ----------
+    first : int
+        First of the nodes.
+    period : int
+        Distance to the next one.
+    component : int
+    y : ndarray, shape (n, P)
+    """
+
+    first: int
+    period: int
+    component: int
+    y: Array
+
+    def rows(self, nodes: int, offset: int) -> Array:
+        """Return the nodes i for which node i + offset is one of these."""
+        hit = np.arange(self.first, nodes, self.period) - offset
+        return hit[(hit >= 0) & (hit < nodes)]
+
+
+@dataclass(frozen=True)
+class Structure:
+    """A row of nodes with d positions each: rows i d to i d + d - 1 of r and of v are those of node i = 0, 1, ...
+
+    It gives the derivatives that implicit schemes need, in blocks of nodes. They are taken along unit vectors of
+    several nodes at once that no row sees two of, so that their number does not grow with that of the nodes. A
+    subclass may know them; it sets `differentiates_force` if it knows those of the force. The q slots of a node are
+    for its constraints; those of a node with fewer stay zero.
+
+    Attributes
+    ----------
+    nodes : int
+        Number N of nodes.
+    owners : tuple of int, length m
+        For each constraint, in their order, the last node that it touches; these must not decrease.
+    width : int
+        The force on a node depends on nodes at most so far away.
+    reach : int
+        A constraint touches its owner and so many nodes before it.
+
+    Raises
+    ------
+    ProblemError
+        If the numbers do not fit together.
+    """
+
+    differentiates_force: ClassVar[bool] = False
+
+    nodes: int
+    owners: tuple[int, ...]
+    width: int = 0
+    reach: int = 0
+
+    def __post_init__(self) -> None:
+        ordered = self.owners == tuple(sorted(self.owners)) and {*self.owners} <= set(range(self.nodes))
+        if self.nodes < 1 or not self.owners or not ordered or min(self.width, self.reach) < 0:
+            expected = "owners must be nodes that do not decrease, width and reach not negative"
+            raise ProblemError(f"structure: {expected}, got {self}")
+
+    @cached_property
+    def slots(self) -> Array:
+        """Place of each constraint among the N q slots of all nodes, shape (m,)."""
+        owners = np.array(self.owners)
+        return owners * self.slots_per_node + np.arange(len(owners)) - np.searchsorted(owners, owners)
+
+    @cached_property
+    def slots_per_node(self) -> int:
+        """Largest number q of constraints of a node."""
+        return int(np.bincount(self.owners).max())
+
+    def by_slot(self, c: Array) -> Array:
+        """Return what belongs to constraints by nodes, shape (m, ...) -> (N, q, ...); empty slots are zero."""
+        spread = np.zeros((self.nodes * self.slots_per_node, *c.shape[1:]), dtype=c.dtype)
+        spread[self.slots] = c
+        return spread.reshape(self.nodes, self.slots_per_node, *c.shape[1:])
+
+    def by_constraint(self, c: Array) -> Array:
+        """Return what belongs to the slots of nodes by constraints, shape (N, q, P) -> (m, P)."""
+        return np.asarray(c.reshape(-1, c.shape[-1])[self.slots])
+
+    def by_node(self, y: Array) -> Array:
+        """Return positions by nodes, shape (n, P) -> (N, d, P)."""
+        return y.reshape(self.nodes, -1, y.shape[-1])
+
+    def inverse_mass_blocks(self, problem: "HolonomicSDAE") -> BlockBanded | None:
+        """Return M^{-1}, blocks of shape (d, d, 1), or None where it is the identity; a mass couples no two nodes."""
+        if problem.mass is None:
+            return None
+        return self._cut(problem.inverse_mass(np.eye(problem.dimension))[..., None], 0)
+
+    def force_blocks(self, problem: "HolonomicSDAE", t: float, r: Array, v: Array) -> tuple[BlockBanded, BlockBanded]:
+        """Return the derivatives of a(t, r, v) by r and by v, blocks of shape (d, d, P) or (d, d, 1)."""
+        if problem.force_derivatives is not None:
+            by_r, by_v = problem.force_derivatives(t, r, v)
+            return self._cut(by_r, self.width), self._cut(by_v, self.width)
+        return (
+            self._differentiated(lambda x: problem.force(t, x, v), r),
+            self._differentiated(lambda x: problem.force(t, r, x), v),
+        )
+
+    def constraint_blocks(self, problem: "HolonomicSDAE", r: Array) -> BlockBanded:
+        """Return Dg(r), blocks of shape (q, d, P), with `reach` diagonals below the main one and none above."""
+        J = problem.linearised(r)
+        return self._rows(r, J.times)
+
+    def curvature_rows(self, problem: "HolonomicSDAE", r: Array, v: Array) -> BlockBanded:
+        """Return the rows v^T Hess g_j(r), blocks of shape (q, d, P), diagonals like those of Dg."""
+        return self._rows(r, lambda y: problem.d2g(r, v, y))
+
+    def curvature_sum(self, problem: "HolonomicSDAE", r: Array, c: Array) -> BlockBanded:
+        """Return H(c) = sum_j c_j Hess g_j(r), c of shape (m, P): blocks of shape (d, d, P)."""
+        d = len(r) // self.nodes
+        blocks = np.zeros((2 * self.reach + 1, self.nodes, d, d, r.shape[-1]))
+
+        def weighted(y: Array, z: Array) -> Array:
+            return c * problem.d2g(r, y, z)
+
+        for y in self._units(r, self.reach + 1):
+            rows = self._rows(r, partial(weighted, y.y))
+            for before in range(self.reach + 1):
+                owners = y.rows(self.nodes, -before)
+                for k in range(self.reach + 1):
+                    blocks[k + before, owners - before, y.component] += rows.blocks[k, owners].sum(axis=1)
+        return BlockBanded(blocks, self.reach)
+
+    def _units(self, x: Array, period: int) -> Iterator[Unit]:
+        d = len(x) // self.nodes
+        for first in range(min(period, self.nodes)):
+            for component in range(d):
+                y = np.zeros((self.nodes, d, 1))
+                y[first::period, component] = 1.0
+                yield Unit(first, period, component, np.broadcast_to(y.reshape(-1, 1), x.shape))
+
+    def _differentiated(self, f: Callable[[Array], Array], x: Array) -> BlockBanded:
+        # Df(x), by complex steps.
+        d, w = len(x) // self.nodes, self.width
+        blocks = np.zeros((2 * w + 1, self.nodes, d, d, x.shape[-1]))
+        for unit in self._units(x, 2 * w + 1):
+            value = self.by_node(np.broadcast_to(directional(f, x, unit.y), x.shape))
+            for k in range(2 * w + 1):
+                rows = unit.rows(self.nodes, k - w)
+                blocks[k, rows, :, unit.component] = value[rows]
+        return BlockBanded(blocks, w)
+
+    def _rows(self, r: Array, f: Callable[[Array], Array]) -> BlockBanded:
+        # The matrix of a linear f : (n, P) -> (m, P) that goes with the constraints.
+        q, d = self.slots_per_node, len(r) // self.nodes
+        blocks = np.zeros((self.reach + 1, self.nodes, q, d, r.shape[-1]))
+        for unit in self._units(r, self.reach + 1):
+            value = self.by_slot(f(unit.y))
+            for k in range(self.reach + 1):
+                rows = unit.rows(self.nodes, k - self.reach)
+                blocks[k, rows, :, unit.component] = value[rows]
+        return BlockBanded(blocks, self.reach)
+
+    def _cut(self, matrix: Array, width: int) -> BlockBanded:
+        # The blocks near the diagonal of a matrix of shape (n, n, P).
+        N, d = self.nodes, len(matrix) // self.nodes
+        parts = matrix.reshape(N, d, N, d, -1)
+        blocks, nodes = np.zeros((2 * width + 1, N, d, d, matrix.shape[-1])), np.arange(N)
+        for k in range(2 * width + 1):
+            rows, columns = overlap(N, k - width)
+            blocks[k, rows] = parts[nodes[rows], :, nodes[columns]]
+        return BlockBanded(blocks, width)
+
+
+def no_derivative_of_force(problem: "HolonomicSDAE") -> str:
+    """Return why the derivatives of a can neither be had from the author nor by complex step, or an empty string."""
+    n = problem.dimension
+    x = np.concatenate(problem.initial(1)[:2])
+    known = problem.force_derivatives is not None or problem.blocks.differentiates_force
+    if known or is_analytic(lambda z: problem.force(0.0, z[:n], z[n:]), x):
+        return ""
+    text = "force is not analytic (abs, real buffers?), so that its derivatives cannot be taken"
+    return f"{text} by complex step; give force_derivatives"

@@ -1,0 +1,1 @@
+"""Overdamped Langevin dynamics under a penalised or exact constraint."""

@@ -1,0 +1,247 @@
+"""The form dX = f dt + sigma dW + (sigma^2/4) grad ln det G dt - (1/eps) g G^{-1} zeta dt, and its limit eps = 0.
+
+Symbols as in Laurent (2022): constraint zeta : R^d -> R^q, g = grad zeta (d x q), Gram matrix G = g^T g, and
+Pi = Id - g G^{-1} g^T, the projector onto the tangent space.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...arrays import Array, Parts
+from ...errors import ProblemError
+from ...numerics import directional, is_analytic, jacobian, norm
+from ..checks import (
+    CONSISTENCY,
+    PROBES,
+    check_derivative,
+    check_observables,
+    check_shape,
+    check_truth,
+    columns,
+    largest_component,
+    vector,
+)
+from ..manifold import onto_manifold
+from ..mechanics.jacobian import ConstraintJacobian, DenseJacobian
+from ..problem import Problem, Residual
+from ..sde.sde import SDE
+from .equation import langevin_equation
+from .geometry import ConstraintGeometry
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ConstrainedLangevin(Problem):
+    """Overdamped Langevin dynamics near or on the manifold zeta = 0, W in R^d.
+
+    For eps > 0 the penalised dynamics (1.4), for eps = 0 the constrained dynamics (1.2):
+
+        dX = f dt + sigma dW + (sigma^2/4) grad ln det G dt - (1/eps) g G^{-1} zeta dt                    (1.4)
+        dX = Pi f dt + sigma Pi o dW = [Pi f - (sigma^2/2) g G^{-1} tau] dt + sigma Pi dW,                (1.2)
+
+    tau_k = tr(Pi H_k), H_k the Hessian of zeta_k.
+
+    Attributes
+    ----------
+    drift : callable, x -> ndarray, shape (d, P)
+        f.
+    strength : float
+        sigma, finite and not negative.
+    eps : float
+        Stiffness parameter, not negative, in the problem's unit of time.
+    constraint : callable, x -> ndarray, shape (q, P)
+        zeta; a nonlinear function of it is another problem for eps > 0.
+    start : array_like, shape (d,)
+        X at time 0, on the manifold.
+    jacobian : callable, x -> ndarray, shape (q, d, P), optional
+        g^T; by complex step if left out, and zeta must then be analytic.
+    hessians : array_like, shape (q, d, d), optional
+        H_k where they are constant.
+    second : callable, (x, A) -> ndarray, shape (d, P), optional
+        S(x; A) = sum_k H_k(x) A_k for A of shape (d, q, P), from which all second derivatives follow.
+    laplacians : callable, x -> ndarray, shape (q, P), optional
+        tr H_k.
+        Second derivatives are taken by complex step of the Jacobian if all three are left out.
+    geometry : callable, (problem, x) -> ConstraintGeometry, optional
+        Where there are closed forms.
+    family : callable, eps -> ConstrainedLangevin, optional
+        The same problem, its truths included, with another eps.
+    noise_dim : int
+        d, set by the form.
+
+    Raises
+    ------
+    ProblemError
+        If shapes, eps or the start are inconsistent, or a derivative disagrees with the constraint.
+    """
+
+    drift: Callable[[Array], Array]
+    strength: float
+    eps: float
+    constraint: Callable[[Array], Array]
+    start: ArrayLike
+    jacobian: Callable[[Array], Array] | None = None
+    hessians: ArrayLike | None = None
+    second: Callable[[Array, Array], Array] | None = None
+    laplacians: Callable[[Array], Array] | None = None
+    geometry: Callable[["ConstrainedLangevin", Array], ConstraintGeometry] = ConstraintGeometry
+    family: Callable[[float], "ConstrainedLangevin"] | None = None
+    noise_dim: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "start", vector("start", self.start))
+        object.__setattr__(self, "noise_dim", self.dimension)
+        super().__post_init__()
+        for name, value in (("strength", self.strength), ("eps", self.eps)):
+            if not 0.0 <= value < np.inf:
+                raise ProblemError(f"{name} must be finite and not negative, got {value!r}")
+        object.__setattr__(self, "fastest", self.eps or np.inf)
+        self._check_functions()
+        self._check_start()
+        check_observables(self, self.parts(self.initial(PROBES)))
+        check_truth(self, self.parts(self.initial(PROBES)))
+
+    def _all_traits(self) -> frozenset[str]:
+        return super()._all_traits() | ({"additive-noise", "vanishing-milstein-term"} if self.eps else frozenset())
+
+    @property
+    def dimension(self) -> int:
+        """Number d of components."""
+        return len(cast("Array", self.start))
+
+    @property
+    def constraints(self) -> int:
+        """Number q of constraints."""
+        return len(self.constraint(self.initial(1)))
+
+    @property
+    def has_constraints(self) -> bool:
+        """Whether the constraint is kept: in the limit eps = 0."""
+        return self.eps == 0.0
+
+    def initial(self, paths: int) -> Array:
+        """Return the start on every path, shape (d, P)."""
+        return columns(cast("Array", self.start), paths)
+
+    def parts(self, x: Array) -> Parts:
+        """Return the state under its name x."""
+        return {"x": x}
+
+    def near(self, x: Array) -> ConstraintGeometry:
+        """Return the geometry of the constraint at x."""
+        return self.geometry(self, x)
+
+    def dg(self, x: Array) -> Array:
+        """Return g^T(x), shape (q, d, P)."""
+        return self.jacobian(x) if self.jacobian is not None else jacobian(self.constraint, x)
+
+    def linearised(self, x: Array) -> ConstraintJacobian:
+        """Return g^T(x) as the operations that schemes need of it."""
+        return DenseJacobian(self.dg(x))
+
+    def push(self, J: ConstraintJacobian, c: Array) -> Array:
+        """Return g c, shape (d, P), for c of shape (q, P)."""
+        return J.transposed(c)
+
+    def contraction(self, x: Array, A: Array) -> Array:
+        """Return S(x; A) = sum_k H_k(x) A_k, shape (d, P), for A of shape (d, q, P)."""
+        if self._hessians is not None:
+            return np.asarray(np.einsum("kij,jkp->ip", self._hessians, A))
+        if self.second is not None:
+            return self.second(x, A)
+        terms = (self.turned(x, column)[k] for k, column in enumerate(np.swapaxes(A, 0, 1)))
+        return np.asarray(sum(terms, np.zeros_like(x)))
+
+    def turned(self, x: Array, w: Array) -> Array:
+        """Return the rows H_k w, shape (q, d, P): the derivative of g^T in the direction w of shape (d, P)."""
+        if self._hessians is not None:
+            return np.asarray(np.einsum("kij,jp->kip", self._hessians, w))
+        if self.second is None:
+            return directional(self.dg, x, w)
+        units = np.eye(self.constraints)[..., None]
+        return np.stack([self.second(x, w[:, None] * unit) for unit in units])
+
+    def traces(self, x: Array) -> Array:
+        """Return tr H_k, shape (q, P)."""
+        if self.laplacians is not None:
+            return self.laplacians(x)
+        units = np.eye(self.dimension)
+        if self._hessians is not None:
+            return np.asarray(np.einsum("kii->k", self._hessians)[:, None] + 0.0 * x[:1])
+        rows = (self.turned(x, np.broadcast_to(unit[:, None], x.shape))[:, i] for i, unit in enumerate(units))
+        return np.asarray(sum(rows, np.zeros((self.constraints, x.shape[-1]))))
+
+    def residuals(self, parts: Parts) -> Mapping[str, Residual]:
+        """Return the defect zeta(x) where the constraint is kept."""
+        if not self.has_constraints:
+            return {}
+        x = parts["x"]
+        return {"zeta": Residual(self.constraint(x), self.linearised(x).size() * norm(x))}
+
+    def admissible(self, x: Array) -> Array:
+        """Return points of the manifold near the columns of x, or x itself where it need not be kept."""
+        return onto_manifold(self.constraint, self.linearised, self.push, x) if self.has_constraints else x
+
+    def view(self, form: type[Problem]) -> Problem | None:
+        """Return the problem itself, or its Ito equation where an `SDE` is asked for."""
+        return self._equation if form is SDE else super().view(form)
+
+    def ito(self) -> SDE:
+        """Return the penalised equation (1.4), or that of the limit (1.2) in Ito's form."""
+        return self._equation
+
+    # Built once: making an equation checks it, and what is found for it serves all schemes that see it.
+    @cached_property
+    def _equation(self) -> SDE:
+        return langevin_equation(self)
+
+    @cached_property
+    def _hessians(self) -> Array | None:
+        return None if self.hessians is None else np.asarray(self.hessians, dtype=float)
+
+    def _check_functions(self) -> None:
+        d, q, x = self.dimension, self.constraints, self.initial(PROBES)
+        if not 0 < q < d:
+            raise ProblemError(f"constraint(x) has {q} components, expected between 1 and {d - 1}")
+        check_shape("drift(x)", self.drift(x), (d, PROBES))
+        check_shape("constraint(x)", self.constraint(x), (q, PROBES))
+        if self.jacobian is None and not is_analytic(self.constraint, x):
+            raise ProblemError("constraint is not analytic (abs, real buffers?); give jacobian")
+        check_shape("jacobian(x)", self.dg(x), (q, d, PROBES))
+        if self.jacobian is not None:
+            check_derivative("jacobian", self.constraint, lambda y, z: self.linearised(y).times(z), x)
+        if self._hessians is not None and self._hessians.shape != (q, d, d):
+            raise ProblemError(f"hessians has shape {self._hessians.shape}, expected {(q, d, d)}")
+        if self._hessians is None and self.second is None and not is_analytic(self.dg, x):
+            raise ProblemError("jacobian is not analytic (abs, real buffers?); give hessians or second")
+        self._check_second(x)
+
+    def _check_second(self, x: Array) -> None:
+        c = np.cos(1.0 + np.arange(self.constraints))[:, None]
+        y = x + 0.1
+        A = np.broadcast_to(np.sin(1.0 + np.arange(len(x)))[:, None, None], (len(x), self.constraints, PROBES)) * c
+        check_shape("second(x, A)", self.contraction(x, A), x.shape)
+        check_derivative(
+            "second",
+            lambda z: self.linearised(z).transposed(c + 0.0 * z[:1]),
+            lambda z, w: self.contraction(z, w[:, None] * c),
+            y,
+        )
+        check_shape("laplacians(x)", self.traces(x), (self.constraints, PROBES))
+        basis = [np.broadcast_to(unit[:, None], y.shape) for unit in np.eye(self.dimension)]
+        expected = sum(self.turned(y, unit)[:, i] for i, unit in enumerate(basis))
+        if not np.allclose(self.traces(y), expected, rtol=1e-6, atol=1e-9):
+            raise ProblemError("laplacians disagrees with the traces of the second derivatives")
+
+    def _check_start(self) -> None:
+        x = self.initial(1)
+        Dg = self.dg(x)
+        if np.linalg.matrix_rank(Dg[..., 0]) < self.constraints:
+            raise ProblemError(f"the gradient of the constraint has not full rank at start {x[:, 0].tolist()}")
+        value, scale = self.constraint(x), self.linearised(x).size() * norm(x)
+        if np.abs(value).max() > CONSISTENCY * max(1.0, scale.max()):
+            raise ProblemError(f"start violates constraint = 0: constraint is {largest_component(value[:, 0])}")

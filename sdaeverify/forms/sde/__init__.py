@@ -1,0 +1,1 @@
+"""Ito equations dx = f(t, x) dt + B(t, x) dW."""

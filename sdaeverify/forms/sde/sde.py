@@ -1,0 +1,209 @@
+"""The form dx = f(t, x) dt + B(t, x) dW in Ito's sense."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...arrays import Array, Parts
+from ...errors import ProblemError, SchemeError
+from ...numerics import apply, directional, is_analytic, jacobian, norm
+from ..checks import (
+    CONSISTENCY,
+    PROBES,
+    check_derivative,
+    check_observables,
+    check_product,
+    check_shape,
+    check_truth,
+    columns,
+    largest_component,
+    vector,
+)
+from ..manifold import onto_manifold
+from ..mechanics.jacobian import ConstraintJacobian, DenseJacobian
+from ..problem import Problem, Residual
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SDE(Problem):
+    """A stochastic differential equation dx = f dt + B dW (Ito).
+
+    Attributes
+    ----------
+    drift : callable, (t, x) -> ndarray, shape (d, P)
+        f, for states x of shape (d, P).
+    diffusion : callable, (t, x) -> ndarray, shape (d, l, P) or (d, l, 1)
+        B, one column for each Brownian motion.
+    start : array_like, shape (d,)
+        x at time 0.
+    diffusion_derivative : callable, (t, x, y) -> ndarray, shape (d, l, P), optional
+        DB(x) y, the derivative of B in the direction y of shape (d, P); by complex step if left out, and B
+        must then be analytic.
+    diffusion_product : callable, (t, x, w) -> ndarray, shape (d, P), optional
+        B(t, x) w for w of shape (l, P), where it costs less than the product with the matrix.
+    names : mapping of str to slice, optional
+        Named components; ``x`` for the whole state if left out.
+    constraint : callable, x -> ndarray, shape (m, P), optional
+        g, which the solution keeps at zero: an invariant of the equation. It must be analytic, Dg is taken by
+        complex step.
+
+    Raises
+    ------
+    ProblemError
+        If a function returns the wrong shape or something not finite at the initial state, if a name selects no
+        component, or if the initial state violates the constraint.
+    """
+
+    drift: Callable[[float, Array], Array]
+    diffusion: Callable[[float, Array], Array]
+    start: ArrayLike
+    diffusion_derivative: Callable[[float, Array, Array], Array] | None = None
+    diffusion_product: Callable[[float, Array, Array], Array] | None = None
+    names: Mapping[str, slice] | None = None
+    constraint: Callable[[Array], Array] | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "start", vector("start", self.start))
+        d, x = self.dimension, self.initial(PROBES)
+        check_shape("drift(t, x)", self.drift(0.0, x), (d, PROBES))
+        check_shape("diffusion(t, x)", self.diffusion(0.0, x), (d, self.noise_dim, PROBES))
+        if self.diffusion_derivative is not None:
+            derivative = self.diffusion_derivative(0.0, x, x)
+            check_shape("diffusion_derivative(t, x, y)", derivative, (d, self.noise_dim, PROBES))
+            check_derivative(
+                "diffusion_derivative", partial(self.diffusion, 0.0), partial(self.diffusion_derivative, 0.0), x
+            )
+        check_product(self, x)
+        for name, rows in (self.names or {}).items():
+            if not (isinstance(rows, slice) and range(d)[rows]):
+                raise ProblemError(f"names[{name!r}] must be a slice of the {d} components, got {rows!r}")
+        self._check_constraint(x)
+        self._check_traits(x)
+        check_observables(self, self.parts(x))
+        check_truth(self, self.parts(x))
+
+    @property
+    def dimension(self) -> int:
+        """Number d of components."""
+        return len(cast("Array", self.start))
+
+    def initial(self, paths: int) -> Array:
+        """Return the initial state on every path, shape (d, P)."""
+        return columns(cast("Array", self.start), paths)
+
+    def parts(self, x: Array) -> Parts:
+        """Return the named components of a state of shape (d, P).
+
+        Raises
+        ------
+        SchemeError
+            If the state has another number of components: further memory is for a scheme to keep apart.
+        """
+        if len(x) != self.dimension:
+            text = f"a state of {len(x)} components, expected {self.dimension}"
+            raise SchemeError(f"{text}; a scheme with further memory overrides parts(problem, state)")
+        return {name: x[rows] for name, rows in (self.names or {"x": slice(None)}).items()}
+
+    def ito(self) -> "SDE":
+        """Return the equation itself."""
+        return self
+
+    @property
+    def has_constraints(self) -> bool:
+        """Whether the equation has an invariant."""
+        return self.constraint is not None
+
+    def diffused(self, t: float, x: Array, w: Array) -> Array:
+        """Return B(t, x) w, shape (d, P), for w of shape (l, P)."""
+        if self.diffusion_product is not None:
+            return self.diffusion_product(t, x, w)
+        return apply(self.diffusion(t, x), w)
+
+    def linearised(self, x: Array) -> ConstraintJacobian:
+        """Return the linearised constraint at x."""
+        return DenseJacobian(self.dg(x))
+
+    def push(self, J: ConstraintJacobian, c: Array) -> Array:
+        """Return grad g c, shape (d, P), for c of shape (m, P)."""
+        return J.transposed(c)
+
+    def dg(self, x: Array) -> Array:
+        """Return Dg(x), shape (m, d, P), of the constraint.
+
+        Raises
+        ------
+        ProblemError
+            If the equation has no invariant.
+        """
+        return jacobian(self._invariant, x)
+
+    def admissible(self, x: Array) -> Array:
+        """Return points of the manifold g = 0 near the columns of x.
+
+        Raises
+        ------
+        ProblemError
+            If the equation has no invariant.
+        """
+        return onto_manifold(self._invariant, self.linearised, self.push, x)
+
+    def residuals(self, parts: Parts) -> Mapping[str, Residual]:
+        """Return the defect g(x), if there is a constraint."""
+        if self.constraint is None:
+            return {}
+        x = np.concatenate([parts[name] for name in self.names or ("x",)])
+        return {"g": Residual(self.constraint(x), self.linearised(x).size() * norm(x))}
+
+    def derivative_of_diffusion(self, t: float, x: Array, y: Array) -> Array:
+        """Return DB(x) y, shape (d, l, P)."""
+        if self.diffusion_derivative is not None:
+            return self.diffusion_derivative(t, x, y)
+        return directional(lambda z: self.diffusion(t, z), x, y)
+
+    def no_derivative_of_diffusion(self) -> str:
+        """Return why DB can neither be had from the author nor by complex step, or an empty string."""
+        if self.diffusion_derivative is not None:
+            return ""
+        if is_analytic(lambda z: self.diffusion(0.0, z), self.initial(1)):
+            return ""
+        text = "diffusion is not analytic (abs, real buffers?), so that its derivative cannot be taken"
+        return f"{text} by complex step; give diffusion_derivative"
+
+    @property
+    def _invariant(self) -> Callable[[Array], Array]:
+        if self.constraint is None:
+            raise ProblemError("the equation has no invariant, so that there is no Dg; refuse it in refuses(problem)")
+        return self.constraint
+
+    def _check_traits(self, x: Array) -> None:
+        # A trait that is not there would have claims refuted that were never made for such a problem.
+        y = x + 0.1 * (1.0 + np.abs(x)) * np.cos(np.arange(1.0, len(x) + 1))[:, None]
+        here, there = self.diffusion(0.0, x), self.diffusion(0.5 * self.horizon, y)
+        if "additive-noise" in self.traits and not np.allclose(here, there, rtol=1e-12, atol=0.0):
+            raise ProblemError("trait additive-noise: the diffusion depends on the state or on time")
+        d, l, _ = there.shape
+        if "diagonal-noise" in self.traits and (d != l or there[~np.eye(d, dtype=bool)].any()):
+            raise ProblemError("trait diagonal-noise: the diffusion has entries off the diagonal")
+
+    def _check_constraint(self, x: Array) -> None:
+        if self.constraint is None:
+            return
+        value = self.constraint(x)
+        m = len(value) if isinstance(value, np.ndarray) and value.ndim == 2 else 1
+        check_shape("constraint(x)", value, (m, PROBES))
+        if not is_analytic(self.constraint, x):
+            raise ProblemError("constraint is not analytic (abs, real buffers?), so that Dg cannot be taken")
+        scale = self.residuals(self.parts(x))["g"].scale.max()
+        if np.abs(value).max() > CONSISTENCY * max(1.0, scale):
+            text = "the initial state violates constraint = 0: constraint is"
+            raise ProblemError(f"{text} {largest_component(value[:, 0])}")
+
+
+def zero_columns(blocks: Array, above: int) -> Array:
+    """Put `above` rows of zeros on top of a matrix of shape (n, l, P)."""
+    return np.concatenate([np.zeros((above, *blocks.shape[1:]), dtype=blocks.dtype), blocks])

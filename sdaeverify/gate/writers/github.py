@@ -1,0 +1,126 @@
+"""A gate as GitHub reads it: annotations at the lines of claims, all other output fenced off from commands.
+
+The runner takes a line that begins with ``::`` for a command. All that plugins may print is printed between
+``::stop-commands::TOKEN`` and ``::TOKEN::``, with a token that nobody can guess; in annotations it is escaped.
+"""
+
+import os
+import secrets
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from itertools import takewhile
+from pathlib import Path
+
+from ...report.terminal import visible
+from ..gated import Gated
+from ..outcomes import Outcome, Status
+from .claim_lines import claim_place
+from .messages import estimate_text, headline
+
+MOST = 10
+# Folders that hold copies of sources: of what is installed, and of what is built to be.
+INSTALLED = frozenset({"site-packages", "dist-packages", "build"})
+KINDS = {Status.FAILED: "error", Status.UNMEASURED: "error", Status.XPASSED: "error", Status.UNDECIDED: "warning"}
+
+
+@contextmanager
+def fence(write: Callable[[str], None]) -> Iterator[None]:
+    """Switch commands off while something is written that is nobody's command, whatever it begins with.
+
+    Parameters
+    ----------
+    write : callable
+        Writes a line to where the runner reads commands from.
+    """
+    token = secrets.token_hex(16)
+    write(f"::stop-commands::{token}")
+    try:
+        yield
+    finally:
+        write(f"::{token}::")
+
+
+def annotations(gated: Gated, root: Path) -> Iterator[str]:
+    """Yield the commands that annotate what failed or stayed undecided, the worst first and ten at most.
+
+    Parameters
+    ----------
+    gated : Gated
+    root : Path
+        Folder that files are named relative to; a claim whose source is not in it is annotated without its file.
+    """
+    told = [outcome for outcome in gated.told if outcome.status in KINDS]
+    lines = [f"lock file: {line}" for line in gated.lock.violations]
+    shown = [_command("error", {"title": "sdaeverify lock file"}, visible(line)) for line in lines[: MOST // 2]]
+    shown += [_annotation(outcome, gated, root) for outcome in told[: MOST - len(shown)]]
+    yield from shown
+
+
+def property_text(text: str) -> str:
+    """Return a text as the value of a property of a command."""
+    return data_text(text).replace(":", "%3A").replace(",", "%2C")
+
+
+def data_text(text: str) -> str:
+    """Return a text as the message of a command."""
+    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _annotation(outcome: Outcome, gated: Gated, root: Path) -> str:
+    finding = outcome.finding
+    kind = "error" if gated.red(outcome) else KINDS[outcome.status]
+    place = claim_place(outcome.cell.scheme, finding.claim)
+    properties = {"title": f"sdaeverify: {outcome.cell.measure.name} {outcome.status}"}
+    if place is not None and (file := source_in(root, place.file)):
+        properties = {"file": file, "line": str(place.line), **properties}
+    parts = (
+        headline(outcome),
+        estimate_text(finding, gated.settings.confidence),
+        finding.reason,
+        gated.command(outcome),
+    )
+    return _command(kind, properties, "\n".join(visible(part) for part in parts if part))
+
+
+def _command(kind: str, properties: dict[str, str], message: str) -> str:
+    listed = ",".join(f"{name}={property_text(visible(text))}" for name, text in properties.items())
+    return f"::{kind} {listed}::{data_text(message)}"
+
+
+def source_in(root: Path, file: Path) -> str:
+    """Return the source of a module in a checkout, relative to it; empty where it has none.
+
+    A module that is installed is a copy of its source, byte by byte, and so are the lines of its claims: the file of
+    the checkout is meant that ends in the same names, as many as possible, and holds the same.
+
+    Parameters
+    ----------
+    root : Path
+        Of the checkout.
+    file : Path
+        That the module was imported from.
+    """
+    root, file = root.resolve(), file.resolve()
+    if file.is_relative_to(root) and not _is_installed(file):
+        return file.relative_to(root).as_posix()
+    copies = [path for path in _sources(root, file.name) if path.read_bytes() == file.read_bytes()]
+    best = max(copies, key=lambda path: (_common_end(path, file), path.as_posix()), default=None)
+    return "" if best is None else best.relative_to(root).as_posix()
+
+
+def _is_installed(file: Path) -> bool:
+    return not INSTALLED.isdisjoint(file.parts)
+
+
+def _sources(root: Path, name: str) -> Iterator[Path]:
+    """Yield the files of a name below a folder, but for those in hidden folders and in environments."""
+    for folder, folders, files in os.walk(root):
+        folders[:] = [each for each in folders if not each.startswith(".") and each not in INSTALLED]
+        if name in files:
+            yield Path(folder, name)
+
+
+def _common_end(one: Path, other: Path) -> int:
+    """Return in how many names two paths end alike."""
+    pairs = zip(reversed(one.parts), reversed(other.parts), strict=False)
+    return len(list(takewhile(lambda pair: pair[0] == pair[1], pairs)))

@@ -1,0 +1,1 @@
+"""Programs about the verifier: self-test, calibration, comparison, experiments of papers, plugin templates."""

@@ -1,0 +1,154 @@
+"""What a calibration does: its cases and studies, and the jobs that give their rates."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from typing import Protocol
+
+from ...contracts.calibrated import CalibrationCase
+from ...contracts.labels import split_list
+from ...contracts.scheme import Scheme
+from ...contracts.specs import ProblemSpec
+from ...errors import UsageError
+from ...registry.load import Registry
+from ...registry.selection import select_problems, select_schemes
+from .chain_means import ChainJob
+from .families import CELLS, family_rates
+from .looks import look_rates
+from .mean_differences import mean_difference_rates
+from .rates import Rate
+from .repeated import POOLED
+from .samples import PathJob, Sample, path_settings
+from .slopes import slope_rates
+from .verdicts import published_rates, verdict_rates
+
+# Repetitions are counted for samples of 400 paths; there are more smaller and fewer larger ones.
+FEWEST = 40
+QUARTER = POOLED // 4
+CHAINS_STUDY, FAMILIES, JUDGED = "chains", "families", ("published", "verdicts")
+STUDIES: dict[str, Callable[[Sample], Iterator[Rate]]] = {
+    "slope": slope_rates,
+    "looks": look_rates,
+    "mean differences": mean_difference_rates,
+    "published": published_rates,
+    "verdicts": verdict_rates,
+}
+
+
+class Job(Protocol):
+    """A piece of work for a worker process."""
+
+    @property
+    def label(self) -> str:
+        """What it works on."""
+        ...
+
+    def run(self) -> list[Sample] | list[Rate]:
+        """Return samples, or rates where nothing is to be joined."""
+        ...
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A case with its scheme, its problem and the studies that are made of it."""
+
+    case: CalibrationCase
+    scheme: Scheme
+    spec: ProblemSpec
+    studies: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class CalibrationPlan:
+    """Everything a calibration will do.
+
+    Attributes
+    ----------
+    placed : tuple of Placed
+    seed : int
+    repetitions : int
+        Of samples of 400 paths, of chains, and of families.
+    families : bool
+        Whether families of tests are simulated.
+    """
+
+    placed: tuple[Placed, ...]
+    seed: int
+    repetitions: int
+    families: bool
+
+    def jobs(self) -> list[Job]:
+        """Return all jobs; the samples of a case come in order."""
+        return [*self._path_jobs(), *self._chain_jobs()]
+
+    def family_rates(self) -> list[Rate]:
+        """Return the rates that need no paths."""
+        return list(family_rates(self.seed, self.repetitions)) if self.families else []
+
+    def _path_jobs(self) -> Iterator[PathJob]:
+        by_problem: dict[tuple[str, float], list[Placed]] = {}
+        for placed in self.placed:
+            if set(placed.studies) & set(STUDIES):
+                by_problem.setdefault((placed.spec.label, placed.case.share), []).append(placed)
+        for (_, share), group in by_problem.items():
+            judged = any(study in JUDGED for placed in group for study in placed.studies)
+            settings, blocks = path_settings(self.seed, self._sequences(share))
+            cases = tuple((placed.case, placed.scheme) for placed in group)
+            yield from (PathJob(group[0].spec, cases, settings, block, judged) for block in blocks)
+
+    def _chain_jobs(self) -> Iterator[ChainJob]:
+        for placed in self.placed:
+            if CHAINS_STUDY in placed.studies:
+                yield ChainJob(placed.spec, placed.case, placed.scheme, self.seed, 2 * (self.repetitions // 2))
+
+    def _sequences(self, share: float) -> int:
+        return max(2, round(self.repetitions * share / QUARTER))
+
+
+def calibration_plan(registry: Registry, seed: int, repetitions: int, only: Sequence[str] = ()) -> CalibrationPlan:
+    """Return the plan for the registered cases.
+
+    Parameters
+    ----------
+    registry : Registry
+    seed, repetitions : int
+        See `CalibrationPlan`.
+    only : sequence of str, optional
+        Patterns: a study of a case is made if one of them is found in the name of the study or of the case.
+
+    Raises
+    ------
+    UsageError
+        If there are too few repetitions, or nothing is left to be done.
+    """
+    if repetitions < FEWEST:
+        raise UsageError(f"repetitions must be at least {FEWEST}, got {repetitions}")
+    placed = [_placed(registry, case, only) for case in registry.cases.values()]
+    made = CalibrationPlan(
+        tuple(one for one in placed if one.studies),
+        seed,
+        repetitions,
+        _asked(only, FAMILIES, f"runs of {CELLS} cells"),
+    )
+    if not (made.placed or made.families):
+        known = ", ".join([*STUDIES, CHAINS_STUDY, FAMILIES, *registry.cases])
+        raise UsageError(f"nothing is left to calibrate by --only {', '.join(only)}; known are {known}")
+    return made
+
+
+def _placed(registry: Registry, case: CalibrationCase, only: Sequence[str]) -> Placed:
+    (scheme,), (spec,) = select_schemes(registry, [case.scheme]), select_problems(registry, [case.problem])
+    studies = [study for study in _studies(case) if _asked(only, study, case.label)]
+    return Placed(case, scheme, spec, tuple(studies))
+
+
+def _studies(case: CalibrationCase) -> Iterable[str]:
+    strong = [study for study in STUDIES if case.strong and (study != "mean differences" or case.weak)]
+    return [*strong, *([CHAINS_STUDY] if case.stationary else [])]
+
+
+def _asked(only: Sequence[str], study: str, case: str) -> bool:
+    name = f"{study} {case}"
+    patterns = [word for text in only for word in split_list(text)]
+    # Brackets are those of a label as well as of a pattern.
+    return not only or any(pattern in name or fnmatchcase(name, f"*{pattern}*") for pattern in patterns)

@@ -1,0 +1,118 @@
+"""Many repetitions of a measurement in one block: the tallies of parts of its paths, one after the other.
+
+A repetition of UNIT paths is the smallest sample; neighbouring ones are pooled into larger samples. Stacked tallies
+are tallies whose arrays have the repetition as first axis.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+
+from ...arrays import Array, Parts
+from ...contracts.measure import Measure, Observer, Snapshot
+from ...contracts.settings import Settings
+from ...contracts.tally import Tally, largest
+from ...forms import Problem
+
+UNIT = 100
+# Repetitions of the longest sample.
+POOLED = 16
+
+
+class Divisible(Observer, Protocol):
+    """A notebook that can tell about some of its paths."""
+
+    def part(self, paths: slice) -> Observer:
+        """Return what was noted on some of the paths."""
+        ...
+
+
+@dataclass(frozen=True)
+class Repeated(Measure):
+    """Notes what another measure notes, for each repetition by itself.
+
+    Attributes
+    ----------
+    measure : Measure
+        Its observers are `Divisible`.
+    """
+
+    measure: Any
+
+    name: ClassVar[str] = "repeated"
+
+    def observer(self, problem: Problem, parts: Parts, settings: Settings) -> "RepeatedObserver":
+        """Return the notebook for one block."""
+        # What depends on the size of the sample is for the longest one, not for the whole block.
+        return RepeatedObserver(self.measure.observer(problem, parts, replace(settings, paths=UNIT * POOLED)))
+
+
+class RepeatedObserver:
+    """Passes on what it is shown, and takes the notes apart at the end."""
+
+    def __init__(self, inner: Divisible) -> None:
+        self.inner, self.wanted, self.paths = inner, inner.wanted, 0
+
+    def after_step(self, level: int, step: int, parts: Parts) -> None:
+        """Pass on the step."""
+        self.inner.after_step(level, step, parts)
+
+    def after_coarsest_step(self, snapshot: Snapshot) -> None:
+        """Pass on the states."""
+        self.paths = max(part.shape[-1] for part in snapshot.levels[0].values())
+        self.inner.after_coarsest_step(snapshot)
+
+    def tally(self) -> Tally:
+        """Return the stacked tallies of all whole repetitions."""
+        starts = range(0, self.paths - UNIT + 1, UNIT)
+        return stacked([self.inner.part(slice(start, start + UNIT)).tally() for start in starts])
+
+
+def stacked(tallies: Sequence[Tally]) -> Tally:
+    """Return the tallies of several repetitions as one."""
+    return _joined(tallies, np.stack)
+
+
+def appended(tallies: Sequence[Tally]) -> Tally:
+    """Return several stacked tallies one after the other."""
+    return _joined(tallies, np.concatenate)
+
+
+def pooled(tally: Tally, count: int, every: int | None = None) -> Tally:
+    """Pool the first `count` of every `every` neighbouring repetitions (of every `count` if left out)."""
+    every = every or count
+
+    def runs(values: Array) -> Array:
+        return values.reshape(-1, every, *values.shape[1:])[:, :count]
+
+    def tops(values: Array) -> Array:
+        return largest(np.concatenate(np.moveaxis(runs(values), 1, 0), axis=-1), values.shape[-1])
+
+    return Tally(
+        _each(tally.sums, lambda values: runs(values).sum(axis=1)),
+        _each(tally.maxima, lambda values: runs(values).max(axis=1)),
+        _each(tally.largest, tops),
+    )
+
+
+def one(tally: Tally, repetition: int) -> Tally:
+    """Return the tally of one repetition."""
+
+    def taken(values: Array) -> Array:
+        return np.asarray(values[repetition])
+
+    return Tally(_each(tally.sums, taken), _each(tally.maxima, taken), _each(tally.largest, taken))
+
+
+def _joined(tallies: Sequence[Tally], join: Callable[[list[Array]], Array]) -> Tally:
+    def joined(kind: str) -> dict[str, Array]:
+        maps: list[Mapping[str, Array]] = [getattr(tally, kind) for tally in tallies]
+        return {name: join([values[name] for values in maps]) for name in maps[0]}
+
+    return Tally(joined("sums"), joined("maxima"), joined("largest"))
+
+
+def _each(values: Mapping[str, Array], change: Callable[[Array], Array]) -> dict[str, Array]:
+    return {name: change(value) for name, value in values.items()}

@@ -1,0 +1,132 @@
+"""The paths of the calibration: blocks of repetitions, simulated by the ensemble like any other run."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.calibrated import CalibrationCase
+from ...contracts.scheme import Scheme
+from ...contracts.settings import Settings
+from ...contracts.specs import ProblemSpec
+from ...contracts.tally import Tally
+from ...errors import SchemeError
+from ...measures.strong import Strong
+from ...measures.weak import Weak
+from ...simulate.ensemble import Entry, LaneEvidence, Task, run_block
+from .judged import Judged, judge_sequences
+from .repeated import POOLED, UNIT, Repeated, appended
+
+SEQUENCE = UNIT * POOLED
+SEQUENCES_A_BLOCK = 4
+AT_T = "@T"
+STATE = "state"
+
+
+class Sample(NamedTuple):
+    """Repetitions of UNIT paths on one case; POOLED neighbouring ones are a sequence of independent looks.
+
+    Attributes
+    ----------
+    case : CalibrationCase
+    h : ndarray, shape (L,)
+        Step sizes.
+    strong : Tally
+        Stacked: ``error`` and ``difference`` of the full state at T, ``paths``.
+    weak : Tally
+        Stacked: ``values`` of the observables.
+    judged : Judged or None
+        What the strong measure said of each sequence.
+    """
+
+    case: CalibrationCase
+    h: Array
+    strong: Tally
+    weak: Tally
+    judged: Judged | None
+
+    @property
+    def sequences(self) -> int:
+        """Number of sequences."""
+        return len(self.strong.sums["paths"]) // POOLED
+
+    @property
+    def errors(self) -> Array:
+        """Sums of e^p over groups, p = 1/2, 1, 2, shape (R, G, L, 3)."""
+        (name,) = (name for name in self.strong.sums if name.startswith("error "))
+        return self.strong.sums[name]
+
+
+@dataclass(frozen=True)
+class PathJob:
+    """One block of repetitions for all cases of a problem; it can be pickled.
+
+    Attributes
+    ----------
+    spec : ProblemSpec
+    cases : tuple of (CalibrationCase, Scheme)
+    settings : Settings
+    block : int
+    judged : bool
+        Whether the sequences are judged by the strong measure, too.
+    """
+
+    spec: ProblemSpec
+    cases: tuple[tuple[CalibrationCase, Scheme], ...]
+    settings: Settings
+    block: int
+    judged: bool
+
+    @property
+    def label(self) -> str:
+        """The problem's."""
+        return self.spec.label
+
+    def run(self) -> list[Sample]:
+        """Return the samples of the cases."""
+        measures = (Repeated(Strong()), Repeated(Weak()))
+        task = Task(self.spec, tuple(Entry(scheme, measures) for _, scheme in self.cases), self.settings)
+        lanes = run_block(task, self.block)
+        return [self._sample(*case, lane) for case, lane in zip(self.cases, lanes, strict=True)]
+
+    def _sample(self, case: CalibrationCase, scheme: Scheme, lane: LaneEvidence) -> Sample:
+        if reason := "; ".join(filter(None, [*lane.errors, lane.breach])):
+            raise SchemeError(f"calibration of {case.label}: {reason}")
+        problem = self.spec.build()
+        strong, weak = of_state(lane.tallies[0]), lane.tallies[1]
+        judged = judge_sequences(case, scheme, problem, (strong, lane.health)) if self.judged else None
+        kept = Tally({name: sums for name, sums in strong.sums.items() if not name.startswith("blurred ")})
+        return Sample(case, problem.horizon / np.array(self.settings.steps), kept, weak, judged)
+
+
+def path_settings(seed: int, sequences: int) -> tuple[Settings, list[int]]:
+    """Return settings with at least so many sequences in full blocks, and the indices of these blocks."""
+    size = SEQUENCE * SEQUENCES_A_BLOCK
+    blocks = -(-sequences // SEQUENCES_A_BLOCK)
+    settings = Settings(paths=(blocks + 2) * size, block=size, seed=seed)
+    full = [index for index, paths in enumerate(settings.sizes) if paths == size == settings.paths_of(index)]
+    return settings, full[:blocks]
+
+
+def joined(samples: Sequence[Sample]) -> Sample:
+    """Return the samples of several blocks as one."""
+    judged = [sample.judged for sample in samples if sample.judged is not None]
+    return samples[0]._replace(
+        strong=appended([sample.strong for sample in samples]),
+        weak=appended([sample.weak for sample in samples]),
+        judged=Judged(*map(np.concatenate, zip(*judged, strict=True))) if judged else None,
+    )
+
+
+def of_state(tally: Tally) -> Tally:
+    """Return the part of the strong measure's tally that is about the full state at T."""
+    names = {name.partition(" ")[2] for name in tally.sums} - {""}
+    quantity = STATE + AT_T if STATE + AT_T in names else next(name for name in names if name.endswith(AT_T))
+    about = {quantity, quantity.removesuffix(AT_T)}
+    return Tally(
+        {name: value for name, value in tally.sums.items() if name.partition(" ")[2] in {quantity, ""}},
+        {name: value for name, value in tally.maxima.items() if name.partition(" ")[2] in about},
+        {name: value for name, value in tally.largest.items() if name == quantity},
+    )

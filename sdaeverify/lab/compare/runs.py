@@ -1,0 +1,104 @@
+"""The evidence of a run as it was stored, with the settings it was drawn with."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...contracts.settings import Settings
+from ...errors import UsageError
+from ...report.saved import FILE, SavedRun
+from ...report.saved import read_run as read_saved
+from ...store import StoredLane, read_lane
+from .absent import why_absent
+
+# What has to agree for the noise to be the same, and the step sizes.
+COMMON = ("seed", "coarsest", "levels", "block")
+FINGERPRINT = "stream_fingerprint"
+
+Lanes = Mapping[int, StoredLane]
+
+
+@dataclass(frozen=True)
+class StoredRun:
+    """A run.
+
+    Attributes
+    ----------
+    saved : SavedRun
+    fingerprint : str
+        Of the stream of noise.
+    lanes : mapping of (str, str) to (mapping of int to StoredLane)
+        By labels of scheme and problem, block by block.
+    damaged : int
+        Files of evidence that cannot be read.
+    """
+
+    saved: SavedRun
+    fingerprint: str
+    lanes: Mapping[tuple[str, str], Lanes]
+    damaged: int = 0
+
+    @property
+    def folder(self) -> Path:
+        """Where it is."""
+        return self.saved.folder
+
+    @property
+    def settings(self) -> Settings:
+        """With which it was run."""
+        return self.saved.settings
+
+
+def read_run(folder: Path) -> StoredRun:
+    """Read a run; nothing of it is executed.
+
+    Parameters
+    ----------
+    folder : Path
+        Written by ``matrix`` or ``gate``.
+
+    Raises
+    ------
+    UsageError
+        If it is no such folder, or holds no evidence: it says why, as far as the folder tells.
+    """
+    saved = read_saved(folder)
+    lanes: dict[tuple[str, str], dict[int, StoredLane]] = {}
+    damaged = 0
+    for path in sorted(folder.rglob("*.npz"), key=lambda file: (file.lstat().st_mtime_ns, file.name)):
+        lane = read_lane(path)
+        damaged += lane is None
+        if lane is not None and _is_of(lane, saved):
+            # Evidence of an earlier version stays where it was: the latest counts.
+            lanes.setdefault((lane.scheme, lane.problem), {})[lane.block] = lane
+    if not lanes:
+        raise UsageError(why_absent(folder, damaged))
+    return StoredRun(saved, _fingerprint(folder / FILE), lanes, damaged)
+
+
+def require_common_noise(old: StoredRun, new: StoredRun) -> None:
+    """Check that two runs share their noise and their step sizes.
+
+    Raises
+    ------
+    UsageError
+        If they do not; it names what differs.
+    """
+    pairs = {name: (getattr(old.settings, name), getattr(new.settings, name)) for name in COMMON}
+    pairs["stream of noise"] = (old.fingerprint, new.fingerprint)
+    different = [f"{name} {a} in {old.folder} and {b} in {new.folder}" for name, (a, b) in pairs.items() if a != b]
+    if different:
+        raise UsageError(f"compare needs runs on common noise, with the same settings: {'; '.join(different)}")
+
+
+def _is_of(lane: StoredLane, saved: SavedRun) -> bool:
+    # Evidence on controls and of earlier runs lies in the same folder.
+    given = lane.ingredients
+    named = given.get("scheme") in saved.schemes and given.get("problem") in saved.problems
+    numbers = all(given.get(name) == str(getattr(saved.settings, name)) for name in COMMON)
+    return named and numbers and given.get("index", "").isdecimal()
+
+
+def _fingerprint(file: Path) -> str:
+    return str(json.loads(file.read_text(encoding="utf-8")).get(FINGERPRINT, ""))

@@ -1,0 +1,95 @@
+"""What a scheme's own means are, without sampling: of quadratic observables, on linear equations with a delay.
+
+A quadratic phi has the mean that it has on any points with the same first two moments, for example, with
+L L^T = E z z^T - m m^T and k rows,
+
+    E phi(z) = 1/(2 k) sum_i [phi(m + sqrt(k) L_i) + phi(m - sqrt(k) L_i)] .
+"""
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from math import nan
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...errors import FAULTS
+from ...forms import DelayState, Problem
+from ...probe.linear.affine import AFFINE, relative
+from ...probe.step.nodes import SEED
+from .linear_run import Growth, LinearRun, linear_run
+from .quantity import Value
+
+# Lines along which an observable is differenced.
+LINES = 8
+
+
+class SchemeMean(NamedTuple):
+    """The mean of a value, NaN if it is not known, and the growth of second moments in its run.
+
+    Attributes
+    ----------
+    value : float
+    growth : Growth
+    """
+
+    value: float = nan
+    growth: Growth = Growth(nan, nan)
+
+
+def scheme_means(problem: Problem, values: Sequence[Value]) -> Mapping[Value, SchemeMean]:
+    """Return the exact means of those values that have one.
+
+    Parameters
+    ----------
+    problem : Problem
+    values : sequence of Value
+
+    Returns
+    -------
+    mapping of Value to SchemeMean
+        Without the values of a run that is not linear, or of an observable that is not quadratic.
+    """
+    found: dict[Value, SchemeMean] = {}
+    for scheme, steps in dict.fromkeys((value.scheme, value.steps) for value in values):
+        own = [value for value in values if (value.scheme, value.steps) == (scheme, steps)]
+        # A step that cannot be made at states of its own choice has no known mean; its samples stand.
+        with suppress(*FAULTS), np.errstate(all="ignore"):
+            run = linear_run(scheme, steps, problem)
+            if run is not None:
+                found |= _means(run, problem, [value for value in own if _is_quadratic(run, problem, value)])
+    return found
+
+
+def _means(run: LinearRun, problem: Problem, values: Sequence[Value]) -> dict[Value, SchemeMean]:
+    moments, growth = run.moments(max((value.at for value in values), default=0)), run.growth()
+    return {
+        value: SchemeMean(_mean(run, problem, value, (moments.mean[value.at], moments.second[value.at])), growth)
+        for value in values
+    }
+
+
+def _mean(run: LinearRun, problem: Problem, value: Value, moments: tuple[Array, Array]) -> float:
+    mean, second = moments
+    size, directions = np.linalg.eigh(second - np.outer(mean, mean))
+    # Of a y that x determines there is no variance of its own, and rounding may give it a negative one.
+    L = directions * np.sqrt(len(mean) * np.maximum(size, 0.0))
+    return float(_observed(run, problem, value, mean[:, None] + np.concatenate([L, -L], axis=1)).mean())
+
+
+def _observed(run: LinearRun, problem: Problem, value: Value, z: Array) -> Array:
+    d, t = run.view.dimension, problem.horizon * (value.at / value.steps)
+    parts = run.scheme.parts(run.view, DelayState(z[:d], z[d:]))
+    return problem.observables[value.observable](t, parts)
+
+
+def _is_quadratic(run: LinearRun, problem: Problem, value: Value) -> bool:
+    """Tell whether third differences along random lines are rounding."""
+    if value.observable not in problem.observables:
+        return False
+    rng = np.random.Generator(np.random.Philox(key=SEED + 8))
+    start, along = rng.standard_normal((2, run.step.rows, LINES))
+    at = np.stack([_observed(run, problem, value, start + i * along) for i in range(4)])
+    third = np.array([-1.0, 3.0, -3.0, 1.0]) @ at
+    return relative(third, np.abs(at).max(axis=0)) <= AFFINE

@@ -1,0 +1,160 @@
+"""The kill matrix: which check refutes which planted bug, and what is refuted that is right."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from ...contracts.measure import Finding, Verdict
+from ...contracts.planted import Planted
+from ...study import Cell, CellResult
+from .trial import Trial
+
+CONTRACT = "contract"
+UNMEASURED = frozenset({Verdict.ERROR, Verdict.DIVERGED, Verdict.NOT_RUN})
+
+
+class Check(NamedTuple):
+    """What can refute a claim: a measure by one of its tiers, or the contract that comes before all measures."""
+
+    tier: int
+    measure: str
+
+    def __str__(self) -> str:
+        return f"{self.measure} T{self.tier}"
+
+
+@dataclass(frozen=True)
+class BugResult:
+    """What became of a planted bug.
+
+    Attributes
+    ----------
+    planted : Planted
+    kills : frozenset of Check
+        The checks that refute one of its claims.
+    reason : str
+        Of the first refutation, or why there is none.
+    seconds : float
+    """
+
+    planted: Planted
+    kills: frozenset[Check]
+    reason: str
+    seconds: float = 0.0
+
+    @property
+    def as_expected(self) -> bool:
+        """Whether a bug is refuted, and an equivalent change is not."""
+        return bool(self.kills) != bool(self.planted.equivalent)
+
+
+class Judged(NamedTuple):
+    """A finding on a registered scheme, and its cell."""
+
+    cell: Cell
+    finding: Finding
+
+
+@dataclass(frozen=True)
+class KillMatrix:
+    """What a self-test came to.
+
+    Attributes
+    ----------
+    bugs : tuple of BugResult
+        In the order of their labels.
+    correct : tuple of Judged
+        All findings on claims of registered schemes.
+    checks : tuple of Check
+        All that judged a claim, the contract first.
+    """
+
+    bugs: tuple[BugResult, ...]
+    correct: tuple[Judged, ...]
+    checks: tuple[Check, ...]
+
+    @property
+    def survivors(self) -> list[BugResult]:
+        """The bugs that no check refutes."""
+        return [bug for bug in self.bugs if not (bug.as_expected or bug.planted.equivalent)]
+
+    @property
+    def equivalents(self) -> list[BugResult]:
+        """The changes that are no bugs."""
+        return [bug for bug in self.bugs if bug.planted.equivalent]
+
+    @property
+    def false_alarms(self) -> list[Judged]:
+        """The claims of registered schemes that are refuted."""
+        return [judged for judged in self.correct if judged.finding.verdict is Verdict.REFUTED]
+
+    @property
+    def unmeasured(self) -> list[Judged]:
+        """What of the registered schemes could not be measured."""
+        return [judged for judged in self.correct if judged.finding.verdict in UNMEASURED]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every bug is refuted, and nothing else."""
+        return not self.false_alarms and all(bug.as_expected for bug in self.bugs)
+
+
+def kill_matrix(trial: Trial, results: Sequence[CellResult]) -> KillMatrix:
+    """Sort the results of a trial by planted bug and check.
+
+    Parameters
+    ----------
+    trial : Trial
+    results : sequence of CellResult
+        Of its plan.
+
+    Returns
+    -------
+    KillMatrix
+    """
+    places = {(bug.scheme, spec.label): bug for bug, spec in trial.placed.items()}
+    found: dict[Planted, list[CellResult]] = {bug: [] for bug in trial.placed}
+    correct: list[Judged] = []
+    for result in results:
+        bug = places.get((result.cell.scheme, result.cell.spec.label))
+        if bug is not None:
+            found[bug].append(result)
+        else:
+            correct += (Judged(result.cell, finding) for finding in result.findings if _counts(finding))
+    bugs = [_result(bug, own) for bug, own in found.items()]
+    bugs += (BugResult(bug, frozenset(), f"not run: {why}") for bug, why in trial.missing.items())
+    bugs.sort(key=lambda bug: bug.planted.label)
+    return KillMatrix(tuple(bugs), tuple(correct), tuple(sorted(_checks(results))))
+
+
+def check_of(measure: str, finding: Finding) -> Check:
+    """Return the check that a finding is by."""
+    return Check(finding.tier, measure if finding.tier else CONTRACT)
+
+
+def _counts(finding: Finding) -> bool:
+    return finding.claim is not None or finding.verdict in UNMEASURED
+
+
+def _checks(results: Iterable[CellResult]) -> set[Check]:
+    return {
+        check_of(result.cell.measure.name, finding)
+        for result in results
+        for finding in result.findings
+        if finding.claim is not None
+    }
+
+
+def _result(bug: Planted, results: Sequence[CellResult]) -> BugResult:
+    pairs = [(result.cell.measure.name, finding) for result in results for finding in result.findings]
+    refuted = [(measure, finding) for measure, finding in pairs if finding.verdict is Verdict.REFUTED]
+    kills = frozenset(check_of(measure, finding) for measure, finding in refuted)
+    return BugResult(bug, kills, _reason(refuted or pairs), max((result.seconds for result in results), default=0.0))
+
+
+def _reason(pairs: Sequence[tuple[str, Finding]]) -> str:
+    """Return the finding of the lowest tier on a claim; where there is none, why nothing could be found."""
+    if not pairs:
+        return "it claims nothing that is measured"
+    measure, finding = min(pairs, key=lambda pair: (pair[1].claim is None, pair[1].tier))
+    return f"{measure} {finding.quantity} {finding.verdict}: {finding.reason}"

@@ -1,0 +1,97 @@
+"""What a self-test runs: planted bugs on their problems, registered schemes wherever they claim something."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
+
+from ...contracts.measure import Verdict
+from ...contracts.planted import Planted
+from ...contracts.scheme import Scheme
+from ...contracts.specs import ProblemSpec
+from ...errors import SdaeverifyError, UsageError, one_line
+from ...registry.load import Registry
+from ...registry.selection import select_measures, select_problems, select_schemes
+from ...study import Cell, Plan, ProblemPlan, plan
+from ...study.claimed import promises_of
+
+Wanted = Callable[[Scheme, ProblemSpec], bool]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A self-test that is planned.
+
+    Attributes
+    ----------
+    plan : Plan
+        Without controls: they can take back what is verified, and nothing here depends on that.
+    placed : mapping of Planted to ProblemSpec
+        The planted bugs that can be run, with their problems.
+    missing : mapping of Planted to str
+        Why the others cannot.
+    """
+
+    plan: Plan
+    placed: Mapping[Planted, ProblemSpec] = field(default_factory=dict)
+    missing: Mapping[Planted, str] = field(default_factory=dict)
+
+
+def selftest_trial(registry: Registry, only: str = "*") -> Trial:
+    """Plan a self-test.
+
+    Parameters
+    ----------
+    registry : Registry
+    only : str
+        Glob that the name of the scheme or of the problem must match.
+
+    Returns
+    -------
+    Trial
+
+    Raises
+    ------
+    UsageError
+        If nothing matches.
+    """
+
+    def wanted(scheme: Scheme, spec: ProblemSpec) -> bool:
+        return fnmatchcase(scheme.name, only) or fnmatchcase(spec.name, only)
+
+    placed, missing = _placed(registry)
+    placed = {bug: spec for bug, spec in placed.items() if wanted(bug.scheme, spec)}
+    plans = [made for made in _plans(registry, placed, wanted) if made.cells]
+    missing = {bug: why for bug, why in missing.items() if fnmatchcase(bug.scheme.name, only)}
+    if not (plans or missing):
+        raise UsageError(f"no planted bug and no claim of a scheme matches {only!r}")
+    # The largest first: the others fill what time is left on the last worker.
+    return Trial(Plan(tuple(sorted(plans, key=lambda made: -len(made.cells)))), placed, missing)
+
+
+def _placed(registry: Registry) -> tuple[dict[Planted, ProblemSpec], dict[Planted, str]]:
+    placed: dict[Planted, ProblemSpec] = {}
+    missing: dict[Planted, str] = {}
+    for bug in (entry.planted for entry in registry.planted.values()):
+        try:
+            (placed[bug],) = select_problems(registry, bug.problem)
+        except SdaeverifyError as error:
+            missing[bug] = one_line(error)
+    return placed, missing
+
+
+def _plans(registry: Registry, placed: Mapping[Planted, ProblemSpec], wanted: Wanted) -> Iterator[ProblemPlan]:
+    registered = {spec.label: spec for spec in select_problems(registry)}
+    schemes, measures = select_schemes(registry), select_measures(registry)
+    for label, spec in {**registered, **{spec.label: spec for spec in placed.values()}}.items():
+        wrong = [bug.scheme for bug, place in placed.items() if place.label == label]
+        right = [scheme for scheme in schemes if label in registered and wanted(scheme, spec)]
+        if wrong or right:
+            (made,) = plan([*wrong, *right], [spec], measures).problems
+            yield replace(made, cells=tuple(_claimed(made.cells, wrong)), controls=())
+
+
+def _claimed(cells: tuple[Cell, ...], wrong: list[Scheme]) -> Iterator[Cell]:
+    """Yield the cells about which something is claimed, and of the correct schemes those that apply."""
+    for cell in cells:
+        if promises_of(cell) and (cell.scheme in wrong or cell.verdict is not Verdict.NOT_APPLICABLE):
+            yield cell

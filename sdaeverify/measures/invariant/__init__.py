@@ -1,0 +1,146 @@
+"""Invariant law: with which order in h stationary means tend to the exact ones.
+
+Where the problem has a chart of one or two coordinates, the stationary law of the scheme is computed from its
+transition operator (T2), without sampling. For claims that this leaves open, replicated chains at several step sizes
+on the same noise are run (T3): paired differences tell the order, and the coarsest mean less the differences tells
+whether the limit is the exact law at all.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...contracts.error_sizes import ErrorSizes
+from ...contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ...contracts.scheme import Scheme
+from ...contracts.settings import Settings
+from ...contracts.tally import Tally, packed, unpacked
+from ...forms import Problem
+from ...forms.truths import InvariantMean
+from ...probe.operator.transition import refusal
+from ...probe.operator.transition_errors import TransitionErrors, invariant_errors, invariant_observables
+from ...probe.step.one_step import unresolved
+from ...registry.hookspecs import hookimpl
+from ...simulate.chains import ChainRecord, Plan, run_chains
+from ..error_sizes import of_operator
+from ..judge import claim_for
+from .chain_findings import chain_findings, chain_levels, decided
+from .operator_findings import is_settled, operator_findings, operator_levels, usable
+
+OPERATOR, CHAINS = "stationary law", "chains"
+STEP_SIZES = 5
+# Finer ones that follow where a claim is not verified on those, or they do not resolve the problem: at most so many
+# in all, each half of the one before. What is not sampled costs the same at every step size.
+FURTHER, MOST = 6, 16
+
+
+class Invariant(Measure):
+    """Order of the bias of stationary means."""
+
+    name: ClassVar[str] = "invariant"
+    lengthy: ClassVar[bool] = True
+    budgeted: ClassVar[bool] = True
+
+    def refuses(self, scheme: Scheme, problem: Problem) -> str:
+        """Refuse problems without known invariant means."""
+        known = any(isinstance(truth, InvariantMean) for truth in problem.truths)
+        return "" if known else "no mean under an invariant law is known for the problem"
+
+    def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
+        """Return the errors of the operator's stationary law; time averages of chains where it leaves claims open."""
+        evidence = Evidence(scheme, view, view, settings, Tally(), Tally(), level=settings.level)
+        operator = stationary_record(evidence)
+        if operator is not None:
+            evidence = replace(evidence, tally=packed(OPERATOR, operator))
+        left = _left_open({found.quantity: found for found in self.judge(evidence).findings})
+        if not (left and np.isfinite(view.relaxation)):
+            return evidence.tally
+        return evidence.tally.merged(packed(CHAINS, _chains(evidence, left)))
+
+    def judge(self, evidence: Evidence) -> Judgement:
+        """Return a finding for each observable whose exact mean is known, and its levels."""
+        operator = unpacked(OPERATOR, TransitionErrors, evidence.tally)
+        chains = unpacked(CHAINS, ChainRecord, evidence.tally)
+        findings = {truth.observable: _unknown(evidence, truth) for truth in _truths(evidence.view)}
+        levels: list[LevelFinding] = []
+        # The logarithm of a difference that is exactly zero is not a defect.
+        with np.errstate(all="ignore"):
+            if operator is not None:
+                findings |= {found.quantity: found for found in operator_findings(evidence, operator)}
+                levels += operator_levels(evidence, operator)
+            if chains is not None:
+                sampled = {found.quantity: found for found in chain_findings(evidence, chains)}
+                findings |= {name: sampled[name] for name in _left_open(findings)}
+                levels += chain_levels(evidence, chains)
+        return Judgement(tuple(findings.values()), tuple(levels))
+
+    def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:
+        """Return the errors of stationary means by the transition operator; those of chains are not compared."""
+        record = unpacked(OPERATOR, TransitionErrors, evidence.tally)
+        if record is None or not usable(record):
+            return {}
+        return dict(of_operator(record, invariant_observables(evidence.view), "by the operator"))
+
+
+@hookimpl
+def sdaeverify_measures() -> list[Measure]:
+    """Register the measure."""
+    return [Invariant()]
+
+
+def coarsest_step(view: Problem, settings: Settings) -> float:
+    """Return twice the run's coarsest step, or the same part of the relaxation time where that is shorter.
+
+    Stationary biases at the step sizes of pathwise errors are often too small to be seen.
+    """
+    return 2.0 * min(view.horizon, view.relaxation) / settings.coarsest
+
+
+def stationary_record(evidence: Evidence) -> TransitionErrors | None:
+    """Return the errors of the stationary law, or None where there is no operator or the scheme leaves the chart."""
+    scheme, view = evidence.scheme, evidence.view
+    if refusal(scheme, view) or not invariant_observables(view):
+        return None
+    sizes = [coarsest_step(view, evidence.settings) / 2.0**level for level in range(MOST)]
+    record = invariant_errors(scheme, view, sizes[:STEP_SIZES])
+    more = _steps_needed(evidence, record, sizes)
+    if usable(record) and more > STEP_SIZES:
+        record = record.refined(invariant_errors(scheme, view, sizes[STEP_SIZES:more]))
+    return record if usable(record) else None
+
+
+def _steps_needed(evidence: Evidence, record: TransitionErrors, sizes: Sequence[float]) -> int:
+    """Return how many of the step sizes resolve the problem and settle the orders that are claimed, if they can."""
+    resolving = [not unresolved(evidence.view, h) for h in sizes]
+    if not resolving[-1]:
+        return STEP_SIZES
+    settled = is_settled(evidence, record)
+    return max(resolving.index(True) + 1, STEP_SIZES if settled else STEP_SIZES + FURTHER)
+
+
+def _chains(evidence: Evidence, names: Collection[str]) -> ChainRecord:
+    """Run chains until enough is decided of some observables."""
+    view, settings = evidence.view, evidence.settings
+    plan = Plan(coarsest_step(view, settings), view.relaxation, settings.seed, settings.looks)
+
+    def enough(record: ChainRecord) -> bool:
+        return decided([found for found in chain_findings(evidence, record) if found.quantity in names], record)
+
+    return run_chains(evidence.scheme, view, plan, enough)
+
+
+def _left_open(findings: Mapping[str, Finding]) -> list[str]:
+    return [name for name, found in findings.items() if found.verdict is Verdict.INCONCLUSIVE]
+
+
+def _truths(view: Problem) -> list[InvariantMean]:
+    return [truth for truth in view.truths if isinstance(truth, InvariantMean)]
+
+
+def _unknown(evidence: Evidence, truth: InvariantMean) -> Finding:
+    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Invariant.name, truth.observable)
+    verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
+    reason = "no chart serves the scheme, and no relaxation time is known for which chains should run"
+    return Finding(quantity=truth.observable, verdict=verdict, reason=reason if claim else no_claim, claim=claim)

@@ -1,0 +1,243 @@
+"""What replicated chains say of one stationary mean: the order of its bias in h, and whether its limit is exact.
+
+All of it is taken from group means, which are independent and as good as normal, through one comparison of absolute
+values of expectations. No logarithm of a noisy number is tested, so that no effect has to be resolved first.
+
+With b_l the bias at level l of m + 2, D_l = b_l - b_{l+1}, and order p claimed, p_0 = p - margin,
+
+    order > p_0           |D_m| < 2^(-m p_0) |D_0|
+    order < p_0           |D_m| > 2^(-m p_0) |D_0|
+    limit wrong           |e| > 2^(-p (m-l)) |D_l|/(2^p - 1)   for every l,     e = b_{m+1} - D_m/(2^p - 1)
+    limit confirmed       |e| < |b|/4,                                          b = b_0 - e
+
+Where the bias is c h^p, its part at the finest level is Richardson's tail D_m/(2^p - 1): e is what is left of the
+mean's error, and b the bias at the coarsest level that the differences explain. The tail is granted an error of
+100 %, so that a limit that is wrong by less than it is not refuted; one wrong by more than b/4 is never verified.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import stdtrit
+
+from ...arrays import Array
+from ...contracts.measure import Evidence
+from ...contracts.scheme import Claim
+from ...numerics.statistics import EPS, RISING
+from ...simulate.chains import GROUPS, ChainRecord
+from ..judge import RESOLVED
+from ..outweighed import growth, outweighs, t_values
+
+# What is left of a mean's error may be this part of the bias at the coarsest level.
+CONFIRMED = 0.25
+
+
+@dataclass(frozen=True)
+class Sample:
+    """The group means of one observable at one look, on the levels that can be used.
+
+    Attributes
+    ----------
+    h : ndarray, shape (L,)
+    levels : ndarray, shape (K, L)
+        Of the paired chains.
+    coarse : ndarray, shape (K,)
+        At the coarsest of these levels, from as many chains as there are.
+    exact : float
+    rounding : float
+        What rounding can do to a mean.
+    """
+
+    h: Array
+    levels: Array
+    coarse: Array
+    exact: float
+    rounding: float
+
+    @cached_property
+    def differences(self) -> Array:
+        """D_l, shape (K, L - 1); exactly 0 where it is no larger than rounding."""
+        D = self.levels[:, :-1] - self.levels[:, 1:]
+        return np.asarray(np.where(np.abs(D).max(axis=0) <= self.rounding, 0.0, D))
+
+    @cached_property
+    def errors(self) -> Array:
+        """The bias at each level, shape (K, L): that of the coarsest less the paired differences."""
+        gained = np.cumsum(np.insert(self.differences, 0, 0.0, axis=1), axis=1)
+        return np.asarray((self.coarse - self.exact)[:, None] - gained)
+
+    @cached_property
+    def signals(self) -> Array:
+        """Mean differences in units of their standard errors, shape (L - 1,); 0 where there is none."""
+        return np.array([float(t_values(D)) for D in self.differences.T])
+
+    @property
+    def resolved(self) -> bool:
+        """Whether all differences are told from 0."""
+        return bool(np.all(np.abs(self.signals) >= RESOLVED))
+
+    @property
+    def order(self) -> float:
+        """The mean local order log2 |D_0/D_m| / m."""
+        D = self.differences.mean(axis=0)
+        return float(np.log2(np.abs(D[0] / D[-1])) / (len(D) - 1))
+
+    @property
+    def local_orders(self) -> Array:
+        """log2 |D_l/D_{l+1}|, shape (L - 2,)."""
+        D = np.abs(self.differences.mean(axis=0))
+        return np.asarray(np.log2(D[:-1] / D[1:]))
+
+    @property
+    def leading_coefficient(self) -> float:
+        """The factor c in a bias c h^p with p = `order`, from the finest difference."""
+        return float(self.differences[:, -1].mean() / (self.h[-2] ** self.order - self.h[-1] ** self.order))
+
+    def order_interval(self, confidence: float) -> tuple[float, float]:
+        """Return Fieller's interval of the ratio D_m/D_0, as orders: valid however noisy the differences are."""
+        D = self.differences[:, [0, -1]]
+        a, b = D.mean(axis=0)
+        t = stdtrit(GROUPS - 1, 0.5 + 0.5 * confidence)
+        (va, c), (_, vb) = t**2 * np.cov(D.T) / GROUPS
+        spread = (a * b - c) ** 2 - (a**2 - va) * (b**2 - vb)
+        if not (a**2 > va and spread >= 0.0):
+            return -np.inf, np.inf
+        ends = ((a * b - c) + np.array([-1.0, 1.0]) * np.sqrt(spread)) / (a**2 - va)
+        m, (least, most) = self.differences.shape[1] - 1, np.sort(np.abs(ends))
+        crosses_zero = ends[0] <= 0.0 <= ends[1]
+        return float(-np.log2(most) / m), np.inf if crosses_zero else float(-np.log2(least) / m)
+
+    def changes_sign(self) -> bool:
+        """Tell whether two differences that are resolved have opposite signs: a leading coefficient near 0."""
+        found = self.signals
+        return bool((found >= RESOLVED).any() and (found <= -RESOLVED).any())
+
+    def p_falls(self, claim: Claim) -> float:
+        """Return the p-value of the hypothesis that a claimed order is not reached, or not towards the exact mean."""
+        D, m = self.differences, self.differences.shape[1] - 1
+        order = float(claim.value)
+        faster = exceeds(2.0 ** (-m * (order - claim.margin)) * D[:, 0], D[:, -1])
+        left = self.left(order)
+        return max(faster, exceeds(CONFIRMED * (self.errors[:, 0] - left), left))
+
+    def left(self, order: float) -> Array:
+        """Return what is left of the finest error if Richardson's tail for an order is taken off, shape (K,)."""
+        return np.asarray(self.errors[:, -1] - self.differences[:, -1] / (2.0**order - 1.0))
+
+    def p_slow(self, claim: Claim) -> float:
+        """Return the p-value of the hypothesis that the differences fall with a claimed order."""
+        D, m = self.differences, self.differences.shape[1] - 1
+        return exceeds(D[:, -1], 2.0 ** (-m * (float(claim.value) - claim.margin)) * D[:, 0])
+
+    def settled(self, confidence: float) -> bool:
+        """Tell whether low local orders are no matter of too coarse steps.
+
+        There are three differences at least, all told from 0 and of the same sign, and no local order that grows with
+        refinement by more than `RISING`, at a confidence: an order is not held against steps on which it still rises,
+        or on which the bias passes through 0.
+        """
+        signs = np.sign(self.signals)
+        if len(signs) < 3 or not self.resolved or np.any(signs != signs[0]):
+            return False
+        D = self.differences[:, -3:]
+        mean, weights = D.mean(axis=0), np.array([-1.0, 2.0, -1.0])
+        se = (D / mean @ weights).std(ddof=1) / np.sqrt(GROUPS) / np.log(2.0)
+        rise = float(np.log2(np.abs(mean)) @ weights)
+        return bool(rise - stdtrit(GROUPS - 1, 0.5 + 0.5 * confidence) * se <= RISING)
+
+    def p_wrong(self, order: float) -> float:
+        """Return the p-value of the hypothesis that the mean tends to the exact one with an order."""
+        D, m = self.differences, self.differences.shape[1] - 1
+        tails = D * 2.0 ** (-order * (m - np.arange(m + 1))) / (2.0**order - 1.0)
+        return max(exceeds(self.left(order), tail) for tail in tails.T)
+
+
+class ChainOpinion(NamedTuple):
+    """What all looks together say of a claim on one observable.
+
+    Attributes
+    ----------
+    verified, slow, wrong : float
+        p-values of the hypotheses that the claim fails, that the order is as claimed, and that the limit is right;
+        each for all looks together.
+    growth : float
+        By which factor the number of chains must grow until the claim is verified, if the figures stay; infinite
+        if they speak against it.
+    """
+
+    verified: float
+    slow: float
+    wrong: float
+    growth: float
+
+    @property
+    def refuted(self) -> float:
+        """p-value of the hypothesis that the claim holds: two tests can reject it."""
+        return min(1.0, 2.0 * min(self.slow, self.wrong))
+
+
+def samples(record: ChainRecord, levels: Array, observable: int, exact: float) -> list[Sample]:
+    """Return the sample of one observable at each look.
+
+    Parameters
+    ----------
+    record : ChainRecord
+    levels : ndarray of int
+        Levels that can be used, the finest among them.
+    observable : int
+    exact : float
+        Its mean under the exact invariant law.
+
+    Returns
+    -------
+    list of Sample
+    """
+    found = []
+    for look, time in enumerate(record.time):
+        means = record.levels[look][:, levels, observable]
+        coarse = record.wide[look][:, observable] if levels[0] == 0 else means[:, 0]
+        rounding = 64.0 * EPS * np.sqrt(time / record.h[-1]) * np.abs(means).max()
+        found.append(Sample(record.h[levels], means, coarse, exact, float(rounding)))
+    return found
+
+
+def opinion(found: list[Sample], claim: Claim, planned: float, evidence: Evidence) -> ChainOpinion:
+    """Return what all looks say of a claimed order, each p-value being shared among the planned looks.
+
+    Parameters
+    ----------
+    found : list of Sample
+    claim : Claim
+        Of an order.
+    planned : float
+        Number of looks that were planned.
+    evidence : Evidence
+        For the confidence of intervals and the level of a test.
+
+    Returns
+    -------
+    ChainOpinion
+    """
+    steady = found[-1].settled(evidence.settings.confidence)
+    falls = [sample.p_falls(claim) for sample in found]
+    slow = [sample.p_slow(claim) if steady else 1.0 for sample in found]
+    wrong = [sample.p_wrong(float(claim.value)) for sample in found]
+    verified, too_slow, off = (min(1.0, planned * min(looks)) for looks in (falls, slow, wrong))
+    return ChainOpinion(verified, too_slow, off, growth(falls[-1], evidence.level / planned))
+
+
+def exceeds(a: Array, b: Array) -> float:
+    """Return the p-value of the hypothesis |E a| <= |E b|; see `outweighs`.
+
+    Parameters
+    ----------
+    a, b : ndarray, shape (K,)
+        Group means.
+
+    Returns
+    -------
+    float
+    """
+    return float(outweighs(a, b))

@@ -1,0 +1,193 @@
+"""What the weak measure notes on one block: the observables at T, of every level and of the truth."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ..arrays import Array, Parts
+from ..contracts.measure import Evidence, Snapshot
+from ..contracts.settings import Settings
+from ..contracts.tally import Tally
+from ..forms import Problem
+from ..numerics.statistics import GROUPS, Estimate, group_sums, jackknife
+
+VALUES, SQUARES, SIZES, KNOWN = "values ", "squares ", "sizes ", "truth "
+# A truth with an error of its own, and the same at half its resolution.
+REFERENCE, BLURRED = "reference ", "blurred "
+
+
+class MeanObserver:
+    """Notes phi(x_l(T)) of each observable phi at all levels, and of the truth where it knows enough."""
+
+    def __init__(self, problem: Problem, parts: Parts, settings: Settings) -> None:
+        self.problem, self.settings = problem, settings
+        self.wanted: Sequence[frozenset[int]] = [frozenset()] * settings.levels
+        self.names = [name for name in problem.observables if self._value(name, parts) is not None]
+        self.last = Snapshot([], {}, None)
+
+    def after_step(self, level: int, step: int, parts: Parts) -> None:
+        """Note nothing: expectations are compared at T."""
+
+    def after_coarsest_step(self, snapshot: Snapshot) -> None:
+        """Keep the latest states."""
+        self.last = snapshot
+
+    def part(self, paths: slice) -> "MeanObserver":
+        """Return what was noted on some of the paths."""
+        some = copy(self)
+        levels = [{name: x[..., paths] for name, x in parts.items()} for parts in self.last.levels]
+        truth = {name: x[..., paths] for name, x in self.last.truth.items()}
+        some.last = self.last._replace(levels=levels, truth=truth, coarser_truth=None)
+        return some
+
+    def tally(self) -> Tally:
+        """Return sums over groups of paths."""
+        sums: dict[str, Array] = {}
+        paths = 0
+        for name in self.names:
+            values = np.stack([self._known(name, parts) for parts in self.last.levels])
+            paths = values.shape[-1]
+            sums[VALUES + name] = group_sums(values)
+            sums[SQUARES + name] = group_sums(values[-1] ** 2)
+            sums[SIZES + name] = group_sums(np.abs(values[-1]))
+            sums |= {key + name: group_sums(known) for key, known in self._truths(name)}
+        return Tally(sums={**sums, "paths": group_sums(np.ones(paths))})
+
+    def _truths(self, name: str) -> Iterator[tuple[str, Array]]:
+        if self.problem.pathwise is None:
+            return
+        # A reference with an error of its own has a weak error, too: it can confirm a limit, and no more.
+        exact, coarser = self.problem.pathwise.exact, self.last.coarser_truth or {}
+        for key, parts in ((KNOWN if exact else REFERENCE, self.last.truth), (BLURRED, coarser)):
+            value = self._value(name, parts)
+            if value is not None:
+                yield key, value
+
+    def _known(self, name: str, parts: Parts) -> Array:
+        value = self._value(name, parts)
+        assert value is not None
+        return value
+
+    def _value(self, name: str, parts: Parts) -> Array | None:
+        try:
+            return np.asarray(self.problem.observables[name](self.problem.horizon, parts))
+        except KeyError:
+            return None  # the scheme, or the truth, does not know a component of it
+
+
+@dataclass(frozen=True)
+class Means:
+    """The evidence on one observable.
+
+    Attributes
+    ----------
+    name : str
+    h : ndarray, shape (L,)
+    sums : ndarray, shape (G, L) or (G, L + 1)
+        Of the observable over groups; the last column is the truth's, where it is known on every path.
+    counts : ndarray, shape (G,)
+    coupled : bool
+        Whether there is such a column.
+    squares : ndarray, shape (G,), or None
+        Of the squares at the finest level.
+    reference, blurred : ndarray, shape (G,), or None
+        Of a truth with an error of its own, and of the same at half its resolution.
+    sizes : ndarray, shape (G,), or None
+        Of the absolute values at the finest level.
+    """
+
+    name: str
+    h: Array
+    sums: Array
+    counts: Array
+    coupled: bool
+    squares: Array | None = None
+    reference: Array | None = None
+    blurred: Array | None = None
+    sizes: Array | None = None
+
+    @property
+    def size(self) -> float:
+        """E |phi| at the finest level; |E phi| where that is not known."""
+        if self.sizes is None:
+            return abs(self.mean(len(self.h) - 1).value)
+        return float(self.sizes.sum() / self.counts.sum())
+
+    @property
+    def heavy(self) -> bool:
+        """Whether the mean at the finest level rests on few paths: little of its square, in few groups of paths."""
+        if self.squares is None:
+            return False
+        level, groups = len(self.h) - 1, self.sums.shape[0]
+        square = float(self.squares.sum() / self.counts.sum())
+        # The largest group's share tells one path from a distribution about 0.
+        share = float(self.squares.max() / self.squares.sum()) if square > 0.0 else 0.0
+        mean = float(self.sums[:, level].sum() / self.counts.sum())
+        return share > 4.0 / groups and mean**2 < 0.2 * square
+
+    @property
+    def errors(self) -> int:
+        """Number of differences: errors against the truth, or between successive levels."""
+        return len(self.h) if self.coupled else len(self.h) - 1
+
+    def mean(self, level: int) -> Estimate:
+        """Return E phi(x_l(T))."""
+        return self._estimate(lambda means: float(means[level]))
+
+    def difference(self, level: int) -> Estimate:
+        """Return E [phi(x_l) - phi(x)], or E [phi(x_l) - phi(x_{l+1})], on the same paths."""
+        return self._estimate(lambda means: float(self._differences(means)[level]))
+
+    def change(self, levels: Array) -> Estimate:
+        """Return E [phi(x_l) - phi(x_k)], l being the coarsest and k the finest level of some differences."""
+        return self._estimate(lambda means: float(means[levels[0]] - means[levels[-1] + 1]))
+
+    def off_reference(self) -> tuple[Estimate, float] | None:
+        """Return |E [phi(x_L) - phi(y)]|, y a reference on these paths, and |E [phi(y) - phi(z)]|, z half as fine."""
+        if self.reference is None or self.blurred is None:
+            return None
+        both = np.stack([self.sums[:, len(self.h) - 1], self.reference], axis=1)
+        off = jackknife(both, self.counts, lambda means: abs(float(means[0] - means[1])))
+        return off, abs(float((self.reference - self.blurred).sum() / self.counts.sum()))
+
+    def functional(self, levels: Array, weights: Array) -> Estimate:
+        """Return a linear functional of log2 |difference| on some levels."""
+        return self._estimate(partial(self._functional, levels, weights))
+
+    def resolved(self, levels: Array) -> float:
+        """Return the least ratio of a difference to its standard error on some levels."""
+        found = [self.difference(level) for level in levels]
+        return min(abs(x.value) / x.se if x.se > 0.0 else 0.0 for x in found)
+
+    def one_signed(self, levels: Array) -> bool:
+        """Tell whether the differences have the same sign on some levels."""
+        signs = {float(np.sign(self.difference(level).value)) for level in levels}
+        return len(signs) == 1
+
+    def _differences(self, means: Array) -> Array:
+        if self.coupled:
+            return np.asarray(means[:-1] - means[-1])
+        return np.asarray(means[:-1] - means[1:])
+
+    def _functional(self, levels: Array, weights: Array, means: Array) -> float:
+        return float(np.einsum("l,l->", weights, np.log2(np.abs(self._differences(means)[levels]))))
+
+    def _estimate(self, statistic: Callable[[Array], float]) -> Estimate:
+        return jackknife(self.sums, self.counts, statistic)
+
+
+def means_of(evidence: Evidence) -> Mapping[str, Means]:
+    """Return the evidence on each observable that could be evaluated."""
+    sums, h = evidence.tally.sums, np.array(evidence.step_sizes)
+    found = {}
+    for key in sums:
+        if key.startswith(VALUES):
+            name = key.removeprefix(VALUES)
+            truth = sums.get(KNOWN + name)
+            both = sums[key] if truth is None else np.concatenate([sums[key], truth.reshape(GROUPS, 1)], axis=1)
+            references = (sums.get(key + name) for key in (SQUARES, REFERENCE, BLURRED, SIZES))
+            found[name] = Means(name, h, both, sums["paths"], truth is not None, *references)
+    return found

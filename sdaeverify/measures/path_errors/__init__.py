@@ -1,0 +1,1 @@
+"""Pathwise errors: what is noted on a block, and the order that paths tell."""

@@ -1,0 +1,184 @@
+"""The order of pathwise errors: a slope with its interval, and what it says of a claim.
+
+y_l = (1/p) log2 mean e_l^p against log2 h_l, p = 1 for the verdict, 1/2 and 2 beside it; the slope on the finest
+four levels with a delete-a-group jackknife interval, widened by a bound of the reference's bias.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.measure import Evidence
+from ...contracts.scheme import Claim
+from ...forms.truths import Pathwise
+from ...numerics.statistics import RISING, Estimate, corrected_slope_weights
+from ..judge import COARSE, FITTED, WRONG, Tests, at_levels, held_back, order_tests, sound_levels, with_sample
+from .quantity import Quantity, quantities_of
+from .reference_bias import Bias, reference_bias
+
+# A wrong limit shows as errors that stop falling while successive differences go on.
+WRONG_LIMIT, RIGHT_LIMIT = -0.05, -0.15
+EXACT = "exact to round-off at every level"
+# Who stands still is exact on a solution that does not move.
+STILL = "the solution does not move beyond rounding"
+# Where errors of order 1/2 fall, halving a step changes a solution by 2^(1/2) - 1 of the finer one's error at least.
+FALLING = 0.75 * (2.0**0.5 - 1.0)
+# From this p-value on it matters whether a low order is one of coarse steps only.
+SUSPECT = 0.01
+
+
+class Fit(NamedTuple):
+    """A fitted slope.
+
+    Attributes
+    ----------
+    usable, levels : ndarray of int
+        Levels that could be fitted, and the finest of them that are.
+    left_out : str
+        Why others are not usable.
+    slope : Estimate
+    bias : Bias
+    """
+
+    usable: Array
+    levels: Array
+    left_out: str
+    slope: Estimate
+    bias: Bias
+
+
+def is_exact(evidence: Evidence, quantity: Quantity) -> bool:
+    """Tell whether errors against an independent truth are rounding at every level, and no step went wrong."""
+    # A scheme that is its own reference may do nothing at all, and agree with itself.
+    health, rounding = evidence.health.sums, quantity.rounding(np.array(evidence.settings.steps))
+    if evidence.problem.pathwise is None or health["failed"].any() or health["truncated"].any():
+        return False
+    return bool(np.all(quantity.means() <= 64.0 * rounding))
+
+
+def stands_still(evidence: Evidence, quantity: Quantity) -> bool:
+    """Tell whether the solution does not move beyond rounding."""
+    return bool(quantity.moved < 1e3 * 64.0 * quantity.rounding(np.array(evidence.settings.steps[-1])))
+
+
+def usable_levels(evidence: Evidence, quantity: Quantity) -> tuple[Array, str]:
+    """Return the levels that can be fitted, and why others are left out."""
+    sound, remarks = sound_levels(evidence.health.sums)
+    known = quantity.means()
+    # Measured rounding stays below 2 eps sqrt(N) of the state's size; 30 times that leaves the fit alone.
+    rounding = known <= 60.0 * quantity.rounding(np.array(evidence.settings.steps[: len(known)]))
+    if rounding.any():
+        remarks.append(at_levels("rounding", rounding))
+    # Slopes are not fitted across it: errors go from one law to another there, however accurate the scheme is.
+    stiff = quantity.h > evidence.problem.fastest
+    if stiff.any():
+        remarks.append(at_levels("steps longer than the fastest time", stiff))
+    sound = sound[sound < len(known)]
+    return sound[~(rounding | stiff[: len(known)])[sound]], "; ".join(remarks)
+
+
+def fit(evidence: Evidence, quantity: Quantity, usable: Array, left_out: str) -> Fit:
+    """Return the slope on the finest usable levels."""
+    levels = usable[-FITTED:]
+    bias = reference_bias(evidence.problem.pathwise, quantity, levels, evidence.settings.confidence)
+    return Fit(usable, levels, left_out, quantity.slope(levels), bias)
+
+
+def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim) -> Tests:
+    """Return what the paths say of a claimed order: the slope's tests, and those of the limit."""
+    truth, bias = evidence.problem.pathwise, fitted.bias
+    if not np.isfinite(bias.bound):
+        return Tests.none(f"no finite interval: {bias.reference} is too coarse or not finite")
+    if not _sharp(truth, claim):
+        return Tests.none(f"{bias.reference}: it should be half an order above the claim")
+    tests = order_tests(claim, fitted.slope, evidence, bias.bound)
+    if tests.refuted <= SUSPECT and not isinstance(claim.value, str) and rises(evidence, quantity, fitted):
+        # Steps too coarse look like a wrong limit, too.
+        return Tests.none(f"{tests.reason}, but it still rises with refinement; add finer levels")
+    if bias.knows_limit:
+        above = _above(evidence, fitted, claim)
+        tests = _with_limit(tests, quantity.contrast(fitted.levels), bias.bound, evidence, above=above)
+    else:
+        growth = np.inf if tests.verified <= evidence.level else tests.growth
+        tests = tests._replace(verified=1.0, growth=growth, reason=f"{tests.reason}, but towards its own limit")
+    coarse, growth = "", np.inf
+    if tests.refuted <= SUSPECT:
+        coarse = _coarse(evidence, int(fitted.levels[-1]))
+        if not coarse and (coarse := _on_its_way(quantity, fitted.levels, claim)):
+            growth = quantity.rise(fitted.levels).growth_to_decide(RISING, evidence.level)
+    return held_back(calibrated(tests, quantity, fitted.levels), evidence, fitted.levels, coarse, growth)
+
+
+def _coarse(evidence: Evidence, finest: int) -> str:
+    """Return which component the finest steps do not resolve, and how far they are from it; empty if there is none.
+
+    Its error is a large part of what the solution moves, and halving the step still changes it by as much as it does
+    where errors of order 1/2 or more fall: they have not begun to. No other component, which it drives, shows its
+    order then. At a wrong limit errors are large and flat as well, but steps change it less and less.
+    """
+    for each in quantities_of(evidence):
+        change = float(each.difference[:, finest - 1, 1].sum()) / each.paths
+        error = float(each.means()[finest])
+        if error > COARSE * each.motion and change > FALLING * error:
+            off = f"{each.name} is off by {error / each.motion:.0%} of what the solution moves"
+            halved = "halving the step still changes that: no order shows; add finer levels"
+            return f"{off} at h = {each.h[finest]:.3g}, and {halved}"
+    return ""
+
+
+def _on_its_way(quantity: Quantity, levels: Array, claim: Claim) -> str:
+    """Return that the local order, if it rises once more as it did last, is what is claimed; empty if it is not."""
+    rise, ahead = quantity.rise(levels).value, quantity.ahead(levels).value
+    if isinstance(claim.value, str) or not (rise > RISING and ahead >= claim.value - claim.margin):
+        return ""
+    return f"its local orders rise, to {ahead:.2f} at the next step size; add finer levels"
+
+
+def calibrated(tests: Tests, quantity: Quantity, levels: Array) -> Tests:
+    """Return the tests as far as the sample is large enough for its tails at the ends of the fit."""
+    heavy = quantity.tail(levels[0]).heavy or quantity.tail(levels[-1]).heavy
+    return with_sample(tests, quantity.paths, heavy=heavy)
+
+
+def asymptotic_order(quantity: Quantity, usable: Array, confidence: float) -> tuple[float, float]:
+    """Return the asymptotic order with its half width: y = a + p x + c h on all levels but the coarsest.
+
+    What the coarsest level would change is part of the interval, which is never quoted tighter than 0.05.
+    """
+    if len(usable) <= FITTED:
+        return float("nan"), float("nan")
+    x, finer = np.log2(quantity.h), usable[1:]
+    order = quantity.linear(finer, corrected_slope_weights(x[finer]))
+    gap = abs(order.value - quantity.linear(usable, corrected_slope_weights(x[usable])).value)
+    return order.value, max(order.interval(confidence)[1] - order.value + gap, 0.05)
+
+
+def _sharp(truth: Pathwise | None, claim: Claim) -> bool:
+    return truth is None or isinstance(claim.value, str) or truth.order >= claim.value + 0.5
+
+
+def _above(evidence: Evidence, fitted: Fit, claim: Claim) -> bool:
+    low, _ = fitted.slope.interval(evidence.settings.confidence, fitted.bias.bound)
+    return not isinstance(claim.value, str) and low > claim.value
+
+
+def rises(evidence: Evidence, quantity: Quantity, fitted: Fit) -> bool:
+    """Tell whether the local order still grows with refinement: steps are too coarse then to hold it against them."""
+    return quantity.rise(fitted.levels).interval(evidence.settings.confidence)[0] > RISING
+
+
+def _with_limit(tests: Tests, contrast: Estimate, bias: float, evidence: Evidence, *, above: bool) -> Tests:
+    low, high = contrast.interval(evidence.settings.confidence, bias)
+    wrong, right = contrast.p_below(WRONG_LIMIT, bias), contrast.p_above(RIGHT_LIMIT, bias)
+    if wrong <= 0.5 * evidence.level and above:
+        # Errors a h + b h^2 look alike while b h matters, and cannot level off above the claimed order.
+        return Tests.none(f"{tests.reason}; limit not confirmed (contrast at most {high:.3f}); add finer levels")
+    reason, growth = tests.reason, tests.growth
+    if wrong <= 0.5 * evidence.level:
+        reason = f"{WRONG}: errors level off (contrast at most {high:.3f}); {reason}"
+    elif tests.verified <= evidence.level < right:
+        reason = f"{reason}; limit not confirmed (contrast at least {low:.3f})"
+        growth = max(growth, contrast.growth_to_decide(RIGHT_LIMIT, evidence.level, bias))
+    either = min(1.0, 2.0 * min(tests.refuted, 1.0 if above else wrong))
+    return Tests(max(tests.verified, right), either, reason, growth)

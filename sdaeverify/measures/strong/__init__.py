@@ -1,0 +1,67 @@
+"""Strong order of convergence: local defects decide, pathwise errors guard them.
+
+The local order (T1) needs no sampling; errors at T and their maximum over the coarsest grid times (T3) guard it, and
+decide alone where the one-step map cannot be probed.
+"""
+
+from collections.abc import Mapping
+from itertools import chain
+from typing import Any, ClassVar
+
+from ...arrays import Parts
+from ...contracts.error_sizes import ErrorSizes
+from ...contracts.measure import Evidence, Judgement, Measure
+from ...contracts.scheme import Scheme
+from ...contracts.settings import Settings
+from ...contracts.tally import Tally
+from ...forms import Problem
+from ...registry.hookspecs import hookimpl
+from ..error_sizes import of_paths
+from ..judge import FITTED, doubted
+from ..path_errors.errors import AT_T, ErrorObserver
+from ..path_errors.level_rows import level_rows
+from ..path_errors.order import usable_levels
+from ..path_errors.quantity import quantities_of
+from .findings import Question, finding, local_orders, probe_strong, step_sizes, unknown
+
+# Beside the mean, as indices of the powers that are noted.
+NORMS = {"L1/2": 0, "L2": 2}
+
+
+class Strong(Measure):
+    """Strong order of convergence for each named component and the full state."""
+
+    name: ClassVar[str] = "strong"
+
+    def refuses(self, scheme: Scheme, problem: Problem) -> str:
+        """Refuse schemes with bounded increments."""
+        return f"its {scheme.law.name} increments are not Brownian: no strong order" if scheme.law.bounded else ""
+
+    def observer(self, problem: Problem, parts: Parts, settings: Settings) -> ErrorObserver:
+        """Return the notebook for one block."""
+        return ErrorObserver(parts, settings)
+
+    def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
+        """Return the local defects, where the one-step map can be probed."""
+        return probe_strong(scheme, view, settings)
+
+    def judge(self, evidence: Evidence) -> Judgement:
+        """Return a finding for each component at grid times and at T, and their levels."""
+        quantities = list(quantities_of(evidence))
+        question = Question(evidence, self.name, local_orders(evidence))
+        components = [quantity.name.removesuffix(AT_T) for quantity in quantities]
+        asked = zip(quantities, components, strict=True)
+        findings = doubted([finding(question, quantity, name, name) for quantity, name in asked])
+        findings += unknown(question, {quantity.name for quantity in quantities})
+        rows = (level_rows(each, set(usable_levels(evidence, each)[0][-FITTED:]), NORMS) for each in quantities)
+        return Judgement(tuple(findings), tuple(chain.from_iterable(rows)))
+
+    def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:
+        """Return errors along paths, and defects of one step where it was probed."""
+        return {**{each.name: of_paths(evidence, each) for each in quantities_of(evidence)}, **step_sizes(evidence)}
+
+
+@hookimpl
+def sdaeverify_measures() -> list[Measure]:
+    """Register the measure."""
+    return [Strong()]

@@ -1,0 +1,212 @@
+"""Uniform accuracy: the order in h of the largest error over all stiffness parameters, on one family of problems.
+
+The problem is rebuilt, its truths included, with eps = 1e-8, ..., 10, and the supremum over this grid is looked at as
+a function of h; see `probe.uniform_errors` for why no slope is fitted at fixed eps. Where something is exact for all
+eps, nothing is sampled:
+
+``weak``
+    Each first and second moment at T, where problem and step are linear: two eps a decade.
+``strong``
+    (E |X_N - X(T)|^2)^{1/2} on one Brownian path, where both are linear and the noise is additive.
+``invariant``
+    Stationary means by the transition operator, where the family has a chart and known means: one eps a decade.
+
+Elsewhere the weak and the strong error are sampled, all members and step sizes on the same noise; see
+`probe.paired_members` and `_paired_findings`. Whoever claims it by name is asked, too, for
+
+``one step``
+    The local weak error, for every eps at which one step begins; see `probe.uniform_local`.
+
+A claim is that of Laurent (2022), Theorem 2.7, or of Proposition 3.3: an order, of which the claim's margin is left
+out.
+"""
+
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ...contracts.scheme import Scheme
+from ...contracts.settings import Settings
+from ...contracts.tally import Tally, packed, unpacked
+from ...forms import Problem
+from ...probe.linear.moments import no_moments
+from ...probe.linear.pair import no_linear_pair
+from ...probe.operator import transition
+from ...probe.operator.transition_errors import invariant_observables
+from ...probe.stiffness.family import member, no_family
+from ...probe.stiffness.paired_members import PairedErrors, paired_errors
+from ...probe.stiffness.uniform_errors import (
+    Supremum,
+    UniformErrors,
+    invariant_suprema,
+    moment_suprema,
+    strong_suprema,
+    suprema,
+)
+from ...probe.stiffness.uniform_local import UniformDefects, uniform_defects, uniform_defects_refusal
+from ...registry.hookspecs import hookimpl
+from ..judge import Opinion, claim_for
+from .one_step_findings import ONE_STEP, one_step_claim, one_step_finding, one_step_levels
+from .paired_findings import STRONG, WEAK, paired_findings
+
+INVARIANT, PAIRED = "invariant", "paired"
+METHODS = {
+    WEAK: "supremum over eps of errors of moments (T2)",
+    STRONG: "supremum over eps of distances by moments (T2)",
+    INVARIANT: "supremum over eps of errors of stationary means by the transition operator (T2)",
+}
+
+
+class Uniformity(Measure):
+    """Orders of suprema over eps."""
+
+    name: ClassVar[str] = "uniformity"
+    lengthy: ClassVar[bool] = True
+    budgeted: ClassVar[bool] = True
+
+    def refuses(self, scheme: Scheme, problem: Problem) -> str:
+        """Refuse problems without family, schemes without claim, and atoms where errors must be sampled."""
+        if reason := no_family(scheme, problem, self.name):
+            return reason
+        one = member(scheme.view_of(problem))
+        if scheme.refuses(one):
+            return scheme.refuses(one)
+        return _unpaired(scheme, one) if _inexact(scheme, one) else ""
+
+    def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
+        """Return the errors of what can be had without sampling, or those of a share of the run's paths."""
+        evidence = _errors(scheme, view, settings)
+        if uniform_defects_refusal(scheme, view):
+            return evidence
+        return evidence.merged(packed(ONE_STEP, uniform_defects(scheme, view)))
+
+    def judge(self, evidence: Evidence) -> Judgement:
+        """Return a finding for each kind of error, and its suprema."""
+        found = _judged(evidence)
+        claim, record = one_step_claim(evidence), unpacked(ONE_STEP, UniformDefects, evidence.tally)
+        if claim is None:
+            return found
+        if record is None:
+            reason = uniform_defects_refusal(evidence.scheme, evidence.view) or "not probed"
+            open_ = Finding(quantity=ONE_STEP, verdict=Verdict.INCONCLUSIVE, reason=reason, claim=claim, tier=1)
+            return found._replace(findings=(*found.findings, open_))
+        names = [name.replace("x_", "dx_") for name in _names(evidence, WEAK)]
+        levels = (*found.levels, *one_step_levels(record, names))
+        return Judgement((*found.findings, one_step_finding(claim, record, names)), levels)
+
+
+@hookimpl
+def sdaeverify_measures() -> list[Measure]:
+    """Register the measure."""
+    return [Uniformity()]
+
+
+def _errors(scheme: Scheme, view: Any, settings: Settings) -> Tally:
+    one, steps = member(view), settings.steps
+    if _inexact(scheme, one):
+        return packed(PAIRED, paired_errors(scheme, view, settings))
+    if no_moments(scheme, one):
+        return packed(INVARIANT, invariant_suprema(scheme, view, steps))
+    evidence = packed(WEAK, moment_suprema(scheme, view, steps))
+    if no_linear_pair(scheme, one):
+        return evidence
+    return evidence.merged(packed(STRONG, strong_suprema(scheme, view, steps)))
+
+
+def _judged(evidence: Evidence) -> Judgement:
+    paired = unpacked(PAIRED, PairedErrors, evidence.tally)
+    if paired is not None:
+        findings, levels = zip(*paired_findings(evidence, paired), strict=True)
+        return Judgement(findings, tuple(row for rows in levels for row in rows))
+    records = ((name, unpacked(name, UniformErrors, evidence.tally)) for name in METHODS)
+    found = [(name, record) for name, record in records if record is not None]
+    if not found:
+        return Judgement((Finding(quantity="", verdict=Verdict.INCONCLUSIVE, reason="not probed"),), ())
+    findings = tuple(_finding(evidence, name, record) for name, record in found)
+    return Judgement(findings, tuple(row for name, record in found for row in _levels(evidence, name, record)))
+
+
+def _inexact(scheme: Scheme, one: Problem) -> bool:
+    """Tell whether neither moments nor stationary means are exact for every eps."""
+    return bool(no_moments(scheme, one) and (transition.refusal(scheme, one) or not invariant_observables(one)))
+
+
+def _unpaired(scheme: Scheme, one: Problem) -> str:
+    if scheme.law.bounded:
+        return f"nothing is exact, and its {scheme.law.name} increments are not Brownian: step sizes share no paths"
+    return "" if one.observables else "nothing is exact, and the problem has no observables"
+
+
+def _finding(evidence: Evidence, name: str, record: UniformErrors) -> Finding:
+    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Uniformity.name, name)
+    named = list(zip(_names(evidence, name), suprema(record), strict=True))
+    told = [each for each in named if each[1].resolved]
+    label, worst = min(told, key=lambda each: each[1].order, default=(named[0]))
+    if claim is None:
+        opinion = Opinion(Verdict.OUT_OF_SCOPE, no_claim)
+    elif isinstance(claim.value, str):
+        opinion = Opinion(Verdict.INCONCLUSIVE, f"this measure does not know what {claim.value!r} means")
+    else:
+        opinion = _opinion(claim.value - claim.margin, record, named)
+    return Finding(
+        quantity=name,
+        verdict=opinion.verdict,
+        reason=opinion.reason,
+        claim=claim,
+        estimate=worst.order,
+        low=worst.least,
+        high=worst.most,
+        method=METHODS[name],
+        tier=2,
+        details={"functional": label, "worst_eps": float(worst.worst[-1])},
+    )
+
+
+def _opinion(bound: float, record: UniformErrors, named: list[tuple[str, Supremum]]) -> Opinion:
+    if not record.applies:
+        return Opinion(Verdict.INCONCLUSIVE, "the step is not linear, has no root somewhere or leaves the chart")
+    below = [each for each in named if each[1].resolved and each[1].most < bound]
+    if below:
+        return Opinion(Verdict.REFUTED, _worded(record, *min(below, key=lambda each: each[1].order)))
+    open_ = [label for label, found in named if not found.resolved and found.seen]
+    if open_:
+        return Opinion(Verdict.INCONCLUSIVE, f"the error is not resolved of {', '.join(open_)}")
+    told = [each for each in named if each[1].resolved]
+    reason = _worded(record, *min(told, key=lambda each: each[1].order)) if told else "no error is seen"
+    reason = "; ".join([reason, *(_left_out(label, found) for label, found in named if len(found.left_out))])
+    if all(len(found.left_out) for _, found in named):
+        return Opinion(Verdict.INCONCLUSIVE, f"{reason}: there is an eps that nothing is known for")
+    if all(found.least >= bound for _, found in told):
+        return Opinion(Verdict.VERIFIED, reason)
+    return Opinion(Verdict.INCONCLUSIVE, f"{reason}; known too little")
+
+
+def _left_out(label: str, found: Supremum) -> str:
+    return f"{label} is not resolved for eps = {', '.join(f'{eps:.3g}' for eps in found.left_out)}"
+
+
+def _worded(record: UniformErrors, label: str, found: Supremum) -> str:
+    last = int(np.flatnonzero(np.isfinite(found.high)).max(initial=0))
+    if np.isinf(found.value[-1]):
+        return f"the error of {label} is not bounded: infinite at h = {record.h[-1]:.3g}, eps = {found.worst[-1]:.3g}"
+    where = f"{found.value[last]:.2g} at h = {record.h[last]:.3g}, eps = {found.worst[last]:.3g}"
+    return f"order {found.order:.3f} of the supremum over eps of the error of {label}; {where}"
+
+
+def _names(evidence: Evidence, name: str) -> list[str]:
+    if name == STRONG:
+        return ["x"]
+    if name == INVARIANT:
+        return [f"E {observable}" for observable in invariant_observables(member(evidence.view))]
+    d = member(evidence.view).dimension
+    second = (f"E x_{i + 1} x_{j + 1}" for i, j in zip(*np.triu_indices(d), strict=True))
+    return [*(f"E x_{i + 1}" for i in range(d)), *second]
+
+
+def _levels(evidence: Evidence, name: str, record: UniformErrors) -> Iterator[LevelFinding]:
+    for label, found in zip(_names(evidence, name), suprema(record), strict=True):
+        for h, value, low, high, eps in zip(record.h, *found[:4], strict=True):
+            details = {"functional": label, "low": float(low), "high": float(high), "worst_eps": float(eps)}
+            yield LevelFinding(name, None, float(value), 0.0, details, float(h))

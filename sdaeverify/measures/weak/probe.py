@@ -1,0 +1,197 @@
+"""What the weak measure finds without sampling, and what it says of a claim."""
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...contracts.error_sizes import ErrorSizes
+from ...contracts.measure import Evidence, Verdict
+from ...contracts.scheme import Claim, Scheme
+from ...contracts.settings import Settings
+from ...contracts.tally import Tally, packed, unpacked
+from ...forms import Problem, is_delayed
+from ...probe.linear.delay_moment_errors import delay_moment_errors, no_delay_moments
+from ...probe.linear.moments import MomentErrors, moment_errors, moment_orders, no_moments
+from ...probe.local import weak_defects as local
+from ...probe.local.delay_links import linked, loses_algebraic
+from ...probe.local.orders import LocalOpinion
+from ...probe.local.weak_defects import Reference, weak_reference
+from ...probe.local.weak_order import LocalWeak, WeakOrder, judge_weak, weak_order
+from ...probe.operator import transition
+from ...probe.operator.functional_orders import (
+    FunctionalOrder,
+    bounded,
+    functional_orders,
+    least_order,
+    obstacle,
+)
+from ...probe.operator.transition_errors import TransitionErrors, chart_observables, weak_errors
+from ..error_sizes import of_moments, of_operator, of_step_expectations
+from ..judge import claim_for
+
+LOCAL, MOMENTS, OPERATOR = "local weak", "moments", "operator"
+# How far below its claim an order without sampling error may be.
+TOLERANCE = 0.25
+# Step sizes of the operator, and further ones where those do not settle an order.
+FIRST, FURTHER = 4, 4
+
+
+class WeakProbe(NamedTuple):
+    """Evidence of the deterministic tiers; None where one does not apply or was not needed.
+
+    Attributes
+    ----------
+    local : WeakOrder or None
+    moments : tuple of float, or None
+        Interval of the least order of the propagated moments.
+    orders : mapping of str to FunctionalOrder
+        Global orders of observables by the transition operator.
+    """
+
+    local: WeakOrder | None
+    moments: tuple[float, float] | None
+    orders: dict[str, FunctionalOrder]
+
+    @property
+    def order(self) -> float:
+        """The local weak order, NaN where the map was not probed."""
+        return float("nan") if self.local is None else self.local.order
+
+    @property
+    def details(self) -> dict[str, object]:
+        """Further columns of a finding."""
+        found: dict[str, object] = {} if self.local is None else {"local_weak_order": self.order}
+        return found if self.moments is None else {**found, "moment_order": _middle(*self.moments)}
+
+
+class ProbeOpinion(NamedTuple):
+    """What the deterministic tiers say of a claim, and the tier that says so; None if they say nothing.
+
+    Attributes
+    ----------
+    opinion : LocalOpinion or None
+    tier : int
+    guarded : bool
+        Whether the second tier confirms the first one at T, without sampling.
+    """
+
+    opinion: LocalOpinion | None
+    tier: int = 1
+    guarded: bool = False
+
+
+def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
+    """Return local weak defects; moments where the problem is linear; the operator where the former do not decide."""
+    evidence, found = Tally(), None
+    pair = linked(scheme, view)
+    if not (loses_algebraic(scheme, view) or local.refusal(*pair)):
+        found = local.local_weak(*pair, _reference)
+        evidence = evidence.merged(packed(LOCAL, found))
+    if is_delayed(view):
+        if not no_delay_moments(scheme, view, settings.steps):
+            evidence = evidence.merged(packed(MOMENTS, delay_moment_errors(scheme, view, settings.steps)))
+    elif not no_moments(scheme, view):
+        evidence = evidence.merged(packed(MOMENTS, moment_errors(scheme, view, settings.steps)))
+    elif not _decided(found, scheme) and view.chart is not None and not transition.refusal(scheme, view):
+        evidence = evidence.merged(packed(OPERATOR, _operator(scheme, view, settings)))
+    return evidence
+
+
+def probed_weak(evidence: Evidence) -> WeakProbe:
+    """Return the deterministic evidence of a cell."""
+    record = unpacked(OPERATOR, TransitionErrors, evidence.tally)
+    orders: dict[str, FunctionalOrder] = {}
+    if record is not None and not obstacle(record):
+        orders = _operator_orders(evidence.view, record)
+    defects = unpacked(LOCAL, LocalWeak, evidence.tally)
+    moments = unpacked(MOMENTS, MomentErrors, evidence.tally)
+    return WeakProbe(
+        None if defects is None else weak_order(defects),
+        None if moments is None else least_order(bounded(moment_orders(moments), evidence.view)),
+        orders,
+    )
+
+
+def probed_sizes(evidence: Evidence) -> dict[str, ErrorSizes]:
+    """Return the sizes of errors of expectations: in one step, of moments at T, by the operator."""
+    defects = unpacked(LOCAL, LocalWeak, evidence.tally)
+    moments = unpacked(MOMENTS, MomentErrors, evidence.tally)
+    operator = unpacked(OPERATOR, TransitionErrors, evidence.tally)
+    found = {} if defects is None else {"one step": of_step_expectations(defects)}
+    found |= {} if moments is None else dict(of_moments(moments))
+    if operator is not None and not obstacle(operator):
+        found |= of_operator(operator, chart_observables(evidence.view), "by the operator")
+    return found
+
+
+def judge_probe(probed: WeakProbe, claim: Claim | None, observable: str) -> ProbeOpinion:
+    """Return what the deterministic tiers say of a claim about an observable.
+
+    The local order decides; moments can take back what it verifies, and decide where it does not. So does the
+    operator for the observables it is informative about.
+    """
+    if claim is None or isinstance(claim.value, str):
+        return ProbeOpinion(None)
+    opinion = None if probed.local is None else judge_weak(probed.local, claim.value, max(TOLERANCE, claim.margin))
+    if opinion is not None and opinion.verdict is Verdict.REFUTED:
+        return ProbeOpinion(opinion)
+    further = _global(probed, claim.value, observable)
+    undecided = opinion is None or opinion.verdict is Verdict.INCONCLUSIVE
+    if further is not None and (undecided or further.verdict is Verdict.REFUTED):
+        return ProbeOpinion(further, 2)
+    return ProbeOpinion(opinion, guarded=further is not None and further.verdict is Verdict.VERIFIED)
+
+
+def _global(probed: WeakProbe, claim: float, observable: str) -> LocalOpinion | None:
+    if probed.moments is not None:
+        return _opinion(*probed.moments, claim, f"weak order {_middle(*probed.moments):.3f} at T by moments")
+    found = probed.orders.get(observable)
+    if found is None or not found.informative:
+        return None
+    text = f"weak order {found.order:.3f} of E {observable} at T by the transition operator"
+    return _opinion(found.low, found.high, claim, text)
+
+
+def _opinion(low: float, high: float, claim: float, text: str) -> LocalOpinion | None:
+    if low >= claim - TOLERANCE:
+        return LocalOpinion(Verdict.VERIFIED, text)
+    return LocalOpinion(Verdict.REFUTED, text) if high < claim - TOLERANCE else None
+
+
+def _operator(scheme: Scheme, view: Any, settings: Settings) -> TransitionErrors:
+    """Return errors by the operator; on further step sizes where the first ones do not settle what is claimed."""
+    steps = [settings.coarsest * 2**level for level in range(FIRST + FURTHER)]
+    record = weak_errors(scheme, view, steps[:FIRST])
+    orders = _operator_orders(view, record)
+    claimed = [(found, claim_for(scheme, view.traits, "weak", name)[0]) for name, found in orders.items()]
+    asked = [(found, claim.value) for found, claim in claimed if claim and not isinstance(claim.value, str)]
+    if obstacle(record) or all(found.fixed or found.low >= value - TOLERANCE for found, value in asked):
+        return record
+    return record.refined(weak_errors(scheme, view, steps[FIRST:]))
+
+
+def _operator_orders(view: Problem, record: TransitionErrors) -> dict[str, FunctionalOrder]:
+    return dict(zip(chart_observables(view), bounded(functional_orders(record), view), strict=True))
+
+
+def _middle(low: float, high: float) -> float:
+    # NaN where an interval is open.
+    return low if low == high else 0.5 * (low + high) if np.isfinite([low, high]).all() else float("nan")
+
+
+def _decided(found: LocalWeak | None, scheme: Scheme) -> bool:
+    if found is None:
+        return False
+    order = weak_order(found)
+    claims = [claim for claim in scheme.promises if claim.measure == "weak" and not isinstance(claim.value, str)]
+    return all(
+        judge_weak(order, float(c.value), max(TOLERANCE, c.margin)).verdict is not Verdict.INCONCLUSIVE
+        for c in claims
+    )
+
+
+@lru_cache(maxsize=8)
+def _reference(view: Problem, t: tuple[float, ...]) -> Reference:
+    # Paid once a problem and form, not once a scheme: problems are compared by identity.
+    return weak_reference(view, t)

@@ -1,0 +1,196 @@
+"""Order estimates with honest intervals: the delete-a-group jackknife on sums over groups of paths.
+
+Every statistic here is a smooth function of mean values that were taken on the same paths at all levels, so
+one jackknife over groups of paths carries the correlation between levels by itself.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import betaincinv, stdtr, stdtrit
+
+from ..arrays import Array
+
+GROUPS = 20
+EPS = float(np.finfo(float).eps)
+# Steps too coarse for the problem show as local orders that grow by more than this from one level to the next.
+RISING = 0.05
+
+
+class Estimate(NamedTuple):
+    """A number with its standard error.
+
+    Attributes
+    ----------
+    value, se : float
+    """
+
+    value: float
+    se: float
+
+    def interval(self, confidence: float, bias: float = 0.0) -> tuple[float, float]:
+        """Return the two-sided interval t_{G-1} se, widened by a bound of the bias on either side."""
+        half = float(stdtrit(GROUPS - 1, 0.5 + 0.5 * confidence)) * self.se + bias
+        return self.value - half, self.value + half
+
+    def p_above(self, bound: float, bias: float = 0.0) -> float:
+        """Return the p-value of the hypothesis that the true value is at most `bound`; 1 if it is not finite."""
+        return _p_value(self.value - bias - bound, self.se)
+
+    def p_below(self, bound: float, bias: float = 0.0) -> float:
+        """Return the p-value of the hypothesis that the true value is at least `bound`; 1 if it is not finite."""
+        return _p_value(bound - bias - self.value, self.se)
+
+    def growth_to_decide(self, bound: float, level: float, bias: float = 0.0) -> float:
+        """Return by which factor the sample must grow until the value is told from `bound`; infinite if never.
+
+        The distance stays and the standard error falls like 1/sqrt(paths).
+        """
+        distance = abs(self.value - bound) - bias
+        if not (distance > 0.0 and np.isfinite(self.se)):
+            return float("inf")
+        needed = float(stdtrit(GROUPS - 1, 1.0 - level)) * self.se / distance
+        return max(1.0, needed**2)
+
+    def growth_to_see(self, size: float, confidence: float, bias: float = 0.0) -> float:
+        """Return by which factor the sample must grow until a deviation of a size shows; infinite if it never does.
+
+        It shows if a test of level 1 - confidence finds it with a probability of `confidence`.
+        """
+        if not (size > bias and np.isfinite(self.se)):
+            return float("inf")
+        return max(1.0, (2.0 * float(stdtrit(GROUPS - 1, confidence)) * self.se / (size - bias)) ** 2)
+
+
+def _p_value(distance: float, se: float) -> float:
+    if not np.isfinite(distance):
+        return 1.0
+    if not se > 0.0:
+        return 0.0 if distance > 0.0 and se == 0.0 else 1.0
+    return float(stdtr(GROUPS - 1, -distance / se))
+
+
+def group_sums(values: Array) -> Array:
+    """Sum over groups of paths, path i being in group i mod G.
+
+    Parameters
+    ----------
+    values : ndarray, shape (..., P)
+
+    Returns
+    -------
+    ndarray, shape (G, ...)
+    """
+    whole = values.shape[-1] // GROUPS * GROUPS
+    rounds = values[..., :whole].reshape(*values.shape[:-1], -1, GROUPS)
+    sums = rounds.sum(axis=-2)
+    rest = values[..., whole:]
+    sums[..., : rest.shape[-1]] += rest
+    return np.moveaxis(sums, -1, 0)
+
+
+def jackknife(sums: Array, counts: Array, statistic: Callable[[Array], float]) -> Estimate:
+    """Estimate a function of means, bias-corrected, with its standard error.
+
+    With the value b_n on all paths and b_(g) without group g, the pseudo-values are
+    G b_n - (G - 1) b_(g); the estimate is their mean, its error their standard deviation over sqrt(G).
+
+    Parameters
+    ----------
+    sums : ndarray, shape (G, ...)
+        Sums over each group.
+    counts : ndarray, shape (G,)
+        Paths of each group.
+    statistic : callable, ndarray of shape (...) -> float
+        Function of the means.
+
+    Returns
+    -------
+    Estimate
+    """
+    pseudo = pseudo_values(sums, counts, statistic)
+    return Estimate(float(pseudo.mean()), float(pseudo.std(ddof=1) / np.sqrt(GROUPS)))
+
+
+def pseudo_values(sums: Array, counts: Array, statistic: Callable[[Array], float | Array]) -> Array:
+    """Return the jackknife's pseudo-values of one or many statistics, shape (G, ...); see `jackknife`."""
+    total, n = sums.sum(axis=0), counts.sum()
+    full = statistic(total / n)
+    means = (total - sums) / (n - counts).reshape(-1, *(1,) * total.ndim)
+    left_out = np.array([statistic(means[g]) for g in range(GROUPS)])
+    return np.asarray(GROUPS * full - (GROUPS - 1) * left_out)
+
+
+def slope_weights(x: Array) -> Array:
+    """Return the weights w of the least-squares slope sum_l w_l y_l over abscissae x."""
+    centred: Array = x - x.mean()
+    return np.asarray(centred / (centred @ centred))
+
+
+def corrected_slope_weights(x: Array) -> Array:
+    """Return the weights of p in the fit y = a + p x + c 2^x: the asymptotic order, x = log2 h."""
+    design = np.stack([np.ones_like(x), x, 2.0 ** (x - x.max())], axis=1)
+    return np.asarray(np.linalg.pinv(design)[1])
+
+
+def log_norms(means: Array, p: float) -> Array:
+    """Return log2 (E e^p)^(1/p)."""
+    return np.asarray(np.log2(means) / p)
+
+
+class Tail(NamedTuple):
+    """How much of a mean rests on few paths.
+
+    Attributes
+    ----------
+    effective : float
+        (sum e)^2 / (M sum e^2), 1 for equal errors.
+    share : float
+        Share of the largest path in the sum.
+    hill : float
+        Index of the tail from the largest sqrt(M) values.
+    """
+
+    effective: float
+    share: float
+    hill: float
+
+    @property
+    def heavy(self) -> bool:
+        """Whether intervals of the mean cannot be trusted."""
+        return self.effective < 0.2 or self.share > 0.05 or self.hill < 1.8
+
+
+def tail(total: float, total_of_squares: float, largest: Array, paths: int) -> Tail:
+    """Return the tail diagnostics of a sum of errors.
+
+    Parameters
+    ----------
+    total, total_of_squares : float
+        Sums of e and e^2 over all paths.
+    largest : ndarray, shape (k,)
+        The k largest errors, descending.
+    paths : int
+
+    Returns
+    -------
+    Tail
+    """
+    top = largest[largest > 0.0]
+    excess = np.log(top[:-1] / top[-1]).mean() if len(top) > 1 else 0.0
+    effective = total**2 / (paths * total_of_squares) if total_of_squares > 0.0 else 1.0
+    share = largest[0] / total if total > 0.0 else 0.0
+    return Tail(float(effective), float(share), float(1.0 / excess) if excess > 0.0 else float("inf"))
+
+
+def clopper_pearson(hits: int, trials: int, confidence: float) -> tuple[float, float]:
+    """Return the interval of the rates p under which the count is in neither tail of Binomial(n, p).
+
+    With tails of alpha/2 on either side it covers the true rate at least at its nominal level, for every n and p:
+    low and high are the quantiles of Beta(k, n - k + 1) at alpha/2 and of Beta(k + 1, n - k) at 1 - alpha/2.
+    """
+    outside = 0.5 * (1.0 - confidence)
+    low = float(betaincinv(hits, trials - hits + 1, outside)) if hits else 0.0
+    high = float(betaincinv(hits + 1, trials - hits, 1.0 - outside)) if hits < trials else 1.0
+    return low, high

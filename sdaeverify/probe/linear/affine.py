@@ -1,0 +1,75 @@
+"""Affine functions, found from their values at 0 and at the unit vectors and checked at states of several sizes."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from ...arrays import Array
+from ..step.nodes import SEED
+
+# The relative defect of an affine function is rounding, a few times 1e-16; that of another is far larger than this.
+AFFINE = 1e-10
+SIZES = (0.1, 1.0, 10.0, 100.0)
+
+
+def corners(k: int) -> Array:
+    """Return 0 and the unit vectors, shape (k, 1 + k)."""
+    return np.concatenate([np.zeros((k, 1)), np.eye(k)], axis=1)
+
+
+@lru_cache(maxsize=64)
+def trial_states(k: int) -> Array:
+    """Return the corners and, to check them, random vectors of lengths 0.1, 1, 10 and 100, shape (k, k + 5)."""
+    rng = np.random.Generator(np.random.Philox(key=SEED + 2))
+    x = rng.standard_normal((k, len(SIZES)))
+    return np.concatenate([corners(k), x / np.linalg.norm(x, axis=0) * SIZES], axis=1)
+
+
+def at_corners(values: Array, last: float = 1.0) -> Array:
+    """Return [[R, r], [0, last]] of functions R x + r from their values at the corners.
+
+    Parameters
+    ----------
+    values : ndarray, shape (d, 1 + k, K)
+        Of K functions.
+    last : float, optional
+
+    Returns
+    -------
+    ndarray, shape (d + 1, k + 1, K)
+    """
+    d, states, count = values.shape
+    whole = np.zeros((d + 1, states, count))
+    whole[:d, -1] = values[:, 0]
+    whole[:d, :-1] = values[:, 1:] - values[:, :1]
+    whole[d, -1] = last
+    return whole
+
+
+def defect(values: Array, fitted: Array) -> float:
+    """Return the largest |f(x) - (R x + r)| relative to |R| |x| + |r| or |f(x)|, whichever is larger.
+
+    Parameters
+    ----------
+    values : ndarray, shape (d, k + 5, K)
+        Of K functions at the test states.
+    fitted : ndarray, shape (d + 1, k + 1, K)
+        [[R, r], [0, .]], as found from the first k + 1 of them.
+
+    Returns
+    -------
+    float
+        Infinite if a value is not a number; what overflows is left out.
+    """
+    k = fitted.shape[1] - 1
+    x = np.concatenate([trial_states(k)[:, k + 1 :], np.ones((1, len(SIZES)))])
+    predicted, size = (np.einsum("ijn,js->isn", F[:-1], v) for F, v in ((fitted, x), (np.abs(fitted), np.abs(x))))
+    given = values[:, k + 1 :]
+    return relative(given - predicted, np.maximum(size, np.abs(given)))
+
+
+def relative(difference: Array, size: Array) -> float:
+    """Return the largest of |difference| relative to size, each the largest over the first axis."""
+    largest, scale = np.abs(difference).max(axis=0), size.max(axis=0)
+    ratio = largest / np.maximum(scale, np.finfo(float).tiny)
+    return float(np.max(np.where(np.isnan(ratio), np.inf, ratio), initial=0.0, where=~np.isinf(scale)))

@@ -1,0 +1,172 @@
+"""The linear map of a step with a delay, found by evaluating it: its state and the lagged values to the new state.
+
+Bounded nonlinear terms vanish beside the others at large states, and differ from their derivatives as little as one
+likes at small ones. A step that is not linear is looked at in both limits, between which its solutions move.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.scheme import Scheme, flatten
+from ...forms import DelaySDAE
+from ...noise.brownian import Increment
+from ..stability.delay_equation import LinearDelay
+from ..step.nodes import SEED
+from ..step.states import WHEN
+from ..step.times import DIFFERENT, ELSEWHEN
+from .affine import AFFINE, at_corners, defect, relative, trial_states
+from .delay_moments import Start
+from .delay_step import LinearDelayStep
+
+# Sizes of the states: in a unit of the problem's own, and small and large enough for either limit.
+UNIT, SMALL, LARGE = 1.0, 1e-12, 1e14
+# Noise at which the step must be what it is by its values at 0 and at one standard deviation.
+REACH, TRIALS = 4.0, 3
+
+
+class ProbedStep(NamedTuple):
+    """What was found.
+
+    Attributes
+    ----------
+    step : LinearDelayStep
+    offset : ndarray, shape (1 + l, k)
+        What a step adds to linear terms: without noise, and for one standard deviation of each noise.
+    defect : float
+        Of linearity in the state and in the noise, relative.
+    failed : bool
+        Whether the scheme found no root somewhere.
+    """
+
+    step: LinearDelayStep
+    offset: Array
+    defect: float
+    failed: bool
+
+
+def probed_step(scheme: Scheme, view: DelaySDAE, h: float, scale: float = UNIT) -> ProbedStep:
+    """Return the matrices of a step of size h after the first delay.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : DelaySDAE
+        Of the scheme's form, with a delay.
+    h : float
+    scale : float
+        Size of the states at which it is evaluated.
+
+    Returns
+    -------
+    ProbedStep
+    """
+    k, l = len(flatten(scheme.start(view, 1, h))), view.noise_dim
+    inputs = trial_states(k + 2 * view.dimension)
+    xi = np.concatenate([np.zeros((l, 1)), np.eye(l), _further(l)], axis=1)
+    values, failed = _evaluated(scheme, view, h, (scale * inputs, xi), _later(view)[0])
+    values = values / scale
+    factors = at_corners(values[:, : inputs.shape[0] + 1])
+    noise = factors[..., 1 : 1 + l] - factors[..., :1]
+    expected = factors[..., :1] + np.einsum("ijn,ns->ijs", noise, xi[:, 1 + l :])
+    found = factors[..., 1 + l :]
+    off = relative(found - expected, np.abs(found).max(axis=1, keepdims=True) + 0.0 * found)
+    matrices = np.moveaxis(noise[:-1, :-1], -1, 0)
+    step = LinearDelayStep(factors[:-1, :-1, 0], matrices)
+    offset = scale * np.concatenate([factors[:-1, -1, :1], noise[:-1, -1]], axis=1).T
+    return ProbedStep(step, offset, max(defect(values[..., : 1 + l], factors[..., : 1 + l]), off), failed)
+
+
+def no_lasting_step(scheme: Scheme, view: DelaySDAE, h: float) -> str:
+    """Return why the matrices of a step are not those of all steps after the first delay, or an empty string."""
+    inputs, xi = (
+        trial_states(len(flatten(scheme.start(view, 1, h))) + 2 * view.dimension),
+        np.ones((view.noise_dim, 1)),
+    )
+    first, *others = (_evaluated(scheme, view, h, (inputs, xi), t)[0] for t in _later(view))
+    return "" if all(relative(other - first, np.abs(first)) <= AFFINE for other in others) else DIFFERENT
+
+
+def no_lasting_run(scheme: Scheme, view: DelaySDAE, h: float) -> str:
+    """Return why the matrices are not those of all steps of a run, those that the history drives among them."""
+    if reason := no_lasting_step(scheme, view, h):
+        return reason
+    probed, t = probed_step(scheme, view, h), min(WHEN * view.delay, view.delay - h)
+    known = np.concatenate([view.past(t - view.delay), view.past(min(0.0, t + h - view.delay))])
+    memory = trial_states(probed.step.rows)
+    inputs = np.concatenate([memory, np.repeat(known, memory.shape[1], axis=1)])
+    made = _evaluated(scheme, view, h, (inputs, np.zeros((view.noise_dim, 1))), t)[0][..., 0]
+    expected = probed.step.drift @ inputs + probed.offset[0, :, None]
+    return "" if relative(made - expected, np.abs(expected)) <= AFFINE else DIFFERENT
+
+
+def _later(view: DelaySDAE) -> tuple[float, ...]:
+    """Return times after the first delay: before, the lagged values are the history's, and a scheme may know them."""
+    left = max(view.horizon - view.delay, 0.0)
+    return tuple(view.delay + part * left for part in (WHEN, *ELSEWHEN))
+
+
+def linear_delay(view: DelaySDAE, scale: float = UNIT) -> LinearDelay:
+    """Return the coefficients of the equation with y eliminated, at states of some size; it is scalar."""
+    plain, none = view.without_y(), np.zeros((0, 3))
+    x, v = scale * np.array([[[0.0, 1.0, 0.0]], [[0.0, 0.0, 1.0]]])
+    f = np.broadcast_to(plain.drift(0.0, x, v, none), (1, 3))[0]
+    g = np.broadcast_to(plain.diffusion(0.0, x, v, none), (1, 1, 3))[0, 0]
+    (A, B), (c, d) = ((values[1:] - values[0]) / scale for values in (f, g))
+    return LinearDelay(float(A), float(B), float(c), float(d), view.delay)
+
+
+def is_scalar(view: DelaySDAE) -> bool:
+    """Tell whether x and the noise have one dimension, so that `linear_delay` says all of the equation."""
+    return view.dimension == view.noise_dim == 1
+
+
+def run_start(scheme: Scheme, view: DelaySDAE, h: float, steps: int) -> Start:
+    """Return where a run with steps of size h begins: the scheme's state, and the lagged values that so many use."""
+    used = min(view.mesh(h).m, max(steps, 1) + 1)
+    lagged = [view.past(min(0.0, n * h - view.delay))[:, 0] for n in range(used)]
+    return Start(flatten(scheme.start(view, 1, h))[:, 0], np.array(lagged))
+
+
+def at_rest(view: DelaySDAE) -> bool:
+    """Tell whether zero is a solution of the equation with y eliminated."""
+    plain, zero, none = view.without_y(), np.zeros((view.dimension, 1)), np.zeros((0, 1))
+    return not any(np.any(part(0.0, zero, zero, none)) for part in (plain.drift, plain.diffusion))
+
+
+def is_autonomous(view: DelaySDAE) -> bool:
+    """Tell whether drift and diffusion with y eliminated are the same at two times."""
+    plain, none = view.without_y(), np.zeros((0, 4))
+    x, v = np.random.Generator(np.random.Philox(key=SEED + 6)).standard_normal((2, view.dimension, 4))
+    later = WHEN * view.horizon
+    return all(
+        np.allclose(part(0.0, x, v, none), part(later, x, v, none), rtol=1e-12, atol=0.0)
+        for part in (plain.drift, plain.diffusion)
+    )
+
+
+def limits(scheme: Scheme, view: DelaySDAE, h: float) -> tuple[float, ...]:
+    """Return the sizes of states at which a step is linear: one of a linear step, else a small and a large one."""
+    if probed_step(scheme, view, h).defect <= AFFINE:
+        return (UNIT,)
+    return tuple(size for size in (SMALL, LARGE) if probed_step(scheme, view, h, size).defect <= AFFINE)
+
+
+def _evaluated(scheme: Scheme, view: DelaySDAE, h: float, at: tuple[Array, Array], t: float) -> tuple[Array, bool]:
+    """Return the new states at all inputs, shape (k, S, K), of a step at time t for every column of noise."""
+    inputs, xi = at
+    d, count = view.dimension, xi.shape[1]
+    z, dW = np.repeat(inputs, count, axis=1), np.sqrt(h) * np.tile(xi, inputs.shape[1])
+    noise = Increment(dW, np.zeros_like(dW), lagged=z[-2 * d : -d], ahead=z[-d:])
+    start = scheme.start(view, 1, h)
+    cuts = np.cumsum([len(part) for part in start])
+    state = type(start)(*np.split(z[: -2 * d], cuts[:-1]))
+    step = scheme.prepare(view, h)(state, t, noise)
+    failed = step.failed is not None and bool(step.failed.any())
+    return flatten(step.state).reshape(-1, inputs.shape[1], count), failed
+
+
+def _further(l: int) -> Array:
+    rng = np.random.Generator(np.random.Philox(key=SEED + 7))
+    return np.asarray(REACH * rng.uniform(-1.0, 1.0, (l, TRIALS)))

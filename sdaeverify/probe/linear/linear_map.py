@@ -1,0 +1,106 @@
+"""The linear map of a step: x -> R x + r between states that hold all memory of a scheme, at every noise node."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.scheme import State, Step, Stepper, flatten
+from ...noise.brownian import Increment
+from ..step.nodes import Nodes
+from ..step.one_step import OneStep
+from .affine import at_corners, corners, defect, trial_states
+
+
+class LinearMap(NamedTuple):
+    """What was found at K noise nodes.
+
+    Attributes
+    ----------
+    factors : ndarray, shape (k + 1, k + 1, K)
+        [[R, r], [0, 1]]: the map of (x, 1).
+    defect : float
+        Largest relative deviation of Phi(x) from R x + r: rounding if the step is linear in its state.
+    failed : bool
+        Whether the scheme found no root somewhere.
+    """
+
+    factors: Array
+    defect: float
+    failed: bool
+
+
+@dataclass(frozen=True)
+class MemoryStep:
+    """A step of size h from time 0 as a map between flat states (k, P), all memory of the scheme.
+
+    Attributes
+    ----------
+    one_step : OneStep
+    h : float
+    """
+
+    one_step: OneStep
+    h: float
+
+    @cached_property
+    def start(self) -> State:
+        """The initial state on one path."""
+        return self.one_step.scheme.start(self.one_step.view, 1, self.h)
+
+    @cached_property
+    def dimension(self) -> int:
+        """Number k of rows."""
+        return len(flatten(self.start))
+
+    @cached_property
+    def stepper(self) -> Stepper:
+        """The prepared step."""
+        return self.one_step.scheme.prepare(self.one_step.view, self.h)
+
+    def state(self, x: Array) -> State:
+        """Return the scheme's state whose memory is x."""
+        if not isinstance(self.start, tuple):
+            return x
+        cuts = np.cumsum([len(part) for part in self.start])[:-1]
+        return type(self.start)(*np.split(x, cuts))
+
+    def advance(self, x: Array, noise: Increment) -> tuple[Array, bool]:
+        """Return the memory after a step, and whether any path found no root."""
+        step: Step = self.stepper(self.state(x), 0.0, noise)
+        return flatten(step.state), step.failed is not None and bool(np.any(step.failed))
+
+    def at_nodes(self, x: Array, nodes: Nodes) -> tuple[Array, bool]:
+        """Return the memory after a step from every state at every node, shape (k, states, K), in one batch."""
+        states, count = x.shape[1], len(nodes.weights)
+        after, failed = self.advance(np.repeat(x, count, axis=1), nodes.increment(self.h, states))
+        return after.reshape(len(x), states, count), failed
+
+    def reading(self) -> Array:
+        """Return the map of (x, 1) to (y, 1), y being the comparable components, shape (d + 1, k + 1)."""
+        y = self.one_step.read(self.state(corners(self.dimension)))
+        return at_corners(y[..., None])[..., 0]
+
+
+def linear_map(step: MemoryStep, nodes: Nodes) -> LinearMap:
+    """Return the map of a step at every node, and how well the step agrees with it.
+
+    Parameters
+    ----------
+    step : MemoryStep
+    nodes : Nodes
+
+    Returns
+    -------
+    LinearMap
+    """
+    values, failed = step.at_nodes(trial_states(step.dimension), nodes)
+    factors = at_corners(values[:, : step.dimension + 1])
+    return LinearMap(factors, defect(values, factors), failed)
+
+
+def factors_at(step: MemoryStep, nodes: Nodes) -> Array:
+    """Return [[R, r], [0, 1]] at every node, shape (k + 1, k + 1, K), unchecked."""
+    return at_corners(step.at_nodes(corners(step.dimension), nodes)[0])

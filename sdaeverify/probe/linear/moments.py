@@ -1,0 +1,149 @@
+"""Global weak order without sampling: first and second moments at the final time of a linear problem.
+
+With z = (x, 1), E z z^T after N steps is the N-th power of the step's second-moment operator applied to the initial
+one; that of the solution is exp(T G), G being the generator of the second-moment equation. Nothing is sampled, and
+first moments are the last column.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+
+from ...arrays import Array
+from ...contracts.scheme import Scheme, flatten
+from ...forms import Problem
+from ...numerics.statistics import EPS
+from ..operator.functional_orders import FunctionalOrder, order_of
+from ..stability.spectral import DENSE
+from ..stability.stability import no_stability
+from ..step.one_step import OneStep
+from ..step.times import changing
+from .affine import AFFINE
+from .equation import linear_equation
+from .linear_map import MemoryStep
+from .observable_part import observed
+from .second_moments import smat, svec
+from .step_moments import step_moments
+
+# Rounding of a matrix power or exponential, in units of EPS, of the number of steps and of the size of the moments.
+ROUNDING = 16.0
+FURTHER = 6
+# An error is used where it is known to two digits: a local order is then off by less than 0.03.
+ABOVE_FLOOR = 100.0
+
+
+class MomentErrors(NamedTuple):
+    """Errors of the moments at T at H step sizes.
+
+    Attributes
+    ----------
+    h : ndarray, shape (H,)
+    first : ndarray, shape (H, d)
+        E x of the scheme minus that of the solution.
+    second : ndarray, shape (H, d, d)
+        The same of E x x^T.
+    floor : ndarray, shape (H,)
+        How far they can be off: rounding and what quadrature leaves open.
+    scale : ndarray, shape (H,)
+        The largest moment at 0 or T.
+    defect : ndarray, shape (H,)
+        Of linearity in the state, relative: not rounding if the step is not linear.
+    usable : ndarray, shape (H,)
+        1 where every step has a root and a finite second moment.
+    """
+
+    h: Array
+    first: Array
+    second: Array
+    floor: Array
+    scale: Array
+    defect: Array
+    usable: Array
+
+
+class _Moments(NamedTuple):
+    # E z z^T of the comparable components at T, the largest moment on the way, relative error of the rule, the rest
+    # as in `MomentErrors`.
+    P: Array
+    scale: float
+    rule_error: float
+    defect: float
+    usable: float
+
+
+def no_moments(scheme: Scheme, view: Problem) -> str:
+    """Return why moments cannot be propagated, or an empty string."""
+    if reason := no_stability(scheme, view):
+        return reason
+    k, step = len(flatten(scheme.start(view, 1, view.horizon))), OneStep(scheme, view)
+    if (k + 1) * (k + 2) // 2 > DENSE:
+        return f"{k} components are too many for a dense matrix"
+    return "" if step.refusal() else changing(step)
+
+
+def moment_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> MomentErrors:
+    """Return the errors of first and second moments at the final time.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of a pair that `no_moments` has nothing against.
+    steps : sequence of int
+        Numbers N of steps to the final time, each twice the one before. Six more follow: what is exact costs no more
+        with many steps, and local orders settle.
+
+    Returns
+    -------
+    MomentErrors
+    """
+    steps = [*steps, *(steps[-1] * 2**level for level in range(1, FURTHER + 1))]
+    one_step, T = OneStep(scheme, view), view.horizon
+    exact = _exact(one_step)
+    with np.errstate(all="ignore"):
+        found = [_propagated(one_step, T / count, count) for count in steps]
+        differences = np.stack([each.P - exact for each in found])
+        scale = np.array([max(each.scale, np.abs(exact).max()) for each in found])
+        floor = scale * np.array(
+            [n * (ROUNDING * EPS + each.rule_error) for n, each in zip(steps, found, strict=True)]
+        )
+    return MomentErrors(
+        np.array([T / count for count in steps]),
+        differences[:, :-1, -1],
+        differences[:, :-1, :-1],
+        floor,
+        scale,
+        np.array([each.defect for each in found]),
+        np.array([each.usable for each in found]),
+    )
+
+
+def moment_orders(record: MomentErrors) -> tuple[FunctionalOrder, ...]:
+    """Return what each moment says about the order, d first moments and then d (d + 1)/2 second ones.
+
+    None is told where the step is not linear, or has no root or no second moment.
+    """
+    if record.defect.max() > AFFINE or not record.usable.all():
+        return ()
+    i, j = np.triu_indices(record.first.shape[1])
+    errors = np.concatenate([record.first, record.second[:, i, j]], axis=1).T
+    return tuple(order_of(record.h, each, record.floor, float(record.scale[-1])) for each in errors)
+
+
+def _exact(one_step: OneStep) -> Array:
+    ito = one_step.ito
+    equation, z = linear_equation(ito), np.append(ito.initial(1)[:, 0], 1.0)
+    return smat(expm(ito.horizon * equation.generator()) @ svec(np.outer(z, z)), len(z))
+
+
+def _propagated(one_step: OneStep, h: float, count: int) -> _Moments:
+    found, step = step_moments(one_step, h), MemoryStep(one_step, h)
+    z = np.append(flatten(step.start)[:, 0], 1.0)
+    operator, Q = observed(step, found.operator)
+    z, L = Q @ z, step.reading() @ Q.T
+    P = smat(np.linalg.matrix_power(operator.dense(), count) @ svec(np.outer(z, z)), len(z))
+    usable = float(not found.failed and np.isinf(found.far.pole))
+    scale = float(max(np.abs(P).max(), np.outer(z, z).max()))
+    return _Moments(L @ P @ L.T, scale, found.rule_error, found.defect, usable)

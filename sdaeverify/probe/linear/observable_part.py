@@ -1,0 +1,128 @@
+"""The part of a linear system that matters: what the components depend on, and what admissible states reach.
+
+The rows of L R_k1 ... R_kn, for all n, span what the memory does to the components L x, now or later; the R_k map the
+memory modulo the rest into itself. What the rest does - grow, for example - does not count.
+
+On a constrained problem the columns of R_k1 ... R_kn M, M spanning the admissible states, span what can be reached.
+Off the manifold, where no solution is, the constraint's defect need not decay. Sums of multipliers, on which nothing
+depends, are no states either.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.scheme import flatten
+from ..step.one_step import OneStep
+from .affine import corners
+from .equation import LinearEquation, linear_equation
+from .linear_map import MemoryStep
+from .second_moments import Operator
+
+# Directions that add less to the others, relative, are taken to add nothing.
+ADDS = 1e-12
+
+
+class Observed(NamedTuple):
+    """An operator on the memory that some components depend on.
+
+    Attributes
+    ----------
+    operator : Operator
+        With factors [[R, r], [0, 1]], shape (p + 1, p + 1, K), for memory y = Q x.
+    rows : ndarray, shape (p + 1, k + 1)
+        [[Q, 0], [0, 1]] with orthonormal rows.
+    """
+
+    operator: Operator
+    rows: Array
+
+
+def observed(step: MemoryStep, operator: Operator, components: Array | None = None) -> Observed:
+    """Return an operator on the memory that components depend on.
+
+    Parameters
+    ----------
+    step : MemoryStep
+    operator : Operator
+        With factors [[R, r], [0, 1]], shape (k + 1, k + 1, K).
+    components : ndarray of int, optional
+        All if left out.
+
+    Returns
+    -------
+    Observed
+    """
+    k = step.dimension
+    everything = components is None and k == step.one_step.ito.dimension
+    if everything or not np.isfinite(operator.factors).all():
+        return Observed(operator, np.eye(k + 1))
+    reading = step.reading()[:-1, :-1]
+    rows = _closed(reading if components is None else reading[components], operator.homogeneous.factors)
+    Q = np.eye(len(rows) + 1, k + 1)
+    Q[:-1, :-1], Q[-1] = rows, np.eye(k + 1)[-1]
+    return Observed(_between(operator, Q), Q)
+
+
+def essential_operator(step: MemoryStep, operator: Operator) -> Operator:
+    """Return the linear part of an operator where it matters for stability, on (p, p) matrices."""
+    one_step = step.one_step
+    if not one_step.view.has_constraints or not np.isfinite(operator.factors).all():
+        return observed(step, operator).operator.homogeneous
+    seen = observed(step, operator, _states(linear_equation(one_step.ito)))
+    linear, entered = seen.operator.homogeneous, one_step.enter(_admissible(one_step), 0.0, step.h)
+    columns = seen.rows[:-1, :-1] @ _differences(flatten(entered))
+    return _between(linear, _closed(columns.T, linear.factors.swapaxes(0, 1)))
+
+
+def essential_equation(one_step: OneStep) -> LinearEquation:
+    """Return the linear part of a problem's equation where it matters for stability."""
+    equation = linear_equation(one_step.ito)
+    A, C = equation.homogeneous
+    if not one_step.view.has_constraints:
+        return LinearEquation(A, C)
+    states = _states(equation)
+    Q = _independent(_differences(_admissible(one_step))[states].T, np.zeros((0, len(states))))
+    A, C = A[np.ix_(states, states)], C[np.ix_(states, states)]
+    return LinearEquation(Q @ A @ Q.T, _between(Operator(C, np.ones(C.shape[-1])), Q).factors)
+
+
+def _states(equation: LinearEquation) -> Array:
+    # Components that something depends on, themselves included.
+    A, C = equation.homogeneous
+    return np.flatnonzero(np.abs(A).max(axis=0) + np.abs(C).max(axis=(0, 2)) > 0.0)
+
+
+def _admissible(one_step: OneStep) -> Array:
+    # Where some of them have no nearest admissible state, as the centre of a circle has none, all directions count.
+    points = corners(one_step.ito.dimension)
+    with np.errstate(all="ignore"):
+        admissible = one_step.view.admissible(points)
+    return admissible if np.isfinite(admissible).all() else points
+
+
+def _differences(x: Array) -> Array:
+    return x[:, 1:] - x[:, :1]
+
+
+def _between(operator: Operator, Q: Array) -> Operator:
+    return Operator(np.einsum("pi,ijk,qj->pqk", Q, operator.factors, Q, optimize=True), operator.weights)
+
+
+def _closed(start: Array, maps: Array) -> Array:
+    """Return an orthonormal basis of the rows of `start` and of all their products with maps (k, k, K)."""
+    R = np.moveaxis(maps, -1, 0)
+    rows, further = np.zeros((0, len(maps))), start
+    while len(further := _independent(further, rows)):
+        rows = np.concatenate([rows, further])
+        further = np.concatenate(further @ R)
+    return rows
+
+
+def _independent(rows: Array, known: Array) -> Array:
+    # An orthonormal basis of what rows add to known orthonormal ones; each counts alike, whatever its unit.
+    lengths = np.linalg.norm(rows, axis=1, keepdims=True)
+    rows = rows[lengths[:, 0] > 0.0] / lengths[lengths[:, 0] > 0.0]
+    _, sizes, basis = np.linalg.svd(rows - rows @ known.T @ known, full_matrices=False)
+    return np.asarray(basis[sizes > ADDS * len(rows)])

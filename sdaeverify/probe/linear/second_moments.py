@@ -1,0 +1,95 @@
+"""The operator P -> E A P A^T on symmetric matrices, which carries second moments through a step.
+
+In the coordinates svec(P) = (P_ii, sqrt(2) P_ij for i < j), in which the Frobenius product is the Euclidean one, it
+is a matrix of size n (n + 1)/2.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+
+
+class Operator(NamedTuple):
+    """P -> sum_k w_k A_k P A_k^T: a positive operator, which keeps the cone of positive semidefinite matrices.
+
+    Attributes
+    ----------
+    factors : ndarray, shape (n, n, K)
+    weights : ndarray, shape (K,)
+        Not negative.
+    """
+
+    factors: Array
+    weights: Array
+
+    @property
+    def dimension(self) -> int:
+        """Number n of rows of P."""
+        return len(self.factors)
+
+    @property
+    def size(self) -> int:
+        """Number n (n + 1)/2 of unknowns."""
+        return self.dimension * (self.dimension + 1) // 2
+
+    @property
+    def homogeneous(self) -> "Operator":
+        """The operator of the linear part, the factors being maps of (x, 1)."""
+        return Operator(self.factors[:-1, :-1], self.weights)
+
+    def __call__(self, P: Array) -> Array:
+        """Return sum_k w_k A_k P A_k^T, shape (n, n)."""
+        n = self.dimension
+        # Rows of A_k P and of A_k side by side for all k, so that one product of matrices sums over them.
+        left = np.tensordot(self.factors * self.weights, P, axes=(1, 0)).reshape(n, -1)
+        return np.asarray(left @ self.factors.swapaxes(1, 2).reshape(n, -1).T)
+
+    def dense(self) -> Array:
+        """Return the matrix in the coordinates svec, shape (size, size)."""
+        n = self.dimension
+        flat = self.factors.reshape(n * n, -1)
+        # E A_ai A_bj, from all pairs (a, i) and (b, j) to rows (a, b) and columns (i, j).
+        products = ((flat * self.weights) @ flat.T).reshape(n, n, n, n).transpose(0, 2, 1, 3)
+        return on_symmetric(products.reshape(n * n, n * n), n)
+
+
+def on_symmetric(matrix: Array, n: int) -> Array:
+    """Return a map of matrices P, read row by row, as a map of svec(P), for maps that keep symmetry.
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (n^2, n^2)
+    n : int
+
+    Returns
+    -------
+    ndarray, shape (n (n + 1)/2, n (n + 1)/2)
+    """
+    i, j, scale = triangle(n)
+    rows = matrix[i * n + j] * scale[:, None]
+    # A coordinate off the diagonal stands for two equal entries of P, each the coordinate over sqrt(2).
+    return np.asarray((rows[:, i * n + j] + rows[:, j * n + i]) * (0.5 * scale))
+
+
+def svec(P: Array) -> Array:
+    """Return the coordinates of a symmetric matrix, shape (n (n + 1)/2,)."""
+    i, j, scale = triangle(len(P))
+    return np.asarray(scale * P[i, j])
+
+
+def smat(coordinates: Array, n: int) -> Array:
+    """Return the symmetric matrix of some coordinates, shape (n, n): the inverse of `svec`."""
+    i, j, scale = triangle(n)
+    P = np.empty((n, n))
+    P[i, j] = P[j, i] = coordinates / scale
+    return P
+
+
+@lru_cache(maxsize=64)
+def triangle(n: int) -> tuple[Array, Array, Array]:
+    """Return rows and columns of the entries of svec(P), and what they are multiplied with there."""
+    i, j = np.triu_indices(n)
+    return i, j, np.where(i == j, 1.0, np.sqrt(2.0))

@@ -1,0 +1,1 @@
+"""Local errors: defects of one step, and the orders they tell."""

@@ -1,0 +1,95 @@
+"""What y is off by where the delay is no multiple of the step: it solves the constraint with an interpolated past.
+
+On a mesh with tau = (m - delta) h the lagged value of a step's end is
+
+    xb = delta x(t_a + h) + (1 - delta) x(t_a),   t_a + delta h = t + h - tau,
+
+the solution itself at t_a + delta h being off by a Brownian bridge of variance h delta (1 - delta) g g^T. An error
+of y is not carried on to the next step: y = U(x, v) has the order of x or, if that is lower, the order in h of
+
+    || y_{n+1} - U(t + h, x_{n+1}, x(t_a + delta h)) ||_{L2} .
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.scheme import Scheme
+from ...forms import DelaySDAE, DelayState
+from ...noise.brownian import Increment
+from ..step.nodes import normal_rule
+from ..step.one_step import OneStep
+from ..step.states import WHEN, cloud
+from .delay_links import X, Y, linked
+from .orders import last_orders
+from .strong_defects import LEVELS, ROUNDING
+
+NODES = 4
+
+
+class AlgebraicDefects(NamedTuple):
+    """Defects of y after a step at S states and H step sizes.
+
+    Attributes
+    ----------
+    h : ndarray, shape (H,)
+    rms : ndarray, shape (S, H)
+        Their L2 norms.
+    scale : ndarray, shape (S, H)
+        Largest absolute value of y.
+    """
+
+    h: Array
+    rms: Array
+    scale: Array
+
+
+def algebraic_defects(scheme: Scheme, view: DelaySDAE, delta: float) -> AlgebraicDefects:
+    """Probe the y of one step of each size after the first delay.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : DelaySDAE
+        With a delay and with algebraic components, which the scheme solves for; see `keeps_constraint`.
+    delta : float
+        Where the delay lies on the mesh, from 0 to 1.
+
+    Returns
+    -------
+    AlgebraicDefects
+    """
+    step = OneStep(*linked(scheme, view))
+    x, h = cloud(step.view, step.ito), LEVELS * step.view.time_unit
+    with np.errstate(all="ignore"):
+        found = [_level(scheme, view, np.split(x, 2), WHEN * step.view.horizon, (float(size), delta)) for size in h]
+    rms, scale = (np.stack(parts, axis=-1) for parts in zip(*found, strict=True))
+    return AlgebraicDefects(h, rms, scale)
+
+
+def algebraic_order(record: AlgebraicDefects) -> float:
+    """Return the least order over the states; infinite if y is off by rounding, NaN if it is not finite."""
+    worst = record.scale.max(axis=0)
+    return float(last_orders(record.h, record.rms.max(axis=0), ROUNDING * worst, worst).order)
+
+
+def _level(
+    scheme: Scheme, view: DelaySDAE, states: list[Array], s: float, at: tuple[float, float]
+) -> tuple[Array, Array]:
+    """Return the root mean squares and the scale, shape (S,), of steps that are of size h on a mesh with delta."""
+    (h, delta), t = at, s + view.delay
+    rule = normal_rule(3 * view.noise_dim, NODES)
+    now, old = (np.repeat(part, len(rule.weights), axis=1) for part in states)
+    own, before, after = np.split(np.tile(np.sqrt(h) * rule.x, states[0].shape[1]), 3)
+    plain, none, past = view.without_y(), now[:0], view.past(min(0.0, s - view.delay)) + 0.0 * old
+    f = plain.drift(s, old, past, none)
+    between = old + delta * h * f + plain.diffused(s, old, past, none, np.sqrt(delta) * before)
+    end = between + (1.0 - delta) * h * f + plain.diffused(s, old, past, none, np.sqrt(1.0 - delta) * after)
+    noise = Increment(own, np.zeros_like(own), lagged=old, ahead=delta * end + (1.0 - delta) * old)
+    state = scheme.enter(view, DelayState(now, view.eliminated(t, now, old)), t, h)
+    made = scheme.parts(view, scheme.prepare(view, h)(state, t, noise).state)
+    off = made[Y] - view.eliminated(t + h, made[X], between)
+    squares = (off**2).sum(axis=0).reshape(-1, len(rule.weights))
+    largest = np.abs(made[Y]).max(axis=0).reshape(squares.shape)
+    return np.sqrt(squares @ rule.weights), largest.max(axis=1)

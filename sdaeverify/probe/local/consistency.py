@@ -1,0 +1,155 @@
+"""Consistency of one step: whether it follows the equation at all, at whatever order.
+
+With d = Phi_h(x; dW) - [x + f h + B dW], a scheme is consistent where h^{-1/2} ||d||_{L2} and h^{-1} |E d| tend to 0
+(Lindner & Stroot 2017, Definition 4.7). Then, and if it is semi-stable, it converges, without a rate. A wrong
+diffusion leaves ||d|| at the order 1/2, a wrong drift |E d| at the order 1; what converges with an order p is above
+both by p.
+
+What a first step gets wrong may be taken back by the later ones, as by a velocity that lies in the tangent space of
+the point before. So a step from where the scheme itself has gone is looked at, too.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array, Mask
+from ...contracts.measure import Verdict
+from ...contracts.scheme import Scheme
+from ...forms import Problem
+from ...noise.brownian import Increment
+from ..step.nodes import SEED, Nodes, step_nodes
+from ..step.one_step import OneStep
+from ..step.states import WHEN, cloud
+from .orders import LocalOpinion, last_orders
+from .strong_defects import ROUNDING, core
+
+# In units of the horizon, or of time where that is shorter: so small that a hundredth part of the noise that is wrong
+# is not hidden by what is right.
+SIZES = 4.0 ** -np.array([6.0, 8.0, 10.0, 12.0])
+NODES = 4
+# Random points, where a rule would be too large, are taken as few: the same ones at each size, so that orders hold.
+POINTS = 200
+NOISE, DRIFT = 0.5, 1.0
+# Local orders are known to a few hundredths; no slower convergence is told from none.
+SLOWEST = 0.05
+
+
+class Consistency(NamedTuple):
+    """Defects of one step at C components, S states and H step sizes.
+
+    Attributes
+    ----------
+    h : ndarray, shape (H,)
+    rms, mean : ndarray, shape (2, C, S, H)
+        ||d||_{L2} and |E d| over the rows of each component: of a step from each state, and of a step from where the
+        scheme itself has gone from there.
+    scale : ndarray, shape (S, H)
+        Largest absolute value in the state.
+    core : ndarray, shape (C,)
+        1 for a component that drift or diffusion depend on, 0 for a pure output.
+    means : ndarray, shape ()
+        1 if the nodes are a rule, 0 if they are random points, which resolve no means.
+    """
+
+    h: Array
+    rms: Array
+    mean: Array
+    scale: Array
+    core: Array
+    means: Array
+
+
+def consistency(scheme: Scheme, view: Problem) -> Consistency:
+    """Probe one step of each size at each state of the cloud.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form; its one-step map can be probed.
+
+    Returns
+    -------
+    Consistency
+    """
+    step = OneStep(scheme, view)
+    x, sizes = cloud(view, step.ito), SIZES * view.time_unit
+    nodes = _nodes(view.noise_dim, areas="H" in scheme.noise)
+    with np.errstate(all="ignore"):
+        levels = [_defects(step, x, nodes, float(h)) for h in sizes]
+        rms, mean, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
+        return Consistency(sizes, rms, mean, scale, core(step.ito, x), np.array(float(nodes.exact)))
+
+
+def judge_consistency(record: Consistency, component: int | None = None) -> LocalOpinion:
+    """Return whether one step follows the equation in a component, or in the full state.
+
+    Parameters
+    ----------
+    record : Consistency
+    component : int, optional
+        Its index; the full state if left out. The core counts in all of them: its errors reach every other one.
+
+    Returns
+    -------
+    LocalOpinion
+        Refuted if it does not so at most states.
+    """
+    rows = np.ones(len(record.core), dtype=bool)
+    if component is not None:
+        rows = (record.core > 0.0) | (np.arange(len(rows)) == component)
+    noise, drift = (_orders(record, part[:, rows]) for part in (record.rms, record.mean))
+    wrong, known = noise < NOISE + SLOWEST, ~np.isnan(noise)
+    if record.means:
+        wrong, known = wrong | (drift < DRIFT + SLOWEST), known & ~np.isnan(drift)
+    figures = f"its defect is of order {noise.min():.2f}, in the mean {drift.min():.2f}"
+    return _opinion(wrong, known, bool(record.means), figures)
+
+
+def _opinion(wrong: Mask, known: Mask, means: bool, figures: str) -> LocalOpinion:
+    first, later = wrong.mean(axis=1)
+    if min(first, later) > 0.5:
+        text = f"one step does not follow the equation at {first:.0%} of the states: {figures}"
+        return LocalOpinion(Verdict.REFUTED, text, inconsistent=True)
+    if wrong.any():
+        text = f"one step does not follow the equation at {first:.0%} of the states, later ones at {later:.0%}"
+        return LocalOpinion(Verdict.INCONCLUSIVE, text)
+    if not known.all():
+        return LocalOpinion(Verdict.INCONCLUSIVE, "whether one step follows the equation is not known at all states")
+    if not means:
+        return LocalOpinion(Verdict.INCONCLUSIVE, "whether one step follows the equation in the mean is not resolved")
+    return LocalOpinion(Verdict.VERIFIED, "one step follows the equation")
+
+
+def _orders(record: Consistency, part: Array) -> Array:
+    """Return the least order over the components at each state, shape (2, S)."""
+    found = last_orders(record.h, part, ROUNDING * record.scale, record.scale)
+    return np.asarray(found.order.min(axis=1))
+
+
+def _nodes(dimension: int, *, areas: bool) -> Nodes:
+    return step_nodes(dimension, NODES, areas=areas).few(POINTS)
+
+
+def _defects(step: OneStep, x: Array, nodes: Nodes, h: float) -> tuple[Array, Array, Array]:
+    """Return root mean squares and means of the defects, shape (2, C, S), and the scale, shape (S,)."""
+    states, t = x.shape[1], WHEN * step.view.horizon
+    wide, noise = np.repeat(x, len(nodes.weights), axis=1), nodes.increment(h, states)
+    first = step(wide, t, h, noise) - step.euler(wide, t, h, noise)
+    state = step.advance(step.enter(wide, t, h), t, h, _anywhere(nodes, h, states))
+    gone = step.read(state)
+    later = step.read(step.advance(state, t + h, h, noise)) - step.euler(gone, t + h, h, noise)
+    defects = np.stack([first, later]).reshape(2, len(x), states, -1)
+    squares = nodes.mean(defects**2), nodes.mean(defects) ** 2
+    rms, mean = (
+        np.sqrt(np.stack([part[:, rows].sum(axis=1) for rows in step.names.values()], axis=1)) for part in squares
+    )
+    return rms, mean, np.abs(x).max(axis=0)
+
+
+def _anywhere(nodes: Nodes, h: float, states: int) -> Increment:
+    """Return one random increment for each state, the same at all nodes and, in units of its size, for all h."""
+    rng, count = np.random.Generator(np.random.Philox(key=SEED + 2)), len(nodes.weights)
+    dW, H = (np.repeat(np.sqrt(h) * rng.standard_normal((len(nodes.dW), states)), count, axis=1) for _ in range(2))
+    return Increment(dW, None if nodes.H is None else H / np.sqrt(12.0))

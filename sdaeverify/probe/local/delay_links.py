@@ -1,0 +1,211 @@
+"""A delay equation as an ordinary one: the solution now and one delay ago, each with its own Brownian motion.
+
+For s in [0, tau] the pair (x(s + tau), x(s)) obeys an equation without delay, the older solution being the other's
+past and phi its own; so does x(s) alone. A scheme that makes these steps, the oldest one first, is then a one-step
+map like any other: what is found for the pair holds after the first delay, what is found for x alone up to it.
+
+Beyond, s in (tau, T - tau], the older solution has a past of its own, too. It is given: phi(0) takes its place, so
+that no step up to T is made at a time at which the pair is not probed.
+
+Means of one step are then taken over the older noise, too. That is what adds up over the steps: given its past, a
+step of additive noise is only consistent of order 1/2 (Definition 3.1 of Qu, Huang & Liu 2010), and converges with 1.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...arrays import Array, Parts
+from ...contracts.scheme import Claim, Scheme, State, Step, flatten
+from ...forms import SDE, DelaySDAE, DelayState, Problem, is_delayed
+from ...noise.brownian import Increment
+from ...noise.laws import Law
+from ..step.nodes import SEED
+
+X, Y = "x", "y"
+# A defect this small, in parts of the terms that cancel in it, is a solver's: no order shows in it.
+CLOSE = 1e-9
+
+
+def linked(scheme: Scheme, view: Problem, links: int = 2, until: float = np.inf) -> tuple[Scheme, Problem]:
+    """Return a scheme and a problem without delay on which one step says what it says with the delay.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of a form of the scheme.
+    links : int
+        2 for the solution after the first delay, 1 for that up to it.
+    until : float
+        How many delays the problem goes on for, if it does not end before.
+
+    Returns
+    -------
+    Scheme, Problem
+        The given ones where there is no delay.
+    """
+    if not is_delayed(view):
+        return scheme, view
+    return LinkedScheme(scheme, view, links), linked_equation(view, links, until)
+
+
+def loses_algebraic(scheme: Scheme, view: Problem) -> bool:
+    """Tell whether there is a y that steps do not solve for: it is memory then, which a step from x alone resets.
+
+    So is what a scheme adds to x and y.
+    """
+    if not isinstance(view, DelaySDAE):
+        return False
+    further = len(flatten(scheme.start(view, 1, view.horizon))) > view.dimension + view.constraints
+    return further or (bool(view.constraints) and not keeps_constraint(scheme, view))
+
+
+def keeps_constraint(scheme: Scheme, view: Problem) -> bool:
+    """Tell whether y solves the constraint after a step that begins with such a y.
+
+    The step is one after the first delay: up to it, the lagged values are the history's, and a scheme may know them.
+    """
+    if not isinstance(view, DelaySDAE) or not view.constraints:
+        return False
+    h, paths = min(view.horizon, view.delay or view.horizon) / 64.0, 8
+    rng = np.random.Generator(np.random.Philox(key=SEED + 5))
+    start = view.initial(paths)
+    lagged, ahead = start.x + 0.1 * rng.standard_normal((2, *start.x.shape))
+    past = {"lagged": lagged, "ahead": ahead} if view.delay else {}
+    noise = Increment(np.sqrt(h) * rng.standard_normal((view.noise_dim, paths)), None, **past)
+    t = view.delay + h if view.delay else 0.0
+    state = DelayState(start.x, view.eliminated(t, start.x, view.lag(start.x, h, noise).now))
+    after = scheme.parts(view, scheme.prepare(view, h)(scheme.enter(view, state, t, h), t, noise).state)
+    known = {"t": np.full((1, 1), t + h), "lagged": ahead if view.delay else after["x"]}
+    value, scale = view.residuals({**after, **known})["u"]
+    return bool((np.abs(value) <= CLOSE * scale).all())
+
+
+@dataclass(frozen=True)
+class LinkedScheme(Scheme):
+    """The steps of a scheme now and so many delays ago.
+
+    Attributes
+    ----------
+    scheme : Scheme
+    problem : DelaySDAE
+        With a delay.
+    links : int
+        Steps that are made, the oldest with the history as its past.
+    """
+
+    scheme: Scheme
+    problem: DelaySDAE
+    links: int
+
+    name: ClassVar[str] = "linked"
+    form: ClassVar[type[SDE]] = SDE
+
+    @property
+    def law(self) -> Law:
+        """Law of the increments."""
+        return self.scheme.law
+
+    @property
+    def promises(self) -> tuple[Claim, ...]:
+        """The scheme's own."""
+        return self.scheme.promises
+
+    def parts(self, problem: Any, state: State) -> Parts:
+        """Return the solution now and at earlier times."""
+        named: Parts = problem.parts(state)
+        return named
+
+    def step(
+        self,
+        problem: SDE,  # noqa: ARG002 - it was made from this scheme's problem
+        state: Array,
+        t: float,
+        h: float,
+        noise: Increment,
+    ) -> Step:
+        """Make the steps, t being the time of the oldest one."""
+        delay, new, failed = self.problem.delay, [], []
+        lagged, ahead = (_history(self.problem, s, state) for s in (t, t + h))
+        for age, (x, own) in enumerate(reversed(_split(state, noise, self.links))):
+            step = self._one(x, t + age * delay, h, own._replace(lagged=lagged, ahead=ahead))
+            lagged, ahead = x, self.scheme.parts(self.problem, step.state)[X]
+            new.append(ahead)
+            failed += [] if step.failed is None else [step.failed]
+        return Step(np.concatenate(new[::-1]), failed=np.any(failed, axis=0) if failed else None)
+
+    def _one(self, x: Array, t: float, h: float, noise: Increment) -> Step:
+        assert noise.lagged is not None
+        y = self.problem.eliminated(t, x, noise.lagged) if self.problem.constraints else x[:0]
+        state = self.scheme.enter(self.problem, DelayState(x, y), t, h)
+        return self.scheme.prepare(self.problem, h)(state, t, noise)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LinkedEquation(SDE):
+    """The equation of a solution now and at earlier times, one delay apart.
+
+    Attributes
+    ----------
+    delay : float
+        tau: a longer step would need the lagged values of its own end.
+    """
+
+    delay: float
+
+    @property
+    def time_unit(self) -> float:
+        """The delay, if it is shorter than the unit of time and the horizon."""
+        return min(super().time_unit, self.delay)
+
+
+@lru_cache(maxsize=8)
+def linked_equation(problem: DelaySDAE, links: int, until: float = np.inf) -> SDE:
+    """Return the Ito equation of (..., x(s + tau), x(s)), shape (links d, P), with y eliminated and time s."""
+    plain, d, l, tau = problem.without_y(), problem.dimension, problem.noise_dim, problem.delay
+    none, first = np.zeros((0, 1)), min(problem.horizon, tau)
+    # With two links, s is the time of the older solution; a problem that ends before has no such time.
+    span = first if links == 1 else min(problem.horizon, until * tau) - tau
+
+    def arguments(s: float, z: Array) -> list[tuple[float, Array, Array, Array]]:
+        rows = [*np.split(z, links), _history(problem, s, z)]
+        return [(s + (links - 1 - i) * tau, rows[i], rows[i + 1], none) for i in range(links)]
+
+    def drift(s: float, z: Array) -> Array:
+        return np.concatenate([np.broadcast_to(plain.drift(*at), at[1].shape) for at in arguments(s, z)])
+
+    def diffusion(s: float, z: Array) -> Array:
+        columns = [plain.diffusion(*at) for at in arguments(s, z)]
+        full = np.zeros((links * d, links * l, z.shape[-1]), dtype=np.result_type(*columns))
+        for i, column in enumerate(columns):
+            full[i * d : (i + 1) * d, i * l : (i + 1) * l] = column
+        return full
+
+    return LinkedEquation(
+        drift=drift,
+        diffusion=diffusion,
+        start=np.tile(problem.past(0.0)[:, 0], links),
+        names={X if not i else f"{X}(t - {i} tau)": slice(i * d, (i + 1) * d) for i in range(links)},
+        noise_dim=links * l,
+        noise=problem.noise,
+        horizon=span if span > 0.0 else first,
+        delay=tau,
+        traits=problem.traits - {"scalar-noise", "diagonal-noise", "algebraic", "constrained"},
+        source=f"as an equation without delay: {problem.source}",
+        seen_as="linked equation",
+    )
+
+
+def _history(problem: DelaySDAE, s: float, z: Array) -> Array:
+    """Return phi(s - tau) on every path of z, and phi(0) after tau."""
+    return problem.past(min(0.0, s - problem.delay)) + 0.0 * z[: problem.dimension]
+
+
+def _split(state: Array, noise: Increment, links: int) -> list[tuple[Array, Increment]]:
+    nothing: list[Array | None] = [None] * links
+    H = nothing if noise.H is None else np.split(noise.H, links)
+    increments = map(Increment, np.split(noise.dW, links), H)
+    return list(zip(np.split(state, links), increments, strict=True))

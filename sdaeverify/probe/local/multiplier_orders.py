@@ -1,0 +1,199 @@
+"""Exponents of a scheme's multipliers: how fast their remainders vanish with h at fixed states.
+
+With the equation of the multiplier, dmu = l(t, r, v) dt + L(t, r, v) dw, (2.8) of Lindner & Stroot (2017), the
+multiplier of one step with increment w is taken apart, (3.16), into
+
+    lambda(w) = h l + L w + lambda^re + Lambda^re w,      lambda^re = lambda(0) - h l.
+
+Whatever lambda(w) - lambda(0) - L w is, its size over |w| is taken for that of Lambda^re: a multiplier that is not
+affine in w, by a term w^2 for example, has a remainder of order 1/2 there.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.measure import Verdict
+from ...contracts.scheme import Scheme, Step, flatten
+from ...errors import SchemeError
+from ...forms import HolonomicSDAE
+from ...noise.brownian import Increment
+from ...numerics import norm
+from ..step.one_step import OneStep
+from ..step.states import WHEN, cloud
+from .orders import LocalOpinion, LocalOrders, last_orders
+
+# Rows of the record: kappa, lambda^re, Lambda^re.
+QUANTITIES = ("kappa", "lambda remainder", "Lambda remainder")
+KAPPA, LAMBDA = "kappa", "lambda"
+# Step sizes 4^-2, ..., 4^-9 of the horizon, or of the unit of time where that is shorter: the coarsest of them may be
+# truncated.
+LEVELS = 4.0 ** -np.arange(2.0, 10.0)
+# Rounding errors stay some hundred times below this part of the terms that cancel.
+ROUNDING = 6e-14
+# How far below the claim an order may be, and by how much the next one may differ from a settled one.
+TOLERANCE, SETTLED = 0.1, 0.1
+
+
+class Multipliers(NamedTuple):
+    """Sizes at H step sizes, each the largest over the states.
+
+    Attributes
+    ----------
+    h : ndarray, shape (H,)
+        Coarsest first.
+    size : ndarray, shape (3, H)
+        Of kappa, lambda^re and Lambda^re; NaN where some step is truncated or fails, and where it is not given.
+    scale : ndarray, shape (3, H)
+        Of the terms that cancel in them.
+    given : ndarray, shape (3,)
+        1 for what the scheme gives.
+    truncated, failed : ndarray, shape (H,)
+        Share of the steps.
+    """
+
+    h: Array
+    size: Array
+    scale: Array
+    given: Array
+    truncated: Array
+    failed: Array
+
+
+def no_multipliers(scheme: Scheme, view: HolonomicSDAE) -> str:
+    """Return why a pair has no multipliers to probe, or an empty string."""
+    step = OneStep(scheme, view)
+    if reason := step.refusal():
+        return reason
+    return "" if _given(step).any() else f"its steps give no outputs {KAPPA} or {LAMBDA}"
+
+
+def multipliers(scheme: Scheme, view: HolonomicSDAE) -> Multipliers:
+    """Probe one step of each size at each state of the cloud, with w = 0 and w = +-sqrt(h) in 1 + l directions.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : HolonomicSDAE
+        The pair has multipliers, see `no_multipliers`.
+
+    Returns
+    -------
+    Multipliers
+    """
+    step = OneStep(scheme, view)
+    x, h = cloud(view, step.ito), LEVELS * view.time_unit
+    directions = _directions(view.noise_dim)
+    with np.errstate(all="ignore"):
+        levels = [_level(step, x, float(size), directions) for size in h]
+    size, scale, shares = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
+    usable = np.where(shares.any(axis=0), np.nan, size)
+    return Multipliers(h, usable, scale, _given(step), *shares)
+
+
+def multiplier_orders(record: Multipliers) -> LocalOrders:
+    """Return the orders of kappa, lambda^re and Lambda^re in h, each of shape (3,)."""
+    return last_orders(record.h, record.size, ROUNDING * record.scale, record.scale)
+
+
+def judge_exponent(record: Multipliers, index: int, claim: float) -> LocalOpinion:
+    """Compare the order of a quantity, and the one to be expected at the next smaller step, with a claimed one.
+
+    Parameters
+    ----------
+    record : Multipliers
+    index : int
+        Place of the quantity in `QUANTITIES`.
+    claim : float
+        Least order.
+
+    Returns
+    -------
+    LocalOpinion
+    """
+    orders = multiplier_orders(record)
+    order, ahead = float(orders.order[index]), float(orders.ahead[index])
+    if np.isnan(order):
+        return LocalOpinion(Verdict.INCONCLUSIVE, _hidden(record))
+    if np.isinf(order):
+        return _vanishing(record)
+    bound, text = claim - TOLERANCE, f"local order {order:.3f}, claimed {claim}"
+    if min(order, ahead) >= bound:
+        return LocalOpinion(Verdict.VERIFIED, f"local order {order:.3f}")
+    if max(order, ahead) < bound and abs(ahead - order) <= SETTLED:
+        return LocalOpinion(Verdict.REFUTED, text)
+    return LocalOpinion(Verdict.INCONCLUSIVE, f"{text}; still changing, to {ahead:.3f}")
+
+
+def _given(step: OneStep) -> Array:
+    x, h = step.ito.initial(2), step.view.horizon / 64.0
+    outputs = _result(step, x, h, np.zeros((step.view.noise_dim, 2))).outputs
+    return np.array([float(name in outputs) for name in (KAPPA, LAMBDA, LAMBDA)])
+
+
+def _vanishing(record: Multipliers) -> LocalOpinion:
+    if record.truncated.any() or record.failed.any():
+        return LocalOpinion(Verdict.INCONCLUSIVE, "no more than rounding at the step sizes that are not truncated")
+    return LocalOpinion(Verdict.VERIFIED, "no more than rounding, at two step sizes or more: it vanishes here")
+
+
+def _hidden(record: Multipliers) -> str:
+    for what, share in (("is truncated", record.truncated[-1]), ("has no root", record.failed[-1])):
+        if share:
+            return f"no order: even at h = {record.h[-1]:.2g} the step {what} at {share:.0%} of the states"
+    return "no order: the step is not finite, or a solver's tolerance hides it"
+
+
+def _directions(motions: int) -> Array:
+    """Return 0, +-the axes and +-their diagonal as columns, shape (l, K)."""
+    axes = np.concatenate([np.eye(motions), np.full((motions, 1), motions**-0.5)], axis=1)
+    return np.concatenate([np.zeros((motions, 1)), axes, -axes], axis=1)
+
+
+def _level(step: OneStep, x: Array, h: float, directions: Array) -> tuple[Array, Array, Array]:
+    """Return the sizes and scales at one step size, each of shape (3,), and the shares truncated and failed."""
+    states, nodes = x.shape[1], directions.shape[1]
+    w = np.sqrt(h) * directions
+    result = _result(step, np.repeat(x, nodes, axis=1), h, np.tile(w, states))
+    kappa, lam = (_output(step, result, name).reshape(-1, states, nodes) for name in (KAPPA, LAMBDA))
+    drift, Lw = _leading(step, x, w)
+    remainders = kappa, lam[..., 0] - h * drift, (lam[..., 1:] - lam[..., :1] - Lw[..., 1:]) / np.sqrt(h)
+    size = np.array([norm(part.reshape(len(part), -1)).max() for part in remainders])
+    shares = [0.0 if flag is None else np.mean(flag) for flag in (result.truncated, result.failed)]
+    return size, _scales(step, x, h), np.array(shares)
+
+
+def _leading(step: OneStep, x: Array, w: Array) -> tuple[Array, Array]:
+    """Return l, shape (m, S), and L w, shape (m, S, K)."""
+    t, mu = WHEN * step.view.horizon, step.names["mu"]
+    L = step.ito.diffusion(t, x)[mu]
+    return step.ito.drift(t, x)[mu], np.einsum("mlp,lk->mpk", np.broadcast_to(L, (*L.shape[:2], x.shape[1])), w)
+
+
+def _scales(step: OneStep, x: Array, h: float) -> Array:
+    """Return the largest |G_M^{-1}| |Dg| times |r|, times |v + h a + B w|, and times that over sqrt(h)."""
+    view, t = step.view, WHEN * step.view.horizon
+    assert isinstance(view, HolonomicSDAE)
+    r, v, _ = view.state(x)
+    J = view.linearised(r)
+    identity = np.broadcast_to(np.eye(view.constraints)[..., None], (view.constraints, view.constraints, x.shape[1]))
+    inverse = J.gram(J).solve(np.ascontiguousarray(identity)).reshape(-1, x.shape[1])
+    a, B = view.inverse_mass(view.force(t, r, v)), view.inverse_mass(view.diffusion(t, r, v))
+    moved = norm(v) + h * norm(a) + np.sqrt(h) * norm(B.reshape(-1, B.shape[-1]))
+    size = norm(inverse) * J.size()
+    return np.array([(size * norm(r)).max(), (size * moved).max(), (size * moved).max() / np.sqrt(h)])
+
+
+def _output(step: OneStep, result: Step, name: str) -> Array:
+    m, paths = step.ito.dimension - step.names["mu"].start, flatten(result.state).shape[-1]
+    given = np.asarray(result.outputs.get(name, np.full((m, paths), np.nan)))
+    if given.shape != (m, paths):
+        raise SchemeError(f"output {name} has shape {given.shape}, expected ({m}, {paths})")
+    return given
+
+
+def _result(step: OneStep, x: Array, h: float, dW: Array) -> Step:
+    t = WHEN * step.view.horizon
+    H = np.zeros_like(dW) if "H" in step.scheme.noise else None
+    return step.scheme.prepare(step.view, h)(step.enter(x, t, h), t, Increment(dW, H))

@@ -1,0 +1,83 @@
+"""Expectations after a short time, from the coefficients of an equation alone: extrapolated trees of Euler steps.
+
+A tree is Euler's method with k steps of size h/k whose noise takes the 2 l values +-sqrt(l h/k) e_i with equal
+probability, all (2 l)^k leaves enumerated. Mean 0, covariance and third moments of the noise are right, so that
+
+    E_k phi = E phi(x(t + h)) + c_1(h)/k + c_2(h)/k^2 + ...,    c_j(h) = O(h^(j+1)),
+
+and Romberg's extrapolation of k = 1 ... K in 1/k to 0 is right up to O(h^(K+1)).
+"""
+
+from collections.abc import Callable
+from math import factorial
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...forms import SDE
+
+# Extrapolated trees for so many Brownian motions: beyond, the leaves are too many for one tree more.
+DEPTHS = {1: 5, 2: 5, 3: 4}
+SHALLOWEST = 3
+
+
+def depth(noises: int) -> int:
+    """Return the number K of trees for a number l of Brownian motions."""
+    return DEPTHS.get(noises, SHALLOWEST)
+
+
+def weights(K: int) -> Array:
+    """Return the weights (-1)^(K-k) k^K / (k! (K-k)!), k = 1 ... K, of the extrapolation in 1/k to 0."""
+    return np.array([(-1.0) ** (K - k) * k**K / (factorial(k) * factorial(K - k)) for k in range(1, K + 1)])
+
+
+class Romberg(NamedTuple):
+    """The expectation x, t, h -> E phi(x(t + h)) given x(t) = x, with an error O(h^(K+1)).
+
+    Attributes
+    ----------
+    ito : SDE
+    functions : callable, ndarray of shape (d, P) -> ndarray of shape (F, P)
+        phi.
+    K : int
+        Number of trees.
+    """
+
+    ito: SDE
+    functions: Callable[[Array], Array]
+    K: int
+
+    def __call__(self, x: Array, t: float, h: float) -> Array:
+        """Return the expectations from states x of shape (d, S), shape (F, S)."""
+        means = [self.functions(leaves(self.ito, x, t, h / k, k)) for k in range(1, self.K + 1)]
+        trees = np.stack([values.reshape(len(values), x.shape[1], -1).mean(axis=2) for values in means])
+        return np.asarray(np.einsum("k,kfs->fs", weights(self.K), trees))
+
+
+def leaves(ito: SDE, x: Array, t: float, h: float, steps: int) -> Array:
+    """Return the leaves of a tree of Euler steps of size h.
+
+    Parameters
+    ----------
+    ito : SDE
+    x : ndarray, shape (d, S)
+        Roots.
+    t, h : float
+    steps : int
+
+    Returns
+    -------
+    ndarray, shape (d, S (2 l)^steps)
+        Those of one root next to each other, all equally probable.
+    """
+    for step in range(steps):
+        x = _branches(ito, x, t + step * h, h)
+    return x
+
+
+def _branches(ito: SDE, x: Array, t: float, h: float) -> Array:
+    d, l, P = len(x), ito.noise_dim, x.shape[1]
+    centre = x + h * ito.drift(t, x)
+    kicks = np.sqrt(l * h) * np.moveaxis(np.broadcast_to(ito.diffusion(t, x), (d, l, P)), 1, 2)
+    return np.concatenate([centre[..., None] + kicks, centre[..., None] - kicks], axis=2).reshape(d, -1)

@@ -1,0 +1,173 @@
+"""Local strong defects: one step against two half steps, and against Euler-Maruyama, at cubature nodes of the noise.
+
+At a state x, with the noise xi = (xi_1, xi_2) of two half steps at Gauss-Hermite nodes,
+
+    d_self = Phi_h(x; xi) - Phi_{h/2}(Phi_{h/2}(x; xi_1); xi_2),     d_em = Phi_h(x; xi) - [x + f h + B dW].
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.scheme import Scheme
+from ...forms import SDE, Problem
+from ..step.nodes import HalfSteps, half_steps
+from ..step.one_step import OneStep, unresolved
+from ..step.states import WHEN, cloud
+from ..step.times import Moment, times
+from .orders import SETTLED, TOLERANCE, last_orders
+
+# Step sizes 4^-2, ..., 4^-8 of the horizon, or of the unit of time where that is shorter.
+LEVELS = 4.0 ** -np.arange(2.0, 9.0)
+# Where a defect as small as a solver's tolerance falls more slowly than before, finer steps tell why.
+FINER = 4.0 ** -np.arange(9.0, 12.0)
+NODES = 6
+# Random points times components of the state: steps of many components, implicit ones above all, are dear.
+WORK = 28_000
+# Rounding errors of a defect stay some hundred times below this part of the solution's size.
+ROUNDING = 6e-14
+# The defects of a level: from two half steps, from Euler-Maruyama, from it after a step of the scheme's own.
+SELF, EM, LATER = range(3)
+
+
+class LocalStrong(NamedTuple):
+    """Defects of one step at C components, S states and H step sizes; a state at another time is another state.
+
+    Attributes
+    ----------
+    h : ndarray, shape (H,)
+        Seven, or ten where a defect as small as a solver's tolerance falls more slowly than before.
+    rms, mean : ndarray, shape (3, C, S, H)
+        ||d||_{L2} and |E d| over the rows of each component, for d_self, for d_em, and for d_em of the second half
+        step, which starts where the scheme itself has gone.
+    scale : ndarray, shape (S, H)
+        Largest absolute value in the state, before and after the step.
+    core : ndarray, shape (C,)
+        1 for a component that drift or diffusion depend on, 0 for a pure output.
+    means : ndarray, shape ()
+        1 if the nodes are a rule, 0 if they are random points, which resolve no means.
+    times : ndarray, shape ()
+        How many times the states are of; those of one time stand side by side.
+    """
+
+    h: Array
+    rms: Array
+    mean: Array
+    scale: Array
+    core: Array
+    means: Array
+    times: Array
+
+
+def no_local_order(scheme: Scheme, view: Problem) -> str:
+    """Return why a pair has no local strong order, or an empty string."""
+    if scheme.law.bounded:
+        return f"sums of {scheme.law.name} increments are no increments of a longer step"
+    shortest = float(LEVELS[-1]) * view.time_unit
+    return unresolved(view, shortest) or OneStep(scheme, view).refusal()
+
+
+def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
+    """Probe one step and two half steps of each size at each state of the cloud, and at each time that counts.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form; the pair has a local order, see `no_local_order`.
+
+    Returns
+    -------
+    LocalStrong
+    """
+    step = OneStep(scheme, view)
+    x = cloud(view, step.ito)
+    nodes = HalfSteps(*(part.few(WORK // len(x)) for part in _half_steps(scheme, view)))
+    when = times(step, x)
+    counts = np.array(float(nodes.whole.exact)), np.array(float(len(when)))
+
+    def probed(h: Array) -> LocalStrong:
+        levels = [_level(step, x, nodes, float(size), when) for size in h]
+        rms, mean, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
+        return LocalStrong(h, rms, mean, scale, core(step.ito, x), *counts)
+
+    unit = view.time_unit
+    with np.errstate(all="ignore"):
+        record = probed(LEVELS * unit)
+        return _joined(record, probed(FINER * unit)) if _slows_down(record) else record
+
+
+def _half_steps(scheme: Scheme, view: Problem) -> HalfSteps:
+    return half_steps(view.noise_dim, NODES, areas="H" in scheme.noise)
+
+
+def core(ito: SDE, x: Array) -> Array:
+    """Tell on which components the drift or the diffusion depend, by moving each of them away from the states x.
+
+    Parameters
+    ----------
+    ito : SDE
+    x : ndarray, shape (d, S)
+
+    Returns
+    -------
+    ndarray, shape (C,)
+        1 or 0.
+    """
+    t = WHEN * ito.horizon
+    move = (1.0 + np.abs(x)) * np.cos(np.arange(1.0, len(x) + 1))[:, None]
+    before = ito.drift(t, x), ito.diffusion(t, x)
+    found = []
+    for rows in (ito.names or {"x": slice(None)}).values():
+        moved = x.copy()
+        moved[rows] += move[rows]
+        after = ito.drift(t, moved), ito.diffusion(t, moved)
+        found.append(not all(np.allclose(a, b, rtol=1e-9, atol=0.0) for a, b in zip(after, before, strict=True)))
+    return np.array(found, dtype=float)
+
+
+def _joined(a: LocalStrong, b: LocalStrong) -> LocalStrong:
+    levels = zip(a[:4], b[:4], strict=True)
+    h, rms, mean, scale = (np.concatenate(pair, axis=-1) for pair in levels)
+    return LocalStrong(h, rms, mean, scale, *a[4:])
+
+
+def _slows_down(record: LocalStrong) -> bool:
+    """Tell whether a solver's tolerance shows, or might show at finer steps."""
+    scale = record.scale.max(axis=0)
+    for part in (record.rms, record.mean):
+        size = part.max(axis=2)
+        found = last_orders(record.h, size, ROUNDING * scale, scale)
+        slower = (found.ahead < found.order - SETTLED) & (size[..., -1] < TOLERANCE * scale[-1])
+        if (slower | (found.plateau_h > 0.0)).any():
+            return True
+    return False
+
+
+def _level(
+    step: OneStep, x: Array, nodes: HalfSteps, h: float, when: tuple[Moment, ...]
+) -> tuple[Array, Array, Array]:
+    """Return root mean squares and means of the defects, shape (3, C, S), and the scale, shape (S,), of all times."""
+    found = zip(*(_at(step, x, nodes, h, moment.of_size(step, h)) for moment in when), strict=True)
+    rms, mean, scale = (np.concatenate(parts, axis=-1) for parts in found)
+    return rms, mean, scale
+
+
+def _at(step: OneStep, x: Array, nodes: HalfSteps, h: float, t: float) -> tuple[Array, Array, Array]:
+    """Return the same of a step from time t."""
+    states, weights = x.shape[1], nodes.whole.weights
+    wide = np.repeat(x, len(weights), axis=1)
+    whole, first, second = (part.increment(h, states) for part in nodes)
+    once = step(wide, t, h, whole)
+    state = step.advance(step.enter(wide, t, 0.5 * h), t, 0.5 * h, first)
+    middle = step.read(state)
+    twice = step.read(step.advance(state, t + 0.5 * h, 0.5 * h, second))
+    euler = step.euler(wide, t, h, whole), step.euler(middle, t + 0.5 * h, 0.5 * h, second)
+    defects = np.stack([once - twice, once - euler[0], twice - euler[1]]).reshape(3, len(x), states, -1)
+    scale = np.maximum(np.abs(x).max(axis=0), np.abs(once).max(axis=0).reshape(states, -1).max(axis=1))
+    squares = defects**2 @ weights, (defects @ weights) ** 2
+    rms, mean = (
+        np.sqrt(np.stack([part[:, rows].sum(axis=1) for rows in step.names.values()], axis=1)) for part in squares
+    )
+    return rms, mean, scale

@@ -1,0 +1,195 @@
+"""Local strong order: what the defects of one step say of a scheme's consistency and of its strong order.
+
+With p2, p1 the orders in h of max_x ||d_self||_{L2} and max_x |E d_self|, and q2, q1 those of d_em, the scheme is
+consistent iff q2 > 0.9 and q1 > 1.4. It then converges strongly to the Ito solution (Milstein 1988, Theorem 1), and,
+telescoping X^h - X^{h/2}, with the order
+
+    p = min(p2 - 1/2, p1 - 1).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.measure import Verdict
+from .orders import LocalOpinion, last_orders
+from .strong_defects import EM, LEVELS, ROUNDING, SELF, LocalStrong
+
+# A consistent step has q2 >= 1 and q1 >= 3/2.
+LEAST_Q2, LEAST_Q1 = 0.9, 1.4
+# How much the next order may differ from the last one for an order to be missed.
+SETTLED = 0.1
+# An order below its claim at few states that rises by more with each level is that of a layer which steps still miss.
+RISING = 0.03
+
+
+class StrongOrder(NamedTuple):
+    """The local strong order of some components.
+
+    Attributes
+    ----------
+    order : float
+        p = min(p2 - 1/2, p1 - 1); infinite if the defects are rounding. Without means it is p2 - 1/2.
+    p2, p1, q2, q1 : float
+        Least orders over the components; p1 and q1 are NaN where means are not resolved.
+    consistent : bool
+        q2 > 0.9 and, where it is known, q1 > 1.4.
+    inconsistent_share : float
+        Share of the states at which this fails.
+    typical : float
+        Median over the states of the order at each of them alone, or of what it rises to at the next step.
+    plateau_h : float
+        Step size from which on a solver's tolerance hides the defects; 0 if none does.
+    means : bool
+        Whether means are resolved.
+    ahead : float
+        The order to be expected at the next smaller step.
+    consistent_later : bool
+        The same of a step from where the scheme itself has gone.
+    """
+
+    order: float
+    p2: float
+    p1: float
+    q2: float
+    q1: float
+    consistent: bool
+    inconsistent_share: float
+    typical: float
+    plateau_h: float
+    means: bool
+    ahead: float
+    consistent_later: bool
+
+
+def strong_order(record: LocalStrong, component: int | None = None) -> StrongOrder:
+    """Return the order of one component, or of the full state.
+
+    An error in a component of the core reaches every other one, so that the core counts in all of them.
+
+    Parameters
+    ----------
+    record : LocalStrong
+    component : int, optional
+        Its index; the full state if left out.
+
+    Returns
+    -------
+    StrongOrder
+    """
+    rows = np.ones(len(record.core), dtype=bool)
+    if component is not None:
+        rows = (record.core > 0.0) | (np.arange(len(rows)) == component)
+    means, worst = bool(record.means), record.scale.max(axis=0)
+    rms, mean = (
+        last_orders(record.h, part[:, rows].max(axis=2), ROUNDING * worst, worst, len(LEVELS))
+        for part in (record.rms, record.mean)
+    )
+    (p2, q2, later2), (p1, q1, later1) = rms.order.min(axis=1), mean.order.min(axis=1)
+    share, typical = _state_by_state(record, rows)
+    ahead2, ahead1 = rms.ahead[SELF].min(), mean.ahead[SELF].min()
+    return StrongOrder(
+        order=float(np.minimum(p2 - 0.5, p1 - 1.0) if means else p2 - 0.5),
+        p2=float(p2),
+        p1=float(p1) if means else np.nan,
+        q2=float(q2),
+        q1=float(q1) if means else np.nan,
+        consistent=bool(_consistent(q2, q1, means)),
+        inconsistent_share=share,
+        typical=typical,
+        plateau_h=float(max(rms.plateau_h.max(), mean.plateau_h.max() if means else 0.0)),
+        means=means,
+        ahead=float(np.minimum(ahead2 - 0.5, ahead1 - 1.0) if means else ahead2 - 0.5),
+        consistent_later=bool(_consistent(later2, later1, means)),
+    )
+
+
+def at_most(order: StrongOrder, bound: float) -> StrongOrder:
+    """Return the order of a component that has another one's error, and one of its own of the order `bound`."""
+    least = [float(np.minimum(value, bound)) for value in (order.order, order.typical, order.ahead)]
+    return order._replace(order=least[0], typical=least[1], ahead=least[2])
+
+
+def judge_strong(
+    order: StrongOrder, claim: float, tolerance: float = 0.1, *, margin: float = 0.0, sharp: bool = True
+) -> LocalOpinion:
+    """Compare a local order with a claimed least strong order.
+
+    Parameters
+    ----------
+    order : StrongOrder
+    claim : float
+    tolerance : float
+        How far below the claim the order may be.
+    margin : float
+        That of the claim: where it is wider than `tolerance`, an order between the two decides nothing.
+    sharp : bool
+        Whether the scheme's local order is its global one; if not, a low local order decides nothing, and
+        consistency is asked of a step from where the scheme itself has gone.
+
+    Returns
+    -------
+    LocalOpinion
+        Refuted as inconsistent only where most states are, at some time.
+    """
+    figures = f"p2 = {order.p2:.3f}, p1 = {order.p1:.3f}, q2 = {order.q2:.3f}, q1 = {order.q1:.3f}"
+    unknown = np.isnan([order.q2, order.q1 if order.means else order.q2]).any()
+    if not unknown and (not order.consistent or order.inconsistent_share > 0.5):
+        return _inconsistent(order, claim - tolerance, figures, sharp=sharp)
+    if unknown or np.isnan(order.order):
+        return _unsure(f"no local order: the map is not finite or a solver's tolerance hides its defects; {figures}")
+    text = f"local order {order.order:.3f}, claimed {claim}; {figures}"
+    if order.order < claim - tolerance:
+        low = order.order < claim - margin
+        bound = claim - tolerance
+        return _too_low(order, bound, text, sharp=sharp) if low else _unsure(f"{text}; within the margin {margin:g}")
+    if order.ahead < claim - tolerance:
+        return _unsure(f"{text}; still falling, to {order.ahead:.3f}")
+    void = f"; void below h = {order.plateau_h:.2g}" if order.plateau_h else ""
+    if not order.means:
+        return _unsure(f"{text}; means are not resolved{void}")
+    return LocalOpinion(Verdict.VERIFIED, f"local order {order.order:.3f}{void}")
+
+
+def _inconsistent(order: StrongOrder, bound: float, figures: str, *, sharp: bool) -> LocalOpinion:
+    text = f"one step does not follow the equation at {order.inconsistent_share:.0%} of the states; {figures}"
+    if order.inconsistent_share > 0.5 and not order.consistent:
+        if not sharp and order.consistent_later:
+            return _unsure(f"{text}; later steps do")
+        return LocalOpinion(Verdict.REFUTED, text, inconsistent=True)
+    if sharp and not order.consistent and order.typical < bound:
+        return LocalOpinion(Verdict.REFUTED, f"local order {order.typical:.3f} at most states; {text}")
+    return _unsure(text)
+
+
+def _too_low(order: StrongOrder, bound: float, text: str, *, sharp: bool) -> LocalOpinion:
+    if not sharp:
+        return _unsure(f"{text}; the scheme's local order is not sharp")
+    rises = order.ahead > order.order + RISING and order.typical >= bound
+    if order.ahead >= bound or abs(order.ahead - order.order) > SETTLED or rises:
+        return _unsure(f"{text}; still changing, to {order.ahead:.3f}")
+    return LocalOpinion(Verdict.REFUTED, text)
+
+
+def _unsure(reason: str) -> LocalOpinion:
+    return LocalOpinion(Verdict.INCONCLUSIVE, reason)
+
+
+def _consistent(q2: Array, q1: Array, means: bool) -> Array:
+    """Tell where q2 > 0.9 and, if means are resolved, q1 > 1.4; an order that is NaN is none."""
+    return (q2 > LEAST_Q2) & ((q1 > LEAST_Q1) | (not means))
+
+
+def _state_by_state(record: LocalStrong, rows: Array) -> tuple[float, float]:
+    """Return the share of the states that are inconsistent, and the median of their orders, at the worst time."""
+    two, one = (
+        last_orders(record.h, part[:, rows], ROUNDING * record.scale, record.scale, len(LEVELS))
+        for part in (record.rms, record.mean)
+    )
+    means = bool(record.means)
+    p2, p1 = (np.fmax(orders.order, orders.ahead)[SELF].min(axis=0) for orders in (two, one))
+    typical = np.fmin(p2 - 0.5, p1 - 1.0) if means else p2 - 0.5
+    wrong = ~_consistent(two.order[EM], one.order[EM], means).all(axis=0)
+    by_time = int(record.times), -1
+    return float(wrong.reshape(by_time).mean(axis=1).max()), float(np.median(typical.reshape(by_time), axis=1).min())

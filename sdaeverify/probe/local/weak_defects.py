@@ -1,0 +1,167 @@
+"""Local weak defects: expectations after one step, by cubature, against those of the equation.
+
+At a state x, for a test function phi and step sizes h, with nodes xi_k and weights w_k of the noise,
+
+    D(h) = sum_k w_k phi(Phi(x, t, h, xi_k)) - E[phi(x(t + h)) | x(t) = x],
+
+the second by extrapolated trees of Euler steps, which need the coefficients alone. D = O(h^(p+1)) for all phi and x
+is a scheme of weak order p (Milstein 1986; Kloeden & Platen 1992, Theorem 14.5.2).
+
+Components are divided by a power of two near their largest value among the states, so that orders do not depend on
+units, and phi keeps its meaning for states of any size.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.scheme import Scheme
+from ...errors import ProblemError
+from ...forms import SDE, Problem
+from ...numerics import jacobian
+from ..step import test_functions
+from ..step.nodes import LARGEST, Nodes, step_nodes
+from ..step.one_step import OneStep, unresolved
+from ..step.states import WHEN, cloud
+from ..step.times import times
+from .romberg import Romberg, depth
+from .weak_order import LocalWeak
+
+# Step sizes 2^-3, ..., 2^-18 of the horizon, or of the unit of time where that is shorter. At the finest, defects of
+# a weak order 1 meet the floor of rounding; those of order 0 that hide behind them do not yet.
+LEVELS = 2.0 ** -np.arange(3.0, 19.0)
+# Gauss-Hermite nodes a variable, by the number of variables. Beyond, 3 nodes: exact to degree 5, enough for order 2.
+COUNTS = {1: 8, 2: 6, 3: 5, 4: 4}
+FEWEST_NODES = 3
+
+
+class Reference(NamedTuple):
+    """What the equation says, for all schemes that are compared with it.
+
+    Attributes
+    ----------
+    states : ndarray, shape (d, S)
+    units : ndarray, shape (d, 1)
+        By which the components are divided before test functions are taken.
+    t : tuple of float
+        When the step of each size begins.
+    h : ndarray, shape (H,)
+    means : ndarray, shape (F, S, H)
+        E phi(x(t + h)).
+    slopes : ndarray, shape (F, S)
+        |D phi|_1 at the states.
+    trees : int
+        Number K of extrapolated trees: the error is O(h^(K+1)).
+    """
+
+    states: Array
+    units: Array
+    t: tuple[float, ...]
+    h: Array
+    means: Array
+    slopes: Array
+    trees: int
+
+
+def refusal(scheme: Scheme, view: Problem) -> str:
+    """Return why a pair has no local weak order, or an empty string."""
+    nodes = _nodes(scheme, view.noise_dim)
+    if not nodes.exact or len(nodes.weights) > LARGEST:
+        return f"noise in {view.noise_dim} dimensions has too many nodes"
+    shortest = float(LEVELS[-1]) * view.time_unit
+    return unresolved(view, shortest) or OneStep(scheme, view).refusal()
+
+
+def sizes(view: Problem) -> Array:
+    """Return the step sizes that are probed."""
+    return np.asarray(LEVELS * view.time_unit)
+
+
+def weak_reference(view: Problem, t: tuple[float, ...]) -> Reference:
+    """Return the expectations that all schemes of one form are compared with on a problem.
+
+    Parameters
+    ----------
+    view : Problem
+        With an Ito equation.
+    t : tuple of float
+        When the step of each size begins, see `sizes`.
+
+    Returns
+    -------
+    Reference
+        States at which the equation is not finite are left out.
+
+    Raises
+    ------
+    ProblemError
+        If there is no other.
+    """
+    ito = view.ito()
+    assert isinstance(ito, SDE)
+    x, h = cloud(view, ito), sizes(view)
+    largest = np.abs(x).max(axis=1, where=np.isfinite(x), initial=0.0)
+    units = np.exp2(np.ceil(np.log2(np.where(largest > 0.0, largest, 1.0))))[:, None]
+    expectation = Romberg(ito, lambda y: test_functions.values(y / units), depth(ito.noise_dim))
+    with np.errstate(all="ignore"):
+        means = np.stack([expectation(x, at, float(size)) for at, size in zip(t, h, strict=True)], axis=-1)
+        slopes = np.abs(jacobian(test_functions.values, x / units)).sum(axis=1)
+    sound = np.isfinite(means[..., -1]).all(axis=0)
+    if not sound.any():
+        raise ProblemError("the Ito equation is finite at none of the states it is probed at")
+    return Reference(x[:, sound], units, t, h, means[:, sound], slopes[:, sound], expectation.K)
+
+
+def local_weak(
+    scheme: Scheme, view: Problem, reference: Callable[[Problem, tuple[float, ...]], Reference] = weak_reference
+) -> LocalWeak:
+    """Probe one step of each size at each state of the cloud, and at each time that counts.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form; the pair has a local order, see `refusal`.
+    reference : callable, optional
+        `weak_reference`, or what remembers it for further schemes.
+
+    Returns
+    -------
+    LocalWeak
+    """
+    step, nodes = OneStep(scheme, view), _nodes(scheme, view.noise_dim)
+    first = reference(view, (WHEN * view.horizon,) * len(LEVELS))
+    moments = times(step, first.states)[1:]
+    known = [first, *(reference(view, tuple(each.of_size(step, float(h)) for h in first.h)) for each in moments)]
+    with np.errstate(all="ignore"):
+        found = zip(*(_at(step, each, nodes) for each in known), strict=True)
+        defect, scale = (np.concatenate(parts, axis=1) for parts in found)
+    finite = np.isfinite(defect) & np.isfinite(scale)
+    counts = np.array(float(first.trees)), np.array(float(len(first.units)))
+    time = np.repeat(np.arange(len(known), dtype=float), [each.states.shape[1] for each in known])
+    return LocalWeak(first.h, np.where(finite, defect, np.nan), np.where(finite, scale, np.nan), *counts, time)
+
+
+def _at(step: OneStep, known: Reference, nodes: Nodes) -> tuple[Array, Array]:
+    """Return the defects of a step from one time, and their scale, both of shape (F, S, H)."""
+    levels = [_level(step, known, nodes, level) for level in range(len(known.h))]
+    means, largest = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
+    return means - known.means, largest + known.slopes[..., None]
+
+
+def _nodes(scheme: Scheme, noises: int) -> Nodes:
+    areas = "H" in scheme.noise
+    count = COUNTS.get(noises * (2 if areas else 1), FEWEST_NODES)
+    return step_nodes(noises, count, areas=areas, law=scheme.law)
+
+
+def _level(step: OneStep, known: Reference, nodes: Nodes, level: int) -> tuple[Array, Array]:
+    """Return the means of phi over the nodes and the largest |phi|, both of shape (F, S)."""
+    states, count = known.states.shape[1], len(nodes.weights)
+    t, h = known.t[level], float(known.h[level])
+    wide = np.repeat(known.states, count, axis=1)
+    phi = test_functions.values(step(wide, t, h, nodes.increment(h, states)) / known.units)
+    phi = phi.reshape(len(phi), states, count)
+    return nodes.mean(phi), np.abs(phi).max(axis=-1)

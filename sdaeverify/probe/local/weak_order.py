@@ -1,0 +1,239 @@
+"""Local weak orders, and what they say of a claim, from the defects of one step.
+
+Orders are taken for every test function and state by itself, from the fine end, and the least one counts: a maximum
+over the defects would hide a low power behind a larger one.
+
+A defect counts relative to |phi| + |D phi|_1, whose rounding is its floor: one that is below the floor at all but the
+coarsest step sizes is called exact, however it would go on.
+"""
+
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array, Mask
+from ...contracts.measure import Verdict
+from ...numerics.statistics import EPS
+from ..step import test_functions
+from .orders import CLEAR, TOLERANCE, LocalOpinion
+from .romberg import weights
+
+# A defect of so many floors has a local order that rounding moves by less than 0.01.
+FLOORS = 300.0
+# Defects with fewer levels above rounding are exact to round-off.
+FEWEST_LEVELS = 4
+# Above a plateau, coarse levels alone are not asymptotic: an order needs more of them.
+ABOVE_PLATEAU = 5
+# How much the last two local orders may differ from each other for their limit to be known.
+SETTLED = 0.3
+# Coefficients, coarsest step size first, that annihilate h, h^(3/2), h^2 and h^3 at five step sizes of ratio 1/2. Of
+# h^(5/2) they leave 1/200 of the terms, of a constant 1/13.
+SMOOTH = np.poly([0.5, 0.5**1.5, 0.25, 0.125])[::-1]
+ROUGH = 0.01
+# From one step size to the next, roughness of powers from h^(5/2) on falls more than this; errors of a solver do not.
+STALL = 0.2
+# A plateau is where so many of the defects are rough.
+CROWD = 0.25
+# Weak orders are multiples of 1/2: below this, the order is 0, and the limit is wrong.
+CONSISTENT = 0.25
+# A failure at a smaller part of the states may be a tolerance or a singular state.
+MANY = 0.25
+
+
+class LocalWeak(NamedTuple):
+    """Weak defects of one step for F test functions, S states and H step sizes; at another time it is another state.
+
+    Attributes
+    ----------
+    h : ndarray, shape (H,)
+    defect : ndarray, shape (F, S, H)
+        D, with its sign.
+    scale : ndarray, shape (F, S, H)
+        Largest |phi| at the nodes plus |D phi|_1: one rounding is eps times this. Both are NaN where a step or an
+        expectation is not finite.
+    trees : ndarray, shape ()
+        Number K of extrapolated trees of the reference.
+    dimension : ndarray, shape ()
+        Number d of components.
+    time : ndarray, shape (S,)
+        The place of each state's time among those that are probed.
+    """
+
+    h: Array
+    defect: Array
+    scale: Array
+    trees: Array
+    dimension: Array
+    time: Array
+
+
+class WeakOrder(NamedTuple):
+    """Local weak orders: those of the defects minus 1.
+
+    Attributes
+    ----------
+    orders : ndarray, shape (F, S)
+        The limit as h tends to 0 where it is settled, the last order where it still moves; infinite where the
+        defect is exact to round-off or to the reference; NaN where it is not finite or hidden by a tolerance.
+    last : ndarray, shape (F, S)
+        The order between the two finest usable step sizes; minus infinity if the defect changes sign there.
+    settled : ndarray of bool, shape (F, S)
+    plateau_h : float
+        Step size from which on a solver's tolerance hides defects, and a claim is void; 0 if none does.
+    dimension : int
+    time : ndarray, shape (S,)
+        The place of each state's time among those that are probed.
+    """
+
+    orders: Array
+    last: Array
+    settled: Mask
+    plateau_h: float
+    dimension: int
+    time: Array
+
+    @property
+    def order(self) -> float:
+        """The least settled order; infinite if there is none."""
+        return float(np.min(self.orders, where=self.settled, initial=np.inf))
+
+    @property
+    def inconsistent_share(self) -> float:
+        """Share of the states at which some settled order is 0, at the worst time."""
+        return float(self.share(np.asarray((self.settled & (self.orders < CONSISTENT)).any(axis=0))))
+
+    def share(self, found: Mask) -> Array:
+        """Return at which share of the states something is so, at the worst time, shape (...) for (..., S)."""
+        shares = [found[..., self.time == time].mean(axis=-1) for time in set(self.time.tolist())]
+        return np.asarray(np.max(shares, axis=0))
+
+    def least(self, among: Mask) -> str:
+        """Return in words the least order of some defects."""
+        function, state = np.unravel_index(np.argmin(np.where(among, self.orders, np.inf)), among.shape)
+        name = test_functions.names(self.dimension)[function]
+        return f"local weak order {self.orders[function, state]:.3f} of E {name} at state {state}"
+
+
+def weak_order(record: LocalWeak) -> WeakOrder:
+    """Return the local weak orders.
+
+    An order is the last one above the floors, extrapolated where it has settled. Richardson: with errors
+    c h^p (1 + a h) local orders tend to p like h, so that the limit is ahead of the last one by its last change.
+
+    Parameters
+    ----------
+    record : LocalWeak
+
+    Returns
+    -------
+    WeakOrder
+    """
+    size, K = np.abs(record.defect), int(record.trees)
+    rounding = FLOORS * EPS * np.abs(weights(K)).sum() * record.scale
+    noise, rough = _roughness(record, rounding)
+    tolerance, plateau_h = _plateau(record, noise, rough)
+    usable = size > np.maximum(rounding, CLEAR * tolerance * record.scale)
+    fewest = ABOVE_PLATEAU if plateau_h else FEWEST_LEVELS
+    usable &= usable.sum(axis=-1, keepdims=True) >= fewest
+    finest, (last, before) = _last_orders(record.h, record.defect, usable)
+    with np.errstate(invalid="ignore"):
+        change = last - before
+    settled = (np.abs(change) < SETTLED) & ~_taken(rough, finest)
+    orders = np.where(settled, last + change, last) - 1.0
+    # The reference's own error has the order K: a defect of that order is none.
+    exact = ((size > rounding).sum(axis=-1) < FEWEST_LEVELS) | (orders > K - 0.5)
+    orders = np.where(exact, np.inf, orders)
+    orders = np.where(np.isfinite(size[..., -1]), orders, np.nan)
+    return WeakOrder(orders, last - 1.0, settled & np.isfinite(orders), plateau_h, int(record.dimension), record.time)
+
+
+def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> LocalOpinion:
+    """Compare local orders with a claimed least weak order.
+
+    Parameters
+    ----------
+    order : WeakOrder
+    claim : float
+    tolerance : float
+        How far below the claim an order may be.
+
+    Returns
+    -------
+    LocalOpinion
+        Refuted only where settled orders are too low at a quarter of the states of some time, and inconsistent if
+        most states have the order 0. A defect whose leading coefficient happens to be small may change its sign on
+        the way to h = 0, and its order moves still: that is left out where it is so at fewer states, for every phi.
+    """
+    void = f"; void below h = {order.plateau_h:.2g}" if order.plateau_h else ""
+    low = order.orders < claim - tolerance
+    short = low & order.settled & (order.last < claim - tolerance)
+    moving = low & ~short
+    if np.isnan(order.orders).all(axis=0).any() or not order.orders.size:
+        return _unsure(f"no local weak order: steps are not finite, or a tolerance hides them{void}")
+    share = float(order.share(np.asarray(short.any(axis=0))))
+    if share >= MANY:
+        return LocalOpinion(
+            Verdict.REFUTED, f"{order.least(short)}, claimed {claim}{void}", order.inconsistent_share > 0.5
+        )
+    if share:
+        return _unsure(f"{order.least(short)}, claimed {claim}, at {share:.0%} of the states alone{void}")
+    if order.share(moving).max() >= MANY:
+        return _unsure(f"{order.least(moving)}, claimed {claim}, still changing with h{void}")
+    least = np.min(order.orders, where=order.settled & ~low, initial=np.inf)
+    figure = "exact to round-off" if np.isinf(least) else f"local weak order {least:.3f}"
+    left_out = f"; {moving.sum()} of {moving.size} defects change sign" if moving.any() else ""
+    return LocalOpinion(Verdict.VERIFIED, f"{figure}{left_out}{void}")
+
+
+def _unsure(reason: str) -> LocalOpinion:
+    return LocalOpinion(Verdict.INCONCLUSIVE, reason)
+
+
+def _roughness(record: LocalWeak, rounding: Array) -> tuple[Array, Mask]:
+    """Return how far defects are from a sum of powers of h over five step sizes, and where a solver's errors show.
+
+    Those are small, jump about or do not depend on h, and do not fall. At the four coarsest nothing can be said.
+    """
+    window = partial(np.lib.stride_tricks.sliding_window_view, window_shape=len(SMOOTH), axis=-1)
+    terms, before = window(record.defect) * SMOOTH, [(0, 0), (0, 0), (len(SMOOTH) - 1, 0)]
+    noise = np.abs(terms.sum(axis=-1))
+    grain = (window(rounding) * np.abs(SMOOTH)).sum(axis=-1) / CLEAR
+    rough = noise > ROUGH * np.abs(terms).sum(axis=-1) + grain
+    rough[..., 1:] &= noise[..., 1:] > STALL * noise[..., :-1]
+    tiny = np.abs(record.defect) < TOLERANCE * record.scale
+    return np.pad(noise / SMOOTH.sum(), before), np.pad(rough, before) & tiny
+
+
+def _plateau(record: LocalWeak, noise: Array, rough: Mask) -> tuple[Array, float]:
+    """Return the relative size of a solver's errors at each step size, and the size from which on they are a plateau.
+
+    It goes on to the finest step size with enough of the defects rough, with gaps of one. Before it, the errors are
+    what they are in the defects that they reach first; without a plateau there are none.
+    """
+    crowded = rough.mean(axis=(0, 1)) > CROWD
+    crowded[1:-1] |= crowded[:-2] & crowded[2:]
+    first = int(np.flatnonzero(~crowded)[-1]) + 1
+    if first == len(crowded):
+        return np.zeros_like(record.h), 0.0
+    sizes = (noise / record.scale).max(axis=(0, 1), where=rough, initial=0.0)
+    largest = sizes[first:].max()
+    return np.append(np.minimum(sizes[:first], largest), np.full(len(sizes) - first, largest)), float(record.h[first])
+
+
+def _last_orders(h: Array, defect: Array, usable: Mask) -> tuple[Array, Array]:
+    """Return the finest usable level and the last two local orders, finest first.
+
+    They are NaN where no level is usable, and minus infinity across a change of sign.
+    """
+    behind = np.cumsum(usable[..., ::-1], axis=-1)[..., ::-1]
+    index = np.stack([(usable & (behind == rank)).argmax(axis=-1) for rank in range(1, 4)])
+    values, steps = np.stack([_taken(defect, level) for level in index]), h[index]
+    with np.errstate(all="ignore"):
+        ratios = np.maximum(values[1:] / values[:-1], 0.0)
+        orders = np.log(ratios) / np.log(steps[1:] / steps[:-1])
+    return index[0], np.where(usable.any(axis=-1), orders, np.nan)
+
+
+def _taken(values: Array, level: Array) -> Array:
+    return np.asarray(np.take_along_axis(values, level[..., None], axis=-1)[..., 0])

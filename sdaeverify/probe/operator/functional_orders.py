@@ -1,0 +1,211 @@
+"""Orders of the errors of means, one for each observable, and which observables can tell one.
+
+An error e(h) = c h^p + c' h^q, q > p, whose leading coefficient is small by accident changes its sign between two
+step sizes, or has local orders that still move: it says nothing about the scheme, and is left out with a message.
+Local orders that still rise have no upper bound: on steps too coarse for the problem they look low. An error that
+stays behind those that fall is found by extrapolation.
+An error that is not known well enough is not left out: it keeps the least order open.
+
+A mean without any error tells nothing where equation and scheme share a symmetry that fixes it: it is as right for a
+scheme with too much noise and too long steps.
+"""
+
+from collections.abc import Sequence
+from math import inf, nan
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...forms import Problem
+from ...numerics.statistics import EPS, RISING
+from ..step.one_step import unresolved
+from .expansion import lowest_power
+from .transition import ON_CHART
+from .transition_errors import TransitionErrors
+
+# An error is used where it is known to one digit, and held against a scheme where it is known to two: a local order
+# is then off by less than 0.03.
+ABOVE_FLOOR, FAR_ABOVE = 10.0, 100.0
+# An error is taken for none where so much of the observable's size would have been seen at the finest step sizes.
+EXACT = 1e-6
+# Local orders that differ by more are still on their way.
+SETTLED = 0.3
+NEEDED = 3
+# Coefficients are asked for of powers that are lower than the order by more.
+BETWEEN = 0.25
+WRONG = "wrong limit"
+# Rounding of one application of the operator, in units of EPS and of the size of the observable.
+ROUNDING = 64.0
+
+
+class FunctionalOrder(NamedTuple):
+    """What an observable says about the order.
+
+    Attributes
+    ----------
+    order : float
+        Local order at the finest usable step sizes, extrapolated to h = 0 where it has settled; infinite where no
+        error is seen, NaN where none can be told.
+    low, high : float
+        What the order can be, the errors being known to `error_floors`; infinite where they are not known at all.
+    informative : bool
+        Whether a verdict may rest on it.
+    resolved : bool
+        False where it is not informative for want of accuracy: it could be the one that misses its order.
+    fixed : bool
+        True where it is not informative because a symmetry fixes the mean.
+    coefficient : float
+        c of e(h) = c h^order at the finest usable step size.
+    h : float
+        The finest usable step size.
+    note : str
+    """
+
+    order: float
+    low: float
+    high: float
+    informative: bool = True
+    resolved: bool = True
+    fixed: bool = False
+    coefficient: float = nan
+    h: float = nan
+    note: str = ""
+
+
+def obstacle(record: TransitionErrors) -> str:
+    """Return why the record is no evidence on the scheme, or an empty string."""
+    worst = int(np.argmax(record.departure))
+    if record.departure[worst] > ON_CHART:
+        return f"the scheme leaves the chart, by {record.departure[worst]:.1g} at h = {record.h[worst]:.3g}"
+    return ""
+
+
+def functional_orders(record: TransitionErrors) -> tuple[FunctionalOrder, ...]:
+    """Return what each observable says about the order.
+
+    Parameters
+    ----------
+    record : TransitionErrors
+        With step sizes from coarse to fine.
+
+    Returns
+    -------
+    tuple of FunctionalOrder
+    """
+    columns = zip(record.errors.T, error_floors(record).T, _sizes(record), record.response, strict=True)
+    return tuple(
+        _telling(order_of(record.h, errors, floors, size), response > max(EXACT * size, ABOVE_FLOOR * floors[-1]))
+        for errors, floors, size, response in columns
+    )
+
+
+def least_order(orders: Sequence[FunctionalOrder]) -> tuple[float, float]:
+    """Return the interval of the least order of all observables whose leading coefficient does not vanish.
+
+    One that is not resolved leaves it open downwards; if there are none at all, nothing is known.
+    """
+    counted = [found for found in orders if found.informative or not found.resolved]
+    return min((found.low for found in counted), default=-inf), min((found.high for found in counted), default=inf)
+
+
+def bounded(orders: Sequence[FunctionalOrder], view: Problem) -> tuple[FunctionalOrder, ...]:
+    """Return the orders without an upper bound where no step size that shows an error resolves the problem."""
+    coarse = [unresolved(view, found.h) if np.isfinite(found.h) else "" for found in orders]
+    return tuple(
+        found._replace(high=inf, note=_joined(found.note, why)) if why else found
+        for found, why in zip(orders, coarse, strict=True)
+    )
+
+
+def error_floors(record: TransitionErrors) -> Array:
+    """Return how far the errors can be off, shape (H, O).
+
+    It is the difference of the two bases and what failed and truncated steps can change, their number times the size
+    of the observable; the most of it at this and the next two finer step sizes: at one, bases may agree by chance.
+    Rounding of all steps comes on top.
+    """
+    disturbed = record.steps * (record.failed + record.truncated)
+    floors = record.resolution + np.outer(disturbed, _sizes(record))
+    rounding = np.outer(ROUNDING * EPS * record.steps, _sizes(record))
+    finer = np.pad(floors, [(0, NEEDED - 1), (0, 0)])
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(finer, NEEDED, axis=0).max(axis=-1) + rounding)
+
+
+def _sizes(record: TransitionErrors) -> Array:
+    return np.asarray(np.maximum(record.spread, np.abs(record.exact)))
+
+
+def order_of(h: Array, errors: Array, floors: Array, size: float) -> FunctionalOrder:
+    """Return what the errors of one mean say about its order.
+
+    Parameters
+    ----------
+    h : ndarray, shape (H,)
+        Step sizes from coarse to fine.
+    errors, floors : ndarray, shape (H,)
+        Errors with their signs, and how far they can be off.
+    size : float
+        Of what the mean is taken of.
+
+    Returns
+    -------
+    FunctionalOrder
+    """
+    with np.errstate(invalid="ignore"):
+        usable, well = (np.abs(errors) > times * floors for times in (ABOVE_FLOOR, FAR_ABOVE))
+    if np.count_nonzero(well) >= NEEDED:
+        return _with_lower_powers(_seen(h[well], errors[well], floors[well]), h, errors, floors)
+    if np.count_nonzero(usable) >= NEEDED:
+        return _seen(h[usable], errors[usable], floors[usable])._replace(high=inf)
+    least = ABOVE_FLOOR * float(floors[-NEEDED:].max())
+    if least <= EXACT * size and not usable[-NEEDED:].any():
+        return FunctionalOrder(inf, inf, inf, note=f"no error beyond {least:.1g}")
+    note = f"errors below {least:.1g} are not seen, and larger ones at fewer than {NEEDED} step sizes"
+    return FunctionalOrder(nan, -inf, inf, informative=False, resolved=False, note=note)
+
+
+def _with_lower_powers(found: FunctionalOrder, h: Array, errors: Array, floors: Array) -> FunctionalOrder:
+    lowest = lowest_power(h, errors, floors, max(found.low - BETWEEN, BETWEEN))
+    if lowest is None or not (lowest.clear or found.informative):
+        return found
+    order, c = lowest.power, f"{lowest.value:.2g}"
+    if not lowest.clear:
+        return found._replace(low=order, note=_joined(found.note, f"c h^{order:g} with c = {c} is not excluded"))
+    what = f"{WRONG}: off by {c}" if order == 0.0 else f"c h^{order:g} with c = {c}"
+    note = f"{what} as h tends to 0, known to {lowest.known:.1g}"
+    return FunctionalOrder(order, order, order, coefficient=lowest.value, h=found.h, note=note)
+
+
+def _telling(found: FunctionalOrder, responds: bool) -> FunctionalOrder:
+    if np.isfinite(found.order) or not found.informative or responds:
+        return found
+    note = "its mean is as right with too much noise and too long steps: a symmetry fixes it"
+    return FunctionalOrder(nan, -inf, inf, informative=False, fixed=True, note=note)
+
+
+def _joined(*texts: str) -> str:
+    return "; ".join(text for text in texts if text)
+
+
+def _seen(h: Array, errors: Array, floors: Array) -> FunctionalOrder:
+    sizes, ratios = np.abs(errors), np.log(h[:-1] / h[1:])
+    local = np.log(sizes[:-1] / sizes[1:]) / ratios
+    # |log(e + f) - log e| <= -log(1 - f/e) for both signs of f.
+    slack = -np.log1p(-floors / sizes)
+    off = (slack[:-1] + slack[1:]) / ratios
+    limit = local[-1] + (local[-1] - local[-2]) / np.expm1(ratios[-1])
+    flips = np.flatnonzero(np.diff(np.sign(errors)))
+    moving = abs(local[-1] - local[-2]) >= SETTLED
+    if len(flips) and (moving or flips[-1] >= len(h) - NEEDED):
+        where = f"between h = {h[flips[-1]]:.3g} and {h[flips[-1] + 1]:.3g}"
+        note = f"the error changes its sign {where}"
+        return FunctionalOrder(nan, -inf, inf, informative=False, h=float(h[-1]), note=note)
+    order = float(local[-1] if moving else limit)
+    low, high = sorted((order, float(limit)))
+    if local[-1] > local[-2] + RISING:
+        high = inf
+    spread = float(off[-1] + (off[-1] + off[-2]) / np.expm1(ratios[-1]))
+    note = f"local orders {local[-2]:.2f}, {local[-1]:.2f} still move" if moving else ""
+    coefficient = float(errors[-1] / h[-1] ** order)
+    return FunctionalOrder(order, low - spread, high + spread, coefficient=coefficient, h=float(h[-1]), note=note)

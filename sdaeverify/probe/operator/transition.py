@@ -1,0 +1,175 @@
+"""The transition operator u -> E u(Phi(., xi)) of a scheme seen through a chart, as a matrix.
+
+In orthonormal functions phi_i of the coordinates z,
+
+    T_ij = < phi_i, E phi_j(read(Phi(embed(.), h, xi))) >,
+
+with a quadrature over z and cubature nodes for the noise: one batched step for each step size. Powers of T give
+expectations at the final time, its left eigenvector of eigenvalue 1 gives the stationary law, both without sampling.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array, Mask
+from ...contracts.scheme import Scheme, Step, flatten
+from ...forms import Problem
+from ...forms.chart import Angle, Chart
+from ..step.nodes import Nodes, step_nodes
+from ..step.one_step import OneStep
+from ..step.times import changing
+from .basis import Basis, chart_basis
+from .chart_equation import charted, output_rows
+
+# Gauss-Hermite nodes for each of so many normals a step; with more of them there is no operator.
+NODES = {1: 8, 2: 8, 3: 5, 4: 4}
+# A coordinate that leaps further than so many scales has blown up.
+BLOWN_UP = 1e6
+# Rounding of embed and read, and what a solver's tolerance may add, relative to the state.
+ON_CHART = 1e-9
+
+
+class Transition(NamedTuple):
+    """The matrix of a step and what was noticed of the step.
+
+    Attributes
+    ----------
+    matrix : ndarray, shape (n, n)
+        Takes the coefficients of u to those of E u(Phi(., xi)).
+    departure : float
+        Largest |embed(read(x)) - x| of the states x reached, pure outputs left out, relative to |x| and its median.
+    failed, truncated : float
+        Probability of a step that found no root or blew up, and of one that was changed for stability, from a point
+        drawn from the law for which the basis is orthonormal. A state that is not finite is put back where the
+        step began.
+    """
+
+    matrix: Array
+    departure: float
+    failed: float
+    truncated: float
+
+
+class Given(NamedTuple):
+    """What a scheme is given in place of a step size h and increments of variance h, in multiples of h."""
+
+    length: float = 1.0
+    variance: float = 1.0
+
+
+ASKED = Given()
+
+
+def refusal(scheme: Scheme, view: Problem) -> str:
+    """Return why a scheme has no transition operator on a problem's chart, or an empty string."""
+    chart, one_step = view.chart, OneStep(scheme, view)
+    if chart is None or len(chart.axes) not in {1, 2}:
+        return "the problem has no chart of one or two coordinates"
+    if reason := one_step.refusal():
+        return reason
+    if len(flatten(one_step.enter(one_step.ito.initial(1), 0.0, view.horizon))) > one_step.ito.dimension:
+        return "the scheme has memory beyond the problem's components"
+    if not scheme.law.bounded and _normals(one_step) not in NODES:
+        return f"{_normals(one_step)} normals a step are too many for a tensor rule"
+    return _dependence(one_step) or changing(one_step)
+
+
+def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given: Given = ASKED) -> Transition:
+    """Return the transition operator of a step of size h.
+
+    Parameters
+    ----------
+    one_step : OneStep
+        Of a pair that `refusal` has nothing against.
+    basis : Basis
+    h : float
+    fewer : int
+        By how many the Gauss-Hermite nodes are fewer than usual.
+    given : Given
+
+    Returns
+    -------
+    Transition
+    """
+    ito, chart = charted(one_step.view)
+    nodes = _nodes(one_step, fewer)
+    z = np.repeat(basis.nodes, len(nodes.weights), axis=1)
+    with np.errstate(all="ignore"):
+        step = _step(one_step, chart.embed(z), h, nodes, given)
+        x = one_step.read(step.state)
+        reached = chart.read(x)
+        usable = np.isfinite(x).all(axis=0) & _bounded(chart, reached)
+        departure = _departure(chart, x, reached, ~output_rows(ito, chart, basis.nodes))
+    failed = ~usable if step.failed is None else ~usable | step.failed
+    truncated = np.zeros_like(failed) if step.truncated is None else step.truncated
+    weights = np.multiply.outer(basis.weights, nodes.weights).ravel()
+    return Transition(
+        basis.project(_means(basis, nodes, np.where(usable, reached, z))),
+        float(np.max(departure, initial=0.0, where=~failed)),
+        float(weights @ failed),
+        float(weights @ truncated),
+    )
+
+
+def stationary(matrix: Array) -> Array:
+    """Return pi with pi T = pi and pi(1) = 1, the means of all functions, shape (n,); NaN if there are several."""
+    try:
+        inner = np.linalg.solve((np.eye(len(matrix)) - matrix)[1:, 1:].T, matrix[0, 1:])
+    except np.linalg.LinAlgError:
+        inner = np.full(len(matrix) - 1, np.nan)
+    return np.concatenate([[1.0], inner])
+
+
+def _means(basis: Basis, nodes: Nodes, z: Array) -> Array:
+    # E phi_j over the noise from each node of the quadrature, shape (Q, n), the paths of z being (Q, K).
+    first, second = (
+        np.moveaxis(values.reshape(len(values), -1, len(nodes.weights)), 0, 1) for values in basis.factors(z)
+    )
+    return np.asarray(np.matmul(first * nodes.weights, np.swapaxes(second, 1, 2)).reshape(len(first), -1))
+
+
+def _normals(one_step: OneStep) -> int:
+    return one_step.view.noise_dim * (2 if "H" in one_step.scheme.noise else 1)
+
+
+def _nodes(one_step: OneStep, fewer: int = 0) -> Nodes:
+    scheme = one_step.scheme
+    count = NODES.get(_normals(one_step), 0) - fewer
+    return step_nodes(one_step.view.noise_dim, count, areas="H" in scheme.noise, law=scheme.law)
+
+
+def _step(one_step: OneStep, x: Array, h: float, nodes: Nodes, given: Given = ASKED) -> Step:
+    noise = nodes.increment(given.variance * h, x.shape[1] // len(nodes.weights))
+    h = given.length * h
+    return one_step.scheme.prepare(one_step.view, h)(one_step.enter(x, 0.0, h), 0.0, noise)
+
+
+def _bounded(chart: Chart, z: Array) -> Mask:
+    scales = np.array([np.inf if isinstance(axis, Angle) else axis.scale for axis in chart.axes])
+    return np.asarray(np.all(np.abs(z) <= BLOWN_UP * scales[:, None], axis=0))
+
+
+def _departure(chart: Chart, x: Array, z: Array, core: Mask) -> Array:
+    gap = np.linalg.norm((chart.embed(z) - x)[core], axis=0)
+    size = np.linalg.norm(x[core], axis=0)
+    # States near 0 have no size of their own.
+    return np.asarray(gap / (size + np.nanmedian(size)))
+
+
+def _dependence(one_step: OneStep) -> str:
+    # What the coefficients and the steps must not depend on, tried at a few states.
+    (ito, chart), T = charted(one_step.view), one_step.view.horizon
+    z = chart_basis(chart, 3, 3).nodes
+    x = chart.embed(z)
+    if not all(np.array_equal(f(0.0, x), f(part * T, x)) for f in (ito.drift, ito.diffusion) for part in (0.3, 0.9)):
+        return "the coefficients depend on time"
+    outputs = output_rows(ito, chart, z)
+    if np.max(_departure(chart, x, chart.read(x), ~outputs)) > ON_CHART:
+        return "embed and read of the problem's chart are not inverse to each other"
+    nodes = _nodes(one_step)
+    x = np.repeat(x, len(nodes.weights), axis=1)
+    with np.errstate(all="ignore"):
+        steps = [_step(one_step, x + shift * outputs[:, None], T / 64.0, nodes) for shift in (0.0, 1.0)]
+        here, there = (chart.read(one_step.read(step.state)) for step in steps)
+    return "" if np.array_equal(here, there, equal_nan=True) else "a step depends on the pure outputs"

@@ -1,0 +1,217 @@
+"""Errors of means without sampling: at the final time, and under the stationary law, from powers of the operator.
+
+Every law is represented by the means of the functions of a basis under it: phi(z_0) T^N after N steps, pi with
+pi T = pi in the long run. The exact means are the problem's truths, or else those of phi(z_0) exp(t G) with the
+generator G in the same basis. All is done in two bases; their difference is the error bound.
+
+A basis of polynomials reaches some ten scales far. A step that is wild out there (blown up, without root, truncated,
+heating) or not smooth makes the two bases differ, at least at large step sizes, and such errors are not used. Where
+truncation weakens friction but not noise, the stationary law has tails |v|^-q with q ~ 1/h, and few moments.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+
+from ...arrays import Array
+from ...contracts.scheme import Scheme
+from ...forms import Problem
+from ...forms.chart import Angle
+from ...forms.truths import InvariantMean, Moment
+from ..step.one_step import OneStep
+from .basis import Basis, chart_basis
+from .chart_equation import charted, generator, output_rows
+from .transition import ASKED, Given, stationary, transition
+
+# Functions of an angle and of a coordinate on the line, by the number of coordinates: a single angle can have more.
+FINE, COARSE = {1: (65, 24), 2: (25, 24)}, {1: (49, 18), 2: (19, 18)}
+Sizes = Mapping[int, tuple[int, int]]
+# Noise nodes that are left out in the coarse basis.
+FEWER = 2
+# An observable that a turn of the angle or another value of a pure output moves by more is no function of the chart.
+FUNCTION = 1e-9
+# What a scheme is given so that all means change but those that a symmetry fixes.
+WRONG = Given(length=1.1, variance=1.3)
+
+
+BY_STEP_SIZE = ("h", "steps", "errors", "resolution", "departure", "failed", "truncated")
+
+
+class TransitionErrors(NamedTuple):
+    """Errors of the means of O observables at H step sizes.
+
+    Attributes
+    ----------
+    h, steps : ndarray, shape (H,)
+        Step sizes, and the number of steps over which an error can build up: to the final time, or in a relaxation
+        time (to the horizon, where that is not known).
+    errors : ndarray, shape (H, O)
+        Of the scheme's mean, with its sign.
+    exact : ndarray, shape (O,)
+    spread : ndarray, shape (O,)
+        Root mean square of each observable under the law of the basis: the size of what is projected.
+    resolution : ndarray, shape (H, O)
+        By how much the errors differ between the two bases.
+    response : ndarray, shape (O,)
+        By how much the scheme's means change at the finest step size if it is given too much noise and too long
+        steps: a mean that does not change is fixed by a symmetry.
+    departure, failed, truncated : ndarray, shape (H,)
+        As in `Transition`.
+    """
+
+    h: Array
+    steps: Array
+    errors: Array
+    exact: Array
+    spread: Array
+    resolution: Array
+    response: Array
+    departure: Array
+    failed: Array
+    truncated: Array
+
+    def refined(self, finer: "TransitionErrors") -> "TransitionErrors":
+        """Return the same with step sizes that are all finer."""
+        both = {name: np.concatenate([getattr(self, name), getattr(finer, name)]) for name in BY_STEP_SIZE}
+        return self._replace(**both, response=finer.response)
+
+
+class _Question(NamedTuple):
+    # Whose means are asked for (O observables) and at which step sizes (H); the scheme's law as a function of
+    # (basis, matrix, steps), and the exact means as one of (basis, coefficients of the observables).
+    one_step: OneStep
+    names: tuple[str, ...]
+    h: Array
+    steps: Array
+    law: Callable[[Basis, Array, int], Array]
+    exact: Callable[[Basis, Array], Array]
+
+
+class _Means(NamedTuple):
+    # Errors (H, O), exact means and spreads (O,), and what was noticed of the steps (3, H), in one basis.
+    errors: Array
+    exact: Array
+    spread: Array
+    noticed: Array
+
+
+def chart_observables(view: Problem) -> tuple[str, ...]:
+    """Return the names of the observables that are functions of the chart, in the problem's order."""
+    return tuple(name for name in view.observables if _is_function(view, name))
+
+
+def invariant_observables(view: Problem) -> tuple[str, ...]:
+    """Return the names of those whose invariant mean is known."""
+    known = {truth.observable for truth in view.truths if isinstance(truth, InvariantMean)}
+    return tuple(name for name in chart_observables(view) if name in known)
+
+
+def weak_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> TransitionErrors:
+    """Return the errors of the means of `chart_observables` at the final time, from the problem's initial state.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of a pair that `refusal` has nothing against.
+    steps : sequence of int
+        Numbers of steps to the final time.
+
+    Returns
+    -------
+    TransitionErrors
+    """
+    (ito, chart), T = charted(view), view.horizon
+    start = chart.read(ito.initial(1))
+
+    def law(basis: Basis, matrix: Array, count: int) -> Array:
+        means = basis.values(start)[:, 0]
+        for _ in range(count):
+            means = means @ matrix
+        return means
+
+    def exact(basis: Basis, functions: Array) -> Array:
+        if all(name in truths for name in names):
+            return np.array([truths[name] for name in names])
+        means = basis.values(start)[:, 0] @ expm(T * generator(ito, chart, basis)) @ functions
+        return np.array([truths.get(name, mean) for name, mean in zip(names, means, strict=True)])
+
+    names = chart_observables(view)
+    truths = {truth.observable: truth.value(T) for truth in view.truths if isinstance(truth, Moment)}
+    counts = np.array(steps, dtype=float)
+    return _answer(_Question(OneStep(scheme, view), names, T / counts, counts, law, exact))
+
+
+def invariant_errors(
+    scheme: Scheme, view: Problem, step_sizes: Sequence[float], bases: tuple[Sizes, Sizes] = (FINE, COARSE)
+) -> TransitionErrors:
+    """Return the errors of the means of `invariant_observables` under the stationary law.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of a pair that `refusal` has nothing against.
+    step_sizes : sequence of float
+    bases : tuple of mapping of int to tuple of int, optional
+        Sizes of the fine and of the coarse basis, as in `FINE` and `COARSE`.
+
+    Returns
+    -------
+    TransitionErrors
+    """
+
+    def law(_: Basis, matrix: Array, __: int) -> Array:
+        return stationary(matrix)
+
+    def exact(_: Basis, __: Array) -> Array:
+        return np.array([truths[name] for name in names])
+
+    names = invariant_observables(view)
+    truths = {truth.observable: truth.value for truth in view.truths if isinstance(truth, InvariantMean)}
+    h = np.array(step_sizes)
+    counts = (view.relaxation if np.isfinite(view.relaxation) else view.horizon) / h
+    return _answer(_Question(OneStep(scheme, view), names, h, counts, law, exact), bases)
+
+
+def _answer(question: _Question, bases: tuple[Sizes, Sizes] = (FINE, COARSE)) -> TransitionErrors:
+    _, chart = charted(question.one_step.view)
+    # What overflows is not finite in the record, where it is seen.
+    with np.errstate(all="ignore"):
+        large, small = (chart_basis(chart, *sizes[len(chart.axes)]) for sizes in bases)
+        fine, coarse = _means(question, large), _means(question, small, FEWER)
+        finest = question._replace(h=question.h[-1:], steps=question.steps[-1:])
+        response = np.abs(_means(finest, small, FEWER, WRONG).errors[0] - coarse.errors[-1])
+        difference = np.abs(fine.errors - coarse.errors)
+    known = (question.h, question.steps, fine.errors, fine.exact, fine.spread)
+    return TransitionErrors(*known, difference, response, *fine.noticed)
+
+
+def _means(question: _Question, basis: Basis, fewer: int = 0, given: Given = ASKED) -> _Means:
+    values = _observed(question.one_step.view, question.names, basis.nodes)
+    functions = basis.project(values.T)
+    exact = question.exact(basis, functions)
+    transitions = [transition(question.one_step, basis, h, fewer, given) for h in question.h]
+    laws = [question.law(basis, step.matrix, round(n)) for step, n in zip(transitions, question.steps, strict=True)]
+    noticed = np.array([(step.departure, step.failed, step.truncated) for step in transitions])
+    return _Means(np.array(laws) @ functions - exact, exact, np.sqrt(values**2 @ basis.weights), noticed.T)
+
+
+def _observed(view: Problem, names: Sequence[str], z: Array, outputs: float = 0.0) -> Array:
+    # Observables at coordinates z, the rows that are pure outputs being given a value; shape (O, P).
+    ito, chart = charted(view)
+    parts = ito.parts(chart.embed(z) + outputs * output_rows(ito, chart, z)[:, None])
+    values = [np.broadcast_to(view.observables[name](view.horizon, parts), z.shape[1:]) for name in names]
+    return np.array(values).reshape(len(names), z.shape[1])
+
+
+def _is_function(view: Problem, name: str) -> bool:
+    _, chart = charted(view)
+    z = chart_basis(chart, 5, 4).nodes
+    turn = np.array([2.0 * np.pi if isinstance(axis, Angle) else 0.0 for axis in chart.axes])[:, None]
+    values = _observed(view, [name], z)
+    others = (_observed(view, [name], z + turn), _observed(view, [name], z, 1.0))
+    bound = FUNCTION * (1.0 + np.abs(values))
+    return bool(np.isfinite(values).all() and all(np.all(np.abs(other - values) <= bound) for other in others))

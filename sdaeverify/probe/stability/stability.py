@@ -1,0 +1,199 @@
+"""Mean-square stability of a scheme on a linear problem: the spectral radius of its second-moment operator.
+
+E |x_n|^2 tends to 0 (with additive noise: stays bounded) exactly if rho < 1; algebraic components only add zero
+eigenvalues. Sampling E |x_n|^2 instead gives wrong verdicts where it is carried by paths too rare to be drawn.
+Memory that does not act on the comparable components is left out of the operator, and so are states that violate a
+problem's constraints.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.scheme import Scheme
+from ...forms import Problem
+from ..linear.equation import linear_equation, no_linear_equation
+from ..linear.linear_map import MemoryStep
+from ..linear.observable_part import essential_equation, essential_operator
+from ..linear.second_moments import Operator
+from ..linear.step_moments import no_linear_step, step_moments
+from ..step.one_step import OneStep
+from .spectral import spectral_radius
+from .windows import COUNT, Window, crossings, doubtful, scan_sizes, signs, stable_windows
+
+# The scan is at least this wide, in the problem's unit of time and in its own time scale.
+LEAST, MOST = 1e-3, 1e3
+# So many times its step sizes a scan may have after it was refined.
+REFINED = 4
+
+Row = tuple[float, ...]
+
+
+class Radius(NamedTuple):
+    """The spectral radius at some step sizes, each field of shape (S,).
+
+    Attributes
+    ----------
+    h, rho : ndarray
+    error : ndarray
+        What quadrature and linear algebra leave open; infinite beside a pole.
+    defect : ndarray
+        Of linearity in the state, relative.
+    failed : ndarray
+        1 where the scheme found no root.
+    pole : ndarray
+        Standard deviations from which on the second moment is infinite; infinite where it is finite.
+    """
+
+    h: Array
+    rho: Array
+    error: Array
+    defect: Array
+    failed: Array
+    pole: Array
+
+    @property
+    def sign(self) -> Array:
+        """-1 where the scheme is stable, +1 where it is unstable, 0 where neither is certain."""
+        return np.where(self.failed > 0.0, 0, signs(self.rho, self.error))
+
+
+class StabilityRecord(NamedTuple):
+    """What was found on a scheme and a linear problem.
+
+    Attributes
+    ----------
+    scan_h, scan_rho, scan_error, scan_defect, scan_failed, scan_pole : ndarray, shape (S,)
+        `Radius` on the grid, ascending in h.
+    run_h, run_rho, run_error, run_defect, run_failed, run_pole : ndarray, shape (L,)
+        `Radius` at the run's step sizes.
+    boundaries : ndarray, shape (C,)
+        Where rho crosses 1 on the grid's range.
+    abscissa : float
+        Growth rate of the problem's second moments, its linear part alone.
+    decays : float
+        1 if that is negative for certain, 0 if it is not, NaN if the arithmetic does not tell.
+    at_rest : float
+        1 if zero is a solution of the problem.
+    """
+
+    scan_h: Array
+    scan_rho: Array
+    scan_error: Array
+    scan_defect: Array
+    scan_failed: Array
+    scan_pole: Array
+    run_h: Array
+    run_rho: Array
+    run_error: Array
+    run_defect: Array
+    run_failed: Array
+    run_pole: Array
+    boundaries: Array
+    abscissa: float
+    decays: float
+    at_rest: float
+
+    @property
+    def scan(self) -> Radius:
+        """The spectral radius on the grid."""
+        return Radius(*self[:6])
+
+    @property
+    def run(self) -> Radius:
+        """The spectral radius at the run's step sizes."""
+        return Radius(*self[6:12])
+
+    @property
+    def windows(self) -> list[Window]:
+        """The intervals of step sizes on which the scheme is stable."""
+        return stable_windows(self.scan_h, self.scan.sign, self.boundaries)
+
+
+def no_stability(scheme: Scheme, view: Problem) -> str:
+    """Return why mean-square stability cannot be asked for, or an empty string."""
+    one_step = OneStep(scheme, view)
+    if reason := no_linear_equation(view) or one_step.incomparable() or no_linear_step(scheme, view):
+        return reason
+    # Of admissible states alone one has to know how the scheme goes on from them; others are those of its memory.
+    return one_step.unentered() if view.has_constraints else ""
+
+
+def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count: int = COUNT) -> StabilityRecord:
+    """Return the spectral radius on a wide grid and at some step sizes, and where it crosses 1.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of a pair that `no_stability` has nothing against.
+    step_sizes : sequence of float
+    count : int, optional
+        Step sizes of the grid over six decades.
+
+    Returns
+    -------
+    StabilityRecord
+    """
+    one_step = OneStep(scheme, view)
+    equation = essential_equation(one_step)
+    time = 1.0 / equation.rate if equation.rate > 0.0 else 1.0
+    low, high = LEAST * min(1.0, time), MOST * max(1.0, time)
+    h = scan_sizes(low, high, round(count * np.log(high / low) / np.log(MOST / LEAST)))
+    with np.errstate(all="ignore"):
+        scan = refined_scan(lambda size: _radius(one_step, size), h)
+        run = radii([_radius(one_step, size) for size in step_sizes])
+        boundaries = crossings(lambda size: step_radius(one_step, size), scan.h, scan.sign)
+    decays = {True: 1.0, False: 0.0, None: np.nan}[equation.decays()]
+    at_rest = float(linear_equation(one_step.ito).starts_at_rest)
+    return StabilityRecord(*scan, *run, boundaries, equation.abscissa, decays, at_rest)
+
+
+def refined_scan(found: Callable[[float], Row], sizes: Array) -> Radius:
+    """Return the radius on a grid, and amid neighbours between which it may cross 1 and come back.
+
+    Parameters
+    ----------
+    found : callable, h -> the fields of `Radius` at one step size
+    sizes : ndarray, shape (S,)
+        Ascending.
+
+    Returns
+    -------
+    Radius
+    """
+    rows = [found(float(h)) for h in sizes]
+    while len(rows) < REFINED * len(sizes):
+        scan = radii(rows)
+        more = doubtful(scan.h, scan.rho, scan.sign)
+        if not len(more):
+            break
+        rows = sorted([*rows, *(found(float(h)) for h in more)])
+    return radii(rows)
+
+
+def radii(rows: Sequence[Row]) -> Radius:
+    """Return what was found at some step sizes, field by field."""
+    return Radius(*np.array(rows).reshape(-1, len(Radius._fields)).T)
+
+
+def step_radius(one_step: OneStep, h: float) -> float:
+    """Return the spectral radius of a step of size h, nothing being checked."""
+    return spectral_radius(_essential(one_step, h, step_moments(one_step, h, far=False).operator)).rho
+
+
+def _radius(one_step: OneStep, h: float) -> Row:
+    found = step_moments(one_step, h)
+    rho, width = spectral_radius(_essential(one_step, h, found.operator))
+    error, coarser = width + found.far.left_out, found.expectation.coarser
+    if coarser is None:
+        error = np.inf
+    elif coarser is not found.operator:
+        error += abs(rho - spectral_radius(_essential(one_step, h, coarser)).rho)
+    return h, rho, error, found.defect, float(found.failed), found.far.pole
+
+
+def _essential(one_step: OneStep, h: float, operator: Operator) -> Operator:
+    return essential_operator(MemoryStep(one_step, h), operator)

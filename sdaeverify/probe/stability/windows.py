@@ -1,0 +1,143 @@
+"""Windows of step sizes on which a scheme is stable: log rho on a grid, its sign changes by Brent's method.
+
+The set need not be an interval. Where two neighbours of the grid have one sign, a window or a gap may hide between
+them if |log rho| can reach 0 there at `STEEPER` times the steepest slope seen beside; such intervals are halved, as
+in Piyavskii's method of finding extrema, down to neighbours whose ratio is `NARROW`. What is narrower, or steeper, is
+not seen.
+"""
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import brentq
+
+from ...arrays import Array
+
+# Least |rho - 1| that decides, and how many times its error it must be.
+MARGIN, ERRORS = 1e-9, 10.0
+COUNT = 60
+STEEPER, NARROW = 4.0, 1.001
+# log rho of what overflows, or is exactly 0.
+LARGEST = 700.0
+
+Window = tuple[float, float]
+
+
+def scan_sizes(low: float = 1e-3, high: float = 1e3, count: int = COUNT) -> Array:
+    """Return step sizes with a constant ratio, shape (count,)."""
+    return np.geomspace(low, high, count)
+
+
+def signs(rho: Array, error: Array) -> Array:
+    """Return -1 where rho is below 1, +1 where it is above, 0 where neither is certain (marginal)."""
+    margin = np.maximum(MARGIN, ERRORS * error)
+    decided = np.abs(rho - 1.0) > margin
+    return np.where(decided, np.where(rho < 1.0, -1, 1), 0)
+
+
+def brackets(sign: Array) -> list[tuple[int, int]]:
+    """Return the pairs of places between which the sign changes, at most one undecided place lying between them."""
+    decided = np.flatnonzero(sign)
+    return [(int(i), int(j)) for i, j in pairwise(decided) if sign[i] != sign[j] and j - i <= 2]
+
+
+def crossings(radius: Callable[[float], float], h: Array, sign: Array) -> Array:
+    """Return the step sizes at which rho crosses 1, ascending.
+
+    Parameters
+    ----------
+    radius : callable, h -> rho
+    h : ndarray, shape (S,)
+        Grid, ascending.
+    sign : ndarray, shape (S,)
+        Of rho - 1 on the grid, 0 where it is not decided.
+
+    Returns
+    -------
+    ndarray, shape (C,)
+    """
+
+    def log_rho(log_h: float) -> float:
+        with np.errstate(divide="ignore"):
+            value = np.log(radius(float(np.exp(log_h))))
+        return LARGEST if np.isnan(value) else float(np.clip(value, -LARGEST, LARGEST))
+
+    roots = [brentq(log_rho, np.log(h[i]), np.log(h[j]), xtol=1e-15, rtol=1e-15) for i, j in brackets(sign)]
+    return np.asarray(np.exp(roots))
+
+
+def doubtful(h: Array, rho: Array, sign: Array) -> Array:
+    """Return the step sizes amid neighbours between which rho may cross 1 and come back.
+
+    Parameters
+    ----------
+    h, rho, sign : ndarray, shape (S,)
+        As for `crossings`.
+
+    Returns
+    -------
+    ndarray, shape (D,)
+        Geometric means, ascending.
+    """
+    with np.errstate(divide="ignore"):
+        value = np.log(rho)
+    width = np.diff(np.log(h))
+    with np.errstate(invalid="ignore"):
+        change = np.abs(np.diff(value))
+    # To 0, to infinity or to what is not known there is no slope.
+    slope = np.pad(np.where(np.isfinite(change), change, 0.0) / width, 1, mode="edge")
+    steepest = np.maximum(np.maximum(slope[:-2], slope[1:-1]), slope[2:])
+    within_reach = np.abs(value[1:]) + np.abs(value[:-1]) < STEEPER * steepest * width
+    hidden = (sign[1:] * sign[:-1] > 0) & within_reach & (width > np.log(NARROW))
+    return np.asarray(np.sqrt(h[1:] * h[:-1])[hidden])
+
+
+def stable_windows(h: Array, sign: Array, boundaries: Array) -> list[Window]:
+    """Return the intervals of step sizes on which rho < 1, as far as it is decided.
+
+    Parameters
+    ----------
+    h, sign : ndarray, shape (S,)
+        As for `crossings`.
+    boundaries : ndarray, shape (C,)
+        The crossings.
+
+    Returns
+    -------
+    list of (low, high)
+        A window that begins with the grid has low = 0, one that reaches its end has high = infinity. Beside places
+        that are not decided, a window ends with the last decided one.
+    """
+    ends = brackets(sign)
+    after = {j: float(b) for (_, j), b in zip(ends, boundaries, strict=True)} | {0: 0.0}
+    before = {i: float(b) for (i, _), b in zip(ends, boundaries, strict=True)} | {len(h) - 1: np.inf}
+    stable = np.concatenate([[False], sign < 0, [False]])
+    first, last = np.flatnonzero(~stable[:-1] & stable[1:]), np.flatnonzero(stable[:-1] & ~stable[1:]) - 1
+    return [
+        (after.get(int(i), float(h[i])), before.get(int(j), float(h[j]))) for i, j in zip(first, last, strict=True)
+    ]
+
+
+def undecided(sign: Array) -> Array:
+    """Return the places that are not decided and are no crossing, which one place between two signs is."""
+    padded = np.concatenate([[0], sign, [0]])
+    crossing = padded[:-2] * padded[2:] < 0
+    return np.flatnonzero((sign == 0) & ~crossing)
+
+
+def smallest_boundary(windows: list[Window]) -> float:
+    """Return the step size below which all are stable: infinite if the only window has no end, 0 if there is none."""
+    return windows[0][1] if windows and windows[0][0] == 0.0 else 0.0
+
+
+def worded(windows: list[Window]) -> str:
+    """Return windows in words: ``h < 0.5; 2 < h < 3``."""
+    return "; ".join(_worded(low, high) for low, high in windows) or "none"
+
+
+def _worded(low: float, high: float) -> str:
+    if low == 0.0 and high == np.inf:
+        return "all h"
+    above = f"{low:.6g} < h" if low > 0.0 else "h"
+    return f"{above} < {high:.6g}" if high < np.inf else f"h > {low:.6g}"

@@ -1,0 +1,179 @@
+"""Cubature nodes for the noise of one step, in units in which the step has length 1.
+
+An expectation over the noise is a weighted sum over nodes: exact for the atoms of a bounded variable, and for
+polynomials up to degree 2n - 1 in each normal with n Gauss-Hermite nodes.
+"""
+
+from math import prod
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...noise.brownian import Increment
+from ...noise.laws import GAUSSIAN, Law
+
+# A tensor rule larger than this has fewer nodes a variable, down to three, which are exact up to degree 5.
+MOST_NODES = 2_000
+FEWEST = 3
+# Larger than this it may not be with three nodes a variable either: so many random points take its place.
+LARGEST, POINTS = 7_000, 2_000
+SEED = 20170601
+
+
+class Rule(NamedTuple):
+    """A cubature rule for independent variables of mean 0 and variance 1.
+
+    Attributes
+    ----------
+    x : ndarray, shape (n, K)
+    weights : ndarray, shape (K,)
+        Positive, of sum 1.
+    exact : bool
+        False for random points: root mean squares are known to about 5 per cent, their ratios between step sizes
+        much better, means not at all.
+    """
+
+    x: Array
+    weights: Array
+    exact: bool = True
+
+
+class Nodes(NamedTuple):
+    """Noise of a step of length 1 at the nodes of a rule.
+
+    Attributes
+    ----------
+    dW : ndarray, shape (l, K)
+    H : ndarray, shape (l, K), or None
+    weights : ndarray, shape (K,)
+    exact : bool
+        Whether it is a rule and not random points.
+    """
+
+    dW: Array
+    H: Array | None
+    weights: Array
+    exact: bool = True
+
+    def increment(self, h: float, states: int = 1) -> Increment:
+        """Return the noise of a step of length h, K nodes for each of a number of states: path = state K + node."""
+        dW = np.tile(np.sqrt(h) * self.dW, states)
+        return Increment(dW, None if self.H is None else np.tile(np.sqrt(h) * self.H, states))
+
+    def few(self, count: int) -> "Nodes":
+        """Return a rule as it is, and so many of random points at most."""
+        if self.exact or count >= len(self.weights):
+            return self
+        H = None if self.H is None else self.H[:, :count]
+        return Nodes(self.dW[:, :count], H, np.full(count, 1.0 / count), exact=False)
+
+    def mean(self, values: Array) -> Array:
+        """Return the expectation over the nodes of values of shape (..., K)."""
+        return np.asarray(np.einsum("...k,k->...", values, self.weights))
+
+
+def gauss_hermite(count: int) -> tuple[Array, Array]:
+    """Return the Gauss-Hermite nodes and weights of the standard normal law, each of shape (count,)."""
+    x, w = np.polynomial.hermite_e.hermegauss(count)
+    return x, w / w.sum()
+
+
+def tensor_rule(axes: list[tuple[Array, Array]]) -> Rule:
+    """Return the product of one-dimensional rules, given as (nodes, weights)."""
+    x = np.meshgrid(*(nodes for nodes, _ in axes), indexing="ij")
+    weights = np.ones(1)
+    for _, w in axes:
+        weights = np.multiply.outer(weights, w).ravel()
+    return Rule(np.stack([part.ravel() for part in x]), weights)
+
+
+def normal_rule(dimension: int, count: int) -> Rule:
+    """Return a rule for independent standard normals.
+
+    Parameters
+    ----------
+    dimension : int
+        Number of variables.
+    count : int
+        Nodes a variable at most.
+
+    Returns
+    -------
+    Rule
+        Random points where three nodes a variable are too many.
+    """
+    for fewer in range(count, min(count, FEWEST) - 1, -1):
+        if fewer**dimension <= (MOST_NODES if fewer > FEWEST else LARGEST):
+            return tensor_rule([gauss_hermite(fewer)] * dimension)
+    points = np.random.Generator(np.random.Philox(key=SEED)).standard_normal((dimension, POINTS))
+    return Rule(points, np.full(POINTS, 1.0 / POINTS), exact=False)
+
+
+def atom_rule(axes: list[tuple[Array, Array]]) -> Rule:
+    """Return all atoms of independent variables, given as (values, weights), or random ones of too many."""
+    if count_atoms(axes) <= LARGEST:
+        return tensor_rule(axes)
+    rng = np.random.Generator(np.random.Philox(key=SEED))
+    points = np.stack([rng.choice(values, size=POINTS, p=weights) for values, weights in axes])
+    return Rule(points, np.full(POINTS, 1.0 / POINTS), exact=False)
+
+
+def count_atoms(axes: list[tuple[Array, Array]]) -> int:
+    """Return the number of atoms of independent variables."""
+    return prod(len(values) for values, _ in axes)
+
+
+def step_nodes(dimension: int, count: int, *, areas: bool = False, law: Law = GAUSSIAN) -> Nodes:
+    """Return nodes for the noise of one step.
+
+    Parameters
+    ----------
+    dimension : int
+        Number l of Brownian motions.
+    count : int
+        Gauss-Hermite nodes a variable at most; a bounded law has its atoms instead.
+    areas : bool
+        Whether H varies beside dW.
+    law : Law
+        Of dW, and of H where it is bounded.
+
+    Returns
+    -------
+    Nodes
+    """
+    if law.bounded:
+        rule = atom_rule(law.atoms(dimension, areas=areas))
+    else:
+        rule = normal_rule(dimension * (2 if areas else 1), count)
+    H = rule.x[dimension:] / np.sqrt(12.0) if areas else None
+    return Nodes(rule.x[:dimension], H, rule.weights, rule.exact)
+
+
+class HalfSteps(NamedTuple):
+    """Noise of a step of length 1 and of its two halves, at common nodes.
+
+    Attributes
+    ----------
+    whole, first, second : Nodes
+        The halves in the units of the whole step.
+    """
+
+    whole: Nodes
+    first: Nodes
+    second: Nodes
+
+
+def half_steps(dimension: int, count: int, *, areas: bool = False) -> HalfSteps:
+    """Return nodes for the Gaussian noise of two half steps and of the step they make up.
+
+    dW = dW_1 + dW_2,   H = (H_1 + H_2)/2 + (dW_1 - dW_2)/4.
+    """
+    rule = normal_rule(dimension * (4 if areas else 2), count)
+    W1, W2, *areas_ = np.split(rule.x / np.sqrt(2.0), 4 if areas else 2)
+    if not areas:
+        return HalfSteps(*(Nodes(W, None, rule.weights, rule.exact) for W in (W1 + W2, W1, W2)))
+    H1, H2 = (part / np.sqrt(12.0) for part in areas_)
+    H = 0.5 * (H1 + H2) + 0.25 * (W1 - W2)
+    pairs = ((W1 + W2, H), (W1, H1), (W2, H2))
+    return HalfSteps(*(Nodes(W, A, rule.weights, rule.exact) for W, A in pairs))

@@ -1,0 +1,136 @@
+"""A scheme as a black-box one-step map between flat states."""
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.scheme import Scheme, State, flatten
+from ...errors import SchemeError
+from ...forms import SDE, Problem
+from ...noise.brownian import Increment
+from .nodes import SEED
+from .states import WHEN, cloud
+
+# A fast component is resolved by steps that are so many times shorter than its time.
+RESOLVED = 64.0
+# Steps of a run, of this part of the unit of time, and how much memory may move one of them: a solver's tolerance.
+RUN, RUN_H, MOVED = 128, 2.0**-8, 1e-6
+# On so much shorter steps, what is an error of a single step falls faster than with this power.
+FINER, VANISHING = 16.0, 1.2
+
+
+def unresolved(view: Problem, shortest: float) -> str:
+    """Return why steps say nothing of the order of a stiff problem as h tends to 0, or an empty string.
+
+    A scheme that is uniformly accurate does not follow the equation step by step where steps are longer than its
+    stiffness parameter, and its errors go from one law to another across it, however accurate the scheme is.
+    """
+    if view.fastest >= RESOLVED * shortest:
+        return ""
+    return f"the shortest step probed, h = {shortest:.2g}, does not resolve the fastest time {view.fastest:.2g}"
+
+
+@dataclass(frozen=True)
+class OneStep:
+    """The map x -> Phi(x, t, h, noise) between states of shape (d, P): the rows of the components of `ito`.
+
+    Attributes
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form.
+    """
+
+    scheme: Scheme
+    view: Problem
+
+    @cached_property
+    def ito(self) -> SDE:
+        """The Ito equation of the comparable components."""
+        equation = self.view.ito()
+        if not isinstance(equation, SDE):
+            raise SchemeError(f"a {type(self.view).__name__} offers no Ito equation to compare one step with")
+        return equation
+
+    @property
+    def names(self) -> dict[str, slice]:
+        """Rows of each component."""
+        return dict(self.ito.names or {"x": slice(None)})
+
+    def refusal(self) -> str:
+        """Return why the map cannot be probed at any state, or an empty string."""
+        if self.scheme.jumps:
+            return "a step jumps as a function of its noise: nodes tell no expectations"
+        return self.incomparable() or self.unentered()
+
+    def incomparable(self) -> str:
+        """Return why states cannot be compared with those of an Ito equation, or an empty string."""
+        if self.view.ito() is None:
+            return f"a {type(self.view).__name__} offers no Ito equation to compare one step with"
+        rows = [row for part in self.names.values() for row in range(self.ito.dimension)[part]]
+        if sorted(rows) != list(range(self.ito.dimension)):
+            return "the named components leave out rows of the state, or have some twice"
+        return ""
+
+    def unentered(self) -> str:
+        """Return that the scheme has memory that `enter` does not set, or an empty string."""
+        h = self.view.horizon / 64.0
+        start, entered = self.scheme.start(self.view, 2, h), self.enter(self.ito.initial(2), 0.0, h)
+        if type(start) is not type(entered) or flatten(start).shape != flatten(entered).shape:
+            return "the scheme has memory that enter(problem, state, t, h) does not set"
+        if len(flatten(entered)) > self.ito.dimension and _depends_on_run(self):
+            return "steps of a run differ from those that begin with enter(problem, state, t, h)"
+        return ""
+
+    def enter(self, x: Array, t: float, h: float) -> State:
+        """Return the scheme's state at x, for steps of size h from time t."""
+        return self.scheme.enter(self.view, self.view.state(x, t), t, h)
+
+    def advance(self, state: State, t: float, h: float, noise: Increment) -> State:
+        """Return the scheme's state after a step, all its memory included."""
+        return self.scheme.prepare(self.view, h)(state, t, noise).state
+
+    def read(self, state: State) -> Array:
+        """Return the comparable components of a state, shape (d, P)."""
+        parts = self.scheme.parts(self.view, state)
+        x = np.empty((self.ito.dimension, flatten(state).shape[-1]))
+        for name, rows in self.names.items():
+            x[rows] = parts[name]
+        return x
+
+    def __call__(self, x: Array, t: float, h: float, noise: Increment) -> Array:
+        """Return Phi(x, t, h, noise), shape (d, P)."""
+        return self.read(self.advance(self.enter(x, t, h), t, h, noise))
+
+    def euler(self, x: Array, t: float, h: float, noise: Increment) -> Array:
+        """Return x + f h + B dW, shape (d, P): Euler-Maruyama of the Ito equation."""
+        return np.asarray(x + h * self.ito.drift(t, x) + self.ito.diffused(t, x, noise.dW))
+
+
+@lru_cache(maxsize=8)
+def _depends_on_run(step: OneStep) -> bool:
+    """Tell whether memory that was left by the steps before takes a step elsewhere than memory set by `enter`.
+
+    What they differ by may vanish with h like an error of a single step: it then costs the scheme no order.
+    """
+    h = RUN_H * step.view.time_unit
+    with np.errstate(all="ignore"):
+        off, finer = _off(step, h), _off(step, h / FINER)
+    return off > MOVED and not finer * FINER**VANISHING < off
+
+
+def _off(step: OneStep, h: float) -> float:
+    """Return how far the steps of a run are at most from those that `enter` begins at the same states."""
+    x, t = cloud(step.view, step.ito)[:, ::4], WHEN * step.view.horizon
+    rng = np.random.Generator(np.random.Philox(key=SEED + 9))
+    state, make, off = step.enter(x, t, h), step.scheme.prepare(step.view, h), 0.0
+    for n in range(RUN):
+        dW, areas = np.sqrt(h) * rng.standard_normal((2, step.view.noise_dim, x.shape[1]))
+        drawn = Increment(dW, areas / np.sqrt(12.0) if "H" in step.view.noise else None)
+        noise = step.scheme.law.increment(drawn, h)
+        entered = step(step.read(state), t + n * h, h, noise)
+        state = make(state, t + n * h, noise).state
+        off = max(off, float(np.nanmax(np.abs(step.read(state) - entered) / (1.0 + np.abs(entered)), initial=0.0)))
+    return off

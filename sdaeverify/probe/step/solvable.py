@@ -1,0 +1,96 @@
+"""Whether one step has a root, on a wide range of step sizes and at states far out."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...arrays import Array, Parts
+from ...contracts.scheme import Scheme, flatten
+from ...forms import Problem
+from ...noise.brownian import Increment
+from ...numerics import all_finite, norm
+from .far_states import extreme_states
+from .nodes import SEED
+from .one_step import OneStep
+from .states import WHEN
+
+# Two a decade.
+SCANNED = 10.0 ** np.arange(-6.0, 3.25, 0.5)
+# Increments beside 0, in standard deviations.
+REACH = 3.0
+
+
+class RootScan(NamedTuple):
+    """What became of one step of H sizes from S states.
+
+    Attributes
+    ----------
+    h : ndarray, shape (H,)
+        Ascending.
+    x : ndarray, shape (d, S)
+    failed, lost : ndarray, shape (S, H)
+        1 where the step found no root, or is not finite, for some increment; 0 elsewhere.
+    """
+
+    h: Array
+    x: Array
+    failed: Array
+    lost: Array
+
+
+def root_scan(scheme: Scheme, view: Problem) -> RootScan:
+    """Make one step of each size from each state, without noise and with an increment of three standard deviations.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form; the map can be probed, see `OneStep.refusal`.
+
+    Returns
+    -------
+    RootScan
+    """
+    step = OneStep(scheme, view)
+    x = extreme_states(view, step.ito)
+    noise = _directions(scheme, view, x.shape[1])
+    with np.errstate(all="ignore"):
+        levels = [_level(step, x, noise, float(h)) for h in SCANNED]
+    failed, lost = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
+    return RootScan(SCANNED, x, failed, lost)
+
+
+def where(view: Any, scan: RootScan) -> str:
+    """Return in words where no root was found, or what is not finite; empty if all steps could be made."""
+    for what, bad in (("no root", scan.failed), ("not finite", scan.lost)):
+        if bad.any():
+            size = int(np.argmax(bad.any(axis=0)))
+            state = int(np.argmax(bad[:, size]))
+            sizes = f"{what} at {np.count_nonzero(bad.any(axis=0))} of {len(scan.h)} step sizes"
+            parts = view.parts(view.state(scan.x[:, state : state + 1]))
+            return f"{sizes}, the smallest h = {scan.h[size]:.3g} where {_sizes(parts)}"
+    return ""
+
+
+def _sizes(parts: Parts) -> str:
+    return ", ".join(f"|{name}| = {norm(part)[0]:.3g}" for name, part in parts.items())
+
+
+def _directions(scheme: Scheme, view: Problem, states: int) -> Array:
+    """Return increments over sqrt(h), shape (l, 2 S): none, and one in a random direction, for each state."""
+    rng = np.random.Generator(np.random.Philox(key=SEED + 5))
+    reach = max(scheme.law.values) if scheme.law.bounded else REACH
+    far = reach * rng.choice([-1.0, 1.0], size=(view.noise_dim, states))
+    return np.stack([np.zeros_like(far), far], axis=-1).reshape(view.noise_dim, -1)
+
+
+def _level(step: OneStep, x: Array, noise: Array, h: float) -> tuple[Array, Array]:
+    t, wide = WHEN * step.view.horizon, np.repeat(x, 2, axis=1)
+    increment = Increment(np.sqrt(h) * noise, np.zeros_like(noise) if "H" in step.scheme.noise else None)
+    result = step.scheme.prepare(step.view, h)(step.enter(wide, t, h), t, increment)
+    failed = np.zeros(wide.shape[1], dtype=bool) if result.failed is None else result.failed
+    return _any(failed), _any(~all_finite(flatten(result.state)))
+
+
+def _any(bad: Array) -> Array:
+    return bad.reshape(-1, 2).any(axis=1).astype(float)

@@ -1,0 +1,103 @@
+"""The cloud of states, and the time, at which a one-step map is probed."""
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array, Mask
+from ...forms import SDE, Problem
+from ...numerics import all_finite, norm, solve
+from .nodes import SEED
+
+# Points of the cloud beside the initial state, in each of its two parts.
+PILOT, SCATTERED = 6, 6
+PILOT_H = 2.0**-6
+# Of the states, to differentiate a stiff drift.
+DIFFERENCE = 1e-7
+FEWEST_STEPS, MOST_STEPS = 64, 256
+# A point this close to the manifold, in parts of the terms that cancel there, is on it.
+CLOSE = 1e-10
+SIZE = 1 + PILOT + SCATTERED
+# Time of the step as a part of the horizon: at 0, derivatives of the coefficients in time may vanish.
+WHEN = 0.2
+
+
+@lru_cache(maxsize=8)
+def cloud(view: Problem, ito: SDE) -> Array:
+    """Return the initial state, points of a pilot trajectory, and points scattered around them.
+
+    The pilot is Euler-Maruyama with h = 2^-6 or, on a shorter horizon, 64 steps; it ends after 256 steps. It is kept
+    at six times on six paths. The scattered points are the pilot's, moved at random by as much as it has moved; on a
+    constrained problem all are brought onto the manifold, with velocities projected onto the tangent space. The
+    initial state takes the place of a point where that fails, or where drift or diffusion are not finite.
+
+    Where the drift of a step is larger than the state, the equation is stiff, and explicit steps would carry the
+    pilot to states that no solution has: the pilot is then linearly implicit, x+ = x + (1 - h Df)^{-1} (h f + B dW).
+
+    Parameters
+    ----------
+    view : Problem
+        With its constraints, if it has some.
+    ito : SDE
+        The Ito equation of its comparable components.
+
+    Returns
+    -------
+    ndarray, shape (d, 13)
+    """
+    rng = np.random.Generator(np.random.Philox(key=SEED + 1))
+    start = ito.initial(1)
+    with np.errstate(all="ignore"):
+        pilot = _pilot(ito, rng)
+        spread = np.abs(pilot - start).max(axis=1, keepdims=True)
+        scattered = pilot + np.where(spread > 0.0, spread, 1.0) * rng.uniform(-1.0, 1.0, (len(start), SCATTERED))
+        points = np.concatenate([pilot, scattered], axis=1)
+        if view.has_constraints:
+            points = view.admissible(points)
+        found = np.concatenate([start, np.where(allowed(view, ito, points), points, start)], axis=1)
+    # All schemes on a problem are given the same array.
+    found.flags.writeable = False
+    return found
+
+
+def allowed(view: Any, ito: SDE, points: Array) -> Mask:
+    """Tell which points of shape (d, S) are on the manifold, with finite drift and diffusion."""
+    f, B = ito.drift(0.0, points), ito.diffusion(0.0, points)
+    good = all_finite(points) & all_finite(f) & all_finite(B.reshape(-1, B.shape[-1]))
+    if view.has_constraints:
+        for value, scale in view.residuals(view.parts(view.state(points))).values():
+            good &= (np.abs(value) <= CLOSE * scale).all(axis=0)
+    return good
+
+
+def _pilot(ito: SDE, rng: np.random.Generator) -> Array:
+    steps = int(np.clip(np.ceil(ito.horizon / PILOT_H), FEWEST_STEPS, MOST_STEPS))
+    h, normals = min(ito.horizon / steps, PILOT_H), rng.standard_normal((steps, ito.noise_dim, PILOT))
+    points, stiff = _carried(ito, h, normals, implicit=False)
+    if stiff:
+        points, _ = _carried(ito, h, normals, implicit=True)
+    return np.where(all_finite(points), points, ito.initial(PILOT))
+
+
+def _carried(ito: SDE, h: float, normals: Array, *, implicit: bool) -> tuple[Array, bool]:
+    """Return where the pilot is at six times, one path each, and whether a drift was larger than the state."""
+    x, steps, stiff = ito.initial(PILOT), len(normals), False
+    kept = np.linspace(steps / PILOT, steps, PILOT).astype(int)
+    points = np.empty_like(x)
+    for step, xi in enumerate(normals):
+        t = step * h
+        drift, kick = np.broadcast_to(h * ito.drift(t, x), x.shape), ito.diffused(t, x, np.sqrt(h) * xi)
+        stiff = stiff or bool(((norm(x) > 0.0) & (norm(drift) > norm(x))).any())
+        x = x + solve(_implicit_matrix(ito, t, x, h), drift + kick) if implicit else x + drift + kick
+        done = kept == step + 1
+        points[:, done] = x[:, done]
+    return points, stiff
+
+
+def _implicit_matrix(ito: SDE, t: float, x: Array, h: float) -> Array:
+    """Return 1 - h Df, shape (d, d, P), by differences: states of the cloud need not be accurate."""
+    d, size = len(x), DIFFERENCE * (1.0 + norm(x))
+    moved = x[:, None] + size * np.eye(d)[..., None]
+    there = np.broadcast_to(ito.drift(t, moved.reshape(d, -1)), (d, d * x.shape[1])).reshape(moved.shape)
+    return np.eye(d)[..., None] - h * (there - ito.drift(t, x)[:, None]) / size

@@ -1,0 +1,110 @@
+"""The noise of one step as independent standard normals, all of them in one array."""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...noise.laws import Law
+from .nodes import SEED, Nodes, count_atoms, gauss_hermite, step_nodes, tensor_rule
+from .one_step import OneStep
+
+# Whether a function is affine in the noise is seen at these multiples of random signs, in standard deviations.
+REACH = (0.5, 2.0, 5.0, 9.5, 30.0, 60.0)
+DIRECTIONS = 4
+# Nodes of a rule at most: the step is evaluated at as many noises for k + 1 states.
+LARGEST = 7_000
+# Where the density leaves 1e-21 of its mass outside.
+CUT = 9.5
+
+
+class StepNoise(NamedTuple):
+    """What a scheme's step is driven by.
+
+    Attributes
+    ----------
+    motions : int
+        Number l of Brownian motions.
+    areas : bool
+        Whether the scheme uses H beside dW.
+    law : Law
+    """
+
+    motions: int
+    areas: bool
+    law: Law
+
+    @classmethod
+    def of(cls, one_step: OneStep) -> "StepNoise":
+        """Return the noise of a scheme's step on a problem."""
+        return cls(one_step.view.noise_dim, "H" in one_step.scheme.noise, one_step.scheme.law)
+
+    @property
+    def normals(self) -> int:
+        """Number n of variables."""
+        return self.motions * (2 if self.areas else 1)
+
+    @property
+    def tractable(self) -> bool:
+        """Whether all atoms of a bounded law can be enumerated."""
+        return not self.law.bounded or count_atoms(self.law.atoms(self.motions, areas=self.areas)) <= LARGEST
+
+    def nodes(self, x: Array, weights: Array) -> Nodes:
+        """Return the noise of a step of length 1 where the normals are x, shape (n, K)."""
+        H = x[self.motions :] / np.sqrt(12.0) if self.areas else None
+        return Nodes(x[: self.motions], H, weights)
+
+    def rule(self, count: int) -> Nodes | None:
+        """Return the atoms, or the product of Gauss-Hermite rules with so many nodes; None if that is too large."""
+        if not self.law.bounded and count**self.normals > LARGEST:
+            return None
+        return _nodes(self, count)
+
+    def split_rule(self, count: int) -> Nodes | None:
+        """Return the product of Gauss-Legendre rules with so many nodes on either side of 0; None if too large."""
+        if self.law.bounded or (2 * count) ** self.normals > LARGEST:
+            return None
+        return _split_nodes(self, count)
+
+    def simplex(self) -> Array:
+        """Return the vertices v_0, ..., v_n of a regular simplex with sum v_i = 0 and sum v_i v_i^T = (n + 1) Id.
+
+        With equal weights they are a rule of degree 2, the smallest there is.
+        """
+        n = self.normals
+        # Helmert's orthogonal matrix without its constant row.
+        rows = np.tril(np.ones((n, n + 1))) - np.eye(n, n + 1, 1) * np.arange(1, n + 1)[:, None]
+        return np.asarray(rows / np.linalg.norm(rows, axis=1, keepdims=True) * np.sqrt(n + 1.0))
+
+    def trials(self) -> Array:
+        """Return points that reach out to 60 standard deviations in every variable, shape (n, 12)."""
+        rng = np.random.Generator(np.random.Philox(key=SEED + 3))
+        signs = rng.choice([-1.0, 1.0], size=(self.normals, len(REACH)))
+        return np.concatenate([signs * REACH, -signs * REACH], axis=1)
+
+    def directions(self) -> Array:
+        """Return the axes and some random directions, unit vectors, shape (n, D)."""
+        if self.normals == 1:
+            return np.ones((1, 1))
+        rng = np.random.Generator(np.random.Philox(key=SEED + 4))
+        further = rng.standard_normal((self.normals, DIRECTIONS))
+        return np.concatenate([np.eye(self.normals), further / np.linalg.norm(further, axis=0)], axis=1)
+
+
+@lru_cache(maxsize=64)
+def _nodes(noise: StepNoise, count: int) -> Nodes:
+    if noise.law.bounded:
+        return step_nodes(noise.motions, count, areas=noise.areas, law=noise.law)
+    rule = tensor_rule([gauss_hermite(count)] * noise.normals)
+    return noise.nodes(rule.x, rule.weights)
+
+
+@lru_cache(maxsize=64)
+def _split_nodes(noise: StepNoise, count: int) -> Nodes:
+    q, w = np.polynomial.legendre.leggauss(count)
+    half = 0.5 * CUT * (1.0 + q)
+    z = np.concatenate([-half, half])
+    weights = np.tile(0.5 * CUT * w, 2) * np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi)
+    rule = tensor_rule([(z, weights)] * noise.normals)
+    return noise.nodes(rule.x, rule.weights)

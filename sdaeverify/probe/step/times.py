@@ -1,0 +1,152 @@
+"""The times at which a one-step map is probed: one, and others at which it goes elsewhere.
+
+Where neither equation nor scheme depend on time, one time is as good as any. A step that is wrong from some time on,
+or right at one time only, is not seen there; that it does not go to the same place at another time is. Nor is a step
+seen that is wrong at some of its indices n = t/h, wherever these lie: among so many steps in a row, that it is unlike
+its neighbours is seen.
+
+First and last steps of a run may differ from all others: a single error of a step's size is no loss of order.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...forms import Problem, components
+from ...noise.brownian import Increment
+from .nodes import SEED
+from .one_step import OneStep
+from .states import WHEN, cloud
+
+# As parts of the horizon; the last one is late enough for what sets in near the end.
+ELSEWHEN = np.arange(1.0, 16.0, 2.0) / 16.0
+# Of the unit of time.
+H = 2.0**-6
+# A step that depends on time moves by more than this part of the states.
+SAME = 1e-9
+# Steps in a row that are compared with their neighbours, from one in so many states.
+ROW, EVERY = 128, 4
+# Steps of a larger system than this take long: a row is as short as this, and a rarer fault than that is not seen.
+LARGE, SHORT_ROW = 32, 16
+# Second differences in time that are so many times those of the equation are none of its own.
+UNLIKE = 8.0
+DIFFERENT = "its steps are not the same at all times"
+ALIKE = 0.9
+
+
+class Moment(NamedTuple):
+    """When steps of every size are probed.
+
+    Attributes
+    ----------
+    t : float
+        The time; of a row of steps, where it begins.
+    place : int or None
+        In a row: 0 for the step, of any size, that is least like its neighbours, 1 for the one after it.
+    """
+
+    t: float
+    place: int | None = None
+
+    def of_size(self, step: OneStep, h: float) -> float:
+        """Return the time of the step of size h."""
+        if self.place is None:
+            return self.t
+        found = _row(step, h, self.t)
+        return found.odd + self.place * h if len(found.t) else self.t
+
+
+class _Row(NamedTuple):
+    # Times of steps with two neighbours, how far each is from their mean, and from that of the equation.
+    t: Array
+    bend: Array
+    off: Array
+
+    @property
+    def odd(self) -> float:
+        # Of steps that are alike, one in two, say, the same kind is taken at all sizes.
+        return float(self.t[np.where(self.bend >= ALIKE * self.bend.max(), self.off, -1.0).argmax()])
+
+
+def times(step: OneStep, x: Array) -> tuple[Moment, ...]:
+    """Return when a step is probed.
+
+    Parameters
+    ----------
+    step : OneStep
+    x : ndarray, shape (d, S)
+        States of the cloud.
+
+    Returns
+    -------
+    tuple of Moment
+        0.2 of the horizon; the first and the last of eight times at which the same noise leads elsewhere; the step
+        least like its neighbours and the next one, if one in a row is unlike them.
+    """
+    horizon = step.view.horizon
+    h = H * step.view.time_unit
+    noise = _noise(step, h, x.shape[1])
+    with np.errstate(all="ignore"):
+        there = [step(x, when * horizon, h, noise) for when in (WHEN, *ELSEWHEN)]
+    size = SAME * np.abs(there[0]).max(where=np.isfinite(there[0]), initial=0.0)
+    moved = [not np.allclose(new, there[0], rtol=SAME, atol=size, equal_nan=True) for new in there[1:]]
+    found = ELSEWHEN[moved]
+    fixed = (Moment(horizon * when) for when in dict.fromkeys((WHEN, *found[:1], *found[-1:])))
+    odd = odd_step(step)
+    return (*fixed, *(() if odd is None else (Moment(odd, 0), Moment(odd, 1))))
+
+
+def in_a_row(view: Problem) -> int:
+    """Return how many steps in a row are made to find those that are unlike the others."""
+    return ROW if components(view) <= LARGE else SHORT_ROW
+
+
+def changing(step: OneStep) -> str:
+    """Return that one step is not that of all times, on an equation whose coefficients are, or an empty string."""
+    return DIFFERENT if len(times(step, cloud(step.view, step.ito))) > 1 else ""
+
+
+@lru_cache(maxsize=8)
+def odd_step(step: OneStep) -> float | None:
+    """Return when a step in a row is unlike its neighbours, and not because the equation is; None if no step is."""
+    h = (1.0 - WHEN) / in_a_row(step.view)
+    found = _row(step, h * step.view.time_unit, WHEN * step.view.horizon)
+    return found.odd if (found.bend > 0.0).any() else None
+
+
+def _row(step: OneStep, h: float, begin: float) -> _Row:
+    """Return how far the steps of a row go from the mean of where their neighbours go, with the same noise.
+
+    What rounding and the equation explain is nothing.
+    """
+    x = cloud(step.view, step.ito)[:, ::EVERY]
+    # The row ends before the last step.
+    first, last = int(begin / h), round(step.view.horizon / h) - 1
+    t = h * np.arange(first, min(first + in_a_row(step.view), last))
+    noise, make = _noise(step, h, x.shape[1]), step.scheme.prepare(step.view, h)
+    with np.errstate(all="ignore"):
+        there = np.array([step.read(make(step.enter(x, at, h), at, noise).state) for at in t.tolist()])
+        bend, allowed = _bend(there), SAME * np.abs(there).max(where=np.isfinite(there), initial=0.0)
+        if not (bend > allowed).any():
+            return _Row(t[1:-1], np.zeros_like(bend), bend)
+        equation = np.array([step.euler(x, at, h, noise) for at in t.tolist()])
+        allowed += UNLIKE * _bend(equation).max(initial=0.0)
+        off = np.nan_to_num(np.abs(there - equation).reshape(len(t), -1)).max(axis=1)
+        return _Row(t[1:-1], np.where(bend > allowed, bend, 0.0), off[1:-1])
+
+
+def _bend(values: Array) -> Array:
+    """Return the largest second differences along the first axis; those that are not finite are none."""
+    if len(values) < 3:
+        return np.zeros(0)
+    second = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2]).reshape(len(values) - 2, -1)
+    return np.asarray(second.max(axis=1, where=np.isfinite(second), initial=0.0))
+
+
+def _noise(step: OneStep, h: float, paths: int) -> Increment:
+    rng = np.random.Generator(np.random.Philox(key=SEED + 3))
+    dW, areas = np.sqrt(h) * rng.standard_normal((2, step.view.noise_dim, paths))
+    drawn = Increment(dW, areas / np.sqrt(12.0) if "H" in step.view.noise else None)
+    return step.scheme.law.increment(drawn, h)

@@ -1,0 +1,1 @@
+"""Families of stiff problems: errors over the stiffness parameter eps."""

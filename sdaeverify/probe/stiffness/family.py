@@ -1,0 +1,56 @@
+"""The members of a family: one problem with many stiffness parameters eps, its truths included."""
+
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.scheme import Scheme
+from ...forms import ConstrainedLangevin, Problem
+from ...noise.brownian import Increment
+
+# Decades of eps, in the problem's unit of time: far below and far above all step sizes.
+LOWEST, HIGHEST = -8, 1
+TYPICAL = 1.0
+# Steps that are looked at one by one: so many parts of the horizon, so short that a step has a root.
+PARTS, FEW_STEPS, FEW_PATHS = 512, 8, 256
+
+
+def no_family(scheme: Scheme, problem: Problem, measure: str) -> str:
+    """Return why a scheme has nothing to show for all eps on a problem, or an empty string; nothing is evaluated."""
+    view = scheme.view_of(problem)
+    if not isinstance(view, ConstrainedLangevin):
+        return "neither the scheme nor the problem has a stiffness parameter" if view is None else _other(view)
+    if view.family is None:
+        return "the problem comes with one stiffness parameter only"
+    if not any(claim.measure == measure and claim.when <= view.traits for claim in scheme.promises):
+        return f"{scheme.name} claims nothing about {measure} here"
+    return ""
+
+
+def stiffnesses(per_decade: int) -> Array:
+    """Return eps from 1e-8 to 10, ascending, shape (9 per_decade + 1,)."""
+    return np.asarray(10.0 ** np.linspace(LOWEST, HIGHEST, (HIGHEST - LOWEST) * per_decade + 1))
+
+
+def member(view: Any, eps: float = TYPICAL) -> ConstrainedLangevin:
+    """Return the problem with another eps; `no_family` has nothing against it."""
+    found: ConstrainedLangevin = view.family(float(eps))
+    return found
+
+
+def short_step(view: Problem) -> float:
+    """Return the size of the few steps, in the problem's unit of time."""
+    return view.horizon / PARTS
+
+
+def few_steps(scheme: Scheme, view: Problem, h: float, seed: int) -> list[Increment]:
+    """Return the increments of a few steps on a few paths, as the scheme is given them: the seed decides alone."""
+    rng = np.random.Generator(np.random.Philox(key=seed))
+    xi = rng.standard_normal((FEW_STEPS, 2, view.noise_dim, FEW_PATHS))
+    drawn = (Increment(np.sqrt(h) * each[0], np.sqrt(h / 12.0) * each[1]) for each in xi)
+    return [scheme.law.increment(each, h) for each in drawn]
+
+
+def _other(view: Problem) -> str:
+    return f"a {type(view).__name__} has no stiffness parameter"

@@ -1,0 +1,143 @@
+"""Iterations a step takes, for every stiffness parameter: a few steps at one size, and whole runs at the run's sizes.
+
+Laurent (2022), Theorem 2.12: the implicit step is a fixed point problem whose contraction factor is O(sqrt h)
+uniformly in eps, so that one number of iterations is enough for all eps.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.scheme import Scheme, Step
+from ...noise.brownian import Increment
+from .family import FEW_PATHS, few_steps, member, short_step, stiffnesses
+
+PER_DECADE = 2
+COUNTED = "iterations"
+# Runs are made for these stiffness parameters, at so many step sizes; counts are told apart up to a number.
+RUNS = (1e-8, 1e-6, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0)
+LEVELS, MOST = 5, 128
+# A run ends early where a larger share of its steps has no root.
+HOPELESS = 0.1
+
+
+class Iterations(NamedTuple):
+    """What the steps took, for E stiffness parameters and C counters.
+
+    Attributes
+    ----------
+    h : float
+    eps : ndarray, shape (E,)
+        Ascending.
+    mean, error, most : ndarray, shape (C, E)
+        Mean over steps and paths, its standard error from the means of the paths, and the largest.
+    failed : ndarray, shape (E,)
+        Share of the steps without root; what they took does not count.
+    """
+
+    h: Array
+    eps: Array
+    mean: Array
+    error: Array
+    most: Array
+    failed: Array
+
+
+class RunIterations(NamedTuple):
+    """What the steps of whole runs took, for E stiffness parameters, H step sizes and C counters.
+
+    Attributes
+    ----------
+    h : ndarray, shape (H,)
+        From coarse to fine.
+    eps : ndarray, shape (E,)
+        Ascending.
+    above : ndarray, shape (C, E, H, 128)
+        Share of the steps with root that took more than 0, 1, ..., 127 iterations, averaged over paths.
+    most : ndarray, shape (C, E, H)
+        The largest count.
+    paths : ndarray, shape (E, H)
+        Number of paths that had a step with root.
+    failed : ndarray, shape (E, H)
+        Share of the steps without root.
+    """
+
+    h: Array
+    eps: Array
+    above: Array
+    most: Array
+    paths: Array
+    failed: Array
+
+
+def counters(scheme: Scheme, view: Any) -> list[str]:
+    """Return the names of a step's costs that are iterations, in order."""
+    h, zeros = short_step(view), np.zeros((view.noise_dim, 2))
+    result: Step = scheme.prepare(view, h)(scheme.start(view, 2, h), 0.0, Increment(zeros, zeros))
+    return sorted(name for name in result.costs if COUNTED in name)
+
+
+def iterations(scheme: Scheme, view: Any, seed: int) -> Iterations:
+    """Return what a few steps take from the problem's start, the noise being the same for every eps."""
+    h, eps = short_step(view), stiffnesses(PER_DECADE)
+    noise = few_steps(scheme, view, h, seed)
+    with np.errstate(all="ignore"):
+        found = [_counted(scheme, member(view, each), h, noise) for each in eps]
+    mean, error, most, failed = zip(*found, strict=True)
+    return Iterations(np.asarray(h), eps, np.array(mean).T, np.array(error).T, np.array(most).T, np.array(failed))
+
+
+def _counted(scheme: Scheme, problem: Any, h: float, noise: list[Increment]) -> tuple[Array, Array, Array, float]:
+    names, step = counters(scheme, problem), scheme.prepare(problem, h)
+    state, counts = scheme.start(problem, FEW_PATHS, h), []
+    for n, increment in enumerate(noise):
+        result = step(state, n * h, increment)
+        taken = np.array([np.broadcast_to(result.costs[name], FEW_PATHS) for name in names], dtype=float)
+        counts.append(taken if result.failed is None else np.where(result.failed, np.nan, taken))
+        state = result.state
+    table = np.array(counts)
+    lost = np.isnan(table[:, 0])
+    if lost.all(axis=0).any():
+        table = table[..., ~lost.all(axis=0)]
+    of_paths = np.nanmean(table, axis=0) if table.size else np.full((len(names), 1), np.nan)
+    error = of_paths.std(axis=1) / np.sqrt(of_paths.shape[1])
+    most = np.nanmax(table, axis=(0, 2)) if table.size else np.full(len(names), np.nan)
+    return of_paths.mean(axis=1), error, most, float(lost.mean())
+
+
+def run_iterations(scheme: Scheme, view: Any, steps: Sequence[int], seed: int) -> RunIterations:
+    """Return what the steps of runs to the horizon take, at the first five of these numbers of steps."""
+    eps, sizes = np.array(RUNS), view.horizon / np.array(steps[:LEVELS])
+    with np.errstate(all="ignore"):
+        found = [[_along(scheme, member(view, each), float(h), seed) for h in sizes] for each in eps]
+    above, most, paths, failed = (
+        np.array([[np.asarray(run[index]) for run in runs] for runs in found]) for index in range(4)
+    )
+    return RunIterations(sizes, eps, np.moveaxis(above, 2, 0), np.moveaxis(most, 2, 0), paths, failed)
+
+
+def _along(scheme: Scheme, problem: Any, h: float, seed: int) -> tuple[Array, Array, int, float]:
+    """Return the first axes of `above` and `most`, and `paths` and `failed`, of one run."""
+    names, step, rng = (
+        counters(scheme, problem),
+        scheme.prepare(problem, h),
+        np.random.Generator(np.random.Philox(seed)),
+    )
+    state, above = scheme.start(problem, FEW_PATHS, h), np.zeros((len(names), MOST, FEW_PATHS))
+    most, rooted, made = np.zeros(len(names)), np.zeros(FEW_PATHS), 0
+    for n in range(round(problem.horizon / h)):
+        xi = rng.standard_normal((2, problem.noise_dim, FEW_PATHS))
+        noise = scheme.law.increment(Increment(np.sqrt(h) * xi[0], np.sqrt(h / 12.0) * xi[1]), h)
+        result = step(state, n * h, noise)
+        taken = np.array([np.broadcast_to(result.costs[name], FEW_PATHS) for name in names], dtype=float)
+        good = np.ones(FEW_PATHS, dtype=bool) if result.failed is None else ~result.failed
+        above += good & (taken[:, None] > np.arange(MOST)[:, None])
+        most, rooted, made = np.maximum(most, np.where(good, taken, 0.0).max(axis=1)), rooted + good, made + 1
+        if made * FEW_PATHS - rooted.sum() > HOPELESS * FEW_PATHS * round(problem.horizon / h):
+            break
+        state = result.state
+    had = rooted > 0.0
+    shares = above[..., had] / rooted[had]
+    return shares.sum(axis=2) / max(1, had.sum()), most, int(had.sum()), float(1.0 - rooted.mean() / made)

@@ -1,0 +1,301 @@
+"""What one plugin registers, read through its hooks and checked.
+
+Each plugin gets a plugin manager of its own. So its hooks are called alone, what fails names its culprit, and
+a broken plugin leaves nothing behind.
+"""
+
+import pickle
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from difflib import SequenceMatcher
+from inspect import isroutine
+from typing import Any, NamedTuple
+
+import pluggy
+
+from ..contracts.calibrated import CalibrationCase
+from ..contracts.experiment import Experiment
+from ..contracts.labels import dataclass_parameters, did_you_mean, parse_label, read_values
+from ..contracts.planted import Planted
+from ..contracts.scheme import Scheme
+from ..contracts.specs import (
+    ProblemSpec,
+    check_family,
+    check_name,
+    check_scheme,
+    describe,
+    family_name,
+    problem_spec,
+)
+from ..errors import FAULTS, ParameterError, PluginError, one_line
+from ..forms import Problem
+from . import hookspecs
+from .discovery import Origin
+
+# From this likeness on, a name of a function is taken for a misspelt hook.
+ALIKE = 0.82
+HOOKS = tuple(sorted(name for name in vars(hookspecs) if name.startswith(f"{hookspecs.PROJECT}_")))
+
+
+@dataclass(frozen=True)
+class SchemeEntry:
+    """A registered scheme: its default variants, in the order its author gave them."""
+
+    name: str
+    variants: tuple[Scheme, ...]
+    origin: Origin
+
+    def make(self, texts: Mapping[str, str] | None = None) -> Scheme:
+        """Return the scheme with parameters given as the texts of a label.
+
+        Raises
+        ------
+        ParameterError
+            If a parameter is unknown or the scheme does not accept its value.
+        """
+        make: Callable[..., Scheme] = type(self.variants[0])
+        owner = f"scheme {self.name!r}"
+        values = read_values(owner, dataclass_parameters(type(self.variants[0])), texts or {})
+        try:
+            return make(**values)
+        except FAULTS as error:
+            raise ParameterError(f"{owner}: {one_line(error)}") from error
+
+
+@dataclass(frozen=True)
+class ProblemEntry:
+    """A registered problem function."""
+
+    name: str
+    family: Callable[..., Problem]
+    origin: Origin
+
+    @property
+    def on_request(self) -> bool:
+        """Whether a run of everything leaves it out."""
+        return getattr(self.family, "on_request", False)
+
+    def make(self, texts: Mapping[str, str] | None = None) -> ProblemSpec:
+        """Return the recipe of the problem with parameters given as the texts of a label.
+
+        Raises
+        ------
+        ParameterError
+            If a parameter is unknown or its text is no value of its type.
+        """
+        return problem_spec(self.family, texts)
+
+
+@dataclass(frozen=True)
+class MeasureEntry:
+    """A registered measure."""
+
+    name: str
+    measure: Any
+    origin: Origin
+
+
+@dataclass(frozen=True)
+class PlantedEntry:
+    """A registered planted bug."""
+
+    name: str
+    planted: Planted
+    origin: Origin
+
+
+@dataclass(frozen=True)
+class ExperimentEntry:
+    """A registered experiment."""
+
+    name: str
+    experiment: Experiment
+    origin: Origin
+
+
+Entries = (
+    Mapping[str, SchemeEntry]
+    | Mapping[str, ProblemEntry]
+    | Mapping[str, MeasureEntry]
+    | Mapping[str, PlantedEntry]
+    | Mapping[str, ExperimentEntry]
+)
+
+
+class Contribution(NamedTuple):
+    """What one plugin registers: entries by name, its report hook, and its cases for the calibration."""
+
+    schemes: Mapping[str, SchemeEntry] = {}
+    problems: Mapping[str, ProblemEntry] = {}
+    measures: Mapping[str, MeasureEntry] = {}
+    report: Callable[..., object] | None = None
+    planted: Mapping[str, PlantedEntry] = {}
+    cases: Mapping[str, CalibrationCase] = {}
+    experiments: Mapping[str, ExperimentEntry] = {}
+
+    def by_kind(self) -> dict[str, Entries]:
+        """Return the entries under the words for them."""
+        return {
+            "scheme": self.schemes,
+            "problem": self.problems,
+            "measure": self.measures,
+            "planted bug": self.planted,
+            "experiment": self.experiments,
+        }
+
+
+def collect(plugin: object, origin: Origin) -> Contribution:
+    """Return what a plugin registers.
+
+    Parameters
+    ----------
+    plugin : module or object with hooks
+    origin : Origin
+
+    Raises
+    ------
+    PluginError, UsageError
+        If a hook is misspelt, not marked or returns something unusable; errors of the hooks pass through.
+    """
+    _check_hooks(plugin)
+    manager = _manager()
+    manager.register(plugin, origin.plugin)
+    schemes = _variants(_call(manager, "sdaeverify_schemes"))
+    families = _by_name("problem", _call(manager, "sdaeverify_problems"), _family_name)
+    measures = _by_name("measure", _call(manager, "sdaeverify_measures"), _measure_name)
+    planted = _by_name("planted bug", _call(manager, "sdaeverify_planted"), _planted_name)
+    cases = _by_name("calibration case", _call(manager, "sdaeverify_calibration"), _case_name)
+    experiments = _by_name("experiment", _call(manager, "sdaeverify_experiments"), _experiment_name)
+    report = manager.hook.sdaeverify_report
+    return Contribution(
+        {name: SchemeEntry(name, variants, origin) for name, variants in schemes.items()},
+        {name: ProblemEntry(name, family, origin) for name, family in families.items()},
+        {name: MeasureEntry(name, measure, origin) for name, measure in measures.items()},
+        report if report.get_hookimpls() else None,
+        {name: PlantedEntry(name, bug, origin) for name, bug in planted.items()},
+        cases,
+        {name: ExperimentEntry(name, experiment, origin) for name, experiment in experiments.items()},
+    )
+
+
+def _manager() -> pluggy.PluginManager:
+    manager = pluggy.PluginManager(hookspecs.PROJECT)
+    manager.add_hookspecs(hookspecs)
+    return manager
+
+
+def hooks_of(plugin: object) -> dict[str, str | None]:
+    """Return the functions of a plugin that are hooks, or are named like one, and the hook they implement.
+
+    It is None where the function is not marked. A function whose name merely begins as all hooks do is nobody's hook:
+    a distribution ``sdaeverify-mine`` has a problem function ``sdaeverify_mine_sinh``.
+    """
+    # What is marked shows without the specifications.
+    manager = pluggy.PluginManager(hookspecs.PROJECT)
+    found: dict[str, str | None] = {}
+    for name in dir(plugin):
+        if name.startswith("__"):
+            continue
+        options = manager.parse_hookimpl_opts(plugin, name)
+        if options is not None:
+            found[name] = options.get("specname") or name
+        elif _names_a_hook(name) and isroutine(getattr(plugin, name)):
+            found[name] = None
+    return found
+
+
+def _names_a_hook(name: str) -> bool:
+    """Tell whether a name is that of a hook, or one of it with a letter or two wrong."""
+    prefix, _, rest = name.partition("_")
+    likeness = (SequenceMatcher(None, rest, hook.partition("_")[2]).ratio() for hook in HOOKS)
+    return prefix == hookspecs.PROJECT and max(likeness) >= ALIKE
+
+
+def _check_hooks(plugin: object) -> None:
+    hooks = hooks_of(plugin)
+    if not hooks:
+        raise PluginError(f"implements no hook; expected one of {', '.join(HOOKS)}, marked @hookimpl")
+    for name, hook in hooks.items():
+        if hook is None:
+            raise PluginError(f"function {name} is not marked as a hook; put @hookimpl above it")
+        if hook not in HOOKS:
+            raise PluginError(f"unknown hook {hook}{did_you_mean(hook, HOOKS)} (known: {', '.join(HOOKS)})")
+
+
+def _call(manager: pluggy.PluginManager, hook: str) -> list[Any]:
+    caller = getattr(manager.hook, hook)
+    results = caller()
+    if len(results) < len(caller.get_hookimpls()):
+        raise PluginError(f"{hook} returned None, expected an iterable")
+    for result in results:
+        if not isinstance(result, Iterable):
+            raise PluginError(f"{hook} returned {result!r}, expected an iterable")
+    return [thing for result in results for thing in result]
+
+
+def _variants(schemes: Iterable[Scheme]) -> dict[str, tuple[Scheme, ...]]:
+    variants: dict[str, dict[str, Scheme]] = {}
+    for scheme in schemes:
+        check_scheme(scheme)
+        _check_pickles(f"scheme {scheme.label!r}", scheme)
+        known = variants.setdefault(scheme.name, {})
+        for label, other in known.items():
+            if label == scheme.label or type(other) is not type(scheme):
+                pair = f"{type(other).__qualname__} and {type(scheme).__qualname__}"
+                raise PluginError(f"scheme {scheme.label!r} is registered twice by this plugin: {pair}")
+        known[scheme.label] = scheme
+    return {name: tuple(known.values()) for name, known in variants.items()}
+
+
+def _by_name(kind: str, things: Iterable[Any], name_of: Callable[[Any], str]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for thing in things:
+        name = name_of(thing)
+        if name in found:
+            raise PluginError(f"{kind} {name!r} is registered twice by this plugin")
+        found[name] = thing
+    return found
+
+
+def _family_name(family: Callable[..., Problem]) -> str:
+    check_family(family)
+    _check_pickles(f"problem {family_name(family)!r}", family)
+    return family_name(family)
+
+
+def _measure_name(measure: Any) -> str:
+    if isinstance(measure, type):
+        raise PluginError(f"expected a measure, got the class {measure.__name__}; write {measure.__name__}()")
+    check_name("measure", getattr(measure, "name", None))
+    return str(measure.name)
+
+
+def _planted_name(planted: Any) -> str:
+    if not isinstance(planted, Planted):
+        raise PluginError(f"expected a planted bug, got {describe(planted)}")
+    check_scheme(planted.scheme)
+    _check_pickles(f"planted scheme {planted.scheme.label!r}", planted.scheme)
+    parse_label(planted.problem)
+    return planted.label
+
+
+def _case_name(case: Any) -> str:
+    if not isinstance(case, CalibrationCase):
+        raise PluginError(f"expected a calibration case, got {describe(case)}")
+    return case.label
+
+
+def _experiment_name(experiment: Any) -> str:
+    if not isinstance(experiment, Experiment):
+        raise PluginError(f"expected an experiment, got {describe(experiment)}")
+    check_name("experiment", experiment.name)
+    return experiment.name
+
+
+def _check_pickles(what: str, thing: object) -> None:
+    try:
+        pickle.dumps(thing)
+    except FAULTS as error:
+        raise PluginError(
+            f"{what} cannot be sent to worker processes ({one_line(error)}); define it at the top level of its module"
+        ) from error

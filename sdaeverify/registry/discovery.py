@@ -1,0 +1,183 @@
+"""Where plugins come from: entry points of distributions, files named by the user, the environment."""
+
+import hashlib
+import os
+import pkgutil
+import re
+import sys
+from collections.abc import Iterable, Mapping
+from importlib import metadata
+from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
+
+from ..contracts.labels import did_you_mean
+from ..errors import FAULTS, PluginError, UsageError, one_line
+
+GROUP = "sdaeverify"
+OWN_DISTRIBUTION = "sdaeverify"
+PREFIX = "SDAEVERIFY_"
+# Of the names of modules that are plugin files.
+FILE_PREFIX = "sdaeverify_file_"
+DISABLED = "SDAEVERIFY_DISABLED_PLUGINS"
+STRICT = "SDAEVERIFY_STRICT_PLUGINS"
+SWITCH = {"": False, "0": False, "false": False, "no": False, "1": True, "true": True, "yes": True}
+
+
+class Origin(NamedTuple):
+    """Who brings a plugin.
+
+    Attributes
+    ----------
+    plugin : str
+    distribution, version : str
+        Empty for a file.
+    module : str
+        Module, ``module:object`` or path of the file.
+    """
+
+    plugin: str
+    distribution: str
+    version: str
+    module: str
+
+    def __str__(self) -> str:
+        where = f"{self.distribution} {self.version}" if self.distribution else self.module
+        return f"plugin {self.plugin} ({where})"
+
+
+class PluginEnvironment(NamedTuple):
+    """What the environment says about plugins.
+
+    Attributes
+    ----------
+    disabled : frozenset of str
+        Names of plugins, entry points or distributions.
+    strict : bool
+    warnings : tuple of str
+    """
+
+    disabled: frozenset[str] = frozenset()
+    strict: bool = False
+    warnings: tuple[str, ...] = ()
+
+
+def read_settings(environ: Mapping[str, str]) -> PluginEnvironment:
+    """Read the variables ``SDAEVERIFY_*``.
+
+    Raises
+    ------
+    UsageError
+        If ``SDAEVERIFY_STRICT_PLUGINS`` is no switch.
+    """
+    disabled = frozenset(name.strip() for name in environ.get(DISABLED, "").split(",") if name.strip())
+    switch = environ.get(STRICT, "").strip()
+    if switch.lower() not in SWITCH:
+        raise UsageError(f"{STRICT} expects 1, true, yes, 0, false or no, got {switch!r}")
+    unknown = sorted(name for name in environ if name.startswith(PREFIX) and name not in {DISABLED, STRICT})
+    warnings = (f"unknown environment variable {name}{did_you_mean(name, (DISABLED, STRICT))}" for name in unknown)
+    return PluginEnvironment(disabled, SWITCH[switch.lower()], tuple(warnings))
+
+
+def entry_points() -> list[metadata.EntryPoint]:
+    """Return the entry points of the group, those of this distribution first, then by name.
+
+    The order decides who keeps a name that two plugins register.
+    """
+
+    def rank(entry: metadata.EntryPoint) -> tuple[bool, str, str]:
+        distribution = normalized(origin_of(entry).distribution)
+        return distribution != OWN_DISTRIBUTION, entry.name, distribution
+
+    return sorted(metadata.entry_points(group=GROUP), key=rank)
+
+
+def origin_of(entry: metadata.EntryPoint) -> Origin:
+    """Return who declares an entry point."""
+    if entry.dist is None:
+        return Origin(entry.name, "unknown", "unknown", entry.value)
+    return Origin(entry.name, entry.dist.name or "unknown", entry.dist.version or "unknown", entry.value)
+
+
+def normalized(distribution: str) -> str:
+    """Return the name of a distribution as package indexes compare it."""
+    return re.sub(r"[-_.]+", "-", distribution).lower()
+
+
+def is_disabled(origin: Origin, disabled: Iterable[str]) -> bool:
+    """Tell whether a plugin is among the disabled ones, by its own name or its distribution's."""
+    names = set(disabled)
+    return origin.plugin in names or normalized(origin.distribution) in set(map(normalized, names))
+
+
+def submodules(package: object, origin: Origin) -> list[Origin]:
+    """Return the modules of a package, each as a plugin of its own; none if it is no package.
+
+    Names with a leading underscore are left out.
+    """
+    if not (isinstance(package, ModuleType) and hasattr(package, "__path__")):
+        return []
+    names = sorted(found.name for found in pkgutil.iter_modules(package.__path__))
+    public = [name for name in names if not name.startswith("_")]
+    return [origin._replace(plugin=f"{origin.plugin}.{name}", module=f"{package.__name__}.{name}") for name in public]
+
+
+def absolute(path: str | Path) -> Path:
+    """Return the absolute path of a plugin file, which need not be there.
+
+    Raises
+    ------
+    PluginError
+        If there can be no such file: its name is too long, holds NUL, or is a loop of links.
+    """
+    try:
+        return Path(path).expanduser().resolve()
+    except (OSError, ValueError, RuntimeError, TypeError) as error:
+        raise PluginError(f"plugin file {path}: no such file: {getattr(error, 'strerror', None) or error}") from error
+
+
+def load_file(path: str | Path) -> ModuleType:
+    """Import a file as a module of its own.
+
+    The module's name is made of the path and the content: another process that loads the same file can
+    unpickle what the file defines, and one that finds it changed cannot mistake it for the old one.
+
+    Raises
+    ------
+    PluginError
+        If there is no such Python file, or it fails as it is imported.
+    """
+    file = absolute(path)
+    if os.path.isdir(file):
+        raise PluginError(f"plugin file {path}: is a folder, expected a Python file; install it as a package instead")
+    if file.suffix != ".py" or not os.path.isfile(file):
+        raise PluginError(f"plugin file {path}: expected an existing file that ends in .py")
+    try:
+        return _execute(file, file.read_bytes())
+    except FAULTS as error:
+        raise PluginError(f"plugin file {path}: {one_line(error)}") from error
+
+
+def unmatched(disabled: Iterable[str], known: Iterable[str]) -> tuple[str, ...]:
+    """Return a warning for each disabled name that names nothing."""
+    names = set(known)
+    missing = sorted(name for name in disabled if not {name, normalized(name)} & names)
+    return tuple(f"{DISABLED} names {name!r}, which is no plugin{did_you_mean(name, names)}" for name in missing)
+
+
+def _execute(file: Path, source: bytes) -> ModuleType:
+    digest = hashlib.blake2b(str(file).encode() + b"\0" + source, digest_size=8).hexdigest()
+    name = f"{FILE_PREFIX}{re.sub(r'[^0-9a-zA-Z]', '_', file.stem)}_{digest}"
+    if name in sys.modules:
+        return sys.modules[name]
+    # Compiled here and not by the import system, whose bytecode cache overlooks two edits within a second.
+    code = compile(source, str(file), "exec", dont_inherit=True)
+    module = ModuleType(name)
+    module.__file__ = str(file)
+    sys.modules[name] = module
+    try:
+        exec(code, module.__dict__)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module

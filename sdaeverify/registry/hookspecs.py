@@ -1,0 +1,141 @@
+"""The hooks: everything a plugin can do.
+
+A plugin is a module, named by an entry point of its distribution or given as a file, with functions of these
+names marked `hookimpl`::
+
+    # pyproject.toml of a distribution
+    [project.entry-points.sdaeverify]
+    my-schemes = "my_schemes"           # a module, or a package whose modules are one plugin each
+
+    # my_schemes.py, or: sdaeverify matrix --plugin my_schemes.py
+    from sdaeverify import hookimpl
+
+    @hookimpl
+    def sdaeverify_schemes():
+        return [MyScheme()]
+
+No hook is called inside the time loop. A plugin that fails in any way, or registers a name that is taken, is
+left out as a whole and shown with the reason.
+"""
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import pluggy
+
+from ..contracts.calibrated import CalibrationCase
+from ..contracts.experiment import Experiment
+from ..contracts.planted import Planted
+from ..contracts.scheme import Scheme
+from ..forms import Problem
+
+PROJECT = "sdaeverify"
+
+hookspec = pluggy.HookspecMarker(PROJECT)
+hookimpl = pluggy.HookimplMarker(PROJECT)
+
+
+@hookspec
+def sdaeverify_schemes() -> Iterable[Scheme]:  # type: ignore[empty-body]
+    """Return schemes.
+
+    When: once, as the registry is loaded.
+    Given: nothing.
+
+    Returns
+    -------
+    iterable of Scheme
+        Instances of frozen dataclasses. Several instances of one class are the default variants of its name.
+        A parameter has a default that is a bool, an int, a float or a str; wrong values are refused in
+        ``__post_init__`` by raising `ParameterError`.
+    """
+
+
+@hookspec
+def sdaeverify_problems() -> Iterable[Callable[..., Problem]]:  # type: ignore[empty-body]
+    """Return problem functions, without calling them.
+
+    When: once, as the registry is loaded; a function is called when its problem is run, in any process.
+    Given: nothing.
+
+    Returns
+    -------
+    iterable of callable, keyword parameters -> Problem
+        Functions at the top level of a module. Every parameter has a default that is a bool, an int, a float
+        or a str. ``pendulum_tangential`` is registered as ``pendulum-tangential``.
+    """
+
+
+@hookspec
+def sdaeverify_measures() -> Iterable[Any]:  # type: ignore[empty-body]
+    """Return measures.
+
+    When: once, as the registry is loaded.
+    Given: nothing.
+
+    Returns
+    -------
+    iterable of measures
+        Instances of subclasses of `sdaeverify.contracts.measure.Measure`.
+    """
+
+
+@hookspec
+def sdaeverify_planted() -> Iterable[Planted]:  # type: ignore[empty-body]
+    """Return planted bugs: wrong schemes that `selftest` has to refute, and that are no schemes to choose from.
+
+    When: once, as the registry is loaded.
+    Given: nothing.
+
+    Returns
+    -------
+    iterable of Planted
+        Their schemes are instances of frozen dataclasses like those of `sdaeverify_schemes`, their problems labels
+        of problems that this or another plugin registers.
+    """
+
+
+@hookspec
+def sdaeverify_calibration() -> Iterable[CalibrationCase]:  # type: ignore[empty-body]
+    """Return cells of known order, on which `calibrate` tries out intervals and tests.
+
+    When: once, as the registry is loaded.
+    Given: nothing.
+
+    Returns
+    -------
+    iterable of CalibrationCase
+        Their schemes and problems are labels of what this or another plugin registers.
+    """
+
+
+@hookspec
+def sdaeverify_experiments() -> Iterable[Experiment]:  # type: ignore[empty-body]
+    """Return experiments of papers, which `reproduce` runs by name.
+
+    When: once, as the registry is loaded.
+    Given: nothing.
+
+    Returns
+    -------
+    iterable of Experiment
+        Their schemes and problems are labels of what this or another plugin registers.
+    """
+
+
+@hookspec
+def sdaeverify_report(folder: Path) -> None:
+    """Write further files beside the report.
+
+    When: at the end of a run, after all tables are written.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the report; it exists, and its own files must not be changed.
+
+    Returns
+    -------
+    None
+    """

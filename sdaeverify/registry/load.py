@@ -1,0 +1,303 @@
+"""The registry: entry points and files in, immutable sorted maps out.
+
+A plugin that fails in any way is left out as a whole; its row says why.
+"""
+
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import redirect_stdout
+from dataclasses import dataclass, field
+from importlib import import_module
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from types import MappingProxyType
+from typing import NamedTuple, TypeVar
+
+from ..contracts.calibrated import CalibrationCase
+from ..contracts.labels import did_you_mean
+from ..contracts.scheme import Scheme
+from ..contracts.specs import ProblemSpec
+from ..errors import FAULTS, PluginError, UsageError, one_line
+from .contributions import (
+    Contribution,
+    ExperimentEntry,
+    MeasureEntry,
+    PlantedEntry,
+    ProblemEntry,
+    SchemeEntry,
+    collect,
+    hooks_of,
+)
+from .discovery import (
+    DISABLED,
+    OWN_DISTRIBUTION,
+    Origin,
+    absolute,
+    entry_points,
+    is_disabled,
+    load_file,
+    normalized,
+    origin_of,
+    read_settings,
+    submodules,
+    unmatched,
+)
+from .rehearsal import rehearse
+
+Entry = TypeVar("Entry")
+
+
+class PluginRow(NamedTuple):
+    """What became of a plugin.
+
+    Attributes
+    ----------
+    name, distribution, version, module : str
+        As in `Origin`.
+    status : str
+        ``loaded``, ``disabled`` or ``broken``.
+    reason : str
+        Why it is not loaded, in one line.
+    schemes, problems, measures, planted, experiments : int
+        How many names it registers.
+    """
+
+    name: str
+    distribution: str
+    version: str
+    module: str
+    status: str
+    reason: str = ""
+    schemes: int = 0
+    problems: int = 0
+    measures: int = 0
+    planted: int = 0
+    experiments: int = 0
+
+
+class Outcome(NamedTuple):
+    """A plugin's row and what it registers: nothing if it is disabled or broken."""
+
+    row: PluginRow
+    contribution: Contribution = Contribution()
+
+
+@dataclass(frozen=True)
+class Registry:
+    """All that is registered, by name and sorted by name.
+
+    Attributes
+    ----------
+    schemes : mapping of str to SchemeEntry
+    problems : mapping of str to ProblemEntry
+    measures : mapping of str to MeasureEntry
+    plugins : tuple of PluginRow
+        In the order they were loaded.
+    warnings : tuple of str
+        What is odd about the environment, one line each.
+    files : tuple of str
+        Plugin files, absolute: a worker process loads them by `load_file` before it unpickles anything.
+    reports : tuple of (str, callable)
+        Plugins with a report hook.
+    planted : mapping of str to PlantedEntry
+        Planted bugs by their label; their schemes are not among `schemes`.
+    cases : mapping of str to CalibrationCase
+        Cells of known order by their label; where two plugins name one, the later one counts.
+    experiments : mapping of str to ExperimentEntry
+    """
+
+    schemes: Mapping[str, SchemeEntry]
+    problems: Mapping[str, ProblemEntry]
+    measures: Mapping[str, MeasureEntry]
+    plugins: tuple[PluginRow, ...] = ()
+    warnings: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
+    reports: tuple[tuple[str, Callable[..., object]], ...] = ()
+    planted: Mapping[str, PlantedEntry] = field(default_factory=dict)
+    cases: Mapping[str, CalibrationCase] = field(default_factory=dict)
+    experiments: Mapping[str, ExperimentEntry] = field(default_factory=dict)
+
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """Modules of the plugins of other distributions, which a worker process imports before anything else."""
+        others = (row for row in self.plugins if row.status == "loaded" and row.distribution)
+        named = (row.module.partition(":")[0] for row in others if normalized(row.distribution) != OWN_DISTRIBUTION)
+        return tuple(dict.fromkeys(named))
+
+    def names(self, given: Scheme | ProblemSpec) -> bool:
+        """Tell whether a scheme or problem is the registered one of its name, so that a command can name it."""
+        if isinstance(given, Scheme):
+            scheme = self.schemes.get(given.name)
+            return scheme is not None and type(scheme.variants[0]) is type(given)
+        problem = self.problems.get(given.name)
+        return problem is not None and problem.family is given.family
+
+    def report(self, folder: Path) -> tuple[str, ...]:
+        """Let each plugin write beside the report; return one line for each that failed."""
+        failures = []
+        for plugin, write in self.reports:
+            try:
+                write(folder=folder)
+            except FAULTS as error:
+                failures.append(f"report of plugin {plugin}: {one_line(error)}")
+        return tuple(failures)
+
+
+def load_registry(paths: Sequence[str | Path] = (), environ: Mapping[str, str] | None = None) -> Registry:
+    """Load all plugins: those of this distribution, then other entry points by name, then files.
+
+    Parameters
+    ----------
+    paths : sequence of str or Path
+        Plugin files; as they were asked for, they may not fail.
+    environ : mapping of str to str
+        By default that of the process. ``SDAEVERIFY_DISABLED_PLUGINS`` names plugins, entry points or
+        distributions that are left out; with ``SDAEVERIFY_STRICT_PLUGINS`` no plugin may be broken.
+
+    Raises
+    ------
+    PluginError
+        If a file cannot be used, or a plugin is broken and that is not allowed.
+    """
+    # What a plugin prints as it loads is no result.
+    with redirect_stdout(sys.stderr):
+        return _load(paths, os.environ if environ is None else environ)
+
+
+def _load(paths: Sequence[str | Path], environ: Mapping[str, str]) -> Registry:
+    if isinstance(paths, str | bytes | Path) or not isinstance(paths, Iterable):
+        raise UsageError(f"plugins expects a list of Python files, got {paths!r:.200}")
+    settings = read_settings(environ)
+    entries, outcomes = entry_points(), list[Outcome]()
+    for entry in entries:
+        outcomes += _from_entry_point(entry, settings.disabled, outcomes)
+    if settings.strict:
+        _refuse_broken([outcome.row for outcome in outcomes])
+    files = tuple(dict.fromkeys(str(absolute(path)) for path in paths))
+    for file in files:
+        outcomes.append(_from_file(file, outcomes))
+    known = {entry.name for entry in entries} | {outcome.row.name for outcome in outcomes}
+    known |= {normalized(outcome.row.distribution) for outcome in outcomes}
+    return _assemble(outcomes, settings.warnings + unmatched(settings.disabled, known), files)
+
+
+def _assemble(outcomes: Sequence[Outcome], warnings: tuple[str, ...], files: tuple[str, ...]) -> Registry:
+    def merged(maps: Iterable[Mapping[str, Entry]]) -> Mapping[str, Entry]:
+        return MappingProxyType(dict(sorted((name, entry) for one in maps for name, entry in one.items())))
+
+    parts = [outcome.contribution for outcome in outcomes]
+    schemes, measures = merged(part.schemes for part in parts), merged(part.measures for part in parts)
+    return Registry(
+        schemes,
+        merged(part.problems for part in parts),
+        measures,
+        tuple(outcome.row for outcome in outcomes),
+        (*warnings, *_idle_claims(schemes, measures)),
+        files,
+        tuple((row.name, part.report) for row, part in outcomes if part.report),
+        merged(part.planted for part in parts),
+        merged(part.cases for part in parts),
+        merged(part.experiments for part in parts),
+    )
+
+
+def _idle_claims(schemes: Mapping[str, SchemeEntry], measures: Mapping[str, object]) -> Iterator[str]:
+    """Yield a warning for each measure that a claim names and that is not registered."""
+    for name, entry in schemes.items():
+        claimed = {claim.measure for variant in entry.variants for claim in variant.promises}
+        for measure in sorted(claimed - set(measures)):
+            hint = did_you_mean(measure, measures)
+            yield f"scheme {name} claims about measure {measure!r}, which is not registered{hint}"
+
+
+def _refuse_broken(rows: Iterable[PluginRow]) -> None:
+    broken = [
+        f"{row.name} ({row.distribution} {row.version}): {row.reason}" for row in rows if row.status == "broken"
+    ]
+    if broken:
+        raise PluginError(f"broken plugins: {'; '.join(broken)}")
+
+
+def _from_file(path: str, before: Sequence[Outcome]) -> Outcome:
+    origin = Origin(Path(path).stem, "", "", path)
+    if harm := rehearse(lambda: _registers(load_file(path), origin)):
+        raise PluginError(f"plugin file {path}: loading it {harm}")
+    plugin = load_file(path)
+    try:
+        return _loaded(plugin, origin, before)
+    except FAULTS as error:
+        raise PluginError(f"plugin file {path}: {one_line(error)}") from error
+
+
+def _from_entry_point(entry: EntryPoint, disabled: frozenset[str], before: Sequence[Outcome]) -> list[Outcome]:
+    origin = origin_of(entry)
+    if is_disabled(origin, disabled):
+        return [_disabled(origin)]
+    try:
+        _require_harmless(entry.load, origin)
+        plugin = entry.load()
+        modules = [] if hooks_of(plugin) else submodules(plugin, origin)
+        if not modules:
+            return [_loaded(plugin, origin, before)]
+    except FAULTS as error:
+        return [_broken(origin, error)]
+    outcomes: list[Outcome] = []
+    for module in modules:
+        outcomes += _from_module(module, disabled, [*before, *outcomes])
+    return outcomes or [_broken(origin, PluginError("neither the package nor one of its modules implements a hook"))]
+
+
+def _from_module(origin: Origin, disabled: frozenset[str], before: Sequence[Outcome]) -> list[Outcome]:
+    if is_disabled(origin, disabled):
+        return [_disabled(origin)]
+    try:
+        _require_harmless(lambda: import_module(origin.module), origin)
+        plugin = import_module(origin.module)
+        # A module without hooks is a helper of its neighbours.
+        return [_loaded(plugin, origin, before)] if hooks_of(plugin) else []
+    except FAULTS as error:
+        return [_broken(origin, error)]
+
+
+def _require_harmless(load: Callable[[], object], origin: Origin) -> None:
+    """Check that loading a plugin does not end the process; what is shipped, or loaded already, has shown it.
+
+    Raises
+    ------
+    PluginError
+        If it does.
+    """
+    if normalized(origin.distribution) == OWN_DISTRIBUTION or origin.module in sys.modules:
+        return
+    if harm := rehearse(lambda: _registers(load(), origin)):
+        raise PluginError(f"loading it {harm}")
+
+
+def _registers(plugin: object, origin: Origin) -> None:
+    """Call the hooks of a plugin: they run its code, too."""
+    if hooks_of(plugin):
+        collect(plugin, origin)
+
+
+def _disabled(origin: Origin) -> Outcome:
+    return Outcome(PluginRow(*origin, "disabled", f"named in {DISABLED}"))
+
+
+def _broken(origin: Origin, error: BaseException) -> Outcome:
+    return Outcome(PluginRow(*origin, "broken", one_line(error)))
+
+
+def _loaded(plugin: object, origin: Origin, before: Sequence[Outcome]) -> Outcome:
+    part = collect(plugin, origin)
+    for _, other in before:
+        _refuse_taken(part, other, origin)
+    counts = (len(entries) for entries in part.by_kind().values())
+    return Outcome(PluginRow(*origin, "loaded", "", *counts), part)
+
+
+def _refuse_taken(part: Contribution, other: Contribution, origin: Origin) -> None:
+    taken = other.by_kind()
+    for kind, entries in part.by_kind().items():
+        for name in sorted(entries.keys() & taken[kind].keys()):
+            raise PluginError(f"{kind} {name!r} of {origin} is already registered by {taken[kind][name].origin}")

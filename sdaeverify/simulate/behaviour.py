@@ -1,0 +1,221 @@
+"""What a scheme and a problem do, as digests of their results at fixed arguments.
+
+A source does not say what a data file, the environment or another module makes of it; results do. They are taken at
+many states, early and late, for the step sizes of the run and of its probes. Nine digits of each count, so that a
+machine that rounds otherwise comes to the same digest.
+"""
+
+import hashlib
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..contracts.scheme import Scheme, State, Step, flatten
+from ..errors import FAULTS
+from ..forms import Problem
+from ..forms.truths import Moment, Pathwise, Truth
+from ..noise.brownian import Increment
+
+PATHS = 16
+SEED = 20170601
+# Lengths of steps of probes, in units of time or in horizons, whichever are shorter.
+PROBED = (2.0**-6, 2.0**-12)
+# When those are made, in horizons: nobody's run is as late.
+LATE = 2.0
+# When a problem is looked at, in horizons.
+WHEN = (0.0, 0.37, 1.0)
+# What counts of a number, in bits; the offset keeps round numbers away from where two digests meet.
+BITS, OFFSET = 30.0, 0.382
+# Of an increment, less counts where it is smaller than this part of the state.
+SMALL = 1e-3
+
+# Said of what gives other results than it gave.
+CHANGED = "changed during the run, which is about neither version; run it again"
+# Numbers, or words.
+Result = Any
+
+
+class Behaviour(NamedTuple):
+    """What a scheme and a problem do.
+
+    Attributes
+    ----------
+    scheme, problem : str
+        Digests as `steps_digest` and `problem_digest` give them.
+    """
+
+    scheme: str
+    problem: str
+
+
+def steps_digest(scheme: Scheme, view: Problem, numbers: Sequence[int]) -> str:
+    """Return a digest of the steps of a scheme.
+
+    Two of the longest scatter the states as far as a run does; from there one is made of each length, ever later.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form.
+    numbers : sequence of int
+        Steps of each level of the run, coarsest first.
+
+    Returns
+    -------
+    str
+    """
+    with np.errstate(all="ignore"):
+        return _digest(_Steps(scheme, view, tuple(numbers), _generator()).results())
+
+
+def problem_digest(problem: Any) -> str:
+    """Return a digest of a problem of any form: start, coefficients, defects, observables and truths."""
+    rng, start = _generator(), flatten(problem.initial(PATHS))
+    spread = (0.1 + np.abs(start)) * np.linspace(0.0, 1.0, PATHS)
+    x = start + spread * rng.uniform(-1.0, 1.0, start.shape)
+    with np.errstate(all="ignore"):
+        known = (item for truth in problem.truths for item in _known(problem, truth, rng))
+        return _digest([*_given(problem, x), *known])
+
+
+def differing(*given: Behaviour | None) -> str:
+    """Return in one line that schemes or problems do other things than before, and which; empty if none does."""
+    known = [one for one in given if one is not None]
+    names = [name for name in Behaviour._fields if len({getattr(one, name) for one in known}) > 1]
+    return f"what the {' and the '.join(names)} does has {CHANGED}" if names else ""
+
+
+class _Steps(NamedTuple):
+    """Steps of a scheme at fixed arguments."""
+
+    scheme: Scheme
+    view: Problem
+    numbers: tuple[int, ...]
+    rng: np.random.Generator
+
+    def results(self) -> Iterator[Result]:
+        h, far = self.view.horizon / self.numbers[0], np.sqrt(np.linspace(1.0, self.numbers[0], PATHS))
+        state = start = self.scheme.start(self.view, PATHS, h)
+        yield from _fields(start)
+        for t in (0.0, h):
+            found, after = self._step(state, t, h, far)
+            yield from found
+            state = _finite(after, start)
+        for t, shorter in self._moments():
+            yield from self._step(state, t, shorter, 1.0)[0]
+
+    def _moments(self) -> Iterator[tuple[float, float]]:
+        T, last = self.view.horizon, len(self.numbers) - 1
+        for level, number in enumerate(self.numbers[1:], start=1):
+            yield T * (number * level // last - 1) / number, T / number
+        yield from ((LATE * T, h * min(1.0, T)) for h in PROBED)
+
+    def _step(self, state: State, t: float, h: float, far: Any) -> tuple[list[Result], State]:
+        try:
+            result = self.scheme.prepare(self.view, h)(state, t, self._noise(state, t, h, far))
+            return list(_returned(state, result)), result.state
+        except FAULTS as error:
+            return [type(error).__name__], state
+
+    def _noise(self, state: State, t: float, h: float, far: Any) -> Increment:
+        drawn = _drawn(self.view, far * np.sqrt(h), self.rng)
+        noise = self.view.driven(h, self.scheme.law.increment(drawn, h))
+        if noise.lagged is None or not t:
+            return noise
+        # The past of a path is where others are.
+        x = self.scheme.parts(self.view, state)["x"]
+        return noise._replace(lagged=np.roll(x, 1, axis=-1), ahead=np.roll(x, 2, axis=-1))
+
+
+def _returned(before: State, result: Step) -> Iterator[Result]:
+    least = SMALL * float(np.abs(flatten(before)).max())
+    for old, new in zip(_fields(before), _fields(result.state), strict=True):
+        yield _content(new - old, least)
+    yield from (mask for mask in (result.failed, result.truncated) if mask is not None)
+    for name, value in sorted({**result.outputs, **result.costs}.items()):
+        yield from (name, _content(value, least))
+
+
+def _given(problem: Any, x: Array) -> Iterator[Result]:
+    yield repr((sorted(problem.traits), sorted(problem.noise), problem.controls))
+    yield from (problem.horizon, problem.relaxation, problem.noise_dim, flatten(problem.initial(1)))
+    for when in WHEN:
+        yield from _tried(problem.coefficients, when * problem.horizon, x)
+    yield from _tried(_read, problem, x)
+
+
+def _read(problem: Any, x: Array) -> Iterator[Result]:
+    """Yield components, defects and observables of states."""
+    parts = problem.parts(problem.state(x))
+    yield from (*parts.values(), *(defect.value for defect in problem.residuals(parts).values()))
+    for name, observable in problem.observables.items():
+        yield from (name, *(observable(when * problem.horizon, parts) for when in WHEN))
+
+
+def _known(problem: Problem, truth: Truth, rng: np.random.Generator) -> Iterator[Result]:
+    if isinstance(truth, Pathwise):
+        yield from _tried(_path, problem, truth, rng)
+    elif isinstance(truth, Moment):
+        yield from (truth.observable, *_tried(lambda t: [truth.value(t)], problem.horizon))
+    else:
+        yield from vars(truth).values()
+
+
+def _path(problem: Problem, truth: Pathwise, rng: np.random.Generator) -> Iterator[Result]:
+    h, z = problem.horizon / len(WHEN), truth.start(PATHS)
+    yield f"{truth.order} {truth.extra_normals}"
+    for index in range(len(WHEN)):
+        noise = _drawn(problem, np.sqrt(h), rng)
+        if truth.extra_normals:
+            noise = noise._replace(xi=rng.standard_normal((truth.extra_normals, PATHS)))
+        z = truth.advance(z, index * h, h, noise)
+        yield from truth.parts((index + 1) * h, z).values()
+
+
+def _tried(evaluated: Callable[..., Iterable[Result]], *arguments: Any) -> list[Result]:
+    try:
+        return list(evaluated(*arguments))
+    except FAULTS as error:
+        return [type(error).__name__]
+
+
+def _generator() -> np.random.Generator:
+    return np.random.Generator(np.random.Philox(key=SEED))
+
+
+def _drawn(problem: Problem, size: Any, rng: np.random.Generator) -> Increment:
+    dW, areas = size * rng.standard_normal((2, problem.noise_dim, PATHS))
+    return Increment(dW, areas / np.sqrt(12.0) if "H" in problem.noise else None)
+
+
+def _fields(state: State) -> tuple[Array, ...]:
+    return state if isinstance(state, tuple) else (state,)
+
+
+def _finite(state: State, start: State) -> State:
+    """Return a state with the start in place of what is not finite."""
+    kept = [np.where(np.isfinite(new), new, old) for new, old in zip(_fields(state), _fields(start), strict=True)]
+    return type(state)(*kept) if isinstance(state, tuple) else kept[0]
+
+
+def _content(values: Any, least: float = 0.0) -> bytes:
+    """Return numbers in whole multiples of a power of 2: the largest of them, or `least`, has 30 bits."""
+    array = np.asarray(values, dtype=float)
+    finite = np.isfinite(array)
+    size = max(float(np.abs(array).max(where=finite, initial=0.0)), least)
+    # No power of 2 is near 3 times another one.
+    bits = BITS - np.ceil(np.log2(3.0 * size)) if size > 0.0 else 0.0
+    told = np.where(finite, np.floor(array * 2.0**bits + OFFSET), array)
+    return f"{array.shape} {bits} ".encode() + told.tobytes()
+
+
+def _digest(results: Iterable[Result]) -> str:
+    digest = hashlib.blake2b(digest_size=12)
+    for result in results:
+        told = result.encode() if isinstance(result, str) else result
+        digest.update(told if isinstance(told, bytes) else _content(told))
+        digest.update(b"\0")
+    return digest.hexdigest()

@@ -1,0 +1,327 @@
+"""The only time loop: all schemes and step sizes of a problem in lockstep on the same noise, block by block.
+
+Noise lives for a few steps, states for one: memory depends neither on the number of steps nor on the number of paths.
+"""
+
+import time
+from collections.abc import Container, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from threadpoolctl import ThreadpoolController
+
+from ..arrays import Parts
+from ..conformance import breach
+from ..contracts.matching import match
+from ..contracts.measure import Measure, Observer, Snapshot
+from ..contracts.scheme import Scheme
+from ..contracts.settings import Settings
+from ..contracts.specs import ProblemSpec
+from ..contracts.tally import Tally
+from ..errors import FAULTS, ProblemError, SchemeError, one_line
+from ..forms import Problem
+from ..noise.brownian import Brownian, Piece, Source
+from .behaviour import CHANGED, Behaviour, problem_digest, steps_digest
+from .guard import PROBLEM, Guard
+from .reference import Reference
+from .tracks import Lane
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A scheme with the measures that are put to it."""
+
+    scheme: Scheme
+    measures: tuple[Measure, ...]
+
+
+@dataclass(frozen=True)
+class Task:
+    """Everything that determines the evidence on one problem; it can be pickled."""
+
+    spec: ProblemSpec
+    entries: tuple[Entry, ...]
+    settings: Settings
+
+
+class LaneEvidence(NamedTuple):
+    """Evidence on one scheme.
+
+    Attributes
+    ----------
+    tallies : tuple of Tally
+        What was sampled, one for each measure.
+    probes : tuple of Tally
+        What was found without sampling, one for each measure; in the first block only.
+    health : Tally
+        Failed paths, lost paths, truncated steps and steps of each level.
+    seconds : float
+    errors : tuple of str
+        Why there is no evidence, one for each measure; empty if there is.
+    paths : int
+    breach : str
+        Which contract the scheme breaks, so that nothing was measured; empty if none.
+    behaviour : Behaviour or None
+        What scheme and problem did before and after; None if nobody asked.
+    """
+
+    tallies: tuple[Tally, ...]
+    probes: tuple[Tally, ...]
+    health: Tally
+    seconds: float
+    errors: tuple[str, ...]
+    paths: int = 0
+    breach: str = ""
+    behaviour: Behaviour | None = None
+
+
+def run_block(
+    task: Task, block: int, guard: Guard | None = None, *, digests: bool = False
+) -> tuple[LaneEvidence, ...]:
+    """Simulate one block of paths, in a worker process or in this one.
+
+    Parameters
+    ----------
+    task : Task
+    block : int
+        Index of the block.
+    guard : Guard, optional
+        Is told whose code runs.
+    digests : bool, optional
+        Whether it is noted what schemes and problem do, so that the evidence can be kept: it is none if they do
+        something else in the end.
+
+    Returns
+    -------
+    tuple of LaneEvidence
+        One for each entry of the task.
+    """
+    try:
+        # Non-finite numbers are evidence here: they are counted, not warned about.
+        with np.errstate(all="ignore"), one_thread():
+            return _run_block(task, block, guard or Guard(), digests=digests)
+    except FAULTS as error:
+        reason = f"problem {task.spec.label}: {one_line(error)}"
+        return tuple(without_evidence(entry, reason) for entry in task.entries)
+
+
+def behaviours(task: Task, guard: Guard | None = None) -> tuple[Behaviour | None, ...]:
+    """Return what the schemes of a task do on its problem, as `run_block` notes it; None where nobody can tell."""
+    watched = guard or Guard()
+    with np.errstate(all="ignore"), one_thread():
+        try:
+            with watched.of(PROBLEM):
+                problem = task.spec.build()
+                did = problem_digest(problem)
+        except FAULTS:
+            return tuple(None for _ in task.entries)
+        return tuple(_behaviour(task, index, problem, did, watched) for index in range(len(task.entries)))
+
+
+def _behaviour(task: Task, index: int, problem: Problem, did: str, guard: Guard) -> Behaviour | None:
+    scheme = task.entries[index].scheme
+    try:
+        with guard.of(index):
+            view = match(scheme, problem).problem
+            return None if view is None else Behaviour(steps_digest(scheme, view, task.settings.steps), did)
+    except FAULTS:
+        return None
+
+
+def one_thread() -> AbstractContextManager[object]:
+    """Hold linear algebra to one thread: sums depend on how many there are, and workers would fight for the cores."""
+    limited: AbstractContextManager[object] = _threads().limit(limits=1)
+    return limited
+
+
+@cache
+def _threads() -> ThreadpoolController:
+    return ThreadpoolController()
+
+
+def _run_block(task: Task, block: int, guard: Guard, *, digests: bool) -> tuple[LaneEvidence, ...]:
+    with guard.of(PROBLEM):
+        problem = task.spec.build()
+        reference = Reference(problem, task.settings, block)
+        did = problem_digest(problem) if digests else ""
+    place = _Place(problem, reference, task.settings, guard, did, first=block == 0)
+    runs = [_Run(entry, index, place) for index, entry in enumerate(task.entries)]
+    if any(run.sampled for run in runs):
+        source = Source(task.settings.seed, task.spec.label, block, reference.drawn, reference.paths)
+        _simulate(place, runs, source)
+    lanes = tuple(run.evidence() for run in runs)
+    if did:
+        with guard.of(PROBLEM):
+            if problem_digest(problem) != did:
+                raise ProblemError(f"what it does has {CHANGED}")
+    return lanes
+
+
+def without_evidence(entry: Entry, error: str, seconds: float = 0.0, breach: str = "") -> LaneEvidence:
+    """Return that nothing is known of a scheme, and why."""
+    nothing = tuple(Tally() for _ in entry.measures)
+    return LaneEvidence(nothing, nothing, Tally(), seconds, tuple(error for _ in entry.measures), breach=breach)
+
+
+class _Place(NamedTuple):
+    """What all schemes of a block share."""
+
+    problem: Problem
+    reference: Reference
+    settings: Settings
+    guard: Guard
+    did: str
+    first: bool
+
+
+def _simulate(place: _Place, runs: "Sequence[_Run]", source: Source) -> None:
+    problem, reference, coarsest = place.problem, place.reference, place.settings.coarsest
+    extra = source.stream("truth", reference.level)
+    areas = "H" in problem.noise
+    brownian = Brownian(source, problem.noise_dim, problem.horizon / coarsest, reference.finest, areas)
+    for _, pieces in zip(range(coarsest), brownian.pieces(), strict=False):
+        for piece in pieces:
+            with place.guard.of(PROBLEM):
+                reference.advance(piece, extra)
+            for run in runs:
+                run.advance(piece)
+        for run in runs:
+            run.note()
+
+
+class _Watch:
+    """One measure on one lane; what goes wrong in it costs this measure only."""
+
+    def __init__(self, measure: Measure, index: int, place: _Place, parts: Parts) -> None:
+        problem, settings = place.problem, place.settings
+        self.measure, self.index, self.guard, self.error = measure, index, place.guard, ""
+        self.observer: Observer | None = None
+        self.wanted: Sequence[Container[int]] = [frozenset()] * settings.levels
+        with self.guarded():
+            self.observer = measure.observer(problem, parts, settings)
+            if self.observer is not None:
+                self.wanted = self.observer.wanted
+
+    @contextmanager
+    def guarded(self) -> Iterator[None]:
+        """Keep what the measure raises as its reason; nothing more is noted then."""
+        try:
+            with self.guard.measure(self.index):
+                yield
+        except FAULTS as error:
+            self.error = self.error or f"measure {self.measure.name}: {one_line(error)}"
+            self.observer = None
+
+    def after_step(self, level: int, step: int, parts: Parts) -> None:
+        """Pass on what is noted."""
+        if self.observer is not None:
+            with self.guarded():
+                self.observer.after_step(level, step, parts)
+
+    def after_coarsest_step(self, snapshot: Snapshot) -> None:
+        """Pass on what is noted."""
+        if self.observer is not None:
+            with self.guarded():
+                self.observer.after_coarsest_step(snapshot)
+
+    def tally(self) -> Tally:
+        """Return what was noted."""
+        noted = Tally()
+        if self.observer is not None:
+            with self.guarded():
+                noted = self.observer.tally()
+        return noted
+
+
+class _Run:
+    """A scheme on one block; what goes wrong in it costs this scheme only."""
+
+    def __init__(self, entry: Entry, index: int, place: _Place) -> None:
+        self.entry, self.index, self.place = entry, index, place
+        self.reference, self.settings = place.reference, place.settings
+        self.error, self.breach, self.seconds = "", "", 0.0
+        self.watches: list[_Watch] = []
+        self.did = ""
+        with self._guarded():
+            self._begin()
+
+    def _begin(self) -> None:
+        scheme, paths = self.entry.scheme, self.reference.paths
+        matched = match(scheme, self.place.problem)
+        if matched.problem is None:
+            raise SchemeError(matched.reason)
+        self.view, self.did = matched.problem, self._digest(matched.problem)
+        self.breach = breach(scheme, self.view) if self.place.first else ""
+        if self.breach:
+            return
+        self.lane = Lane(scheme, self.view, self.settings, paths, self.reference.own)
+        parts = self.lane.tracks[0].constrained_parts()
+        self.watches = [_Watch(m, index, self.place, parts) for index, m in enumerate(self.entry.measures)]
+
+    @property
+    def sampled(self) -> bool:
+        """Whether there is something to note and nothing has gone wrong."""
+        return not self.error and any(watch.observer for watch in self.watches)
+
+    def advance(self, piece: Piece) -> None:
+        """Make the steps of a piece of noise."""
+        if self.sampled:
+            with self._guarded():
+                self.lane.advance(piece, self.watches)
+
+    def note(self) -> None:
+        """Show the observers where the lane and the truth are at the end of a coarsest step."""
+        if self.sampled:
+            with self._guarded():
+                snapshot = self.lane.snapshot(self.reference.parts())
+                for watch in self.watches:
+                    watch.after_coarsest_step(snapshot)
+
+    def evidence(self) -> LaneEvidence:
+        """Return what was noted; the first block also evaluates the one-step map where a measure asks for it."""
+        tallies: list[Tally] = []
+        probes: list[Tally] = []
+        if not (self.error or self.breach):
+            with self._guarded():
+                tallies = [watch.tally() for watch in self.watches]
+                probes = [self._probed(watch) for watch in self.watches]
+                if self._digest(self.view) != self.did:
+                    raise SchemeError(f"what the scheme does has {CHANGED}")
+        if self.error or self.breach:
+            return without_evidence(self.entry, self.error, self.seconds, self.breach)
+        errors = tuple(watch.error for watch in self.watches)
+        behaviour = Behaviour(self.did, self.place.did) if self.did else None
+        return LaneEvidence(
+            tuple(tallies),
+            tuple(probes),
+            self.lane.health(),
+            self.seconds,
+            errors,
+            self.reference.paths,
+            behaviour=behaviour,
+        )
+
+    def _digest(self, view: Problem) -> str:
+        return steps_digest(self.entry.scheme, view, self.settings.steps) if self.place.did else ""
+
+    def _probed(self, watch: _Watch) -> Tally:
+        probed = Tally()
+        if self.place.first:
+            with watch.guarded():
+                probed = watch.measure.probe(self.entry.scheme, self.view, self.settings)
+        return probed
+
+    @contextmanager
+    def _guarded(self) -> Iterator[None]:
+        """Time a piece of work and keep what the scheme raises as the reason of its cells."""
+        begun = time.perf_counter()
+        try:
+            with self.place.guard.of(self.index):
+                yield
+        except FAULTS as error:
+            self.error = one_line(error)
+        finally:
+            self.seconds += time.perf_counter() - begun

@@ -1,0 +1,80 @@
+"""The truth on one block of paths, advanced once for all schemes."""
+
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Parts
+from ..contracts.settings import Settings
+from ..forms import Problem
+from ..forms.truths import Pathwise
+from ..noise.brownian import Increment, LevelNoise, Piece
+
+# Halvings between the finest level and a scheme's own fine reference (at least 4 for orders up to 1).
+OWN_REFERENCE = 4
+
+
+class Reference:
+    """The pathwise truth of a problem, or the plan for each scheme to be its own.
+
+    An exact truth steps over the coarsest grid, or over the finest where it needs further normals; one of finite
+    order runs one level finer than the finest, and once more at the finest to tell its own error.
+
+    Attributes
+    ----------
+    own : int or None
+        Level of the track that serves a scheme as its own reference, where there is no truth.
+    finest : int
+        Finest level of noise that is needed.
+    level : int
+        Level the truth steps at.
+    """
+
+    def __init__(self, problem: Problem, settings: Settings, block: int) -> None:
+        self.truth, self.paths, self.drawn = problem.pathwise, settings.paths_of(block), settings.sizes[block]
+        last = settings.levels - 1
+        self.level, self.finest = _resolution(self.truth, last)
+        self.own = self.finest if self.truth is None else None
+        self.h = [problem.horizon / (settings.coarsest * 2 ** (self.level - k)) for k in range(2)]
+        self.states: list[Any] = []
+        if self.truth is not None:
+            self.states = [self.truth.start(self.paths) for _ in range(1 if self.truth.exact else 2)]
+        self.steps = [0 for _ in self.states]
+
+    def advance(self, piece: Piece, extra: np.random.Generator) -> None:
+        """Make the steps of a piece of noise, if it is of a level the truth steps at."""
+        index = self.level - piece.level
+        if 0 <= index < len(self.states):
+            self.states[index] = self._advanced(index, piece.noise, extra)
+            self.steps[index] += len(piece.noise.dW)
+
+    def parts(self) -> list[Parts]:
+        """Return the components it knows, at full and, if it has an error, at half resolution."""
+        if self.truth is None:
+            return []
+        t = self.steps[0] * self.h[0]
+        return [self.truth.parts(t, state) for state in self.states]
+
+    def _advanced(self, index: int, noise: LevelNoise, extra: np.random.Generator) -> Any:
+        assert self.truth is not None
+        state, h = self.states[index], self.h[index]
+        for step in range(len(noise.dW)):
+            increment = noise.increment(step)
+            if self.truth.extra_normals:
+                increment = self._with_extra(increment, extra)
+            state = self.truth.advance(state, (self.steps[index] + step) * h, h, increment)
+        return state
+
+    def _with_extra(self, increment: Increment, extra: np.random.Generator) -> Increment:
+        assert self.truth is not None
+        # A full block is drawn, as for W, so that a path's numbers do not depend on how many follow it.
+        xi = extra.standard_normal((self.truth.extra_normals, self.drawn))
+        return increment._replace(xi=xi[:, : self.paths])
+
+
+def _resolution(truth: Pathwise | None, last: int) -> tuple[int, int]:
+    if truth is None:
+        return 0, last + OWN_REFERENCE
+    if not truth.exact:
+        return last + 1, last + 1
+    return (last if truth.extra_normals else 0), last

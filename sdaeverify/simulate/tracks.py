@@ -1,0 +1,169 @@
+"""One scheme on one problem at all step sizes: advanced over a coarsest step at a time, watched by measures."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..arrays import Mask, Parts
+from ..contracts.measure import Observer, Snapshot
+from ..contracts.scheme import Scheme, State, Step, flatten, same_kind
+from ..contracts.settings import Settings
+from ..contracts.tally import Tally
+from ..errors import SchemeError
+from ..forms import DelaySDAE, Problem
+from ..noise.brownian import Increment, LevelNoise, Piece
+from ..numerics import all_finite
+
+# A finite state this much larger than the initial one is a moment explosion on its way to overflow.
+BLOW_UP = 1e8
+COST, COUNTED = "cost ", "counted "
+# Among the components that constraints are shown: 1 on paths that found no root, else 0.
+HELD = "held"
+
+
+class Track:
+    """A scheme at one step size on one block: its state, and the paths that went wrong."""
+
+    def __init__(self, scheme: Scheme, problem: Problem, level: int, h: float, paths: int) -> None:
+        self.scheme, self.problem, self.level, self.h = scheme, problem, level, h
+        self.stepper = scheme.prepare(problem, h)
+        self.state = scheme.start(problem, paths, h)
+        self.recall = problem.recall(h, paths)
+        self.size = 1.0 + float(np.abs(flatten(self.state)).max())
+        self.failed: Mask = np.zeros(paths, dtype=bool)
+        self.lost: Mask = np.zeros(paths, dtype=bool)  # not finite, or blown up
+        # Failed paths on which the problem itself lost its root, and the sum of the times at which it did.
+        self.singular, self.singular_time = 0, 0.0
+        self.truncated_steps = 0
+        self.costs: dict[str, float] = {}
+        self.counted: dict[str, int] = {}
+        self.step = 0
+
+    def advance(self, noise: LevelNoise, observers: Sequence[Observer]) -> None:
+        """Make successive steps."""
+        for index in range(len(noise.dW)):
+            increment, before = self._increment(noise, index), self.state
+            result = self._one(increment)
+            self._count(before, increment, result)
+            self.state = result.state
+            self.step += 1
+            if self.recall is not None:
+                self.recall.push(self.parts()["x"])
+            for observer in observers:
+                if self.step in observer.wanted[self.level]:
+                    observer.after_step(self.level, self.step, self.constrained_parts())
+
+    def parts(self) -> Parts:
+        """Return the named components of the state."""
+        return self.scheme.parts(self.problem, self.state)
+
+    def constrained_parts(self) -> Parts:
+        """Return the named components with what else a constraint may depend on: the time and the lagged values.
+
+        Where it depends on them, a path that found no root, and was held, cannot satisfy it any more.
+        """
+        parts = self.parts()
+        if not isinstance(self.problem, DelaySDAE):
+            return parts
+        lagged = parts["x"] if self.recall is None else self.recall.lagged()
+        held = self.failed[None].astype(float)
+        return {**parts, "t": np.full((1, 1), self.step * self.h), "lagged": lagged, HELD: held}
+
+    def find_lost(self, size: float) -> None:
+        """Note the paths that are not finite or have blown up, given the size of the solution."""
+        memory = flatten(self.state)
+        limit = BLOW_UP * max(self.size, size)
+        self.lost |= ~(all_finite(memory) & (np.abs(memory).max(axis=0) <= limit))
+
+    def _count(self, before: State, noise: Increment, result: Step) -> None:
+        if result.failed is not None and (new := result.failed & ~self.failed).any():
+            self.failed = self.failed | new
+            self._look_for_a_root(before, noise, new)
+        if result.truncated is not None:
+            self.truncated_steps += int(np.count_nonzero(result.truncated))
+        for name, value in result.costs.items():
+            self.costs[name] = self.costs.get(name, 0.0) + float(np.nansum(value))
+            self.counted[name] = self.counted.get(name, 0) + int(np.count_nonzero(~np.isnan(value)))
+
+    def _look_for_a_root(self, before: State, noise: Increment, paths: Mask) -> None:
+        t = self.step * self.h
+        lost = paths & self.problem.index_lost(t, self.h, self.scheme.parts(self.problem, before), noise)
+        self.singular += int(np.count_nonzero(lost))
+        self.singular_time += float(np.count_nonzero(lost) * (t + self.h))
+
+    def _increment(self, noise: LevelNoise, index: int) -> Increment:
+        increment = self.scheme.law.increment(noise.increment(index), self.h)
+        return increment if self.recall is None else self.recall.driven(increment)
+
+    def _one(self, increment: Increment) -> Step:
+        if self.step:
+            return self.stepper(self.state, self.step * self.h, increment)
+        return self._first(increment)
+
+    def _first(self, increment: Increment) -> Step:
+        _freeze(self.state)
+        result, again = (self.stepper(self.state, 0.0, increment) for _ in range(2))
+        same_kind(self.state, result)
+        if not np.array_equal(flatten(result.state), flatten(again.state), equal_nan=True):
+            raise SchemeError("the same step gave another result when it was repeated: it depends on hidden state")
+        return result
+
+
+class Lane:
+    """A scheme on one block of paths: one track a level, and one more where it has to be its own reference."""
+
+    def __init__(self, scheme: Scheme, problem: Problem, settings: Settings, paths: int, own: int | None) -> None:
+        self.levels, self.paths = settings.levels, paths
+        levels = [*range(settings.levels)] if own is None else [*range(settings.levels), own]
+        h = problem.horizon / settings.coarsest
+        self.tracks = {level: Track(scheme, problem, level, h / 2**level, paths) for level in levels}
+        self.own = own
+
+    def advance(self, piece: Piece, observers: Sequence[Observer]) -> None:
+        """Make the steps of a piece of noise, if there is a track at its level."""
+        if piece.level in self.tracks:
+            self.tracks[piece.level].advance(piece.noise, () if piece.level == self.own else observers)
+
+    def snapshot(self, truths: Sequence[Parts]) -> Snapshot:
+        """Return where the lane and the truth are, and note the paths that are lost.
+
+        Parameters
+        ----------
+        truths : sequence of mapping
+            The truth at full and, if it has an error, at half resolution; empty where the lane is its own.
+        """
+        known = truths if self.own is None else [self.tracks[self.own].parts()]
+        size = max(float(np.fmax.reduce(np.abs(part), axis=None)) for part in known[0].values())
+        for track in self.tracks.values():
+            track.find_lost(size)
+        levels = [self.tracks[level].parts() for level in range(self.levels)]
+        return Snapshot(levels, known[0], known[1] if len(known) > 1 else None)
+
+    def health(self) -> Tally:
+        """Return what went wrong at each level, and what its steps took; a lost reference fails every level.
+
+        Paths ``without_root`` met a step that found none at the level itself. On ``singular`` ones of them the
+        problem lost its root; ``singular_time`` is the sum of the times at which it did.
+        """
+        tracks = [self.tracks[level] for level in range(self.levels)]
+        own = [] if self.own is None else [self.tracks[self.own]]
+        counts = {
+            "failed": [
+                np.count_nonzero(np.any([x.failed | x.lost for x in (track, *own)], axis=0)) for track in tracks
+            ],
+            "lost": [np.count_nonzero(track.lost) for track in tracks],
+            "without_root": [np.count_nonzero(track.failed) for track in tracks],
+            "singular": [track.singular for track in tracks],
+            "singular_time": [track.singular_time for track in tracks],
+            "truncated": [track.truncated_steps for track in tracks],
+            "steps": [track.step * self.paths for track in tracks],
+            **{f"{COST}{name}": [track.costs.get(name, 0.0) for track in tracks] for name in tracks[0].costs},
+            **{f"{COUNTED}{name}": [track.counted.get(name, 0) for track in tracks] for name in tracks[0].costs},
+        }
+        return Tally(sums={name: np.array(values, dtype=float) for name, values in counts.items()})
+
+
+def _freeze(state: State) -> None:
+    # A step must not write into its arguments; numpy then says so itself.
+    for array in state if isinstance(state, tuple) else (state,):
+        array.flags.writeable = False

@@ -1,0 +1,82 @@
+"""Errors over a whole run: Holm's step-down procedure over all tests that were made.
+
+There are two families, one of all rejections that refute a claim and one of all that verify one; in each, the
+probability of any false verdict is at most alpha. Deterministic verdicts involve no sampling error and take no part.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import isnan
+
+from ..contracts.measure import Finding, Verdict
+from .judging import CellResult
+
+Place = tuple[int, int]
+
+
+def family_wise(results: Sequence[CellResult], alpha: float) -> list[CellResult]:
+    """Return the results with verdicts that hold family-wise.
+
+    Early decisions are taken at a level that is shared among more tests than a run usually has, so that the
+    procedure adds verdicts; in a run with more tests than that it may take one back.
+
+    Parameters
+    ----------
+    results : sequence of CellResult
+    alpha : float
+        Error probability of each family.
+
+    Returns
+    -------
+    list of CellResult
+    """
+    p_refuted = {place: finding.p_refuted for place, finding in _claimed(results)}
+    p_verified = {place: finding.p_verified for place, finding in _claimed(results)}
+    refuted, verified = holm(p_refuted, alpha), holm(p_verified, alpha)
+    return [
+        replace(
+            result,
+            findings=tuple(
+                _decided(finding, refuted=(i, j) in refuted, verified=(i, j) in verified)
+                for j, finding in enumerate(result.findings)
+            ),
+        )
+        for i, result in enumerate(results)
+    ]
+
+
+def holm(p_values: dict[Place, float], alpha: float) -> set[Place]:
+    """Return the hypotheses that Holm's procedure rejects; NaN marks what is no test."""
+    tests = sorted((p, place) for place, p in p_values.items() if not isnan(p))
+    rejected: set[Place] = set()
+    for rank, (p, place) in enumerate(tests):
+        if p > alpha / (len(tests) - rank):
+            break
+        rejected.add(place)
+    return rejected
+
+
+def _claimed(results: Sequence[CellResult]) -> list[tuple[Place, Finding]]:
+    return [
+        ((i, j), finding)
+        for i, result in enumerate(results)
+        for j, finding in enumerate(result.findings)
+        if finding.claim is not None
+    ]
+
+
+def _decided(finding: Finding, *, refuted: bool, verified: bool) -> Finding:
+    if finding.claim is None or finding.tier < 3 or finding.verdict is Verdict.DIVERGED:
+        return finding
+    known = {Verdict.REFUTED: finding.p_refuted, Verdict.VERIFIED: finding.p_verified}
+    if finding.verdict in known and (refuted or verified or isnan(known[finding.verdict])):
+        return finding
+    if finding.verdict in known:
+        reason = f"not significant over all tests of this run; {finding.reason}"
+        return replace(finding, verdict=Verdict.INCONCLUSIVE, reason=reason)
+    if finding.verdict is not Verdict.INCONCLUSIVE or not (refuted or verified):
+        return finding
+    verdict = Verdict.REFUTED if refuted else Verdict.VERIFIED
+    return replace(
+        finding, verdict=verdict, reason=f"{finding.reason.partition('; about ')[0]}; over all tests of this run"
+    )

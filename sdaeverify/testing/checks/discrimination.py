@@ -1,0 +1,96 @@
+"""The check of controls: two schemes that show whether a problem tells one order from another."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+from ...contracts.measure import Finding, Verdict
+from ...contracts.scheme import Claim
+from ...contracts.settings import Settings
+from ...forms.controls import Control
+from ...registry.selection import select_measures, select_schemes
+from ...study import CellResult, Plan, Study, plan
+from ...study.controlled import Claiming
+from ..check import Inapplicable
+from ..problem_subject import ProblemSubject
+
+# Most orders are told by probing one step, and paths only have to agree; so few of them refute nothing alone.
+BUDGET = Settings(paths=256, looks=1)
+
+
+def discriminating(subject: ProblemSubject) -> str:
+    """Expect the positive control of each order to be verified, and the negative one to be refuted."""
+    controls = subject.problem.controls
+    if not controls:
+        raise Inapplicable("it declares no controls")
+    undecided = ""
+    for measure in dict.fromkeys(control.measure for control in controls):
+        for control, results in _judged(subject, measure, [each for each in controls if each.measure == measure]):
+            if text := _contradicted(control, *results):
+                return text
+            undecided = undecided or _undecided(control, *results)
+    if undecided:
+        raise Inapplicable(f"{BUDGET.paths} paths do not decide: {undecided}")
+    return ""
+
+
+def _judged(
+    subject: ProblemSubject, measure: str, controls: list[Control]
+) -> Iterator[tuple[Control, tuple[CellResult, CellResult]]]:
+    """Yield each control with the results of its two schemes, of which its order is claimed."""
+    (found,) = select_measures(subject.registry, [measure])
+    schemes = [_claiming(subject, control, label) for control in controls for label in _labels(control)]
+    made = plan(schemes, [subject.spec], [found])
+    # The controls are what is judged here: they do not take part as controls.
+    study = Study(Plan(tuple(replace(problem, controls=()) for problem in made.problems)), BUDGET)
+    for _ in study.run():
+        pass
+    results = {id(result.cell.scheme): result for result in study.results()}
+    for n, control in enumerate(controls):
+        yield control, (results[id(schemes[2 * n])], results[id(schemes[2 * n + 1])])
+
+
+def _labels(control: Control) -> tuple[str, str]:
+    return control.positive, control.negative
+
+
+def _claiming(subject: ProblemSubject, control: Control, label: str) -> Any:
+    claim = Claim(measure=control.measure, value=control.order, source="control")
+    return Claiming(select_schemes(subject.registry, label)[0], (claim,))
+
+
+def _contradicted(control: Control, positive: CellResult, negative: CellResult) -> str:
+    what, wrong = f"{control.measure} order {control.order:g}", {Verdict.ERROR, Verdict.DIVERGED}
+    if found := _first(positive, {Verdict.REFUTED, *wrong}):
+        return f"the positive control {control.positive} of {what} is not verified: {found}"
+    if _absent(positive) != _absent(negative):
+        return f"one of the controls {control.positive} and {control.negative} of {what} cannot be put to it"
+    if (found := _first(negative, wrong)) or (found := _all_verified(negative)):
+        return f"the negative control {control.negative} of {what} is not refuted: {found}"
+    return ""
+
+
+def _undecided(control: Control, positive: CellResult, negative: CellResult) -> str:
+    if _absent(positive):
+        return ""
+    undecided = "" if _first(positive, {Verdict.VERIFIED}) else control.positive
+    undecided = undecided or ("" if _first(negative, {Verdict.REFUTED}) else control.negative)
+    return undecided and f"{undecided} as a control of {control.measure} order {control.order:g}"
+
+
+def _absent(result: CellResult) -> bool:
+    return all(finding.verdict is Verdict.NOT_APPLICABLE for finding in result.findings)
+
+
+def _all_verified(result: CellResult) -> str:
+    judged = [finding for finding in result.findings if finding.verdict is not Verdict.OUT_OF_SCOPE]
+    verified = bool(judged) and all(finding.verdict is Verdict.VERIFIED for finding in judged)
+    return _told(judged[0]) if verified else ""
+
+
+def _first(result: CellResult, verdicts: set[Verdict]) -> str:
+    return next((_told(finding) for finding in result.findings if finding.verdict in verdicts), "")
+
+
+def _told(finding: Finding) -> str:
+    return f"{finding.quantity} {finding.verdict}, {finding.reason}".strip()

@@ -1,0 +1,156 @@
+"""Checks of expectations that a problem knows: at time 0, over the horizon, and as time passes."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.polynomial import Chebyshev
+
+from ...arrays import Array
+from ...forms import SDE, DelaySDAE, HolonomicSDAE
+from ...forms.truths import InvariantMean, Moment
+from ...numerics import apply
+from ...numerics.statistics import EPS
+from ..check import Inapplicable
+from ..problem_subject import ProblemSubject
+from .differences import SECOND_ERROR, first, second
+
+# After so many relaxation times e^{-20} = 2e-9 is left of the start.
+RELAXED, CLOSE = 20.0, 1e-6
+
+
+def moments(subject: ProblemSubject) -> list[Moment]:
+    """Return the moments that a problem knows.
+
+    Raises
+    ------
+    Inapplicable
+        If it knows none.
+    """
+    known = [truth for truth in subject.problem.truths if isinstance(truth, Moment)]
+    if not known:
+        raise Inapplicable("it knows no moment")
+    return known
+
+
+def started(subject: ProblemSubject) -> str:
+    """Expect each moment to begin with its observable at the start, and to be a finite number at every time."""
+    problem = subject.problem
+    for moment in moments(subject):
+        at_start = problem.observables[moment.observable](0.0, problem.parts(problem.initial(1)))[0]
+        values = [moment.value(float(t)) for t in np.linspace(0.0, problem.horizon, 9)]
+        if not all(np.ndim(value) == 0 and np.isfinite(value) for value in values):
+            return f"the moment of {moment.observable} is not one finite number at every time"
+        if not abs(values[0] - at_start) <= 16 * EPS * max(1.0, abs(at_start)):
+            return (
+                f"the moment of {moment.observable} begins with {values[0]:.6g}, the observable with {at_start:.6g}"
+            )
+    return ""
+
+
+def moving(subject: ProblemSubject) -> str:
+    """Expect each moment of an observable q to begin with the rate Dq f + (1/2) sum_j D^2 q(B_j, B_j).
+
+    The interpolated derivative at an end is wrong by at most the sum of squares 10 * 21 / 6 of the Chebyshev
+    derivatives there, times 2 / (T/64), times the rounding errors of the values.
+    """
+    problem = subject.problem
+    x = np.concatenate(list(problem.parts(problem.initial(1)).values()))
+    drift, diffusion = _flow(problem, x)
+    for moment in moments(subject):
+        q = _observed(subject, moment.observable)
+        rate = float((first(q, x, drift) + 0.5 * sum(second(q, x, B) for B in np.moveaxis(diffusion, 1, 0)))[0])
+        size = 1.0 + abs(rate) + abs(moment.value(problem.horizon))
+        given = _rate_at_the_start(moment, problem.horizon)
+        if not abs(rate - given) <= (SECOND_ERROR + 1e5 * EPS) * size:
+            text = f"the moment of {moment.observable} begins with the rate {given:.8g}"
+            return f"{text}, the equation with {rate:.8g}"
+    return ""
+
+
+def settled(subject: ProblemSubject) -> str:
+    """Expect moments to tend to the invariant means of the same observables."""
+    problem = subject.problem
+    pairs = list(_pairs(subject))
+    if not pairs:
+        raise Inapplicable("it knows no observable both as a moment and as an invariant mean")
+    for moment, mean in pairs:
+        late = moment.value(RELAXED * problem.relaxation)
+        if not abs(late - mean.value) <= CLOSE * max(1.0, abs(mean.value)):
+            text = f"after {RELAXED:.0f} relaxation times the moment of {mean.observable} is {late:.8g}"
+            return f"{text}, its invariant mean {mean.value:.8g}"
+    return ""
+
+
+def _pairs(subject: ProblemSubject) -> Iterator[tuple[Moment, InvariantMean]]:
+    truths = subject.problem.truths
+    for mean in (truth for truth in truths if isinstance(truth, InvariantMean)):
+        for moment in (truth for truth in truths if isinstance(truth, Moment)):
+            if moment.observable == mean.observable and np.isfinite(subject.problem.relaxation):
+                yield moment, mean
+
+
+def _rate_at_the_start(moment: Moment, horizon: float) -> float:
+    """Return the derivative at time 0, from an interpolation in the first part of the horizon.
+
+    Expectations need not be analytic at time 0: what is singular at a distance r shows like e^{-r^2/(2t)}.
+    """
+    line = Chebyshev.interpolate(
+        lambda times: np.array([moment.value(float(t)) for t in times]), 10, domain=[0.0, horizon / 32]
+    )
+    return float(line.deriv()(0.0))
+
+
+def _observed(subject: ProblemSubject, name: str) -> Callable[[Array], Array]:
+    """Return an observable at time 0 as a function of all components in one array."""
+    problem = subject.problem
+    sizes = {part: len(value) for part, value in problem.parts(problem.initial(1)).items()}
+    ends = dict(zip(sizes, np.cumsum(list(sizes.values())), strict=True))
+
+    def value(x: Array) -> Array:
+        parts = {part: x[ends[part] - sizes[part] : ends[part]] for part in sizes}
+        return np.asarray(problem.observables[name](0.0, parts))
+
+    return value
+
+
+def _flow(problem: object, x: Array) -> tuple[Array, Array]:
+    """Return drift and diffusion of all named components at time 0, with the multiplier's where there is one."""
+    if isinstance(problem, DelaySDAE):
+        return _delay_flow(problem)
+    if isinstance(problem, HolonomicSDAE):
+        return _flow_with_multiplier(problem, x)
+    view = problem.view(SDE)  # type: ignore[attr-defined]
+    return view.drift(0.0, x), np.broadcast_to(view.diffusion(0.0, x), (len(x), view.noise_dim, 1))
+
+
+def _flow_with_multiplier(problem: HolonomicSDAE, x: Array) -> tuple[Array, Array]:
+    n, view = problem.dimension, problem.view(SDE)
+    assert isinstance(view, SDE)
+    r, v = x[:n], x[n : 2 * n]
+    Dg, J = problem.dg(r), problem.linearised(r)
+    kicks = problem.inverse_mass(np.broadcast_to(problem.diffusion(0.0, r, v), (n, problem.noise_dim, 1)))
+    columns = [-J.gram(J).solve(apply(Dg, kick)) for kick in np.moveaxis(kicks, 1, 0)]
+    rate = problem.inherent_multiplier(J, r, v, np.broadcast_to(problem.force(0.0, r, v), r.shape))
+    drift = np.concatenate([view.drift(0.0, x[: 2 * n]), rate])
+    return drift, np.concatenate([view.diffusion(0.0, x[: 2 * n]), np.stack(columns, axis=1)])
+
+
+def _delay_flow(problem: DelaySDAE) -> tuple[Array, Array]:
+    """Return drift and diffusion of x and y at time 0, y being U(x, v) and v moving along the history."""
+    start, v, e = problem.initial(1), problem.past(-problem.delay), 2.0**-10
+    f = problem.drift(0.0, start.x, v, start.y)
+    g = np.broadcast_to(problem.diffusion(0.0, start.x, v, start.y), (len(f), problem.noise_dim, 1))
+    if not problem.constraints:
+        return f, g
+
+    def of_x(x: Array) -> Array:
+        return problem.eliminated(0.0, x, v if problem.delay else x)
+
+    columns = list(np.moveaxis(g, 1, 0))
+    slope = first(of_x, start.x, f) + 0.5 * sum(second(of_x, start.x, column) for column in columns)
+    if problem.delay:
+        # Over so short a time a history is a line.
+        along = (problem.past(e - problem.delay) - v) / e
+        slope = slope + first(lambda z: problem.eliminated(0.0, start.x, z), v, along)
+    kicks = np.stack([first(of_x, start.x, column) for column in columns], axis=1)
+    return np.concatenate([f, slope]), np.concatenate([g, kicks])

@@ -1,0 +1,65 @@
+"""Checks of a solution that a problem knows on a given path, without simulating it."""
+
+import numpy as np
+
+from ...conformance.own_run import brownian
+from ...forms.truths import Pathwise
+from ...noise.brownian import Increment
+from ...numerics.statistics import EPS
+from ..check import Inapplicable
+from ..problem_subject import ProblemSubject
+
+
+def solution(subject: ProblemSubject) -> Pathwise:
+    """Return the pathwise truth of a problem.
+
+    Raises
+    ------
+    Inapplicable
+        If it knows none.
+    """
+    truth = subject.problem.pathwise
+    if truth is None:
+        raise Inapplicable("it knows no solution on a path")
+    assert isinstance(truth, Pathwise)
+    return truth
+
+
+def started(subject: ProblemSubject) -> str:
+    """Expect the solution to know components of the problem, and to have them right at time 0."""
+    truth, problem = solution(subject), subject.problem
+    known, start = truth.parts(0.0, truth.start(3)), problem.parts(problem.initial(3))
+    if not known or not known.keys() <= start.keys():
+        return f"the solution knows {sorted(known)}, the problem's components are {sorted(start)}"
+    for name, value in known.items():
+        if value.shape != start[name].shape:
+            return f"the solution gives {name} in shape {value.shape}, the problem in {start[name].shape}"
+        if not np.all(np.abs(value - start[name]) <= 4 * EPS * np.maximum(1.0, np.abs(start[name]))):
+            return f"the solution begins with another {name}"
+    return ""
+
+
+def stepped(subject: ProblemSubject) -> str:
+    """Expect a step of the solution to keep its shape and to leave its inputs alone, on one path and on three."""
+    truth, problem = solution(subject), subject.problem
+    h = problem.horizon / 8
+    for paths in (1, 3):
+        z, noise = truth.start(paths), brownian(problem.noise_dim, paths, h, 0)
+        noise = noise._replace(xi=np.ones((truth.extra_normals, paths)) if truth.extra_normals else None)
+        assert noise.H is not None
+        before = z.copy(), noise.dW.copy(), noise.H.copy()
+        new = truth.advance(z, 0.0, h, noise)
+        if new.shape != z.shape or not np.isfinite(new).all():
+            return f"a step of the solution on {paths} paths is not finite, or has shape {new.shape}"
+        if not all(np.array_equal(a, b) for a, b in zip((z, noise.dW, noise.H), before, strict=True)):
+            return "a step of the solution writes into its state or its noise"
+    return ""
+
+
+def still(subject: ProblemSubject) -> str:
+    """Expect a step of the solution without time and noise to change nothing."""
+    truth, none = solution(subject), np.zeros((subject.problem.noise_dim, 1))
+    z = truth.start(1)
+    extra = np.ones((truth.extra_normals, 1)) if truth.extra_normals else None
+    same = np.array_equal(truth.advance(z, 0.0, 0.0, Increment(none, none, extra)), z)
+    return "" if same else "a step of length 0 changes the solution"
