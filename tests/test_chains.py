@@ -11,8 +11,17 @@ from scipy.stats import binom, t
 from sdaeverify import Scheme
 from sdaeverify.contracts.tally import packed, unpacked
 from sdaeverify.noise.brownian import Source, brownian_steps
-from sdaeverify.simulate.chains import GROUPS, ChainRecord, Chains, Plan, grouped, run_chains, run_pilot
-from sdaeverify.simulate.chains.plan import BURN_IN, LEVELS
+from sdaeverify.simulate.chains import (
+    BURN_IN,
+    GROUPS,
+    LEVELS,
+    ChainRecord,
+    Chains,
+    Plan,
+    grouped,
+    run_chains,
+    run_pilot,
+)
 from stationary_cells import SIGMA, VARIANCE, Euler, double_well, euler_variance, ou, rotation
 
 SMALL = Plan(h=0.25, relaxation=1.0, seed=5, looks=3, paired=2 * GROUPS, wide=4 * GROUPS)

@@ -5,18 +5,23 @@ what it was asked before gives other errors in another order of calls. Each chec
 wrong in one line, or an empty string.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..contracts.scheme import Scheme, Step, flatten, same_kind
+from ..arrays import Array
+from ..contracts.scheme import Scheme, State, Step, Stepper, flatten, same_kind
 from ..errors import FAULTS, SchemeError, one_line
-from ..forms import NOISE, Problem
+from ..forms import NOISE, DelaySDAE, Problem
+from ..noise.brownian import Increment
 from ..numerics import all_finite
 from ..probe.step.one_step import OneStep
 from ..probe.step.states import WHEN, cloud
 from ..probe.step.times import in_a_row
-from .batches import each, equal, taken
+from .batches import each, equal, frozen, taken
+from .own_run import brownian
 from .trial import Trial
 
 # A fine step, and the coarsest one that runs begin with by default, at which iterations differ most between paths.
@@ -154,3 +159,105 @@ CHECKS: dict[str, Check] = {
     ALONE: takes_paths_alone,
     "without the noise it does not declare": uses_declared_noise,
 }
+
+
+# Whether a step hears its noise, and keeps none of it.
+
+
+def hears_its_noise(trial: Trial) -> str:
+    """Make the step with noise of the other sign and of half the size.
+
+    A linear step may by chance be even in dW, or constant on one side of 0, at one step size; a step that fails may
+    stay where it was, and where the equation has no noise, nothing moves. A step that accepts or rejects may stay on
+    some paths, but not on all of them.
+    """
+    steps = [trial.first, *(trial.step(trial.state, _scaled(trial.noise, s)) for s in (-1.0, 0.5))]
+    new, opposite, half = (flatten(made.state) for made in steps)
+    changed = np.any((new != opposite) | (new != half), axis=0)
+    failed = np.all([np.zeros(trial.paths, dtype=bool) if made.failed is None else made.failed for made in steps], 0)
+    listening = _kicked(trial) & ~failed
+    deaf = int(np.count_nonzero(listening & ~changed))
+    if trial.scheme.jumps and deaf < np.count_nonzero(listening):
+        return ""
+    return f"noise of another sign or size changes nothing on {deaf} of {trial.paths} paths" if deaf else ""
+
+
+def keeps_no_noise(trial: Trial) -> str:
+    """Look for memory that the new state shares with the noise."""
+    arrays = trial.first.state if isinstance(trial.first.state, tuple) else (trial.first.state,)
+    noise = [part for part in trial.noise if part is not None]
+    shared = any(np.may_share_memory(a, b) for a in arrays for b in noise)
+    return "the new state is a view of the noise, into which the next noise is drawn" if shared else ""
+
+
+def _scaled(noise: Increment, s: float) -> Increment:
+    return noise._replace(dW=s * noise.dW, H=None if noise.H is None else s * noise.H)
+
+
+def _kicked(trial: Trial) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Tell on which paths the equation's noise moves the state."""
+    kick = _kick(trial)
+    return np.ones(trial.paths, dtype=bool) if kick is None else np.any(kick != 0.0, axis=0)
+
+
+def _kick(trial: Trial) -> Array | None:
+    parts, t, view = trial.scheme.parts(trial.view, trial.state), WHEN * trial.view.horizon, trial.view
+    if isinstance(view, DelaySDAE):
+        lagged = parts["x"] if trial.noise.lagged is None else trial.noise.lagged
+        y = parts.get("y", parts["x"][:0])
+        return view.diffused(t, parts["x"], lagged, y, trial.noise.dW)
+    ito = view.ito()
+    if ito is None or not set(ito.names or ("x",)) <= set(parts):
+        return None
+    return np.asarray(ito.diffused(t, np.concatenate([parts[name] for name in ito.names or ("x",)]), trial.noise.dW))
+
+
+# Whether a scheme's state is all its memory: a run that is taken up from a copy of it goes on as before.
+
+
+# A run of so many steps is taken up after none and after some of them.
+STEPS, TAKEN_UP = 8, (0, 3)
+
+
+class Stop(NamedTuple):
+    """A state of a run, with the noise of the step that follows it."""
+
+    state: State
+    noise: Increment
+
+
+def carries_its_memory(trial: Trial) -> str:
+    """Go on from copies of the state, field by field, with a copy of the scheme that has never made a step."""
+    stops, end = _run(trial)
+    for begin in TAKEN_UP:
+        fresh = replace(trial.scheme)
+        state, stepper = each(np.array, stops[begin].state), fresh.prepare(trial.view, trial.h)
+        if not equal(_last(stepper, state, trial.h, begin, [stop.noise for stop in stops[begin:]]), end):
+            when = f"after {begin} steps" if begin else "at its start"
+            text = f"a run taken up {when} from a copy of its state ends elsewhere"
+            return f"{text}: the scheme remembers more than its state"
+    return ""
+
+
+def _run(trial: Trial) -> tuple[list[Stop], State]:
+    state, stops = trial.scheme.start(trial.view, trial.paths, trial.h), list[Stop]()
+    recall = trial.view.recall(trial.h, trial.paths)
+    for n, drawn in enumerate(_noises(trial)):
+        noise = frozen(drawn if recall is None else recall.driven(drawn))
+        stops.append(Stop(frozen(state), noise))
+        state = trial.stepper(stops[n].state, n * trial.h, noise).state
+        if recall is not None:
+            recall.push(trial.scheme.parts(trial.view, state)["x"])
+    return stops, state
+
+
+def _noises(trial: Trial) -> Iterator[Increment]:
+    for n in range(STEPS):
+        drawn = brownian(trial.view.noise_dim, trial.paths, trial.h, n)
+        yield trial.lawful(drawn if "H" in trial.view.noise else drawn._replace(H=None))
+
+
+def _last(stepper: Stepper, state: State, h: float, begin: int, noises: Sequence[Increment]) -> State:
+    for n, noise in enumerate(noises, begin):
+        state = stepper(frozen(state), n * h, noise).state
+    return state

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 from ..contracts.measure import Finding, Verdict
 from ..study import Cell, CellResult
-from ..study.claimed import promises_of
+from ..study.plan import promises_of
 from .expected import ExpectedFailure, expectation
 from .policy import Policy
 

@@ -1,7 +1,9 @@
 """Tiers: how much a gate spends, and on what."""
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from datetime import date
 from enum import StrEnum
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -87,3 +89,12 @@ def tier_of(policy: "Policy") -> Tier:
 def settings_of(policy: "Policy") -> Settings:
     """Return the settings of a policy: those of its tier, with its seed and its error probability."""
     return replace(tier_of(policy).settings, seed=policy.seed, confidence=1.0 - policy.alpha)
+
+
+# Seeds of a gate: the same each time, or a new one each day that anybody can compute again.
+
+
+def seed_of(day: date) -> int:
+    """Return the seed of a day: the first 63 bits of a hash of its date, so that nobody chooses it."""
+    digest = hashlib.blake2b(f"sdaeverify gate {day.isoformat()}".encode(), digest_size=8).digest()
+    return int.from_bytes(digest, "big") >> 1

@@ -11,7 +11,7 @@ from ..errors import FAULTS
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems
 from ..study import CellResult, Plan
-from ..study.claimed import claims_of
+from ..study.plan import claims_of
 from .outcomes import UNMEASURED
 from .plan import gated_schemes, left_out
 from .policy import Policy

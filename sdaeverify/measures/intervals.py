@@ -18,7 +18,7 @@ from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally, packed, unpacked
 from ..forms import Problem, is_delayed
-from ..probe.local.delay_consistency import (
+from ..probe.local.consistency import (
     DelayConsistency,
     consistency_order,
     delay_consistency,

@@ -1,10 +1,15 @@
 """Block-banded matrices on every path at once: what couples nodes in a row with their neighbours only."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg.lapack import dgbsv
 
-from ..arrays import Array
+from ..arrays import Array, Mask
+from .linalg import solve
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,3 +101,167 @@ def overlap(nodes: int, offset: int) -> tuple[slice, slice]:
     """Return the rows i of blocks that have a node i + offset, and these nodes."""
     rows, columns = (slice(max(0, -o), max(0, min(nodes, nodes - o))) for o in (offset, -offset))
     return rows, columns
+
+
+# Linear systems of block-banded matrices on every path at once, at a cost that grows like the number of nodes.
+
+
+# Numbers in the largest band matrix that is eliminated at once: 8 MiB, as more would not be faster.
+LARGEST = 2**20
+
+
+class Part(NamedTuple):
+    """A matrix whose entries are rows `top`, ... and columns `left`, ... of every node."""
+
+    top: int
+    left: int
+    matrix: BlockBanded
+
+    def of(self, paths: Mask) -> "Part":
+        """Return that of some paths."""
+        blocks = self.matrix.blocks
+        taken = blocks[..., paths] if blocks.shape[-1] > 1 else blocks
+        return self._replace(matrix=BlockBanded(taken, self.matrix.lower))
+
+    @property
+    def place(self) -> tuple[int, ...]:
+        """Where its entries are: what the layout of a system depends on."""
+        K, _, a, b, _ = self.matrix.blocks.shape
+        return (self.top, self.left, K, self.matrix.lower, a, b)
+
+
+def solve_blocks(rows: Sequence[Sequence[BlockBanded | None]], right: Sequence[Array]) -> list[Array]:
+    """Solve sum_j A_ij y_j = x_i; a singular system gives non-finite numbers on its path only.
+
+    The unknowns of a node stand side by side, so that the system is banded in nodes; it is solved by elimination with
+    exchange of rows. Its band is narrowest where matrices with many diagonals are near each other in `rows`.
+
+    Parameters
+    ----------
+    rows : sequence of sequences of BlockBanded or None
+        A_ij, of the same number of nodes; None stands for zero.
+    right : sequence of ndarrays, shape (N, a_i, P)
+        x_i.
+
+    Returns
+    -------
+    list of ndarray, shape (N, b_j, P)
+        y_j.
+    """
+    given = [(i, j, part) for i, row in enumerate(rows) for j, part in enumerate(row) if part is not None]
+    widths = {j: part.blocks.shape[3] for _, j, part in given}
+    tops = np.cumsum([0, *(x.shape[1] for x in right)])
+    lefts = np.cumsum([0, *(widths[j] for j in range(len(widths)))])
+    parts = [Part(int(tops[i]), int(lefts[j]), part) for i, j, part in given]
+    return np.split(_solved(parts, np.concatenate(right, axis=1)), lefts[1:-1], axis=1)
+
+
+def _solved(parts: list[Part], x: Array) -> Array:
+    if len(x) == 1:
+        return solve(_dense(parts, x), x[0])[None]
+    sums = sum(part.matrix.blocks.sum(axis=(0, 1, 2, 3)) for part in parts)
+    usable = np.isfinite(sums + x.sum(axis=(0, 1)))
+    y = _eliminated(parts, x, usable)
+    # An overflow in one path may have reached others, so that these are done again, each for itself.
+    broken = usable & ~np.isfinite(y.sum(axis=(0, 1)))
+    if broken.any():
+        some = x[..., broken]
+        dense = _dense([part.of(broken) for part in parts], some)
+        y[..., broken] = solve(dense, some.reshape(len(dense), -1)).reshape(some.shape)
+    return y
+
+
+def _dense(parts: list[Part], x: Array) -> Array:
+    # The matrix of each path.
+    N, b, P = x.shape
+    dense, nodes = np.zeros((N, b, N, b, P)), np.arange(N)
+    for top, left, A in parts:
+        for k, blocks in enumerate(A.blocks):
+            here, there = overlap(N, k - A.lower)
+            height, width = blocks.shape[1:3]
+            dense[nodes[here], top : top + height, nodes[there], left : left + width] = blocks[here]
+    return dense.reshape(N * b, N * b, P)
+
+
+class _Layout(NamedTuple):
+    # LAPACK's storage of the band of one path, column after column: the number of columns, how many diagonals of
+    # entries there are below and above the main one, and for each part which of its entries go where.
+    size: int
+    below: int
+    above: int
+    sources: tuple[Array, ...]
+    target: Array
+
+    @property
+    def diagonal(self) -> int:
+        return self.below + self.above
+
+    @property
+    def rows(self) -> int:
+        return 2 * self.below + self.above + 1
+
+
+@lru_cache(maxsize=64)
+def _layout(places: tuple[tuple[int, ...], ...], N: int, b: int) -> _Layout:
+    sources, row, column = [], [], []
+    for top, left, K, lower, height, width in places:
+        k, i, a, c = (index.ravel() for index in np.indices((K, N, height, width)))
+        j = i + k - lower
+        inside = (j >= 0) & (j < N)
+        sources.append(np.flatnonzero(inside))
+        row.append((i * b + top + a)[inside])
+        column.append((j * b + left + c)[inside])
+    rows, columns = np.concatenate(row), np.concatenate(column)
+    below, above = max(0, int((rows - columns).max())), max(0, int((columns - rows).max()))
+    target = columns * (2 * below + above + 1) + rows - columns + below + above
+    return _Layout(N * b, below, above, tuple(sources), target)
+
+
+def _eliminated(parts: list[Part], x: Array, usable: Mask) -> Array:
+    N, b, P = x.shape
+    layout = _layout(tuple(part.place for part in parts), N, b)
+    entries, right, y = _entries(layout, parts, P), x.reshape(-1, P), np.empty((P, N * b))
+    together = max(1, LARGEST // (N * b * layout.rows))
+    for paths in (slice(begin, begin + together) for begin in range(0, P, together)):
+        y[paths] = _together(layout, entries[:, paths], right[:, paths].T, usable[paths])
+    return np.ascontiguousarray(y.T).reshape(x.shape)
+
+
+def _together(layout: _Layout, entries: Array, x: Array, usable: Mask) -> Array:
+    # One band matrix of many paths. A pivot is never another path's row, which is zero in the column; but a row that
+    # is not finite would spoil the paths beside it.
+    right = np.where(usable[:, None], x, 0.0)
+    # Unit rows before the first and after the last path, so that all paths see the same surroundings: vector
+    # instructions round otherwise at the edge of a matrix.
+    ends = np.zeros(layout.below + layout.above)
+    while True:
+        matrix = _stored(layout, entries, usable, len(ends))
+        flat = np.concatenate([ends, right.ravel(), ends])
+        factors, _, y, info = dgbsv(layout.below, layout.above, matrix.T, flat, overwrite_ab=1, overwrite_b=1)
+        if info == 0:
+            break
+        pivots = factors[layout.diagonal][len(ends) : len(y) - len(ends)].reshape(x.shape)
+        usable = usable & (pivots != 0.0).all(axis=1)
+    return np.where(usable[:, None], y[len(ends) : len(y) - len(ends)].reshape(x.shape), np.nan)
+
+
+def _entries(layout: _Layout, parts: list[Part], P: int) -> Array:
+    entries, end = np.empty((len(layout.target), P)), 0
+    for source, part in zip(layout.sources, parts, strict=True):
+        blocks = part.matrix.blocks
+        entries[end : end + len(source)] = blocks.reshape(-1, blocks.shape[-1])[source]
+        end += len(source)
+    return entries
+
+
+def _stored(layout: _Layout, entries: Array, usable: Mask, ends: int) -> Array:
+    # The columns of all paths, with unit columns for those that are not usable.
+    columns = len(usable) * layout.size
+    matrix = np.zeros((columns + 2 * ends, layout.rows))
+    matrix[:ends, layout.diagonal] = matrix[ends + columns :, layout.diagonal] = 1.0
+    paths = matrix[ends : ends + columns].reshape(len(usable), -1)
+    paths[:, layout.target] = entries.T
+    if not usable.all():
+        paths[~usable] = 0.0
+        paths[~usable, layout.diagonal :: layout.rows] = 1.0
+    return matrix

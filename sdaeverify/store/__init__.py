@@ -1,7 +1,6 @@
 """Evidence on disk: one file for each scheme, problem and block, under a hash of everything that determines it."""
 
-from .files import StoredLane, read_lane, read_lanes
-from .parts import joined
+from .files import StoredLane, joined, read_lane, read_lanes
 from .store import Place, Recalled, Store, keep, saved_meanwhile
 
 __all__ = [

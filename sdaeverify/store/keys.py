@@ -11,8 +11,7 @@ from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import Settings
 from ..contracts.specs import ProblemSpec
-from .code import code_of
-from .sources import contents, files_of, framework_source, source_of
+from .sources import code_of, contents, files_of, framework_source, source_of
 
 Ingredients = Mapping[str, str]
 # Of "scheme" and "problem": the module, the files that count for it, and a hash of their contents.

@@ -13,7 +13,7 @@ from ..contracts.scheme import Scheme
 from ..errors import UsageError
 from ..simulate.behaviour import Behaviour
 from ..simulate.ensemble import Entry, LaneEvidence, Task, behaviours
-from .files import MeasureRecord, StoredLane, read_ingredients, read_lane, write_lane
+from .files import MeasureRecord, StoredLane, fuller, read_ingredients, read_lane, write_lane
 from .keys import (
     Files,
     Ingredients,
@@ -24,7 +24,6 @@ from .keys import (
     lane_ingredients,
     measure_ingredients,
 )
-from .parts import fuller
 
 FOLDER = "evidence"
 NEW, DAMAGED, SOURCELESS = "not there yet", "damaged", "code without a source file"

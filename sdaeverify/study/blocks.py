@@ -9,13 +9,65 @@ from pathlib import Path
 from typing import NamedTuple, Protocol, TypeVar
 
 from ..contracts.scheme import Scheme
-from ..simulate.ensemble import Entry, LaneEvidence, Task, run_block, without_evidence
+from ..simulate.behaviour import Behaviour
+from ..simulate.ensemble import Entry, LaneEvidence, Task, behaviours, run_block, without_evidence
 from ..simulate.guard import NO_MEASURE, PROBLEM
 from ..store import Place, Recalled, Store, joined, keep, saved_meanwhile
 from ..workers.calls import Call, Lost, packed, unpacked
 from ..workers.isolated import Isolated
-from ..workers.limits import NOBODY, Mark, Watchdog
-from .observing import Observer
+from ..workers.limits import NOBODY, Mark, StopError, Watchdog
+
+# What schemes and problems do now, told by worker processes: it decides whether evidence on disk is about them.
+
+
+Told = tuple[Behaviour | None, ...]
+
+
+def behaviours_pickled(task: bytes, mark: Path, timeout: float) -> Told:
+    """Tell in a worker process what the schemes of a task do."""
+    return behaviours(unpacked(task), Watchdog(mark, timeout))
+
+
+class Observer:
+    """Tells what the schemes of tasks do on their problems, each asked once.
+
+    Parameters
+    ----------
+    executor : Isolated or None
+        Steps are made in this process if there is none.
+    """
+
+    def __init__(self, executor: Isolated | None) -> None:
+        self.executor = executor
+        self.known: dict[tuple[str, Scheme], Behaviour | None] = {}
+
+    def __call__(self, task: Task) -> list[Behaviour | None]:
+        """Return what the schemes of a task do; None where that cannot be told."""
+        label = task.spec.label
+        new = tuple(entry for entry in task.entries if (label, entry.scheme) not in self.known)
+        if new:
+            told = self._told(replace(task, entries=new))
+            self.known |= {(label, entry.scheme): one for entry, one in zip(new, told, strict=True)}
+        return [self.known[label, entry.scheme] for entry in task.entries]
+
+    def _told(self, task: Task) -> Sequence[Behaviour | None]:
+        if self.executor is None:
+            return behaviours(task)
+        argument = packed(task, f"problem {task.spec.label} or a scheme or measure on it")
+        try:
+            told = Call(self.executor, behaviours_pickled, argument).outcome()
+        except StopError as stop:
+            return self._without(task, stop.lane)
+        return self._without(task, told.mark.lane) if isinstance(told, Lost) else told
+
+    def _without(self, task: Task, lane: int) -> Sequence[Behaviour | None]:
+        """Return what the others do where one scheme hangs or dies of being asked."""
+        entries = task.entries
+        if lane not in range(len(entries)):
+            return [None] * len(entries)
+        rest = self._told(replace(task, entries=(*entries[:lane], *entries[lane + 1 :])))
+        return [*rest[:lane], None, *rest[lane:]]
+
 
 Lanes = tuple[LaneEvidence, ...]
 Parts = list[tuple[Entry, LaneEvidence]]

@@ -1,6 +1,6 @@
 """The product schemes x problems x measures, split into cells that can be run and reasons why not."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from ..contracts.matching import Match, match
 from ..contracts.measure import Measure, Verdict
-from ..contracts.scheme import Scheme
+from ..contracts.scheme import Claim, Scheme
 from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
 from ..forms import Problem
@@ -240,3 +240,56 @@ def _asked(made: ProblemPlan, scheme: Scheme, measure: Measure) -> Cell:
         return cell
     assert made.problem is not None
     return scheme_cells(scheme, made.spec, made.problem, [measure])[0]
+
+
+# Which cells of a plan a claim is put to the test in.
+
+
+def promises_of(cell: Cell) -> tuple[Claim, ...]:
+    """Return the claims of a cell's scheme that name its measure, in scope or not."""
+    return tuple(claim for claim in cell.scheme.promises if claim.measure == cell.measure.name)
+
+
+def claims_of(cell: Cell, problem: Problem | None) -> tuple[Claim, ...]:
+    """Return the claims that a cell puts to the test: all that might be, where what is wrong hides the scope.
+
+    Parameters
+    ----------
+    cell : Cell
+    problem : Problem or None
+        That of the cell; None if it could not be built.
+    """
+    promised = promises_of(cell)
+    if cell.verdict is Verdict.NOT_APPLICABLE or not promised:
+        return ()
+    if cell.verdict is not None or problem is None:
+        return promised
+    view = match(cell.scheme, problem).problem
+    return tuple(claim for claim in promised if view is not None and claim.when <= view.traits)
+
+
+# Plans of several runs as one: the cells of each, and no others.
+
+
+def union(plans: Iterable[Plan]) -> Plan:
+    """Return the cells of all plans, each once, those of one problem together.
+
+    Parameters
+    ----------
+    plans : iterable of Plan
+
+    Returns
+    -------
+    Plan
+    """
+    found: dict[str, ProblemPlan] = {}
+    for made in (problem for plan in plans for problem in plan.problems):
+        before = found.get(made.spec.label)
+        found[made.spec.label] = made if before is None else _both(before, made)
+    return Plan(tuple(found[label] for label in sorted(found)))
+
+
+def _both(one: ProblemPlan, other: ProblemPlan) -> ProblemPlan:
+    cells = {(cell.scheme.label, cell.measure.name): cell for cell in (*one.cells, *other.cells)}
+    controls = {control.control: control for control in (*one.controls, *other.controls)}
+    return replace(one, cells=tuple(cells[key] for key in sorted(cells)), controls=tuple(controls.values()))

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from sdaeverify.lab.calibration import slopes
-from sdaeverify.lab.calibration.mean_differences import mean_difference_rates
 from sdaeverify.lab.calibration.rates import NOTHING, offending
-from sdaeverify.lab.calibration.slopes import slope_rates
+from sdaeverify.lab.calibration.slopes import mean_difference_rates, slope_rates
 
 
 def widened(factor):

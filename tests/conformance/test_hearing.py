@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, THREE_POINT, Law, Scheme, Step
-from sdaeverify.conformance.hearing import hears_its_noise, keeps_no_noise
+from sdaeverify.conformance.contract import hears_its_noise, keeps_no_noise
 from sdaeverify.conformance.trial import Trial
 from sdaeverify.numerics import apply
 from sdaeverify_problems.delay_martingale import delay_martingale

@@ -9,8 +9,7 @@ import pytest
 from averaged_noise import LeimkuhlerMatthews
 from sdaeverify import SDE, Array, Claim, DelaySDAE, DelayState, Increment, Scheme, Step, verify
 from sdaeverify.conformance import breach
-from sdaeverify.conformance.exactness import exactness_breach
-from sdaeverify.conformance.law import law_error
+from sdaeverify.conformance.exactness import exactness_breach, law_error
 from sdaeverify.conformance.trivial import H, trivial_problems
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.ou import ou

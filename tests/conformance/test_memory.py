@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, Array, Scheme, Step
-from sdaeverify.conformance.memory import carries_its_memory
+from sdaeverify.conformance.contract import carries_its_memory
 from sdaeverify.conformance.trial import Trial
 from sdaeverify.numerics import apply
 from sdaeverify_problems.delay_ou import delay_ou

@@ -4,7 +4,7 @@ import inspect
 from dataclasses import replace
 from pathlib import Path
 
-from sdaeverify.gate.writers.claim_lines import claim_place
+from sdaeverify.gate.writers.github import claim_place
 
 from . import conftest
 from .conftest import SHARP, Fussy, Plain

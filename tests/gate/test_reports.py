@@ -10,8 +10,7 @@ from sdaeverify.contracts.measure import Verdict
 from sdaeverify.gate.expected import ExpectedFailure
 from sdaeverify.gate.lock import Lock
 from sdaeverify.gate.policy import Policy
-from sdaeverify.gate.writers.badge import badge
-from sdaeverify.gate.writers.json_file import json_report
+from sdaeverify.gate.writers.json_file import badge, json_report
 from sdaeverify.gate.writers.markdown import markdown_report
 from sdaeverify.gate.writers.text import text_report
 

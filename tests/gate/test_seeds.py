@@ -3,7 +3,7 @@
 from datetime import date, timedelta
 
 from sdaeverify import Settings
-from sdaeverify.gate.seeds import seed_of
+from sdaeverify.gate.tiers import seed_of
 
 DAY = date(2025, 3, 1)
 

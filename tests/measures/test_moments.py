@@ -11,8 +11,7 @@ from sdaeverify import SDE, Array, Claim, HolonomicSDAE, Scheme, Settings
 from sdaeverify.contracts.measure import Evidence, Finding, Judgement, Snapshot, Verdict
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.contracts.tally import Tally, packed
-from sdaeverify.measures._moments import EDGES, MomentObserver
-from sdaeverify.measures.moments import FACTOR, Moments
+from sdaeverify.measures.moments import EDGES, FACTOR, MomentObserver, Moments
 from sdaeverify.probe.step.semi_stability import Growth
 from sdaeverify.simulate.ensemble import Entry, Task, run_block
 from sdaeverify_problems.ou import ou

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify.probe.local.delay_consistency import (
+from sdaeverify.probe.local.consistency import (
     DelayConsistency,
     consistency_order,
     delay_consistency,

@@ -7,7 +7,7 @@ from scipy.linalg import solve_discrete_lyapunov
 from probe.theta_cells import MESHES, SETS, companion, random_step
 from sdaeverify import Mesh
 from sdaeverify.probe.linear.delay_step import Lagged, lagged
-from sdaeverify.probe.stability.delay_covariances import covariances, noise_gain, scaled
+from sdaeverify.probe.stability.delay_radius import covariances, noise_gain, scaled
 
 
 def around(recursion: Lagged, r: float, nodes: int = 4096) -> float:

@@ -9,8 +9,7 @@ from probe.theta_cells import MESHES, SETS, Linear, companion, random_step
 from sdaeverify import Mesh
 from sdaeverify.probe.linear.delay_step import LinearDelayStep, lagged, queue_operator
 from sdaeverify.probe.stability import delay_radius
-from sdaeverify.probe.stability.delay_radius import is_stable, mean_radius, radius
-from sdaeverify.probe.stability.delay_zeros import outside
+from sdaeverify.probe.stability.delay_radius import is_stable, mean_radius, outside, radius
 from sdaeverify.probe.stability.spectral import spectral_radius
 
 

@@ -6,7 +6,7 @@ import pytest
 from probe.theta_cells import MESHES, SETS, companion, random_step
 from sdaeverify import Mesh
 from sdaeverify.probe.linear.delay_step import Lagged, lagged
-from sdaeverify.probe.stability.delay_zeros import outside
+from sdaeverify.probe.stability.delay_radius import outside
 
 
 def scalar(*coefficients: float) -> Lagged:

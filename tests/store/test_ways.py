@@ -11,8 +11,8 @@ from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.forms.sde import sde
 from sdaeverify.simulate.ensemble import Entry, Task, behaviours
 from sdaeverify.store import sources
-from sdaeverify.store.code import code_of
 from sdaeverify.store.keys import lane_ingredients
+from sdaeverify.store.sources import code_of
 from store.ways import PROBLEMS, SCHEMES, of_problem, of_scheme
 
 SETTINGS = Settings(paths=40, block=40, levels=3)

@@ -10,7 +10,7 @@ from sdaeverify import SDE, Claim, Scheme
 from sdaeverify.contracts.measure import Measure, Verdict
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.study import Cell
-from sdaeverify.study.claimed import claims_of, promises_of
+from sdaeverify.study.plan import claims_of, promises_of
 
 EVERYWHERE = Claim(measure="sharp", value=0.5, source="made up")
 ADDITIVE = Claim(measure="sharp", value=1.0, source="made up", when=frozenset({"additive-noise"}))

@@ -5,8 +5,7 @@ import pytest
 from sdaeverify.contracts.measure import Measure
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.forms.controls import Control
-from sdaeverify.study.plan import Cell, ControlPlan, Plan, ProblemPlan
-from sdaeverify.study.union import union
+from sdaeverify.study.plan import Cell, ControlPlan, Plan, ProblemPlan, union
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama

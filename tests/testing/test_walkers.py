@@ -5,7 +5,7 @@ import pytest
 
 from sdaeverify.noise.brownian import Source, brownian_steps
 from sdaeverify.testing.check import Inapplicable
-from sdaeverify.testing.checks.walkers import COARSEST, euler, known, together
+from sdaeverify.testing.checks.sampled import COARSEST, euler, known, together
 from sdaeverify_problems.delay_martingale import delay_martingale
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.gbm_algebraic import gbm_algebraic

@@ -11,8 +11,7 @@ import click
 
 from ...errors import UsageError
 from ...gate.policy import Policy, read_policy
-from ...gate.seeds import seed_of
-from ...gate.tiers import TIERS
+from ...gate.tiers import TIERS, seed_of
 from ...gate.writers.github import annotations, fence
 from ...gate.writers.markdown import markdown_report
 from ...registry.discovery import absolute

@@ -18,8 +18,7 @@ from ...gate.plan import gate_plan, left_out
 from ...gate.policy import Policy
 from ...gate.tiers import Cover, settings_of, tier_of
 from ...gate.untested import Untested, untested
-from ...gate.writers.badge import badge
-from ...gate.writers.json_file import json_report
+from ...gate.writers.json_file import badge, json_report
 from ...gate.writers.junit import junit_xml
 from ...gate.writers.markdown import markdown_report
 from ...gate.writers.text import text_report

@@ -91,7 +91,7 @@ def _differing(one: "SavedRun", other: "SavedRun") -> str | None:
 
 def _plan(saved: "Sequence[SavedRun]", registry: Registry, executor: "Executor | None") -> Any:
     from ...api import plan_of  # noqa: PLC0415
-    from ...study.union import union  # noqa: PLC0415
+    from ...study.plan import union  # noqa: PLC0415
 
     select = {"schemes": select_schemes, "problems": select_problems, "measures": select_measures}
     plans = []

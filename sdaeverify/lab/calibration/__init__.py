@@ -6,9 +6,8 @@ whole procedures err at most at theirs. Where nothing is promised, as for the L2
 differences lost in noise, the rate shows why.
 """
 
-from .plan import CalibrationPlan, calibration_plan
+from .plan import Calibration, CalibrationPlan, calibration_plan
 from .rates import Expectation, Rate, offending
-from .run import Calibration
 from .tables import Section, markdown, rate_table, sections, summary
 
 __all__ = [

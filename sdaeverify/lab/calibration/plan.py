@@ -1,6 +1,7 @@
 """What a calibration does: its cases and studies, and the jobs that give their rates."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Protocol
@@ -12,14 +13,14 @@ from ...contracts.specs import ProblemSpec
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
+from ...study import Advanced
 from .chain_means import ChainJob
 from .families import CELLS, family_rates
 from .looks import look_rates
-from .mean_differences import mean_difference_rates
 from .rates import Rate
 from .repeated import POOLED
-from .samples import PathJob, Sample, path_settings
-from .slopes import slope_rates
+from .samples import PathJob, Sample, joined, path_settings
+from .slopes import mean_difference_rates, slope_rates
 from .verdicts import published_rates, verdict_rates
 
 # Repetitions are counted for samples of 400 paths; there are more smaller and fewer larger ones.
@@ -152,3 +153,51 @@ def _asked(only: Sequence[str], study: str, case: str) -> bool:
     patterns = [word for text in only for word in split_list(text)]
     # Brackets are those of a label as well as of a pattern.
     return not only or any(pattern in name or fnmatchcase(name, f"*{pattern}*") for pattern in patterns)
+
+
+# A calibration under way: jobs over an executor, rates in the order of the plan.
+
+
+class Calibration:
+    """A plan with what has been found.
+
+    Parameters
+    ----------
+    plan : CalibrationPlan
+
+    Attributes
+    ----------
+    rates : list of Rate
+        Complete when `run` has come to its end.
+    """
+
+    def __init__(self, plan: CalibrationPlan) -> None:
+        self.plan = plan
+        self.jobs = plan.jobs()
+        self.rates: list[Rate] = []
+
+    def run(self, executor: Executor | None = None) -> Iterator[Advanced]:
+        """Do all jobs, in this process if there is no executor, then count."""
+        samples: dict[str, list[Sample]] = {}
+        chains: list[Rate] = []
+        results = map(run_job, self.jobs) if executor is None else executor.map(run_job, self.jobs)
+        for done, (job, result) in enumerate(zip(self.jobs, results, strict=True), start=1):
+            for part in result:
+                if isinstance(part, Sample):
+                    samples.setdefault(part.case.label, []).append(part)
+                else:
+                    chains.append(part)
+            yield Advanced(done, len(self.jobs), job.label)
+        self.rates = [*self._path_rates(samples), *chains, *self.plan.family_rates()]
+
+    def _path_rates(self, samples: dict[str, list[Sample]]) -> Iterator[Rate]:
+        found = {label: joined(parts) for label, parts in samples.items()}
+        for study, rates in STUDIES.items():
+            for placed in self.plan.placed:
+                if study in placed.studies:
+                    yield from rates(found[placed.case.label])
+
+
+def run_job(job: Job) -> list[Sample] | list[Rate]:
+    """Do a job, in a worker process or in this one."""
+    return job.run()

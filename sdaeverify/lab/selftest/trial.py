@@ -12,7 +12,7 @@ from ...errors import SdaeverifyError, UsageError, one_line
 from ...registry.load import Registry
 from ...registry.selection import select_measures, select_problems, select_schemes
 from ...study import Cell, Plan, ProblemPlan, plan
-from ...study.claimed import promises_of
+from ...study.plan import promises_of
 
 Wanted = Callable[[Scheme, ProblemSpec], bool]
 

@@ -15,9 +15,8 @@ from ...forms import Problem
 from ..step.one_step import OneStep
 from ..step.step_noise import CUT, StepNoise
 from .affine import AFFINE, relative
-from .expectation import Expectation, expectation, factors_of
+from .expectation import Expectation, FarNoise, expectation, factors_of, far_noise
 from .linear_map import LinearMap, MemoryStep, linear_map
-from .poles import FarNoise, far_noise
 from .second_moments import Operator
 
 

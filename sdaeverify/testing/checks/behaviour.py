@@ -7,9 +7,8 @@ from itertools import product
 import numpy as np
 
 from ...conformance import contract
+from ...conformance.contract import carries_its_memory, hears_its_noise, keeps_no_noise
 from ...conformance.exactness import exactness_breach
-from ...conformance.hearing import hears_its_noise, keeps_no_noise
-from ...conformance.memory import carries_its_memory
 from ...conformance.trial import Trial
 from ...contracts.scheme import flatten
 from ..subjects import LONG, CellSubject, SchemeSubject

@@ -1,0 +1,405 @@
+"""Replicated chains: time averages of observables at several step sizes on the same noise.
+
+A chain is a path that runs long enough to forget its start. Chains are independent of each other, so that means over
+groups of them have an error that is known without any model of correlations in time; step sizes h, h/2, ... share
+their noise, so that differences between them are known far better than the means themselves. The coarsest mean is
+known worst and costs least: it is taken from many more chains of that step size alone.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..contracts.scheme import Scheme, State
+from ..noise.brownian import Brownian, Source
+from ..numerics.statistics import EPS
+from .tracks import Track
+
+# How many chains there are, and how long they run.
+
+
+LEVELS = 4
+# Fewer levels than these finest ones tell no order.
+NEEDED_LEVELS = 3
+# Groups of chains: Student's law with 31 degrees of freedom has light tails.
+GROUPS = 32
+# Relaxation times that are burnt in at least; the first look records as many.
+BURN_IN = 10.0
+SEGMENTS = 10
+# Steps, all levels together, that a plan may take.
+MOST_STEPS = 20_000
+
+
+class Plan(NamedTuple):
+    """How many chains there are, and how long they run.
+
+    Attributes
+    ----------
+    h : float
+        Coarsest step size; halved until no chain of a pilot run blows up.
+    relaxation : float
+        Time in which the solution forgets its start by a factor e.
+    seed : int
+    looks : int
+        How often at most the records are judged, each time twice as long.
+    paired, wide : int
+        Chains that run at all step sizes on the same noise, and at the coarsest alone; multiples of `GROUPS`.
+    """
+
+    h: float
+    relaxation: float
+    seed: int
+    looks: int = 6
+    paired: int = 32 * GROUPS
+    wide: int = 256 * GROUPS
+
+    def steps(self, times: float) -> int:
+        """Return the coarsest steps of some relaxation times, a multiple of `SEGMENTS`."""
+        return SEGMENTS * int(np.ceil(times * self.relaxation / (SEGMENTS * self.h)))
+
+    def source(self, view: Any, purpose: str, chains: int) -> Source:
+        """Return where the noise of some chains comes from."""
+        return Source(self.seed, f"{view.source}|chains|{purpose}", 0, chains)
+
+    def affords(self, steps: int) -> bool:
+        """Tell whether so many coarsest steps, with those of the finer levels inside them, may be taken."""
+        return steps * ((1 << LEVELS) - 1) <= MOST_STEPS
+
+    @property
+    def affordable(self) -> "Plan":
+        """The plan with as many looks as can be afforded, at least one."""
+        burnt = self.steps(BURN_IN)
+        looks = [look for look in range(2, self.looks + 1) if self.affords(burnt + burnt * 2 ** (look - 1))]
+        return self._replace(looks=max(looks, default=1))
+
+
+# Chains at one or several step sizes on the same noise, and the time averages of observables along them.
+
+
+STATIONARY_Z = 2.5
+
+
+class Chains:
+    """Chains at one or several step sizes on the same noise.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form; its observables are averaged.
+    source : Source
+        Of the noise; its paths are the chains.
+    h : float
+        Coarsest step size.
+    levels : int
+        Number of step sizes h, h/2, h/4, ...
+    """
+
+    def __init__(self, scheme: Scheme, view: Any, source: Source, h: float, levels: int = 1) -> None:
+        self.view, self.h, self.steps, self.paths = view, h, 0, source.paths
+        self.tracks = [Track(scheme, view, level, h / 2**level, source.paths) for level in range(levels)]
+        self.pieces = Brownian(source, view.noise_dim, h, levels - 1, "H" in scheme.noise).pieces()
+
+    def advance(self, steps: int) -> None:
+        """Make coarsest steps, and note the chains that blew up."""
+        for _ in range(steps):
+            self._step()
+        self._find_lost()
+
+    def average(self, steps: int) -> Array:
+        """Return the means of the O observables over the next coarsest steps, shape (L, O, P)."""
+        total = self._zeros()
+        for _ in range(steps):
+            self._step()
+            self._add_values(total)
+        self._find_lost()
+        return total / steps
+
+    def values(self) -> Array:
+        """Return the observables as they are now, shape (L, O, P)."""
+        total = self._zeros()
+        self._add_values(total)
+        return total
+
+    def record(self, steps: int) -> tuple[Array, bool]:
+        """Return the means over a record, shape (L, O, P), and whether it looks stationary.
+
+        It does if over all chains |z| < 2.5 for the mean over its first tenth less that over its second half.
+        """
+        parts = np.stack([self.average(steps // SEGMENTS) for _ in range(SEGMENTS)])
+        return parts.mean(axis=0), not _moves(parts[0] - parts[SEGMENTS // 2 :].mean(axis=0), parts)
+
+    def _step(self) -> None:
+        for piece in next(self.pieces):
+            self.tracks[piece.level].advance(piece.noise, ())
+        self.steps += 1
+
+    def _zeros(self) -> Array:
+        return np.zeros((len(self.tracks), len(self.view.observables), self.paths))
+
+    def _add_values(self, total: Array) -> None:
+        t = self.steps * self.h
+        for level, track in enumerate(self.tracks):
+            parts = track.parts()
+            for index, observable in enumerate(self.view.observables.values()):
+                total[level, index] += observable(t, parts)
+
+    def _find_lost(self) -> None:
+        for track in self.tracks:
+            track.find_lost(0.0)
+
+
+def _moves(difference: Array, parts: Array) -> bool:
+    # A difference of rounding size has no law that could be tested.
+    mean, rounding = difference.mean(axis=-1), 1e3 * EPS * np.abs(parts).max(axis=(0, -1))
+    z = mean / (difference.std(axis=-1, ddof=1) / np.sqrt(difference.shape[-1]))
+    return bool(np.any((np.abs(z) >= STATIONARY_Z) & (np.abs(mean) > rounding)))
+
+
+# Before anything is recorded: which step sizes are stable, and whether the same noise brings chains together.
+
+
+# Pairs of chains.
+PILOTS = 128
+HALVINGS = 6
+# Relaxation times in which the distance of two chains is to fall to this part of what it was.
+CONTRACTION, CONTRACTING = 20.0, 0.05
+
+
+class Pilot(NamedTuple):
+    """What was found before anything is recorded.
+
+    Attributes
+    ----------
+    wide : Chains
+        Burnt in at the largest step size at which none of them blew up, or at the smallest that was tried.
+    stable : bool
+        Whether there is one.
+    diverged : float
+        Smallest step size that blew up; NaN if none did.
+    contraction : float
+        Median ratio of the distances of two chains with the same noise after `CONTRACTION` relaxation times and
+        before; NaN where no step size is stable.
+    """
+
+    wide: Chains
+    stable: bool
+    diverged: float
+    contraction: float
+
+
+def run_pilot(scheme: Scheme, view: Any, plan: Plan) -> Pilot:
+    """Halve the step size until no chain blows up while it burns in, then look at pairs of chains."""
+    diverged = np.nan
+    for halving in range(HALVINGS + 1):
+        tried = plan._replace(h=plan.h / 2**halving)
+        wide = Chains(scheme, view, plan.source(view, "wide", plan.wide), tried.h)
+        wide.advance(tried.steps(BURN_IN))
+        if not wide.tracks[0].lost.any():
+            return Pilot(wide, True, diverged, _contraction(scheme, wide, tried))
+        diverged = tried.h
+    return Pilot(wide, False, diverged, np.nan)
+
+
+def _contraction(scheme: Scheme, wide: Chains, plan: Plan) -> float:
+    """Return the median ratio of the distances of some chains to their neighbours after and before.
+
+    Distances are taken between the observables, each in units of its standard deviation: an angle that differs by
+    full turns is no distance, and pairing is for the observables.
+    """
+    source, state = plan.source(wide.view, "contraction", PILOTS), wide.tracks[0].state
+    pair = [_started(Chains(scheme, wide.view, source, plan.h), _some(state, shift)) for shift in (0, 1)]
+    spread = pair[0].values()[0].std(axis=-1, keepdims=True)
+    unit = np.where(spread > 0.0, spread, 1.0)
+    before = _distance(pair, unit)
+    for chains in pair:
+        chains.advance(plan.steps(CONTRACTION))
+    after = _distance(pair, unit)
+    apart = before > 0.0
+    return float(np.median(after[apart] / before[apart])) if apart.any() else 0.0
+
+
+def _started(chains: Chains, state: State) -> Chains:
+    chains.tracks[0].state = state
+    return chains
+
+
+def _some(state: State, shift: int) -> State:
+    def chosen(part: Array) -> Array:
+        return np.asarray(part[..., (np.arange(PILOTS) + shift) % part.shape[-1]])
+
+    return type(state)(*map(chosen, state)) if isinstance(state, tuple) else chosen(state)
+
+
+def _distance(pair: list[Chains], unit: Array) -> Array:
+    a, b = (chains.values()[0] for chains in pair)
+    return np.asarray(np.sqrt((((a - b) / unit) ** 2).sum(axis=0)))
+
+
+# Time averages over groups of chains, look by look.
+
+
+class ChainRecord(NamedTuple):
+    """Time averages of O observables at the L step sizes, as they were at each look.
+
+    Attributes
+    ----------
+    h : ndarray, shape (L,)
+        Step sizes, coarsest first.
+    levels : ndarray, shape (looks, K, L, O)
+        Means over each group of the paired chains; no looks where too many levels went wrong before.
+    wide : ndarray, shape (looks, K, O)
+        Means over each group of the chains at the coarsest step size alone.
+    time : ndarray, shape (looks,)
+        Recorded time of each chain.
+    planned : float
+        Number of looks that were planned, over which the tests share their level.
+    paired, chains : float
+        Number of paired chains, and of those at the coarsest step size alone.
+    burn_in : float
+        Time before the record.
+    stationary : float
+        1 if the first tenth of the first record and its second half agree, 0 if not.
+    contraction, diverged : float
+        As the `Pilot` found.
+    lost, failed, truncated : ndarray, shape (L,)
+        Chains that blew up, chains that had a step without root, truncated steps.
+    """
+
+    h: Array
+    levels: Array
+    wide: Array
+    time: Array
+    planned: float
+    paired: float
+    chains: float
+    burn_in: float
+    stationary: float
+    contraction: float
+    diverged: float
+    lost: Array
+    failed: Array
+    truncated: Array
+
+
+def run_chains(scheme: Scheme, view: Any, plan: Plan, enough: Callable[[ChainRecord], bool]) -> ChainRecord:
+    """Run chains until the record is enough, or all looks are taken.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form.
+    plan : Plan
+    enough : callable, ChainRecord -> bool
+        Asked at each look but the last. It must not ask whether an effect is resolved by now, which would select
+        the samples that make it large, but whether a test at its share of the level has decided.
+
+    Returns
+    -------
+    ChainRecord
+    """
+    # Non-finite numbers are evidence here: they are counted, not warned about.
+    with np.errstate(all="ignore"):
+        pilot = run_pilot(scheme, view, plan)
+        plan = plan._replace(h=pilot.wide.h).affordable
+        record = _blank(plan, pilot, len(view.observables))
+        if pilot.stable:
+            for record in _looks(scheme, pilot.wide, plan, record):  # noqa: B020 - each look goes on from the last
+                if len(record.time) < plan.looks and enough(record):
+                    break
+    return record
+
+
+def grouped(means: Array) -> Array:
+    """Return the means over groups of chains of time averages of shape (L, O, P), shape (K, L, O)."""
+    groups = means.reshape(*means.shape[:-1], GROUPS, -1).mean(axis=-1)
+    return np.moveaxis(groups, -1, 0)
+
+
+def _looks(scheme: Scheme, wide: Chains, plan: Plan, record: ChainRecord) -> Iterator[ChainRecord]:
+    """Burn in, then yield the record as it is at each look."""
+    paired = Chains(scheme, wide.view, plan.source(wide.view, "paired", plan.paired), plan.h, LEVELS)
+    paired.advance(plan.steps(BURN_IN))
+    if _disturbed(paired):
+        yield _with_health(record, paired, wide)
+        return
+    both = (paired, wide)
+    burnt, means, stationary = _burn_in(both, plan)
+    record, steps = record._replace(burn_in=burnt * plan.h, stationary=float(stationary)), burnt
+    for look in range(plan.looks):
+        if look:
+            means = [0.5 * (mean + chains.average(steps)) for mean, chains in zip(means, both, strict=True)]
+            steps *= 2
+        record = record._replace(
+            levels=np.concatenate([record.levels, [grouped(means[0])]]),
+            wide=np.concatenate([record.wide, [grouped(means[1])[:, 0]]]),
+            time=np.append(record.time, steps * plan.h),
+        )
+        record = _with_health(record, paired, wide)
+        yield record
+        if not plan.affords(burnt + 2 * steps):
+            return
+
+
+def _burn_in(both: tuple[Chains, ...], plan: Plan) -> tuple[int, list[Array], bool]:
+    """Double the burn-in until the record that follows, as long as the burn-in, looks stationary.
+
+    Returns
+    -------
+    int
+        Coarsest steps of the burn-in, and of the record.
+    list of ndarray, shape (L, O, P)
+        Means over the record.
+    bool
+        Whether it looks stationary; if not, a longer one cannot be afforded.
+    """
+    burnt = plan.steps(BURN_IN)
+    while True:
+        for chains in both:
+            chains.advance(burnt - chains.steps)
+        records = [chains.record(burnt) for chains in both]
+        stationary = all(looks_so for _, looks_so in records)
+        if stationary or not plan.affords(4 * burnt):
+            return burnt, [means for means, _ in records], stationary
+        burnt *= 2
+
+
+def _disturbed(chains: Chains) -> bool:
+    """Tell whether so many levels went wrong that nothing can be seen of an order."""
+    needed = chains.tracks[-NEEDED_LEVELS:]
+    return any(bool(x.lost.any() or x.failed.any() or x.truncated_steps) for x in needed)
+
+
+def _with_health(record: ChainRecord, paired: Chains, wide: Chains) -> ChainRecord:
+    tracks = [[track] for track in paired.tracks]
+    tracks[0].append(wide.tracks[0])
+    return record._replace(
+        lost=np.array([sum(float(track.lost.sum()) for track in level) for level in tracks]),
+        failed=np.array([sum(float(track.failed.sum()) for track in level) for level in tracks]),
+        truncated=np.array([sum(float(track.truncated_steps) for track in level) for level in tracks]),
+    )
+
+
+def _blank(plan: Plan, pilot: Pilot, observables: int) -> ChainRecord:
+    return ChainRecord(
+        h=plan.h / 2.0 ** np.arange(LEVELS),
+        levels=np.empty((0, GROUPS, LEVELS, observables)),
+        wide=np.empty((0, GROUPS, observables)),
+        time=np.empty(0),
+        planned=plan.looks,
+        paired=plan.paired,
+        chains=plan.wide,
+        burn_in=np.nan,
+        stationary=0.0,
+        contraction=pilot.contraction,
+        diverged=pilot.diverged,
+        lost=np.full(LEVELS, float(pilot.wide.tracks[0].lost.sum())),
+        failed=np.zeros(LEVELS),
+        truncated=np.zeros(LEVELS),
+    )
+
+
+__all__ = ["CONTRACTING", "GROUPS", "ChainRecord", "Chains", "Pilot", "Plan", "grouped", "run_chains", "run_pilot"]
