@@ -30,16 +30,27 @@ from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Meas
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
 from ..forms import Problem
-from ..numerics.statistics import EPS, RISING, Estimate, jackknife, pseudo_values, slope_weights
+from ..numerics.statistics import (
+    EPS,
+    RISING,
+    Estimate,
+    corrected_slope_weights,
+    jackknife,
+    pseudo_values,
+    slope_weights,
+)
 from ..registry.hookspecs import hookimpl
 from ._residuals import ResidualObserver, effective_share, log_spaced, quantile
 from .judge import (
     FEWEST,
     FITTED,
     ROUND_OFF,
+    SUSPECT,
     Decision,
+    Tests,
     claim_for,
     decide,
+    held_back,
     order_tests,
     sound_levels,
     unfitted,
@@ -48,6 +59,8 @@ from .judge import (
 
 FLAT = 0.35
 HEAVY = 0.2
+# What a step with random parts leaves is a series in powers of h^(1/2).
+NEXT_POWER = 0.5
 
 
 @dataclass(frozen=True)
@@ -85,6 +98,10 @@ class Defect:
     def slope(self, levels: Array) -> Estimate:
         """Return the slope of log2 sup_t RMS |g| against log2 h on some levels."""
         return self.linear(levels, slope_weights(np.log2(self.h[levels])))
+
+    def corrected(self, levels: Array) -> Estimate:
+        """Return the slope p of a residual a h^p (1 + b h^(1/2)): what local orders that rise slowly tend to."""
+        return self.linear(levels, corrected_slope_weights(np.log2(self.h[levels]), NEXT_POWER))
 
     def rise(self, levels: Array) -> Estimate:
         """Return by how much the local order grows from the last but one pair of levels to the last."""
@@ -185,7 +202,7 @@ def _finding(evidence: Evidence, defect: Defect) -> Finding:
     elif len(levels) < FEWEST:
         return unfitted(evidence, defect.name, claim, "; ".join(remarks))
     else:
-        found = _ordered(evidence, defect, levels[-FITTED:], claim)
+        found = _ordered(evidence, defect, levels[-FITTED - 1 :], claim)
     return replace(found, reason="; ".join(text for text in (found.reason, *remarks, no_claim) if text))
 
 
@@ -221,13 +238,14 @@ def _beyond_round_off(defect: Defect, claim: Claim, bound: Array) -> Finding:
     )
 
 
-def _ordered(evidence: Evidence, defect: Defect, levels: Array, claim: Claim | None) -> Finding:
+def _ordered(evidence: Evidence, defect: Defect, sound: Array, claim: Claim | None) -> Finding:
+    levels = sound[-FITTED:]
     slope = defect.slope(levels)
     low, high = slope.interval(evidence.settings.confidence)
     sup = 2.0 ** defect.sup_rms(levels[-1]).value
     kind = _classify(slope.value, sup, defect.scale[levels[-1]])
     growth = defect.growth(levels[-1], np.array(log_spaced(evidence.settings.steps[levels[-1]]), dtype=float))
-    decision = _decision(evidence, defect, claim, levels)
+    decision = _decision(evidence, defect, claim, sound)
     size = f"{kind}: sup over t of RMS {sup:.2g} at the finest h, growing like t^{growth:.1f}"
     return Finding(
         quantity=defect.name,
@@ -251,18 +269,30 @@ def _classify(slope: float, sup: float, scale: float) -> str:
     return "tolerance-limited" if sup < 1e-3 * scale else "constant"
 
 
-def _decision(evidence: Evidence, defect: Defect, claim: Claim | None, levels: Array) -> Decision:
+def _decision(evidence: Evidence, defect: Defect, claim: Claim | None, sound: Array) -> Decision:
     if claim is None:
         return Decision(Verdict.OUT_OF_SCOPE, "", 3)
-    tests = order_tests(claim, defect.slope(levels), evidence)
-    if tests.refuted < 1.0 and defect.rise(levels).interval(evidence.settings.confidence)[0] > RISING:
+    tests = _asymptotic(evidence, defect, claim, sound)
+    if tests.refuted < 1.0 and defect.rise(sound).interval(evidence.settings.confidence)[0] > RISING:
         # Steps that are too coarse for the claimed order are not held against it.
         tests = tests._replace(refuted=1.0, reason=f"{tests.reason}, but it still rises with refinement")
     heavy = effective_share(defect.histogram[-1]) < HEAVY
     if heavy and tests.refuted > 0.0:
         # The interval of a root mean square refutes nothing then.
         tests = tests._replace(refuted=1.0, reason=f"heavy tails; {tests.reason}")
-    return decide(with_sample(tests, evidence.paths, heavy=heavy), evidence)
+    return decide(held_back(with_sample(tests, evidence.paths, heavy=heavy), evidence, sound), evidence)
+
+
+def _asymptotic(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) -> Tests:
+    """Compare the order with the claim: on coarse steps a low one refutes only if what it tends to is low, too."""
+    tests = order_tests(claim, defect.slope(sound[-FITTED:]), evidence)
+    if isinstance(claim.value, str) or tests.refuted > SUSPECT:
+        return tests
+    bound, order = claim.value - claim.margin, defect.corrected(sound)
+    low, high = order.interval(evidence.settings.confidence)
+    reason = f"{tests.reason}; {low:.2f} to {high:.2f} as h tends to 0"
+    growth = order.growth_to_decide(bound, evidence.level) if order.value < bound else np.inf
+    return Tests(tests.verified, max(tests.refuted, order.p_below(bound)), reason, max(tests.growth, growth))
 
 
 def _levels(defect: Defect) -> Iterator[LevelFinding]:

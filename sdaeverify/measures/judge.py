@@ -24,6 +24,8 @@ FEWEST = 3
 RESOLVED = 3.0
 # No order shows on steps whose error is more than this part of what the solution does.
 COARSE = 0.25
+# From this p-value on it matters whether a low order is one of coarse steps only.
+SUSPECT = 0.01
 # Jackknife intervals are calibrated from 100 paths on, to levels of 0.001; beyond, and for heavy tails, from 800.
 CALIBRATED_PATHS = 100
 DEEP_PATHS = 800

@@ -128,9 +128,9 @@ def slope_weights(x: Array) -> Array:
     return np.asarray(centred / (centred @ centred))
 
 
-def corrected_slope_weights(x: Array) -> Array:
-    """Return the weights of p in the fit y = a + p x + c 2^x: the asymptotic order, x = log2 h."""
-    design = np.stack([np.ones_like(x), x, 2.0 ** (x - x.max())], axis=1)
+def corrected_slope_weights(x: Array, power: float = 1.0) -> Array:
+    """Return the weights of p in the fit y = a + p x + c 2^(power x): the asymptotic order, x = log2 h."""
+    design = np.stack([np.ones_like(x), x, 2.0 ** (power * (x - x.max()))], axis=1)
     return np.asarray(np.linalg.pinv(design)[1])
 
 

@@ -24,6 +24,7 @@ class Prescribed:
     """A problem whose only residual is what the parts say."""
 
     horizon = 1.0
+    fastest = np.inf
     pathwise = None
     traits = frozenset()
 
@@ -31,8 +32,8 @@ class Prescribed:
         return {"g": Residual(parts["g"][None], np.ones_like(parts["g"]))}
 
 
-def scheme_with(value):
-    claim = Claim(measure="drift", value=value, source="test")
+def scheme_with(value, margin):
+    claim = Claim(measure="drift", value=value, margin=margin, source="test")
 
     @dataclass(frozen=True)
     class Claimant(Scheme):
@@ -45,7 +46,7 @@ def scheme_with(value):
     return Claimant()
 
 
-def judge(residual, value="round-off", failed=0):
+def judge(residual, value="round-off", failed=0, margin=0.2):
     """Return the finding and the levels of a residual given as a function of h and t."""
     problem = Prescribed()
     observer = ResidualObserver(problem, {"g": np.zeros(400)}, SETTINGS)
@@ -54,7 +55,7 @@ def judge(residual, value="round-off", failed=0):
             observer.after_step(level, step, {"g": SIZES * residual(1.0 / steps, step / steps)})
     zeros = np.zeros(SETTINGS.levels)
     health = {"failed": zeros + failed, "lost": zeros, "truncated": zeros, "steps": zeros + 1}
-    evidence = Evidence(scheme_with(value), problem, problem, SETTINGS, observer.tally(), Tally(sums=health))
+    evidence = Evidence(scheme_with(value, margin), problem, problem, SETTINGS, observer.tally(), Tally(sums=health))
     (finding,), levels = Drift().judge(evidence)
     return finding, levels
 
@@ -97,6 +98,39 @@ def test_lower_order_is_refuted():
     finding, _ = judge(lambda h, t: np.sqrt(h) * t, value=1.0)
 
     assert finding.verdict is Verdict.REFUTED
+
+
+# Local orders of balanced Euler on constrained-curve[shape=space,sigma=0.296,theta_0=0.219,horizon=1.85].
+SLOW = np.cumsum([0.0, -0.034, 0.026, 0.118, 0.173, 0.226])
+
+
+def slowly(h, floor=0.0):
+    return 0.02 * (2.0 ** -SLOW[int(np.log2(1.0 / h)) - 3] + floor)
+
+
+def test_orders_that_rise_slowly_refute_nothing():
+    """Local orders of 0.03 to 0.23, which tend to 1/2 on finer steps, are not held against a claim of 1/2."""
+    finding, _ = judge(lambda h, t: slowly(h), value=0.5, margin=0.3)
+
+    assert finding.estimate == pytest.approx(0.18, abs=0.01)
+    assert finding.verdict is Verdict.INCONCLUSIVE
+    assert "as h tends to 0" in finding.reason
+
+
+def test_a_part_that_stays_is_refuted_on_the_same_steps():
+    """The same residual beside one that does not fall with h is refuted."""
+    finding, _ = judge(lambda h, t: slowly(h, floor=2.0), value=0.5, margin=0.3)
+
+    assert finding.verdict is Verdict.REFUTED
+
+
+def test_steps_longer_than_the_fastest_time_refute_nothing(monkeypatch):
+    """A residual of order 1/2 is not held against a claim of 1 where no step resolves the problem."""
+    monkeypatch.setattr(Prescribed, "fastest", 1e-3)
+    finding, _ = judge(lambda h, t: np.sqrt(h) * t, value=1.0)
+
+    assert finding.verdict is Verdict.INCONCLUSIVE
+    assert "does not resolve the fastest time" in finding.reason
 
 
 def test_accumulation_is_flagged():

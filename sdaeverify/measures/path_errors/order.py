@@ -13,7 +13,18 @@ from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...forms.truths import Pathwise
 from ...numerics.statistics import RISING, Estimate, corrected_slope_weights
-from ..judge import COARSE, FITTED, WRONG, Tests, at_levels, held_back, order_tests, sound_levels, with_sample
+from ..judge import (
+    COARSE,
+    FITTED,
+    SUSPECT,
+    WRONG,
+    Tests,
+    at_levels,
+    held_back,
+    order_tests,
+    sound_levels,
+    with_sample,
+)
 from .quantity import Quantity, quantities_of
 from .reference_bias import Bias, reference_bias
 
@@ -24,8 +35,6 @@ EXACT = "exact to round-off at every level"
 STILL = "the solution does not move beyond rounding"
 # Where errors of order 1/2 fall, halving a step changes a solution by 2^(1/2) - 1 of the finer one's error at least.
 FALLING = 0.75 * (2.0**0.5 - 1.0)
-# From this p-value on it matters whether a low order is one of coarse steps only.
-SUSPECT = 0.01
 
 
 class Fit(NamedTuple):
