@@ -19,8 +19,8 @@ HEADER = """
 from dataclasses import dataclass, field
 from typing import ClassVar
 from sdaeverify.forms import SDE
-from sdaeverify.hookspecs import hookimpl
-from sdaeverify.scheme import Claim, Scheme
+from sdaeverify.registry.hookspecs import hookimpl
+from sdaeverify.contracts.scheme import Claim, Scheme
 """
 SCHEME = (
     HEADER
