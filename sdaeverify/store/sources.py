@@ -24,7 +24,7 @@ import numpy as np
 
 FRAMEWORK = "sdaeverify"
 # The module that runs schemes on paths.
-RUNNER = f"{FRAMEWORK}.ensemble"
+RUNNER = f"{FRAMEWORK}.simulate.ensemble"
 # Packages whose arithmetic the numbers come from.
 ARITHMETIC = ("numpy", "scipy")
 # Folders of installed packages.

@@ -168,11 +168,11 @@ def test_installed_packages_count_by_version(package, forget):
 
 def test_the_framework_counts_as_far_as_it_is_imported(package, forget):
     """A measure of somebody else that uses a module of the framework has another source than one that does not."""
-    package(__init__="", scheme="import sdaeverify.probe.roots")
+    package(__init__="", scheme="import sdaeverify.probe.step.solvable")
     with_roots = source_of_files(forget)
     package(scheme="from sdaeverify import Scheme")
 
-    assert "roots.py" in with_roots
+    assert "solvable.py" in with_roots
     assert source_of_files(forget) == {"scheme.py"}
 
 
@@ -244,8 +244,8 @@ def test_the_framework_is_what_runs_schemes():
         for path in sources._closure(sources.RUNNER, sources.Path(import_module(sources.RUNNER).__file__))[0]
     }
 
-    assert {"ensemble.py", "noise.py", "sde.py", "newton.py", "tally.py", "contract.py"} <= files
-    assert not {"terminal.py", "verdicts.py", "matrix.py", "store.py", "judging.py"} & files
+    assert {"ensemble.py", "brownian.py", "sde.py", "newton.py", "tally.py", "contract.py"} <= files
+    assert not {"terminal.py", "judge.py", "matrix.py", "store.py", "judging.py"} & files
     assert "numpy" in framework_source()
     assert "scipy" in framework_source()
 

@@ -233,7 +233,7 @@ SCHEMES = {
     "method that is replaced": registering("Mine.f = lambda self: {}", factor="self.f()"),
     "property that is replaced": registering("Mine.a = property(lambda self: {})", factor="self.a"),
     "function of the framework that is replaced": registering(
-        "import sdaeverify.forms.sde as sde\nfrom sdaeverify.numerics import apply\n"
+        "import sdaeverify.forms.sde.sde as sde\nfrom sdaeverify.numerics import apply\n"
         "sde.apply = lambda B, w: {} * apply(B, w)"
     ),
     "closure": registering(

@@ -16,8 +16,8 @@ from sdaeverify.workers.limits import NOBODY, Limits, Mark, StopError, Watchdog,
 BEGIN = """
 import os, sys, time
 from pathlib import Path
-from sdaeverify.guard import Guard
-from sdaeverify.study.limits import Watchdog, limit_memory
+from sdaeverify.simulate.guard import Guard
+from sdaeverify.workers.limits import Watchdog, limit_memory
 """
 PATIENCE = 60.0
 
