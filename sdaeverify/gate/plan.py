@@ -19,7 +19,7 @@ from ..study import Cell, Plan, ProblemPlan, plan
 from ..study.plan import ControlPlan, claims_of
 from ..study.remote_plan import asking
 from .policy import Policy
-from .tiers import Cover, tier_of
+from .tiers import Cover
 
 # The smallest cover of all claims: each on one problem, the cheapest that can decide it.
 #
@@ -118,7 +118,7 @@ def gate_plan(registry: Registry, policy: Policy, executor: Executor | None = No
     ParameterError
         If a parameter is unknown or its value is not accepted.
     """
-    tier = tier_of(policy)
+    tier = policy.budget
     chosen = (
         gated_schemes(registry, policy),
         select_problems(registry, policy.problems),
@@ -134,7 +134,7 @@ def gate_plan(registry: Registry, policy: Policy, executor: Executor | None = No
 
 def left_out(registry: Registry, policy: Policy) -> list[str]:
     """Return the measures that take too long for the tier; none where the policy names measures."""
-    if tier_of(policy).lengthy or policy.measures:
+    if policy.budget.lengthy or policy.measures:
         return []
     return [measure.name for measure in select_measures(registry) if measure.lengthy]
 

@@ -2,7 +2,7 @@
 
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from ..errors import UsageError
 from ..forms import Problem
 from .amounts import read_memory
 from .expected import ExpectedFailure
-from .tiers import TIERS
+from .tiers import TIERS, Tier
 
 # How the keys of ``[tool.sdaeverify]`` are read: each has one type, and a key that is not known is an error.
 
@@ -213,9 +213,19 @@ class Policy:
         _require(fits, "lock", f"a file of its own, such as {LOCK}", repr(self.lock))
 
     @property
+    def budget(self) -> Tier:
+        """The tier of that name."""
+        return TIERS[self.tier]
+
+    @property
+    def settings(self) -> Settings:
+        """Those of the tier, with this seed and this error probability."""
+        return replace(self.budget.settings, seed=self.seed, confidence=1.0 - self.alpha)
+
+    @property
     def fails_undecided(self) -> bool:
         """Whether a claim that stays undecided fails the gate."""
-        return self.inconclusive == FAIL if self.inconclusive else TIERS[self.tier].fails_undecided
+        return self.inconclusive == FAIL if self.inconclusive else self.budget.fails_undecided
 
     @property
     def lock_file(self) -> Path:

@@ -2,16 +2,12 @@
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import date
 from enum import StrEnum
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 from ..contracts.settings import Settings
-
-if TYPE_CHECKING:
-    from .policy import Policy
 
 
 class Cover(StrEnum):
@@ -79,16 +75,6 @@ NIGHTLY = Tier(
     fails_undecided=True,
 )
 TIERS: Mapping[str, Tier] = MappingProxyType({tier.name: tier for tier in (SMOKE, CI, NIGHTLY)})
-
-
-def tier_of(policy: "Policy") -> Tier:
-    """Return the tier that a policy asks for."""
-    return TIERS[policy.tier]
-
-
-def settings_of(policy: "Policy") -> Settings:
-    """Return the settings of a policy: those of its tier, with its seed and its error probability."""
-    return replace(tier_of(policy).settings, seed=policy.seed, confidence=1.0 - policy.alpha)
 
 
 # Seeds of a gate: the same each time, or a new one each day that anybody can compute again.

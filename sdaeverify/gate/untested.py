@@ -15,7 +15,7 @@ from ..study.plan import claims_of
 from .outcomes import UNMEASURED
 from .plan import gated_schemes, left_out
 from .policy import Policy
-from .tiers import Cover, tier_of
+from .tiers import Cover
 
 
 class Untested(NamedTuple):
@@ -92,7 +92,7 @@ def _untested(
     elif not any(f.verdict in UNMEASURED or not f.quantity for each in results for f in each.findings):
         lost = list(unknown_quantities(claim, known_quantities(results)))
         # Where each claim is tested once, that is on one problem, which need not have all its quantities.
-        if tier_of(policy).cover is Cover.EVERYTHING or len(lost) == len(claim.quantities):
+        if policy.budget.cover is Cover.EVERYTHING or len(lost) == len(claim.quantities):
             yield from (Untested(scheme, claim, why) for _, why in lost)
 
 

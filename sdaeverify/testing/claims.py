@@ -22,7 +22,6 @@ from ..gate.expected import ExpectedFailure
 from ..gate.outcomes import ORDER, Outcome, Status, is_red, outcomes
 from ..gate.plan import gate_plan
 from ..gate.policy import Policy
-from ..gate.tiers import settings_of
 from ..gate.writers.messages import command_of, message, title
 from ..registry.load import Registry
 from ..report.terminal import visible
@@ -66,7 +65,7 @@ class ClaimRun:
     @property
     def settings(self) -> Settings:
         """Those of the tier, the level being shared among all tests there may be."""
-        settings = settings_of(self.policy)
+        settings = self.policy.settings
         return replace(settings, family=max(settings.family, TESTS_OF_A_CELL * len(self.plan.cells)))
 
     def has_run(self, cell: Cell) -> bool:

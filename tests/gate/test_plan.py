@@ -11,7 +11,7 @@ from sdaeverify.contracts.measure import Verdict
 from sdaeverify.errors import UsageError
 from sdaeverify.gate.plan import gate_plan
 from sdaeverify.gate.policy import Policy
-from sdaeverify.gate.tiers import TIERS, settings_of
+from sdaeverify.gate.tiers import TIERS
 from sdaeverify.registry.contributions import SchemeEntry
 from sdaeverify.registry.discovery import Origin
 
@@ -163,7 +163,7 @@ def test_no_controls_at_the_smallest_tier():
 @pytest.mark.parametrize("tier", TIERS)
 def test_settings(tier):
     """Seed and error probability are those of the policy, the budget that of the tier."""
-    settings = settings_of(Policy(tier=tier, seed=5, alpha=0.001))
+    settings = Policy(tier=tier, seed=5, alpha=0.001).settings
 
     assert (settings.seed, settings.confidence) == (5, 0.999)
     assert settings.paths == TIERS[tier].settings.paths

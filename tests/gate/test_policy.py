@@ -5,7 +5,6 @@ import pytest
 from sdaeverify.errors import UsageError
 from sdaeverify.gate.expected import ExpectedFailure
 from sdaeverify.gate.policy import Policy, read_policy
-from sdaeverify.gate.tiers import settings_of
 
 FULL = """
 [project]
@@ -150,7 +149,7 @@ def test_wrong_files(read, text, message):
 
 def test_the_least_alpha():
     """The smallest error probability that a policy may have leaves a confidence below 1."""
-    assert settings_of(Policy(alpha=1e-12)).confidence < 1.0
+    assert Policy(alpha=1e-12).settings.confidence < 1.0
 
 
 def test_no_file(tmp_path, monkeypatch):

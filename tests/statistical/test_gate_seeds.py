@@ -15,7 +15,7 @@ from sdaeverify.contracts.measure import Measure, Verdict
 from sdaeverify.gate.outcomes import Status, outcomes
 from sdaeverify.gate.plan import gate_plan
 from sdaeverify.gate.policy import Policy
-from sdaeverify.gate.tiers import TIERS, settings_of
+from sdaeverify.gate.tiers import TIERS
 from sdaeverify.lab.selftest import selftest_trial
 from sdaeverify.registry.load import Registry, load_registry
 from sdaeverify.study import Plan, Study
@@ -90,7 +90,7 @@ def red_claims(seed: int) -> list[str]:
     """Return what of the shipped claims a gate with this seed fails on."""
     policy, plan = smoke()
     policy = replace(policy, seed=seed)
-    study = Study(plan, settings_of(policy))
+    study = Study(plan, policy.settings)
     for _ in study.run():
         pass
     found = outcomes(study.results(), policy)

@@ -16,7 +16,7 @@ from ...gate.lock_file import demanded, locked_before, locked_tiers, write_lock
 from ...gate.outcomes import Outcome, idle, outcomes
 from ...gate.plan import gate_plan, left_out
 from ...gate.policy import Policy
-from ...gate.tiers import Cover, settings_of, tier_of
+from ...gate.tiers import Cover
 from ...gate.untested import Untested, untested
 from ...gate.writers.json_file import badge, json_report
 from ...gate.writers.junit import junit_xml
@@ -99,7 +99,7 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
     with workers(request.jobs, request.limits, request.registry) as crew:
         with aside():
             plan = gate_plan(request.registry, policy, crew.executor)
-        run = Run(plan, settings_of(policy), request.registry, request.arguments, request.folder, not request.reuse)
+        run = Run(plan, policy.settings, request.registry, request.arguments, request.folder, not request.reuse)
         result, code = _run(run, crew, request.progress)
     if result is None:
         return None, code
@@ -150,7 +150,7 @@ def _warnings(found: tuple[Outcome, ...], request: Request) -> Iterator[str]:
     if not found:
         yield "no claim of the selected schemes is tested by the selected problems and measures"
     # A smaller selection need not reach what is expected to fail.
-    if not request.narrowed and tier_of(request.policy).cover is Cover.EVERYTHING:
+    if not request.narrowed and request.policy.budget.cover is Cover.EVERYTHING:
         for one in idle(found, request.policy):
             yield f"no finding matches the expected failure {one} ({one.reason}); remove it"
 
