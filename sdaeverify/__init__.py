@@ -7,7 +7,19 @@ if TYPE_CHECKING:
     from .api import Result, verify
     from .arrays import Array, Mask, Parts
     from .contracts.calibrated import CalibrationCase
-    from .contracts.experiment import Experiment, FineRun, Printed, Row
+    from .contracts.exhibit import Curve, Exhibit, Panel, Printed, Range, TableEntry
+    from .contracts.experiment import (
+        Budget,
+        Experiment,
+        ExperimentEvidence,
+        Note,
+        Probe,
+        SchemeRun,
+        SharedNoise,
+        Work,
+    )
+    from .contracts.mean_sample import MeanSample
+    from .contracts.mean_table import FineRun, MeanLine, MeanTable, Row
     from .contracts.planted import Planted
     from .contracts.scheme import Claim, Scheme, Step
     from .contracts.settings import Settings
@@ -49,6 +61,7 @@ __all__ = [
     "TWO_POINT",
     "Angle",
     "Array",
+    "Budget",
     "CalibrationCase",
     "Chart",
     "Claim",
@@ -56,11 +69,14 @@ __all__ = [
     "ConstraintGeometry",
     "ConstraintJacobian",
     "Control",
+    "Curve",
     "DelaySDAE",
     "DelayState",
     "DenseJacobian",
     "Dissipation",
+    "Exhibit",
     "Experiment",
+    "ExperimentEvidence",
     "FineRun",
     "Gram",
     "HolonomicSDAE",
@@ -72,9 +88,14 @@ __all__ = [
     "Law",
     "Line",
     "Mask",
+    "MeanLine",
+    "MeanSample",
     "MeanSquareStability",
+    "MeanTable",
     "Mesh",
     "Moment",
+    "Note",
+    "Panel",
     "ParameterError",
     "Partials",
     "Parts",
@@ -82,19 +103,25 @@ __all__ = [
     "Planted",
     "PluginError",
     "Printed",
+    "Probe",
     "Problem",
     "ProblemError",
+    "Range",
     "Residual",
     "Result",
     "Row",
     "Scheme",
     "SchemeError",
+    "SchemeRun",
     "SdaeverifyError",
     "Settings",
+    "SharedNoise",
     "Step",
     "Structure",
+    "TableEntry",
     "Truth",
     "UsageError",
+    "Work",
     "__version__",
     "clipped_gaussian",
     "hookimpl",
@@ -112,7 +139,10 @@ _NAMES = {
     "forms.chart": "Angle Chart Line",
     "forms.controls": "Control",
     "errors": "ParameterError PluginError ProblemError SchemeError SdaeverifyError UsageError",
-    "contracts.experiment": "Experiment FineRun Printed Row",
+    "contracts.exhibit": "Curve Exhibit Panel Printed Range TableEntry",
+    "contracts.experiment": "Budget Experiment ExperimentEvidence Note Probe SchemeRun SharedNoise Work",
+    "contracts.mean_sample": "MeanSample",
+    "contracts.mean_table": "FineRun MeanLine MeanTable Row",
     "forms": (
         "SDE ConstrainedLangevin ConstraintGeometry ConstraintJacobian DelaySDAE DelayState DenseJacobian "
         "Dissipation Gram HolonomicSDAE HolonomicState Lag Langevin Mesh Partials Problem Residual Structure"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sdaeverify import Experiment, FineRun, Printed, ProblemError, Row
+from sdaeverify import FineRun, MeanTable, Printed, ProblemError, Row
 
 
 def row(steps=8, problem="gbm", **other):
@@ -10,7 +10,7 @@ def row(steps=8, problem="gbm", **other):
 
 
 def experiment(*rows):
-    return Experiment(name="mine", title="made up", source="nowhere", rows=rows)
+    return MeanTable(name="mine", title="made up", source="nowhere", rows=rows)
 
 
 @pytest.mark.parametrize(
@@ -71,4 +71,4 @@ def test_no_rows():
 def test_empty_blocks():
     """Blocks without paths are refused."""
     with pytest.raises(ProblemError, match="experiment 'mine': a block needs at least 1 path, got 0"):
-        Experiment(name="mine", title="made up", source="nowhere", rows=(row(),), block=0)
+        MeanTable(name="mine", title="made up", source="nowhere", rows=(row(),), block=0)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from sdaeverify import Experiment, Row, hookimpl
+from sdaeverify import Experiment, MeanTable, Row, hookimpl
 
 # The values of eps of which the invariant mean is known, from fast to slow penalties, and the limit.
 STIFFNESSES = ("0", "1e-06", "0.0001", "0.001", "0.01", "0.1", "1.0", "10.0")
@@ -29,7 +29,7 @@ def rows(eps: str) -> Iterator[Row]:
 def sdaeverify_experiments() -> list[Experiment]:
     """Register the figure."""
     return [
-        Experiment(
+        MeanTable(
             name="laurent-2022-figure-1",
             title="errors of E |x|^2 on the torus for eps from 0 to 10 and h = T/2^9, T/2^10, ..., T = 10",
             source="Laurent 2022, Figure 1",

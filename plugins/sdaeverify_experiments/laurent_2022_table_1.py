@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from sdaeverify import Experiment, Printed, Row, hookimpl
+from sdaeverify import Experiment, MeanTable, Printed, Row, hookimpl
 
 PATHS = 10**6
 # With the noise (2.3) of the paper.
@@ -38,7 +38,7 @@ def rows(m: int) -> Iterator[Row]:
 def sdaeverify_experiments() -> list[Experiment]:
     """Register the table."""
     return [
-        Experiment(
+        MeanTable(
             name="laurent-2022-table-1",
             title="E tr x near O(m), m = 2..5, eps = 0.005: uniformly accurate and constrained Euler at T = 1",
             source="Laurent 2022, Table 1",

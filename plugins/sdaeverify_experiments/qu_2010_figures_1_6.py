@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from sdaeverify import Experiment, Row, hookimpl
+from sdaeverify import Experiment, MeanTable, Row, hookimpl
 
 HORIZON, PER_TIME = 10, 32
 TIMES = (1, 2, 4, 6, 8, 10)
@@ -60,7 +60,7 @@ def rows(figure: Figure) -> Iterator[Row]:
 def sdaeverify_experiments() -> list[Experiment]:
     """Register the figures."""
     return [
-        Experiment(
+        MeanTable(
             name="qu-2010-figures-1-6",
             title="E x_n^2 in time, sets I to VI, h = 1/32, by averages of 1000 paths and exactly",
             source="Qu, Huang & Liu 2010, Figures 1 to 6",

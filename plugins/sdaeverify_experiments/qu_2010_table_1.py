@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from sdaeverify import Experiment, FineRun, Printed, Row, hookimpl
+from sdaeverify import Experiment, FineRun, MeanTable, Printed, Row, hookimpl
 
 # 20 blocks of 100.
 PATHS = 2000
@@ -49,7 +49,7 @@ def row(scheme: str, finer: int, observable: str, printed: Printed | None = None
 def sdaeverify_experiments() -> list[Experiment]:
     """Register the table."""
     return [
-        Experiment(
+        MeanTable(
             name="qu-2010-table-1",
             title="E |x(T) - x_N|^2, and of y, set IV, backward Euler at T = 4",
             source="Qu, Huang & Liu 2010, Table 1",

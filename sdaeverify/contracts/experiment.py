@@ -1,138 +1,271 @@
-"""An experiment of a paper as data: which means of which schemes it printed, so that anybody can take them again."""
+"""An experiment of a paper: what is run, as data, and a pure function from the evidence to a table and to curves."""
 
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Container, Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
-from typing import NamedTuple
+from enum import StrEnum
+from typing import NamedTuple, Protocol
 
+import numpy as np
+
+from ..arrays import Array, Parts
 from ..errors import ProblemError
+from ..forms import Problem
+from .exhibit import Exhibit
+from .scheme import Scheme
+
+# How the values of a note at several steps are put together.
+EACH, MEAN, MAX = "each", "mean", "max"
+REDUCTIONS = (EACH, MEAN, MAX)
+
+
+class Budget(StrEnum):
+    """How much an experiment may cost: seconds, or what the numbers of a document are measured with."""
+
+    SMOKE = "smoke"
+    FULL = "full"
+
+
+class SharedNoise(NamedTuple):
+    """A Brownian motion that drives runs on different problems.
+
+    Attributes
+    ----------
+    name : str
+        Runs with the same name share their paths.
+    dimension : int
+        Number of Brownian motions.
+    """
+
+    name: str
+    dimension: int
 
 
 @dataclass(frozen=True)
-class Printed:
-    """A sample mean as a paper prints it.
+class Note:
+    """What is noted of every path on the way.
 
     Attributes
     ----------
-    digits : str
-        The number with the paper's digits.
-    paths : int
-        Trajectories it was taken from.
+    name : str
+    of : str or callable, (problem, t, parts) -> ndarray, shape (..., P)
+        Name of one of the problem's observables, or a function at the top level of a module, or an instance of a
+        dataclass with ``__call__``: it is sent to worker processes.
+    at : sequence of int or None
+        Steps after which it is noted, a range for many; after the last if left out.
+    over : str
+        What is kept of these: ``each``, their ``mean`` or their ``max``.
     """
 
-    digits: str
-    paths: int
+    name: str
+    of: str | Callable[[Problem, float, Parts], Array]
+    at: Sequence[int] | None = None
+    over: str = EACH
 
     def __post_init__(self) -> None:
-        try:
-            finite = Decimal(self.digits).is_finite()
-        except InvalidOperation:
-            finite = False
-        if not finite:
-            raise ProblemError(f"a printed number must be a number, got {self.digits!r}")
-        if self.paths < 1:
-            raise ProblemError(f"a printed mean is taken from at least 1 trajectory, got {self.paths!r}")
+        if self.over not in REDUCTIONS:
+            raise ProblemError(f"over must be one of {', '.join(REDUCTIONS)}, got {self.over!r}")
+        if self.at is not None and (not self.at or min(self.at) < 1):
+            raise ProblemError(f"note {self.name!r} must be taken after steps from 1 on, got {self.at!r}")
 
-    @property
-    def value(self) -> float:
-        """The number."""
-        return float(self.digits)
-
-    @property
-    def half_unit(self) -> float:
-        """Half a unit of the last digit: how far a number can be that is printed like this."""
-        exponent = Decimal(self.digits).as_tuple().exponent
-        return 0.5 * 10.0 ** int(exponent)
-
-
-class FineRun(NamedTuple):
-    """What a row is compared with path by path: a run with shorter steps on the same Brownian paths.
-
-    Attributes
-    ----------
-    scheme : str
-        Label of a registered scheme.
-    steps : int
-        Number of steps up to the final time.
-    """
-
-    scheme: str
-    steps: int
+    def steps(self, last: int) -> Sequence[int]:
+        """Return the steps after which it is noted in a run of so many steps."""
+        return (last,) if self.at is None else self.at
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
-    """The mean of an observable, or the mean square of its difference from a reference.
+class SchemeRun:
+    """Paths of a scheme with one step size.
 
     Attributes
     ----------
     problem, scheme : str
         Labels of a registered problem and scheme.
     steps : int
-        Number of steps up to the final time.
-    observable : str
-        Name of one of the problem's observables.
-    printed : Printed or None
-        What the paper has for it.
-    costly : bool
-        Whether the row is left out unless all are asked for.
-    at : int or None
-        After how many of the steps the mean is taken; after all if left out.
-    reference : FineRun or None
-        With phi the observable of a path, the row is E (phi - phi_reference)^2 if there is one, and E phi if not.
+        Number of steps up to the final time. On one noise the numbers are the least one times powers of 2.
+    notes : tuple of Note
+    noise : SharedNoise or None
+        What drives it; a Brownian motion that all runs on this problem share, if left out.
+    drive : callable, ndarray of shape (steps, dimension, P) -> ndarray of shape (steps, l, P), optional
+        The linear map from the increments of `noise` to those of the problem; the identity if left out.
     """
 
     problem: str
     scheme: str
     steps: int
-    observable: str
-    printed: Printed | None = None
-    costly: bool = False
-    at: int | None = None
-    reference: FineRun | None = None
+    notes: tuple[Note, ...] = ()
+    noise: SharedNoise | None = None
+    drive: Callable[[Array], Array] | None = None
 
     def __post_init__(self) -> None:
         if self.steps < 1:
-            raise ProblemError(f"a row needs at least 1 step, got {self.steps}")
-        if not 1 <= self.steps_made <= self.steps:
-            raise ProblemError(f"a mean must be taken after 1 to {self.steps} steps, got {self.at!r}")
-        if self.reference and (self.reference.steps <= self.steps or not _doubled(self.reference.steps, self.steps)):
-            raise ProblemError(
-                f"steps of a reference must be {self.steps} times a power of 2, got {self.reference.steps}"
-            )
-
-    @property
-    def steps_made(self) -> int:
-        """After how many of the steps the mean is taken."""
-        return self.steps if self.at is None else self.at
-
-    @property
-    def runs(self) -> tuple[int, ...]:
-        """Numbers of steps of all runs it is taken from."""
-        return (self.steps, self.reference.steps) if self.reference else (self.steps,)
+            raise ProblemError(f"a run needs at least 1 step, got {self.steps}")
+        for note in self.notes:
+            if max(note.steps(self.steps)) > self.steps:
+                raise ProblemError(f"note {note.name!r} must be taken after 1 to {self.steps} steps, got {note.at!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Experiment:
-    """A table or figure of a paper.
+class Probe:
+    """Numbers that need no paths.
 
-    All rows of a problem run on the same Brownian paths. A row's exact value is the moment that the problem knows at
-    the row's time.
+    Attributes
+    ----------
+    of : callable, (problems, schemes) -> mapping of str to ndarray
+        A function at the top level of a module, or an instance of a dataclass with ``__call__``.
+    problems, schemes : tuple of str
+        Labels of what it is given.
+    """
+
+    of: Callable[[tuple[Problem, ...], tuple[Scheme, ...]], Mapping[str, Array]]
+    problems: tuple[str, ...] = ()
+    schemes: tuple[str, ...] = ()
+
+
+Work = Mapping[Hashable, SchemeRun | Probe]
+
+
+class Noted(NamedTuple):
+    """What a note has become.
+
+    Attributes
+    ----------
+    values : ndarray, shape (times, ..., P)
+        NaN on paths that are lost; one time where they are put together.
+    without_root, lost : ndarray of bool, shape (times, P)
+        Paths on which a step found no root, and which are not finite or blew up, up to this time.
+    at : tuple of int
+        After which steps.
+    error : str
+        Why there is nothing; empty if there is.
+    """
+
+    values: Array = np.zeros((1, 0))
+    without_root: Array = np.zeros((1, 0), dtype=bool)
+    lost: Array = np.zeros((1, 0), dtype=bool)
+    at: tuple[int, ...] = ()
+    error: str = ""
+
+    @property
+    def last(self) -> Array:
+        """The values at the last time, shape (..., P)."""
+        last: Array = self.values[-1]
+        return last
+
+
+class RunFound(NamedTuple):
+    """What came of a run.
+
+    Attributes
+    ----------
+    h : float
+        Step size.
+    noted : mapping of str to Noted
+    costs : mapping of str to ndarray, shape (blocks, 2)
+        Of each block, the sum of a cost over steps and paths, and over how many of these.
+    paths : int
+    error : str
+        Why there is nothing; empty if there is.
+    """
+
+    h: float = np.nan
+    noted: Mapping[str, Noted] = {}
+    costs: Mapping[str, Array] = {}
+    paths: int = 0
+    error: str = ""
+
+
+class ProbeFound(NamedTuple):
+    """What came of a probe: arrays by name, or why there are none."""
+
+    values: Mapping[str, Array] = {}
+    error: str = ""
+
+
+class SchemeMean(NamedTuple):
+    """What a scheme's own mean is, without sampling; NaN where it is not known.
+
+    Attributes
+    ----------
+    value : float
+    factor : float
+        By which second moments change in a step, in the long run.
+    rate : float
+        Of the equation's second moments, as e^(rate t).
+    """
+
+    value: float = np.nan
+    factor: float = np.nan
+    rate: float = np.nan
+
+
+class SchemeValue(NamedTuple):
+    """An observable after `at` of `steps` steps of a scheme."""
+
+    scheme: str
+    steps: int
+    observable: str
+    at: int
+
+
+class ExperimentEvidence(Protocol):
+    """What was found: nothing else may enter a table."""
+
+    @property
+    def paths(self) -> int:
+        """Paths that were asked for."""
+
+    @property
+    def budget(self) -> Budget:
+        """The budget it was run with."""
+
+    @property
+    def keys(self) -> Container[Hashable]:
+        """Keys of what was run."""
+
+    def run(self, key: Hashable) -> RunFound:
+        """Return what came of a run."""
+
+    def probe(self, key: Hashable) -> Mapping[str, Array]:
+        """Return what came of a probe.
+
+        Raises
+        ------
+        ProblemError
+            If it failed or was not reached.
+        """
+
+    def values(self, key: Hashable, note: str) -> Array:
+        """Return the values of a note, shape (times, ..., P).
+
+        Raises
+        ------
+        ProblemError
+            If the run failed or was not reached.
+        """
+
+    def problem(self, label: str) -> Problem:
+        """Return a problem."""
+
+    def scheme_means(self, problem: str, values: Sequence[SchemeValue]) -> Mapping[SchemeValue, SchemeMean]:
+        """Return exact means of schemes, where they have one: of quadratic observables of linear equations."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment(ABC):
+    """A table or figure of a paper.
 
     Attributes
     ----------
     name : str
-        Registered name, ``author-year-table-1``.
+        Registered name, ``author-year-figure-1``.
     title : str
         What it shows, in one line.
     source : str
-    rows : tuple of Row
-        The step numbers of one problem are the least one times powers of 2.
-    paths : int
-        Trajectories of every row, if nothing else is asked for.
+    paths, full_paths : int
+        Trajectories of every run at the two budgets, if nothing else is asked for; as many if left out.
     block : int
         Trajectories that are simulated together; part of what determines the noise.
-    equilibrium : bool
-        Whether the final time is so late that means are those of the invariant law, to all digits.
     notes : tuple of str
         What a reader of the table has to know.
     """
@@ -140,24 +273,23 @@ class Experiment:
     name: str
     title: str
     source: str
-    rows: tuple[Row, ...]
     paths: int = 1000
+    full_paths: int | None = None
     block: int = 500
-    equilibrium: bool = False
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if not self.rows:
-            raise ProblemError(f"experiment {self.name!r} has no rows")
         if self.block < 1:
             raise ProblemError(f"experiment {self.name!r}: a block needs at least 1 path, got {self.block}")
-        for problem in dict.fromkeys(row.problem for row in self.rows):
-            steps = [count for row in self.rows if row.problem == problem for count in row.runs]
-            if not all(_doubled(count, min(steps)) for count in steps):
-                raise ProblemError(
-                    f"experiment {self.name!r}: steps on {problem} must be the least times powers of 2, got {steps}"
-                )
 
+    def paths_of(self, budget: Budget) -> int:
+        """Return the number of paths of a budget."""
+        return self.full_paths if budget is Budget.FULL and self.full_paths else self.paths
 
-def _doubled(steps: int, least: int) -> bool:
-    return steps % least == 0 and (steps // least).bit_count() == 1
+    @abstractmethod
+    def work(self, budget: Budget) -> Work:
+        """Return what is run, each under a key of the experiment's own."""
+
+    @abstractmethod
+    def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
+        """Return the table and the curves: a pure function of the evidence."""

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from sdaeverify import Experiment, Row
+from sdaeverify import Budget, MeanTable, Row
 from sdaeverify.lab.experiments import ExperimentRun, experiment_plan
 from sdaeverify.registry.contributions import ExperimentEntry
 from sdaeverify.registry.discovery import Origin
@@ -22,11 +22,11 @@ def registry() -> Registry:
 def planned(registry: Registry) -> Callable[..., ExperimentRun]:
     """Plan an experiment of rows (problem, scheme, steps, observable)."""
 
-    def plan(*rows: Row, paths: int = 10, every: bool = False, **attributes: object) -> ExperimentRun:
-        experiment = Experiment(name="mine", title="made up", source="nowhere", rows=rows, **attributes)
+    def plan(*rows: Row, paths: int = 10, budget: Budget = Budget.SMOKE, **attributes: object) -> ExperimentRun:
+        experiment = MeanTable(name="mine", title="made up", source="nowhere", rows=rows, **attributes)
         entry = ExperimentEntry("mine", experiment, Origin("mine", "", "", "mine.py"))
         return ExperimentRun(
-            experiment_plan(replace(registry, experiments={"mine": entry}), "mine", paths=paths, every=every)
+            experiment_plan(replace(registry, experiments={"mine": entry}), "mine", paths=paths, budget=budget)
         )
 
     return plan

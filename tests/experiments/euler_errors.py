@@ -12,3 +12,8 @@ def mean_square(a: float, b: float, steps: int, finer: int) -> float:
     own, fine = (1.0 + a * h) ** 2 + b * b * h, (q * q + b * b * h / r) ** r
     both = (1.0 + a * h) * q**r + b * b * h * q ** (r - 1)
     return own**steps - 2.0 * both**steps + fine**steps
+
+
+def lines_of(run):
+    """Return the lines of a table of means that has been run."""
+    return run.plan.experiment.lines(run.evidence)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sdaeverify import Row, UsageError
+from sdaeverify import Budget, Row, UsageError
 from sdaeverify.lab.experiments import experiment_plan
 
 
@@ -11,12 +11,14 @@ def row(problem="gbm", scheme="milstein", steps=4, **attributes):
 
 
 def test_rows_of_a_problem_are_run_together(planned):
-    """Rows of one problem share a task wherever they stand, and the table keeps the experiment's order."""
+    """Rows of one problem share their noise wherever they stand, and the table keeps the experiment's order."""
     rows = (row(), row("ou"), row(scheme="euler-maruyama", steps=8))
     plan = planned(*rows).plan
 
-    assert [task.spec.label for task, _ in plan.groups] == ["gbm", "ou"]
-    assert plan.rows == rows
+    assert [task.label for task, _ in plan.groups] == ["gbm", "ou"]
+    assert [key for _, keys in plan.groups for key in keys] == [
+        ("gbm", "milstein", 4), ("gbm", "euler-maruyama", 8), ("ou", "milstein", 4),
+    ]  # fmt: skip
 
 
 def test_all_problems_of_a_block_come_first(planned):
@@ -31,8 +33,8 @@ def test_costly_rows_are_asked_for(planned):
     """Rows that cost most are run on request only."""
     cheap, costly = row(), row(steps=8, costly=True)
 
-    assert planned(cheap, costly).plan.rows == (cheap,)
-    assert planned(cheap, costly, every=True).plan.rows == (cheap, costly)
+    assert planned(cheap, costly).plan.keys == {("gbm", "milstein", 4)}
+    assert planned(cheap, costly, budget=Budget.FULL).plan.keys == {("gbm", "milstein", 4), ("gbm", "milstein", 8)}
 
 
 def test_unknown_experiment(registry):

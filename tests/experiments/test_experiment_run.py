@@ -6,11 +6,10 @@ from math import isnan
 import numpy as np
 import pytest
 
-from experiments.euler_errors import mean_square
-from sdaeverify import SDE, FineRun, Row
+from experiments.euler_errors import lines_of, mean_square
+from sdaeverify import SDE, FineRun, Note, Row, SchemeRun, SharedNoise
 from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.lab.experiments.block import BlockTask, run_block
-from sdaeverify.lab.experiments.quantity import Quantity, Value
+from sdaeverify.lab.experiments.block import NoiseTask, PlannedRun, ProbeTask, run_block, run_probe
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
 
@@ -38,23 +37,61 @@ class Raises(EulerMaruyama):
         raise FloatingPointError("no step")
 
 
+class Counting(EulerMaruyama):
+    name = "counting"
+
+    def step(self, problem, state, t, h, noise):
+        return super().step(problem, state, t, h, noise)._replace(costs={"evaluations": np.full(state.shape[1], 2.0)})
+
+
+def raising(problem, t, parts):
+    raise ValueError("not this one")
+
+
+def position(problem, t, parts):
+    return parts["x"]
+
+
+def first_of(increments):
+    return increments[:, :1]
+
+
+def sum_of(increments):
+    return increments.sum(axis=1, keepdims=True) / 3**0.5
+
+
+def count_things(problems, schemes):
+    if not problems:
+        raise ValueError("nothing")
+    return {"of": [len(problems), len(schemes)]}
+
+
 def row(scheme="euler-maruyama", steps=4, problem="gbm[b=0]", observable="x", **other):
     return Row(problem=problem, scheme=scheme, steps=steps, observable=observable, **other)
 
 
-def final(scheme, steps, observable):
-    return Quantity(Value(scheme, steps, observable, steps))
+ONLY = (Note("x", "x"),)
+
+
+def block_of(*schemes, paths=50, problem=brownian_motion, notes=ONLY, steps=8, **other):
+    runs = [
+        PlannedRun(
+            SchemeRun(problem="p", scheme="s", steps=each, notes=notes, **other), problem_spec(problem), scheme
+        )
+        for scheme, each in zip(schemes, steps if isinstance(steps, tuple) else (steps,) * len(schemes), strict=True)
+    ]
+    return run_block(NoiseTask(tuple(runs), other.get("noise"), 7, 50), 0, paths)
 
 
 def finished(run, executor=None, window=1):
     events = list(run.run(executor, window))
     assert [event.done for event in events] == list(range(1, run.total + 1))
-    return run.samples
+    return [line.sample for line in lines_of(run)]
 
 
 def test_closed_form(planned):
     """Without noise, Euler's scheme on x' = x/2 gives (1 + h/2)^n, at every step size and for every observable."""
-    ((*samples,),) = finished(planned(row(steps=3), row(steps=12), row(steps=12, observable="x^2")))
+    samples = finished(planned(row(steps=3), row(steps=12), row(steps=12, observable="x^2")))
 
     assert [sample.paths for sample in samples] == [10, 10, 10]
     expected = (1 + 1 / 6) ** 3, (1 + 1 / 24) ** 12, (1 + 1 / 24) ** 24
@@ -66,7 +103,7 @@ def test_closed_form(planned):
 
 def test_mean_with_noise(planned):
     """With noise, E x_n = (1 + h/2)^n within four standard errors, which are told from those of another step."""
-    ((coarse, fine),) = finished(planned(row(steps=1, problem="gbm"), row(steps=64, problem="gbm"), paths=4000))
+    coarse, fine = finished(planned(row(steps=1, problem="gbm"), row(steps=64, problem="gbm"), paths=4000))
 
     assert abs(coarse.value - 1.5) < 4 * coarse.std_error
     assert abs(fine.value - (1 + 1 / 128) ** 64) < 4 * fine.std_error
@@ -90,63 +127,115 @@ def test_more_paths_keep_the_first(planned):
     events = long.run()
     next(events)
 
-    assert short.samples == long.samples
+    assert lines_of(short) == lines_of(long)
 
 
-def test_rows_share_their_paths():
+def test_runs_share_their_paths():
     """W(T) is the same for all numbers of steps and schemes, up to the rounding of its sum."""
-    quantities = (
-        final(EulerMaruyama(), 3, "x"),
-        final(EulerMaruyama(), 96, "x"),
-        final(Milstein(), 24, "x"),
-    )
-    samples = run_block(BlockTask(problem_spec(brownian_motion), quantities, 7, 50), 0, 50)
+    found = block_of(EulerMaruyama(), EulerMaruyama(), Milstein(), steps=(3, 96, 24))
+    first, *others = (each.noted["x"].last for each in found)
 
-    assert samples[0].value != 0.0
-    # Sums of at most 96 increments of size 1.
-    assert [sample.value for sample in samples] == pytest.approx([samples[0].value] * 3, abs=96 * 2e-16 * 3)
+    assert first[0] != first[1]
+    for other in others:
+        # Sums of at most 96 increments of size 1.
+        assert other == pytest.approx(first, abs=96 * 2e-16 * 3)
 
 
-def test_faults_cost_their_own_rows():
-    """A scheme that raises or loses its paths costs its own rows; a lost path has no value of any observable."""
-    quantities = (
-        final(Raises(), 4, "x"),
-        final(Explodes(), 8, "x"),
-        final(Explodes(), 8, "t"),
-        final(EulerMaruyama(), 4, "x"),
-    )
-    raised, lost, timed, right = run_block(BlockTask(problem_spec(brownian_motion), quantities, 7, 50), 0, 50)
+def test_faults_cost_their_own_runs():
+    """A scheme that raises or loses its paths costs its own run; a lost path has no value of any observable."""
+    notes = (Note("x", "x"), Note("t", "t"))
+    raised, lost, right = block_of(Raises(), Explodes(), EulerMaruyama(), steps=(4, 8, 4), notes=notes)
 
     assert raised.error == "scheme raises: FloatingPointError: no step"
-    assert lost.lost == timed.lost == 50
-    assert isnan(lost.value)
-    assert isnan(timed.value)
-    assert right.paths == 50
-    assert right.lost == 0
+    for name in ("x", "t"):
+        assert lost.noted[name].lost.sum() == 50
+        assert np.isnan(lost.noted[name].last).all()
+        assert np.isfinite(right.noted[name].last).all()
+    assert (right.paths, right.noted["x"].lost.sum()) == (50, 0)
+
+
+def test_faults_of_a_note_cost_that_note():
+    """A function that raises, and an observable that is not there, leave the other notes of a run alone."""
+    notes = (Note("wrong", raising), Note("missing", "y"), Note("x", "x"))
+    (found,) = block_of(EulerMaruyama(), notes=notes)
+
+    assert found.error == found.noted["x"].error == ""
+    assert found.noted["wrong"].error == "ValueError: not this one"
+    assert "no observable 'y'; it has x, t" in found.noted["missing"].error
+
+
+def test_notes_put_together():
+    """The mean and the largest of what is noted are those of all steps asked for, each path by itself."""
+    at = (2, 3, 7)
+    notes = (Note("each", position, at), Note("mean", position, at, "mean"), Note("max", position, at, "max"))
+    (found,) = block_of(EulerMaruyama(), notes=notes, paths=5)
+
+    each = found.noted["each"].values
+    assert each.shape == (3, 1, 5)
+    assert found.noted["each"].at == at
+    assert np.array_equal(found.noted["mean"].values, (each[0] + each[1] + each[2])[None] / 3)
+    assert np.array_equal(found.noted["max"].values, each.max(axis=0)[None])
+    assert found.noted["max"].at == (7,)
+
+
+def test_counted_costs():
+    """What a scheme counts is summed over the steps and paths of each block, with their number."""
+    (found,) = block_of(Counting(), paths=5)
+
+    assert found.costs["evaluations"].tolist() == [[2.0 * 8 * 5, 8 * 5]]
+
+
+def test_noise_shared_by_problems():
+    """Problems of different dimension can be driven by one noise, through a map of its increments."""
+    noise = SharedNoise("common", 3)
+    first, second = (
+        block_of(EulerMaruyama(), Milstein(), steps=(4, 16), noise=noise, drive=drive) for drive in (first_of, sum_of)
+    )
+    (own,) = block_of(EulerMaruyama(), steps=4)
+
+    for found in (first, second):
+        assert found[0].noted["x"].last == pytest.approx(found[1].noted["x"].last, abs=1e-13)
+    # Two sums of different independent increments, and a noise of another name.
+    assert not np.allclose(first[0].noted["x"].last, second[0].noted["x"].last)
+    assert not np.allclose(first[0].noted["x"].last, own.noted["x"].last)
+
+
+def test_noise_of_the_wrong_dimension():
+    """Runs on one noise whose problems ask for another number of Brownian motions say so."""
+    (found,) = block_of(EulerMaruyama(), noise=SharedNoise("common", 3))
+
+    assert found.error
+
+
+def test_probe():
+    """A probe is given what its labels name; what it raises is its reason."""
+    task = ProbeTask(count_things, (problem_spec(brownian_motion),), (Milstein(), EulerMaruyama()), "mine")
+
+    assert {name: values.tolist() for name, values in run_probe(task).values.items()} == {"of": [1, 2]}
+    assert run_probe(ProbeTask(count_things, (), (), "mine")).error == "ValueError: nothing"
 
 
 def test_means_on_the_way(planned):
     """A mean after n of N steps is that of n steps, at its own time."""
     rows = [row(steps=12, at=at, observable=name) for at in (1, 5, 12) for name in ("x", "x^2")]
-    ((*samples,),) = finished(planned(*rows))
+    samples = finished(planned(*rows))
 
     expected = [(1 + 1 / 24) ** (at * power) for at in (1, 5, 12) for power in (1, 2)]
     assert [sample.value for sample in samples] == pytest.approx(expected, rel=24 * np.finfo(float).eps)
 
 
-def test_time_of_a_mean():
-    """An observable is given the time at which its mean is taken."""
-    quantities = tuple(Quantity(Value(EulerMaruyama(), 8, "t", at)) for at in (1, 6, 8))
-    samples = run_block(BlockTask(problem_spec(brownian_motion), quantities, 7, 5), 0, 5)
+def test_time_of_a_note():
+    """An observable is given the time at which it is noted."""
+    (found,) = block_of(EulerMaruyama(), notes=(Note("t", "t", (1, 6, 8)),), paths=1)
 
-    assert [sample.value for sample in samples] == [0.25, 1.5, 2.0]
+    assert found.noted["t"].values[:, 0].tolist() == [0.25, 1.5, 2.0]
 
 
 def test_mean_square_against_a_reference(planned):
     """A row with a reference has the mean square of their difference on the same paths, also on the way."""
     reference = FineRun("euler-maruyama", 32)
     rows = [row(steps=4, problem="gbm[b=0.3]", reference=reference, at=at) for at in (2, 4)]
-    ((half, whole),) = finished(planned(*rows, paths=8000))
+    half, whole = finished(planned(*rows, paths=8000))
 
     assert abs(whole.value - mean_square(0.5, 0.3, 4, 8)) < 4 * whole.std_error
     # Half of the time is that of the equation with a/2 and b/sqrt(2).
@@ -159,22 +248,20 @@ def test_mean_square_against_a_reference(planned):
 def test_reference_of_another_scheme(planned):
     """A reference may be of another scheme: Milstein's is exact where the noise is 0, and no path differs."""
     same = row(scheme="milstein", reference=FineRun("euler-maruyama", 8))
-    ((sample,),) = finished(planned(same))
+    (sample,) = finished(planned(same))
 
     assert sample.value == pytest.approx(((1 + 1 / 8) ** 4 - (1 + 1 / 16) ** 8) ** 2, rel=1e-12)
 
 
-def test_faults_of_a_reference_cost_its_rows():
-    """Where the reference raises or loses its paths, so do the rows that are compared with it, and no others."""
-    own, raising, losing = (Value(scheme, 8, "x", 8) for scheme in (EulerMaruyama(), Raises(), Explodes()))
-    coarse = Value(EulerMaruyama(), 4, "x", 4)
-    quantities = Quantity(coarse, own), Quantity(coarse, raising), Quantity(coarse, losing), Quantity(own)
-    right, raised, lost, alone = run_block(BlockTask(problem_spec(brownian_motion), quantities, 7, 50), 0, 50)
+def test_faults_of_a_reference_cost_its_rows(planned):
+    """Where the reference does not match, so do the rows that are compared with it, and no others."""
+    wrong = row(scheme="euler-maruyama", reference=FineRun("half-explicit-euler", 8))
+    right = row(scheme="euler-maruyama", reference=FineRun("milstein", 8))
+    found = finished(planned(wrong, right))
 
-    assert (right.paths, alone.paths, right.lost, alone.lost) == (50, 50, 0, 0)
-    assert raised.error == "scheme raises: FloatingPointError: no step"
-    assert lost.lost == 50
-    assert isnan(lost.value)
+    assert "HolonomicSDAE" in found[0].error
+    assert isnan(found[0].value)
+    assert (found[1].error, found[1].paths) == ("", 10)
 
 
 def test_block_size(planned):
@@ -187,14 +274,14 @@ def test_block_size(planned):
 
 def test_scheme_that_does_not_match(planned):
     """A scheme that cannot solve the problem says why."""
-    ((sample,),) = finished(planned(row(scheme="half-explicit-euler")))
+    (sample,) = finished(planned(row(scheme="half-explicit-euler")))
 
     assert "HolonomicSDAE" in sample.error
 
 
 def test_unknown_observable(planned):
     """An observable that the problem does not have is an error of the row and not of the program."""
-    ((sample, other),) = finished(planned(row(observable="y"), row()))
+    sample, other = finished(planned(row(observable="y"), row()))
 
     assert "no observable 'y'; it has x, x^2, x^3" in sample.error
     assert other.error == ""

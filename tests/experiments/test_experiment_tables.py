@@ -4,20 +4,22 @@ from math import isnan, nan
 
 import pytest
 
-from sdaeverify import FineRun, InvariantMean, Printed, Row
-from sdaeverify.lab.experiments import Line, in_words, lines, table
-from sdaeverify.lab.experiments.sample import Sample
-from sdaeverify.lab.experiments.scheme_means import SchemeMean
-from sdaeverify.lab.experiments.tables import Exact
+from experiments.euler_errors import lines_of
+from sdaeverify import FineRun, InvariantMean, MeanLine, MeanSample, Printed, Row
+from sdaeverify.contracts.experiment import SchemeMean
 
 # 400 paths of standard deviation 2: standard error 0.1, and 0.02 for a print from 10000 paths.
-SAMPLE = Sample(400, 1.0, 4.0 * 399)
+SAMPLE = MeanSample(400, 1.0, 4.0 * 399)
 
 
 def line(digits="1.0", exact=1.0, paths=10**4, sample=SAMPLE):
     printed = Printed(digits, paths) if digits else None
     row = Row(problem="p", scheme="s", steps=4, observable="x", printed=printed)
-    return Line(row, 0.25, 1.0, sample, Exact(exact))
+    return MeanLine(row, 0.25, 1.0, sample, exact)
+
+
+def entry(*arguments, **options):
+    return line(*arguments, **options).entry
 
 
 @pytest.mark.parametrize(
@@ -33,36 +35,36 @@ def line(digits="1.0", exact=1.0, paths=10**4, sample=SAMPLE):
 )
 def test_agreement(digits, ours, exact):
     """Print and mean may differ by half a unit and four of their standard errors, print and exact value by less."""
-    assert (line(digits).print_and_ours, line(digits).print_and_exact) == (ours, exact)
+    assert (entry(digits).print_and_value, entry(digits).print_and_exact) == (ours, exact)
 
 
 def test_digits_matter():
     """A number printed with fewer digits says less: it agrees with all that is rounded to it."""
-    assert line("1.1", paths=10**12).print_and_exact == "disagrees"
-    assert line("1.1", exact=1.14, paths=10**12).print_and_exact == "agrees"
-    assert line("1.10", exact=1.14, paths=10**12).print_and_exact == "disagrees"
+    assert entry("1.1", paths=10**12).print_and_exact == "disagrees"
+    assert entry("1.1", exact=1.14, paths=10**12).print_and_exact == "agrees"
+    assert entry("1.10", exact=1.14, paths=10**12).print_and_exact == "disagrees"
 
 
 def test_nothing_to_compare():
     """Without print, exact value or mean there is no verdict."""
-    assert line("").print_and_ours == line("").print_and_exact == ""
-    assert line(exact=nan).print_and_exact == ""
-    assert line(sample=Sample(3, nan, nan, lost=3)).print_and_ours == ""
+    assert entry("").print_and_value == entry("").print_and_exact == ""
+    assert entry(exact=nan).print_and_exact == ""
+    assert entry(sample=MeanSample(3, nan, nan, lost=3)).print_and_value == ""
 
 
 def test_exact_values(planned, registry):
     """The exact value is the moment at the final time; the invariant mean counts in equilibrium only."""
     rows = [Row(problem=name, scheme="milstein", steps=2, observable="x^2") for name in ("gbm[b=0]", "double-well")]
 
-    known = [found.exact.value for found in lines(planned(*rows))]
-    invariant = lines(planned(*rows, equilibrium=True))
+    known = [found.exact for found in lines_of(planned(*rows))]
+    invariant = lines_of(planned(*rows, equilibrium=True))
 
     assert known[0] == pytest.approx(2.718281828459045, rel=1e-14)
     assert isnan(known[1])
-    assert invariant[0].exact.value == known[0]
+    assert invariant[0].exact == known[0]
     truths = registry.problems["double-well"].make().build().truths
-    assert invariant[1].exact.value in [truth.value for truth in truths if isinstance(truth, InvariantMean)]
-    assert invariant[1].exact.source
+    assert invariant[1].exact in [truth.value for truth in truths if isinstance(truth, InvariantMean)]
+    assert invariant[1].exact_source
 
 
 def test_exact_value_on_the_way(planned):
@@ -71,17 +73,17 @@ def test_exact_value_on_the_way(planned):
         Row(problem="gbm[b=0]", scheme="milstein", steps=4, observable="x", at=1),
         Row(problem="gbm[b=0]", scheme="milstein", steps=4, observable="x", reference=FineRun("milstein", 8)),
     ]
-    mean, error = lines(planned(*rows))
+    mean, error = lines_of(planned(*rows))
 
     assert (mean.time, error.time) == (0.25, 1.0)
-    assert mean.exact.value == pytest.approx(1.1331484530668263, rel=1e-14)
-    assert isnan(error.exact.value)
+    assert mean.exact == pytest.approx(1.1331484530668263, rel=1e-14)
+    assert isnan(error.exact)
 
 
 @pytest.mark.parametrize(("scheme_mean", "word"), [(1.39, "agrees"), (1.41, "disagrees"), (nan, "")])
 def test_mean_of_the_scheme(scheme_mean, word):
     """Our mean is compared with the scheme's to four standard errors, where that is known."""
-    assert line()._replace(scheme_mean=SchemeMean(scheme_mean)).ours_and_scheme == word
+    assert line()._replace(scheme_mean=SchemeMean(scheme_mean)).entry.value_and_expected == word
 
 
 def test_table(planned):
@@ -90,31 +92,41 @@ def test_table(planned):
     run = planned(row)
     list(run.run())
 
-    (found,) = table(lines(run)).to_dict("records")
+    found = run.plan.experiment.exhibit(run.evidence).entries[0].record()
 
-    assert found["mean"] == pytest.approx(1.5625, rel=1e-15)
+    assert found["value"] == pytest.approx(1.5625, rel=1e-15)
     assert found["exact"] == pytest.approx(1.6487212707001282, rel=1e-15)
-    assert found["mean_minus_exact"] == found["mean"] - found["exact"]
-    assert (found["printed"], found["printed_and_mean"], found["printed_and_exact"]) == (
-        "1.5624", "disagrees", "disagrees",
+    assert found["value_minus_exact"] == found["value"] - found["exact"]
+    assert (found["printed"], found["printed_and_value"], found["printed_and_exact"]) == (
+        "1.5624", "few paths", "disagrees",
     )  # fmt: skip
     assert (found["steps"], found["h"], found["time"], found["paths"]) == (2, 0.5, 1.0, 10)
     # Without noise all paths are equal.
     assert found["effective_paths"] == pytest.approx(10.0, rel=1e-12)
-    assert found["reference_scheme"] == found["reference_steps"] == found["mean_and_scheme_mean"] == ""
+    assert found["reference_scheme"] == found["reference_steps"] == found["value_and_expected"] == ""
+
+
+def test_few_effective_paths():
+    """Numbers that differ by little are not said to agree where fewer than 30 effective paths carry the mean."""
+    heavy = MeanSample(1000, 1.0, 1000.0 * 50.0)
+    light = MeanSample(1000, 1.0, 1000.0 * 30.0)
+
+    assert heavy.effective < 30.0 < light.effective
+    assert (entry(sample=heavy).print_and_value, entry(sample=light).print_and_value) == ("few paths", "agrees")
+    assert entry("900", sample=heavy).print_and_value == "disagrees"
 
 
 def test_words():
     """What is missing is said in one line each, and nothing else is."""
     telling = [
         line(),
-        line(sample=Sample()),
-        line(sample=Sample(9, nan, nan, lost=2)),
-        line(sample=Sample(9, 1.0, 1.0, without_root=1)),
-        line(sample=Sample(error="no view")),
+        line(sample=MeanSample()),
+        line(sample=MeanSample(9, nan, nan, lost=2)),
+        line(sample=MeanSample(9, 1.0, 1.0, without_root=1)),
+        line(sample=MeanSample(error="no view")),
     ]
 
-    assert list(in_words(telling)) == [
+    assert [word for each in telling for word in each.in_words] == [
         "s on p, h = 0.25: not reached",
         "s on p, h = 0.25: 2 of 9 paths are lost",
         "s on p, h = 0.25: on 1 of 9 paths a step found no root",

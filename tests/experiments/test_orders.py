@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from experiments.euler_errors import mean_square
-from sdaeverify import FineRun, Row
-from sdaeverify.lab.experiments import Line, lines, orders
-from sdaeverify.lab.experiments.sample import Sample
-from sdaeverify.lab.experiments.tables import Exact
+from experiments.euler_errors import lines_of, mean_square
+from sdaeverify import FineRun, MeanLine, MeanSample, Row
+from sdaeverify.contracts.mean_table import orders
 
 REFERENCE = FineRun("s", 1024)
 
@@ -17,7 +15,7 @@ def row(steps, **other):
 
 
 def line(steps, values, **other):
-    return Line(row(steps, **other), 1.0 / steps, 1.0, Sample.of(np.asarray(values)), Exact())
+    return MeanLine(row(steps, **other), 1.0 / steps, 1.0, MeanSample.of(np.asarray(values)))
 
 
 def test_power_law():
@@ -28,8 +26,8 @@ def test_power_law():
 
     assert found.estimate.value == pytest.approx(0.75, rel=1e-12)
     assert found.estimate.se < 1e-12
-    assert (found.scheme, found.observable, found.reference, found.step_sizes) == ("s", "x", REFERENCE, 4)
-    assert found.record()["order"] == found.estimate.value
+    assert (found.row.scheme, found.row.observable, found.row.reference) == ("s", "x", REFERENCE)
+    assert found.in_words.startswith("s on p: order 0.7500 +- 0.0000 of the root mean square of x - ref, from 4")
 
 
 def test_standard_error():
@@ -50,9 +48,9 @@ def test_rows_that_belong_together():
     others = [line(steps, np.ones(40) / steps, observable="y") for steps in (4, 8)]
     more = [line(32, np.ones(40), scheme="other"), line(32, np.ones(40), reference=None), line(32, np.zeros(40))]
 
-    assert [(each.observable, each.step_sizes) for each in orders(found + others + more)] == [("x", 3)]
+    assert [(each.row.observable, each.step_sizes) for each in orders(found + others + more)] == [("x", 3)]
     assert orders(others + more) == []
-    assert orders([each._replace(sample=Sample()) for each in found]) == []
+    assert orders([each._replace(sample=MeanSample()) for each in found]) == []
 
 
 def test_euler(planned):
@@ -66,7 +64,7 @@ def test_euler(planned):
     run = planned(*rows, paths=2000)
     list(run.run())
 
-    (found,) = orders(lines(run))
+    (found,) = orders(lines_of(run))
 
     exact = [mean_square(0.5, 0.3, steps, finest // steps) for steps in sizes]
     order = np.polyfit(np.log2([1.0 / steps for steps in sizes]), np.log2(np.sqrt(exact)), 1)[0]

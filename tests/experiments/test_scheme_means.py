@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify.lab.experiments.quantity import Value
+from sdaeverify.contracts.experiment import SchemeValue
 from sdaeverify.lab.experiments.scheme_means import scheme_means
 from sdaeverify_problems.delay_test import SETS, Coefficients, problem
 from sdaeverify_problems.gbm import gbm
@@ -42,9 +42,9 @@ def test_whole_history(name, theta):
     """Means of x, x^2 and y at all times are those of the recursion on the whole history."""
     at = SETS[name]._replace(l=0.0)
     scheme, steps, horizon = StochasticTheta(theta=theta), 24, 3.0
-    values = [Value(scheme, steps, phi, n) for phi in ("x", "x^2", "y") for n in (1, 7, 8, 9, 24)]
+    values = [SchemeValue("s", steps, phi, n) for phi in ("x", "x^2", "y") for n in (1, 7, 8, 9, 24)]
 
-    found = scheme_means(problem(at, horizon), values)
+    found = scheme_means(problem(at, horizon), values, {"s": scheme})
 
     expected = whole_history(at, theta, steps, horizon)
     for value in values:
@@ -56,16 +56,18 @@ def test_whole_history(name, theta):
 
 def test_sheet():
     """Set I is a geometric Brownian motion, and E x_n^2 is the n-th power of a factor in closed form."""
-    value = Value(StochasticTheta(theta=0.2), 320, "x^2", 320)
+    value = SchemeValue("s", 320, "x^2", 320)
 
-    (found,) = scheme_means(problem(SETS["I"]._replace(c=1.6), 10.0), [value]).values()
+    (found,) = scheme_means(
+        problem(SETS["I"]._replace(c=1.6), 10.0), [value], {"s": StochasticTheta(theta=0.2)}
+    ).values()
 
     h, theta, c = 1.0 / 32.0, 0.2, 1.6
     factor = ((1.0 - (1.0 - theta) * h) ** 2 + h * c * c) / (1.0 + theta * h) ** 2
     assert factor == pytest.approx(1.0179, abs=5e-5)
     assert found.value == pytest.approx(factor**320, rel=1e-11)
-    assert found.growth.factor == pytest.approx(factor, rel=1e-9)
-    assert found.growth.rate == pytest.approx(2.0 * -1.0 + c * c, rel=1e-9)
+    assert found.factor == pytest.approx(factor, rel=1e-9)
+    assert found.rate == pytest.approx(2.0 * -1.0 + c * c, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -73,12 +75,14 @@ def test_sheet():
 )
 def test_growth(name, rate):
     """With l = 0, second moments of the equation grow as known, and those of the scheme tend to that with h."""
-    values = [Value(StochasticTheta(theta=0.2), steps, "x^2", steps) for steps in (128, 256)]
+    values = [SchemeValue("s", steps, "x^2", steps) for steps in (128, 256)]
 
-    coarse, fine = scheme_means(problem(SETS[name]._replace(l=0.0), 1.0), values).values()
+    coarse, fine = scheme_means(
+        problem(SETS[name]._replace(l=0.0), 1.0), values, {"s": StochasticTheta(theta=0.2)}
+    ).values()
 
-    assert coarse.growth.rate == fine.growth.rate == pytest.approx(rate, abs=0.005)
-    off = [np.log(found.growth.factor) * steps - fine.growth.rate for found, steps in ((coarse, 128), (fine, 256))]
+    assert coarse.rate == fine.rate == pytest.approx(rate, abs=0.005)
+    off = [np.log(found.factor) * steps - fine.rate for found, steps in ((coarse, 128), (fine, 256))]
     # Of first order: half as far off with steps half as long.
     assert off[0] / off[1] == pytest.approx(2.0, abs=0.2)
 
@@ -87,7 +91,7 @@ def test_interpolated_mesh():
     """Where the delay is no multiple of h, E x^2 is that of many paths, within four standard errors."""
     scheme, steps, at = StochasticTheta(theta=0.5), 7, Coefficients(-1.0, 0.5, 0.5, 1.0, 0.0, 0.2)
     view = problem(at, 2.0)
-    exact = scheme_means(view, [Value(scheme, steps, "x^2", steps)]).popitem()[1].value
+    exact = scheme_means(view, [SchemeValue("s", steps, "x^2", steps)], {"s": scheme}).popitem()[1].value
 
     h, paths, rng = 2.0 / steps, 200_000, np.random.Generator(np.random.Philox(5))
     x, A, m = [np.ones(paths)], at.a + at.q, 4
@@ -111,9 +115,9 @@ def test_what_has_no_exact_mean():
     linear, nonlinear = problem(SETS["II"], 2.0), problem(SETS["IV"], 2.0)
 
     for observable in ("x^3", "z"):
-        assert scheme_means(linear, [Value(scheme, 8, observable, 8)]) == {}
-    assert scheme_means(nonlinear, [Value(scheme, 8, "x^2", 8)]) == {}
-    assert scheme_means(gbm(), [Value(EulerMaruyama(), 8, "x^2", 8)]) == {}
+        assert scheme_means(linear, [SchemeValue("s", 8, observable, 8)], {"s": scheme}) == {}
+    assert scheme_means(nonlinear, [SchemeValue("s", 8, "x^2", 8)], {"s": scheme}) == {}
+    assert scheme_means(gbm(), [SchemeValue("s", 8, "x^2", 8)], {"s": EulerMaruyama()}) == {}
 
 
 class Refusing(StochasticTheta):
@@ -125,6 +129,7 @@ class Refusing(StochasticTheta):
 
 def test_step_that_cannot_be_asked():
     """A step that raises where it is asked leaves no mean, and costs no other scheme its own."""
-    wrong, right = (Value(scheme, 8, "x^2", 8) for scheme in (Refusing(), StochasticTheta()))
+    schemes = {"wrong": Refusing(), "right": StochasticTheta()}
+    wrong, right = (SchemeValue(label, 8, "x^2", 8) for label in schemes)
 
-    assert list(scheme_means(problem(SETS["II"], 2.0), [wrong, right])) == [right]
+    assert list(scheme_means(problem(SETS["II"], 2.0), [wrong, right], schemes)) == [right]

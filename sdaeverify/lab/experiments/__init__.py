@@ -1,18 +1,7 @@
-"""Experiments of papers, run again: resolve the labels, run the blocks, set the means beside print and truth."""
+"""Experiments of papers, run again: resolve the labels, run the blocks, join the evidence, draw the pictures."""
 
-from .orders import Order, orders
+from .evidence import FoundEvidence
 from .plan import ExperimentPlan, experiment_plan
 from .run import ExperimentRun
-from .tables import Line, in_words, lines, table
 
-__all__ = [
-    "ExperimentPlan",
-    "ExperimentRun",
-    "Line",
-    "Order",
-    "experiment_plan",
-    "in_words",
-    "lines",
-    "orders",
-    "table",
-]
+__all__ = ["ExperimentPlan", "ExperimentRun", "FoundEvidence", "experiment_plan"]

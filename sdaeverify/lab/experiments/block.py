@@ -1,50 +1,84 @@
-"""One block of an experiment's paths on one problem: every scheme and step size on the same Brownian paths."""
+"""One block of an experiment's paths on one noise: every scheme and step size on the same Brownian paths."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from ...arrays import Array
+from ...contracts.experiment import ProbeFound, RunFound, SchemeRun, SharedNoise
 from ...contracts.matching import match
 from ...contracts.scheme import Scheme
 from ...contracts.specs import ProblemSpec
-from ...errors import FAULTS, SchemeError, one_line
+from ...errors import FAULTS, ProblemError, SchemeError, one_line
 from ...forms import Problem
-from ...noise.brownian import Brownian, Piece, Source
+from ...noise.brownian import Brownian, LevelNoise, Piece, Source
 from ...simulate.ensemble import one_thread
 from ...simulate.tracks import Track
 from .notebook import Notebook
-from .quantity import Noted, Quantity, Value
-from .sample import Sample
+
+
+class PlannedRun(NamedTuple):
+    """A run with its labels resolved."""
+
+    run: SchemeRun
+    spec: ProblemSpec
+    scheme: Scheme
 
 
 @dataclass(frozen=True)
-class BlockTask:
-    """Everything that determines the samples on one problem; it can be pickled.
+class NoiseTask:
+    """Everything that determines the runs on one noise; it can be pickled.
 
     Attributes
     ----------
-    spec : ProblemSpec
-    quantities : tuple of Quantity
-        The numbers of steps of their values are the least one times powers of 2.
+    runs : tuple of PlannedRun
+    noise : SharedNoise or None
+        None where it is that of the problem.
     seed : int
     block : int
         Paths of a full block.
     """
 
-    spec: ProblemSpec
-    quantities: tuple[Quantity, ...]
+    runs: tuple[PlannedRun, ...]
+    noise: SharedNoise | None
     seed: int
     block: int
 
+    @property
+    def label(self) -> str:
+        """Name of the noise."""
+        return self.noise.name if self.noise else self.runs[0].spec.label
 
-def run_block(task: BlockTask, block: int, paths: int) -> tuple[Sample, ...]:
+
+@dataclass(frozen=True)
+class ProbeTask:
+    """A probe with its labels resolved."""
+
+    of: Callable[[tuple[Problem, ...], tuple[Scheme, ...]], Mapping[str, Array]]
+    specs: tuple[ProblemSpec, ...]
+    schemes: tuple[Scheme, ...]
+    label: str
+
+
+def run_probe(task: ProbeTask) -> ProbeFound:
+    """Evaluate a probe, in a worker process or in this one."""
+    try:
+        with np.errstate(all="ignore"), one_thread():
+            found = task.of(tuple(spec.build() for spec in task.specs), task.schemes)
+            return ProbeFound({name: np.asarray(values) for name, values in found.items()})
+    except FAULTS as error:
+        return ProbeFound(error=one_line(error))
+
+
+def run_block(task: NoiseTask, block: int, paths: int) -> tuple[RunFound, ...]:
     """Simulate one block of paths, in a worker process or in this one.
 
     Parameters
     ----------
-    task : BlockTask
+    task : NoiseTask
     block : int
         Index of the block.
     paths : int
@@ -52,37 +86,37 @@ def run_block(task: BlockTask, block: int, paths: int) -> tuple[Sample, ...]:
 
     Returns
     -------
-    tuple of Sample
-        One for each quantity.
+    tuple of RunFound
+        One for each run.
     """
     try:
         # A path that is lost is counted, not warned about.
         with np.errstate(all="ignore"), one_thread():
             return _run_block(task, block, paths)
     except FAULTS as error:
-        return tuple(Sample(error=f"problem {task.spec.label}: {one_line(error)}") for _ in task.quantities)
+        return tuple(RunFound(error=f"noise {task.label}: {one_line(error)}") for _ in task.runs)
 
 
-def _run_block(task: BlockTask, block: int, paths: int) -> tuple[Sample, ...]:
-    problem, runs = task.spec.build(), _values_by_run(task.quantities)
-    coarsest = min(steps for _, steps in runs)
-    tracks = [_Run(key, values, problem, coarsest, paths) for key, values in runs.items()]
-    source = Source(task.seed, task.spec.label, block, task.block, paths)
-    areas = any("H" in scheme.noise for scheme, _ in runs)
-    finest = max(run.level for run in tracks)
-    brownian = Brownian(source, problem.noise_dim, problem.horizon / coarsest, finest, areas)
+def _run_block(task: NoiseTask, block: int, paths: int) -> tuple[RunFound, ...]:
+    coarsest = min(planned.run.steps for planned in task.runs)
+    tracks = [_Driven(planned, coarsest, paths) for planned in task.runs]
+    horizon = _common("final time", {track.problem.horizon for track in tracks if track.problem})
+    dimension = task.noise.dimension if task.noise else _common(
+        "number of Brownian motions", {track.problem.noise_dim for track in tracks if track.problem}
+    )  # fmt: skip
+    source = Source(task.seed, task.label, block, task.block, paths)
+    areas = any("H" in planned.scheme.noise for planned in task.runs)
+    brownian = Brownian(source, int(dimension), horizon / coarsest, max(track.level for track in tracks), areas)
     for piece in _pieces(brownian, coarsest):
-        for run in tracks:
-            run.advance(piece)
-    noted = {value: found for run in tracks for value, found in run.noted().items()}
-    return tuple(quantity.sample(noted) for quantity in task.quantities)
+        for track in tracks:
+            track.advance(piece)
+    return tuple(track.found(paths) for track in tracks)
 
 
-def _values_by_run(quantities: tuple[Quantity, ...]) -> dict[tuple[Scheme, int], list[Value]]:
-    found: dict[tuple[Scheme, int], list[Value]] = {}
-    for value in dict.fromkeys(value for quantity in quantities for value in quantity.values):
-        found.setdefault((value.scheme, value.steps), []).append(value)
-    return found
+def _common(what: str, values: set[float] | set[int]) -> float:
+    if len(values) != 1:
+        raise ProblemError(f"runs on one noise must have one {what}, got {', '.join(map(str, sorted(values)))}")
+    return values.pop()
 
 
 def _pieces(brownian: Brownian, coarsest: int) -> Iterator[Piece]:
@@ -90,42 +124,58 @@ def _pieces(brownian: Brownian, coarsest: int) -> Iterator[Piece]:
         yield from pieces
 
 
-class _Run:
-    """A scheme with one number of steps; what goes wrong in it costs its own values only."""
+class _Driven:
+    """A run under way; what goes wrong in it costs its own numbers only."""
 
-    def __init__(
-        self, key: tuple[Scheme, int], values: Sequence[Value], problem: Problem, coarsest: int, paths: int
-    ) -> None:
-        (self.scheme, steps), self.problem, self.values, self.error = key, problem, values, ""
-        self.level = (steps // coarsest).bit_length() - 1
-        self.observers: tuple[Notebook, ...] = ()
-        with self._guarded():
-            matched = match(self.scheme, problem)
-            if matched.problem is None:
-                raise SchemeError(matched.reason)
-            self.track = Track(self.scheme, matched.problem, self.level, problem.horizon / steps, paths)
-            known = [value for value in values if value.observable in problem.observables]
-            self.observers = (Notebook(self.track, problem, known),)
+    def __init__(self, planned: PlannedRun, coarsest: int, paths: int) -> None:
+        self.run, self.error = planned.run, ""
+        self.level = (planned.run.steps // coarsest).bit_length() - 1
+        self.books: dict[str, Notebook] = {}
+        self.problem: Problem | None = None
+        with self._guarded(f"problem {planned.spec.label}"):
+            self.problem = planned.spec.build()
+        self.where = f"scheme {planned.scheme.label}"
+        if self.problem is not None:
+            with self._guarded(self.where):
+                self._begin(planned.scheme, self.problem, paths)
+
+    def _begin(self, scheme: Scheme, problem: Problem, paths: int) -> None:
+        matched = match(scheme, problem)
+        if matched.problem is None:
+            raise SchemeError(matched.reason)
+        steps = self.run.steps
+        self.h, self.noise_dim = problem.horizon / steps, problem.noise_dim
+        self.track = Track(scheme, matched.problem, self.level, self.h, paths)
+        self.books = {note.name: Notebook(self.track, problem, note, steps) for note in self.run.notes}
 
     def advance(self, piece: Piece) -> None:
         """Make the steps of a piece of noise of this level."""
         if piece.level == self.level and not self.error:
-            with self._guarded():
-                self.track.advance(piece.noise, self.observers)
+            with self._guarded(self.where):
+                self.track.advance(self._driving(piece.noise), tuple(self.books.values()))
 
-    def noted(self) -> dict[Value, Noted]:
+    def _driving(self, noise: LevelNoise) -> LevelNoise:
+        drive = self.run.drive
+        if drive is not None:
+            noise = LevelNoise(drive(noise.dW), None if noise.H is None else drive(noise.H))
+        if noise.dW.shape[1] != self.noise_dim:
+            raise ProblemError(f"it has {self.noise_dim} Brownian motions and is driven by {noise.dW.shape[1]}")
+        return noise
+
+    def found(self, paths: int) -> RunFound:
         """Return what was noted, or why nothing was."""
         if self.error:
-            return {value: Noted(error=self.error) for value in self.values}
-        names = ", ".join(self.problem.observables)
-        return {
-            value: Noted(error=f"the problem has no observable {value.observable!r}; it has {names}")
-            for value in self.values
-        } | {value: found for notebook in self.observers for value, found in notebook.noted.items()}
+            return RunFound(error=self.error)
+        costs = {
+            name: np.array([[total, self.track.counted[name]]], dtype=float)
+            for name, total in self.track.costs.items()
+        }
+        costs["truncated"] = np.array([[self.track.truncated_steps, self.track.step * paths]], dtype=float)
+        return RunFound(self.h, {name: book.noted() for name, book in self.books.items()}, costs, paths)
 
     @contextmanager
-    def _guarded(self) -> Iterator[None]:
+    def _guarded(self, where: str) -> Iterator[None]:
         try:
             yield
         except FAULTS as error:
-            self.error = f"scheme {self.scheme.label}: {one_line(error)}"
+            self.error = f"{where}: {one_line(error)}"

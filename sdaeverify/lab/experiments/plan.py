@@ -1,20 +1,22 @@
-"""What an experiment runs: its labels resolved, the rows of a problem together, so that they share their noise."""
+"""What an experiment runs: its labels resolved, the runs on one noise together."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from ...contracts.experiment import Experiment, Row
+from ...contracts.experiment import Budget, Experiment, Probe, SchemeRun, Work
 from ...contracts.scheme import Scheme
 from ...contracts.settings import Settings
 from ...contracts.specs import ProblemSpec, unknown
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
-from .block import BlockTask
-from .quantity import Quantity, Value
+from .block import NoiseTask, PlannedRun, ProbeTask
 
 Thing = TypeVar("Thing")
+Job = tuple[int, int]
+# In place of a block's index.
+PROBE = -1
 
 
 @dataclass(frozen=True)
@@ -24,21 +26,27 @@ class ExperimentPlan:
     Attributes
     ----------
     experiment : Experiment
-    groups : tuple of (BlockTask, tuple of Row)
-        One for each problem: what is simulated, and the row of each of its quantities.
+    registry : Registry
+        Of what its labels name.
+    budget : Budget
+    groups : tuple of (NoiseTask, tuple of Hashable)
+        One for each noise: what is simulated, and the key of each of its runs.
+    probes : tuple of (ProbeTask, Hashable)
     paths, seed : int
     """
 
     experiment: Experiment
-    groups: tuple[tuple[BlockTask, tuple[Row, ...]], ...]
+    registry: Registry
+    budget: Budget
+    groups: tuple[tuple[NoiseTask, tuple[Hashable, ...]], ...]
+    probes: tuple[tuple[ProbeTask, Hashable], ...]
     paths: int
     seed: int
 
     @property
-    def rows(self) -> tuple[Row, ...]:
-        """The rows that are run, in the experiment's order."""
-        chosen = {row for _, rows in self.groups for row in rows}
-        return tuple(row for row in self.experiment.rows if row in chosen)
+    def keys(self) -> frozenset[Hashable]:
+        """Keys of all that is run."""
+        return frozenset(key for _, keys in self.groups for key in keys) | {key for _, key in self.probes}
 
     @property
     def sizes(self) -> tuple[int, ...]:
@@ -47,15 +55,20 @@ class ExperimentPlan:
         whole, rest = divmod(self.paths, block)
         return (block,) * whole + ((rest,) if rest else ())
 
-    def jobs(self) -> Iterator[tuple[int, int]]:
-        """Yield (group, block), all problems of a block first: an interrupt finds as many paths of each."""
+    def jobs(self) -> Iterator[Job]:
+        """Yield (probe, PROBE), then (group, block), all groups of a block first: an interrupt finds each as far."""
+        yield from ((probe, PROBE) for probe in range(len(self.probes)))
         for block in range(len(self.sizes)):
-            for group in range(len(self.groups)):
-                yield group, block
+            yield from ((group, block) for group in range(len(self.groups)))
 
 
 def experiment_plan(
-    registry: Registry, name: str, *, paths: int | None = None, seed: int | None = None, every: bool = False
+    registry: Registry,
+    name: str,
+    *,
+    budget: Budget = Budget.SMOKE,
+    paths: int | None = None,
+    seed: int | None = None,
 ) -> ExperimentPlan:
     """Resolve the labels of an experiment.
 
@@ -63,10 +76,9 @@ def experiment_plan(
     ----------
     registry : Registry
     name : str
+    budget : Budget
     paths, seed : int, optional
-        By default the experiment's number, and the seed of `Settings`.
-    every : bool
-        Whether rows that are costly are run, too.
+        By default the experiment's number at this budget, and the seed of `Settings`.
 
     Raises
     ------
@@ -76,33 +88,52 @@ def experiment_plan(
     if name not in registry.experiments:
         raise unknown("experiment", name, registry.experiments)
     experiment = registry.experiments[name].experiment
-    paths = experiment.paths if paths is None else paths
+    paths = experiment.paths_of(budget) if paths is None else paths
     if paths < 2:
         raise UsageError(f"paths must be at least 2, or there is no standard error, got {paths}")
     seed = Settings(seed=Settings().seed if seed is None else seed).seed
-    rows = [row for row in experiment.rows if every or not row.costly]
-    groups = []
-    for problem in dict.fromkeys(row.problem for row in rows):
-        chosen = tuple(row for row in rows if row.problem == problem)
-        quantities = tuple(_quantity(registry, row) for row in chosen)
-        groups.append((BlockTask(_problem(registry, problem), quantities, seed, experiment.block), chosen))
-    return ExperimentPlan(experiment, tuple(groups), paths, seed)
+    work = experiment.work(budget)
+    groups = tuple(_groups(registry, work, seed, experiment.block))
+    probes = tuple((_probe(registry, each, key), key) for key, each in work.items() if isinstance(each, Probe))
+    return ExperimentPlan(experiment, registry, budget, groups, probes, paths, seed)
 
 
-def _quantity(registry: Registry, row: Row) -> Quantity:
-    value = Value(_scheme(registry, row.scheme), row.steps, row.observable, row.steps_made)
-    if row.reference is None:
-        return Quantity(value)
-    label, steps = row.reference
-    at = row.steps_made * (steps // row.steps)
-    return Quantity(value, Value(_scheme(registry, label), steps, row.observable, at))
+def _groups(
+    registry: Registry, work: Work, seed: int, block: int
+) -> Iterator[tuple[NoiseTask, tuple[Hashable, ...]]]:
+    together: dict[object, dict[Hashable, SchemeRun]] = {}
+    for key, run in work.items():
+        if isinstance(run, SchemeRun):
+            together.setdefault(run.noise or run.problem, {})[key] = run
+    for noise, runs in together.items():
+        shared = None if isinstance(noise, str) else next(iter(runs.values())).noise
+        _require_doublings(runs)
+        planned = tuple(_planned(registry, run) for run in runs.values())
+        yield NoiseTask(planned, shared, seed, block), tuple(runs)
 
 
-def _scheme(registry: Registry, label: str) -> Scheme:
+def _planned(registry: Registry, run: SchemeRun) -> PlannedRun:
+    return PlannedRun(run, named_problem(registry, run.problem), named_scheme(registry, run.scheme))
+
+
+def _require_doublings(runs: Mapping[Hashable, SchemeRun]) -> None:
+    steps = sorted({run.steps for run in runs.values()})
+    if any(count % steps[0] or (count // steps[0]).bit_count() != 1 for count in steps):
+        raise UsageError(f"steps on one noise must be the least times powers of 2, got {steps}")
+
+
+def _probe(registry: Registry, probe: Probe, key: Hashable) -> ProbeTask:
+    specs = tuple(named_problem(registry, label) for label in probe.problems)
+    return ProbeTask(probe.of, specs, tuple(named_scheme(registry, label) for label in probe.schemes), str(key))
+
+
+def named_scheme(registry: Registry, label: str) -> Scheme:
+    """Return the one scheme of a label."""
     return _one("scheme", label, select_schemes(registry, [label]))
 
 
-def _problem(registry: Registry, label: str) -> ProblemSpec:
+def named_problem(registry: Registry, label: str) -> ProblemSpec:
+    """Return the recipe of the one problem of a label."""
     return _one("problem", label, select_problems(registry, [label]))
 
 

@@ -1,15 +1,17 @@
-"""An experiment under way: blocks over an executor, samples merged in block order whatever the workers do."""
+"""An experiment under way: blocks over an executor, evidence joined in block order whatever the workers do."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Hashable, Iterator
 from concurrent.futures import Executor
 from functools import partial
 
-from ...contracts.experiment import Row
+from ...contracts.experiment import ProbeFound, RunFound
 from ...study import Advanced
 from ...workers.pool import in_turn
-from .block import run_block
-from .plan import ExperimentPlan
-from .sample import Sample
+from .block import run_block, run_probe
+from .evidence import FoundEvidence
+from .plan import PROBE, ExperimentPlan, Job
+
+Call = Callable[[], ProbeFound | tuple[RunFound, ...]]
 
 
 class ExperimentRun:
@@ -18,24 +20,20 @@ class ExperimentRun:
     Parameters
     ----------
     plan : ExperimentPlan
-
-    Attributes
-    ----------
-    samples : list of list of Sample
-        For each group of the plan and each of its quantities.
     """
 
     def __init__(self, plan: ExperimentPlan) -> None:
         self.plan = plan
-        self.samples = [[Sample() for _ in rows] for _, rows in plan.groups]
+        self.blocks: dict[Hashable, list[RunFound]] = {}
+        self.probes: dict[Hashable, ProbeFound] = {}
 
     @property
     def total(self) -> int:
-        """Number of blocks of all problems."""
-        return len(self.plan.groups) * len(self.plan.sizes)
+        """Number of blocks and probes."""
+        return len(self.plan.probes) + len(self.plan.groups) * len(self.plan.sizes)
 
     def run(self, executor: Executor | None = None, window: int = 1) -> Iterator[Advanced]:
-        """Run all blocks.
+        """SchemeRun everything.
 
         Parameters
         ----------
@@ -44,16 +42,27 @@ class ExperimentRun:
         window : int, optional
             Blocks in flight: bounds the memory of results that wait for their turn.
         """
-        calls = ((group, self._call(group, block)) for group, block in self.plan.jobs())
-        for done, (group, found) in enumerate(in_turn(executor, window, calls), start=1):
-            known = self.samples[group]
-            self.samples[group] = [before.merged(more) for before, more in zip(known, found, strict=True)]
-            yield Advanced(done, self.total, self.plan.groups[group][0].spec.label)
+        calls = ((job, self._call(job)) for job in self.plan.jobs())
+        for done, (job, found) in enumerate(in_turn(executor, window, calls), start=1):
+            yield Advanced(done, self.total, self._keep(job, found))
 
-    def sample_of(self, row: Row) -> Sample:
-        """Return what is known of a row that is run."""
-        found = zip(self.plan.groups, self.samples, strict=True)
-        return next(samples[rows.index(row)] for (_, rows), samples in found if row in rows)
+    @property
+    def evidence(self) -> FoundEvidence:
+        """What is known now."""
+        return FoundEvidence(self.plan, self.blocks, self.probes)
 
-    def _call(self, group: int, block: int) -> "partial[tuple[Sample, ...]]":
-        return partial(run_block, self.plan.groups[group][0], block, self.plan.sizes[block])
+    def _call(self, job: Job) -> Call:
+        index, block = job
+        if block == PROBE:
+            return partial(run_probe, self.plan.probes[index][0])
+        return partial(run_block, self.plan.groups[index][0], block, self.plan.sizes[block])
+
+    def _keep(self, job: Job, found: ProbeFound | tuple[RunFound, ...]) -> str:
+        if isinstance(found, ProbeFound):
+            task, key = self.plan.probes[job[0]]
+            self.probes[key] = found
+            return task.label
+        noise, keys = self.plan.groups[job[0]]
+        for key, each in zip(keys, found, strict=True):
+            self.blocks.setdefault(key, []).append(each)
+        return noise.label

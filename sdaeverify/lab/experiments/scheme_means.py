@@ -8,69 +8,59 @@ L L^T = E z z^T - m m^T and k rows,
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from math import nan
-from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import Array
+from ...contracts.experiment import SchemeMean, SchemeValue
+from ...contracts.scheme import Scheme
 from ...errors import FAULTS
 from ...forms import DelayState, Problem
 from ...probe.linear.affine import AFFINE, relative
 from ...probe.step.nodes import SEED
-from .linear_run import Growth, LinearRun, linear_run
-from .quantity import Value
+from .linear_run import LinearRun, linear_run
 
 # Lines along which an observable is differenced.
 LINES = 8
 
 
-class SchemeMean(NamedTuple):
-    """The mean of a value, NaN if it is not known, and the growth of second moments in its run.
-
-    Attributes
-    ----------
-    value : float
-    growth : Growth
-    """
-
-    value: float = nan
-    growth: Growth = Growth(nan, nan)
-
-
-def scheme_means(problem: Problem, values: Sequence[Value]) -> Mapping[Value, SchemeMean]:
+def scheme_means(
+    problem: Problem, values: Sequence[SchemeValue], schemes: Mapping[str, Scheme]
+) -> Mapping[SchemeValue, SchemeMean]:
     """Return the exact means of those values that have one.
 
     Parameters
     ----------
     problem : Problem
-    values : sequence of Value
+    values : sequence of SchemeValue
+    schemes : mapping of str to Scheme
+        By label.
 
     Returns
     -------
-    mapping of Value to SchemeMean
+    mapping of SchemeValue to SchemeMean
         Without the values of a run that is not linear, or of an observable that is not quadratic.
     """
-    found: dict[Value, SchemeMean] = {}
+    found: dict[SchemeValue, SchemeMean] = {}
     for scheme, steps in dict.fromkeys((value.scheme, value.steps) for value in values):
         own = [value for value in values if (value.scheme, value.steps) == (scheme, steps)]
         # A step that cannot be made at states of its own choice has no known mean; its samples stand.
         with suppress(*FAULTS), np.errstate(all="ignore"):
-            run = linear_run(scheme, steps, problem)
+            run = linear_run(schemes[scheme], steps, problem)
             if run is not None:
                 found |= _means(run, problem, [value for value in own if _is_quadratic(run, problem, value)])
     return found
 
 
-def _means(run: LinearRun, problem: Problem, values: Sequence[Value]) -> dict[Value, SchemeMean]:
+def _means(run: LinearRun, problem: Problem, values: Sequence[SchemeValue]) -> dict[SchemeValue, SchemeMean]:
     moments, growth = run.moments(max((value.at for value in values), default=0)), run.growth()
     return {
-        value: SchemeMean(_mean(run, problem, value, (moments.mean[value.at], moments.second[value.at])), growth)
+        value: SchemeMean(_mean(run, problem, value, (moments.mean[value.at], moments.second[value.at])), *growth)
         for value in values
     }
 
 
-def _mean(run: LinearRun, problem: Problem, value: Value, moments: tuple[Array, Array]) -> float:
+def _mean(run: LinearRun, problem: Problem, value: SchemeValue, moments: tuple[Array, Array]) -> float:
     mean, second = moments
     size, directions = np.linalg.eigh(second - np.outer(mean, mean))
     # Of a y that x determines there is no variance of its own, and rounding may give it a negative one.
@@ -78,13 +68,13 @@ def _mean(run: LinearRun, problem: Problem, value: Value, moments: tuple[Array, 
     return float(_observed(run, problem, value, mean[:, None] + np.concatenate([L, -L], axis=1)).mean())
 
 
-def _observed(run: LinearRun, problem: Problem, value: Value, z: Array) -> Array:
+def _observed(run: LinearRun, problem: Problem, value: SchemeValue, z: Array) -> Array:
     d, t = run.view.dimension, problem.horizon * (value.at / value.steps)
     parts = run.scheme.parts(run.view, DelayState(z[:d], z[d:]))
     return problem.observables[value.observable](t, parts)
 
 
-def _is_quadratic(run: LinearRun, problem: Problem, value: Value) -> bool:
+def _is_quadratic(run: LinearRun, problem: Problem, value: SchemeValue) -> bool:
     """Tell whether third differences along random lines are rounding."""
     if value.observable not in problem.observables:
         return False

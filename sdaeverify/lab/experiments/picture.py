@@ -1,0 +1,97 @@
+"""The panels of an experiment as a picture, by matplotlib: the extra `plot`."""
+
+from collections.abc import Sequence
+from itertools import count
+from math import ceil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.exhibit import Curve, Panel
+from ...errors import UsageError
+
+MISSING = "no picture without matplotlib: pip install 'sdaeverify[plot]'"
+# Inches.
+WIDTH, HEIGHT = 5.2, 3.9
+COLUMNS = 2
+# Colours of Okabe and Ito, told apart by anybody, and marks that tell curves apart without colour.
+HUES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8B6F47")
+MARKS = "os^vDPX*"
+GREY = "0.45"
+SETTINGS: Any = {"font.size": 9.0, "axes.titlesize": 9.5, "legend.fontsize": 7.5, "svg.hashsalt": "sdaeverify"}
+
+
+def draw(panels: Sequence[Panel], title: str, path: Path) -> None:
+    """Draw panels into a file whose suffix says which kind it is.
+
+    Parameters
+    ----------
+    panels : sequence of Panel
+    title : str
+    path : Path
+
+    Raises
+    ------
+    UsageError
+        If matplotlib is not installed.
+    """
+    try:
+        from matplotlib import rc_context  # noqa: PLC0415 - only pictures need it
+        from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
+        from matplotlib.figure import Figure  # noqa: PLC0415
+    except ImportError as error:
+        raise UsageError(MISSING) from error
+    columns = min(COLUMNS, len(panels))
+    rows = ceil(len(panels) / columns)
+    with rc_context(SETTINGS):
+        figure = Figure(figsize=(WIDTH * columns, HEIGHT * rows + 0.4), layout="constrained")
+        FigureCanvasAgg(figure)
+        figure.suptitle(title, fontsize=10.0, wrap=True)
+        axes = np.ravel(figure.subplots(rows, columns, squeeze=False))
+        for panel, ax in zip(panels, axes, strict=False):
+            _draw_panel(panel, ax)
+        for ax in axes[len(panels) :]:
+            ax.set_visible(False)
+        # Without a date: the same numbers give the same file.
+        figure.savefig(path, dpi=110, metadata={"Date": None} if path.suffix in {".svg", ".pdf"} else None)
+
+
+def _draw_panel(panel: Panel, ax: Any) -> None:
+    ax.set(title=panel.title, xlabel=panel.x, ylabel=panel.y)
+    for axis in panel.log:
+        getattr(ax, f"set_{axis}scale")("log")
+    if panel.equal:
+        ax.set_aspect("equal", adjustable="datalim")
+    for each in panel.ranges:
+        ax.axvspan(each.low, each.high, color="0.88", lw=0, zorder=0, label=each.label)
+    ax.grid(visible=True, which="major", color="0.9", lw=0.6)
+    hues = count()
+    for curve in panel.curves:
+        _draw_curve(curve, ax, next(hues) if curve.hue is None and curve.kind != "guide" else curve.hue)
+    if any(curve.label for curve in panel.curves):
+        ax.legend(frameon=True, framealpha=0.8, edgecolor="none")
+
+
+def _draw_curve(curve: Curve, ax: Any, hue: int | None) -> None:
+    colour = GREY if hue is None else HUES[hue % len(HUES)]
+    mark, label = MARKS[(hue or 0) % len(MARKS)], curve.label or None
+    if curve.kind == "band":
+        ax.fill_between(curve.x, curve.low, curve.high, color=colour, alpha=0.18, lw=0)
+        ax.plot(curve.x, curve.y, color=colour, lw=1.3, label=label)
+        return
+    styles: dict[str, dict[str, Any]] = {
+        "points": {"marker": mark, "ms": 4.0, "lw": 1.1},
+        "marks": {"marker": mark, "ms": 4.5, "ls": "none"},
+        "line": {"lw": 1.4},
+        "guide": {"lw": 1.0, "ls": "--"},
+        "printed": {"marker": "x", "ms": 7.0, "mew": 1.6, "ls": "none"},
+    }
+    ax.errorbar(curve.x, curve.y, yerr=_bars(curve), color=colour, capsize=2.0, label=label, **styles[curve.kind])
+
+
+def _bars(curve: Curve) -> Array | None:
+    if curve.low is None or curve.high is None:
+        return None
+    return np.asarray(np.maximum(np.stack([curve.y - curve.low, curve.high - curve.y]), 0.0))
