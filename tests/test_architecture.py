@@ -1,6 +1,7 @@
 """The cut of the code, read from its source: layers, who may import whom, sizes of files and functions."""
 
 import ast
+from collections import Counter
 from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -50,6 +51,7 @@ SHIPPED = {"sdaeverify_schemes", "sdaeverify_problems", "sdaeverify_planted", "s
 
 FRAMEWORK_LINES, CONTRIBUTED_LINES = 500, 500
 LONGEST, LONG, SHORT_SHARE, MEDIAN = 50, 25, 0.9, 8
+ROOMS, FILES_OF_A_ROOM = 24, 16
 PARAMETERS, COEFFICIENTS = 6, 8
 
 
@@ -156,6 +158,13 @@ def test_every_module_has_its_place():
     """A new top-level module is put into the table of layers on purpose, not by accident."""
     unknown = {top(path) for path in sources(FRAMEWORK)} - set(LAYERS) - SIDE
     assert not unknown, f"put {sorted(unknown)} into LAYERS or SIDE of {name(Path(__file__))}"
+
+
+def test_rooms_can_be_overlooked():
+    """A newcomer reads at most 24 names at the top, and at most 16 in any folder."""
+    assert len({top(path) for path in sources(FRAMEWORK)}) <= ROOMS
+    files = Counter(path.parent for path in sources(FRAMEWORK))
+    assert not {name(folder): count for folder, count in files.items() if count > FILES_OF_A_ROOM}
 
 
 @pytest.mark.parametrize("path", sources(FRAMEWORK), ids=name)
