@@ -8,6 +8,7 @@
     ├── ProblemError          a problem contradicts itself                           its cells: error
     ├── SchemeError           a scheme breaks its contract                           its cells: error
     └── PluginError           a plugin cannot be loaded                              exit code 6
+        └── MissingLibraryError   the library it is made for is not installed       it is left out
 """
 
 
@@ -33,6 +34,10 @@ class SchemeError(SdaeverifyError, ValueError):
 
 class PluginError(SdaeverifyError, ImportError):
     """A plugin could not be loaded or registers something unusable."""
+
+
+class MissingLibraryError(PluginError):
+    """The library that a plugin is made for is not installed: it is left out, and nothing is wrong with it."""
 
 
 # What a plugin may raise without ending the run: sys.exit() included, an interrupt of the user not.

@@ -10,6 +10,7 @@ from statistics import median
 import pytest
 
 import sdaeverify
+import sdaeverify.bridges
 import sdaeverify.numerics
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -24,6 +25,7 @@ LAYERS = {
     "numerics": 1,
     "forms": 2,
     "contracts": 2,
+    "bridges": 3,  # what schemes share that hand their steps to another library
     "simulate": 3,
     "conformance": 3,
     "probe": 3,
@@ -45,9 +47,10 @@ LAYERS = {
 SIDE = {"registry"}
 HIGHEST_KNOWN, LOWEST_USER = 2, 5
 PLUGGY = {"registry"}
-# What a scheme or problem may import: the public names of the package and of its numerical tools.
-PUBLIC = {f"{module.__name__}.{public}" for module in (sdaeverify, sdaeverify.numerics) for public in module.__all__}
-SHIPPED = {"sdaeverify_schemes", "sdaeverify_problems", "sdaeverify_planted", "sdaeverify_experiments"}
+# What a scheme or problem may import: the public names of the package, of its numerical tools and of the bridge kit.
+ROOMS = (sdaeverify, sdaeverify.numerics, sdaeverify.bridges)
+PUBLIC = {f"{module.__name__}.{public}" for module in ROOMS for public in module.__all__}
+SHIPPED = {f"sdaeverify_{kind}" for kind in ("schemes", "problems", "planted", "experiments", "bridges")}
 
 FRAMEWORK_LINES, CONTRIBUTED_LINES = 500, 500
 LONGEST, LONG, SHORT_SHARE, MEDIAN = 50, 25, 0.9, 8
@@ -194,7 +197,7 @@ def test_the_framework_knows_no_scheme_and_no_problem(path):
 
 @pytest.mark.parametrize("path", sources(*CONTRIBUTED), ids=name)
 def test_shipped_schemes_and_problems_use_the_public_names_only(path):
-    """They import from `sdaeverify` and `sdaeverify.numerics`, as anybody else's would."""
+    """They import from `sdaeverify` and two rooms of it, as anybody else's would."""
     ours = {dotted for dotted in imported_names(path) if dotted.split(".")[0] == FRAMEWORK.name}
     deep = ours - PUBLIC
     assert not deep, f"{name(path)} imports {sorted(deep)}; what it needs should be public in sdaeverify"

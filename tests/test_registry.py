@@ -164,6 +164,24 @@ def test_package_with_hooks_of_its_own_is_one_plugin(install: Install) -> None:
     assert [row.name for row in registry.plugins if row.distribution == "fake-dist"] == ["fake"]
 
 
+def test_plugin_without_its_library_is_left_out(install: Install) -> None:
+    """It is shown with what to install, and nothing is wrong with it: a strict environment has it, too."""
+    code = """
+from sdaeverify.bridges import Library
+from sdaeverify.registry.hookspecs import hookimpl
+
+@hookimpl
+def sdaeverify_schemes():
+    Library.find("a_library_that_is_not_there").require()
+"""
+    install("fake-dist", {"fake_plugin.py": code}, {"fake": "fake_plugin"})
+
+    found = row(load_registry(environ={**ALONE, "SDAEVERIFY_STRICT_PLUGINS": "1"}), "fake")
+
+    assert (found.status, found.schemes) == ("absent", 0)
+    assert found.reason.startswith("a_library_that_is_not_there is not installed; pip install")
+
+
 @pytest.mark.parametrize("more", [{}, {"fake_package/a.py": ""}])
 def test_package_without_any_hook_is_broken(install: Install, more: Mapping[str, str]) -> None:
     """An entry point that brings nothing at all is shown."""

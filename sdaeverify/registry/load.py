@@ -18,7 +18,7 @@ from ..contracts.calibrated import CalibrationCase
 from ..contracts.labels import did_you_mean
 from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
-from ..errors import FAULTS, PluginError, UsageError, one_line
+from ..errors import FAULTS, MissingLibraryError, PluginError, UsageError, one_line
 from .contributions import (
     Contribution,
     ExperimentEntry,
@@ -56,7 +56,7 @@ class PluginRow(NamedTuple):
     name, distribution, version, module : str
         As in `Origin`.
     status : str
-        ``loaded``, ``disabled`` or ``broken``.
+        ``loaded``, ``disabled``, ``broken``, or ``absent`` where the library it is made for is not installed.
     reason : str
         Why it is not loaded, in one line.
     schemes, problems, measures, planted, experiments : int
@@ -285,7 +285,8 @@ def _disabled(origin: Origin) -> Outcome:
 
 
 def _broken(origin: Origin, error: BaseException) -> Outcome:
-    return Outcome(PluginRow(*origin, "broken", one_line(error)))
+    status = "absent" if isinstance(error, MissingLibraryError) else "broken"
+    return Outcome(PluginRow(*origin, status, one_line(error)))
 
 
 def _loaded(plugin: object, origin: Origin, before: Sequence[Outcome]) -> Outcome:

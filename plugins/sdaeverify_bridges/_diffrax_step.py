@@ -1,0 +1,99 @@
+"""One step of a diffrax solver as a compiled function of arrays with paths last."""
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import diffrax
+import jax
+import jax.numpy as jnp
+
+from sdaeverify import SDE, Langevin
+from sdaeverify.bridges import Coefficients, Compiled, Foreign
+
+RECORDS = {1: diffrax.BrownianIncrement, 2: diffrax.SpaceTimeLevyArea, 3: diffrax.SpaceTimeTimeLevyArea}
+Terms = Callable[["KnownStep"], diffrax.AbstractTerm]
+
+
+class KnownStep(diffrax.AbstractBrownianPath):
+    """A Brownian path that is known over one step: the increment that is given, whatever times are asked for.
+
+    Attributes
+    ----------
+    h : float
+        Length of the step.
+    numbers : tuple of array, shape (l,)
+        W and, as far as they are given, H and K.
+    """
+
+    h: jax.Array
+    numbers: tuple[jax.Array, ...]
+    levy_area: ClassVar[Any] = None
+    t0: ClassVar[float] = -jnp.inf
+    t1: ClassVar[float] = jnp.inf
+
+    def evaluate(self, t0: Any, t1: Any = None, left: bool = True, use_levy: bool = False) -> Any:
+        """Return W, or the record of all that is given."""
+        return RECORDS[len(self.numbers)](self.h, *self.numbers) if use_levy else self.numbers[0]
+
+
+def sde_step(solver: str, problem: SDE, *, stratonovich: bool) -> Compiled:
+    """Return the step of a solver for dx = f dt + B dW."""
+    equation = Coefficients(problem, jnp, stratonovich)
+
+    def drift(t: jax.Array, y: jax.Array, _: Any) -> jax.Array:
+        return equation.drift(t, y[:, None])[:, 0]
+
+    def diffusion(t: jax.Array, y: jax.Array, _: Any) -> jax.Array:
+        return equation.diffusion(t, y[:, None])[..., 0]
+
+    def terms(path: KnownStep) -> diffrax.AbstractTerm:
+        return diffrax.MultiTerm(diffrax.ODETerm(drift), diffrax.ControlTerm(diffusion, path))
+
+    return batched(getattr(diffrax, solver)(), terms)
+
+
+def langevin_step(solver: str, problem: Langevin) -> Compiled:
+    """Return the step of a solver for dx = v dt, dv = -gamma v dt - u grad f(x) dt + sqrt(2 gamma u) dW.
+
+    With u = sigma^2/(2 gamma), the force is -u grad f.
+    """
+    n, gamma = problem.noise_dim, problem.friction
+    u = problem.strength**2 / (2.0 * gamma)
+
+    def gradient(x: jax.Array, _: Any) -> jax.Array:
+        return -problem.force(Foreign(x[:, None], jnp)).array[:, 0] / u
+
+    def terms(path: KnownStep) -> diffrax.AbstractTerm:
+        drift = diffrax.UnderdampedLangevinDriftTerm(gamma, u, gradient)
+        return diffrax.MultiTerm(drift, diffrax.UnderdampedLangevinDiffusionTerm(gamma, u, path))
+
+    # The coefficients of a step are series below this product of friction and step size; its documentation says which
+    # threshold is best in double precision.
+    found = getattr(diffrax, solver)(taylor_threshold=0.01)
+    return batched(found, terms, lambda y: (y[:n], y[n:]), jnp.concatenate)
+
+
+def batched(
+    solver: Any,
+    terms: Terms,
+    taken: Callable[[jax.Array], Any] = lambda y: y,
+    joined: Callable[[Any], jax.Array] = lambda y: y,
+) -> Compiled:
+    """Return a solver's step for all paths at once, compiled in double precision for each shape it meets."""
+
+    def one(y: jax.Array, t: jax.Array, h: jax.Array, *numbers: jax.Array) -> jax.Array:
+        equation, state = terms(KnownStep(h, numbers)), taken(y)
+        memory = solver.init(equation, t, t + h, state, None)
+        return joined(solver.step(equation, t, t + h, state, None, memory, made_jump=False)[0])
+
+    def all_paths(y: jax.Array, t: jax.Array, h: jax.Array, *numbers: jax.Array) -> jax.Array:
+        axes = (-1, None, None, *[-1] * len(numbers))
+        return jax.vmap(one, in_axes=axes, out_axes=-1)(y, t, h, *numbers)
+
+    compiled = jax.jit(all_paths)
+
+    def step(*given: Any) -> jax.Array:
+        with jax.enable_x64(True):
+            return compiled(*given)
+
+    return step

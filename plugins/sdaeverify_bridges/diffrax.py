@@ -1,0 +1,142 @@
+"""The SDE solvers of diffrax as schemes: one step is one call of ``solver.step``, compiled for all paths at once."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from sdaeverify import SDE, Claim, Langevin, ParameterError, Scheme, hookimpl
+from sdaeverify.bridges import Bridge, Compiled, Library, why_not_bridged
+
+LIBRARY = Library.find("diffrax")
+TABLE = "documentation of diffrax, SDE solver table"
+# Strong and weak orders in that table for general, commutative and additive noise; none where it has none.
+HALF, ONE, HIGH = (0.5, 1.0), (1.0, 1.0), (1.5, 2.0)
+Orders = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+ORDERS: dict[str, Orders] = {
+    "Euler": (HALF, HALF, ONE),
+    "Heun": (HALF, ONE, ONE),
+    "EulerHeun": (HALF, HALF, ONE),
+    "ItoMilstein": (HALF, ONE, ONE),
+    "StratonovichMilstein": (HALF, ONE, ONE),
+    "Midpoint": (HALF, ONE, ONE),
+    "Ralston": (HALF, ONE, ONE),
+    "ShARK": ((), (), HIGH),
+    "SRA1": ((), (), HIGH),
+    "SEA": ((), (), ONE),
+    "SPaRK": (HALF, ONE, HIGH),
+    "GeneralShARK": (HALF, ONE, HIGH),
+    "SlowRK": (HALF, HIGH, HIGH),
+}
+ITO = frozenset({"Euler", "ItoMilstein"})
+WITH_AREAS = frozenset({"ShARK", "SRA1", "SEA", "SPaRK", "GeneralShARK", "SlowRK"})
+# A problem has one of these traits, or noise that need not commute.
+TRAITS = ((), ("scalar-noise", "diagonal-noise"), ("additive-noise",))
+LANGEVIN = {"ALIGN": 2.0, "ShOULD": 3.0, "QUICSORT": 3.0}
+
+
+@dataclass(frozen=True)
+class Diffrax(Bridge):
+    """x(t + h) = solver.step(MultiTerm(ODETerm(f), ControlTerm(B, path)), t, t + h, x), the path being our increment.
+
+    Solvers that converge to the Stratonovich solution are given F = f - (1/2) sum_j DB_j B_j.
+
+    Attributes
+    ----------
+    solver : str
+        Name of its class in diffrax.
+    """
+
+    solver: str = "Euler"
+
+    name: ClassVar[str] = "diffrax"
+    library: ClassVar[Library] = LIBRARY
+    source: ClassVar[str] = f"{LIBRARY}; Kidger 2021, On Neural Differential Equations"
+
+    def __post_init__(self) -> None:
+        if self.solver not in ORDERS:
+            raise ParameterError(f"solver must be one of {', '.join(ORDERS)}, got {self.solver!r}")
+
+    @property
+    def stratonovich(self) -> bool:
+        """Whether the solver is an ``AbstractStratonovichSolver``."""
+        return self.solver not in ITO
+
+    @property
+    def noise(self) -> frozenset[str]:  # type: ignore[override]
+        """The fields dW and, where the solver has ``minimal_levy_area`` of space and time, H."""
+        return frozenset({"dW", "H"} if self.solver in WITH_AREAS else {"dW"})
+
+    @property
+    def promises(self) -> tuple[Claim, ...]:
+        """The orders of the table."""
+        return tuple(claim for row in zip(ORDERS[self.solver], TRAITS, strict=True) for claim in claims(*row))
+
+    def refuses(self, problem: SDE) -> str:
+        """Refuse noise that the table leaves out, and formulas that only NumPy can run."""
+        if not ORDERS[self.solver][0] and "additive-noise" not in problem.traits:
+            return "the noise is not declared additive"
+        return super().refuses(problem)
+
+    def compiled(self, problem: SDE) -> Compiled:
+        """Return the solver's step for the formulas of a problem."""
+        from ._diffrax_step import sde_step  # noqa: PLC0415 - loading JAX takes seconds
+
+        return sde_step(self.solver, problem, stratonovich=self.stratonovich)
+
+
+@dataclass(frozen=True)
+class DiffraxLangevin(Bridge):
+    """The same for solvers of underdamped Langevin dynamics, with their own terms.
+
+    Attributes
+    ----------
+    solver : str
+        Name of its class in diffrax.
+    """
+
+    solver: str = "ALIGN"
+
+    name: ClassVar[str] = "diffrax-langevin"
+    form: ClassVar[type[Langevin]] = Langevin
+    library: ClassVar[Library] = LIBRARY
+    source: ClassVar[str] = f"{LIBRARY}; Foster, Lyons & Oberhauser 2021, The shifted ODE method"
+
+    def __post_init__(self) -> None:
+        if self.solver not in LANGEVIN:
+            raise ParameterError(f"solver must be one of {', '.join(LANGEVIN)}, got {self.solver!r}")
+
+    @property
+    def noise(self) -> frozenset[str]:  # type: ignore[override]
+        """The fields dW and H, and K where the solver has a ``minimal_levy_area`` of space, time and time."""
+        return frozenset({"dW", "H"} if self.solver == "ALIGN" else {"dW", "H", "K"})
+
+    @property
+    def promises(self) -> tuple[Claim, ...]:
+        """The strong order that the solver returns."""
+        order = LANGEVIN[self.solver]
+        return (Claim(measure="strong", value=order, source=f"diffrax.{self.solver}.strong_order and its docstring"),)
+
+    def refuses(self, problem: Langevin) -> str:
+        """Refuse dynamics without friction or noise, and formulas that only NumPy can run."""
+        if not (problem.friction > 0.0 and problem.strength > 0.0):
+            return "without friction or without noise there is no temperature, which the terms are made of"
+        return why_not_bridged(problem.ito())
+
+    def compiled(self, problem: Langevin) -> Compiled:
+        """Return the solver's step for the force of a problem."""
+        from ._diffrax_step import langevin_step  # noqa: PLC0415 - loading JAX takes seconds
+
+        return langevin_step(self.solver, problem)
+
+
+def claims(orders: tuple[float, ...], traits: tuple[str, ...]) -> list[Claim]:
+    """Return the claims of a strong and a weak order for each trait, or for all noise."""
+    where = [frozenset({trait}) for trait in traits] or [frozenset[str]()]
+    named: Any = zip(("strong", "weak"), orders, strict=False)
+    return [Claim(measure=m, value=v, when=when, source=TABLE) for m, v in named for when in where]
+
+
+@hookimpl
+def sdaeverify_schemes() -> list[Scheme]:
+    """Register every solver that can be given an increment."""
+    LIBRARY.require()
+    return [*map(Diffrax, ORDERS), DiffraxLangevin()]

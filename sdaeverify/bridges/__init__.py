@@ -1,0 +1,26 @@
+"""What schemes share that hand their steps to another library.
+
+A bridge is a `Bridge` with a name, the noise it draws, the claims of the library's documentation, and one method
+that makes the library's step out of the problem's formulas. The formulas are those of the problem, written with
+NumPy; they are run on the library's arrays (`Coefficients`), traced and compiled once for all steps, step sizes and
+blocks.
+"""
+
+from .batches import in_batches
+from .bridge import Bridge, Compiled
+from .coefficients import Coefficients, stratonovich_drift, why_not_bridged
+from .foreign import Foreign
+from .formulas import Formulas
+from .installed import Library
+
+__all__ = [
+    "Bridge",
+    "Coefficients",
+    "Compiled",
+    "Foreign",
+    "Formulas",
+    "Library",
+    "in_batches",
+    "stratonovich_drift",
+    "why_not_bridged",
+]

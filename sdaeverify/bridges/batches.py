@@ -1,0 +1,42 @@
+"""Paths in batches of few sizes: what is compiled for a shape is compiled for two of them and no more."""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+
+# The first block of paths and the small probes fit into the one, all other blocks into the other.
+SMALL, LARGE = 256, 4096
+
+
+def in_batches(step: Callable[..., Any], arrays: tuple[Array, ...]) -> Array:
+    """Return step(*arrays) for any number of paths, put together from calls with 256 or 4096 of them.
+
+    A batch is filled up with copies of its last path: the numbers of a path depend neither on the others nor, because
+    all batches are long and of even size, on its place among them.
+
+    Parameters
+    ----------
+    step : callable, arrays of shape (k, size) -> array of shape (d, size)
+    arrays : tuple of ndarray, each of shape (k, P)
+
+    Returns
+    -------
+    ndarray, shape (d, P)
+    """
+    P = arrays[0].shape[-1]
+    results = [np.asarray(step(*batch))[..., :used] for used, batch in _batches(arrays, P)]
+    return results[0] if len(results) == 1 else np.concatenate(results, axis=-1)
+
+
+def _batches(arrays: tuple[Array, ...], P: int) -> Iterator[tuple[int, tuple[Array, ...]]]:
+    size = SMALL if P <= SMALL else LARGE
+    for begin in range(0, P, size):
+        used = min(size, P - begin)
+        yield used, tuple(_filled(array[..., begin : begin + used], size - used) for array in arrays)
+
+
+def _filled(array: Array, missing: int) -> Array:
+    return np.pad(array, [(0, 0)] * (array.ndim - 1) + [(0, missing)], mode="edge") if missing else array

@@ -1,0 +1,88 @@
+"""Arrays of another library behind NumPy's protocols, so that a formula written with NumPy runs on them as it is.
+
+A formula that leaves NumPy's functions (``float(x)``, ``if x > 0``, assignment into a buffer, ``np.asarray``) cannot
+be run this way, and says so.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
+
+# A module, or an object like one, whose functions have the names and arguments of NumPy's.
+Namespace = Any
+
+
+class Foreign(NDArrayOperatorsMixin):
+    """An array of another library that behaves as a NumPy array in formulas.
+
+    Parameters
+    ----------
+    array : object
+        An array of the library.
+    namespace : module
+        The library's functions under NumPy's names, ``jax.numpy`` for example, with ``linalg`` where there is one.
+    """
+
+    def __init__(self, array: Any, namespace: Namespace) -> None:
+        self.array, self.namespace = array, namespace
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **given: Any) -> Any:
+        """Call the library's function of the same name."""
+        if method != "__call__" or given:
+            # Among them assignment into an array: x += y asks for out=x.
+            return NotImplemented
+        return self._called(self.namespace, ufunc.__name__, inputs, {})
+
+    def __array_function__(self, function: Callable[..., Any], _: Any, args: Any, given: Any) -> Any:
+        """Call the library's function of the same name."""
+        home = function.__module__.removeprefix("numpy").removeprefix(".")
+        space = getattr(self.namespace, home, None) if home else self.namespace
+        return self._called(space, function.__name__, args, given)
+
+    def __array__(self, *_: Any, **__: Any) -> Any:
+        """Refuse to become a NumPy array: the library would not see what is done with it."""
+        raise TypeError("makes a NumPy array of a state")
+
+    def __bool__(self) -> bool:
+        raise TypeError("branches on the value of a state")
+
+    def __len__(self) -> int:
+        return int(self.shape[0])
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[index] for index in range(len(self)))
+
+    def __getitem__(self, key: Any) -> Any:
+        return self._wrapped(self.array[_bare(key)])
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        value = getattr(self.array, name)
+        if not callable(value):
+            return self._wrapped(value) if name in {"T", "real", "imag"} else value
+        return lambda *args, **given: self._wrapped(value(*_bare(args), **_bare(given)))
+
+    def _called(self, space: Namespace, name: str, args: Any, given: Any) -> Any:
+        function = getattr(space, name, None)
+        if function is None:
+            raise TypeError(f"uses {name}, which the library has not")
+        return self._wrapped(function(*_bare(args), **_bare(given)))
+
+    def _wrapped(self, value: Any) -> Any:
+        if isinstance(value, tuple | list):
+            return type(value)(self._wrapped(item) for item in value)
+        return Foreign(value, self.namespace)
+
+
+def _bare(value: Any) -> Any:
+    """Return arguments with the library's own arrays in place of `Foreign` ones."""
+    if isinstance(value, Foreign):
+        return value.array
+    if isinstance(value, dict):
+        return {name: _bare(item) for name, item in value.items()}
+    if type(value) in (tuple, list):
+        return type(value)(_bare(item) for item in value)
+    return value
