@@ -76,7 +76,7 @@ def why_not_bridged(problem: SDE, *, stratonovich: bool = False) -> str:
 
 @lru_cache(maxsize=1024)
 def _why_not(formulas: Formulas, stratonovich: bool) -> str:
-    problem = formulas.problem
+    problem: SDE = formulas.problem
     if stratonovich and "additive-noise" not in problem.traits and (reason := problem.no_derivative_of_diffusion()):
         return reason
     tried, x = Coefficients(problem, np, stratonovich), problem.initial(1)
