@@ -1,6 +1,7 @@
 """One step of a diffrax solver as a compiled function of arrays with paths last."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, ClassVar
 
 import diffrax
@@ -9,6 +10,8 @@ import jax.numpy as jnp
 
 from sdaeverify import SDE, Langevin
 from sdaeverify.bridges import Coefficients, Compiled, Foreign
+
+from ._reversible import divided
 
 RECORDS = {1: diffrax.BrownianIncrement, 2: diffrax.SpaceTimeLevyArea, 3: diffrax.SpaceTimeTimeLevyArea}
 Terms = Callable[["KnownStep"], diffrax.AbstractTerm]
@@ -39,6 +42,11 @@ class KnownStep(diffrax.AbstractBrownianPath):
 def sde_step(solver: str, problem: SDE, *, stratonovich: bool) -> Compiled:
     """Return the step of a solver for dx = f dt + B dW."""
     equation = Coefficients(problem, jnp, stratonovich)
+    return one_step(getattr(diffrax, solver)(), partial(sde_terms, equation))
+
+
+def sde_terms(equation: Coefficients, path: KnownStep) -> diffrax.AbstractTerm:
+    """Return the terms of an equation on a path."""
 
     def drift(t: jax.Array, y: jax.Array, _: Any) -> jax.Array:
         return equation.drift(t, y[:, None])[:, 0]
@@ -46,10 +54,7 @@ def sde_step(solver: str, problem: SDE, *, stratonovich: bool) -> Compiled:
     def diffusion(t: jax.Array, y: jax.Array, _: Any) -> jax.Array:
         return equation.diffusion(t, y[:, None])[..., 0]
 
-    def terms(path: KnownStep) -> diffrax.AbstractTerm:
-        return diffrax.MultiTerm(diffrax.ODETerm(drift), diffrax.ControlTerm(diffusion, path))
-
-    return batched(getattr(diffrax, solver)(), terms)
+    return diffrax.MultiTerm(diffrax.ODETerm(drift), diffrax.ControlTerm(diffusion, path))
 
 
 def langevin_step(solver: str, problem: Langevin) -> Compiled:
@@ -70,21 +75,40 @@ def langevin_step(solver: str, problem: Langevin) -> Compiled:
     # The coefficients of a step are series below this product of friction and step size; its documentation says which
     # threshold is best in double precision.
     found = getattr(diffrax, solver)(taylor_threshold=0.01)
-    return batched(found, terms, lambda y: (y[:n], y[n:]), jnp.concatenate)
+    return one_step(found, terms, lambda y: (y[:n], y[n:]), jnp.concatenate)
 
 
-def batched(
+def reversible_step(problem: SDE) -> Compiled:
+    """Return the step of the reversible Heun method, whose memory is the state of the solver."""
+    equation, solver = Coefficients(problem, jnp, stratonovich=True), diffrax.ReversibleHeun()
+
+    def one(memory: jax.Array, t: jax.Array, h: jax.Array, dW: jax.Array) -> jax.Array:
+        x, z, F, B = divided(problem, memory)
+        terms = sde_terms(equation, KnownStep(h, (dW,)))
+        x, _, _, (z, (F, B)), _ = solver.step(terms, t, t + h, x, None, (z, (F, B)), made_jump=False)
+        return jnp.concatenate([x, z, F, B.reshape(-1)])
+
+    return batched(one)
+
+
+def one_step(
     solver: Any,
     terms: Terms,
     taken: Callable[[jax.Array], Any] = lambda y: y,
     joined: Callable[[Any], jax.Array] = lambda y: y,
 ) -> Compiled:
-    """Return a solver's step for all paths at once, compiled in double precision for each shape it meets."""
+    """Return the step of a solver that begins each step anew, for all paths at once."""
 
     def one(y: jax.Array, t: jax.Array, h: jax.Array, *numbers: jax.Array) -> jax.Array:
         equation, state = terms(KnownStep(h, numbers)), taken(y)
         memory = solver.init(equation, t, t + h, state, None)
         return joined(solver.step(equation, t, t + h, state, None, memory, made_jump=False)[0])
+
+    return batched(one)
+
+
+def batched(one: Callable[..., jax.Array]) -> Compiled:
+    """Return a step of one path for all paths at once, compiled in double precision for each shape it meets."""
 
     def all_paths(y: jax.Array, t: jax.Array, h: jax.Array, *numbers: jax.Array) -> jax.Array:
         axes = (-1, None, None, *[-1] * len(numbers))

@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from sdaeverify import SDE, Claim, Langevin, ParameterError, Scheme, hookimpl
+from sdaeverify import SDE, Array, Claim, Langevin, ParameterError, Parts, Scheme, hookimpl
 from sdaeverify.bridges import Bridge, Compiled, Library, why_not_bridged
+
+from ._reversible import entered
 
 LIBRARY = Library.find("diffrax")
 TABLE = "documentation of diffrax, SDE solver table"
@@ -17,6 +19,7 @@ ORDERS: dict[str, Orders] = {
     "EulerHeun": (HALF, HALF, ONE),
     "ItoMilstein": (HALF, ONE, ONE),
     "StratonovichMilstein": (HALF, ONE, ONE),
+    "ReversibleHeun": (HALF, ONE, ONE),
     "Midpoint": (HALF, ONE, ONE),
     "Ralston": (HALF, ONE, ONE),
     "ShARK": ((), (), HIGH),
@@ -56,6 +59,11 @@ class Diffrax(Bridge):
             raise ParameterError(f"solver must be one of {', '.join(ORDERS)}, got {self.solver!r}")
 
     @property
+    def is_reversible(self) -> bool:
+        """Whether the solver has a memory: a second state z, and drift and diffusion there."""
+        return self.solver == "ReversibleHeun"
+
+    @property
     def stratonovich(self) -> bool:
         """Whether the solver is an ``AbstractStratonovichSolver``."""
         return self.solver not in ITO
@@ -76,10 +84,20 @@ class Diffrax(Bridge):
             return "the noise is not declared additive"
         return super().refuses(problem)
 
+    def enter(self, problem: SDE, state: Array, t: float, h: float) -> Array:
+        """Return the problem's state, with the memory that the reversible solver begins with."""
+        return entered(problem, state, t) if self.is_reversible else state
+
+    def parts(self, problem: SDE, state: Any) -> Parts:
+        """Return the problem's own components."""
+        return problem.parts(state[: problem.dimension])
+
     def compiled(self, problem: SDE) -> Compiled:
         """Return the solver's step for the formulas of a problem."""
-        from ._diffrax_step import sde_step  # noqa: PLC0415 - loading JAX takes seconds
+        from ._diffrax_step import reversible_step, sde_step  # noqa: PLC0415 - loading JAX takes seconds
 
+        if self.is_reversible:
+            return reversible_step(problem)
         return sde_step(self.solver, problem, stratonovich=self.stratonovich)
 
 

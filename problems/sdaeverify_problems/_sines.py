@@ -9,7 +9,8 @@ SOURCE = "Kloeden & Platen 1992, section 4.4: sinh of a process with additive no
 
 def slope(x: Array) -> Array:
     """Return sqrt(1 + x^2) = cosh(arsinh x)."""
-    return np.asarray(np.sqrt(1.0 + x * x))
+    root: Array = np.sqrt(1.0 + x * x)
+    return root
 
 
 def mean_sine(m: float, v: float) -> float:

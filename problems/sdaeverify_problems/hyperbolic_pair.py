@@ -99,7 +99,8 @@ def law(start: Array, c: float, b_1: float, b_2: float, t: float) -> tuple[float
 
 def diagonal(entries: Array) -> Array:
     """Return the diagonal matrices with entries of shape (2, P), shape (2, 2, P)."""
-    return np.asarray(np.eye(2)[..., None] * entries[:, None])
+    matrices: Array = np.eye(2)[..., None] * entries[:, None]
+    return matrices
 
 
 @hookimpl

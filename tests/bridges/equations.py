@@ -1,8 +1,8 @@
-"""Equations for tests of bridges."""
+"""Equations and increments for tests of bridges."""
 
 import numpy as np
 
-from sdaeverify import SDE
+from sdaeverify import SDE, Increment
 
 
 def curved(rate=1.0, horizon=1.0):
@@ -15,3 +15,10 @@ def curved(rate=1.0, horizon=1.0):
         horizon=horizon,
         source="a test",
     )
+
+
+def drawn(problem, h, paths):
+    """Return an increment of dW and H for a step of length h."""
+    rng = np.random.default_rng(20261122)
+    dW, areas = np.sqrt(h) * rng.standard_normal((2, problem.noise_dim, paths))
+    return Increment(dW, areas / np.sqrt(12.0))

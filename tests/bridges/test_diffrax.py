@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import sdaeverify
-from bridges.equations import curved
+from bridges.equations import curved, drawn
 from sdaeverify import SDE, Increment, ParameterError
 from sdaeverify_bridges.diffrax import LANGEVIN, ORDERS, Diffrax, DiffraxLangevin
 from sdaeverify_problems.angle_pendulum import angle_pendulum
@@ -29,13 +29,6 @@ def library():
     return pytest.importorskip("diffrax", reason="diffrax is not installed; pip install '.[diffrax]'")
 
 
-def drawn(problem, fields=("dW", "H")):
-    """Return an increment for a step of length H."""
-    rng = np.random.default_rng(20261122)
-    dW, areas = np.sqrt(H) * rng.standard_normal((2, problem.noise_dim, PATHS))
-    return Increment(dW, areas / np.sqrt(12.0) if "H" in fields else None)
-
-
 @pytest.mark.parametrize(
     ("solver", "ours", "family"),
     [
@@ -52,7 +45,7 @@ def drawn(problem, fields=("dW", "H")):
 def test_our_schemes_agree_to_rounding(solver, ours, family):
     """On the same noise diffrax makes the step that ours makes, whoever takes the derivatives."""
     problem = family().view(SDE)
-    x, noise = problem.initial(PATHS) + 0.1 * np.arange(PATHS), drawn(problem)
+    x, noise = problem.initial(PATHS) + 0.1 * np.arange(PATHS), drawn(problem, H, PATHS)
 
     found, expected = (scheme.step(problem, x, 0.5, H, noise).state for scheme in (Diffrax(solver), ours))
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=4.0 * np.finfo(float).eps * np.abs(expected).max())
@@ -85,11 +78,12 @@ def test_every_solver_is_compiled_once(solver):
         )
 
     one, other = counted(0.75), counted(0.75)
-    scheme, noise = Diffrax(solver), drawn(one)
-    scheme.prepare(one, H)(one.initial(PATHS), 0.0, noise)
+    scheme, noise = Diffrax(solver), drawn(one, H, PATHS)
+    scheme.prepare(one, H)(scheme.start(one, PATHS, H), 0.0, noise)
+    start = scheme.start(other, 3, H)
     traced, calls.number = calls.number, 0
     fewer = Increment(noise.dW[:, :3], noise.H[:, :3])
-    scheme.prepare(other, 0.5 * H)(other.initial(3), 0.5, fewer)
+    scheme.prepare(other, 0.5 * H)(start, 0.5, fewer)
 
     assert traced
     assert not calls.number
@@ -99,11 +93,13 @@ def test_every_solver_is_compiled_once(solver):
 def test_paths_do_not_see_each_other(solver):
     """A path of a batch is the same to the last bit as that path alone."""
     problem = ou()
-    x, noise = problem.initial(PATHS) + 0.1 * np.arange(PATHS), drawn(problem)
-    all_of_them = Diffrax(solver).step(problem, x, 0.5, H, noise).state
+    x, noise = problem.initial(PATHS) + 0.1 * np.arange(PATHS), drawn(problem, H, PATHS)
+    scheme = Diffrax(solver)
+    state = scheme.enter(problem, x, 0.5, H)
+    all_of_them = scheme.step(problem, state, 0.5, H, noise).state
 
     alone = Increment(noise.dW[:, 4:5], noise.H[:, 4:5])
-    np.testing.assert_array_equal(Diffrax(solver).step(problem, x[:, 4:5], 0.5, H, alone).state, all_of_them[:, 4:5])
+    np.testing.assert_array_equal(scheme.step(problem, state[:, 4:5], 0.5, H, alone).state, all_of_them[:, 4:5])
 
 
 def test_langevin_solver_without_noise_is_the_motion():

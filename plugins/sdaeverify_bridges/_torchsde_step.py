@@ -1,0 +1,160 @@
+"""NumPy's functions made of those of PyTorch, and equations and increments as torchsde wants them: paths first."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+import torch
+import torchsde
+
+from sdaeverify import SDE, Array
+from sdaeverify.bridges import Coefficients, Compiled
+
+from ._reversible import divided
+
+# Where the names of the two libraries differ.
+ALIASES = {"absolute": "abs", "concatenate": "cat", "conjugate": "conj", "power": "pow", "invert": "bitwise_not"}
+
+
+class Namespace:
+    """Functions of a module of PyTorch that accept NumPy's arrays among their arguments, in double precision.
+
+    Parameters
+    ----------
+    module : module
+        ``torch`` or one below it.
+    """
+
+    def __init__(self, module: Any = torch) -> None:
+        self.module = module
+
+    @property
+    def linalg(self) -> "Namespace":
+        """The functions of linear algebra."""
+        return Namespace(torch.linalg)
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        function = getattr(self.module, ALIASES.get(name, name))
+        # PyTorch's elementwise functions want tensors where NumPy's also take numbers.
+        numbers = isinstance(getattr(np, name, None), np.ufunc)
+        return lambda *args, **given: function(*(tensor(value, numbers=numbers) for value in args), **given)
+
+    def asarray(self, value: Any) -> torch.Tensor:
+        """Return a tensor in double precision."""
+        return torch.tensor(np.asarray(value, dtype=float))
+
+
+def tensor(value: Any, *, numbers: bool) -> Any:
+    """Return arguments with tensors in place of NumPy's arrays and, where they are wanted, of numbers."""
+    if isinstance(value, np.ndarray) or (numbers and isinstance(value, int | float | complex | np.number)):
+        whole = np.asarray(value)
+        return torch.tensor(whole if np.iscomplexobj(whole) else whole.astype(float))
+    return [tensor(item, numbers=numbers) for item in value] if type(value) is list else value
+
+
+def noise_type(problem: SDE) -> str:
+    """Return the kind of noise in torchsde's words."""
+    kinds = ("additive-noise", "scalar-noise", "diagonal-noise")
+    return next((kind.removesuffix("-noise") for kind in kinds if kind in problem.traits), "general")
+
+
+class Equation:
+    """Drift and diffusion of a problem on tensors of shape (P, d).
+
+    Parameters
+    ----------
+    problem : SDE
+    calculus : str
+        ``ito`` or ``stratonovich``.
+    """
+
+    def __init__(self, problem: SDE, calculus: str) -> None:
+        self.sde_type, self.noise_type = calculus, noise_type(problem)
+        self.coefficients = Coefficients(problem, Namespace(), calculus == "stratonovich")
+
+    def f(self, t: torch.Tensor, y: torch.Tensor) -> torch.Tensor:
+        """Return the drift, shape (P, d)."""
+        return self.coefficients.drift(t, y.T).T
+
+    def g(self, t: torch.Tensor, y: torch.Tensor) -> torch.Tensor:
+        """Return the diffusion, shape (P, d, l), or its diagonal, shape (P, d)."""
+        B = self.coefficients.diffusion(t, y.T)
+        return torch.einsum("jjp->pj", B) if self.noise_type == "diagonal" else torch.moveaxis(B, -1, 0)
+
+
+class KnownStep(torchsde.BaseBrownian):
+    """Brownian motion that is known over one step, whatever times are asked for.
+
+    Parameters
+    ----------
+    W : Tensor, shape (P, l)
+    U : Tensor, shape (P, l), or None
+        Its time integral, where it is given.
+    """
+
+    def __init__(self, W: torch.Tensor, U: torch.Tensor | None) -> None:
+        self.W, self.U = W, U
+
+    def __call__(self, ta: Any, tb: Any = None, return_U: bool = False, return_A: bool = False) -> Any:
+        """Return W(tb) - W(ta) and, if asked for, U, for the one step there is."""
+        return (self.W, self.U) if return_U else self.W
+
+    def __repr__(self) -> str:
+        return "KnownStep()"
+
+    @property
+    def dtype(self) -> torch.dtype:
+        """Double precision."""
+        return self.W.dtype
+
+    @property
+    def device(self) -> torch.device:
+        """Where the numbers are."""
+        return self.W.device
+
+    @property
+    def shape(self) -> torch.Size:
+        """Paths and Brownian motions."""
+        return self.W.shape
+
+    @property
+    def levy_area_approximation(self) -> str:
+        """What is known beyond W."""
+        return "none" if self.U is None else "space-time"
+
+
+def sde_step(problem: SDE, calculus: str, method: str, options: dict[str, Any]) -> Compiled:
+    """Return the step of a method of ``torchsde.sdeint``."""
+    equation = Equation(problem, calculus)
+
+    def step(x: Array, t: float, h: float, dW: Array, H: Array | None = None) -> Array:
+        path = KnownStep(first(dW), None if H is None else first(h * (H + 0.5 * dW)))
+        ts = torch.tensor([t, t + h], dtype=torch.float64)
+        with torch.no_grad():
+            solved = partial(torchsde.sdeint, equation, ts=ts, bm=path, method=method, dt=h, options=options)
+            if method == "reversible_heun":
+                return reversible(problem, solved, x)
+            return last(solved(first(x))[-1])
+
+    return step
+
+
+def reversible(problem: SDE, solved: Callable[..., Any], memory: Array) -> Array:
+    """Make a step of the reversible Heun method, whose memory is an argument and a result of ``sdeint``."""
+    x, z, F, B = divided(problem, memory)
+    is_diagonal = noise_type(problem) == "diagonal"
+    B = np.einsum("jjp->jp", B) if is_diagonal else B
+    ys, (F_1, B_1, z_1) = solved(first(x), extra=True, extra_solver_state=(first(F), first(B), first(z)))
+    B_1 = torch.diag_embed(B_1) if is_diagonal else B_1
+    return np.concatenate([last(part) for part in (ys[-1], z_1, F_1, B_1.flatten(1))])
+
+
+def first(x: Array) -> torch.Tensor:
+    """Return a copy with the paths first, (..., P) -> (P, ...)."""
+    return torch.tensor(np.moveaxis(x, -1, 0), dtype=torch.float64)
+
+
+def last(y: torch.Tensor) -> Array:
+    """Return an array with the paths last, (P, k) -> (k, P)."""
+    return np.ascontiguousarray(y.numpy().T)

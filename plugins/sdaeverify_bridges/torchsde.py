@@ -1,0 +1,123 @@
+"""The methods of torchsde as schemes: one step is one call of ``torchsde.sdeint`` on all paths at once."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from sdaeverify import SDE, Array, Claim, ParameterError, Parts, Scheme, hookimpl
+from sdaeverify.bridges import Bridge, Compiled, Library
+
+from ._reversible import entered
+
+LIBRARY = Library.find("torchsde")
+SEPARATE = frozenset({"scalar-noise", "diagonal-noise", "additive-noise"})
+# Strong orders that the solver classes state: for all noise, and for the kinds of noise that have another one.
+ITO: dict[str, tuple[float, tuple[str, ...]]] = {
+    "euler": (0.5, ("additive-noise",)),
+    "milstein": (1.0, ()),
+    "srk": (1.5, ()),
+}
+STRATONOVICH: dict[str, tuple[float, tuple[str, ...]]] = {
+    "euler_heun": (0.5, tuple(sorted(SEPARATE))),
+    "heun": (0.5, tuple(sorted(SEPARATE))),
+    "midpoint": (0.5, tuple(sorted(SEPARATE))),
+    "milstein": (1.0, ()),
+    "reversible_heun": (0.5, ("additive-noise",)),
+}
+WEAK = {"srk": 1.5}
+
+
+@dataclass(frozen=True)
+class TorchSDE(Bridge):
+    """x(t + h) = torchsde.sdeint(problem, x, [t, t + h], bm, method, dt=h), bm being our increment.
+
+    Attributes
+    ----------
+    method : str
+    grad_free : bool
+        Of Milstein's method: a difference in place of the derivative.
+    """
+
+    method: str = "euler"
+    grad_free: bool = False
+
+    library: ClassVar[Library] = LIBRARY
+    calculus: ClassVar[str]
+    methods: ClassVar[dict[str, tuple[float, tuple[str, ...]]]]
+    source: ClassVar[str] = f"{LIBRARY}; Li, Wong, Chen & Duvenaud 2020"
+
+    def __post_init__(self) -> None:
+        if self.method not in self.methods:
+            raise ParameterError(f"method must be one of {', '.join(self.methods)}, got {self.method!r}")
+        if self.grad_free and self.method != "milstein":
+            raise ParameterError("grad_free is an option of milstein")
+
+    @property
+    def stratonovich(self) -> bool:
+        """Whether it is for Stratonovich equations."""
+        return self.calculus == "stratonovich"
+
+    @property
+    def noise(self) -> frozenset[str]:  # type: ignore[override]
+        """The field dW and, for ``srk``, H."""
+        return frozenset({"dW", "H"} if self.method == "srk" else {"dW"})
+
+    @property
+    def promises(self) -> tuple[Claim, ...]:
+        """The orders that the class of the solver states."""
+        order, better = self.methods[self.method]
+        source = f"strong_order and weak_order of the solver {self.method} in torchsde"
+        higher = (Claim(measure="strong", value=1.0, when=frozenset({kind}), source=source) for kind in better)
+        weak = Claim(measure="weak", value=WEAK.get(self.method, 1.0), source=source)
+        return Claim(measure="strong", value=order, source=source), *higher, weak
+
+    def refuses(self, problem: SDE) -> str:
+        """Refuse noise that the method does not support, and formulas that only NumPy can run."""
+        if self.method in {"milstein", "srk"} and not problem.traits & SEPARATE:
+            return f"noise in {problem.noise_dim} dimensions is neither scalar nor diagonal nor additive"
+        return super().refuses(problem)
+
+    def compiled(self, problem: SDE) -> Compiled:
+        """Return the method's step for the formulas of a problem."""
+        from ._torchsde_step import sde_step  # noqa: PLC0415 - loading PyTorch takes seconds
+
+        options = {"grad_free": self.grad_free} if self.method == "milstein" else {}
+        return sde_step(problem, self.calculus, self.method, options)
+
+
+@dataclass(frozen=True)
+class TorchSDEIto(TorchSDE):
+    """Methods of torchsde for dx = f dt + B dW."""
+
+    name: ClassVar[str] = "torchsde-ito"
+    calculus: ClassVar[str] = "ito"
+    methods: ClassVar[dict[str, tuple[float, tuple[str, ...]]]] = ITO
+
+
+@dataclass(frozen=True)
+class TorchSDEStratonovich(TorchSDE):
+    """Methods of torchsde for dx = F dt + B o dW with F = f - (1/2) sum_j DB_j B_j.
+
+    The reversible Heun method has a memory: z, and F and B there.
+    """
+
+    method: str = "midpoint"
+
+    name: ClassVar[str] = "torchsde-stratonovich"
+    calculus: ClassVar[str] = "stratonovich"
+    methods: ClassVar[dict[str, tuple[float, tuple[str, ...]]]] = STRATONOVICH
+
+    def enter(self, problem: SDE, state: Array, t: float, h: float) -> Array:
+        """Return the problem's state, with the memory that the reversible method begins with."""
+        return entered(problem, state, t) if self.method == "reversible_heun" else state
+
+    def parts(self, problem: SDE, state: Any) -> Parts:
+        """Return the problem's own components."""
+        return problem.parts(state[: problem.dimension])
+
+
+@hookimpl
+def sdaeverify_schemes() -> list[Scheme]:
+    """Register every method that can be given an increment, Milstein's with and without derivatives."""
+    LIBRARY.require()
+    ito = [*map(TorchSDEIto, ITO), TorchSDEIto("milstein", grad_free=True)]
+    return [*ito, *map(TorchSDEStratonovich, STRATONOVICH), TorchSDEStratonovich("milstein", grad_free=True)]
