@@ -43,7 +43,8 @@ def test_wheel_runs_a_cell(installed, tmp_path):
 
     run(installed, *words)
 
-    assert {path.name for path in tmp_path.iterdir()} == {"verdicts.csv", "levels.csv", "run.json", "evidence"}
+    written = {"verdicts.csv", "levels.csv", "run.json", "report.html", "evidence"}
+    assert {path.name for path in tmp_path.iterdir()} == written
 
 
 def test_wheel_writes_a_plugin(installed, tmp_path):

@@ -16,6 +16,8 @@ from ..contracts.settings import Settings
 from ..registry.load import Registry
 from ..report.earlier import Kept
 from ..report.files import require_writable
+from ..report.html import PAGE, remove_page, write_page
+from ..report.passports import passports
 from ..report.terminal import legend, orders, summary_tables, verdicts_in_words, visible
 from ..store import Store
 from ..study import CellResult, Finished, Plan, Study
@@ -57,6 +59,8 @@ class Run:
         Whether evidence in the folder is left unread.
     stored_only : bool
         Whether nothing is computed.
+    page : bool
+        Whether a page is written in the end.
     study : Study
     kept : Kept or None
         Rows of earlier runs that were in the folder when the run was first saved.
@@ -69,6 +73,7 @@ class Run:
     folder: Path
     fresh: bool = False
     stored_only: bool = False
+    page: bool = True
     study: Study = field(init=False)
     kept: Kept | None = None
 
@@ -97,6 +102,16 @@ class Run:
         """Save what is finished of a run that is ended before its time."""
         self.study.stopped = why
         self.save()
+        self.write_page()
+
+    def write_page(self) -> None:
+        """Write the page of the folder, or remove that of an earlier run, whose numbers are in no table any more."""
+        if self.page:
+            with aside():
+                told = passports(self.plan)
+            write_page(self.folder, told)
+        else:
+            remove_page(self.folder)
 
 
 def carry_out(run: Run, crew: Crew, kind: str) -> ExitCode:
@@ -175,6 +190,7 @@ def _stopped(run: Run, why: str, code: ExitCode) -> ExitCode:
 
 
 def _finished(run: Run, results: Sequence[CellResult]) -> ExitCode:
+    run.write_page()
     call_report_hooks(run)
     code = code_of_results(results)
     if code is ExitCode.NOTHING:
@@ -215,7 +231,8 @@ def _show(run: Run, results: Sequence[CellResult], code: ExitCode) -> None:
         console.print(line, soft_wrap=True)
     if run.study.store is not None and run.study.store.telling:
         console.print(Text(visible(run.study.store.summary())), soft_wrap=True)
-    files = f"verdicts.csv, levels.csv and run.json are in {run.folder}"
+    page = f"the page is {run.folder / PAGE}; " if run.page else ""
+    files = f"{page}verdicts.csv, levels.csv and run.json are in {run.folder}"
     for told in (*_of_earlier(run), files):
         console.print(Text(visible(told)), soft_wrap=True)
     console.print(f"exit code {code.value}: {code.words}", style="green" if code is ExitCode.OK else "red")

@@ -42,6 +42,7 @@ FOLDER = Path("reports", "latest")
 @progress_of_cells
 @limits
 @click.option("--fresh", is_flag=True, help="Compute everything again, whatever evidence is in the folder.")
+@click.option("--no-html", is_flag=True, help="Write no page, report.html.")
 @click.option("--dry-run", is_flag=True, help="Show every cell and why it cannot be run; run and write nothing.")
 @click.pass_context
 def matrix(context: click.Context, /, **options: Any) -> ExitCode:
@@ -65,7 +66,8 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
             return _nothing(_missing(registry))
         if options["dry_run"]:
             return _shown(todo, settings)
-        run = Run(todo, settings, registry, tuple(context.obj), options["out"], options["fresh"])
+        words, page = tuple(context.obj), not options["no_html"]
+        run = Run(todo, settings, registry, words, options["out"], options["fresh"], page=page)
         return carry_out(run, crew, options["progress"])
 
 

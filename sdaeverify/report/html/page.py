@@ -1,0 +1,89 @@
+"""The page as text: the frame, its style and its program, and the numbers, all in one file.
+
+Pictures are drawn by a small program of the page itself: a library for charts is fifteen times as large as all of it
+and would draw neither the matrix nor the cards. All texts reach the page as JSON and stand there as texts, never as
+markup; a policy of contents lets nothing be fetched and no other program run.
+"""
+
+import base64
+import hashlib
+import json
+from collections.abc import Mapping
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from ...errors import UsageError
+from ..files import write_text
+from ..folders import read_tables
+from .payload import payload
+
+PAGE = "report.html"
+SCRIPTS = ("plots.js", "data.js", "pages.js", "passports.js", "start.js")
+
+
+def write_page(folder: Path, passports: Mapping[str, Any] | None = None) -> Path:
+    """Write the page of the run in a folder, and return its path.
+
+    Parameters
+    ----------
+    folder : Path
+        With the tables of the run.
+    passports : mapping, optional
+        See `payload`.
+
+    Raises
+    ------
+    UsageError
+        If the folder holds no run, or cannot be written into.
+    """
+    path = folder / PAGE
+    write_text(page_text(payload(read_tables(folder), passports)), path)
+    return path
+
+
+def remove_page(folder: Path) -> None:
+    """Remove the page of an earlier run.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be removed.
+    """
+    try:
+        (folder / PAGE).unlink(missing_ok=True)
+    except OSError as error:
+        raise UsageError(f"cannot remove {folder / PAGE}: {error.strerror or error}") from error
+
+
+def page_text(data: Mapping[str, Any], title: str = "sdaeverify report") -> str:
+    """Return the page that shows some numbers.
+
+    Parameters
+    ----------
+    data : mapping
+        As `payload` returns it.
+    title : str
+    """
+    script = "\n".join(_asset(name) for name in SCRIPTS)
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'; img-src data:"
+    # Within a script element, only this could end it.
+    numbers = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    parts = {
+        "policy": escape(policy),
+        "title": escape(title),
+        "style": _asset("page.css"),
+        "sentence": escape(str(data.get("sentence", ""))),
+        "data": numbers,
+        "script": script,
+    }
+    frame = _asset("page.html")
+    pieces = frame.split("%%")
+    # Parts stand at odd places; what a part holds is not looked at again.
+    return "".join(parts[piece] if place % 2 else piece for place, piece in enumerate(pieces))
+
+
+def _asset(name: str) -> str:
+    return files(__package__).joinpath(name).read_text(encoding="utf-8")

@@ -1,0 +1,194 @@
+// Summary, matrix and cell.
+
+const link = (page, ...names) => "#/" + [page, ...names.map(encodeURIComponent)].join("/");
+const schemeLink = (name) => el("a", { href: link("scheme", name) }, name);
+const problemLink = (name) => el("a", { href: link("problem", name) }, name);
+const cellLink = (one, text) => el("a", { href: link("cell", one.scheme, one.problem) }, text);
+const badge = (verdict) => el("span", { class: `v ${verdict}` }, `${VERDICTS[verdict][0]} ${VERDICTS[verdict][1]}`);
+const heading = (level, text) => el(`h${level}`, {}, text);
+const facts = (pairs) => el("dl", {}, pairs.filter(([, told]) => told !== "" && told !== null && told !== undefined && !(Array.isArray(told) && !told.length))
+  .map(([name, told]) => [el("dt", {}, name), el("dd", {}, told)]));
+const claimText = (one) => (one.claim ? one.claim + (finite(one.margin) ? ` (margin ${short(one.margin)})` : "") : "none");
+
+function summaryPage() {
+  const open = FINDINGS.filter((one) => ATTENTION.includes(one.verdict));
+  return ["Summary", heading(1, DATA.sentence), tiles(), heading(2, "What needs attention"),
+    open.length ? attention(open) : el("p", {}, "Nothing is refuted, failed or undecided."),
+    heading(2, "Schemes and measures"), el("p", { class: "soft" }, "Quantities verified of those with a claim; what else there is follows."), schemesByMeasures(),
+    heading(2, "What a verdict means"), meanings(), heading(2, "How it was run"), provenance()];
+}
+
+function tiles() {
+  const counts = grouped(FINDINGS, (one) => one.verdict);
+  const shown = Object.keys(VERDICTS).filter((verdict) => counts.has(verdict) || ["refuted", "verified", "inconclusive"].includes(verdict));
+  return el("ul", { class: "tiles" }, shown.map((verdict) => el("li", {}, el("a", { href: `#/matrix?verdict=${verdict}` },
+    el("b", {}, String((counts.get(verdict) || []).length)), badge(verdict)))));
+}
+
+function attention(open) {
+  const groups = [...grouped(open, (one) => JSON.stringify([one.verdict, one.problem, one.measure, one.claim, one.reason.replace(/[0-9.]+/g, "")])).values()];
+  groups.sort((a, b) => ATTENTION.indexOf(a[0].verdict) - ATTENTION.indexOf(b[0].verdict));
+  const rows = groups.map((group) => {
+    const cells = [...grouped(group, place).values()].map((list) => list[0]), first = group[0];
+    const names = [cells.slice(0, 6).map((one, n) => [n ? ", " : "", cellLink(one, one.scheme)]), cells.length > 6 ? ` and ${cells.length - 6} more` : ""];
+    return [badge(first.verdict), el("div", {}, names), problemLink(first.problem), `${first.measure} ${unique(group.map((one) => one.quantity)).join(", ")}`, claimText(first), found(first), first.reason];
+  });
+  return table(["", "scheme", "problem", "quantity", "claim", "found", "why"], rows, { class: "reasons" });
+}
+
+function schemesByMeasures() {
+  const cells = grouped(FINDINGS, (one) => JSON.stringify([one.scheme, one.measure]));
+  const text = (findings) => {
+    const claims = findings.filter((one) => one.claim && one.verdict !== "out_of_scope"), good = claims.filter((one) => one.verdict === "verified").length;
+    if (!claims.length) return el("span", { class: "soft" }, `○ ${findings.length}`);
+    const rest = ATTENTION.map((verdict) => [verdict, claims.filter((one) => one.verdict === verdict).length]).filter(([, count]) => count);
+    return [`${good === claims.length ? "✓ " : ""}${good} of ${claims.length}`, rest.map(([verdict, count]) => [" ", el("span", { class: `v ${verdict}` }, `${VERDICTS[verdict][0]} ${count}`)])];
+  };
+  const rows = unique(FINDINGS.map((one) => one.scheme)).sort().map((scheme) => [schemeLink(scheme), ...MEASURES.map((measure) => {
+    const findings = cells.get(JSON.stringify([scheme, measure]));
+    return findings ? el("span", {}, text(findings)) : "";
+  })]);
+  return table(["scheme", ...MEASURES], rows, { class: "tight" });
+}
+
+function meanings() {
+  const tiers = [["T0", "contract of a step and exactness on trivial equations"], ["T1", "one step, at cubature nodes, without sampling"],
+    ["T2", "moments, transition operator, spectral radius, without sampling"], ["T3", "paths that all schemes and step sizes share"]];
+  const verdicts = [["verified", "the cheapest tier that decides says so, and the next one, which guards it, does not contradict: an order of at least claim − margin along paths, or a local order of about the claim"],
+    ["refuted", "a contract is broken, a step does not follow the equation, or an order is too low, significantly"],
+    ["inconclusive", "anything else, with what would decide"], ["out_of_scope", "measured, and nothing is claimed of it"]];
+  return el("div", {}, table(["", "meaning"], verdicts.map(([verdict, words]) => [badge(verdict), words])), table(["tier", "what decides"], tiers));
+}
+
+function provenance() {
+  const run = DATA.run, told = run.settings || {}, steps = told.steps || [];
+  return el("div", {}, facts([["command", (run.arguments || []).join(" ")], ["seed", String(run.seed ?? "")], ["steps", steps.length ? `${steps[0]} to ${steps[steps.length - 1]}` : ""],
+    ["paths at most", String(told.paths ?? "")], ["confidence", `${short(told.confidence ?? null, 4)}, error level shared among ${told.family ?? "?"} tests and ${told.looks ?? "?"} looks`],
+    ["versions", Object.entries(run.versions || {}).map(([name, version]) => `${name} ${version}`).join(", ")], ["system", (run.platform || {}).system],
+    ["fingerprint of the noise", run.stream_fingerprint], ["seconds of steps", short(seconds(FINDINGS), 4)],
+    ["earlier runs", run.earlier ? `${run.earlier} left rows in this folder` : ""]]),
+    (run.warnings || []).length ? el("details", {}, el("summary", {}, "warnings"), el("pre", {}, run.warnings.join("\n"))) : null,
+    el("details", {}, el("summary", {}, "plugins"), table(["plugin", "distribution", "version", "status", "reason"], (run.plugins || []).map((p) => [p.name, p.distribution, p.version, p.status, p.reason]))));
+}
+
+/** Return the measured seconds, each scheme on each problem once. */
+function seconds(findings) {
+  return [...grouped(findings, place).values()].reduce((sum, group) => sum + Math.max(0, ...group.map((one) => one.seconds || 0)), 0);
+}
+
+function matrixPage(query) {
+  const chosen = { measure: "", verdict: "", form: "", text: "", ...query };
+  const forms = unique(PROBLEMS.map((name) => (PASSPORTS.problems[name] || {}).form || "")).filter(Boolean).sort();
+  const select = (name, label, options) => el("label", {}, label, el("select", { name, onchange: update },
+    el("option", { value: "" }, "all"), options.map(([key, text]) => el("option", { value: key, selected: chosen[name] === key ? "" : null }, text))));
+  const frame = el("div", { class: "wide" }), note = el("p", { class: "soft", role: "status" });
+  const form = el("form", { class: "filters", onsubmit: (event) => event.preventDefault() },
+    select("measure", "measure", MEASURES.map((name) => [name, name])), select("verdict", "verdict", Object.entries(VERDICTS).slice(0, -1).map(([key, [, text]]) => [key, text])),
+    forms.length ? select("form", "family of problems", forms.map((name) => [name, name])) : null,
+    el("label", {}, "name contains", el("input", { name: "text", type: "search", value: chosen.text, oninput: update })));
+  function update() {
+    for (const field of form.elements) if (field.name) chosen[field.name] = field.value;
+    const drawn = matrixTable(chosen);
+    frame.replaceChildren(drawn.table);
+    note.textContent = `${drawn.cells} cells. A click or Enter opens one; arrow keys move. Empty cells say there why.`;
+  }
+  update();
+  const legend = el("p", {}, Object.keys(VERDICTS).map((verdict) => [badge(verdict), " "]));
+  return ["Matrix", heading(1, "Schemes and problems"), form, legend, note, frame];
+}
+
+function matrixTable(chosen) {
+  const part = (name) => !chosen.text || name.includes(chosen.text);
+  const fits = (one) => (!chosen.measure || one.measure === chosen.measure) && (!chosen.verdict || one.verdict === chosen.verdict);
+  const ofForm = (name) => !chosen.form || (PASSPORTS.problems[name] || {}).form === chosen.form;
+  const kept = FINDINGS.filter((one) => fits(one) && ofForm(one.problem) && (part(one.scheme) || part(one.problem)));
+  const narrow = chosen.measure || chosen.verdict || chosen.text || chosen.form;
+  const schemes = narrow ? unique(kept.map((one) => one.scheme)).sort() : SCHEMES, problems = narrow ? unique(kept.map((one) => one.problem)).sort() : PROBLEMS;
+  const cells = grouped(kept, place);
+  const head = el("thead", {}, el("tr", {}, el("th", { class: "corner" }), problems.map((name) => el("th", { scope: "col" }, el("a", { href: link("problem", name) }, name)))));
+  const body = el("tbody", { onkeydown: moveFocus }, schemes.map((scheme, row) => el("tr", {}, el("th", { scope: "row" }, schemeLink(scheme)),
+    problems.map((problem, column) => el("td", {}, matrixCell(scheme, problem, cells.get(JSON.stringify([scheme, problem])) || [], row + column === 0))))));
+  return { table: el("table", { class: "matrix" }, el("caption", { class: "soft" }, kept.length ? "" : "Nothing fits these filters."), head, body), cells: cells.size };
+}
+
+function matrixCell(scheme, problem, findings, first) {
+  const verdict = worst(findings), counts = grouped(findings, (one) => one.verdict);
+  const order = Object.keys(VERDICTS).filter((each) => counts.has(each)), told = order.map((each) => `${counts.get(each).length} ${VERDICTS[each][1]}`).join(", ");
+  const missing = MISSING.get(JSON.stringify([scheme, problem])) || [], why = missing.length ? missing[0].reason : "nothing here fits the filters";
+  const text = findings.length ? VERDICTS[verdict][0] + counts.get(verdict).length : "·";
+  return el("a", { class: `cell ${verdict}`, href: link("cell", scheme, problem), tabindex: first ? "0" : "-1", title: `${scheme} on ${problem}: ${told || why}`, "aria-label": `${scheme} on ${problem}: ${told || why}` }, text);
+}
+
+function moveFocus(event) {
+  const step = { ArrowRight: [0, 1], ArrowLeft: [0, -1], ArrowDown: [1, 0], ArrowUp: [-1, 0] }[event.key], cell = event.target.closest("td");
+  if (!step || !cell) return;
+  const rows = cell.closest("tbody").rows, next = rows[cell.parentNode.rowIndex - 1 + step[0]]?.cells[cell.cellIndex + step[1]]?.querySelector(".cell");
+  if (!next) return;
+  event.preventDefault();
+  event.target.tabIndex = -1;
+  next.tabIndex = 0;
+  next.focus();
+}
+
+function cellPage(_, scheme, problem) {
+  const key = JSON.stringify([scheme, problem]), findings = CELLS.get(key) || [], missing = MISSING.get(key) || [];
+  const costs = COSTS.filter((one) => one.scheme === scheme && one.problem === problem).map((one) => `${one.kind} ${short(one.mean)}`);
+  const first = findings[0] || {};
+  const measured = findings.length ? facts([["view", first.view], ["paths", String(first.paths ?? "")], ["seconds", short(first.seconds)], ["per step, finest level", costs.join(", ")]]) : el("p", {}, "No measure applies here.");
+  const sections = [...grouped(findings, (one) => one.measure)].map(([measure, list]) => [heading(2, measure), el("div", { class: "cards" }, list.map(card)), command(list[0])]);
+  const absent = missing.length ? [heading(2, "What does not apply, and why"), table(["measure", "why"], missing.map((one) => [one.measure, one.reason]))] : [];
+  return [`${scheme} on ${problem}`, el("h1", {}, schemeLink(scheme), " on ", problemLink(problem)), measured, ...sections.flat(), ...absent];
+}
+
+function command(finding) {
+  return finding.reproduce ? el("div", {}, el("span", { class: "soft" }, "the same again, to the last bit:"), el("pre", {}, finding.reproduce)) : null;
+}
+
+/** Return all that is known of a quantity: claim, margin, what decides and guards, orders, reason, picture. */
+function card(finding) {
+  const along = finding.path_value === null ? "" : interval(finding.path_value, finding.path_low, finding.path_high);
+  return el("article", { class: "card" }, el("h3", {}, finding.quantity || finding.measure, " ", badge(finding.verdict)),
+    facts([["claim", claimText(finding)], ["from", finding.claim_source], ["decided by", finding.decided_by && `${finding.decided_by}, ${finding.method.split(" (T")[0]}`], ["guarded by", finding.guarded_by],
+      ["local order", finding.local_order === null ? "" : order(finding.local_order)], ["order along paths", along],
+      [finding.value_of, finding.value_value === null ? "" : finding.value_of.includes("order") ? interval(finding.value_value, finding.value_low, finding.value_high) : short(finding.value_value)],
+      ["stable for", finding.windows], ["kind", finding.class], ["tails", finding.heavy_tails === "True" ? "heavy" : ""], ["why", finding.reason], ["no order along paths", finding.no_order]]),
+    cardPicture(finding));
+}
+
+function cardPicture(finding) {
+  const all = points(finding);
+  if (!all.length) return null;
+  const label = `${finding.measure} ${finding.quantity} of ${finding.scheme} on ${finding.problem}`;
+  const head = ["h", "value", "standard error", "fitted"], rows = all.map((point) => [point.h, point.e, point.s, point.filled ? "yes" : `no: ${point.why}`]);
+  if (finding.measure === "stability") return figure(radius([finding], label), ["Spectral radius of the second-moment map; below 1 the step size is stable."], head.slice(0, 2), rows.map((row) => row.slice(0, 2)));
+  if (all.some((point) => point.eps !== null) && finding.measure === "effort") return heat(all, { label, caption: "Mean number of iterations a step." });
+  if (all.some((point) => point.eps !== null) && unique(all.map((point) => point.h)).length === 1) {
+    const over = all.map((point) => ({ ...point, h: point.eps }));
+    return figure(convergence(over, { label, quantiles: Z, slopes: slopes(finding), xLabel: "eps" }), ["Distance from the limit against eps."], ["eps", ...head.slice(1)], over.map((point) => [point.h, point.e, point.s, "yes"]));
+  }
+  if (all.some((point) => point.functional)) return functionals(finding, all, label);
+  const fit = finding.path_value, yLabel = LABELS[finding.measure] || "error";
+  const hollow = all.some((point) => !point.filled), seen = finding.levels.f ? "fitted" : "above three standard errors";
+  const caption = [hollow ? `● ${seen}, ○ not` : finding.levels.f ? "● fitted" : "● measured", finite(fit) ? `; line: order along paths ${order(fit)}` : "", claimed(finding) !== null ? "; triangles: claim, and claim − margin (dashed)" : "", all.some((point) => point.s) ? `; band: ${short(100 * (settings.confidence || 0.99), 4)} % intervals` : ""];
+  return figure(convergence(all, { label, quantiles: Z, slopes: slopes(finding), fit, yLabel }), caption, head, rows);
+}
+
+const LABELS = { weak: "|error of the mean|", invariant: "|error of the mean|", drift: "residual", moments: "moment", solvability: "share of paths" };
+
+function slopes(finding) {
+  const claim = claimed(finding), lowest = least(finding);
+  return claim === null ? [] : [{ order: claim, kind: "claim", label: "claim" }, ...(lowest === null ? [] : [{ order: lowest, kind: "least", label: "least" }])];
+}
+
+function functionals(finding, all, label) {
+  const series = [...grouped(all, (point) => point.functional)].map(([name, list]) => ({ name, points: list }));
+  return comparison(series, { label, caption: "Supremum over eps of the error, for each functional.", yLabel: "supremum" });
+}
+
+/** Draw spectral radii against h, with the line below which a step size is stable. */
+function radius(findings, label) {
+  const all = points(findings[0]), x = scaleOf(all.map((point) => point.h), LEFT, WIDTH - RIGHT), y = scaleOf([...all.map((point) => point.e), 1], HEIGHT - BOTTOM, TOP, { log: false });
+  const sorted = [...all].sort((a, b) => a.h - b.h);
+  return picture(label, HEIGHT, [axes(x, y, { x: "step size h", y: "spectral radius" }), el("line", { class: "least", x1: LEFT, x2: WIDTH - RIGHT, y1: y.at(1), y2: y.at(1) }),
+    el("path", { class: "line", d: path(sorted.map((point) => [x.at(point.h), y.at(point.e)])) }), all.map((point) => mark(x, y, { ...point, filled: point.e < 1, why: "not stable" }))]);
+}

@@ -1,0 +1,131 @@
+// Passports of schemes and problems, and what is compared across them.
+
+const docs = (passport) => (passport && passport.text ? el("pre", {}, passport.text) : el("p", { class: "soft" }, "Nothing is written about it here."));
+const listed = (names) => (names && names.length ? names.join(", ") : "none");
+
+function indexPage(title, names, open, kind) {
+  const counts = (name, verdict) => FINDINGS.filter((one) => one[kind] === name && one.verdict === verdict).length;
+  const rows = names.map((name) => [open(name), (PASSPORTS[`${kind}s`][name] || {}).form || "", ((PASSPORTS[`${kind}s`][name] || {}).text || "").split("\n")[0], counts(name, "verified"), counts(name, "refuted"), counts(name, "inconclusive"), counts(name, "out_of_scope")]);
+  return [title, heading(1, title), table(["name", "form", "", "verified", "refuted", "undecided", "no claim"], rows)];
+}
+
+function schemePage(_, name) {
+  const passport = PASSPORTS.schemes[name] || {}, own = FINDINGS.filter((one) => one.scheme === name);
+  return [name, heading(1, name), docs(passport), facts([["form", passport.form], ["parameters", Object.entries(passport.parameters || {}).map(([key, told]) => `${key} = ${told}`).join(", ")], ["source", passport.source]]),
+    heading(2, "Claims"), claims(passport, own), heading(2, "Orders on all problems"),
+    el("p", { class: "soft" }, "● along paths, with its interval; ○ without paths, by one step or by moments. Bars across: claim, and claim − margin (dashed)."),
+    ...unique(own.map((one) => one.measure)).map((measure) => orders(own.filter((one) => one.measure === measure), name, measure)).flat(),
+    ...driftOf(own), ...stabilityOf(own, (one) => one.problem), heading(2, "Cost"), cost(own, name), ...others(own, name)];
+}
+
+function claims(passport, own) {
+  const of = (claim) => own.filter((one) => one.measure === claim.measure && one.claim === claim.claim && (!claim.quantities.length || claim.quantities.includes(one.quantity)));
+  const told = (findings) => Object.keys(VERDICTS).map((verdict) => [verdict, findings.filter((one) => one.verdict === verdict).length]).filter(([, count]) => count).map(([verdict, count]) => [badge(verdict), ` ${count} `]);
+  const rows = (passport.claims || []).map((claim) => [claim.measure, claim.claim, claim.claim.startsWith("order") ? claim.margin : null, claim.quantities.length ? listed(claim.quantities) : "all", claim.when.length ? listed(claim.when) : "all", el("span", {}, told(of(claim))), claim.source]);
+  return rows.length ? table(["measure", "claim", "margin", "quantities", "for problems with", "found", "source"], rows) : el("p", { class: "soft" }, "It claims nothing, or its passport is not here.");
+}
+
+/** Return a forest plot of what one measure found of a scheme, or of a problem. */
+function orders(findings, title, measure, name = (one) => one.problem) {
+  const rows = findings.map((one) => {
+    const sampled = finite(one.path_value), byMoments = one.value_of.includes("order") && finite(one.value_value);
+    const estimate = sampled ? one.path_value : byMoments ? one.value_value : finite(one.local_order) ? one.local_order : null;
+    const low = sampled ? one.path_low : byMoments ? one.value_low : null, high = sampled ? one.path_high : byMoments ? one.value_high : null;
+    return { name: `${name(one)} · ${one.quantity}`, value: estimate, low, high, claim: claimed(one), least: least(one), filled: sampled, told: `${name(one)}, ${one.quantity}: ${found(one)}; ${VERDICTS[one.verdict][1]}; claim ${claimText(one)}` };
+  }).filter((row) => finite(row.value));
+  return rows.length ? [heading(3, measure), forest(rows, { label: `${measure} orders of ${title}` })] : [];
+}
+
+function driftOf(own) {
+  const found = own.filter((one) => one.measure === "drift");
+  const rows = found.map((one) => [cellLink(one, `${one.scheme} on ${one.problem}`), one.quantity, one.class, finite(one.growth) ? `t^${short(one.growth, 2)}` : "", badge(one.verdict), one.reason]);
+  return found.length ? [heading(2, "Constraint drift"), table(["", "residual", "in h", "grows like", "", "why"], rows)] : [];
+}
+
+function stabilityOf(own, name) {
+  const rows = own.filter((one) => one.windows).map((one) => ({ name: name(one), text: one.windows, windows: stableSets(one.windows) }));
+  return rows.length ? [heading(2, "Stability"), windows(rows, { label: "stable step sizes", caption: "Step sizes for which second moments tend to 0." })] : [];
+}
+
+function cost(own, name) {
+  const times = [...grouped(own, (one) => one.problem)].map(([problem, group]) => [problemLink(problem), Math.max(...group.map((one) => one.seconds || 0)), group[0].paths, COSTS.filter((one) => one.scheme === name && one.problem === problem).map((one) => `${one.kind} ${short(one.mean)}`).join(", ")]);
+  return table(["problem", "seconds, all measures", "paths", "per step at the finest level"], times);
+}
+
+function others(own, name) {
+  const problems = unique(own.filter((one) => one.measure === "strong").map((one) => one.problem));
+  return problems.length ? [heading(2, "Beside the others, on the same noise"), picker(problems, "problem", (problem) => sameNoise(problem, name))] : [];
+}
+
+/** Return a choice and what it shows. */
+function picker(names, label, show) {
+  const frame = el("div"), choose = el("select", { onchange: () => frame.replaceChildren(...[show(choose.value)].flat(Infinity).filter(Boolean)) }, names.map((name) => el("option", { value: name }, name)));
+  frame.append(...[show(names[0])].flat(Infinity).filter(Boolean));
+  return el("div", {}, names.length > 1 ? el("form", { class: "filters", onsubmit: (event) => event.preventDefault() }, el("label", {}, label, choose)) : null, frame);
+}
+
+/** Draw the errors of all schemes on a problem against the step size: the noise is the same for all. */
+function sameNoise(problem, first = "", measure = "strong") {
+  const here = FINDINGS.filter((one) => one.problem === problem && one.measure === measure && (one.levels.h || []).length);
+  const quantities = unique(here.map((one) => one.quantity));
+  if (!quantities.length) return [el("p", { class: "soft" }, "Nothing to compare.")];
+  return [picker(quantities, "quantity", (quantity) => {
+    const series = here.filter((one) => one.quantity === quantity).map((one) => ({ name: one.scheme, points: points(one) }));
+    series.sort((a, b) => (b.name === first) - (a.name === first));
+    const told = { strong: "Errors", weak: "Absolute errors of means", invariant: "Absolute errors of stationary means", drift: "Residuals", stability: "Spectral radii" }[measure] || "Values";
+    return comparison(series, { label: `${measure} ${quantity} of all schemes on ${problem}`, caption: `${told} of ${quantity} on ${problem}${measure === "strong" ? ", on the same noise: half as long a step is twice the work" : ""}.`, yLabel: measure === "stability" ? "spectral radius" : LABELS[measure] || "error", rule: measure === "stability" ? 1 : null, log: measure !== "stability" });
+  })];
+}
+
+function problemPage(_, name) {
+  const passport = PASSPORTS.problems[name] || {}, own = FINDINGS.filter((one) => one.problem === name);
+  const measured = ["strong", "weak", "invariant", "drift"].filter((measure) => own.some((one) => one.measure === measure && (one.levels.h || []).length));
+  return [name, heading(1, name), docs(passport), facts([["form", passport.form], ["parameters", Object.entries(passport.parameters || {}).map(([key, told]) => `${key} = ${told}`).join(", ")], ["Brownian motions", passport.noise && String(passport.noise)], ["horizon", passport.horizon && `${short(passport.horizon)} (${passport.units})`],
+    ["traits", passport.traits && listed(passport.traits)], ["observables", passport.observables && listed(passport.observables)], ["source", passport.source]]),
+    heading(2, "Truths"), passport.truths && passport.truths.length ? el("ul", {}, passport.truths.map((truth) => el("li", {}, truth))) : el("p", { class: "soft" }, "None: nothing is verified by paths alone."),
+    heading(2, "Controls: does it tell orders apart?"), controls(passport, own),
+    ...measured.map((measure) => [heading(2, `${measure}, all schemes`), ...sameNoise(name, "", measure)]).flat(),
+    ...unique(own.map((one) => one.measure)).map((measure) => orders(own.filter((one) => one.measure === measure), name, measure, (one) => one.scheme)).flat(), ...stabilityOf(own, (one) => one.scheme)];
+}
+
+function controls(passport, own) {
+  const told = (one) => [finite(one.local_order) ? `${order(one.local_order)} in one step` : "", finite(one.path_value) ? `${order(one.path_value)} along paths` : ""].filter(Boolean).join(", ");
+  const outcome = (scheme, control) => {
+    const findings = own.filter((one) => one.scheme === scheme && one.measure === control.measure);
+    return el("span", {}, el("a", { href: link("cell", scheme, passport.label) }, scheme), " ", findings.length ? told(findings[0]) : el("span", { class: "soft" }, "not in this run"));
+  };
+  const rows = (passport.controls || []).map((control) => [control.measure, control.order, outcome(control.positive, control), outcome(control.negative, control)]);
+  return rows.length ? table(["measure", "order", "has it", "has it not"], rows) : el("p", { class: "soft" }, "None is declared.");
+}
+
+/** Return a page that compares all schemes in one measure, a problem at a time. */
+function measurePage(title, measure, intro) {
+  return () => {
+    const here = FINDINGS.filter((one) => one.measure === measure), problems = unique(here.map((one) => one.problem)).sort();
+    const passport = PASSPORTS.measures[measure];
+    return [title, heading(1, title), el("p", {}, intro), picker(problems, "problem", (problem) => {
+      const own = here.filter((one) => one.problem === problem);
+      const bars = measure === "stability" ? stabilityOf(own, (one) => one.scheme) : [];
+      const growth = own.find((one) => finite(one.growth_rate));
+      return [...bars, growth ? el("p", { class: "soft" }, `Growth rate of the second moment of the equation: ${short(growth.growth_rate, 4)}.`) : null, ...sameNoise(problem, "", measure), ...orders(own, problem, measure, (one) => one.scheme), ...(measure === "drift" ? driftOf(own).slice(1) : [])];
+    }), passport ? el("details", {}, el("summary", {}, "how it is measured"), docs(passport)) : null];
+  };
+}
+
+function uniformityPage() {
+  const here = FINDINGS.filter((one) => ["uniformity", "limits", "effort"].includes(one.measure));
+  return ["Uniformity", heading(1, "Uniformity in the stiffness eps"), el("p", {}, "Suprema of errors over eps, distances from the limit eps = 0, and iterations over eps and h."),
+    ...[...grouped(here, place).values()].map((group) => [el("h2", {}, cellLink(group[0], `${group[0].scheme} on ${group[0].problem}`)), el("div", { class: "cards" }, group.map(card))]).flat()];
+}
+
+function verifierPage() {
+  const { kills, calibration } = DATA.verifier;
+  return ["Verifier", heading(1, "Is the verifier right?"),
+    kills ? [heading(2, "Planted bugs, and which check refutes them"), table(kills.head, kills.rows)] : [],
+    calibration ? [heading(2, "How often intervals contain the truth, and tests err"), coverage(calibration)] : []].flat();
+}
+
+function coverage(calibration) {
+  return [...grouped(calibration, (one) => one.study)].map(([study, rows]) => [heading(3, study),
+    forest(rows.map((one) => ({ name: `${one.case} · ${one.statistic}${one.paths ? ` · ${one.paths} paths` : ""}`, value: one.rate, low: one.ci_low, high: one.ci_high, filled: one.agrees === "True", told: `${one.case}, ${one.statistic}: ${short(one.rate)}; promised ${one.promised}` })), { label: `rates of ${study}`, xLabel: "rate", caption: "● as promised, ○ not; with binomial intervals." })]).flat();
+}

@@ -1,0 +1,120 @@
+"""Passports: what schemes, problems and measures say of themselves, as records of text for a page and for JSON."""
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+from ..controls import Control
+from ..errors import FAULTS, one_line
+from ..forms import Problem
+from ..labels import dataclass_parameters, function_parameters
+from ..measure import Measure
+from ..scheme import Claim, Scheme, form_names
+from ..specs import ProblemSpec
+from ..study import Plan
+from ..truths import InvariantMean, Moment, Pathwise, Truth
+
+Passport = dict[str, Any]
+
+
+def passports(plan: Plan) -> dict[str, dict[str, Passport]]:
+    """Return the passports of all schemes, problems and measures of a plan, by label or name."""
+    schemes = {cell.scheme.label: cell.scheme for cell in plan.cells}
+    problems = {made.spec.label: (made.spec, made.problem) for made in plan.problems}
+    measures = {cell.measure.name: cell.measure for cell in plan.cells}
+    return {
+        "schemes": {label: _told(label, scheme_passport, scheme) for label, scheme in schemes.items()},
+        "problems": {label: _told(label, problem_passport, *made) for label, made in problems.items()},
+        "measures": {name: _told(name, measure_passport, measure) for name, measure in measures.items()},
+    }
+
+
+def _told(label: str, tell: Callable[..., Passport], *things: Any) -> Passport:
+    """Return a passport; where the code of a plugin fails at that, what it failed with."""
+    try:
+        return tell(*things)
+    except FAULTS as error:
+        return {"label": label, "text": f"not known: {one_line(error)}"}
+
+
+def scheme_passport(scheme: Scheme) -> Passport:
+    """Return what a scheme says of itself: formula, parameters, form, claims, source."""
+    given = {parameter.name: str(getattr(scheme, parameter.name)) for parameter in dataclass_parameters(type(scheme))}
+    return {
+        "label": scheme.label,
+        "text": docstring(type(scheme)),
+        "form": form_names(scheme),
+        "parameters": given,
+        "claims": [_claim(claim) for claim in scheme.promises],
+        "source": scheme.source,
+    }
+
+
+def problem_passport(spec: ProblemSpec, problem: Problem | None) -> Passport:
+    """Return what a problem says of itself: equation, parameters, traits, truths, controls, source."""
+    defaults = {p.name: str(p.default) for p in function_parameters(spec.family)}
+    known = {
+        "label": spec.label,
+        "text": docstring(spec.family),
+        "parameters": {**defaults, **{name: str(value) for name, value in dict(spec.parameters).items()}},
+    }
+    if problem is None:
+        return known
+    return {
+        **known,
+        "form": type(problem).__name__,
+        "noise": problem.noise_dim,
+        "horizon": problem.horizon,
+        "units": problem.units,
+        "traits": sorted(problem.traits),
+        "observables": list(problem.observables),
+        "truths": [truth_in_words(truth) for truth in problem.truths],
+        "controls": [_control(control) for control in problem.controls],
+        "source": problem.source,
+    }
+
+
+def measure_passport(measure: Measure) -> Passport:
+    """Return what a measure asks and how it judges, which stands at the top of its file."""
+    module = inspect.cleandoc(getattr(inspect.getmodule(type(measure)), "__doc__", None) or "")
+    return {"label": measure.name, "text": "\n\n".join(filter(None, (docstring(type(measure)), module)))}
+
+
+def docstring(thing: object) -> str:
+    """Return the docstring of a class or function, empty if its author wrote none."""
+    own = vars(thing).get("__doc__") if isinstance(thing, type) else thing.__doc__
+    text = inspect.cleandoc(own or "")
+    # dataclasses put the signature in the place of a missing docstring.
+    return "" if isinstance(thing, type) and text.startswith(f"{thing.__name__}(") else text
+
+
+def truth_in_words(truth: Truth) -> str:
+    """Return what a truth knows, and from where."""
+    if isinstance(truth, Pathwise):
+        kind = "exact" if truth.exact else f"by a reference of strong order {truth.order}"
+        return f"the path, {kind} ({truth.source})"
+    if isinstance(truth, Moment):
+        return f"E {truth.observable} at every time ({truth.source})"
+    if isinstance(truth, InvariantMean):
+        return f"E {truth.observable} = {truth.value:.6g} under the invariant law ({truth.source})"
+    return f"mean-square {'stable' if truth.stable else 'not stable'} ({truth.source})"
+
+
+def _claim(claim: Claim) -> Passport:
+    return {
+        "measure": claim.measure,
+        "claim": str(claim),
+        "quantities": list(claim.quantities),
+        "when": sorted(claim.when),
+        "margin": claim.margin,
+        "source": claim.source,
+    }
+
+
+def _control(control: Control) -> Passport:
+    return {
+        "measure": control.measure,
+        "order": control.order,
+        "positive": control.positive,
+        "negative": control.negative,
+    }

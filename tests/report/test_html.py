@@ -1,0 +1,220 @@
+"""The page of a run in a browser without network: the numbers of the tables, and texts of plugins as texts."""
+
+import json
+import math
+import re
+from functools import cache
+from html import unescape
+from pathlib import Path
+
+import pytest
+
+from browser import browser, needs_chromium
+from report.rows import level, tables, verdict, weak
+from sdaeverify.errors import UsageError
+from sdaeverify.report.folders import read_tables
+from sdaeverify.report.html import PAGE, page_text, payload, remove_page, write_page
+
+REFERENCE = Path(__file__).resolve().parents[2] / "reports" / "reference"
+HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\u2028'\"&amp;%%data%%"
+FITS = "document.documentElement.scrollWidth <= document.documentElement.clientWidth"
+MARKS = """[...document.querySelectorAll('circle.dot')].map(c => [+c.dataset.h, +c.dataset.e,
+  +c.getAttribute('cx'), +c.getAttribute('cy'), c.classList.contains('hollow')])"""
+HATCHED = "getComputedStyle(document.querySelector('.cell.inconclusive')).backgroundImage"
+BOUND = "needs constraint_bound"
+MEGABYTE = 1_000_000
+SIZES = [0.125, 0.0625, 0.03125]
+ERRORS = [0.0401, 0.0203, 0.0102]
+
+
+def run():
+    """Return a run of two schemes on one problem, one of them undecided."""
+    levels = [
+        level(h=str(h), estimate=str(e), std_error=str(e / 20), fitted=str(h < 0.1), steps=str(int(1 / h)))
+        for h, e in zip(SIZES, ERRORS, strict=True)
+    ]
+    other = verdict(scheme="other-scheme", verdict="inconclusive", reason="too few paths; about 9000 would decide")
+    absent = verdict(
+        scheme="other-scheme", problem="circle", verdict="not_applicable", reason="needs constraint_bound"
+    )
+    return tables([verdict(), weak(), other, absent, verdict(problem="circle")], levels)
+
+
+def hostile():
+    """Return a run in which every text that a plugin can choose is an attack."""
+    chosen = ("scheme", "problem", "quantity", "reason", "claim_source", "method", "view", "class")
+    texts = dict.fromkeys(chosen, HOSTILE)
+    passport = {"label": HOSTILE, "text": HOSTILE, "form": HOSTILE, "source": HOSTILE, "truths": [HOSTILE]}
+    passports = {"schemes": {HOSTILE: passport}, "problems": {HOSTILE: passport}, "measures": {"strong": passport}}
+    names = dict.fromkeys(("scheme", "problem", "quantity"), HOSTILE)
+    return payload(tables([verdict(**texts)], [level(**names), level(**names, h="0.5", estimate="0.04")]), passports)
+
+
+@cache
+def reference():
+    """Return the page of the committed reference run."""
+    return page_text(payload(read_tables(REFERENCE)))
+
+
+def test_numbers_reach_the_page_with_six_digits_and_texts_once():
+    """The page holds what the tables hold."""
+    data = payload(run())
+    first = data["texts"].index("some-euler")
+    assert data["findings"]["scheme"].count(first) == 3
+    assert data["levels"][0]["e"] == ERRORS
+    assert data["levels"][0]["f"] == [0, 1, 1]
+    assert data["findings"]["path_value"] == [0.392, None, 0.392, 0.392]
+    assert data["sentence"].startswith("4 quantities: 2 verified, none refuted, 1 inconclusive, 1 without a claim")
+    json.dumps(data, allow_nan=False)
+
+
+def test_the_page_is_one_file_of_its_own():
+    """Nothing in it refers to another file, and its policy lets nothing be fetched."""
+    text = page_text(payload(run()))
+    assert "default-src 'none'" in unescape(text)
+    assert not re.search(r"(src|href)\s*=\s*[\"']?(https?:|//)", text)
+    assert not re.search(r"@import|url\(", text)
+
+
+def test_the_page_of_the_reference_run_is_small():
+    """The default matrix fits into four megabytes."""
+    assert len(reference().encode()) < 4 * MEGABYTE
+
+
+def test_a_text_of_a_plugin_cannot_leave_its_place():
+    """Neither the data nor the frame holds markup of a plugin."""
+    text = page_text(hostile())
+    assert text.count("<script") == 2
+    assert "<img" not in text
+
+
+def test_a_folder_without_a_run_is_told_in_one_line(tmp_path):
+    """There is no page of nothing."""
+    with pytest.raises(UsageError, match=r"holds no run: cannot read verdicts\.csv"):
+        write_page(tmp_path)
+
+
+def test_a_page_of_an_earlier_run_is_removed(tmp_path):
+    """A page that is not written again would show numbers that the tables no longer hold."""
+    (tmp_path / PAGE).write_text("old")
+    remove_page(tmp_path)
+    remove_page(tmp_path)
+    assert not (tmp_path / PAGE).exists()
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    """Give a browser without network."""
+    with browser() as opened:
+        yield opened
+
+
+@pytest.fixture
+def shown(chromium, tmp_path):
+    """Show the page of a run."""
+
+    def show(text, fragment=""):
+        (tmp_path / PAGE).write_text(text, encoding="utf-8")
+        chromium.look()
+        chromium.open(tmp_path / PAGE, fragment)
+        return chromium
+
+    return show
+
+
+def complaints_of(page):
+    """Return what is wrong with a page."""
+    return [*page.complaints, *page.requests]
+
+
+@needs_chromium
+def test_every_page_of_the_reference_run_is_drawn_without_complaint(shown, tmp_path):
+    """At two widths, light, dark and printed there is no console error, no request, nothing wider than the window."""
+    page = shown(reference())
+    targets = page.run("[...document.querySelectorAll('nav a')].map(a => a.hash)")
+    targets += ["#/cell/half-explicit-euler/pendulum", "#/scheme/half-explicit-euler", "#/problem/pendulum"]
+    for target in targets:
+        page.go(f"{target}?0")
+        page.go(target)
+        assert page.run("document.querySelector('main').innerText.length") > 100, target
+        for width, scheme, media in ((1280, "light", ""), (400, "dark", ""), (1047, "light", "print")):
+            page.look(width, scheme=scheme, media=media)
+            assert page.run(FITS), (target, width)
+            page.photograph(tmp_path / f"{target.replace('/', '-')[2:]}-{width}-{scheme}{media}.png")
+    assert not complaints_of(page)
+
+
+@needs_chromium
+def test_the_first_picture_of_the_reference_run_is_there_within_two_seconds(shown):
+    """From the request of the file to the first paint."""
+    page = shown(reference())
+    page.run("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    paints = page.run("performance.getEntriesByType('paint').map(one => one.startTime)")
+    drawn = page.run("performance.now()")
+    assert (max(paints) if paints else drawn) < 2000
+
+
+@needs_chromium
+def test_pictures_show_the_numbers_of_the_tables(shown):
+    """Points stand where their numbers are on logarithmic axes; levels that are not fitted are hollow."""
+    page = shown(page_text(payload(run())), "#/cell/some-euler/gbm")
+    marks = page.run(MARKS)
+    assert [(h, e) for h, e, *_ in marks] == list(zip(SIZES, ERRORS, strict=True))
+    assert [hollow for *_, hollow in marks] == [True, False, False]
+    for place, of in ((2, 0), (3, 1)):
+        pixels, logs = [mark[place] for mark in marks], [math.log(mark[of]) for mark in marks]
+        slope = (pixels[2] - pixels[0]) / (logs[2] - logs[0])
+        assert pixels[1] == pytest.approx(pixels[0] + slope * (logs[1] - logs[0]), abs=0.01)
+    slopes = page.run("[...document.querySelectorAll('[data-slope]')].map(one => +one.dataset.slope)")
+    assert sorted(slopes) == [0.3, 0.392, 0.5]
+    text = page.run("document.querySelector('main').innerText")
+    for told in ("order >= 0.5 (margin 0.2)", "T1, local order", "paths, exact solution", "0.39 [0.36, 0.43]"):
+        assert told in text
+    assert "a mean difference is 0.2 standard errors" in text
+    assert "14.05" not in text
+
+
+@needs_chromium
+def test_cells_are_opened_by_keyboard_and_empty_ones_say_why(shown):
+    """Arrow keys move, Enter opens; what does not apply names its reason."""
+    page = shown(page_text(payload(run())), "#/matrix")
+    page.run("document.querySelector('.cell[tabindex=\"0\"]').focus()")
+    page.press("ArrowDown")
+    label = page.run("document.activeElement.getAttribute('aria-label')")
+    page.press("Enter")
+    assert label == "some-euler on circle: 1 verified"
+    assert page.run("location.hash") == "#/cell/some-euler/circle"
+    page.go("#/cell/other-scheme/circle")
+    assert BOUND in page.run("document.querySelector('main').innerText")
+
+
+@needs_chromium
+def test_filters_leave_what_fits(shown):
+    """A link from the summary shows what is undecided; a measure that nothing has leaves nothing."""
+    page = shown(page_text(payload(run())), "#/matrix?verdict=inconclusive")
+    assert page.run("[...document.querySelectorAll('tbody .cell')].map(one => one.textContent)") == ["?1"]
+    assert "repeating-linear-gradient" in page.run(HATCHED)
+
+
+@needs_chromium
+def test_pictures_and_places_have_names_for_those_who_do_not_see(shown):
+    """Each picture is an image with a label, and the page has its landmarks."""
+    page = shown(page_text(payload(run())), "#/cell/some-euler/gbm")
+    tree = page.ask("Accessibility.getFullAXTree")["nodes"]
+    roles = {(node["role"]["value"], node.get("name", {}).get("value", "")) for node in tree if not node["ignored"]}
+    assert ("image", "strong x of some-euler on gbm") in roles
+    assert ("navigation", "Pages") in roles
+    assert any(role == "main" for role, _ in roles)
+
+
+@needs_chromium
+def test_hostile_names_are_shown_as_they_are(shown):
+    """No page runs or draws what a name says."""
+    page = shown(page_text(hostile()))
+    for link in page.run("[...document.querySelectorAll('a')].map(a => a.hash)"):
+        page.run(f"location.hash = {json.dumps(link)}")
+        page.run("new Promise(done => setTimeout(done, 20))")
+        assert page.run("document.querySelectorAll('main script, main img').length") == 0
+    page.go("#/schemes")
+    assert HOSTILE in page.run("document.querySelector('main').textContent")
+    assert not complaints_of(page)
