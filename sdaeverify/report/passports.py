@@ -4,15 +4,15 @@ import inspect
 from collections.abc import Callable
 from typing import Any
 
-from ..controls import Control
+from ..contracts.labels import dataclass_parameters, function_parameters
+from ..contracts.measure import Measure
+from ..contracts.scheme import Claim, Scheme, form_names
+from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, one_line
 from ..forms import Problem
-from ..labels import dataclass_parameters, function_parameters
-from ..measure import Measure
-from ..scheme import Claim, Scheme, form_names
-from ..specs import ProblemSpec
+from ..forms.controls import Control
+from ..forms.truths import InvariantMean, Moment, Pathwise, Truth
 from ..study import Plan
-from ..truths import InvariantMean, Moment, Pathwise, Truth
 
 Passport = dict[str, Any]
 

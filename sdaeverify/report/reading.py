@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from math import inf, isfinite, isnan, nan
 from typing import NamedTuple
 
-from ..measure import Verdict
+from ..contracts.measure import Verdict
 
 # What the measures that estimate no order estimate.
 VALUES = {

@@ -114,7 +114,8 @@ def test_what_is_shown(quick):
     assert re.search(r"\d+ quantities: \d+ verified, none refuted", words)
     assert "verdicts.csv, levels.csv and run.json are in out" in words
     assert words.endswith("exit code 0: no claim is refuted\n")
-    assert {"verdicts.csv", "levels.csv", "run.json", "report.html", "evidence"} == {path.name for path in Path("out").iterdir()}
+    written = {"verdicts.csv", "levels.csv", "run.json", "report.html", "evidence"}
+    assert written == {path.name for path in Path("out").iterdir()}
 
 
 def test_words_of_the_command_line_are_kept(quick):
