@@ -276,6 +276,6 @@ def _source(kind: type, otherwise: Path) -> tuple[Path, int]:
 
 
 def _visible(text: str) -> str:
-    from .report.terminal import visible  # noqa: PLC0415
+    from .report.plain import visible  # noqa: PLC0415
 
     return visible(text)

@@ -1,14 +1,21 @@
 """The ellipse x = 2 cos theta, y = sin theta by its arc length s, ds = l(theta) dtheta, l^2 = 1 + 3 sin^2 theta."""
 
+from functools import cache
+
 import numpy as np
-from scipy.special import ellipe, ellipeinc
+import scipy
 
 from sdaeverify import Array, Increment, Parts, Pathwise
 from sdaeverify.numerics import directional
 
-CIRCUMFERENCE = 4.0 * float(ellipe(-3.0))
 # l is between 1 and 2, and Newton's method for s(theta) = s is quadratic from where it starts, less than 0.2 away.
 NEWTON_STEPS = 6
+
+
+@cache
+def circumference() -> float:
+    """Return the length of the ellipse, 4 E(-3)."""
+    return 4.0 * float(scipy.special.ellipe(-3.0))
 
 
 def speed(theta: Array) -> Array:
@@ -18,9 +25,9 @@ def speed(theta: Array) -> Array:
 
 def angle(s: Array) -> Array:
     """Return theta(s), by Newton's method from the angle of a circle with the same circumference."""
-    theta = 2 * np.pi / CIRCUMFERENCE * s
+    theta = 2 * np.pi / circumference() * s
     for _ in range(NEWTON_STEPS):
-        theta = theta - (ellipeinc(theta, -3.0) - s) / speed(theta)
+        theta = theta - (scipy.special.ellipeinc(theta, -3.0) - s) / speed(theta)
     return theta
 
 
@@ -46,7 +53,7 @@ def taylor(s: Array, t: float, h: float, noise: Increment) -> Array:
 
 def arc_truth(theta_0: float, fixman: float) -> Pathwise:
     """Return the solution by arc length: Brownian motion, or with the drift of the measure delta(g)."""
-    s_0 = float(ellipeinc(theta_0, -3.0))
+    s_0 = float(scipy.special.ellipeinc(theta_0, -3.0))
 
     def parts(t: float, s: Array) -> Parts:
         theta = angle(s)

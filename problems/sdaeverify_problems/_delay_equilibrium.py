@@ -13,7 +13,7 @@ from cmath import cosh, exp, sinh, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import wrightomega
+import scipy
 
 from ._scalar_delay import ScalarDelay
 
@@ -34,7 +34,7 @@ def rate(equation: ScalarDelay) -> float:
     if B == 0.0:
         return A
     logarithm = np.log(abs(B) * tau) - A * tau + (1j * np.pi if B < 0.0 else 0.0)
-    return float(A + wrightomega(logarithm).real / tau)
+    return float(A + scipy.special.wrightomega(logarithm).real / tau)
 
 
 def covariances(equation: ScalarDelay) -> Covariances:

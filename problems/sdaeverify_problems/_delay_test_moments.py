@@ -1,7 +1,7 @@
 """What is known of the moments of the test problem of Qu, Huang & Liu (2010), (5.1)."""
 
 import numpy as np
-from scipy.integrate import solve_ivp
+import scipy
 
 from sdaeverify import Array, Moment
 
@@ -45,4 +45,6 @@ def _solved(at: Coefficients, t: float) -> Array:
 
     if t == 0.0:
         return np.ones(2)
-    return np.asarray(solve_ivp(rates, (0.0, t), [1.0, 1.0], "DOP853", rtol=1e-13, atol=1e-14).y[:, -1])
+    return np.asarray(
+        scipy.integrate.solve_ivp(rates, (0.0, t), [1.0, 1.0], "DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+    )

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import expm
+import scipy
 
 from sdaeverify import Array
 
@@ -43,8 +43,8 @@ def gaussian_step(A: Array, B: Array, h: float) -> GaussianStep:
     """
     nodes, weights = np.polynomial.legendre.leggauss(16)
     q, w = 0.5 + 0.5 * nodes, 0.5 * weights
-    alpha, beta, rho = projected(np.stack([expm(x * h * A) @ B for x in q]), q, w)
-    return GaussianStep(expm(h * A), alpha, beta, np.sqrt(h) * rho)
+    alpha, beta, rho = projected(np.stack([scipy.linalg.expm(x * h * A) @ B for x in q]), q, w)
+    return GaussianStep(scipy.linalg.expm(h * A), alpha, beta, np.sqrt(h) * rho)
 
 
 def projected(kernel: Array, q: Array, w: Array) -> tuple[Array, Array, Array]:

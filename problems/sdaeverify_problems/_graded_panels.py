@@ -11,8 +11,8 @@ from math import ceil, log2
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.polynomial.legendre import leggauss, legvander
-from scipy import sparse
 
 from sdaeverify import Array
 
@@ -46,14 +46,16 @@ def nodes(ends: Array) -> Array:
     return np.ravel(ends[:-1, None] + 0.5 * np.diff(ends)[:, None] * (1.0 + _rule().x))
 
 
-def interpolation(ends: Array, points: Array) -> sparse.csr_array:
+def interpolation(ends: Array, points: Array) -> "scipy.sparse.csr_array":
     """Return the matrix that takes values at the nodes to values at points, shape (Q, N)."""
     panel = np.clip(np.searchsorted(ends, points, "right") - 1, 0, len(ends) - 2)
     x = 2.0 * (points - ends[panel]) / np.diff(ends)[panel] - 1.0
     places = NODES * panel[:, None] + np.arange(NODES)
     rows = np.arange(len(points) + 1) * NODES
     values = legvander(x, NODES - 1) @ _rule().inverse
-    return sparse.csr_array((values.ravel(), places.ravel(), rows), shape=(len(points), NODES * (len(ends) - 1)))
+    return scipy.sparse.csr_array(
+        (values.ravel(), places.ravel(), rows), shape=(len(points), NODES * (len(ends) - 1))
+    )
 
 
 class Convolution(NamedTuple):
@@ -72,13 +74,13 @@ class Convolution(NamedTuple):
 
     s: Array
     weights: Array
-    of_s: sparse.csr_array
-    of_q: sparse.csr_array
-    owner: sparse.csr_array
+    of_s: "scipy.sparse.csr_array"
+    of_q: "scipy.sparse.csr_array"
+    owner: "scipy.sparse.csr_array"
 
     def matrix(self, kernel: Array) -> Array:
         """Return the matrix that takes f's values at the nodes to the integrals, the kernel being known at s."""
-        return np.asarray((self.owner @ (sparse.diags_array(self.weights * kernel) @ self.of_q)).toarray())
+        return np.asarray((self.owner @ (scipy.sparse.diags_array(self.weights * kernel) @ self.of_q)).toarray())
 
 
 def convolution(ends: Array, times: Array, older: bool = False) -> Convolution:
@@ -99,7 +101,7 @@ def convolution(ends: Array, times: Array, older: bool = False) -> Convolution:
     found = [_points(ends, u, length, length + u) if older else _points(ends, 0.0, u, u) for u in times]
     q, s, weights = (np.concatenate(parts) for parts in zip(*found, strict=True))
     counts = np.cumsum([0, *(len(points) for points, *_ in found)])
-    owner = sparse.csr_array((np.ones(len(q)), np.arange(len(q)), counts), shape=(len(times), len(q)))
+    owner = scipy.sparse.csr_array((np.ones(len(q)), np.arange(len(q)), counts), shape=(len(times), len(q)))
     return Convolution(s, weights, interpolation(ends, s), interpolation(ends, q), owner)
 
 

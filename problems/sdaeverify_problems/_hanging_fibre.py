@@ -7,7 +7,7 @@ scheme without noise is a matrix, too.
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import expm
+import scipy
 
 from sdaeverify import Array
 
@@ -53,7 +53,7 @@ class HangingFibre(NamedTuple):
         N = len(self.F)
         augmented = np.zeros((2 * N + 1, 2 * N + 1))
         augmented[:-1, :-1], augmented[N:-1, -1] = self.generator, self.F
-        mean: Array = expm(t * augmented)[:-1, -1]
+        mean: Array = scipy.linalg.expm(t * augmented)[:-1, -1]
         return mean
 
     def covariance(self, t: float) -> Array:
@@ -65,7 +65,7 @@ class HangingFibre(NamedTuple):
         A = self.generator
         n, Q = len(A), self.noise @ self.noise.T
         doublings = int(np.ceil(np.log2(1.0 + t * np.linalg.norm(A, 1))))
-        exponential = expm(t / 2**doublings * np.block([[-A, Q], [np.zeros_like(A), A.T]]))
+        exponential = scipy.linalg.expm(t / 2**doublings * np.block([[-A, Q], [np.zeros_like(A), A.T]]))
         flow = exponential[n:, n:].T
         covariance: Array = flow @ exponential[:n, n:]
         for _ in range(doublings):

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.polynomial import legendre
-from scipy.linalg import eigh
 
 from sdaeverify import Array
 
@@ -60,5 +60,7 @@ class IntervalDiffusion:
     def _modes(self) -> tuple[Array, Array]:
         basis, units = self._polynomials, np.eye(self.count)
         slopes = np.stack([legendre.legval(self.nodes, legendre.legder(unit)) for unit in units])
-        values, functions = eigh((slopes * self.weights * self.D) @ slopes.T, (basis * self.weights) @ basis.T)
+        values, functions = scipy.linalg.eigh(
+            (slopes * self.weights * self.D) @ slopes.T, (basis * self.weights) @ basis.T
+        )
         return values, functions

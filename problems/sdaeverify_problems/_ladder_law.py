@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import expm
+import scipy
 
 from sdaeverify import Array, Chart, InvariantMean, Line, Moment, Parts, Truth
 
@@ -71,7 +71,7 @@ class Ladder(NamedTuple):
 
     def law(self, t: float) -> tuple[Array, Array]:
         """Return mean and covariance at time t, all voltages being 0 at time 0."""
-        change, (m, P) = expm(self.rates * t), self.limit
+        change, (m, P) = scipy.linalg.expm(self.rates * t), self.limit
         return m - change @ m, P - change @ P @ change.T
 
 

@@ -11,7 +11,7 @@ Z is a Bessel function for m = 2, an integral over an interval for m = 3. E tr x
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import i0e, i1e
+import scipy
 
 from sdaeverify import Array
 
@@ -75,7 +75,7 @@ class PolarLaw(NamedTuple):
 def rotations(a: float, s: Array) -> tuple[Array, Array]:
     """Return Z(a s) and its derivative in a, both times exp(-a sum s), for m = 2: Z = I_0(a (s_1 + s_2))."""
     total = s[0] + s[1]
-    return i0e(a * total), total * i1e(a * total)
+    return scipy.special.i0e(a * total), total * scipy.special.i1e(a * total)
 
 
 def rotations_in_space(a: float, s: Array) -> tuple[Array, Array]:
@@ -89,7 +89,11 @@ def rotations_in_space(a: float, s: Array) -> tuple[Array, Array]:
     # 1 - u
     v = 0.5 * (nodes[:, None] + 1.0) * length
     less, more = 0.5 * (s[1] - s[2]) * v, 0.5 * (s[1] + s[2]) * (2.0 - v)
-    first, second = i0e(a * less), i0e(a * more)
+    first, second = scipy.special.i0e(a * less), scipy.special.i0e(a * more)
     kernel = 0.25 * weights[:, None] * length * np.exp(-rate * v)
-    slope = less * i1e(a * less) * second + first * more * i1e(a * more) + s[0] * (1.0 - v) * first * second
+    slope = (
+        less * scipy.special.i1e(a * less) * second
+        + first * more * scipy.special.i1e(a * more)
+        + s[0] * (1.0 - v) * first * second
+    )
     return (kernel * first * second).sum(axis=0), (kernel * slope).sum(axis=0)

@@ -12,7 +12,7 @@ whose sums are those of the series of 1F1(a; d/2; z), all terms being positive.
 from math import nan
 
 import numpy as np
-from scipy.special import ive, roots_jacobi
+import scipy
 
 from sdaeverify import Array
 
@@ -29,7 +29,7 @@ def invariant_means(eps: float, d: int, sigma: float, pull: float) -> dict[str, 
     """
     k = 2.0 * pull / sigma**2
     if eps == 0.0:
-        first = float(ive(0.5 * d, abs(k)) / ive(0.5 * d - 1.0, abs(k)) * np.sign(k))
+        first = float(scipy.special.ive(0.5 * d, abs(k)) / scipy.special.ive(0.5 * d - 1.0, abs(k)) * np.sign(k))
         return {"x_1": first, "x_1^2": 1.0 - (d - 1.0) * first / k, "|x|^2": 1.0, "|x|^4": 1.0}
     a, z = 0.5 * (d + 1.0 + 1.0 / (sigma**2 * eps)), 0.5 * sigma**2 * eps * k**2
     last = 60.0 + 4.0 * (z + np.sqrt(a * z))
@@ -54,7 +54,7 @@ def on_the_sphere(d: int, sigma: float, pull: float) -> IntervalDiffusion:
     """
     k = 2.0 * pull / sigma**2
     count = 32 + int(np.ceil(abs(k)))
-    u, w = roots_jacobi(2 * count, 0.5 * (d - 3.0), 0.5 * (d - 3.0))
+    u, w = scipy.special.roots_jacobi(2 * count, 0.5 * (d - 3.0), 0.5 * (d - 3.0))
     weights = w * np.exp(k * u - abs(k))
     return IntervalDiffusion(u, weights / weights.sum(), 0.5 * sigma**2 * (1.0 - u * u), count)
 

@@ -9,7 +9,7 @@ has the mean
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import gamma
+import scipy
 
 # Trapezoidal rule in log u of an integrand that is analytic for |Im log u| < pi/2: off by e^{-2 pi 1.3/0.2}.
 LOGARITHMS = np.arange(-45.0, 45.0, 0.2)
@@ -81,7 +81,7 @@ class RadialLaw(NamedTuple):
         m = v * freedom + rest
         u = np.exp(LOGARITHMS) / m
         transform = np.expm1(-0.5 * freedom * np.log1p(2.0 * u * v) - u * rest / (1.0 + 2.0 * u * v))
-        lacking = 0.2 * ((transform - np.expm1(-u * m)) @ u**-s) * s / gamma(1.0 - s)
+        lacking = 0.2 * ((transform - np.expm1(-u * m)) @ u**-s) * s / scipy.special.gamma(1.0 - s)
         return float(np.exp(-0.5 * alpha * b * t) * (m**s - lacking))
 
     @property

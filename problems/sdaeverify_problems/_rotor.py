@@ -6,7 +6,7 @@ dtheta = omega dt,   domega = (-c sin theta - gamma omega) dt + sigma dbeta.
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ive
+import scipy
 
 from sdaeverify import Array, Increment, ParameterError
 
@@ -46,7 +46,7 @@ class Rotor(NamedTuple):
         The invariant law is von Mises', of density ~ exp(k cos theta), and omega is independent of it.
         """
         k = self.c / self.kT
-        scaled = ive([0, 1, 2], k)
+        scaled = scipy.special.ive([0, 1, 2], k)
         return float(scaled[1] / scaled[0]), float(0.5 * (1.0 + scaled[2] / scaled[0]))
 
     def taylor(self, z: Array, h: float, dbeta: Array, integral: Array) -> Array:

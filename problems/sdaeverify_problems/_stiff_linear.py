@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_sylvester
+import scipy
 
 from sdaeverify import Array
 
@@ -45,7 +45,7 @@ class StiffLinear(NamedTuple):
         total = np.zeros((len(self.m), len(self.m)))
         for a in self.modes:
             for b in self.modes:
-                X = solve_sylvester(a.matrix, b.matrix.T, self.sigma**2 * a.F @ b.F.T)
+                X = scipy.linalg.solve_sylvester(a.matrix, b.matrix.T, self.sigma**2 * a.F @ b.F.T)
                 gone = 0.0 if t == np.inf else a.decay(t) @ X @ b.decay(t).T
                 total += a.E @ (X - gone) @ b.E.T
         return total

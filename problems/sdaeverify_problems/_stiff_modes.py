@@ -10,7 +10,7 @@ with A_s and A_f of the size of K; in the limit eps = 0 the slow part alone is l
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import expm
+import scipy
 
 from sdaeverify import Array
 
@@ -42,7 +42,7 @@ class Mode(NamedTuple):
     def decay(self, t: float | Array) -> Array:
         """Return e^{-(A + rate) t}, shape (..., m, m) for t of shape (...)."""
         times = np.asarray(t)[..., None, None]
-        return np.asarray(np.exp(-self.rate * times) * expm(-times * self.A))
+        return np.asarray(np.exp(-self.rate * times) * scipy.linalg.expm(-times * self.A))
 
 
 def modes(K: Array, N: Array, eps: float) -> tuple[Mode, ...]:

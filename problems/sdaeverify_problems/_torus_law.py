@@ -6,7 +6,7 @@ narrow.
 """
 
 import numpy as np
-from scipy.special import i0e, i1e
+import scipy
 
 from sdaeverify import Array, ParameterError
 
@@ -53,12 +53,12 @@ def _means(stiffness: float, u: Array, log: Array) -> dict[str, float]:
     rho, height = RADIUS + np.outer(s, np.cos(theta)), np.outer(s, np.sin(theta))
     z = stiffness * CENTRE * rho
     log = log[:, None] - 0.5 * stiffness * ((rho - CENTRE) ** 2 + height**2)
-    weights = np.exp(log - log.max()) * np.maximum(rho, 0.0) * i0e(z)
+    weights = np.exp(log - log.max()) * np.maximum(rho, 0.0) * scipy.special.i0e(z)
     square, defect = rho**2 + height**2, 0.5 * TUBE**2 * np.expm1(2.0 * u)[:, None]
     values = {
         "|x|^2": square,
         "|x|^4": square**2,
-        "x_1": rho * i1e(z) / i0e(z),
+        "x_1": rho * scipy.special.i1e(z) / scipy.special.i0e(z),
         "zeta": defect,
         "zeta^2": defect**2,
     }

@@ -1,7 +1,7 @@
 """Overdamped motion in a double well."""
 
 import numpy as np
-from scipy.linalg import eigh_tridiagonal
+import scipy
 
 from sdaeverify import SDE, Array, Chart, Increment, InvariantMean, Line, ParameterError, Pathwise, hookimpl
 
@@ -90,7 +90,7 @@ def relaxation(sigma: float) -> float:
     x = grid(sigma)
     hop = 0.5 * (sigma / (x[1] - x[0])) ** 2
     well = 0.5 * ((x**3 - x) ** 2 / sigma**2 - (3.0 * x * x - 1.0))
-    lowest = eigh_tridiagonal(2.0 * hop + well, np.full(400, -hop), True, "i", (0, 1))
+    lowest = scipy.linalg.eigh_tridiagonal(2.0 * hop + well, np.full(400, -hop), True, "i", (0, 1))
     return float(1.0 / lowest[1])
 
 

@@ -7,11 +7,12 @@ import numpy as np
 from sdaeverify import SDE, Angle, Array, Chart, InvariantMean, ParameterError, hookimpl
 
 from . import _controls as controls
-from ._arc_length import CIRCUMFERENCE, arc_truth, speed
+from ._arc_length import arc_truth, circumference, speed
 from ._circle import rotated
 
-# The smallest rate at which the law of the eccentric angle relaxes; by arc length it is that of a circle.
-RELAXATION = {"arc": 2.0 * (CIRCUMFERENCE / (2 * np.pi)) ** 2, "delta": 1.0 / 0.152863743}
+MEASURES = ("arc", "delta")
+# The smallest rate at which the law of the eccentric angle relaxes.
+RATE = 0.152863743
 
 
 def ellipse(measure: str = "arc", theta_0: float = 0.5, horizon: float = 1.0) -> SDE:
@@ -35,7 +36,7 @@ def ellipse(measure: str = "arc", theta_0: float = 0.5, horizon: float = 1.0) ->
     ------
     Ciccotti, Lelievre & Vanden-Eijnden (2008), Projection of diffusions on submanifolds.
     """
-    if measure not in RELAXATION:
+    if measure not in MEASURES:
         raise ParameterError(f"measure must be arc or delta, got {measure!r}")
     fixman = 1.0 if measure == "delta" else 0.0
 
@@ -59,7 +60,8 @@ def ellipse(measure: str = "arc", theta_0: float = 0.5, horizon: float = 1.0) ->
         observables=OBSERVABLES,
         truths=(arc_truth(theta_0, fixman), *means(lambda theta: speed(theta) ** (1.0 - fixman))),
         chart=Chart(axes=(Angle(),), embed=embed, read=lambda x: np.arctan2(x[1], 0.5 * x[0])[None]),
-        relaxation=RELAXATION[measure],
+        # By arc length it is that of a circle.
+        relaxation=1.0 / RATE if fixman else 2.0 * (circumference() / (2 * np.pi)) ** 2,
         units="small half axis 1, time so that the noise has unit strength",
         source="Ciccotti, Lelievre & Vanden-Eijnden 2008, on x^2/4 + y^2 = 1",
     )

@@ -1,7 +1,7 @@
 """A linear system in the plane with two noises that do not commute."""
 
 import numpy as np
-from scipy.linalg import expm
+import scipy
 
 from sdaeverify import SDE, Array, MeanSquareStability, Moment, hookimpl
 
@@ -37,12 +37,16 @@ def noncommuting(x_1: float = 1.0, x_2: float = 0.5, horizon: float = 1.0) -> SD
     start = np.array([x_1, x_2])
 
     def first(row: int) -> Moment:
-        return Moment(observable=f"x_{row + 1}", value=lambda t: float((expm(A * t) @ start)[row]), source=SOURCE)
+        return Moment(
+            observable=f"x_{row + 1}", value=lambda t: float((scipy.linalg.expm(A * t) @ start)[row]), source=SOURCE
+        )
 
     def second(row: int, column: int, name: str) -> Moment:
         square = np.outer(start, start).ravel()
         place = 2 * row + column
-        return Moment(observable=name, value=lambda t: float((expm(GENERATOR * t) @ square)[place]), source=SOURCE)
+        return Moment(
+            observable=name, value=lambda t: float((scipy.linalg.expm(GENERATOR * t) @ square)[place]), source=SOURCE
+        )
 
     return SDE(
         controls=controls.NONCOMMUTING,

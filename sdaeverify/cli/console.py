@@ -9,7 +9,7 @@ from typing import IO
 from rich.console import Console
 from rich.text import Text
 
-from ..report.terminal import visible
+from ..report.plain import visible
 
 PROGRAM = "sdaeverify"
 # Wider than any table: a line that is piped into another program is not broken.

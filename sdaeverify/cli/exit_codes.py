@@ -1,13 +1,9 @@
 """Exit codes: one meaning each, never a count, printed in words at the end of a run."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from enum import IntEnum
 
-from ..contracts.measure import Verdict
 from ..errors import PluginError, SdaeverifyError, UsageError
-from ..gate.outcomes import Outcome, Status, is_red
-from ..gate.policy import Policy
-from ..study import CellResult
 
 
 class ExitCode(IntEnum):
@@ -40,44 +36,11 @@ WORDS = {
     ExitCode.UNEXPECTED: "a claim is verified that was expected to fail",
     ExitCode.INTERRUPTED: "interrupted; what was finished is saved",
 }
-# What of the outcomes of a gate its code tells, worst first.
-SEVERITY = {
-    Status.FAILED: ExitCode.REFUTED,
-    Status.UNMEASURED: ExitCode.NOT_MEASURED,
-    Status.XPASSED: ExitCode.UNEXPECTED,
-    Status.UNDECIDED: ExitCode.UNDECIDED,
-}
 
 
 def codes_in_words(words: Mapping[ExitCode, str] = WORDS) -> str:
     """Return the sentence in which the help of a command tells its codes."""
     return f"Exit codes: {'; '.join(f'{code.value} {meaning}' for code, meaning in words.items())}."
-
-
-def code_of_results(results: Iterable[CellResult]) -> ExitCode:
-    """Return the code of a run that came to its end."""
-    verdicts = {finding.verdict for result in results for finding in result.findings}
-    if Verdict.REFUTED in verdicts:
-        return ExitCode.REFUTED
-    if verdicts & {Verdict.ERROR, Verdict.DIVERGED, Verdict.NOT_RUN}:
-        return ExitCode.NOT_MEASURED
-    return ExitCode.NOTHING if verdicts <= {Verdict.NOT_APPLICABLE} else ExitCode.OK
-
-
-def code_of_gate(outcomes: Sequence[Outcome], policy: Policy, *, complete: bool) -> ExitCode:
-    """Return the code of a gate: that of the worst outcome that fails it, nothing being worse than any outcome.
-
-    Parameters
-    ----------
-    outcomes : sequence of Outcome
-    policy : Policy
-    complete : bool
-        Whether all that the lock file demands is there, and all that is claimed is tested.
-    """
-    if not outcomes or not complete:
-        return ExitCode.NOTHING
-    red = {outcome.status for outcome in outcomes if is_red(outcome, policy)}
-    return next((code for status, code in SEVERITY.items() if status in red), ExitCode.OK)
 
 
 def code_of_error(error: SdaeverifyError) -> ExitCode:

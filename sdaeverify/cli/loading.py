@@ -6,20 +6,22 @@ from ..registry.load import Registry, load_registry
 from .console import aside, complain
 
 
-def loaded(files: Sequence[str]) -> Registry:
+def loaded(files: Sequence[str], *, lab: bool = False) -> Registry:
     """Load all plugins, and warn of those that are broken and left out.
 
     Parameters
     ----------
     files : sequence of str
         Plugin files named on the command line.
+    lab : bool
+        Whether planted bugs, calibration cases and experiments are loaded, too.
 
     Raises
     ------
     PluginError
         If a file cannot be used, or a plugin is broken and that is not allowed.
     """
-    registry = registered(files)
+    registry = registered(files, lab=lab)
     for warning in registry.warnings:
         complain("warning", warning)
     for row in registry.plugins:
@@ -29,7 +31,7 @@ def loaded(files: Sequence[str]) -> Registry:
     return registry
 
 
-def registered(files: Sequence[str]) -> Registry:
+def registered(files: Sequence[str], *, lab: bool = False) -> Registry:
     """Load all plugins, and say nothing about them; raises as `loaded`."""
     with aside():
-        return load_registry(files)
+        return load_registry(files, lab=lab)

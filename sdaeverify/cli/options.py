@@ -8,8 +8,9 @@ import click
 
 from ..contracts.settings import Settings
 from ..errors import UsageError
-from .progress import KINDS
 
+# How progress is shown.
+KINDS = ("auto", "plain", "none")
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 SELECTION = (

@@ -3,6 +3,7 @@
 import sys
 import traceback
 from collections.abc import Sequence
+from importlib import import_module
 from io import TextIOWrapper
 
 import click
@@ -10,35 +11,49 @@ import click
 from .. import __version__
 from ..contracts.labels import did_you_mean
 from ..errors import SdaeverifyError, UsageError, one_line
-from .commands.calibrate import calibrate
-from .commands.check import check
-from .commands.compare import compare
-from .commands.gate import gate
-from .commands.listing import info, listing
-from .commands.matrix import matrix
-from .commands.merge import merge
-from .commands.new_plugin import new_plugin
-from .commands.reproduce import reproduce
-from .commands.selftest import selftest
 from .console import PROGRAM, complain, silence
 from .exit_codes import ExitCode, code_of_error
 
+# Where each command is: it is imported when it is asked for.
+COMMANDS = {
+    "calibrate": "calibrate:calibrate",
+    "check": "check:check",
+    "compare": "compare:compare",
+    "gate": "gate:gate",
+    "info": "listing:info",
+    "list": "listing:listing",
+    "matrix": "matrix:matrix",
+    "merge": "merge:merge",
+    "new-plugin": "new_plugin:new_plugin",
+    "reproduce": "reproduce:reproduce",
+    "selftest": "selftest:selftest",
+}
+
 
 class _Commands(click.Group):
-    """A group that knows what a misspelt command was meant to be."""
+    """A group that imports a command when it is asked for, and knows what a misspelt one was meant to be."""
+
+    def list_commands(self, _: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, _: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        module, _, name = COMMANDS[cmd_name].partition(":")
+        command: click.Command = getattr(import_module(f".commands.{module}", __package__), name)
+        return command
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        if args[0] not in self.commands:
-            known = ", ".join(self.commands)
-            raise UsageError(f"unknown command {args[0]!r}{did_you_mean(args[0], self.commands)} (known: {known})")
+        if args[0] not in COMMANDS:
+            hint, known = did_you_mean(args[0], COMMANDS), ", ".join(COMMANDS)
+            raise UsageError(f"unknown command {args[0]!r}{hint} (known: {known})")
         return super().resolve_command(ctx, args)
 
 
 @click.group(
     cls=_Commands,
-    commands=[matrix, gate, compare, merge, listing, info, check, selftest, calibrate, reproduce, new_plugin],
     context_settings={"help_option_names": ["-h", "--help"]},
     invoke_without_command=True,
 )

@@ -15,11 +15,9 @@ from rich.progress import (
 from rich.text import Text
 
 from ..contracts.measure import Verdict
-from ..report.terminal import visible
+from ..report.plain import visible
 from ..study import Advanced, CellResult, Finished
 from .console import errors
-
-KINDS = ("auto", "plain", "none")
 
 Show = Callable[[Advanced | Finished], None]
 
@@ -31,7 +29,7 @@ def progress(kind: str, total: int) -> Iterator[Show]:
     Parameters
     ----------
     kind : str
-        One of `KINDS`; ``auto`` is a bar where stderr is a terminal and plain lines elsewhere.
+        One of `options.KINDS`; ``auto`` is a bar where stderr is a terminal and plain lines elsewhere.
     total : int
         Number of blocks.
     """

@@ -18,13 +18,15 @@ from ..report.earlier import Kept
 from ..report.files import require_writable
 from ..report.html import PAGE, remove_page, write_page
 from ..report.passports import passports
-from ..report.terminal import legend, orders, summary_tables, verdicts_in_words, visible
+from ..report.plain import visible
+from ..report.terminal import legend, orders, summary_tables, verdicts_in_words
 from ..store import Store
 from ..study import CellResult, Finished, Plan, Study
 from ..workers.limits import Limits
 from ..workers.pool import BLOCKS_A_WORKER, executor_for
+from .codes_of_runs import code_of_results
 from .console import aside, complain, output
-from .exit_codes import ExitCode, code_of_results
+from .exit_codes import ExitCode
 from .progress import progress
 
 

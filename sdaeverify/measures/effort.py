@@ -24,7 +24,7 @@ from collections.abc import Iterator
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from scipy.special import rel_entr
+import scipy
 
 from ..arrays import Array
 from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
@@ -182,7 +182,9 @@ def chernoff(mean: Array, bound: float, count: Array) -> Array:
     count : ndarray, shape (...)
         n.
     """
-    return np.asarray(np.exp(-count * (rel_entr(mean, bound) + rel_entr(1.0 - mean, 1.0 - bound))))
+    return np.asarray(
+        np.exp(-count * (scipy.special.rel_entr(mean, bound) + scipy.special.rel_entr(1.0 - mean, 1.0 - bound)))
+    )
 
 
 def _figures(counted: _Counted) -> str:

@@ -28,7 +28,7 @@ from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from scipy.special import bdtrc
+import scipy
 
 from ..arrays import Array, Parts
 from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Snapshot, Verdict
@@ -178,7 +178,7 @@ class Sample(NamedTuple):
         above = np.cumsum(self.histogram[:-1, ::-1], axis=1)[:, ::-1]
         places = np.searchsorted(EDGES[:-1], np.log2(bound) + OCTAVES).clip(max=len(EDGES) - 2)
         hits, share = above[:, places], np.minimum(1.0, bound / 2.0 ** EDGES[places])
-        return np.where(hits > 0.0, bdtrc(hits - 1.0, self.paths, share), 1.0)
+        return np.where(hits > 0.0, scipy.special.bdtrc(hits - 1.0, self.paths, share), 1.0)
 
 
 def _finding(evidence: Evidence, sample: Sample, claim: Claim | None) -> Finding:

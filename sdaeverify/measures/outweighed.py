@@ -3,7 +3,7 @@
 from itertools import product
 
 import numpy as np
-from scipy.special import stdtr, stdtrit
+import scipy
 
 from ..arrays import Array
 from ..numerics.statistics import GROUPS
@@ -30,12 +30,12 @@ def outweighs(a: Array, *others: Array) -> Array:
     patterns = product((1.0, -1.0), repeat=len(others))
     sums = (sum((sign * b for sign, b in zip(signs, others, strict=True)), a) for signs in patterns)
     t = np.min([t_values(each) for each in sums], axis=0)
-    return np.asarray(np.where(np.isnan(t), 1.0, np.minimum(1.0, 2.0 * stdtr(GROUPS - 1, -t))))
+    return np.asarray(np.where(np.isnan(t), 1.0, np.minimum(1.0, 2.0 * scipy.special.stdtr(GROUPS - 1, -t))))
 
 
 def growth(p: float, needed: float) -> float:
     """Return by which factor a sample must grow until a p-value falls to what is needed, if its figures stay."""
-    now, then = (float(stdtrit(GROUPS - 1, 1.0 - 0.5 * value)) for value in (p, needed))
+    now, then = (float(scipy.special.stdtrit(GROUPS - 1, 1.0 - 0.5 * value)) for value in (p, needed))
     # From less than one standard error nothing can be foretold.
     return max(1.0, (then / now) ** 2) if now > 1.0 else np.inf
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.special import erfc
+import scipy
 
 from ..arrays import Array
 from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
@@ -164,7 +164,7 @@ def _doubt(record: StabilityRecord, sign: Array) -> str:
     poles = np.flatnonzero(np.isfinite(scan.pole))
     if len(poles):
         first = poles[0]
-        z, far = scan.pole[first], erfc(scan.pole[first] / np.sqrt(2.0))
+        z, far = scan.pole[first], scipy.special.erfc(scan.pole[first] / np.sqrt(2.0))
         text = (
             f"second moment infinite at h = {scan.h[first]:.3g}: the step has a pole at {z:.3g} standard deviations"
         )

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ndtr
+import scipy
 
 from ..arrays import Array
 from ..errors import SchemeError
@@ -54,7 +54,7 @@ class Increment(NamedTuple):
         """Return Phi(sqrt(12/h) H), shape (l, P): uniform variables that are independent of dW, in place of H."""
         if self.H is None:
             raise SchemeError("H is not drawn for this problem; a scheme that uses it declares noise dW and H")
-        return np.asarray(ndtr(np.sqrt(12.0 / h) * self.H))
+        return np.asarray(scipy.special.ndtr(np.sqrt(12.0 / h) * self.H))
 
 
 class LevelNoise(NamedTuple):

@@ -6,7 +6,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg.lapack import dgbsv
+import scipy
 
 from ..arrays import Array, Mask
 from .linalg import solve
@@ -237,7 +237,9 @@ def _together(layout: _Layout, entries: Array, x: Array, usable: Mask) -> Array:
     while True:
         matrix = _stored(layout, entries, usable, len(ends))
         flat = np.concatenate([ends, right.ravel(), ends])
-        factors, _, y, info = dgbsv(layout.below, layout.above, matrix.T, flat, overwrite_ab=1, overwrite_b=1)
+        factors, _, y, info = scipy.linalg.lapack.dgbsv(
+            layout.below, layout.above, matrix.T, flat, overwrite_ab=1, overwrite_b=1
+        )
         if info == 0:
             break
         pivots = factors[layout.diagonal][len(ends) : len(y) - len(ends)].reshape(x.shape)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import betaincinv, stdtr, stdtrit
+import scipy
 
 from ..arrays import Array
 
@@ -31,7 +31,7 @@ class Estimate(NamedTuple):
 
     def interval(self, confidence: float, bias: float = 0.0) -> tuple[float, float]:
         """Return the two-sided interval t_{G-1} se, widened by a bound of the bias on either side."""
-        half = float(stdtrit(GROUPS - 1, 0.5 + 0.5 * confidence)) * self.se + bias
+        half = float(scipy.special.stdtrit(GROUPS - 1, 0.5 + 0.5 * confidence)) * self.se + bias
         return self.value - half, self.value + half
 
     def p_above(self, bound: float, bias: float = 0.0) -> float:
@@ -50,7 +50,7 @@ class Estimate(NamedTuple):
         distance = abs(self.value - bound) - bias
         if not (distance > 0.0 and np.isfinite(self.se)):
             return float("inf")
-        needed = float(stdtrit(GROUPS - 1, 1.0 - level)) * self.se / distance
+        needed = float(scipy.special.stdtrit(GROUPS - 1, 1.0 - level)) * self.se / distance
         return max(1.0, needed**2)
 
     def growth_to_see(self, size: float, confidence: float, bias: float = 0.0) -> float:
@@ -60,7 +60,7 @@ class Estimate(NamedTuple):
         """
         if not (size > bias and np.isfinite(self.se)):
             return float("inf")
-        return max(1.0, (2.0 * float(stdtrit(GROUPS - 1, confidence)) * self.se / (size - bias)) ** 2)
+        return max(1.0, (2.0 * float(scipy.special.stdtrit(GROUPS - 1, confidence)) * self.se / (size - bias)) ** 2)
 
 
 def _p_value(distance: float, se: float) -> float:
@@ -68,7 +68,7 @@ def _p_value(distance: float, se: float) -> float:
         return 1.0
     if not se > 0.0:
         return 0.0 if distance > 0.0 and se == 0.0 else 1.0
-    return float(stdtr(GROUPS - 1, -distance / se))
+    return float(scipy.special.stdtr(GROUPS - 1, -distance / se))
 
 
 def group_sums(values: Array) -> Array:
@@ -191,6 +191,6 @@ def clopper_pearson(hits: int, trials: int, confidence: float) -> tuple[float, f
     low and high are the quantiles of Beta(k, n - k + 1) at alpha/2 and of Beta(k + 1, n - k) at 1 - alpha/2.
     """
     outside = 0.5 * (1.0 - confidence)
-    low = float(betaincinv(hits, trials - hits + 1, outside)) if hits else 0.0
-    high = float(betaincinv(hits + 1, trials - hits, 1.0 - outside)) if hits < trials else 1.0
+    low = float(scipy.special.betaincinv(hits, trials - hits + 1, outside)) if hits else 0.0
+    high = float(scipy.special.betaincinv(hits + 1, trials - hits, 1.0 - outside)) if hits < trials else 1.0
     return low, high

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 from inspect import isroutine
+from types import ModuleType, SimpleNamespace
 from typing import Any, NamedTuple
 
 import pluggy
@@ -113,13 +114,14 @@ class ExperimentEntry:
     origin: Origin
 
 
-Entries = (
-    Mapping[str, SchemeEntry]
-    | Mapping[str, ProblemEntry]
-    | Mapping[str, MeasureEntry]
-    | Mapping[str, PlantedEntry]
-    | Mapping[str, ExperimentEntry]
-)
+# Fields of a contribution, and the words for one of each.
+KINDS = {
+    "schemes": "scheme",
+    "problems": "problem",
+    "measures": "measure",
+    "planted": "planted bug",
+    "experiments": "experiment",
+}
 
 
 class Contribution(NamedTuple):
@@ -132,16 +134,6 @@ class Contribution(NamedTuple):
     planted: Mapping[str, PlantedEntry] = {}
     cases: Mapping[str, CalibrationCase] = {}
     experiments: Mapping[str, ExperimentEntry] = {}
-
-    def by_kind(self) -> dict[str, Entries]:
-        """Return the entries under the words for them."""
-        return {
-            "scheme": self.schemes,
-            "problem": self.problems,
-            "measure": self.measures,
-            "planted bug": self.planted,
-            "experiment": self.experiments,
-        }
 
 
 def collect(plugin: object, origin: Origin) -> Contribution:
@@ -157,30 +149,29 @@ def collect(plugin: object, origin: Origin) -> Contribution:
     PluginError, UsageError
         If a hook is misspelt, not marked or returns something unusable; errors of the hooks pass through.
     """
-    _check_hooks(plugin)
-    manager = _manager()
-    manager.register(plugin, origin.plugin)
+    manager = _manager(plugin, _checked_hooks(plugin), origin.plugin)
     schemes = _variants(_call(manager, "sdaeverify_schemes"))
     families = _by_name("problem", _call(manager, "sdaeverify_problems"), _family_name)
     measures = _by_name("measure", _call(manager, "sdaeverify_measures"), _measure_name)
     planted = _by_name("planted bug", _call(manager, "sdaeverify_planted"), _planted_name)
     cases = _by_name("calibration case", _call(manager, "sdaeverify_calibration"), _case_name)
     experiments = _by_name("experiment", _call(manager, "sdaeverify_experiments"), _experiment_name)
-    report = manager.hook.sdaeverify_report
     return Contribution(
         {name: SchemeEntry(name, variants, origin) for name, variants in schemes.items()},
         {name: ProblemEntry(name, family, origin) for name, family in families.items()},
         {name: MeasureEntry(name, measure, origin) for name, measure in measures.items()},
-        report if report.get_hookimpls() else None,
+        getattr(manager.hook, "sdaeverify_report", None),
         {name: PlantedEntry(name, bug, origin) for name, bug in planted.items()},
         cases,
         {name: ExperimentEntry(name, experiment, origin) for name, experiment in experiments.items()},
     )
 
 
-def _manager() -> pluggy.PluginManager:
+def _manager(plugin: object, hooks: Mapping[str, str], name: str) -> pluggy.PluginManager:
+    """Return a manager of the hooks of one plugin alone: pluggy would look at all that a module holds."""
     manager = pluggy.PluginManager(hookspecs.PROJECT)
-    manager.add_hookspecs(hookspecs)
+    manager.add_hookspecs(SimpleNamespace(**{hook: getattr(hookspecs, hook) for hook in hooks.values()}))
+    manager.register(SimpleNamespace(**{function: getattr(plugin, function) for function in hooks}), name)
     return manager
 
 
@@ -193,8 +184,9 @@ def hooks_of(plugin: object) -> dict[str, str | None]:
     # What is marked shows without the specifications.
     manager = pluggy.PluginManager(hookspecs.PROJECT)
     found: dict[str, str | None] = {}
-    for name in dir(plugin):
-        if name.startswith("__"):
+    names = vars(plugin) if isinstance(plugin, ModuleType) else dir(plugin)
+    for name in sorted(name for name in names if not name.startswith("__")):
+        if isinstance(plugin, ModuleType) and not isroutine(vars(plugin)[name]):
             continue
         options = manager.parse_hookimpl_opts(plugin, name)
         if options is not None:
@@ -211,8 +203,8 @@ def _names_a_hook(name: str) -> bool:
     return prefix == hookspecs.PROJECT and max(likeness) >= ALIKE
 
 
-def _check_hooks(plugin: object) -> None:
-    hooks = hooks_of(plugin)
+def _checked_hooks(plugin: object) -> dict[str, str]:
+    hooks, checked = hooks_of(plugin), dict[str, str]()
     if not hooks:
         raise PluginError(f"implements no hook; expected one of {', '.join(HOOKS)}, marked @hookimpl")
     for name, hook in hooks.items():
@@ -220,10 +212,14 @@ def _check_hooks(plugin: object) -> None:
             raise PluginError(f"function {name} is not marked as a hook; put @hookimpl above it")
         if hook not in HOOKS:
             raise PluginError(f"unknown hook {hook}{did_you_mean(hook, HOOKS)} (known: {', '.join(HOOKS)})")
+        checked[name] = hook
+    return checked
 
 
 def _call(manager: pluggy.PluginManager, hook: str) -> list[Any]:
-    caller = getattr(manager.hook, hook)
+    caller = getattr(manager.hook, hook, None)
+    if caller is None:
+        return []
     results = caller()
     if len(results) < len(caller.get_hookimpls()):
         raise PluginError(f"{hook} returned None, expected an iterable")

@@ -15,6 +15,8 @@ from ..contracts.labels import did_you_mean
 from ..errors import FAULTS, PluginError, UsageError, one_line
 
 GROUP = "sdaeverify"
+# Plugins of programs about the verifier: planted bugs, calibration cases and experiments.
+LAB = "sdaeverify.lab"
 OWN_DISTRIBUTION = "sdaeverify"
 PREFIX = "SDAEVERIFY_"
 # Of the names of modules that are plugin files.
@@ -79,17 +81,17 @@ def read_settings(environ: Mapping[str, str]) -> PluginEnvironment:
     return PluginEnvironment(disabled, SWITCH[switch.lower()], tuple(warnings))
 
 
-def entry_points() -> list[metadata.EntryPoint]:
-    """Return the entry points of the group, those of this distribution first, then by name.
+def entry_points(group: str = GROUP) -> list[metadata.EntryPoint]:
+    """Return the entry points of a group, those of this distribution first, then by name.
 
     The order decides who keeps a name that two plugins register.
     """
 
     def rank(entry: metadata.EntryPoint) -> tuple[bool, str, str]:
-        distribution = normalized(origin_of(entry).distribution)
+        distribution = normalized(entry.dist.name or "" if entry.dist else "")
         return distribution != OWN_DISTRIBUTION, entry.name, distribution
 
-    return sorted(metadata.entry_points(group=GROUP), key=rank)
+    return sorted(metadata.entry_points(group=group), key=rank)
 
 
 def origin_of(entry: metadata.EntryPoint) -> Origin:

@@ -7,6 +7,9 @@ names marked `hookimpl`::
     [project.entry-points.sdaeverify]
     my-schemes = "my_schemes"           # a module, or a package whose modules are one plugin each
 
+    [project.entry-points."sdaeverify.lab"]
+    my-bugs = "my_planted_bugs"         # planted bugs, calibration cases, experiments: imported when asked for
+
     # my_schemes.py, or: sdaeverify matrix --plugin my_schemes.py
     from sdaeverify import hookimpl
 

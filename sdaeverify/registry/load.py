@@ -20,6 +20,7 @@ from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, MissingLibraryError, PluginError, UsageError, one_line
 from .contributions import (
+    KINDS,
     Contribution,
     ExperimentEntry,
     MeasureEntry,
@@ -31,6 +32,7 @@ from .contributions import (
 )
 from .discovery import (
     DISABLED,
+    LAB,
     OWN_DISTRIBUTION,
     Origin,
     absolute,
@@ -46,6 +48,7 @@ from .discovery import (
 from .rehearsal import rehearse
 
 Entry = TypeVar("Entry")
+ON_REQUEST, WHO_ASKS = "on request", "loaded by calibrate, reproduce and selftest"
 
 
 class PluginRow(NamedTuple):
@@ -56,7 +59,8 @@ class PluginRow(NamedTuple):
     name, distribution, version, module : str
         As in `Origin`.
     status : str
-        ``loaded``, ``disabled``, ``broken``, or ``absent`` where the library it is made for is not installed.
+        ``loaded``, ``disabled``, ``broken``, ``absent`` where the library it is made for is not installed, or
+        ``on request`` where nobody has asked for it.
     reason : str
         Why it is not loaded, in one line.
     schemes, problems, measures, planted, experiments : int
@@ -144,7 +148,9 @@ class Registry:
         return tuple(failures)
 
 
-def load_registry(paths: Sequence[str | Path] = (), environ: Mapping[str, str] | None = None) -> Registry:
+def load_registry(
+    paths: Sequence[str | Path] = (), environ: Mapping[str, str] | None = None, *, lab: bool = False
+) -> Registry:
     """Load all plugins: those of this distribution, then other entry points by name, then files.
 
     Parameters
@@ -154,6 +160,9 @@ def load_registry(paths: Sequence[str | Path] = (), environ: Mapping[str, str] |
     environ : mapping of str to str
         By default that of the process. ``SDAEVERIFY_DISABLED_PLUGINS`` names plugins, entry points or
         distributions that are left out; with ``SDAEVERIFY_STRICT_PLUGINS`` no plugin may be broken.
+    lab : bool
+        Whether the plugins of the group ``sdaeverify.lab`` are loaded, too: planted bugs, calibration cases and
+        experiments of which a run needs none.
 
     Raises
     ------
@@ -162,22 +171,23 @@ def load_registry(paths: Sequence[str | Path] = (), environ: Mapping[str, str] |
     """
     # What a plugin prints as it loads is no result.
     with redirect_stdout(sys.stderr):
-        return _load(paths, os.environ if environ is None else environ)
+        return _load(paths, os.environ if environ is None else environ, lab=lab)
 
 
-def _load(paths: Sequence[str | Path], environ: Mapping[str, str]) -> Registry:
+def _load(paths: Sequence[str | Path], environ: Mapping[str, str], *, lab: bool) -> Registry:
     if isinstance(paths, str | bytes | Path) or not isinstance(paths, Iterable):
         raise UsageError(f"plugins expects a list of Python files, got {paths!r:.200}")
     settings = read_settings(environ)
-    entries, outcomes = entry_points(), list[Outcome]()
-    for entry in entries:
+    entries, further, outcomes = entry_points(), entry_points(LAB), list[Outcome]()
+    for entry in (*entries, *further) if lab else entries:
         outcomes += _from_entry_point(entry, settings.disabled, outcomes)
+    outcomes += [] if lab else [_left(origin_of(entry), settings.disabled) for entry in further]
     if settings.strict:
         _refuse_broken([outcome.row for outcome in outcomes])
     files = tuple(dict.fromkeys(str(absolute(path)) for path in paths))
     for file in files:
         outcomes.append(_from_file(file, outcomes))
-    known = {entry.name for entry in entries} | {outcome.row.name for outcome in outcomes}
+    known = {entry.name for entry in (*entries, *further)} | {outcome.row.name for outcome in outcomes}
     known |= {normalized(outcome.row.distribution) for outcome in outcomes}
     return _assemble(outcomes, settings.warnings + unmatched(settings.disabled, known), files)
 
@@ -284,6 +294,10 @@ def _disabled(origin: Origin) -> Outcome:
     return Outcome(PluginRow(*origin, "disabled", f"named in {DISABLED}"))
 
 
+def _left(origin: Origin, disabled: frozenset[str]) -> Outcome:
+    return _disabled(origin) if is_disabled(origin, disabled) else Outcome(PluginRow(*origin, ON_REQUEST, WHO_ASKS))
+
+
 def _broken(origin: Origin, error: BaseException) -> Outcome:
     status = "absent" if isinstance(error, MissingLibraryError) else "broken"
     return Outcome(PluginRow(*origin, status, one_line(error)))
@@ -291,14 +305,13 @@ def _broken(origin: Origin, error: BaseException) -> Outcome:
 
 def _loaded(plugin: object, origin: Origin, before: Sequence[Outcome]) -> Outcome:
     part = collect(plugin, origin)
-    for _, other in before:
-        _refuse_taken(part, other, origin)
-    counts = (len(entries) for entries in part.by_kind().values())
+    _refuse_taken(part, [outcome.contribution for outcome in before], origin)
+    counts = (len(getattr(part, kind)) for kind in KINDS)
     return Outcome(PluginRow(*origin, "loaded", "", *counts), part)
 
 
-def _refuse_taken(part: Contribution, other: Contribution, origin: Origin) -> None:
-    taken = other.by_kind()
-    for kind, entries in part.by_kind().items():
-        for name in sorted(entries.keys() & taken[kind].keys()):
-            raise PluginError(f"{kind} {name!r} of {origin} is already registered by {taken[kind][name].origin}")
+def _refuse_taken(part: Contribution, before: Sequence[Contribution], origin: Origin) -> None:
+    for kind, word in KINDS.items():
+        taken = {name: entry for other in before for name, entry in getattr(other, kind).items()}
+        for name in sorted(getattr(part, kind).keys() & taken.keys()):
+            raise PluginError(f"{word} {name!r} of {origin} is already registered by {taken[name].origin}")

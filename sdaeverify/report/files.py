@@ -13,7 +13,7 @@ from pandas.api.types import is_numeric_dtype
 
 from ..errors import UsageError
 from ..store.atomic import written
-from .terminal import visible
+from .plain import visible
 
 # What a spreadsheet takes for the beginning of a formula, full-width signs included.
 FORMULA = tuple("=+-@\uff1d\uff0b\uff0d\uff20")

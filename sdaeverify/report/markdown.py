@@ -1,6 +1,6 @@
 """Texts of plugins in Markdown: shown as they are, never markup."""
 
-from .terminal import visible
+from .plain import visible
 
 
 def escaped(text: str) -> str:

@@ -24,7 +24,7 @@ from ..gate.plan import gate_plan
 from ..gate.policy import Policy
 from ..gate.writers.messages import command_of, message, title
 from ..registry.load import Registry
-from ..report.terminal import visible
+from ..report.plain import visible
 from ..study import Cell, CellResult, Finished, Plan, ProblemPlan, Study
 from ..workers.limits import Limits
 from ..workers.pool import executor_for

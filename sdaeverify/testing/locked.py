@@ -1,7 +1,7 @@
 """The lock file as a test: what it demands is held against the cells that the other tests have run."""
 
 from ..gate.lock import Claims, compared
-from ..report.terminal import visible
+from ..report.plain import visible
 from .claims import ClaimError, ClaimRun
 
 GATE = "sdaeverify gate holds all of them against the lock file"

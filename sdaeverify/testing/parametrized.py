@@ -9,7 +9,7 @@ from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
 from ..errors import UsageError
 from ..forms import Problem
-from ..report.terminal import visible
+from ..report.plain import visible
 from .check import Status
 from .expected import Expected, expected_reason, require_known
 from .problem_subject import ProblemSubject

@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ...contracts.settings import Settings
-from ...report.terminal import empty_table, visible
+from ...report.plain import empty_table, visible
 from ...workers.pool import available_cores, executor_for
 from ..console import PROGRAM, complain, output
 from ..exit_codes import ExitCode
@@ -54,7 +54,7 @@ def calibrate(**options: Any) -> ExitCode:
     from ...report.files import require_writable  # noqa: PLC0415
 
     begun = time.monotonic()
-    registry = registered(options["plugins"])
+    registry = registered(options["plugins"], lab=True)
     plan = calibration_plan(registry, options["seed"], options["repetitions"], options["only"])
     require_writable(options["out"])
     calibration = Calibration(plan)

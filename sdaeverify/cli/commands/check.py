@@ -13,7 +13,7 @@ from ...contracts.labels import did_you_mean, parse_label, split_list
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
-from ...report.terminal import empty_table, visible
+from ...report.plain import empty_table, visible
 from ..console import aside, output
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import loaded

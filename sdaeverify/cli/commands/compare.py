@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from rich.text import Text
 
-from ...report.terminal import visible
+from ...report.plain import visible
 from ..console import aside, complain, output
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import loaded

@@ -10,8 +10,9 @@ from rich.text import Text
 
 from ...contracts.labels import did_you_mean, parse_label
 from ...errors import UsageError
+from ...registry import contributions
 from ...registry.load import Registry
-from ...report.terminal import empty_table, visible
+from ...report.plain import empty_table, visible
 from ..console import aside, output
 from ..exit_codes import ExitCode
 from ..loading import registered
@@ -20,13 +21,6 @@ from .catalogue import Record, catalogue
 from .describe import describe_entry, describe_plugin
 
 KINDS = ("schemes", "problems", "measures", "plugins")
-REGISTERED = {
-    "schemes": "scheme",
-    "problems": "problem",
-    "measures": "measure",
-    "planted": "planted bug",
-    "experiments": "experiment",
-}
 COLUMNS = {
     "schemes": ("name", "parameters", "form", "summary", "plugin"),
     "problems": ("name", "parameters", "summary", "plugin"),
@@ -101,7 +95,7 @@ def _text(record: Record, column: str) -> str:
     if column == "parameters":
         return ", ".join(f"{name}={_word(default)}" for name, default in record["parameters"].items())
     if column == "registers":
-        counts = ((record[kind], word) for kind, word in REGISTERED.items())
+        counts = ((record[kind], word) for kind, word in contributions.KINDS.items())
         return ", ".join(f"{count} {word}{'s' * (count > 1)}" for count, word in counts if count)
     return str(record[column])
 

@@ -8,7 +8,8 @@ from rich.text import Text
 
 from ...contracts.settings import Settings
 from ...registry.load import Registry
-from ...report.terminal import plan_table, visible
+from ...report.plain import visible
+from ...report.terminal import plan_table
 from ...study import Plan
 from ..console import aside, complain, output
 from ..exit_codes import ExitCode, codes_in_words

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from ...report.terminal import visible
+from ...report.plain import visible
 from ..console import output
 from ..exit_codes import ExitCode
 from ..options import once

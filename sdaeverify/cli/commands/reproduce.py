@@ -14,7 +14,7 @@ from ...contracts.experiment import Budget
 from ...contracts.specs import unknown
 from ...errors import ProblemError, UsageError
 from ...registry.load import Registry
-from ...report.terminal import visible
+from ...report.plain import visible
 from ...workers.pool import BLOCKS_A_WORKER, available_cores, executor_for
 from ..console import complain, output
 from ..exit_codes import ExitCode, codes_in_words
@@ -66,7 +66,7 @@ def reproduce(context: click.Context, /, **options: Any) -> ExitCode:
     from ...lab.experiments import experiment_plan  # noqa: PLC0415
     from ...report.files import require_writable  # noqa: PLC0415
 
-    registry = loaded(options["plugins"])
+    registry = loaded(options["plugins"], lab=True)
     if options["as_list"]:
         return _listed(registry, output(unbroken=True))
     names = _chosen(options["names"], registry)

@@ -11,7 +11,7 @@ import click
 from rich.text import Text
 
 from ...contracts.settings import Settings
-from ...report.terminal import visible
+from ...report.plain import visible
 from ...study import Study
 from ...workers.pool import BLOCKS_A_WORKER, available_cores, executor_for
 from ..console import complain, output
@@ -53,7 +53,7 @@ def selftest(**options: Any) -> ExitCode:
 
     begun, folder = time.monotonic(), options["out"]
     settings = replace(DEFAULTS, paths=options["paths"], seed=options["seed"])
-    registry = loaded(options["plugins"])
+    registry = loaded(options["plugins"], lab=True)
     trial = selftest_trial(registry, options["only"])
     if folder is not None:
         require_writable(folder)

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ...contracts.scheme import Claim, Scheme
-from ...report.terminal import visible
+from ...report.plain import visible
 from ..gated import Gated
 from ..outcomes import Outcome, Status
 from .messages import estimate_text, headline

@@ -2,7 +2,7 @@
 
 from math import isfinite
 
-from ...report.terminal import visible
+from ...report.plain import visible
 from ..gated import WORDS, Gated
 from ..outcomes import ORDER, Outcome, Status
 

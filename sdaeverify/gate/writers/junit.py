@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from ...report.terminal import visible
+from ...report.plain import visible
 from ..gated import Gated
 from ..outcomes import Outcome, Status
 from .messages import headline, message, remark

@@ -5,7 +5,7 @@ from math import isfinite, isnan
 
 from ...contracts.measure import Finding
 from ...contracts.settings import Settings
-from ...report.terminal import visible
+from ...report.plain import visible
 from ...study import CellResult
 from ..outcomes import Outcome, Status
 

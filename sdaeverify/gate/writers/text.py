@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from textwrap import shorten
 
-from ...report.terminal import visible
+from ...report.plain import visible
 from ..gated import Gated, shortened
 from ..outcomes import Outcome, Status
 from .messages import headline, message, remark

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import stdtrit
+import scipy
 
 from ...arrays import Array
 from ...contracts.calibrated import CalibrationCase
@@ -62,7 +62,7 @@ class ChainJob:
 
 def _rate(case: CalibrationCase, observable: str, averages: Array) -> Rate:
     means = averages.mean(axis=1)
-    half = stdtrit(CHAINS - 1, 0.975) * averages.std(axis=1, ddof=1) / np.sqrt(CHAINS)
+    half = scipy.special.stdtrit(CHAINS - 1, 0.975) * averages.std(axis=1, ddof=1) / np.sqrt(CHAINS)
     truth = opposite(means[:, None], lambda mean: mean[0], len(means), len(means))
     trials = Trials("chains", f"{case.label}, {observable}")
     return trials.rate(

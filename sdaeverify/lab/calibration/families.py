@@ -9,8 +9,7 @@ Bonferroni's does, the power of which follows from the noncentral t distribution
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.special import stdtrit
-from scipy.stats import nct
+import scipy
 
 from ...arrays import Array, Mask
 from ...noise.brownian import Source
@@ -41,7 +40,7 @@ def family_rates(seed: int, runs: int) -> Iterator[Rate]:
 def _rates(word: str, p: Array, right: Mask, margin: float) -> Iterator[Rate]:
     rejected = np.array([_rejected(run) for run in p])
     chance = Expectation(BY_CHANCE, BY_CHANCE, f"{BY_CHANCE:.3f}")
-    least = float(nct.sf(stdtrit(GROUPS - 1, 1.0 - ALPHA / CELLS), GROUPS - 1, margin / SE))
+    least = float(scipy.stats.nct.sf(scipy.special.stdtrit(GROUPS - 1, 1.0 - ALPHA / CELLS), GROUPS - 1, margin / SE))
     bonferroni = Expectation(least, 1.0, f"at least {least:.3f} (Bonferroni)")
     trials = Trials("families", f"runs of {CELLS} cells")
     by_chance = np.asarray((p[:, ~right] <= ALPHA).any(axis=1))

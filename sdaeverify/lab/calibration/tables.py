@@ -8,8 +8,8 @@ import pandas as pd
 
 from ...noise.brownian import fingerprint
 from ...report.markdown import escaped
+from ...report.plain import visible
 from ...report.provenance import versions
-from ...report.terminal import visible
 from .plan import CalibrationPlan
 from .rates import NOTHING, TABLE_LEVEL, Rate, offending
 

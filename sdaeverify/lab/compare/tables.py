@@ -7,7 +7,7 @@ from math import isfinite
 from rich.table import Table
 from rich.text import Text
 
-from ...report.terminal import empty_table, visible
+from ...report.plain import empty_table, visible
 from .cells import Comparison, Omitted
 from .changes import Change, Changed
 

@@ -6,7 +6,7 @@ import pandas as pd
 from rich.table import Table
 from rich.text import Text
 
-from ...report.terminal import empty_table, visible
+from ...report.plain import empty_table, visible
 from .kills import BugResult, KillMatrix
 
 MARKS = {True: ("✓", "x"), False: ("·", ".")}

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
+import scipy
 
 from ...arrays import Array
 from ...contracts.measure import Evidence, Finding, Verdict
@@ -108,7 +108,7 @@ def sampled_bias(bound: float, looks: Sequence[Sample], planned: float, evidence
     verified, refuted = (min(1.0, planned * min(found)) for found in (within, beyond))
     errors, h = looks[-1].errors, looks[-1].h
     mean, se = errors.mean(axis=0), errors.std(axis=0, ddof=1) / np.sqrt(GROUPS)
-    half = stdtrit(GROUPS - 1, 0.5 + 0.5 * evidence.settings.confidence) * se
+    half = scipy.special.stdtrit(GROUPS - 1, 0.5 + 0.5 * evidence.settings.confidence) * se
     at = int(np.argmax(np.abs(mean)))
     verdict = Verdict.INCONCLUSIVE
     if refuted <= evidence.level:

@@ -20,7 +20,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
+import scipy
 
 from ...arrays import Array
 from ...contracts.measure import Evidence
@@ -99,7 +99,7 @@ class Sample:
         """Return Fieller's interval of the ratio D_m/D_0, as orders: valid however noisy the differences are."""
         D = self.differences[:, [0, -1]]
         a, b = D.mean(axis=0)
-        t = stdtrit(GROUPS - 1, 0.5 + 0.5 * confidence)
+        t = scipy.special.stdtrit(GROUPS - 1, 0.5 + 0.5 * confidence)
         (va, c), (_, vb) = t**2 * np.cov(D.T) / GROUPS
         spread = (a * b - c) ** 2 - (a**2 - va) * (b**2 - vb)
         if not (a**2 > va and spread >= 0.0):
@@ -145,7 +145,7 @@ class Sample:
         mean, weights = D.mean(axis=0), np.array([-1.0, 2.0, -1.0])
         se = (D / mean @ weights).std(ddof=1) / np.sqrt(GROUPS) / np.log(2.0)
         rise = float(np.log2(np.abs(mean)) @ weights)
-        return bool(rise - stdtrit(GROUPS - 1, 0.5 + 0.5 * confidence) * se <= RISING)
+        return bool(rise - scipy.special.stdtrit(GROUPS - 1, 0.5 + 0.5 * confidence) * se <= RISING)
 
     def p_wrong(self, order: float) -> float:
         """Return the p-value of the hypothesis that the mean tends to the exact one with an order."""

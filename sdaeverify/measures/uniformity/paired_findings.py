@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
+import scipy
 
 from ...arrays import Array
 from ...contracts.measure import Evidence, Finding, LevelFinding, Verdict
@@ -98,7 +98,7 @@ class Sample:
 
     def bands(self, confidence: float) -> Bands:
         """Return the suprema with simultaneous intervals."""
-        t = float(stdtrit(GROUPS - 1, 1.0 - 0.25 * (1.0 - confidence) / (len(self.h) * self.choices)))
+        t = float(scipy.special.stdtrit(GROUPS - 1, 1.0 - 0.25 * (1.0 - confidence) / (len(self.h) * self.choices)))
         size, blur = np.abs(self.D.mean(axis=0)), np.abs(self.B.mean(axis=0))
         off = t * self._errors(self.D) + (blur + t * self._errors(self.B))[:, None]
         flat = [np.moveaxis(each, 1, 0).reshape(len(self.h), -1) for each in (size, size - off, size + off)]

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import expm
+import scipy
 
 from ...arrays import Array
 from ...contracts.scheme import Scheme, flatten
@@ -135,7 +135,7 @@ def moment_orders(record: MomentErrors) -> tuple[FunctionalOrder, ...]:
 def _exact(one_step: OneStep) -> Array:
     ito = one_step.ito
     equation, z = linear_equation(ito), np.append(ito.initial(1)[:, 0], 1.0)
-    return smat(expm(ito.horizon * equation.generator()) @ svec(np.outer(z, z)), len(z))
+    return smat(scipy.linalg.expm(ito.horizon * equation.generator()) @ svec(np.outer(z, z)), len(z))
 
 
 def _propagated(one_step: OneStep, h: float, count: int) -> _Moments:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import expm
+import scipy
 
 from ...arrays import Array
 from ...contracts.scheme import Scheme
@@ -135,7 +135,7 @@ def weak_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Transiti
     def exact(basis: Basis, functions: Array) -> Array:
         if all(name in truths for name in names):
             return np.array([truths[name] for name in names])
-        means = basis.values(start)[:, 0] @ expm(T * generator(ito, chart, basis)) @ functions
+        means = basis.values(start)[:, 0] @ scipy.linalg.expm(T * generator(ito, chart, basis)) @ functions
         return np.array([truths.get(name, mean) for name, mean in zip(names, means, strict=True)])
 
     names = chart_observables(view)

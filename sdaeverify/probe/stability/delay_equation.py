@@ -21,8 +21,7 @@ r decays,
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import wrightomega
+import scipy
 
 EPS = float(np.finfo(float).eps)
 # Rounding of a handful of operations, and of the slack per unit of its two terms.
@@ -57,7 +56,7 @@ class LinearDelay(NamedTuple):
             return complex(self.A + (self.B if self.tau == 0.0 else 0.0))
         # W_0(z) is omega(log z), of which no part overflows.
         logarithm = np.log(abs(self.B) * self.tau) - self.A * self.tau + (1j * np.pi if self.B < 0.0 else 0.0)
-        return complex(self.A + wrightomega(logarithm) / self.tau)
+        return complex(self.A + scipy.special.wrightomega(logarithm) / self.tau)
 
     @property
     def mean_decays(self) -> bool | None:
@@ -119,7 +118,7 @@ class LinearDelay(NamedTuple):
         width = 1.0 + abs(self.A) + abs(self.B) + (abs(self.c) + abs(self.d)) ** 2
         while self._excess(low + width) <= 0.0:
             width *= 2.0
-        root = brentq(
+        root = scipy.optimize.brentq(
             lambda rate: -1.0 if rate <= low else self._excess(rate), low, low + width, xtol=1e-14, rtol=1e-14
         )
         return float(root)

@@ -7,9 +7,7 @@ principle, and at which the gain of the noise is at most 1. No matrix of the his
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import eig, solve_banded
-from scipy.optimize import brentq
-from scipy.sparse import csr_array
+import scipy
 
 from ...arrays import Array
 from ...forms import Mesh
@@ -141,7 +139,7 @@ class Banded(NamedTuple):
         Number of diagonals below the main one.
     """
 
-    matrix: csr_array
+    matrix: "scipy.sparse.csr_array"
     places: Array
     diagonals: Array
     below: int
@@ -151,7 +149,7 @@ class Banded(NamedTuple):
         widths = self.below, len(self.diagonals) - 1 - self.below
         moved = np.empty_like(right)
         moved[self.places] = right
-        return np.asarray(solve_banded(widths, self.diagonals, moved)[self.places])
+        return np.asarray(scipy.linalg.solve_banded(widths, self.diagonals, moved)[self.places])
 
 
 def banded(rows: Array, columns: Array, values: Array, places: Array) -> Banded:
@@ -162,7 +160,7 @@ def banded(rows: Array, columns: Array, values: Array, places: Array) -> Banded:
     above, below = int(offsets.max()), int(-offsets.min())
     diagonals = np.zeros((above + below + 1, size))
     np.add.at(diagonals, (above - offsets, new_columns), values)
-    return Banded(csr_array((values, (rows, columns)), shape=(size, size)), places, diagonals, below)
+    return Banded(scipy.sparse.csr_array((values, (rows, columns)), shape=(size, size)), places, diagonals, below)
 
 
 def scaled(recursion: Lagged, r: float) -> Lagged:
@@ -179,7 +177,7 @@ def noise_gain(recursion: Lagged, r: float) -> Gain:
     Q = np.stack([smat(each, k) for each in unit], axis=-1)
     gamma, change = covariances(recursion, Q)
     gain = np.stack([svec(P) for P in np.moveaxis(_noise(recursion, gamma), -1, 0)], axis=-1)
-    values, left, right = eig(gain, left=True)
+    values, left, right = scipy.linalg.eig(gain, left=True)
     largest = np.abs(values).argmax()
     y, x = left[:, largest], right[:, largest]
     value = float(np.abs(values[largest]))
@@ -300,7 +298,7 @@ def radius(step: LinearDelayStep, mesh: Mesh) -> SpectralRadius:
         return SpectralRadius(np.inf, np.inf)
     if low <= floor and _excess(recursion, floor) > 0.0:
         return SpectralRadius(0.5 * floor, 0.5 * floor)
-    logarithm = brentq(
+    logarithm = scipy.optimize.brentq(
         lambda s: _excess(recursion, float(np.exp(s))), np.log(low), np.log(high), xtol=1e-15, rtol=1e-15
     )
     rho = float(np.exp(logarithm))

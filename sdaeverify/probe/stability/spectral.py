@@ -14,8 +14,7 @@ They do not close where a system decouples or has algebraic components; the form
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import eigvalsh
-from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
+import scipy
 
 from ...arrays import Array
 from ..linear.second_moments import Operator, smat, svec
@@ -92,17 +91,19 @@ def _certified_width(operator: Operator, matrix: Array, rho: float) -> float:
 
 def _by_values(operator: Operator) -> SpectralRadius:
     n, size = operator.dimension, operator.size
-    values = LinearOperator((size, size), matvec=lambda p: svec(operator(smat(p, n))), dtype=float)
+    values = scipy.sparse.linalg.LinearOperator(
+        (size, size), matvec=lambda p: svec(operator(smat(p, n))), dtype=float
+    )
     try:
-        found, vectors = eigs(values, k=1, which="LM", v0=svec(np.eye(n)), ncv=min(VECTORS, size))
-    except ArpackNoConvergence:
+        found, vectors = scipy.sparse.linalg.eigs(values, k=1, which="LM", v0=svec(np.eye(n)), ncv=min(VECTORS, size))
+    except scipy.sparse.linalg.ArpackNoConvergence:
         return SpectralRadius(np.nan, np.inf)
     rho = float(np.abs(found[0]))
     # The eigenvalue rho has a semidefinite matrix; of another eigenvalue, the matrix is indefinite or complex.
     P = smat(vectors[:, 0].real, n)
     P *= np.sign(np.trace(P))
     try:
-        bracket = eigvalsh(operator(P), P)
+        bracket = scipy.linalg.eigvalsh(operator(P), P)
     except np.linalg.LinAlgError:
         return SpectralRadius(rho, np.inf)
     return SpectralRadius(rho, float(max(bracket[-1] - rho, rho - bracket[0])))

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from ...arrays import Array
 
@@ -63,7 +63,9 @@ def crossings(radius: Callable[[float], float], h: Array, sign: Array) -> Array:
             value = np.log(radius(float(np.exp(log_h))))
         return LARGEST if np.isnan(value) else float(np.clip(value, -LARGEST, LARGEST))
 
-    roots = [brentq(log_rho, np.log(h[i]), np.log(h[j]), xtol=1e-15, rtol=1e-15) for i, j in brackets(sign)]
+    roots = [
+        scipy.optimize.brentq(log_rho, np.log(h[i]), np.log(h[j]), xtol=1e-15, rtol=1e-15) for i, j in brackets(sign)
+    ]
     return np.asarray(np.exp(roots))
 
 

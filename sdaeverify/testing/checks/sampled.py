@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.special import ndtri
+import scipy
 
 from ...arrays import Array, Parts
 from ...forms import DelaySDAE, DelayState
@@ -276,7 +276,7 @@ def _heavy(values: Array) -> bool:
 
 
 def _quantile(means: int) -> float:
-    return -float(ndtri(LEVEL / (2 * means)))
+    return -float(scipy.special.ndtri(LEVEL / (2 * means)))
 
 
 def _apart(what: str, mean: Mean, quantile: float, expected: float, t: float) -> str:
