@@ -170,7 +170,8 @@ def collect(plugin: object, origin: Origin) -> Contribution:
 def _manager(plugin: object, hooks: Mapping[str, str], name: str) -> pluggy.PluginManager:
     """Return a manager of the hooks of one plugin alone: pluggy would look at all that a module holds."""
     manager = pluggy.PluginManager(hookspecs.PROJECT)
-    manager.add_hookspecs(SimpleNamespace(**{hook: getattr(hookspecs, hook) for hook in hooks.values()}))
+    specs = SimpleNamespace(**{hook: getattr(hookspecs, hook) for hook in hooks.values()})
+    manager.add_hookspecs(specs)  # type: ignore[arg-type] # any object with functions will do
     manager.register(SimpleNamespace(**{function: getattr(plugin, function) for function in hooks}), name)
     return manager
 

@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ..contracts.exhibit import AGREES, DISAGREES, FEW, TableEntry
-from .terminal import empty_table, visible
+from .plain import empty_table, visible
 
 WIDTH = 80
 # Numbers below are written with a power of 10.

@@ -8,6 +8,7 @@ from collections.abc import Container, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from functools import cache
+from importlib import import_module
 from typing import NamedTuple
 
 import numpy as np
@@ -139,6 +140,8 @@ def one_thread() -> AbstractContextManager[object]:
 
 @cache
 def _threads() -> ThreadpoolController:
+    # Only what is loaded is held: scipy brings linear algebra of its own.
+    import_module("scipy.linalg")
     return ThreadpoolController()
 
 

@@ -26,6 +26,8 @@ Result = TypeVar("Result")
 # Enough blocks in flight to keep every worker busy while one result waits for its turn.
 BLOCKS_A_WORKER = 3
 NONE = Limits()
+# What the framework itself needs, sooner or later: it is loaded before the memory of a worker is limited.
+FRAMEWORK = ("sdaeverify.study.blocks", "scipy.linalg", "scipy.optimize", "scipy.sparse.linalg", "scipy.special")
 
 
 def available_cores() -> int:
@@ -181,8 +183,8 @@ def _begin(plugins: Sequence[str], memory: int) -> None:
             load_file(plugin)
         else:
             importlib.import_module(plugin)
-    # What the framework itself needs is loaded before the limit is set.
-    importlib.import_module("sdaeverify.study.blocks")
+    for module in FRAMEWORK:
+        importlib.import_module(module)
     limit_memory(memory)
 
 

@@ -21,7 +21,7 @@ COLLECTIONS = {
 @cache
 def loaded() -> Registry:
     """Return what is registered, loaded once for all tests."""
-    return load_registry(environ={})
+    return load_registry(environ={}, lab=True)
 
 
 @cache

@@ -15,7 +15,7 @@ from sdaeverify.registry.load import Registry, load_registry
 @pytest.fixture(scope="session")
 def registry() -> Registry:
     """All that is installed."""
-    return load_registry(environ={})
+    return load_registry(environ={}, lab=True)
 
 
 @pytest.fixture

@@ -43,7 +43,7 @@ RIGHT = [
 
 @pytest.fixture(scope="module")
 def registry():
-    return load_registry(environ={})
+    return load_registry(environ={}, lab=True)
 
 
 def step(scheme, view):

@@ -35,7 +35,7 @@ COLUMNS = {
 @plugins
 def listing(kind: str | None, as_json: bool, plugins: tuple[str, ...]) -> ExitCode:
     """List what is registered: schemes, problems, measures or plugins; everything without KIND."""
-    registry = registered(plugins)
+    registry = registered(plugins, lab=kind == "plugins")
     with aside():
         records = catalogue(registry)
     if as_json:
@@ -55,10 +55,10 @@ def listing(kind: str | None, as_json: bool, plugins: tuple[str, ...]) -> ExitCo
 def info(name: str, plugins: tuple[str, ...]) -> ExitCode:
     """Tell all about a scheme, a problem, a measure or a plugin: equations, claims, truths, sources."""
     registry, label = registered(plugins), parse_label(name)
-    kinds: tuple[Mapping[str, object], ...] = (registry.schemes, registry.problems, registry.measures)
-    rows = {row.name: row for row in registry.plugins}
-    if not any(label.name in kind for kind in (*kinds, rows)):
-        known = {other for kind in (*kinds, rows) for other in kind}
+    if label.name not in _names(registry):
+        registry = registered(plugins, lab=True)
+    rows, known = {row.name: row for row in registry.plugins}, _names(registry)
+    if label.name not in known:
         raise UsageError(
             f"no scheme, problem, measure or plugin is named {label.name!r}{did_you_mean(label.name, known)}"
         )
@@ -68,6 +68,11 @@ def info(name: str, plugins: tuple[str, ...]) -> ExitCode:
         sections.append(describe_plugin(rows[label.name]))
     _print(output(), sections)
     return ExitCode.OK
+
+
+def _names(registry: Registry) -> set[str]:
+    kinds = (registry.schemes, registry.problems, registry.measures, [row.name for row in registry.plugins])
+    return {name for kind in kinds for name in kind}
 
 
 def _sections(registry: Registry, name: str, texts: Mapping[str, str]) -> list[list[str]]:
