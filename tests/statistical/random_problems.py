@@ -7,6 +7,7 @@ numbers stay whole. What a problem rejects as a wrong parameter is drawn again.
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cache
 from itertools import islice
 from math import isnan
@@ -25,6 +26,7 @@ from sdaeverify.errors import ProblemError, UsageError
 from sdaeverify.registry.load import Registry, load_registry
 from sdaeverify.registry.selection import select_schemes
 from sdaeverify.study import Study
+from sdaeverify.study.plan import Plan, claims_of
 from sdaeverify.workers.limits import Limits
 from sdaeverify.workers.pool import worker_pool
 from sdaeverify_problems._curve_shapes import SHAPES
@@ -96,8 +98,12 @@ def drawn(number: int, seed: int = SEED) -> Drawn:
 
 
 def verdicts(chosen: Drawn, executor: Executor | None = None) -> pd.DataFrame:
-    """Return one row for each claim of a set, with its number and its command."""
-    study = Study(plan_of(registry(), chosen.schemes, [chosen.problem], ()), SETTINGS)
+    """Return one row for each claim of a set, with its number and its command.
+
+    Only cells that put a claim to the test are run, and no controls: these keep claims from being verified, and a
+    refutation from being one where the positive control is refuted, too.
+    """
+    study = Study(_claimed(plan_of(registry(), chosen.schemes, [chosen.problem], ())), SETTINGS)
     for _ in study.run(executor, 1):
         pass
     table = result_of(study, registry(), []).verdicts
@@ -116,6 +122,14 @@ def collected(numbers: Sequence[int]) -> pd.DataFrame:
     """Return the rows of several sets."""
     with watched() as executor:
         return pd.concat([verdicts(drawn(number), executor) for number in numbers], ignore_index=True)
+
+
+def _claimed(made: Plan) -> Plan:
+    kept = []
+    for each in made.problems:
+        cells = tuple(cell for cell in each.cells if claims_of(cell, each.problem))
+        kept.append(replace(each, cells=cells, controls=()))
+    return Plan(tuple(kept))
 
 
 def _specs(family: Callable[..., object], rng: np.random.Generator) -> Iterator[ProblemSpec]:
