@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from probe import linear_cells as c
-from sdaeverify import HolonomicSDAE, HolonomicState, Increment, Scheme, Step
+from sdaeverify import DelaySDAE, HolonomicSDAE, HolonomicState, Increment, Scheme, Step
 from sdaeverify.probe.linear.equation import linear_equation
 from sdaeverify.probe.linear.linear_map import MemoryStep
 from sdaeverify.probe.linear.observable_part import essential_equation, essential_operator, observed
@@ -13,6 +13,7 @@ from sdaeverify.probe.stability.spectral import spectral_radius
 from sdaeverify.probe.stability.stability import no_stability, stability
 from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 
 def on_a_line() -> HolonomicSDAE:
@@ -86,3 +87,23 @@ def test_states_that_a_scheme_reaches_beside_the_manifold_count() -> None:
     step = MemoryStep(one_step, 0.1)
     rho = spectral_radius(essential_operator(step, step_moments(one_step, 0.1).operator)).rho
     assert rho == pytest.approx(4.0, rel=1e-10)
+
+
+@pytest.mark.parametrize("force", [0.0, 1.0])
+def test_without_a_linear_part_second_moments_stay(force: float) -> None:
+    """Of dx = force dt + 0.3 dW, 0 = y - x nothing depends on the state: it was an error, and rho is 1."""
+    problem = DelaySDAE(
+        drift=lambda t, x, v, y: force + 0.0 * x,
+        diffusion=lambda t, x, v, y: 0.3 + 0.0 * x[:, None],
+        constraint=lambda t, x, v, y: y - x,
+        algebraic=1,
+        delay=0.0,
+        history=lambda t: [1.0],
+        noise_dim=1,
+        horizon=1.0,
+        source="test",
+    )
+    record = stability(StochasticTheta(), problem, [0.1])
+    assert np.isnan(record.decays)
+    assert record.run_rho == pytest.approx([1.0], abs=1e-12)
+    assert not record.run.sign.any()

@@ -89,9 +89,10 @@ def essential_equation(one_step: OneStep) -> LinearEquation:
 
 
 def _states(equation: LinearEquation) -> Array:
-    # Components that something depends on, themselves included.
+    # Components that something depends on, themselves included; all of them where nothing depends on anything.
     A, C = equation.homogeneous
-    return np.flatnonzero(np.abs(A).max(axis=0) + np.abs(C).max(axis=(0, 2)) > 0.0)
+    needed = np.abs(A).max(axis=0) + np.abs(C).max(axis=(0, 2)) > 0.0
+    return np.flatnonzero(needed if needed.any() else ~needed)
 
 
 def _admissible(one_step: OneStep) -> Array:
