@@ -220,6 +220,10 @@ class Problem:
         """Tell on which paths a constraint's root is lost within a step, whoever makes it."""
         return np.zeros(noise.dW.shape[-1], dtype=bool)
 
+    def without_index(self, t: float, x: Array, v: Array) -> Mask:  # noqa: ARG002 - as above
+        """Tell at which x and lagged v a constraint of index 1 has no root that is regular, as it was at time 0."""
+        return np.zeros(x.shape[-1], dtype=bool)
+
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:  # noqa: ARG002 - forms with constraints use it
         """Return the defect of each constraint by name; a problem without constraints has none."""
         return {}

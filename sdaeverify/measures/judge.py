@@ -254,13 +254,13 @@ def sound_levels(health: Mapping[str, Array]) -> tuple[Array, list[str]]:
     bad = np.flatnonzero(np.any(list(wrong.values()), axis=0))
     first = int(bad[-1]) + 1 if len(bad) else 0
     remarks = [at_levels(name, levels) for name, levels in wrong.items() if levels.any()]
-    if text := _singular(health):
+    if text := lost_index(health):
         remarks.append(text)
     return np.arange(first, len(health["failed"])), remarks
 
 
-def _singular(health: Mapping[str, Array]) -> str:
-    """Return where the problem itself loses its root, at the finest level where it does."""
+def lost_index(health: Mapping[str, Array]) -> str:
+    """Return where the problem itself loses its root, at the finest level where it does, or an empty string."""
     if "singular" not in health or not (count := health["singular"]).any():
         return ""
     level = int(np.flatnonzero(count)[-1])

@@ -279,6 +279,7 @@ class _Run:
         """Show the observers where the lane and the truth are at the end of a coarsest step."""
         if self.sampled:
             with self._guarded():
+                self.lane.find_ended(self.place.problem)
                 snapshot = self.lane.snapshot(self.reference.parts())
                 for watch in self.watches:
                     watch.after_coarsest_step(snapshot)

@@ -75,6 +75,16 @@ class Track:
         limit = BLOW_UP * max(self.size, size)
         self.lost |= ~(all_finite(memory) & (np.abs(memory).max(axis=0) <= limit))
 
+    def find_ended(self, problem: Problem) -> None:
+        """Note the paths on which a constraint has lost its root that the equation of the scheme has no more."""
+        if not self.step:
+            return
+        t, x = self.step * self.h, self.parts()["x"]
+        ended = ~self.failed & problem.without_index(t, x, x if self.recall is None else self.recall.lagged())
+        self.failed = self.failed | ended
+        self.singular += int(np.count_nonzero(ended))
+        self.singular_time += float(np.count_nonzero(ended) * t)
+
     def _count(self, before: State, noise: Increment, result: Step) -> None:
         if result.failed is not None and (new := result.failed & ~self.failed).any():
             self.failed = self.failed | new
@@ -123,6 +133,13 @@ class Lane:
         """Make the steps of a piece of noise, if there is a track at its level."""
         if piece.level in self.tracks:
             self.tracks[piece.level].advance(piece.noise, () if piece.level == self.own else observers)
+
+    def find_ended(self, problem: Problem) -> None:
+        """Note the paths on which the solution has ended, where y was eliminated from the scheme's equation."""
+        track = self.tracks[0]
+        if "algebraic" in problem.traits and not track.problem.has_constraints and "x" in track.parts():
+            for each in self.tracks.values():
+                each.find_ended(problem)
 
     def snapshot(self, truths: Sequence[Parts]) -> Snapshot:
         """Return where the lane and the truth are, and note the paths that are lost.

@@ -1,7 +1,7 @@
 """From the evidence on a problem to the results of its cells."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from ..contracts.scheme import Scheme
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..errors import FAULTS, one_line
+from ..measures.judge import lost_index
 from ..simulate.behaviour import Behaviour, differing
 from ..simulate.ensemble import LaneEvidence
 from .controlled import Doubts, Objection, doubts, gated
@@ -134,6 +135,7 @@ def judged(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidenc
         with np.errstate(all="ignore"):
             judgement = cell.measure.judge(_evidence(plan, cell, settings, known))
             findings = tuple(gated(finding, cell.scheme, controls) for finding in judgement.findings)
+            findings = tuple(_before_the_end(finding, known) for finding in findings)
     except FAULTS as error:
         return unmeasured(cell, Verdict.ERROR, f"measure {cell.measure.name}: {one_line(error)}")
     assert plan.problem is not None
@@ -174,6 +176,16 @@ def _breached(cell: Cell, known: CellEvidence) -> CellResult:
     verdict = Verdict.REFUTED if claim else Verdict.OUT_OF_SCOPE
     finding = Finding(quantity="", verdict=verdict, reason=known.breach, claim=claim, method=CONTRACT, tier=0)
     return CellResult(cell, (finding,), seconds=known.seconds)
+
+
+def _before_the_end(finding: Finding, known: CellEvidence) -> Finding:
+    """Return a finding on a run that the solution does not last for: only paths refute, nothing is verified."""
+    end = lost_index(known.health.sums)
+    by_paths = finding.verdict is Verdict.REFUTED and finding.tier == 3
+    if not end or by_paths or finding.verdict not in {Verdict.VERIFIED, Verdict.REFUTED}:
+        return finding
+    reason = finding.reason if end in finding.reason else f"{finding.reason}; {end}"
+    return replace(finding, verdict=Verdict.INCONCLUSIVE, reason=reason, p_verified=1.0, p_refuted=1.0)
 
 
 def _evidence(

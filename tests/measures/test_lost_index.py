@@ -8,6 +8,7 @@ import pytest
 
 from sdaeverify import DelaySDAE, DelayState, Increment, Problem, Scheme, Step, verify
 from sdaeverify.probe.step.one_step import OneStep
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
@@ -68,6 +69,50 @@ def test_a_lost_index_is_the_reason_and_refutes_nothing(scheme: Scheme, tau: flo
 
     assert set(found.verdict) == {"inconclusive"}
     assert found.reason.str.contains("du/dy is singular on 40 paths, at t = 0.719 in the mean").all()
+
+
+@pytest.mark.parametrize("pull", [0.0, 0.1])
+def test_explicit_schemes_do_not_step_over_a_pole(pull: float) -> None:
+    """Euler-Maruyama of the equation without y went on beyond t = 0.7 and was verified at T = 1."""
+
+    def lost() -> DelaySDAE:
+        return turning(pull=pull)
+
+    found = verify([EulerMaruyama()], [lost], ["strong", "weak"], paths=256, looks=1).verdicts
+    claimed = found[found.claim != ""]
+
+    assert len(claimed) >= 3
+    assert set(claimed.verdict) == {"inconclusive"}
+    assert claimed.reason.str.contains("du/dy is singular on 256 paths, at t = 0.75 in the mean").all()
+
+
+def test_explicit_schemes_are_verified_before_the_pole() -> None:
+    """The same equation up to T = 1/2 has a solution."""
+
+    def early() -> DelaySDAE:
+        return turning(pull=0.1, horizon=0.5)
+
+    found = verify([EulerMaruyama()], [early], "strong", paths=256, looks=1).verdicts
+
+    assert set(found.verdict) == {"verified"}
+
+
+def test_no_step_beyond_the_pole_refutes_a_right_scheme() -> None:
+    """The local order of the theta scheme was 0, where its steps were probed at times without a solution."""
+    found = verify([StochasticTheta()], [turning], "strong", paths=40, block=40, levels=3, looks=1).verdicts
+
+    assert set(found.verdict) == {"inconclusive"}
+    assert found.reason.str.contains("du/dy is singular").all()
+
+
+def test_the_index_is_that_of_the_start() -> None:
+    """Behind the pole there is an y, and det du/dy has another sign; at the pole there is none."""
+    problem, x = turning(), np.array([[1.0, 2.0]])
+
+    assert not problem.without_index(0.69, x, x).any()
+    assert problem.without_index(0.71, x, x).all()
+    assert fold().without_index(0.5, np.array([[0.5, -0.5]]), x).tolist() == [False, True]
+    assert not EulerMaruyama().view_of(problem).without_index(0.71, x, x).any()
 
 
 def test_a_wrong_root_is_refuted_before_the_index_is_lost() -> None:

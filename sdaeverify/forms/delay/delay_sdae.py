@@ -306,6 +306,26 @@ class DelaySDAE(Problem):
         end = self.linearised_constraint(t + h, later, lag.ahead(later), found).y
         return np.asarray(~(determinant(begin) * determinant(end) > 0.0))
 
+    def without_index(self, t: float, x: Array, v: Array) -> Mask:
+        """Tell at which x and lagged v no y is found, or det du/dy has another sign than at time 0.
+
+        The determinant is continuous along a solution of index 1, and not 0: none comes to where its sign is another,
+        even if the equation with y eliminated does.
+
+        Parameters
+        ----------
+        t : float
+        x, v : ndarray, shape (d, P)
+
+        Returns
+        -------
+        ndarray of bool, shape (P,)
+        """
+        if self.constraint is None:
+            return super().without_index(t, x, v)
+        now = determinant(self.linearised_constraint(t, x, v, self.eliminated(t, x, v)).y)
+        return np.asarray(~(self._turn * now > 0.0))
+
     # Built once: making an equation checks it, and what is found for it serves all schemes that see it.
     @cached_property
     def _equation(self) -> SDE:
@@ -317,6 +337,11 @@ class DelaySDAE(Problem):
             source=f"y eliminated from: {self.source}",
             seen_as="SDE",
         )
+
+    @cached_property
+    def _turn(self) -> Array:
+        begin = self.initial(1)
+        return determinant(self.linearised_constraint(0.0, begin.x, self.past(-self.delay), begin.y).y)
 
     @cached_property
     def _start_y(self) -> Array:
