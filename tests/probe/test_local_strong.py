@@ -16,7 +16,7 @@ from sdaeverify.measures.judge import claim_for
 from sdaeverify.noise.laws import THREE_POINT, Law
 from sdaeverify.probe.local.orders import LocalOpinion
 from sdaeverify.probe.local.strong_defects import LocalStrong, local_strong, no_local_order
-from sdaeverify.probe.local.strong_order import StrongOrder, judge_strong, strong_order
+from sdaeverify.probe.local.strong_order import ACCURACY, StrongOrder, judge_strong, strong_order
 from sdaeverify.probe.step.nodes import half_steps
 from sdaeverify.registry.load import load_registry
 from sdaeverify_problems.angle_pendulum import angle_pendulum
@@ -100,7 +100,7 @@ def test_the_order_of_a_correct_scheme_is_found(cell: str) -> None:
 
     assert order.consistent
     assert order.inconsistent_share == 0.0
-    assert order.order == pytest.approx(expected, abs=0.02)
+    assert order.order == pytest.approx(expected, abs=ACCURACY)
     assert judge_strong(order, min(expected, 3.0)).verdict is Verdict.VERIFIED
     if np.isfinite(expected):
         assert judge_strong(order, expected + 0.5).verdict is Verdict.REFUTED

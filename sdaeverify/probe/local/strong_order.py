@@ -20,8 +20,9 @@ from .strong_defects import EM, LEVELS, ROUNDING, SELF, LocalStrong
 LEAST_Q2, LEAST_Q1 = 0.9, 1.4
 # How much the next order may differ from the last one for an order to be missed.
 SETTLED = 0.1
-# An order below its claim at few states that rises by more with each level is that of a layer which steps still miss.
-RISING = 0.03
+# How accurate local orders of schemes of known order are; two of them may differ by twice as much. An order below its
+# claim at few states that rises by more with a level is that of a layer which steps still miss.
+ACCURACY = 0.02
 
 
 class StrongOrder(NamedTuple):
@@ -166,7 +167,7 @@ def _inconsistent(order: StrongOrder, bound: float, figures: str, *, sharp: bool
 def _too_low(order: StrongOrder, bound: float, text: str, *, sharp: bool) -> LocalOpinion:
     if not sharp:
         return _unsure(f"{text}; the scheme's local order is not sharp")
-    rises = order.ahead > order.order + RISING and order.typical >= bound
+    rises = order.ahead > order.order + 2.0 * ACCURACY and order.typical >= bound
     if order.ahead >= bound or abs(order.ahead - order.order) > SETTLED or rises:
         return _unsure(f"{text}; still changing, to {order.ahead:.3f}")
     return LocalOpinion(Verdict.REFUTED, text)
