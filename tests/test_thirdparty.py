@@ -93,7 +93,8 @@ def test_what_fails_to_load_costs_nothing_else(listed):
     others = {row["name"]: row["status"] for row in listed["plugins"] if row["name"] not in BROKEN}
     (euler,) = [entry for entry in listed["schemes"] if entry["name"] == "euler-maruyama"]
 
-    assert set(others.values()) == {"loaded"}
+    # What needs a library that is not installed is absent; what few commands need is loaded on request.
+    assert set(others.values()) <= {"loaded", "absent", "on request"}
     assert others.keys() >= {"sound", "broken-step", "broken-hang", "broken-memory"}
     assert euler["distribution"] == "sdaeverify"
 
