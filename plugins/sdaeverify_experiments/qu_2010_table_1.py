@@ -1,8 +1,22 @@
 """Table 1 of Qu, Huang & Liu (2010): mean square errors of backward Euler on a delay equation."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
-from sdaeverify import Experiment, FineRun, MeanTable, Printed, Row, hookimpl
+import numpy as np
+
+from sdaeverify import (
+    Curve,
+    Experiment,
+    ExperimentEvidence,
+    FineRun,
+    MeanLine,
+    MeanTable,
+    Panel,
+    Printed,
+    Row,
+    hookimpl,
+)
 
 # 20 blocks of 100.
 PATHS = 2000
@@ -45,11 +59,29 @@ def row(scheme: str, finer: int, observable: str, printed: Printed | None = None
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class MeanSquareErrors(MeanTable):
+    """The table, with the printed numbers beside ours against h."""
+
+    def panels(self, found: Sequence[MeanLine], evidence: ExperimentEvidence) -> tuple[Panel, ...]:
+        """Return one panel."""
+        curves = []
+        for hue, observable in enumerate("xy"):
+            lines = [line for line in found if line.row.observable == observable and line.row.scheme == SCHEME]
+            h, means = np.array([line.h for line in lines]), np.array([line.sample.value for line in lines])
+            bar = 2.0 * np.array([line.sample.std_error for line in lines])
+            curves.append(Curve(f"{observable}, here", h, means, means - bar, means + bar, hue=hue))
+            curves.append(Curve("h" if hue else "", h, means[0] * h / h[0], kind="guide"))
+        printed = np.array([float(digits) for digits in TABLE.values()])
+        curves.append(Curve("x, printed", 1.0 / np.array(list(TABLE), dtype=float), printed, kind="printed", hue=0))
+        return (Panel("set IV, backward Euler, T = 4", "h", "mean square error", tuple(curves), "xy"),)
+
+
 @hookimpl
 def sdaeverify_experiments() -> list[Experiment]:
     """Register the table."""
     return [
-        MeanTable(
+        MeanSquareErrors(
             name="qu-2010-table-1",
             title="E |x(T) - x_N|^2, and of y, set IV, backward Euler at T = 4",
             source="Qu, Huang & Liu 2010, Table 1",

@@ -1,7 +1,7 @@
 """Entries of an experiment for a terminal: a small table under each heading, 80 columns wide at most."""
 
 from collections.abc import Iterator, Sequence
-from itertools import compress, groupby
+from itertools import compress
 from math import floor, isfinite, log10
 
 from rich.table import Table
@@ -32,8 +32,10 @@ def entry_tables(entries: Sequence[TableEntry]) -> Iterator[Text | Table]:
     """Yield a heading and a table for each group of entries."""
     cells = [_cells(entry) for entry in entries]
     kept = [name for name in COLUMNS if any(each[name] for each in cells)]
-    for group, members in groupby(zip(entries, cells, strict=True), key=lambda pair: pair[0].group):
-        pairs = list(members)
+    groups: dict[str, list[tuple[TableEntry, dict[str, str]]]] = {}
+    for entry, texts in zip(entries, cells, strict=True):
+        groups.setdefault(entry.group, []).append((entry, texts))
+    for group, pairs in groups.items():
         yield from map(Text, _wrapped(visible(group)))
         yield _table(pairs, kept)
         yield Text("")

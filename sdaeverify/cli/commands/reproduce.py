@@ -12,7 +12,7 @@ from rich.text import Text
 
 from ...contracts.experiment import Budget
 from ...contracts.specs import unknown
-from ...errors import ProblemError, UsageError
+from ...errors import FAULTS, UsageError, one_line
 from ...registry.load import Registry
 from ...report.plain import visible
 from ...workers.pool import BLOCKS_A_WORKER, available_cores, executor_for
@@ -122,8 +122,8 @@ def _one(plan: "ExperimentPlan", folder: Path, arguments: tuple[str, ...], optio
     console.print(Text(f"{visible(plan.experiment.source)}: {visible(plan.experiment.title)}", style="bold"))
     try:
         exhibit = plan.experiment.exhibit(evidence)
-    except ProblemError as error:
-        for text in evidence.failures or [str(error)]:
+    except FAULTS as error:
+        for text in evidence.failures or [f"{plan.experiment.name}: {one_line(error)}"]:
             console.print(Text(visible(text)), soft_wrap=True)
         return max(code, ExitCode.NOT_MEASURED)
     for text in _shown(exhibit, plan, console):

@@ -1,8 +1,8 @@
 """The panels of an experiment as a picture, by matplotlib: the extra `plot`."""
 
 from collections.abc import Sequence
-from itertools import count
-from math import ceil
+from itertools import count, cycle
+from math import ceil, floor, log10
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,9 @@ COLUMNS = 2
 # Colours of Okabe and Ito, told apart by anybody, and marks that tell curves apart without colour.
 HUES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8B6F47")
 MARKS = "os^vDPX*"
-GREY = "0.45"
+GREY, DASHES = "0.45", ("--", ":", "-.")
+# Labels that have room inside the axes.
+FEW = 4
 SETTINGS: Any = {"font.size": 9.0, "axes.titlesize": 9.5, "legend.fontsize": 7.5, "svg.hashsalt": "sdaeverify"}
 
 
@@ -67,14 +69,32 @@ def _draw_panel(panel: Panel, ax: Any) -> None:
     for each in panel.ranges:
         ax.axvspan(each.low, each.high, color="0.88", lw=0, zorder=0, label=each.label)
     ax.grid(visible=True, which="major", color="0.9", lw=0.6)
-    hues = count()
+    hues, dashes = count(), cycle(DASHES)
     for curve in panel.curves:
-        _draw_curve(curve, ax, next(hues) if curve.hue is None and curve.kind != "guide" else curve.hue)
-    if any(curve.label for curve in panel.curves):
+        guide = curve.kind == "guide"
+        hue = next(hues) if curve.hue is None and not guide else curve.hue
+        _draw_curve(curve, ax, hue, next(dashes) if guide and hue is None else "--")
+    for axis in panel.log:
+        _unclutter(getattr(ax, f"{axis}axis"), *getattr(ax, f"get_{axis}lim")())
+    _explain(panel, ax)
+
+
+def _unclutter(axis: Any, low: float, high: float) -> None:
+    """Leave powers of 10 alone to be labelled where an axis has two of them."""
+    if floor(log10(high)) > ceil(log10(low)):
+        axis.set_tick_params(which="minor", labelbottom=False, labelleft=False)
+
+
+def _explain(panel: Panel, ax: Any) -> None:
+    """Put the legend inside where there is room for it, and below the axes elsewhere."""
+    labels = [each.label for each in (*panel.curves, *panel.ranges) if each.label]
+    if len(labels) > FEW:
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, frameon=False)
+    elif labels:
         ax.legend(frameon=True, framealpha=0.8, edgecolor="none")
 
 
-def _draw_curve(curve: Curve, ax: Any, hue: int | None) -> None:
+def _draw_curve(curve: Curve, ax: Any, hue: int | None, dash: str) -> None:
     colour = GREY if hue is None else HUES[hue % len(HUES)]
     mark, label = MARKS[(hue or 0) % len(MARKS)], curve.label or None
     if curve.kind == "band":
@@ -85,7 +105,7 @@ def _draw_curve(curve: Curve, ax: Any, hue: int | None) -> None:
         "points": {"marker": mark, "ms": 4.0, "lw": 1.1},
         "marks": {"marker": mark, "ms": 4.5, "ls": "none"},
         "line": {"lw": 1.4},
-        "guide": {"lw": 1.0, "ls": "--"},
+        "guide": {"lw": 1.0, "ls": dash},
         "printed": {"marker": "x", "ms": 7.0, "mew": 1.6, "ls": "none"},
     }
     ax.errorbar(curve.x, curve.y, yerr=_bars(curve), color=colour, capsize=2.0, label=label, **styles[curve.kind])

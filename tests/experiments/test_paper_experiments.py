@@ -1,0 +1,194 @@
+"""The experiments that need no fibre: they come out as theory says, and a wrong scheme or formula would show."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from sdaeverify import Budget, Curve, Exhibit, Panel, Range, SchemeRun
+from sdaeverify.lab.experiments import ExperimentRun, experiment_plan
+from sdaeverify.lab.experiments.picture import draw
+from sdaeverify.report.entries import entry_tables
+from sdaeverify_experiments import laurent_2022_figure_1 as torus
+from sdaeverify_experiments import lindner_2017_multipliers as multipliers
+from sdaeverify_experiments import lindner_2017_roots as roots
+from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+
+PAPERS = ("laurent-2022", "lindner-2017", "lindner-2018", "qu-2010")
+QUICK = ("errata", "lindner-2017-constants", "lindner-2017-estimate-3-17", "lindner-2017-figure-5-1")
+
+
+def ran(registry, name, paths=None, experiment=None):
+    """Run an experiment, changed or not, in this process, and return its exhibit."""
+    entry = registry.experiments[name]
+    changed = replace(registry, experiments={name: replace(entry, experiment=experiment or entry.experiment)})
+    run = ExperimentRun(experiment_plan(changed, name, paths=paths))
+    list(run.run())
+    assert run.evidence.failures == []
+    return run.plan.experiment.exhibit(run.evidence)
+
+
+def test_every_paper_is_there(registry):
+    """Each of the four papers has experiments, and their labels name what is registered, at both budgets."""
+    for paper in PAPERS:
+        assert any(name.startswith(paper) for name in registry.experiments)
+    for name in registry.experiments:
+        for budget in Budget:
+            assert experiment_plan(registry, name, budget=budget).keys
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_tables_fit_a_terminal(registry, name):
+    """Headings and rows are 80 columns wide at most."""
+    console = Console(width=200, color_system=None)
+    with console.capture() as capture:
+        for part in entry_tables(ran(registry, name).entries):
+            console.print(part)
+    assert max(map(len, map(str.rstrip, capture.get().splitlines()))) <= 80
+
+
+def test_kappa(registry):
+    """Roots are those of the circle's equation; with truncation there is always one, below C_kappa."""
+    exhibit = ran(registry, "lindner-2017-figure-5-1")
+
+    found = {(entry.group.endswith("truncated"), entry.at["omega h"]): entry for entry in exhibit.entries}
+    assert found[False, 1.3].at["root"] == "no"
+    assert np.isnan(found[False, 1.3].value)
+    for (truncated, turn), entry in found.items():
+        if truncated or turn < 1.0:
+            # Newton's method to rounding on an equation whose derivative is at least 0.7.
+            assert entry.value == pytest.approx(entry.exact, abs=1e-14)
+    assert max(entry.value for (truncated, _), entry in found.items() if truncated) < 1.0 / 8.0
+
+
+def test_multiplier_exponents():
+    """Remainders are those of the closed form, which a multiplier along the new normal is told from."""
+    found = multipliers.remainders((pendulum(), pendulum(c_g=0.0)), (HalfExplicitEuler(truncation="none"),))
+    wrong = multipliers.remainders((pendulum(),), (AlongNewNormals(truncation="none"),))
+
+    for name in multipliers.ORDERS:
+        assert found[f"{name} here"] == pytest.approx(found[f"{name} exact"], abs=1e-14)
+    assert np.abs(wrong["lambda^re here"] - wrong["lambda^re exact"]).max() > 1e-6
+
+
+class AlongNewNormals(HalfExplicitEuler):
+    """A velocity that is corrected along the new normal, whose multiplier is another one."""
+
+    def step(self, problem, state, t, h, noise):
+        step = super().step(problem, state, t, h, noise)
+        return step._replace(outputs={**step.outputs, "lambda": step.outputs["lambda"] * np.cos(np.arcsin(1.1 * h))})
+
+
+def test_share_without_root(registry):
+    """Shares of paths are those of the chain, to four standard errors; those of half the step size are told apart."""
+    exhibit = ran(registry, "lindner-2017-section-5-1-roots", paths=500)
+    found = {(e.group.split()[-1], e.at["omega_0"], e.at["h"]): e for e in exhibit.entries}
+
+    for (truncation, _, _), entry in found.items():
+        assert entry.value_and_expected == "agrees"
+        if truncation == "theory":
+            assert entry.value == 0.0
+    at = found["none", 4.0, 1 / 16]
+    assert abs(at.value - roots.exact_share(4.0, 1 / 32, 32)) > 4.0 * at.std_error
+
+
+def test_exact_share():
+    """The operator's share is that of many chains drawn directly, and 1 and 0 where the first step decides."""
+    rng, omega, h = np.random.default_rng(5), np.full(200000, 2.0), 0.25
+    lost = np.zeros(len(omega), dtype=bool)
+    for _ in range(4):
+        lost |= np.abs(omega) * h >= 1.0
+        with np.errstate(invalid="ignore"):
+            omega = (omega + np.sqrt(h) * rng.standard_normal(len(omega))) / np.sqrt(1.0 - (omega * h) ** 2)
+        omega = np.where(lost, 9.0, omega)
+
+    share = roots.exact_share(2.0, 0.25, 4)
+    assert abs(lost.mean() - share) < 4.0 * (share * (1.0 - share) / len(omega)) ** 0.5
+    assert roots.exact_share(4.0, 0.25, 4) == 1.0
+    assert roots.exact_share(1.0, 0.25, 1) == 0.0
+
+
+def test_constants(registry):
+    """Norms around circle and spheres are those of the closed form, and |G| of a straight fibre its eigenvalue."""
+    exhibit = ran(registry, "lindner-2017-constants")
+
+    checked = [entry for entry in exhibit.entries if entry.exact_source == "closed form"]
+    assert len(checked) == 6
+    for entry in checked:
+        # Random directions reach the axes of a mass matrix exactly: they are among them.
+        assert entry.value == pytest.approx(entry.exact, rel=1e-12)
+
+
+def test_errata(registry):
+    """Right formulas give the exact numbers and printed ones do not."""
+    found = {entry.at["of"]: entry for entry in ran(registry, "errata").entries}
+
+    right = found["order of Dg(r+) v+ of an unprojected step, minus"]
+    printed = found["the same with the printed plus"]
+    # Powers of h with one term: slopes are exact to rounding; the printed sign adds a term of order 2.
+    assert right.value == pytest.approx(2.0, abs=1e-6)
+    assert printed.value == pytest.approx(1.0, abs=0.02)
+    assert found["largest difference of the sums"].value < 1e-12 * found["largest sum, q = 1, 2, 3, 6"].value
+    assert found["c_g in the step, c_g = 2"].value == pytest.approx(2.0, rel=1e-14)
+    assert found["median of the averages"].value < 0.1 * found["median of the averages"].exact
+    (branch,) = (entry for of, entry in found.items() if of.startswith("largest B^2"))
+    assert branch.value < 1.0
+
+
+def test_sup_norms(registry):
+    """On the grid v has order 1 with additive noise, in continuous time about the slope of (h log 1/h)^{1/2}."""
+    found = {
+        (entry.group.split(", ")[1], entry.at["of"], entry.at["sup over"]): entry
+        for entry in ran(registry, "lindner-2017-theorem-4-1", paths=40).entries
+    }
+
+    for part in ("r", "v", "mu"):
+        grid = found["B = Id", part, "grid"]
+        assert abs(grid.value - 1.0) < 0.1 + 4.0 * grid.std_error
+    rough = found["B = Id", "v", "all t, linear"]
+    # The slope of (h log 1/h)^{1/2} over these h is 0.38; noise of order 1 beside it steepens it on coarse grids.
+    assert abs(rough.value - 0.38) < 0.1 + 4.0 * rough.std_error
+    half = found["B = v", "v", "grid"]
+    assert abs(half.value - 0.5) < 0.1 + 4.0 * half.std_error
+
+
+@dataclass(frozen=True, kw_only=True)
+class OneTorus(torus.StationaryErrors):
+    """One of the runs."""
+
+    run: SchemeRun
+
+    def work(self, budget):
+        return {(torus.UNIFORM, "0.001", 9): self.run}
+
+    def exhibit(self, evidence):
+        return Exhibit(tuple(torus._entries(evidence, torus.UNIFORM, "0.001", 9)))
+
+
+def test_stationary_errors(registry):
+    """Time averages on the torus see the scheme's bias at eps = 0.001 as measured before, 0.0452 at h = 10/2^9."""
+    experiment = registry.experiments["laurent-2022-figure-1"].experiment
+    run = experiment.work(Budget.SMOKE)["uniformly-accurate[xi=three-point]", "0.001", 9]
+    other = OneTorus(**{name: getattr(experiment, name) for name in ("name", "title", "source")}, run=run)
+    (entry,) = ran(registry, experiment.name, paths=60, experiment=other).entries
+
+    assert abs(entry.value - 0.0452) < 4.0 * np.hypot(entry.std_error, 0.0005)
+    # Half the step size has 0.0188.
+    assert abs(entry.value - 0.0188) > 4.0 * entry.std_error
+
+
+def test_a_picture_of_everything(tmp_path):
+    """Every kind of curve is drawn, the same way each time; without matplotlib it is said how to get it."""
+    pytest.importorskip("matplotlib")
+    x = np.array([1.0, 10.0, 100.0])
+    kinds = ("points", "marks", "line", "band", "guide", "printed")
+    curves = tuple(Curve(kind, x, x**2, 0.9 * x**2, 1.1 * x**2, kind) for kind in kinds)
+    panels = [Panel("log", "x", "y", curves, "xy", (Range(1.0, 5.0, "here"),)), Panel("plain", "x", "y", curves[:2])]
+
+    for name in ("a.svg", "b.svg", "c.png"):
+        draw(panels, "title", tmp_path / name)
+
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+    assert (tmp_path / "c.png").stat().st_size > 10000
