@@ -11,10 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
 from ..contracts.scheme import Scheme, State, Step, Stepper, flatten, same_kind
 from ..errors import FAULTS, SchemeError, one_line
-from ..forms import NOISE, DelaySDAE, Problem
+from ..forms import NOISE, Problem
 from ..noise.brownian import Increment
 from ..numerics import all_finite
 from ..probe.step.one_step import OneStep
@@ -196,20 +195,9 @@ def _scaled(noise: Increment, s: float) -> Increment:
 
 def _kicked(trial: Trial) -> np.ndarray[Any, np.dtype[np.bool_]]:
     """Tell on which paths the equation's noise moves the state."""
-    kick = _kick(trial)
+    parts = trial.scheme.parts(trial.view, trial.state)
+    kick = trial.view.kick(WHEN * trial.view.horizon, parts, trial.noise)
     return np.ones(trial.paths, dtype=bool) if kick is None else np.any(kick != 0.0, axis=0)
-
-
-def _kick(trial: Trial) -> Array | None:
-    parts, t, view = trial.scheme.parts(trial.view, trial.state), WHEN * trial.view.horizon, trial.view
-    if isinstance(view, DelaySDAE):
-        lagged = parts["x"] if trial.noise.lagged is None else trial.noise.lagged
-        y = parts.get("y", parts["x"][:0])
-        return view.diffused(t, parts["x"], lagged, y, trial.noise.dW)
-    ito = view.ito()
-    if ito is None or not set(ito.names or ("x",)) <= set(parts):
-        return None
-    return np.asarray(ito.diffused(t, np.concatenate([parts[name] for name in ito.names or ("x",)]), trial.noise.dW))
 
 
 # Whether a scheme's state is all its memory: a run that is taken up from a copy of it goes on as before.

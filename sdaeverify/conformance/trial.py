@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..contracts.scheme import Scheme, State, Step, Stepper, flatten, same_kind
+from ..forms import Delayed
 from ..noise.brownian import Increment
 from ..numerics.statistics import EPS
 from ..probe.step.nodes import SEED
@@ -60,11 +61,8 @@ class Trial:
 
     def _past(self, rng: np.random.Generator) -> dict[str, Array]:
         """Return lagged values around the first state where the problem has a delay."""
-        if self.view.recall(self.h, self.paths) is None:
-            return {}
-        x = self.view.initial(self.paths).x
-        lagged, ahead = x + 0.5 * rng.standard_normal((2, *x.shape))
-        return {"lagged": lagged, "ahead": ahead}
+        delayed = self.view.capability(Delayed)
+        return {} if delayed is None else delayed.near_past(rng, self.paths, 0.5)
 
     @cached_property
     def state(self) -> State:

@@ -1,14 +1,18 @@
 """Forms: the mathematical shapes a problem can have, and the views between them."""
 
-from .delay.delay_sdae import DelaySDAE, DelayState, is_delayed
+from .delay.delay_sdae import DelaySDAE, DelayState
+from .delay.delayed import Delayed, IndexOne
 from .delay.dissipation import Dissipation
 from .delay.mesh import Lag, Mesh
 from .delay.partials import Partials
+from .equation import Equation
 from .langevin.langevin import Langevin
 from .mechanics.holonomic import HolonomicSDAE, HolonomicState
 from .mechanics.jacobian import ConstraintJacobian, DenseJacobian, Gram
+from .mechanics.multiplied import Multiplied
 from .mechanics.structure import Structure
 from .overdamped.constrained_langevin import ConstrainedLangevin
+from .overdamped.family import StiffnessFamily
 from .overdamped.geometry import ConstraintGeometry
 from .problem import NOISE, TRAITS, Problem, Residual, components
 from .sde.sde import SDE
@@ -22,18 +26,22 @@ __all__ = [
     "ConstraintJacobian",
     "DelaySDAE",
     "DelayState",
+    "Delayed",
     "DenseJacobian",
     "Dissipation",
+    "Equation",
     "Gram",
     "HolonomicSDAE",
     "HolonomicState",
+    "IndexOne",
     "Lag",
     "Langevin",
     "Mesh",
+    "Multiplied",
     "Partials",
     "Problem",
     "Residual",
+    "StiffnessFamily",
     "Structure",
     "components",
-    "is_delayed",
 ]

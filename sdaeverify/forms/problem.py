@@ -32,7 +32,7 @@ Traits are facts a claim may ask for; the conformance tests check each of them b
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -41,8 +41,10 @@ from ..errors import ProblemError
 from ..noise.brownian import Increment
 from .chart import Chart
 from .controls import Control
+from .equation import Equation
 from .truths import InvariantMean, Moment, Pathwise, Truth
 
+K = TypeVar("K")
 Observable = Callable[[float, Parts], Array]
 
 TRAITS = frozenset(
@@ -181,8 +183,20 @@ class Problem:
         """Return this problem as one of another form, or None where it has no such view."""
         return self if isinstance(self, form) else None
 
-    def ito(self) -> "Problem | None":
-        """Return the Ito equation that all comparable components obey, as an `SDE`, or None where there is none.
+    def capability(self, kind: type[K]) -> K | None:
+        """Return what the problem offers of a kind, or None; `why_not` says why not.
+
+        A kind is a class that says what one can do with it: `Delayed`, `StiffnessFamily`, or one of a third party. A
+        form offers a kind by deriving from it, or by returning an object of it here.
+        """
+        return self if isinstance(self, kind) else None
+
+    def why_not(self, kind: type[Any]) -> str:
+        """Return why the problem does not offer a kind, in the kind's words, or an empty string if it does."""
+        return "" if self.capability(kind) is not None else f"a {type(self).__name__} {kind.absent}"
+
+    def ito(self) -> Equation | None:
+        """Return the Ito equation that all comparable components obey, or None where there is none.
 
         It is what one step of a scheme is compared with; its names are those of `parts`, in their order.
         """
@@ -190,7 +204,7 @@ class Problem:
 
     def coefficients(self, t: float, x: Array) -> tuple[Array, ...]:
         """Return drift and diffusion of `ito` at states x, rows in the order of its names; empty without one."""
-        equation: Any = self.ito()
+        equation = self.ito()
         return () if equation is None else (equation.drift(t, x), equation.diffusion(t, x))
 
     def recall(self, h: float, paths: int) -> Any:  # noqa: ARG002 - forms with a delay use it
@@ -215,6 +229,33 @@ class Problem:
     def admissible(self, x: Array) -> Array:
         """Return states that keep all constraints near the columns of x, rows in the order of `ito`'s names."""
         return x
+
+    @property
+    def moving_constraints(self) -> bool:
+        """Whether constraints depend on time or on the past: `residuals` is then given ``t`` and ``lagged``, too."""
+        return False
+
+    def kick(self, t: float, parts: Parts, noise: Increment) -> Array | None:
+        """Return what the noise of a short step adds to components, shape (d, P); None where nobody can tell."""
+        equation = self.ito()
+        if equation is None or not set(equation.names or ("x",)) <= set(parts):
+            return None
+        x = np.concatenate([parts[name] for name in equation.names or ("x",)])
+        return np.asarray(equation.diffused(t, x, noise.dW))
+
+    @property
+    def free_rows(self) -> slice:
+        """Rows of a state, as `ito` names them, that can be as large as one likes and keep all constraints."""
+        return slice(0, 0) if self.has_constraints else slice(None)
+
+    @property
+    def normed(self) -> tuple[str, ...]:
+        """The components that `squared_norm` is about; all of them if it names none."""
+        return ()
+
+    def squared_norm(self, parts: Parts) -> Array:
+        """Return the square of the norm of a state, shape (P,): that of Euclid, unless the form has another one."""
+        return np.asarray(sum((part**2).sum(axis=0) for part in parts.values()))
 
     def index_lost(self, t: float, h: float, parts: Parts, noise: Increment) -> Mask:  # noqa: ARG002 - as above
         """Tell on which paths a constraint's root is lost within a step, whoever makes it."""

@@ -17,7 +17,7 @@ from ..contracts.measure import Evidence, Finding, Judgement, Measure, Snapshot,
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally, packed, unpacked
-from ..forms import Problem, is_delayed
+from ..forms import Delayed, Problem
 from ..probe.local.consistency import (
     DelayConsistency,
     consistency_order,
@@ -54,14 +54,16 @@ class Intervals(Measure):
         """Refuse problems without delay or with a single interval, and schemes with bounded increments."""
         if scheme.law.bounded:
             return f"its {scheme.law.name} increments are not Brownian: no strong order"
-        if not is_delayed(problem):
+        delayed = problem.capability(Delayed)
+        if delayed is None:
             return "the problem has no delay"
-        return "" if problem.delay < problem.horizon else "the problem ends within the first delay: see strong"
+        return "" if delayed.delay < problem.horizon else "the problem ends within the first delay: see strong"
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> "IntervalObserver":
         """Return the notebook for one block."""
-        assert is_delayed(problem)
-        return IntervalObserver(problem.delay, problem.horizon / settings.coarsest, parts, settings)
+        delayed = problem.capability(Delayed)
+        assert delayed is not None
+        return IntervalObserver(delayed.delay, problem.horizon / settings.coarsest, parts, settings)
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the local defects on the first intervals and on all, where the one-step map can be probed."""

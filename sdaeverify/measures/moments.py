@@ -35,7 +35,7 @@ from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Meas
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
 from ..contracts.tally import EXTREMES, Tally, largest, packed, unpacked
-from ..forms import HolonomicSDAE, Problem
+from ..forms import Problem
 from ..numerics.statistics import Estimate, Tail, group_sums, jackknife, tail
 from ..probe.local.orders import LocalOpinion
 from ..probe.step.one_step import OneStep
@@ -56,7 +56,7 @@ class MomentObserver:
     def __init__(self, problem: Problem, parts: Parts, settings: Settings) -> None:
         self.problem, self.settings = problem, settings
         self.wanted: Sequence[frozenset[int]] = [frozenset()] * settings.levels
-        self.names = ("r", "v") if isinstance(problem, HolonomicSDAE) else tuple(parts)
+        self.names = problem.normed or tuple(parts)
         self.worst = np.repeat(self._V(parts)[None], settings.levels + 1, axis=0)
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:

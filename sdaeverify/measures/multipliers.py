@@ -14,7 +14,7 @@ from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Meas
 from ..contracts.scheme import Claim, Scheme, form_names
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally, packed, unpacked
-from ..forms import HolonomicSDAE, Problem
+from ..forms import Multiplied, Problem
 from ..probe.local.multiplier_orders import (
     QUANTITIES,
     Multipliers,
@@ -39,7 +39,7 @@ class MultiplierExponents(Measure):
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse schemes that give out no multipliers."""
         view = scheme.view_of(problem)
-        if not isinstance(view, HolonomicSDAE):
+        if view is None or view.capability(Multiplied) is None:
             return f"the form {form_names(scheme)} has no multiplier"
         with np.errstate(all="ignore"):
             return no_multipliers(scheme, view)

@@ -21,7 +21,7 @@ from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally, packed, unpacked
 from ..errors import FAULTS, one_line
-from ..forms import Problem, is_delayed
+from ..forms import Delayed, Problem
 from ..forms.truths import MeanSquareStability
 from ..probe.linear.affine import AFFINE
 from ..probe.linear.delay_map import LARGE, SMALL, UNIT, limits
@@ -51,8 +51,8 @@ class Stability(Measure):
         if view is None:
             return "the problem has no view of the scheme's form"
         try:
-            if is_delayed(view):
-                return no_delay_stability(scheme, view)
+            if delayed := view.capability(Delayed):
+                return no_delay_stability(scheme, delayed)
             return no_stability(scheme, view)
         except FAULTS as error:
             # Nothing obliges a problem to have coefficients far from its solutions.
@@ -61,7 +61,7 @@ class Stability(Measure):
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the spectral radius on a wide range of step sizes and at those of the run."""
         sizes = [view.horizon / count for count in settings.steps]
-        if not is_delayed(view):
+        if view.capability(Delayed) is None:
             return packed(QUANTITY, stability(scheme, view, sizes))
         found = Tally()
         for scale in limits(scheme, view, QUARTER * view.delay):

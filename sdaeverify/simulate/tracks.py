@@ -10,7 +10,7 @@ from ..contracts.scheme import Scheme, State, Step, flatten, same_kind
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..errors import SchemeError
-from ..forms import DelaySDAE, Problem
+from ..forms import Problem
 from ..noise.brownian import Increment, LevelNoise, Piece
 from ..numerics import all_finite
 
@@ -63,7 +63,7 @@ class Track:
         Where it depends on them, a path that found no root, and was held, cannot satisfy it any more.
         """
         parts = self.parts()
-        if not isinstance(self.problem, DelaySDAE):
+        if not self.problem.moving_constraints:
             return parts
         lagged = parts["x"] if self.recall is None else self.recall.lagged()
         held = self.failed[None].astype(float)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify.forms import is_delayed
+from sdaeverify.forms import Delayed
 from sdaeverify.probe.linear.delay_map import LARGE, SMALL, UNIT
 from sdaeverify.probe.stability import delay_stability as scanning
 from sdaeverify.probe.stability.delay_stability import delay_stability, no_delay_stability
@@ -90,6 +90,6 @@ def test_the_equations_own_boundary_is_met_on_both_sides(d: float, stable: float
 
 def test_what_makes_no_sense_is_refused() -> None:
     """A problem without delay is none of this; the shipped ones have nothing against them."""
-    assert not is_delayed(gbm())
-    assert is_delayed(delay_test())
+    assert gbm().capability(Delayed) is None
+    assert delay_test().capability(Delayed) is not None
     assert no_delay_stability(StochasticTheta(), delay_test()) == ""

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, TypeGuard
+from typing import NamedTuple, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,6 +27,7 @@ from ..problem import Problem, Residual
 from ..sde.sde import SDE
 from .algebraic import solve_algebraic
 from .checks import check_jacobians, check_regular, check_solved, no_drift_partials, size_of_terms
+from .delayed import Delayed
 from .dissipation import Dissipation
 from .mesh import Lag, Mesh, Recall
 from .partials import Partials, partials
@@ -36,6 +37,7 @@ HISTORY = 17
 NO_Y = "the equation has no algebraic component y; refuse it in refuses(problem)"
 # Of x, the delayed x and y.
 Coefficient = Callable[[float, Array, Array, Array], Array]
+K = TypeVar("K")
 
 
 class DelayState(NamedTuple):
@@ -56,13 +58,8 @@ def _is_number(given: object) -> TypeGuard[int]:
     return isinstance(given, int | np.integer)
 
 
-def is_delayed(problem: object) -> "TypeGuard[DelaySDAE]":
-    """Tell whether a problem has a delay; a `DelaySDAE` may have none."""
-    return isinstance(problem, DelaySDAE) and problem.delay > 0.0
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
-class DelaySDAE(Problem):
+class DelaySDAE(Delayed):
     """A stochastic delay differential-algebraic equation of index 1 (Ito).
 
     With v(t) = x(t - tau),
@@ -249,6 +246,10 @@ class DelaySDAE(Problem):
             seen_as="delay equation",
         )
 
+    def capability(self, kind: type[K]) -> K | None:
+        """Return the problem itself for what it is; it is `Delayed` only with a delay."""
+        return None if kind is Delayed and not self.delay else super().capability(kind)
+
     def view(self, form: type[Problem]) -> Problem | None:
         """Return the problem itself or, without delay, its equation of x where an `SDE` is asked for."""
         return super().view(form) or (self._equation if form is SDE and not self.delay else None)
@@ -265,7 +266,11 @@ class DelaySDAE(Problem):
 
     def state(self, x: Array, t: float = 0.0) -> DelayState:
         """Return the state at x and time t without delay."""
-        return DelayState(x, self.eliminated(t, x, x))
+        return self.consistent(t, x, x)
+
+    def consistent(self, t: float, x: Array, v: Array) -> DelayState:
+        """Return the state at x and its past v, with the y that solves the constraint."""
+        return DelayState(x, self.eliminated(t, x, v) if self.constraints else x[:0])
 
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:
         """Return the defect u where y, the lagged x and the time are known."""
@@ -277,6 +282,16 @@ class DelaySDAE(Problem):
         sizes = [np.abs(A).max(axis=(0, 1)) * norm(z) for A, z in terms]
         scale = np.broadcast_to(sum(sizes, np.zeros(1)), x.shape[-1:])
         return {"u": Residual(self.constraint(t, x, v, y), scale)}
+
+    @property
+    def moving_constraints(self) -> bool:
+        """Always: u depends on time and, with a delay, on the past."""
+        return True
+
+    def kick(self, t: float, parts: Parts, noise: Increment) -> Array:
+        """Return g dW, shape (d, P)."""
+        x = parts["x"]
+        return self.diffused(t, x, x if noise.lagged is None else noise.lagged, parts.get("y", x[:0]), noise.dW)
 
     def index_lost(self, t: float, h: float, parts: Parts, noise: Increment) -> Mask:
         """Tell on which paths du/dy turns over, or no y is found, within a step of Euler's method.

@@ -35,6 +35,7 @@ from ..problem import Problem, Residual
 from ..sde.sde import SDE
 from .inherent import inherent_sde
 from .jacobian import ConstraintJacobian, DenseJacobian
+from .multiplied import Multiplied
 from .structure import Structure, no_derivative_of_force
 from .structure_check import check_structure
 from .unstructured import Unstructured
@@ -57,7 +58,7 @@ class HolonomicState(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class HolonomicSDAE(Problem):
+class HolonomicSDAE(Multiplied):
     """Mechanics with a holonomic constraint: dr = v dt, M dv = a dt + B dw + grad g(r) dmu, g(r) = 0 (Ito).
 
     Attributes
@@ -217,6 +218,33 @@ class HolonomicSDAE(Problem):
         """Return the state whose components r, v and mu are the rows of x."""
         n = self.dimension
         return HolonomicState(x[:n], x[n : 2 * n], x[2 * n :])
+
+    def multiplier_scales(self, t: float, x: Array, h: float) -> tuple[Array, Array]:
+        """Return |G_M^{-1}| |Dg| times |r|, and times |v + h a + B w|."""
+        (r, v, _), m = self.state(x), self.constraints
+        J = self.linearised(r)
+        identity = np.broadcast_to(np.eye(m)[..., None], (m, m, x.shape[1]))
+        inverse = J.gram(J).solve(np.ascontiguousarray(identity)).reshape(-1, x.shape[1])
+        a, B = self.inverse_mass(self.force(t, r, v)), self.inverse_mass(self.diffusion(t, r, v))
+        moved = norm(v) + h * norm(a) + np.sqrt(h) * norm(B.reshape(-1, B.shape[-1]))
+        size = norm(inverse) * J.size()
+        return size * norm(r), size * moved
+
+    @property
+    def normed(self) -> tuple[str, ...]:
+        """Positions and velocities."""
+        return "r", "v"
+
+    def squared_norm(self, parts: Parts) -> Array:
+        """Return |r|^2 + |M^{1/2} v|^2."""
+        r, v = parts["r"], parts["v"]
+        Mv = v if self.mass is None else np.einsum("ij,jp->ip", np.asarray(self.mass), v)
+        return np.asarray((r * r).sum(axis=0) + (v * Mv).sum(axis=0))
+
+    @property
+    def free_rows(self) -> slice:
+        """The velocities, which stay tangent."""
+        return slice(self.dimension, 2 * self.dimension)
 
     # Built once: making an equation checks it, and what is found for one view serves all schemes that see it.
     @cached_property

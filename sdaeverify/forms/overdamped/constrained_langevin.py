@@ -7,7 +7,7 @@ Pi = Id - g G^{-1} g^T, the projector onto the tangent space.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,11 +31,14 @@ from ..mechanics.jacobian import ConstraintJacobian, DenseJacobian
 from ..problem import Problem, Residual
 from ..sde.sde import SDE
 from .equation import langevin_equation
+from .family import StiffnessFamily
 from .geometry import ConstraintGeometry
+
+K = TypeVar("K")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ConstrainedLangevin(Problem):
+class ConstrainedLangevin(StiffnessFamily):
     """Overdamped Langevin dynamics near or on the manifold zeta = 0, W in R^d.
 
     For eps > 0 the penalised dynamics (1.4), for eps = 0 the constrained dynamics (1.2):
@@ -185,6 +188,21 @@ class ConstrainedLangevin(Problem):
     def admissible(self, x: Array) -> Array:
         """Return points of the manifold near the columns of x, or x itself where it need not be kept."""
         return onto_manifold(self.constraint, self.linearised, self.push, x) if self.has_constraints else x
+
+    def capability(self, kind: type[K]) -> K | None:
+        """Return the problem itself for what it is; it is a `StiffnessFamily` only with its members."""
+        return None if kind is StiffnessFamily and self.family is None else super().capability(kind)
+
+    def why_not(self, kind: type[Any]) -> str:
+        """Return why the problem does not offer a kind, or an empty string."""
+        if kind is StiffnessFamily and self.family is None:
+            return "the problem comes with one stiffness parameter only"
+        return super().why_not(kind)
+
+    def member(self, eps: float) -> "ConstrainedLangevin":
+        """Return the problem with another eps."""
+        assert self.family is not None
+        return self.family(eps)
 
     def view(self, form: type[Problem]) -> Problem | None:
         """Return the problem itself, or its Ito equation where an `SDE` is asked for."""

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Array, Parts
 from ...errors import ProblemError, SchemeError
+from ...noise.brownian import Increment
 from ...numerics import apply, directional, is_analytic, jacobian, norm
 from ..checks import (
     CONSISTENCY,
@@ -123,6 +124,10 @@ class SDE(Problem):
         if self.diffusion_product is not None:
             return self.diffusion_product(t, x, w)
         return apply(self.diffusion(t, x), w)
+
+    def euler(self, t: float, x: Array, h: float, noise: Increment) -> Array:
+        """Return x + f h + B dW, shape (d, P): a step of Euler-Maruyama."""
+        return np.asarray(x + h * self.drift(t, x) + self.diffused(t, x, noise.dW))
 
     def linearised(self, x: Array) -> ConstraintJacobian:
         """Return the linearised constraint at x."""

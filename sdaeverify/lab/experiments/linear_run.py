@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...contracts.matching import match
-from ...contracts.scheme import Scheme
-from ...forms import DelaySDAE, DelayState, Problem, is_delayed
+from ...contracts.scheme import Scheme, flatten
+from ...forms import Delayed, Problem
 from ...probe.linear.affine import AFFINE
 from ...probe.linear.delay_map import at_rest, is_autonomous, is_scalar, linear_delay, probed_step, run_start
 from ...probe.linear.delay_moments import RunMoments, run_moments
@@ -35,14 +35,14 @@ class LinearRun(NamedTuple):
     Attributes
     ----------
     scheme : Scheme
-    view : DelaySDAE
+    view : Delayed
         As the scheme sees the equation.
     h : float
     step : LinearDelayStep
     """
 
     scheme: Scheme
-    view: DelaySDAE
+    view: Delayed
     h: float
     step: LinearDelayStep
 
@@ -59,10 +59,12 @@ class LinearRun(NamedTuple):
 
 def linear_run(scheme: Scheme, steps: int, problem: Problem) -> LinearRun | None:
     """Return the run of a scheme with so many steps to the final time; None where it is not linear."""
-    view, h = match(scheme, problem).problem, problem.horizon / steps
-    if not is_delayed(view) or scheme.law.clip:
+    matched, h = match(scheme, problem).problem, problem.horizon / steps
+    view = None if matched is None else matched.capability(Delayed)
+    if view is None or scheme.law.clip:
         return None
-    if not isinstance(scheme.start(view, 1, h), DelayState) or not at_rest(view) or not is_autonomous(view):
+    memory = flatten(scheme.start(view, 1, h))
+    if len(memory) != view.dimension + view.constraints or not at_rest(view) or not is_autonomous(view):
         return None
     found = probed_step(scheme, view, h)
     linear = not found.failed and max(found.defect, np.abs(found.offset).max()) <= AFFINE

@@ -11,7 +11,7 @@ from ...contracts.measure import Evidence, Finding, Verdict
 from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally, packed, unpacked
-from ...forms import Problem, is_delayed
+from ...forms import Delayed, Problem
 from ...probe.local.algebraic_defects import AlgebraicDefects, algebraic_defects, algebraic_order
 from ...probe.local.delay_links import X, Y, keeps_constraint, linked, loses_algebraic
 from ...probe.local.orders import LocalOpinion
@@ -117,14 +117,16 @@ def probe_strong(scheme: Scheme, view: Problem, settings: Settings, span: Span =
         return Tally()
     found = packed(span.name, local_strong(*pair))
     delta = _delta(view, settings) if span.links > 1 else 0.0
-    if not (delta and is_delayed(view) and keeps_constraint(scheme, view)):
+    delayed = view.capability(Delayed)
+    if not delta or delayed is None or not keeps_constraint(scheme, view):
         return found
-    return found.merged(packed(_of_y(span), algebraic_defects(scheme, view, delta)))
+    return found.merged(packed(_of_y(span), algebraic_defects(scheme, delayed, delta)))
 
 
 def _delta(view: Problem, settings: Settings) -> float:
     """Return where the delay lies on the finest mesh: 0 where it is a multiple of the step, or there is none."""
-    return view.mesh(view.horizon / settings.steps[-1]).delta if is_delayed(view) else 0.0
+    delayed = view.capability(Delayed)
+    return delayed.mesh(view.horizon / settings.steps[-1]).delta if delayed else 0.0
 
 
 def _of_y(span: Span) -> str:

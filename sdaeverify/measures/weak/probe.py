@@ -10,7 +10,7 @@ from ...contracts.measure import Evidence, Verdict
 from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally, packed, unpacked
-from ...forms import Problem, is_delayed
+from ...forms import Delayed, Problem
 from ...probe.linear.delay_moment_errors import delay_moment_errors, no_delay_moments
 from ...probe.linear.moments import MomentErrors, moment_errors, moment_orders, no_moments
 from ...probe.local import weak_defects as local
@@ -88,7 +88,7 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
     if not (loses_algebraic(scheme, view) or local.refusal(*pair)):
         found = local.local_weak(*pair, _reference)
         evidence = evidence.merged(packed(LOCAL, found))
-    if is_delayed(view):
+    if view.capability(Delayed):
         if not no_delay_moments(scheme, view, settings.steps):
             evidence = evidence.merged(packed(MOMENTS, delay_moment_errors(scheme, view, settings.steps)))
     elif not no_moments(scheme, view):

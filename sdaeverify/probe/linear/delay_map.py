@@ -10,7 +10,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.scheme import Scheme, flatten
-from ...forms import DelaySDAE
+from ...forms import Delayed
 from ...noise.brownian import Increment
 from ..stability.delay_equation import LinearDelay
 from ..step.nodes import SEED
@@ -46,14 +46,14 @@ class ProbedStep(NamedTuple):
     failed: bool
 
 
-def probed_step(scheme: Scheme, view: DelaySDAE, h: float, scale: float = UNIT) -> ProbedStep:
+def probed_step(scheme: Scheme, view: Delayed, h: float, scale: float = UNIT) -> ProbedStep:
     """Return the matrices of a step of size h after the first delay.
 
     Parameters
     ----------
     scheme : Scheme
-    view : DelaySDAE
-        Of the scheme's form, with a delay.
+    view : Delayed
+        Of the scheme's form.
     h : float
     scale : float
         Size of the states at which it is evaluated.
@@ -78,7 +78,7 @@ def probed_step(scheme: Scheme, view: DelaySDAE, h: float, scale: float = UNIT) 
     return ProbedStep(step, offset, max(defect(values[..., : 1 + l], factors[..., : 1 + l]), off), failed)
 
 
-def no_lasting_step(scheme: Scheme, view: DelaySDAE, h: float) -> str:
+def no_lasting_step(scheme: Scheme, view: Delayed, h: float) -> str:
     """Return why the matrices of a step are not those of all steps after the first delay, or an empty string."""
     inputs, xi = (
         trial_states(len(flatten(scheme.start(view, 1, h))) + 2 * view.dimension),
@@ -88,7 +88,7 @@ def no_lasting_step(scheme: Scheme, view: DelaySDAE, h: float) -> str:
     return "" if all(relative(other - first, np.abs(first)) <= AFFINE for other in others) else DIFFERENT
 
 
-def no_lasting_run(scheme: Scheme, view: DelaySDAE, h: float) -> str:
+def no_lasting_run(scheme: Scheme, view: Delayed, h: float) -> str:
     """Return why the matrices are not those of all steps of a run, those that the history drives among them."""
     if reason := no_lasting_step(scheme, view, h):
         return reason
@@ -101,13 +101,13 @@ def no_lasting_run(scheme: Scheme, view: DelaySDAE, h: float) -> str:
     return "" if relative(made - expected, np.abs(expected)) <= AFFINE else DIFFERENT
 
 
-def _later(view: DelaySDAE) -> tuple[float, ...]:
+def _later(view: Delayed) -> tuple[float, ...]:
     """Return times after the first delay: before, the lagged values are the history's, and a scheme may know them."""
     left = max(view.horizon - view.delay, 0.0)
     return tuple(view.delay + part * left for part in (WHEN, *ELSEWHEN))
 
 
-def linear_delay(view: DelaySDAE, scale: float = UNIT) -> LinearDelay:
+def linear_delay(view: Delayed, scale: float = UNIT) -> LinearDelay:
     """Return the coefficients of the equation with y eliminated, at states of some size; it is scalar."""
     plain, none = view.without_y(), np.zeros((0, 3))
     x, v = scale * np.array([[[0.0, 1.0, 0.0]], [[0.0, 0.0, 1.0]]])
@@ -117,25 +117,25 @@ def linear_delay(view: DelaySDAE, scale: float = UNIT) -> LinearDelay:
     return LinearDelay(float(A), float(B), float(c), float(d), view.delay)
 
 
-def is_scalar(view: DelaySDAE) -> bool:
+def is_scalar(view: Delayed) -> bool:
     """Tell whether x and the noise have one dimension, so that `linear_delay` says all of the equation."""
     return view.dimension == view.noise_dim == 1
 
 
-def run_start(scheme: Scheme, view: DelaySDAE, h: float, steps: int) -> Start:
+def run_start(scheme: Scheme, view: Delayed, h: float, steps: int) -> Start:
     """Return where a run with steps of size h begins: the scheme's state, and the lagged values that so many use."""
     used = min(view.mesh(h).m, max(steps, 1) + 1)
     lagged = [view.past(min(0.0, n * h - view.delay))[:, 0] for n in range(used)]
     return Start(flatten(scheme.start(view, 1, h))[:, 0], np.array(lagged))
 
 
-def at_rest(view: DelaySDAE) -> bool:
+def at_rest(view: Delayed) -> bool:
     """Tell whether zero is a solution of the equation with y eliminated."""
     plain, zero, none = view.without_y(), np.zeros((view.dimension, 1)), np.zeros((0, 1))
     return not any(np.any(part(0.0, zero, zero, none)) for part in (plain.drift, plain.diffusion))
 
 
-def is_autonomous(view: DelaySDAE) -> bool:
+def is_autonomous(view: Delayed) -> bool:
     """Tell whether drift and diffusion with y eliminated are the same at two times."""
     plain, none = view.without_y(), np.zeros((0, 4))
     x, v = np.random.Generator(np.random.Philox(key=SEED + 6)).standard_normal((2, view.dimension, 4))
@@ -146,14 +146,14 @@ def is_autonomous(view: DelaySDAE) -> bool:
     )
 
 
-def limits(scheme: Scheme, view: DelaySDAE, h: float) -> tuple[float, ...]:
+def limits(scheme: Scheme, view: Delayed, h: float) -> tuple[float, ...]:
     """Return the sizes of states at which a step is linear: one of a linear step, else a small and a large one."""
     if probed_step(scheme, view, h).defect <= AFFINE:
         return (UNIT,)
     return tuple(size for size in (SMALL, LARGE) if probed_step(scheme, view, h, size).defect <= AFFINE)
 
 
-def _evaluated(scheme: Scheme, view: DelaySDAE, h: float, at: tuple[Array, Array], t: float) -> tuple[Array, bool]:
+def _evaluated(scheme: Scheme, view: Delayed, h: float, at: tuple[Array, Array], t: float) -> tuple[Array, bool]:
     """Return the new states at all inputs, shape (k, S, K), of a step at time t for every column of noise."""
     inputs, xi = at
     d, count = view.dimension, xi.shape[1]

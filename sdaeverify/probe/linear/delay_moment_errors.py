@@ -11,7 +11,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.scheme import Scheme
-from ...forms import DelaySDAE
+from ...forms import Delayed
 from ...forms.truths import Moment
 from ...numerics.statistics import EPS
 from ..step.nodes import SEED
@@ -27,7 +27,7 @@ FURTHER, FEWEST = 2, 3
 POWERS = (1, 2)
 
 
-def constrained(view: DelaySDAE, steps: Sequence[int]) -> list[int]:
+def constrained(view: Delayed, steps: Sequence[int]) -> list[int]:
     """Return the numbers of steps that a delay is a multiple of.
 
     On other meshes the leading coefficient of an error depends on where the delay lies between two mesh points, and
@@ -36,7 +36,7 @@ def constrained(view: DelaySDAE, steps: Sequence[int]) -> list[int]:
     return [count for count in steps if view.mesh(view.horizon / count).delta == 0.0]
 
 
-def no_delay_moments(scheme: Scheme, view: DelaySDAE, steps: Sequence[int]) -> str:
+def no_delay_moments(scheme: Scheme, view: Delayed, steps: Sequence[int]) -> str:
     """Return why moments cannot be propagated for these numbers of steps, or an empty string."""
     if len(constrained(view, steps)) < FEWEST:
         return "the delay is no multiple of the steps"
@@ -53,13 +53,13 @@ def no_delay_moments(scheme: Scheme, view: DelaySDAE, steps: Sequence[int]) -> s
     return no_lasting_run(scheme, view, h) if linear else "the step is not linear in the state"
 
 
-def delay_moment_errors(scheme: Scheme, view: DelaySDAE, steps: Sequence[int]) -> MomentErrors:
+def delay_moment_errors(scheme: Scheme, view: Delayed, steps: Sequence[int]) -> MomentErrors:
     """Return the errors of first and second moments of x at the final time.
 
     Parameters
     ----------
     scheme : Scheme
-    view : DelaySDAE
+    view : Delayed
         Of a pair that `no_delay_moments` has nothing against.
     steps : sequence of int
         Numbers N of steps to the final time, each twice the one before; two more follow. Those are taken that the
@@ -85,7 +85,7 @@ def delay_moment_errors(scheme: Scheme, view: DelaySDAE, steps: Sequence[int]) -
     )
 
 
-def known_moments(view: DelaySDAE) -> Array:
+def known_moments(view: Delayed) -> Array:
     """Return E x and E x^2 of a scalar x at the final time as far as truths know them, shape (0,), (1,) or (2,).
 
     Which observables they are is seen by their values.
@@ -101,7 +101,7 @@ def known_moments(view: DelaySDAE) -> Array:
     return np.array([value for value in found if value is not None])
 
 
-def _propagated(scheme: Scheme, view: DelaySDAE, count: int) -> tuple[float, ...]:
+def _propagated(scheme: Scheme, view: Delayed, count: int) -> tuple[float, ...]:
     """Return E x_N, E x_N^2, the largest moment on the way, the step's defect and whether it failed."""
     h = view.horizon / count
     probed, (y, lagged) = probed_step(scheme, view, h), run_start(scheme, view, h, count)

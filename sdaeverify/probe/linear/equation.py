@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...forms import SDE, Problem
+from ...forms import Equation, Problem
 from .affine import AFFINE, at_corners, corners, defect, trial_states
 from .second_moments import Operator, on_symmetric, smat, svec
 
@@ -81,7 +81,7 @@ class LinearEquation(NamedTuple):
 def no_linear_equation(view: Problem) -> str:
     """Return why a problem is not linear with constant coefficients, or an empty string."""
     ito = view.ito()
-    if not isinstance(ito, SDE):
+    if ito is None:
         return f"a {type(view).__name__} offers no Ito equation whose coefficients could be linear"
     with np.errstate(all="ignore"):
         x = trial_states(ito.dimension)
@@ -95,14 +95,14 @@ def no_linear_equation(view: Problem) -> str:
     return ""
 
 
-def linear_equation(ito: SDE) -> LinearEquation:
+def linear_equation(ito: Equation) -> LinearEquation:
     """Return the coefficients of an equation that `no_linear_equation` has nothing against."""
     x = corners(ito.dimension)
     drift, diffusion = (at_corners(values[0], last=0.0) for values in _coefficients(ito, x).values())
     return LinearEquation(drift[..., 0], diffusion)
 
 
-def _coefficients(ito: SDE, x: Array) -> dict[str, list[Array]]:
+def _coefficients(ito: Equation, x: Array) -> dict[str, list[Array]]:
     # Of f and B, values at the states x, shape (d, states, 1) and (d, states, l), now and at later times.
     times = (0.0, *(part * ito.horizon for part in TIMES))
     shape = (len(x), ito.noise_dim, x.shape[1])

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.scheme import Scheme
-from ...forms import DelaySDAE, DelayState
+from ...forms import Delayed
 from ...noise.brownian import Increment
 from ..step.nodes import normal_rule
 from ..step.one_step import OneStep
@@ -45,14 +45,14 @@ class AlgebraicDefects(NamedTuple):
     scale: Array
 
 
-def algebraic_defects(scheme: Scheme, view: DelaySDAE, delta: float) -> AlgebraicDefects:
+def algebraic_defects(scheme: Scheme, view: Delayed, delta: float) -> AlgebraicDefects:
     """Probe the y of one step of each size after the first delay.
 
     Parameters
     ----------
     scheme : Scheme
-    view : DelaySDAE
-        With a delay and with algebraic components, which the scheme solves for; see `keeps_constraint`.
+    view : Delayed
+        With algebraic components, which the scheme solves for; see `keeps_constraint`.
     delta : float
         Where the delay lies on the mesh, from 0 to 1.
 
@@ -75,7 +75,7 @@ def algebraic_order(record: AlgebraicDefects) -> float:
 
 
 def _level(
-    scheme: Scheme, view: DelaySDAE, states: list[Array], s: float, at: tuple[float, float]
+    scheme: Scheme, view: Delayed, states: list[Array], s: float, at: tuple[float, float]
 ) -> tuple[Array, Array]:
     """Return the root mean squares and the scale, shape (S,), of steps that are of size h on a mesh with delta."""
     (h, delta), t = at, s + view.delay
@@ -87,7 +87,7 @@ def _level(
     between = old + delta * h * f + plain.diffused(s, old, past, none, np.sqrt(delta) * before)
     end = between + (1.0 - delta) * h * f + plain.diffused(s, old, past, none, np.sqrt(1.0 - delta) * after)
     noise = Increment(own, np.zeros_like(own), lagged=old, ahead=delta * end + (1.0 - delta) * old)
-    state = scheme.enter(view, DelayState(now, view.eliminated(t, now, old)), t, h)
+    state = scheme.enter(view, view.consistent(t, now, old), t, h)
     made = scheme.parts(view, scheme.prepare(view, h)(state, t, noise).state)
     off = made[Y] - view.eliminated(t + h, made[X], between)
     squares = (off**2).sum(axis=0).reshape(-1, len(rule.weights))

@@ -16,7 +16,7 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...contracts.measure import Verdict
 from ...contracts.scheme import Scheme
-from ...forms import DelaySDAE, Problem
+from ...forms import Delayed, Problem
 from ...noise.brownian import Increment
 from ..step.nodes import SEED, HalfSteps, Nodes, half_steps, step_nodes
 from ..step.one_step import OneStep
@@ -187,7 +187,7 @@ class DelayConsistency(NamedTuple):
     scale: Array
 
 
-def no_delay_consistency(scheme: Scheme, view: DelaySDAE) -> str:
+def no_delay_consistency(scheme: Scheme, view: Delayed) -> str:
     """Return why a step cannot be probed given its past, or an empty string."""
     if scheme.law.bounded or "H" in scheme.noise:
         return "a step given its past is probed with Brownian increments alone"
@@ -195,13 +195,13 @@ def no_delay_consistency(scheme: Scheme, view: DelaySDAE) -> str:
     return "" if nodes.whole.exact else "its noise has too many dimensions for a rule"
 
 
-def delay_consistency(scheme: Scheme, view: DelaySDAE) -> DelayConsistency:
+def delay_consistency(scheme: Scheme, view: Delayed) -> DelayConsistency:
     """Probe one step and two half steps of each size after the first delay.
 
     Parameters
     ----------
     scheme : Scheme
-    view : DelaySDAE
+    view : Delayed
         Of a pair that `no_delay_consistency` has nothing against.
 
     Returns

@@ -19,7 +19,7 @@ import numpy as np
 
 from ...arrays import Array, Parts
 from ...contracts.scheme import Claim, Scheme, State, Step, flatten
-from ...forms import SDE, DelaySDAE, DelayState, Problem, is_delayed
+from ...forms import SDE, Delayed, IndexOne, Problem
 from ...noise.brownian import Increment
 from ...noise.laws import Law
 from ..step.nodes import SEED
@@ -47,9 +47,10 @@ def linked(scheme: Scheme, view: Problem, links: int = 2, until: float = np.inf)
     Scheme, Problem
         The given ones where there is no delay.
     """
-    if not is_delayed(view):
+    delayed = view.capability(Delayed)
+    if delayed is None:
         return scheme, view
-    return LinkedScheme(scheme, view, links), linked_equation(view, links, until)
+    return LinkedScheme(scheme, delayed, links), linked_equation(delayed, links, until)
 
 
 def loses_algebraic(scheme: Scheme, view: Problem) -> bool:
@@ -57,10 +58,11 @@ def loses_algebraic(scheme: Scheme, view: Problem) -> bool:
 
     So is what a scheme adds to x and y.
     """
-    if not isinstance(view, DelaySDAE):
+    form = view.capability(IndexOne)
+    if form is None:
         return False
-    further = len(flatten(scheme.start(view, 1, view.horizon))) > view.dimension + view.constraints
-    return further or (bool(view.constraints) and not keeps_constraint(scheme, view))
+    further = len(flatten(scheme.start(view, 1, view.horizon))) > form.dimension + form.constraints
+    return further or (bool(form.constraints) and not keeps_constraint(scheme, view))
 
 
 def keeps_constraint(scheme: Scheme, view: Problem) -> bool:
@@ -68,18 +70,17 @@ def keeps_constraint(scheme: Scheme, view: Problem) -> bool:
 
     The step is one after the first delay: up to it, the lagged values are the history's, and a scheme may know them.
     """
-    if not isinstance(view, DelaySDAE) or not view.constraints:
+    form = view.capability(IndexOne)
+    if form is None or not form.constraints:
         return False
-    h, paths = min(view.horizon, view.delay or view.horizon) / 64.0, 8
+    h, paths = min(view.horizon, form.delay or view.horizon) / 64.0, 8
     rng = np.random.Generator(np.random.Philox(key=SEED + 5))
-    start = view.initial(paths)
-    lagged, ahead = start.x + 0.1 * rng.standard_normal((2, *start.x.shape))
-    past = {"lagged": lagged, "ahead": ahead} if view.delay else {}
+    past = form.near_past(rng, paths, 0.1)
     noise = Increment(np.sqrt(h) * rng.standard_normal((view.noise_dim, paths)), None, **past)
-    t = view.delay + h if view.delay else 0.0
-    state = DelayState(start.x, view.eliminated(t, start.x, view.lag(start.x, h, noise).now))
+    t, x = form.delay + h if form.delay else 0.0, np.repeat(form.past(0.0), paths, axis=1)
+    state = form.consistent(t, x, form.lag(x, h, noise).now)
     after = scheme.parts(view, scheme.prepare(view, h)(scheme.enter(view, state, t, h), t, noise).state)
-    known = {"t": np.full((1, 1), t + h), "lagged": ahead if view.delay else after["x"]}
+    known = {"t": np.full((1, 1), t + h), "lagged": past.get("ahead", after["x"])}
     value, scale = view.residuals({**after, **known})["u"]
     return bool((np.abs(value) <= CLOSE * scale).all())
 
@@ -91,14 +92,13 @@ class LinkedScheme(Scheme):
     Attributes
     ----------
     scheme : Scheme
-    problem : DelaySDAE
-        With a delay.
+    problem : Delayed
     links : int
         Steps that are made, the oldest with the history as its past.
     """
 
     scheme: Scheme
-    problem: DelaySDAE
+    problem: Delayed
     links: int
 
     name: ClassVar[str] = "linked"
@@ -139,8 +139,7 @@ class LinkedScheme(Scheme):
 
     def _one(self, x: Array, t: float, h: float, noise: Increment) -> Step:
         assert noise.lagged is not None
-        y = self.problem.eliminated(t, x, noise.lagged) if self.problem.constraints else x[:0]
-        state = self.scheme.enter(self.problem, DelayState(x, y), t, h)
+        state = self.scheme.enter(self.problem, self.problem.consistent(t, x, noise.lagged), t, h)
         return self.scheme.prepare(self.problem, h)(state, t, noise)
 
 
@@ -163,7 +162,7 @@ class LinkedEquation(SDE):
 
 
 @lru_cache(maxsize=8)
-def linked_equation(problem: DelaySDAE, links: int, until: float = np.inf) -> SDE:
+def linked_equation(problem: Delayed, links: int, until: float = np.inf) -> SDE:
     """Return the Ito equation of (..., x(s + tau), x(s)), shape (links d, P), with y eliminated and time s."""
     plain, d, l, tau = problem.without_y(), problem.dimension, problem.noise_dim, problem.delay
     none, first = np.zeros((0, 1)), min(problem.horizon, tau)
@@ -199,7 +198,7 @@ def linked_equation(problem: DelaySDAE, links: int, until: float = np.inf) -> SD
     )
 
 
-def _history(problem: DelaySDAE, s: float, z: Array) -> Array:
+def _history(problem: Delayed, s: float, z: Array) -> Array:
     """Return phi(s - tau) on every path of z, and phi(0) after tau."""
     return problem.past(min(0.0, s - problem.delay)) + 0.0 * z[: problem.dimension]
 

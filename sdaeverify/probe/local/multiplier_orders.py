@@ -17,7 +17,7 @@ from ...arrays import Array
 from ...contracts.measure import Verdict
 from ...contracts.scheme import Scheme, Step, flatten
 from ...errors import SchemeError
-from ...forms import HolonomicSDAE
+from ...forms import Multiplied, Problem
 from ...noise.brownian import Increment
 from ...numerics import norm
 from ..step.one_step import OneStep
@@ -61,7 +61,7 @@ class Multipliers(NamedTuple):
     failed: Array
 
 
-def no_multipliers(scheme: Scheme, view: HolonomicSDAE) -> str:
+def no_multipliers(scheme: Scheme, view: Problem) -> str:
     """Return why a pair has no multipliers to probe, or an empty string."""
     step = OneStep(scheme, view)
     if reason := step.refusal():
@@ -69,13 +69,13 @@ def no_multipliers(scheme: Scheme, view: HolonomicSDAE) -> str:
     return "" if _given(step).any() else f"its steps give no outputs {KAPPA} or {LAMBDA}"
 
 
-def multipliers(scheme: Scheme, view: HolonomicSDAE) -> Multipliers:
+def multipliers(scheme: Scheme, view: Problem) -> Multipliers:
     """Probe one step of each size at each state of the cloud, with w = 0 and w = +-sqrt(h) in 1 + l directions.
 
     Parameters
     ----------
     scheme : Scheme
-    view : HolonomicSDAE
+    view : Problem
         The pair has multipliers, see `no_multipliers`.
 
     Returns
@@ -172,17 +172,11 @@ def _leading(step: OneStep, x: Array, w: Array) -> tuple[Array, Array]:
 
 
 def _scales(step: OneStep, x: Array, h: float) -> Array:
-    """Return the largest |G_M^{-1}| |Dg| times |r|, times |v + h a + B w|, and times that over sqrt(h)."""
-    view, t = step.view, WHEN * step.view.horizon
-    assert isinstance(view, HolonomicSDAE)
-    r, v, _ = view.state(x)
-    J = view.linearised(r)
-    identity = np.broadcast_to(np.eye(view.constraints)[..., None], (view.constraints, view.constraints, x.shape[1]))
-    inverse = J.gram(J).solve(np.ascontiguousarray(identity)).reshape(-1, x.shape[1])
-    a, B = view.inverse_mass(view.force(t, r, v)), view.inverse_mass(view.diffusion(t, r, v))
-    moved = norm(v) + h * norm(a) + np.sqrt(h) * norm(B.reshape(-1, B.shape[-1]))
-    size = norm(inverse) * J.size()
-    return np.array([(size * norm(r)).max(), (size * moved).max(), (size * moved).max() / np.sqrt(h)])
+    """Return what cancels in the multipliers of a step, in their change by it, and in that over sqrt(h)."""
+    form = step.view.capability(Multiplied)
+    assert form is not None
+    value, change = (part.max() for part in form.multiplier_scales(WHEN * step.view.horizon, x, h))
+    return np.array([value, change, change / np.sqrt(h)])
 
 
 def _output(step: OneStep, result: Step, name: str) -> Array:

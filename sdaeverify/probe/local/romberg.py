@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...forms import SDE
+from ...forms import Equation
 
 # Extrapolated trees for so many Brownian motions: beyond, the leaves are too many for one tree more.
 DEPTHS = {1: 5, 2: 5, 3: 4}
@@ -37,14 +37,14 @@ class Romberg(NamedTuple):
 
     Attributes
     ----------
-    ito : SDE
+    ito : Equation
     functions : callable, ndarray of shape (d, P) -> ndarray of shape (F, P)
         phi.
     K : int
         Number of trees.
     """
 
-    ito: SDE
+    ito: Equation
     functions: Callable[[Array], Array]
     K: int
 
@@ -55,12 +55,12 @@ class Romberg(NamedTuple):
         return np.asarray(np.einsum("k,kfs->fs", weights(self.K), trees))
 
 
-def leaves(ito: SDE, x: Array, t: float, h: float, steps: int) -> Array:
+def leaves(ito: Equation, x: Array, t: float, h: float, steps: int) -> Array:
     """Return the leaves of a tree of Euler steps of size h.
 
     Parameters
     ----------
-    ito : SDE
+    ito : Equation
     x : ndarray, shape (d, S)
         Roots.
     t, h : float
@@ -76,7 +76,7 @@ def leaves(ito: SDE, x: Array, t: float, h: float, steps: int) -> Array:
     return x
 
 
-def _branches(ito: SDE, x: Array, t: float, h: float) -> Array:
+def _branches(ito: Equation, x: Array, t: float, h: float) -> Array:
     d, l, P = len(x), ito.noise_dim, x.shape[1]
     centre = x + h * ito.drift(t, x)
     kicks = np.sqrt(l * h) * np.moveaxis(np.broadcast_to(ito.diffusion(t, x), (d, l, P)), 1, 2)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.scheme import Scheme
-from ...forms import SDE, Problem
+from ...forms import Equation, Problem
 from ..step.nodes import HalfSteps, half_steps
 from ..step.one_step import OneStep, unresolved
 from ..step.states import WHEN, cloud
@@ -102,12 +102,12 @@ def _half_steps(scheme: Scheme, view: Problem) -> HalfSteps:
     return half_steps(view.noise_dim, NODES, areas="H" in scheme.noise)
 
 
-def core(ito: SDE, x: Array) -> Array:
+def core(ito: Equation, x: Array) -> Array:
     """Tell on which components the drift or the diffusion depend, by moving each of them away from the states x.
 
     Parameters
     ----------
-    ito : SDE
+    ito : Equation
     x : ndarray, shape (d, S)
 
     Returns

@@ -19,7 +19,7 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...errors import ProblemError
-from ...forms import SDE, Problem
+from ...forms import Problem
 from ...numerics import jacobian
 from ..step import test_functions
 from ..step.nodes import LARGEST, Nodes, step_nodes
@@ -100,7 +100,7 @@ def weak_reference(view: Problem, t: tuple[float, ...]) -> Reference:
         If there is no other.
     """
     ito = view.ito()
-    assert isinstance(ito, SDE)
+    assert ito is not None
     x, h = cloud(view, ito), sizes(view)
     largest = np.abs(x).max(axis=1, where=np.isfinite(x), initial=0.0)
     units = np.exp2(np.ceil(np.log2(np.where(largest > 0.0, largest, 1.0))))[:, None]

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...arrays import Array, Mask
 from ...errors import ProblemError
-from ...forms import SDE, Problem
+from ...forms import Equation, Problem
 from ...forms.chart import Chart
 from ...numerics import is_analytic, jacobian, second_directional
 from .basis import Basis
@@ -36,20 +36,20 @@ class Coefficients(NamedTuple):
     diffusion: Array
 
 
-def charted(view: Problem) -> tuple[SDE, Chart]:
+def charted(view: Problem) -> tuple[Equation, Chart]:
     """Return the Ito equation and the chart of a problem that has both."""
     ito = view.ito()
-    if not isinstance(ito, SDE) or view.chart is None:
+    if ito is None or view.chart is None:
         raise ProblemError(f"a {type(view).__name__} without Ito equation or chart has no equation on a chart")
     return ito, view.chart
 
 
-def output_rows(ito: SDE, chart: Chart, z: Array) -> Mask:
+def output_rows(ito: Equation, chart: Chart, z: Array) -> Mask:
     """Return which rows of a state are pure outputs: 0 under `embed`, and no coefficient depends on them.
 
     Parameters
     ----------
-    ito : SDE
+    ito : Equation
     chart : Chart
     z : ndarray, shape (k, P)
         Coordinates at which it is tried.
@@ -65,7 +65,7 @@ def output_rows(ito: SDE, chart: Chart, z: Array) -> Mask:
     return idle if same else np.zeros_like(idle)
 
 
-def coefficients(ito: SDE, chart: Chart, z: Array) -> Coefficients:
+def coefficients(ito: Equation, chart: Chart, z: Array) -> Coefficients:
     """Return drift and diffusion of the coordinates at z, shape (k, P).
 
     Raises
@@ -86,7 +86,7 @@ def coefficients(ito: SDE, chart: Chart, z: Array) -> Coefficients:
     return Coefficients(_solved(tangents, inverse, (f - 0.5 * curvature)[:, None])[:, 0], s)
 
 
-def generator(ito: SDE, chart: Chart, basis: Basis) -> Array:
+def generator(ito: Equation, chart: Chart, basis: Basis) -> Array:
     """Return the matrix of u -> b . grad u + (1/2) s s^T : D^2 u in a basis, shape (n, n).
 
     Its exponential is the semigroup u -> E u(z_t) to the accuracy of the basis: a reference that knows of no scheme.

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.scheme import Scheme
-from ...forms import DelaySDAE
+from ...forms import Delayed
 from ..linear.delay_map import (
     UNIT,
     at_rest,
@@ -35,7 +35,7 @@ SMALLEST_M, POSITIONS = range(1, 25), (0.0, 0.23, 0.49, 0.77)
 UNKNOWN = SpectralRadius(np.nan, np.inf)
 
 
-def no_delay_stability(scheme: Scheme, view: DelaySDAE) -> str:
+def no_delay_stability(scheme: Scheme, view: Delayed) -> str:
     """Return why mean-square stability cannot be asked for, or an empty string."""
     if scheme.law.clip:
         return "its clipped increments have no simple variance"
@@ -46,13 +46,13 @@ def no_delay_stability(scheme: Scheme, view: DelaySDAE) -> str:
     return no_lasting_step(scheme, view, view.delay / 4.0)
 
 
-def delay_stability(scheme: Scheme, view: DelaySDAE, step_sizes: Sequence[float], scale: float) -> StabilityRecord:
+def delay_stability(scheme: Scheme, view: Delayed, step_sizes: Sequence[float], scale: float) -> StabilityRecord:
     """Return the spectral radius on a wide grid and at some step sizes, and where it crosses 1.
 
     Parameters
     ----------
     scheme : Scheme
-    view : DelaySDAE
+    view : Delayed
         Of a pair that `no_delay_stability` has nothing against.
     step_sizes : sequence of float
     scale : float
@@ -76,14 +76,14 @@ def delay_stability(scheme: Scheme, view: DelaySDAE, step_sizes: Sequence[float]
     return StabilityRecord(*scan, *run, boundaries, abscissa, decays, float(at_rest(view)))
 
 
-def _equation(view: DelaySDAE, scale: float) -> tuple[float, float]:
+def _equation(view: Delayed, scale: float) -> tuple[float, float]:
     if not is_scalar(view):
         return np.nan, np.nan
     equation = linear_delay(view, scale)
     return equation.growth_rate, {True: 1.0, False: 0.0, None: np.nan}[equation.stable]
 
 
-def _scan(view: DelaySDAE, scale: float) -> Array:
+def _scan(view: Delayed, scale: float) -> Array:
     rate = 0.0
     if is_scalar(view):
         A, B, c, d, _ = linear_delay(view, scale)

@@ -3,14 +3,14 @@
 import numpy as np
 
 from ...arrays import Array
-from ...forms import SDE, HolonomicSDAE, Problem
+from ...forms import Equation, Problem
 from ...numerics import norm
 from .states import SCATTERED, allowed, cloud
 
 SIZES = 10.0 ** np.arange(0.0, 8.5, 0.5)
 
 
-def extreme_states(view: Problem, ito: SDE) -> Array:
+def extreme_states(view: Problem, ito: Equation) -> Array:
     """Return the cloud of states, and its scattered points blown up to the sizes 1, 10^(1/2), ..., 10^8.
 
     Of constrained mechanics the velocities are blown up, which stay tangent; of an equation without constraints, the
@@ -21,7 +21,7 @@ def extreme_states(view: Problem, ito: SDE) -> Array:
     ----------
     view : Problem
         With its constraints, if it has some.
-    ito : SDE
+    ito : Equation
         The Ito equation of its comparable components.
 
     Returns
@@ -29,7 +29,7 @@ def extreme_states(view: Problem, ito: SDE) -> Array:
     ndarray, shape (d, S)
     """
     x = cloud(view, ito)
-    rows = _free_rows(view, ito)
+    rows = view.free_rows
     base = x[:, -SCATTERED:]
     with np.errstate(all="ignore"):
         length = norm(base[rows])
@@ -37,9 +37,3 @@ def extreme_states(view: Problem, ito: SDE) -> Array:
         far[rows] *= (SIZES / np.where(length > 0.0, length, 1.0)[:, None]).ravel()
         states = np.concatenate([x, far], axis=1) if len(base[rows]) else x
         return np.asarray(states[:, allowed(view, ito, states)])
-
-
-def _free_rows(view: Problem, ito: SDE) -> slice:
-    if isinstance(view, HolonomicSDAE):
-        return (ito.names or {})["v"]
-    return slice(0, 0) if view.has_constraints else slice(None)

@@ -8,7 +8,7 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.scheme import Scheme, State, flatten
 from ...errors import SchemeError
-from ...forms import SDE, Problem
+from ...forms import Equation, Problem
 from ...noise.brownian import Increment
 from .nodes import SEED
 from .states import WHEN, cloud
@@ -47,10 +47,10 @@ class OneStep:
     view: Problem
 
     @cached_property
-    def ito(self) -> SDE:
+    def ito(self) -> Equation:
         """The Ito equation of the comparable components."""
         equation = self.view.ito()
-        if not isinstance(equation, SDE):
+        if equation is None:
             raise SchemeError(f"a {type(self.view).__name__} offers no Ito equation to compare one step with")
         return equation
 
@@ -106,7 +106,7 @@ class OneStep:
 
     def euler(self, x: Array, t: float, h: float, noise: Increment) -> Array:
         """Return x + f h + B dW, shape (d, P): Euler-Maruyama of the Ito equation."""
-        return np.asarray(x + h * self.ito.drift(t, x) + self.ito.diffused(t, x, noise.dW))
+        return self.ito.euler(t, x, h, noise)
 
 
 @lru_cache(maxsize=8)

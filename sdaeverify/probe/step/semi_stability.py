@@ -14,7 +14,7 @@ import numpy as np
 from ...arrays import Array, Parts
 from ...contracts.measure import Verdict
 from ...contracts.scheme import Scheme
-from ...forms import HolonomicSDAE, Problem
+from ...forms import Problem
 from ..local.orders import LocalOpinion
 from .far_states import extreme_states
 from .nodes import Nodes, step_nodes
@@ -53,15 +53,8 @@ class Growth(NamedTuple):
 
 
 def lyapunov(problem: Problem, parts: Parts) -> Array:
-    """Return V = 1 + |x|_*^4, shape (P,), with |(r, v)|_*^2 = |r|^2 + |M^{1/2} v|^2 for constrained mechanics.
-
-    Other problems have the Euclidean norm of all components.
-    """
-    if not isinstance(problem, HolonomicSDAE):
-        return np.asarray(1.0 + sum((part**2).sum(axis=0) for part in parts.values()) ** (POWER / 2))
-    r, v = parts["r"], parts["v"]
-    Mv = v if problem.mass is None else np.einsum("ij,jp->ip", np.asarray(problem.mass), v)
-    return np.asarray(1.0 + ((r * r).sum(axis=0) + (v * Mv).sum(axis=0)) ** (POWER / 2))
+    """Return V = 1 + |x|_*^4, shape (P,), in the norm of the problem."""
+    return np.asarray(1.0 + problem.squared_norm(parts) ** (POWER / 2))
 
 
 def growth(scheme: Scheme, view: Any) -> Growth:

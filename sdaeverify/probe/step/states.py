@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Mask
-from ...forms import SDE, Problem
+from ...forms import Equation, Problem
 from ...numerics import all_finite, norm, solve
 from .nodes import SEED
 
@@ -24,7 +24,7 @@ WHEN = 0.2
 
 
 @lru_cache(maxsize=8)
-def cloud(view: Problem, ito: SDE) -> Array:
+def cloud(view: Problem, ito: Equation) -> Array:
     """Return the initial state, points of a pilot trajectory, and points scattered around them.
 
     The pilot is Euler-Maruyama with h = 2^-6 or, on a shorter horizon, 64 steps; it ends after 256 steps. It is kept
@@ -39,7 +39,7 @@ def cloud(view: Problem, ito: SDE) -> Array:
     ----------
     view : Problem
         With its constraints, if it has some.
-    ito : SDE
+    ito : Equation
         The Ito equation of its comparable components.
 
     Returns
@@ -61,7 +61,7 @@ def cloud(view: Problem, ito: SDE) -> Array:
     return found
 
 
-def allowed(view: Any, ito: SDE, points: Array) -> Mask:
+def allowed(view: Any, ito: Equation, points: Array) -> Mask:
     """Tell which points of shape (d, S) are on the manifold, with finite drift and diffusion."""
     f, B = ito.drift(0.0, points), ito.diffusion(0.0, points)
     good = all_finite(points) & all_finite(f) & all_finite(B.reshape(-1, B.shape[-1]))
@@ -71,7 +71,7 @@ def allowed(view: Any, ito: SDE, points: Array) -> Mask:
     return good
 
 
-def _pilot(ito: SDE, rng: np.random.Generator) -> Array:
+def _pilot(ito: Equation, rng: np.random.Generator) -> Array:
     steps = int(np.clip(np.ceil(ito.horizon / PILOT_H), FEWEST_STEPS, MOST_STEPS))
     h, normals = min(ito.horizon / steps, PILOT_H), rng.standard_normal((steps, ito.noise_dim, PILOT))
     points, stiff = _carried(ito, h, normals, implicit=False)
@@ -80,7 +80,7 @@ def _pilot(ito: SDE, rng: np.random.Generator) -> Array:
     return np.where(all_finite(points), points, ito.initial(PILOT))
 
 
-def _carried(ito: SDE, h: float, normals: Array, *, implicit: bool) -> tuple[Array, bool]:
+def _carried(ito: Equation, h: float, normals: Array, *, implicit: bool) -> tuple[Array, bool]:
     """Return where the pilot is at six times, one path each, and whether a drift was larger than the state."""
     x, steps, stiff = ito.initial(PILOT), len(normals), False
     kept = np.linspace(steps / PILOT, steps, PILOT).astype(int)
@@ -95,7 +95,7 @@ def _carried(ito: SDE, h: float, normals: Array, *, implicit: bool) -> tuple[Arr
     return points, stiff
 
 
-def _implicit_matrix(ito: SDE, t: float, x: Array, h: float) -> Array:
+def _implicit_matrix(ito: Equation, t: float, x: Array, h: float) -> Array:
     """Return 1 - h Df, shape (d, d, P), by differences: states of the cloud need not be accurate."""
     d, size = len(x), DIFFERENCE * (1.0 + norm(x))
     moved = x[:, None] + size * np.eye(d)[..., None]

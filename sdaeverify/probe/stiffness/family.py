@@ -6,7 +6,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.scheme import Scheme
-from ...forms import ConstrainedLangevin, Problem
+from ...forms import Problem, StiffnessFamily
 from ...noise.brownian import Increment
 
 # Decades of eps, in the problem's unit of time: far below and far above all step sizes.
@@ -19,10 +19,10 @@ PARTS, FEW_STEPS, FEW_PATHS = 512, 8, 256
 def no_family(scheme: Scheme, problem: Problem, measure: str) -> str:
     """Return why a scheme has nothing to show for all eps on a problem, or an empty string; nothing is evaluated."""
     view = scheme.view_of(problem)
-    if not isinstance(view, ConstrainedLangevin):
-        return "neither the scheme nor the problem has a stiffness parameter" if view is None else _other(view)
-    if view.family is None:
-        return "the problem comes with one stiffness parameter only"
+    if view is None:
+        return "neither the scheme nor the problem has a stiffness parameter"
+    if reason := view.why_not(StiffnessFamily):
+        return reason
     if not any(claim.measure == measure and claim.when <= view.traits for claim in scheme.promises):
         return f"{scheme.name} claims nothing about {measure} here"
     return ""
@@ -33,10 +33,10 @@ def stiffnesses(per_decade: int) -> Array:
     return np.asarray(10.0 ** np.linspace(LOWEST, HIGHEST, (HIGHEST - LOWEST) * per_decade + 1))
 
 
-def member(view: Any, eps: float = TYPICAL) -> ConstrainedLangevin:
+def member(view: Any, eps: float = TYPICAL) -> StiffnessFamily:
     """Return the problem with another eps; `no_family` has nothing against it."""
-    found: ConstrainedLangevin = view.family(float(eps))
-    return found
+    family: StiffnessFamily = view.capability(StiffnessFamily)
+    return family.member(float(eps))
 
 
 def short_step(view: Problem) -> float:
@@ -50,7 +50,3 @@ def few_steps(scheme: Scheme, view: Problem, h: float, seed: int) -> list[Increm
     xi = rng.standard_normal((FEW_STEPS, 2, view.noise_dim, FEW_PATHS))
     drawn = (Increment(np.sqrt(h) * each[0], np.sqrt(h / 12.0) * each[1]) for each in xi)
     return [scheme.law.increment(each, h) for each in drawn]
-
-
-def _other(view: Problem) -> str:
-    return f"a {type(view).__name__} has no stiffness parameter"

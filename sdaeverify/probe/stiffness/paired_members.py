@@ -20,7 +20,7 @@ import numpy as np
 from ...arrays import Array, Parts
 from ...contracts.scheme import Scheme
 from ...contracts.settings import Settings
-from ...forms import ConstrainedLangevin, Problem
+from ...forms import Problem, StiffnessFamily
 from ...noise.brownian import LevelNoise, Source, brownian_steps
 from ...numerics.statistics import group_sums
 from .family import member, stiffnesses
@@ -117,7 +117,7 @@ def _sizes(paths: int) -> list[int]:
 class _Paths:
     """The paths of one member at all step sizes, and two Euler paths of it where it is not too stiff."""
 
-    def __init__(self, scheme: Scheme, problem: ConstrainedLangevin, h: Array, paths: int) -> None:
+    def __init__(self, scheme: Scheme, problem: StiffnessFamily, h: Array, paths: int) -> None:
         self.scheme, self.problem, self.h, self.drift = scheme, problem, h, problem.ito().drift
         self.steppers = [scheme.prepare(problem, float(each)) for each in h]
         self.states = [scheme.start(problem, paths, float(each)) for each in h]

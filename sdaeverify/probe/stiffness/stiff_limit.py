@@ -74,7 +74,7 @@ def limit_distances(scheme: Scheme, view: Any, seed: int) -> LimitDistances:
     eps = h * 0.5 ** np.array(POWERS)
     noise = few_steps(scheme, view, h, seed)
     at_rest = [Increment(each, each) for each in np.zeros((FEW_STEPS, view.noise_dim, FEW_PATHS))]
-    problems = [member(view, each) for each in (0.0, *eps)]
+    problems: list[Any] = [member(view, each) for each in (0.0, *eps)]
     # Without noise the equation, too, has none: terms with sigma^2 are gone.
     quiet = [replace(problem, strength=0.0, truths=()) for problem in problems]
     with np.errstate(all="ignore"):

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...arrays import Array, Mask
 from ...contracts.scheme import Scheme
-from ...forms import ConstrainedLangevin, Problem
+from ...forms import Problem, StiffnessFamily
 from ...numerics.statistics import EPS
 from ..linear.affine import AFFINE
 from ..linear.equation import linear_equation
@@ -159,7 +159,7 @@ def moment_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Unifo
         First moments, then the second ones on and above the diagonal.
     """
 
-    def of(problem: ConstrainedLangevin) -> tuple[Array, Array, float, float]:
+    def of(problem: StiffnessFamily) -> tuple[Array, Array, float, float]:
         record, rate = moment_errors(scheme, problem, steps), linear_equation(OneStep(scheme, problem).ito).rate
         i, j = np.triu_indices(record.first.shape[1])
         errors = np.concatenate([record.first, record.second[:, i, j]], axis=1)
@@ -187,7 +187,7 @@ def strong_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Unifo
         A single quantity.
     """
 
-    def of(problem: ConstrainedLangevin) -> tuple[Array, Array, float, float]:
+    def of(problem: StiffnessFamily) -> tuple[Array, Array, float, float]:
         one_step, T = OneStep(scheme, problem), problem.horizon
         found = np.array([mean_square_distance(one_step, T / count, count) for count in _finer(steps)])
         squares, off = found.T[..., None]
@@ -218,7 +218,7 @@ def invariant_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Un
     """
     steps = [steps[0] * 2**level for level in range(OPERATOR_LEVELS)]
 
-    def of(problem: ConstrainedLangevin) -> tuple[Array, Array, float | Array, float]:
+    def of(problem: StiffnessFamily) -> tuple[Array, Array, float | Array, float]:
         record = invariant_errors(scheme, problem, [problem.horizon / n for n in steps], (FINE, COARSE))
         size = np.maximum(record.spread, np.abs(record.exact))
         # What is put back where it began is no longer the scheme.
@@ -232,7 +232,7 @@ def _collected(
     view: Problem,
     steps: Sequence[int],
     eps: Array,
-    of: Callable[[ConstrainedLangevin], tuple[Array, Array, float | Array, float]],
+    of: Callable[[StiffnessFamily], tuple[Array, Array, float | Array, float]],
 ) -> UniformErrors:
     with np.errstate(all="ignore"):
         errors, floors, sizes, applies = zip(*(of(member(view, each)) for each in eps), strict=True)

@@ -1,0 +1,72 @@
+"""What a problem offers whose coefficients depend on x, on its past v and on algebraic components y."""
+
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...arrays import Array
+from ...noise.brownian import Increment
+from ..problem import Problem
+from .mesh import Lag, Mesh
+
+
+class IndexOne(Problem):
+    """dx = f(t, x, v, y) dt + g(t, x, v, y) dW, 0 = u(t, x, v, y), v = x(t - delay): with or without y and delay."""
+
+    absent: ClassVar[str] = "has no algebraic components"
+
+    delay: float
+    drift: Callable[[float, Array, Array, Array], Array]
+    diffusion: Callable[[float, Array, Array, Array], Array]
+
+    @property
+    @abstractmethod
+    def dimension(self) -> int:
+        """Return the number d of components of x."""
+
+    @property
+    @abstractmethod
+    def constraints(self) -> int:
+        """Return the number q of components of y."""
+
+    @abstractmethod
+    def past(self, t: float) -> Array:
+        """Return x at a time t <= 0, shape (d, 1)."""
+
+    @abstractmethod
+    def mesh(self, h: float) -> Mesh:
+        """Return how the delay lies on steps of size h."""
+
+    @abstractmethod
+    def lag(self, x: Array, h: float, noise: Increment) -> Lag:
+        """Return the lagged values of a step of size h from x, driven by `noise`."""
+
+    @abstractmethod
+    def eliminated(self, t: float, x: Array, v: Array) -> Array:
+        """Return the y that solves the constraint, shape (q, P)."""
+
+    @abstractmethod
+    def diffused(self, t: float, x: Array, v: Array, y: Array, w: Array) -> Array:
+        """Return g(t, x, v, y) w, shape (d, P)."""
+
+    @abstractmethod
+    def without_y(self) -> "IndexOne":
+        """Return the equation with y eliminated."""
+
+    @abstractmethod
+    def consistent(self, t: float, x: Array, v: Array) -> Any:
+        """Return the state at x and v with the y that solves the constraint."""
+
+    def near_past(self, rng: np.random.Generator, paths: int, spread: float) -> dict[str, Array]:
+        """Return lagged values of a step around x at time 0, by their names in `Increment`; none without delay."""
+        x = np.repeat(self.past(0.0), paths, axis=1)
+        drawn = x + spread * rng.standard_normal((2, *x.shape))
+        return dict(zip(("lagged", "ahead"), drawn, strict=True)) if self.delay else {}
+
+
+class Delayed(IndexOne):
+    """The same with a delay."""
+
+    absent: ClassVar[str] = "has no delay"

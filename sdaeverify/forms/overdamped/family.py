@@ -1,0 +1,54 @@
+"""What a problem offers that is one of a family with every stiffness parameter."""
+
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+from ...arrays import Array
+from ..equation import Equation
+from ..mechanics.jacobian import ConstraintJacobian
+from ..problem import Problem
+
+
+class StiffnessFamily(Problem):
+    """Noise of one strength in every component, and a constraint kept by a force of size 1/eps; 0 in the limit."""
+
+    absent: ClassVar[str] = "has no stiffness parameter"
+
+    eps: float
+    strength: float
+    constraint: Callable[[Array], Array]
+
+    @property
+    @abstractmethod
+    def dimension(self) -> int:
+        """Return the number of components."""
+
+    @property
+    @abstractmethod
+    def constraints(self) -> int:
+        """Return the number of constraints."""
+
+    @abstractmethod
+    def ito(self) -> Equation:
+        """Return the equation of all components."""
+
+    @abstractmethod
+    def initial(self, paths: int) -> Array:
+        """Return the initial state on every path."""
+
+    @abstractmethod
+    def parts(self, x: Array) -> Any:
+        """Return the named components of a state."""
+
+    @abstractmethod
+    def member(self, eps: float) -> "StiffnessFamily":
+        """Return the same problem, its truths included, with another eps."""
+
+    @abstractmethod
+    def linearised(self, x: Array) -> ConstraintJacobian:
+        """Return the linearised constraint at x."""
+
+    @abstractmethod
+    def push(self, J: ConstraintJacobian, c: Array) -> Array:
+        """Return what multipliers c do to a state with the linearised constraint J."""
