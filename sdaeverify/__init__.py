@@ -47,9 +47,11 @@ if TYPE_CHECKING:
     )
     from .forms.chart import Angle, Chart, Line
     from .forms.controls import Control
+    from .forms.trivial import Trivial
     from .forms.truths import InvariantMean, MeanSquareStability, Moment, Pathwise, Truth
     from .noise.brownian import Increment
     from .noise.laws import GAUSSIAN, THREE_POINT, TWO_POINT, Law, clipped_gaussian
+    from .noise.records import NoiseRecord
     from .registry.hookspecs import hookimpl
 
 __version__ = "0.1.0"
@@ -94,6 +96,7 @@ __all__ = [
     "MeanTable",
     "Mesh",
     "Moment",
+    "NoiseRecord",
     "Note",
     "Panel",
     "ParameterError",
@@ -119,6 +122,7 @@ __all__ = [
     "Step",
     "Structure",
     "TableEntry",
+    "Trivial",
     "Truth",
     "UsageError",
     "Work",
@@ -150,6 +154,8 @@ _NAMES = {
     "registry.hookspecs": "hookimpl",
     "noise.laws": "GAUSSIAN THREE_POINT TWO_POINT Law clipped_gaussian",
     "noise.brownian": "Increment",
+    "noise.records": "NoiseRecord",
+    "forms.trivial": "Trivial",
     "contracts.planted": "Planted",
     "contracts.scheme": "Claim Scheme Step",
     "contracts.settings": "Settings",

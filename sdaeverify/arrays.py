@@ -1,10 +1,10 @@
-"""The two array conventions of the package.
+"""The array conventions of the package, and batches of arrays that share their paths.
 
 Paths come last: a state of n components on P paths has shape ``(n, P)``, a matrix ``(m, n, P)``.
 An array of real numbers may arrive complex where a derivative is taken by complex step.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,3 +13,22 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 Mask = NDArray[np.bool_]
 Parts = Mapping[str, Array]
+
+
+def each(change: Callable[[Array], Array], batch: Any) -> Any:
+    """Return a batch of paths with every array changed: an array, or a tuple or mapping of batches and of None."""
+    if isinstance(batch, tuple):
+        parts: list[Any] = [each(change, part) for part in batch]
+        return type(batch)(*parts)
+    if isinstance(batch, Mapping):
+        return {name: each(change, part) for name, part in batch.items()}
+    return None if batch is None else change(batch)
+
+
+def arrays(batch: Any) -> Iterator[Array]:
+    """Yield the arrays of a batch."""
+    if isinstance(batch, tuple | Mapping):
+        for part in batch.values() if isinstance(batch, Mapping) else batch:
+            yield from arrays(part)
+    elif batch is not None:
+        yield batch

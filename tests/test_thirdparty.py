@@ -13,7 +13,7 @@ import pytest
 from sdaeverify.cli.exit_codes import ExitCode
 
 THIRDPARTY = Path(__file__).parent / "thirdparty"
-DISTRIBUTIONS = ("broken", "geodesic", "torchsde_wrapper")
+DISTRIBUTIONS = ("broken", "geodesic", "jump_diffusion", "torchsde_wrapper")
 BROKEN = {
     "broken-duplicate": "scheme 'euler-maruyama' of plugin broken-duplicate (sdaeverify-broken 0.1.0) is already",
     "broken-hook": "RuntimeError: no schemes today",
@@ -74,6 +74,7 @@ def test_plugins_are_listed_with_distribution_and_version(listed):
         "geodesic-baoab": "sdaeverify-geodesic",
         "ellipse-langevin": "sdaeverify-geodesic",
         "torchsde": "sdaeverify-torchsde",
+        "jump-euler": "sdaeverify-jumps",
         "sound-euler": "sdaeverify-broken",
     }.items():
         assert (entries[name]["distribution"], entries[name]["version"]) == (distribution, "0.1.0")
@@ -117,6 +118,25 @@ def test_scheme_that_raises_hangs_or_hoards_costs_its_own_rows(run, tmp_path):
         found, (why,) = verdicts(tmp_path, scheme)
         assert found == {"error"}
         assert reason in why
+
+
+def test_form_with_its_own_noise_is_verified_and_refuted_at_every_tier(run, tmp_path):
+    """T0 refutes compensated jumps; T1 verifies Euler's scheme and refutes Marcus' one, which T3 refutes, too."""
+    words = ["-s", "*jump-euler", "-p", "geometric-jumps,shot-noise", "-m", "strong,weak", "-j", "1"]
+
+    ended = run("sdaeverify", "matrix", *words, "--out", str(tmp_path), disabled="sdaeverify-broken")
+
+    assert ended.returncode == ExitCode.REFUTED, ended.stdout + ended.stderr
+    found = {(row["scheme"], row["measure"], row["tier"], row["verdict"]) for row in rows(tmp_path)}
+    assert {tuple(each[1:3]) for each in found if each[0] == "compensated-jump-euler"} == {
+        ("strong", "T0"),
+        ("weak", "T0"),
+    }
+    assert {each[3] for each in found if each[0] == "compensated-jump-euler"} == {"refuted"}
+    assert ("jump-euler", "strong", "T1", "verified") in found
+    assert ("marcus-jump-euler", "strong", "T1", "refuted") in found
+    assert ("marcus-jump-euler", "weak", "T3", "refuted") in found
+    assert not [each for each in found if each[0] == "jump-euler" and each[3] == "refuted"]
 
 
 @pytest.mark.slow

@@ -1,27 +1,17 @@
-"""States and increments as batches of paths: one array, or a NamedTuple of arrays of which some may be None."""
+"""States and increments as batches of paths."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, arrays, each
 from ..numerics.statistics import EPS
-
-
-def each(change: Callable[[Array], Array], batch: Any) -> Any:
-    """Return a batch with every array changed."""
-    if isinstance(batch, tuple):
-        parts: list[Any] = [None if part is None else change(part) for part in batch]
-        return type(batch)(*parts)
-    return change(batch)
 
 
 def equal(a: Any, b: Any) -> bool:
     """Tell whether two batches of the same kind agree to the last bit, NaN with NaN."""
-    if not isinstance(a, tuple):
-        return bool(np.array_equal(a, b, equal_nan=np.asarray(a).dtype.kind == "f"))
-    return all(equal(x, y) for x, y in zip(a, b, strict=True) if x is not None)
+    pairs = zip(arrays(a), arrays(b), strict=True)
+    return all(np.array_equal(x, y, equal_nan=np.asarray(x).dtype.kind == "f") for x, y in pairs)
 
 
 def frozen(batch: Any) -> Any:

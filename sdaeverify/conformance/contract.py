@@ -11,16 +11,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..arrays import Array, arrays, each
 from ..contracts.scheme import Scheme, State, Step, Stepper, flatten, same_kind
 from ..errors import FAULTS, SchemeError, one_line
-from ..forms import NOISE, Problem
+from ..forms import BROWNIAN, Problem
 from ..noise.brownian import Increment
 from ..numerics import all_finite
 from ..probe.step.one_step import OneStep
 from ..probe.step.states import WHEN, cloud
 from ..probe.step.times import in_a_row
-from .batches import each, equal, frozen, taken
-from .own_run import brownian
+from .batches import equal, frozen, taken
+from .own_run import level_noise
 from .trial import Trial
 
 # A fine step, and the coarsest one that runs begin with by default, at which iterations differ most between paths.
@@ -36,7 +37,7 @@ ALONE = "of few paths"
 def trials(scheme: Scheme, view: Problem) -> tuple[Trial, Trial]:
     """Return a fine and a coarse step of a scheme at the states of the cloud."""
     one_step = OneStep(scheme, view)
-    x = None if one_step.refusal() else cloud(view, one_step.ito)
+    x = None if one_step.refusal(beside=True) else cloud(view, one_step.equation)
     return Trial(scheme, view, view.horizon / FINE, x), Trial(scheme, view, view.horizon / COARSE, x)
 
 
@@ -137,13 +138,19 @@ def takes_paths_alone(trial: Trial) -> str:
 
 def uses_declared_noise(trial: Trial) -> str:
     """Put NaN in the place of noise that the scheme does not declare."""
-    undeclared = {
-        name: np.full_like(part, np.nan)
-        for name, part in trial.noise._asdict().items()
-        if part is not None and name in NOISE - trial.scheme.noise
-    }
-    first, other = trial.first, trial.step(trial.state, trial.noise._replace(**undeclared))
-    return "" if same_step(first, other) else f"uses noise that it does not declare: {', '.join(undeclared)}"
+    given, known = trial.noise, trial.scheme.noise
+    fields = [name for name in BROWNIAN if getattr(given, name) is not None and name not in known]
+    silent = given._replace(
+        **{name: np.full_like(getattr(given, name), np.nan) for name in fields},
+        records={n: part if n in known else each(_nothing, part) for n, part in given.records.items()},
+    )
+    undeclared = [*fields, *(name for name in given.records if name not in known)]
+    same = same_step(trial.first, trial.step(trial.state, silent))
+    return "" if same else f"uses noise that it does not declare: {', '.join(undeclared)}"
+
+
+def _nothing(part: Array) -> Array:
+    return np.full(part.shape, np.nan)
 
 
 def same_step(a: Step, b: Step) -> bool:
@@ -183,9 +190,8 @@ def hears_its_noise(trial: Trial) -> str:
 
 def keeps_no_noise(trial: Trial) -> str:
     """Look for memory that the new state shares with the noise."""
-    arrays = trial.first.state if isinstance(trial.first.state, tuple) else (trial.first.state,)
-    noise = [part for part in trial.noise if part is not None]
-    shared = any(np.may_share_memory(a, b) for a in arrays for b in noise)
+    noise = list(arrays(trial.noise))
+    shared = any(np.may_share_memory(a, b) for a in arrays(trial.first.state) for b in noise)
     return "the new state is a view of the noise, into which the next noise is drawn" if shared else ""
 
 
@@ -241,7 +247,7 @@ def _run(trial: Trial) -> tuple[list[Stop], State]:
 
 def _noises(trial: Trial) -> Iterator[Increment]:
     for n in range(STEPS):
-        drawn = brownian(trial.view.noise_dim, trial.paths, trial.h, n)
+        drawn = level_noise(trial.view, trial.paths, trial.h, n)
         yield trial.lawful(drawn if "H" in trial.view.noise else drawn._replace(H=None))
 
 

@@ -6,7 +6,7 @@ vanishes with them, and are let pass. Where nothing is claimed of a scheme's pat
 alone: (W_{n+1} - W_{n-1})/2 in the place of W_{n+1} - W_n is off by half an increment on each path, and right in law.
 """
 
-from functools import cache
+from functools import cache, reduce
 from itertools import chain, islice
 from typing import Any, NamedTuple
 
@@ -16,11 +16,11 @@ from ..arrays import Array, Parts
 from ..contracts.scheme import Scheme
 from ..errors import FAULTS, SdaeverifyError, one_line
 from ..forms import Problem
+from ..forms.trivial import H, Trivial, Trivials
 from ..noise.brownian import Increment
 from ..numerics.statistics import EPS
 from ..probe.step.nodes import SEED
-from .trivial import H, Trivial, trivial_problems
-from .trivial_run import parts_along
+from .own_run import parts_along
 
 # The law of a run on dx = c dt + S dW: how its mean and its covariance grow, without sampling.
 #
@@ -80,8 +80,11 @@ def law_error(scheme: Scheme, trivial: Trivial, h: float) -> LawError | None:
     Returns
     -------
     LawError or None
-        None where the scheme's state is not affine in its noise: nothing is known of its law.
+        None where the scheme's state is not affine in its noise, or that is more than Brownian motions: nothing is
+        known of its law.
     """
+    if trivial.problem.records:
+        return None
     known = list(trivial.solution(0.0, np.zeros((trivial.problem.noise_dim, 1))))
     noises, probe = _unit_noises(scheme, trivial, h)
     run = parts_along(scheme, trivial.problem, h, noises)
@@ -147,10 +150,17 @@ def exactness_breach(scheme: Scheme) -> str:
     The same on every problem that the scheme is put to, and found once.
     """
     forms: Any = scheme.forms
-    for variants in chain.from_iterable(map(trivial_problems, forms)):
+    for variants in chain.from_iterable(map(_trivial_problems, forms)):
         if text := _first_miss(scheme, variants):
             return text
     return ""
+
+
+@cache
+def _trivial_problems(form: Any) -> Trivials:
+    # Built once for all schemes.
+    found: Trivials = form.trivial_problems()
+    return found
 
 
 def _first_miss(scheme: Scheme, variants: tuple[Trivial, ...]) -> str:
@@ -200,11 +210,11 @@ def _error(scheme: Scheme, trivial: Trivial, h: float) -> tuple[float, float, fl
     """Return the largest error after some steps, how far the solution has moved, and what rounding explains."""
     problem = trivial.problem
     rng = np.random.Generator(np.random.Philox(key=SEED))
-    draws = np.sqrt(h) * rng.standard_normal((STEPS, 2, problem.noise_dim, PATHS))
-    noises = [scheme.law.increment(Increment(dW, area / np.sqrt(12.0)), h) for dW, area in draws]
+    noises = [scheme.law.increment(problem.drawn(rng, h, PATHS), h) for _ in range(STEPS)]
     *_, got = parts_along(scheme, problem, h, noises)
-    W = sum((noise.dW for noise in noises), np.zeros(draws.shape[2:]))
-    before, after = trivial.solution(0.0, 0.0 * W), trivial.solution(STEPS * h, W)
+    W = sum((noise.dW for noise in noises), np.zeros((problem.noise_dim, PATHS)))
+    jumps = {r.name: reduce(r.joined, (noise.records[r.name] for noise in noises)) for r in problem.records}
+    before, after = trivial.solution(0.0, 0.0 * W), trivial.solution(STEPS * h, W, **jumps)
     error = max(float(np.abs(got[name] - after[name]).max()) for name in after)
     moved = max(float(np.abs(after[name] - before[name]).max()) for name in after)
     size = max(float(np.abs(part).max()) for part in (*before.values(), *after.values()))

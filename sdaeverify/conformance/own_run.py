@@ -1,11 +1,14 @@
-"""States along a scheme's own run: where iterations, truncation and constraints are at work."""
+"""A scheme's own run: states along it, where iterations, truncation and constraints are at work."""
 
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
+from ..arrays import Parts
 from ..contracts.scheme import Scheme, State
-from ..noise.brownian import Increment, Source, brownian_steps
+from ..forms import Problem
+from ..noise.brownian import Brownian, Increment, Source
 from .batches import frozen
 
 # So many steps over the horizon, at most; of more paths than that some stop together.
@@ -32,7 +35,7 @@ def stopped_states(scheme: Scheme, view: Any, paths: int) -> State:
     state, stepper = scheme.start(view, paths, h), scheme.prepare(view, h)
     recall = view.recall(h, paths)
     for n in range(last[-1]):
-        noise = scheme.law.increment(brownian(view.noise_dim, paths, h, n), h)
+        noise = scheme.law.increment(level_noise(view, paths, h, n), h)
         new = stepper(frozen(state), n * h, noise if recall is None else recall.driven(noise)).state
         state = _chosen(last > n, new, state)
         if recall is not None:
@@ -40,10 +43,37 @@ def stopped_states(scheme: Scheme, view: Any, paths: int) -> State:
     return frozen(state)
 
 
-def brownian(dimension: int, paths: int, h: float, block: int) -> Increment:
-    """Return the Brownian noise of one step."""
-    (level,) = next(brownian_steps(Source(1, "conformance", block, paths), dimension, h, 0))
-    return level.increment(0)
+def parts_along(scheme: Scheme, problem: Problem, h: float, noises: Sequence[Increment]) -> Iterator[Parts]:
+    """Yield the comparable components after each step of size h.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    problem : Problem
+        Of the scheme's form.
+    h : float
+    noises : sequence of Increment, dW of shape (l, P)
+        With the scheme's law, one for each step.
+
+    Yields
+    ------
+    mapping of str to ndarray
+    """
+    paths = noises[0].dW.shape[-1]
+    state, stepper, recall = scheme.start(problem, paths, h), scheme.prepare(problem, h), problem.recall(h, paths)
+    for n, drawn in enumerate(noises):
+        noise = frozen(drawn if recall is None else recall.driven(drawn))
+        state = stepper(frozen(state), n * h, noise).state
+        parts = scheme.parts(problem, state)
+        if recall is not None:
+            recall.push(parts["x"])
+        yield parts
+
+
+def level_noise(view: Any, paths: int, h: float, block: int) -> Increment:
+    """Return the noise of one step, drawn by address."""
+    noise = Brownian(Source(1, "conformance", block, paths), view.noise_dim, h, 0, records=view.records)
+    return next(next(noise.pieces())).noise.increment(0)
 
 
 def _chosen(mask: np.ndarray[Any, np.dtype[np.bool_]], new: State, old: State) -> State:

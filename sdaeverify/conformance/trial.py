@@ -50,8 +50,7 @@ class Trial:
     def noise(self) -> Increment:
         """Noise of the step with the scheme's law, H where the problem has it drawn."""
         rng = np.random.Generator(np.random.Philox(key=SEED))
-        dW, H = np.sqrt(self.h) * rng.standard_normal((2, self.view.noise_dim, self.paths))
-        drawn = Increment(dW, H / np.sqrt(12.0) if "H" in self.view.noise else None)
+        drawn = self.view.drawn(rng, self.h, self.paths)
         return self.lawful(drawn._replace(**self._past(rng)))
 
     def lawful(self, noise: Increment) -> Increment:

@@ -14,11 +14,11 @@ from .mechanics.structure import Structure
 from .overdamped.constrained_langevin import ConstrainedLangevin
 from .overdamped.family import StiffnessFamily
 from .overdamped.geometry import ConstraintGeometry
-from .problem import NOISE, TRAITS, Problem, Residual, components
+from .problem import BROWNIAN, TRAITS, Problem, Residual, components
 from .sde.sde import SDE
 
 __all__ = [
-    "NOISE",
+    "BROWNIAN",
     "SDE",
     "TRAITS",
     "ConstrainedLangevin",

@@ -51,6 +51,9 @@ class Equation(Hashable, Protocol):
     def parts(self, x: Array, /) -> Parts:
         """Return the named components of a state."""
 
+    def coefficients(self, t: float, x: Array) -> tuple[Array, ...]:
+        """Return drift, diffusion and whatever else the equation holds."""
+
     def diffused(self, t: float, x: Array, w: Array) -> Array:
         """Return B(t, x) w, shape (d, P)."""
 

@@ -31,17 +31,19 @@ Traits are facts a claim may ask for; the conformance tests check each of them b
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from ..arrays import Array, Mask, Parts
+from ..arrays import Array, Mask, Parts, each
 from ..errors import ProblemError
 from ..noise.brownian import Increment
+from ..noise.records import NoiseRecord
 from .chart import Chart
 from .controls import Control
 from .equation import Equation
+from .trivial import Trivials
 from .truths import InvariantMean, Moment, Pathwise, Truth
 
 K = TypeVar("K")
@@ -62,21 +64,10 @@ TRAITS = frozenset(
         "delayed-noise",
     }
 )
-NOISE = frozenset({"dW", "H"})
-# What a view of the same states takes over from its problem.
-CARRIED = (
-    "horizon",
-    "noise_dim",
-    "noise",
-    "units",
-    "traits",
-    "observables",
-    "truths",
-    "controls",
-    "chart",
-    "relaxation",
-    "fastest",
-)
+# Brownian noise that can be drawn: increments and space-time Levy areas.
+BROWNIAN = ("dW", "H")
+# What a view of the same states has of its own.
+OWN = {"source", "seen_as"}
 
 
 class Residual(NamedTuple):
@@ -131,7 +122,7 @@ class Problem:
     source: str
     units: str = "dimensionless"
     traits: frozenset[str] = frozenset()
-    noise: frozenset[str] = NOISE
+    noise: frozenset[str] = frozenset(BROWNIAN)
     observables: Mapping[str, Observable] = field(default_factory=dict)
     truths: tuple[Truth, ...] = ()
     controls: tuple[Control, ...] = ()
@@ -145,8 +136,11 @@ class Problem:
             raise ProblemError(f"horizon must be a positive time, got {self.horizon!r}")
         if not (np.issubdtype(type(self.noise_dim), np.integer) and self.noise_dim >= 1):
             raise ProblemError(f"noise_dim must be a whole number of at least 1, got {self.noise_dim!r}")
-        if not {"dW"} <= self.noise <= NOISE:
-            raise ProblemError(f"noise must be dW or dW and H, got {sorted(self.noise)}")
+        declared = {record.name for record in self.records}
+        if not {"dW"} <= self.noise <= {*BROWNIAN, *declared}:
+            beside = "".join(f", with {name}" for name in sorted(declared))
+            raise ProblemError(f"noise must be dW or dW and H{beside}, got {sorted(self.noise)}")
+        object.__setattr__(self, "noise", self.noise | declared)
         object.__setattr__(self, "traits", self._all_traits())
         for truth in self.truths:
             if isinstance(truth, Moment | InvariantMean) and truth.observable not in self.observables:
@@ -177,7 +171,7 @@ class Problem:
     @property
     def carried(self) -> dict[str, Any]:
         """The fields that a view of the same states takes over."""
-        return {name: getattr(self, name) for name in CARRIED}
+        return {own.name: getattr(self, own.name) for own in fields(Problem) if own.name not in OWN}
 
     def view(self, form: "type[Problem]") -> "Problem | None":
         """Return this problem as one of another form, or None where it has no such view."""
@@ -195,16 +189,39 @@ class Problem:
         """Return why the problem does not offer a kind, in the kind's words, or an empty string if it does."""
         return "" if self.capability(kind) is not None else f"a {type(self).__name__} {kind.absent}"
 
+    @property
+    def records(self) -> tuple[NoiseRecord, ...]:
+        """Noise that drives it beside its Brownian motions; it belongs to the form."""
+        return ()
+
+    def drawn(self, rng: np.random.Generator, h: float, paths: int, far: Any = 1.0) -> Increment:
+        """Return random noise of one step of size h, its normals `far` times as large as they are by law."""
+        dW, areas = far * np.sqrt(h) * rng.standard_normal((2, self.noise_dim, paths))
+        records = {r.name: each(lambda data: data[0], r.begin(rng, h, paths)) for r in self.records}
+        return Increment(dW, areas / np.sqrt(12.0) if "H" in self.noise else None, records=records)
+
+    @classmethod
+    def trivial_problems(cls) -> Trivials:
+        """Return problems of the form that every scheme for it solves exactly; none unless the form knows some."""
+        return ()
+
     def ito(self) -> Equation | None:
         """Return the Ito equation that all comparable components obey, or None where there is none.
 
-        It is what one step of a scheme is compared with; its names are those of `parts`, in their order.
+        Its names are those of `parts`, in their order.
         """
         return None
 
+    def equation(self) -> Equation | None:
+        """Return the equation of all comparable components that one step of a scheme is compared with.
+
+        It is the Ito equation, unless the form has other noise that drives these components: then `ito` is none.
+        """
+        return self.ito()
+
     def coefficients(self, t: float, x: Array) -> tuple[Array, ...]:
-        """Return drift and diffusion of `ito` at states x, rows in the order of its names; empty without one."""
-        equation = self.ito()
+        """Return all coefficients of `equation` at states x, rows in the order of its names; empty without one."""
+        equation = self.equation()
         return () if equation is None else (equation.drift(t, x), equation.diffusion(t, x))
 
     def recall(self, h: float, paths: int) -> Any:  # noqa: ARG002 - forms with a delay use it
@@ -237,7 +254,7 @@ class Problem:
 
     def kick(self, t: float, parts: Parts, noise: Increment) -> Array | None:
         """Return what the noise of a short step adds to components, shape (d, P); None where nobody can tell."""
-        equation = self.ito()
+        equation = self.equation()
         if equation is None or not set(equation.names or ("x",)) <= set(parts):
             return None
         x = np.concatenate([parts[name] for name in equation.names or ("x",)])

@@ -10,14 +10,15 @@ Refining a step keeps both of them, so a finer level leaves every coarser one as
 """
 
 import hashlib
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
 
-from ..arrays import Array
+from ..arrays import Array, arrays, each
 from ..errors import SchemeError
+from .records import NoiseRecord
 
 # Steps of a level that are held at a time.
 LONGEST = 16
@@ -36,6 +37,8 @@ class Increment(NamedTuple):
         Independent standard normals for a truth that needs functionals of W beyond dW and H.
     lagged, ahead : ndarray, shape (d, P), or None
         The state at the lag of the step's begin, and what is known of it at the lag of its end; see `Lag`.
+    records : mapping of str to object
+        What a form declares of noise beside Brownian motions, see `NoiseRecord`.
     """
 
     dW: Array
@@ -43,6 +46,7 @@ class Increment(NamedTuple):
     xi: Array | None = None
     lagged: Array | None = None
     ahead: Array | None = None
+    records: Mapping[str, Any] = {}
 
     def time_integral(self, h: float) -> Array:
         """Return int_t^{t+h} (W(s) - W(t)) ds = h (H + dW/2), shape (l, P)."""
@@ -64,18 +68,27 @@ class LevelNoise(NamedTuple):
     ----------
     dW : ndarray, shape (steps, l, P)
     H : ndarray, shape (steps, l, P), or None
+    records : mapping of str to object
+        Arrays of the shape (steps, ..., P) of each `NoiseRecord`.
     """
 
     dW: Array
     H: Array | None
+    records: Mapping[str, Any] = {}
 
     def increment(self, step: int) -> Increment:
         """Return the increment of one step."""
-        return Increment(self.dW[step], None if self.H is None else self.H[step])
+        records = each(lambda part: part[step], self.records)
+        return Increment(self.dW[step], None if self.H is None else self.H[step], records=records)
 
     def part(self, begin: int, end: int) -> "LevelNoise":
         """Return the steps from `begin` up to `end`."""
-        return LevelNoise(self.dW[begin:end], None if self.H is None else self.H[begin:end])
+        some: LevelNoise = each(lambda part: part[begin:end], self)
+        return some
+
+    def used(self, paths: int | None) -> "LevelNoise":
+        """Return the same with the first so many paths of the records."""
+        return self._replace(records=each(lambda part: part[..., :paths], self.records))
 
 
 class Piece(NamedTuple):
@@ -140,6 +153,8 @@ class Brownian(NamedTuple):
         Index of the finest level; level j has 2^j steps inside a coarsest one.
     areas : bool
         Whether H is drawn beside dW. The two ways of drawing give different paths.
+    records : tuple of NoiseRecord
+        Further noise, each with streams of its own.
     """
 
     source: Source
@@ -147,6 +162,7 @@ class Brownian(NamedTuple):
     h: float
     finest: int
     areas: bool = True
+    records: tuple[NoiseRecord, ...] = ()
 
     def pieces(self) -> Iterator[Iterator[Piece]]:
         """Yield, for one coarsest step after the other, its pieces at all levels.
@@ -155,21 +171,25 @@ class Brownian(NamedTuple):
         `LONGEST` steps long: memory does not depend on how fine the finest level is. The pieces of a coarsest step
         must be used up before the next one is asked for.
         """
-        streams = [self.source.stream("brownian", level) for level in range(self.finest + 1)]
+        purposes = ("brownian", *(record.name for record in self.records))
+        streams = [{name: self.source.stream(name, n) for name in purposes} for n in range(self.finest + 1)]
         while True:
-            xi = self._normals(streams[0], 1)
+            xi = self._normals(streams[0]["brownian"], 1)
             H = np.sqrt(self.h / 12) * xi[1] if self.areas else None
-            yield self._descend(Piece(0, _frozen(LevelNoise(np.sqrt(self.h) * xi[0], H))), streams)
+            records = {r.name: r.begin(streams[0][r.name], self.h, self.source.paths) for r in self.records}
+            yield self._descend(Piece(0, _frozen(LevelNoise(np.sqrt(self.h) * xi[0], H, records))), streams)
 
-    def _descend(self, piece: Piece, streams: Sequence[np.random.Generator]) -> Iterator[Piece]:
-        yield piece
+    def _descend(self, piece: Piece, streams: Sequence[Mapping[str, np.random.Generator]]) -> Iterator[Piece]:
+        # Records are refined as they are drawn, on all paths of a full block; those that are used are shown.
+        yield Piece(piece.level, piece.noise.used(self.source.used)) if self.records else piece
         level, steps = piece.level + 1, len(piece.noise.dW)
         if level > self.finest:
             return
         for begin in range(0, steps, LONGEST // 2):
-            coarse = piece.noise.part(begin, begin + LONGEST // 2)
-            fine = refine(coarse, self.h / 2**piece.level, self._normals(streams[level], len(coarse.dW)))
-            yield from self._descend(Piece(level, _frozen(fine)), streams)
+            coarse, h = piece.noise.part(begin, begin + LONGEST // 2), self.h / 2**piece.level
+            fine = refine(coarse, h, self._normals(streams[level]["brownian"], len(coarse.dW)))
+            records = {r.name: r.refined(coarse.records[r.name], h, streams[level][r.name]) for r in self.records}
+            yield from self._descend(Piece(level, _frozen(fine._replace(records=records))), streams)
 
     def _normals(self, stream: np.random.Generator, steps: int) -> Array:
         # Drawn in time order, so that pieces of any length give the same numbers.
@@ -186,7 +206,7 @@ def brownian_steps(source: Source, dimension: int, h: float, finest: int) -> Ite
         levels: list[list[LevelNoise]] = [[] for _ in range(finest + 1)]
         for piece in pieces:
             levels[piece.level].append(piece.noise)
-        yield tuple(_frozen(LevelNoise(*map(np.concatenate, zip(*level, strict=True)))) for level in levels)
+        yield tuple(_frozen(_concatenated(level)) for level in levels)
 
 
 def refine(coarse: LevelNoise, h: float, xi: Array) -> LevelNoise:
@@ -255,9 +275,13 @@ def _halves(total: Array, difference: Array) -> Array:
     return fine
 
 
+def _concatenated(pieces: Sequence[LevelNoise]) -> LevelNoise:
+    areas = [piece.H for piece in pieces if piece.H is not None]
+    return LevelNoise(np.concatenate([piece.dW for piece in pieces]), np.concatenate(areas) if areas else None)
+
+
 def _frozen(noise: LevelNoise) -> LevelNoise:
     # A scheme that writes into its noise would change what the next scheme sees: let it fail instead.
-    noise.dW.flags.writeable = False
-    if noise.H is not None:
-        noise.H.flags.writeable = False
+    for part in arrays(noise):
+        part.flags.writeable = False
     return noise

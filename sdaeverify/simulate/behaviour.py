@@ -121,7 +121,7 @@ class _Steps(NamedTuple):
             return [type(error).__name__], state
 
     def _noise(self, state: State, t: float, h: float, far: Any) -> Increment:
-        drawn = _drawn(self.view, far * np.sqrt(h), self.rng)
+        drawn = self.view.drawn(self.rng, h, PATHS, far)
         noise = self.view.driven(h, self.scheme.law.increment(drawn, h))
         if noise.lagged is None or not t:
             return noise
@@ -168,7 +168,7 @@ def _path(problem: Problem, truth: Pathwise, rng: np.random.Generator) -> Iterat
     h, z = problem.horizon / len(WHEN), truth.start(PATHS)
     yield f"{truth.order} {truth.extra_normals}"
     for index in range(len(WHEN)):
-        noise = _drawn(problem, np.sqrt(h), rng)
+        noise = problem.drawn(rng, h, PATHS)
         if truth.extra_normals:
             noise = noise._replace(xi=rng.standard_normal((truth.extra_normals, PATHS)))
         z = truth.advance(z, index * h, h, noise)
@@ -184,11 +184,6 @@ def _tried(evaluated: Callable[..., Iterable[Result]], *arguments: Any) -> list[
 
 def _generator() -> np.random.Generator:
     return np.random.Generator(np.random.Philox(key=SEED))
-
-
-def _drawn(problem: Problem, size: Any, rng: np.random.Generator) -> Increment:
-    dW, areas = size * rng.standard_normal((2, problem.noise_dim, PATHS))
-    return Increment(dW, areas / np.sqrt(12.0) if "H" in problem.noise else None)
 
 
 def _fields(state: State) -> tuple[Array, ...]:

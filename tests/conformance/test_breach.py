@@ -24,7 +24,6 @@ from sdaeverify import (
 from sdaeverify.conformance import breach
 from sdaeverify.conformance.contract import contract_breach
 from sdaeverify.conformance.exactness import exactness_breach
-from sdaeverify.conformance.trivial import trivial_problems
 from sdaeverify.forms import Problem
 from sdaeverify.noise.laws import THREE_POINT, Law
 from sdaeverify.numerics import apply
@@ -419,7 +418,7 @@ def test_langevin_schemes_are_tried_with_constant_force() -> None:
 @pytest.mark.parametrize("form", [SDE, HolonomicSDAE, Langevin])
 def test_trivial_problems_start_where_their_solution_does(form: type[Problem]) -> None:
     """At time 0 the solution is the problem's initial state, and it obeys the problem's equation."""
-    for trivial in (one for variants in trivial_problems(form) for one in variants):
+    for trivial in (one for variants in form.trivial_problems() for one in variants):
         problem, t = trivial.problem, 1e-6
         none = np.zeros((problem.noise_dim, 1))
         W = np.full((problem.noise_dim, 1), 1e-3)
@@ -439,4 +438,4 @@ def test_a_form_that_nothing_is_known_of_is_left_alone() -> None:
     class Unknown(Problem):
         pass
 
-    assert trivial_problems(Unknown) == ()
+    assert Unknown.trivial_problems() == ()

@@ -8,7 +8,8 @@ import pytest
 
 from sdaeverify import Claim, DelaySDAE, DelayState, Increment, Mesh, Scheme, Step
 from sdaeverify.conformance.exactness import exactness_breach
-from sdaeverify.conformance.trivial import LONG, H, Trivial, trivial_problems
+from sdaeverify.forms.delay.trivial import LONG
+from sdaeverify.forms.trivial import H, Trivial
 from sdaeverify_planted.delay_lag import AnticipatingNoise, WrongLag
 from sdaeverify_planted.delay_theta import KeptAlgebraic, OldLagAlgebraic
 from sdaeverify_schemes._euler_orders import STRONG_HALF
@@ -18,7 +19,7 @@ from sdaeverify_schemes.stochastic_theta import StochasticTheta
 # Where each of the wrong readings is found: what leaves out a part of the unknown misses even what is at rest.
 MOVING = "dx = c dt, y = x(t - tau)"
 WHERE = {"behind": MOVING, "present": MOVING, "swapped": MOVING, "known": "dx = 0, y = x(t - tau)"}
-EVERY = [trivial for variants in trivial_problems(DelaySDAE) for trivial in variants]
+EVERY = [trivial for variants in DelaySDAE.trivial_problems() for trivial in variants]
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from averaged_noise import LeimkuhlerMatthews
 from sdaeverify import SDE, Array, Claim, DelaySDAE, DelayState, Increment, Scheme, Step, verify
 from sdaeverify.conformance import breach
 from sdaeverify.conformance.exactness import exactness_breach, law_error
-from sdaeverify.conformance.trivial import H, trivial_problems
+from sdaeverify.forms.trivial import H
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.ou import ou
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
@@ -99,7 +99,7 @@ def test_noise_of_another_law_is_refuted(rule: str) -> None:
 
 def test_the_law_of_a_linear_run_is_known_without_sampling() -> None:
     """With half the noise the covariance grows by a quarter, to rounding; nothing is known of |dW|."""
-    trivial = trivial_problems(SDE)[2][0]
+    trivial = SDE.trivial_problems()[2][0]
 
     half, unknown = (law_error(Kicked(rule), trivial, H) for rule in (lambda dW: 0.5 * dW, np.abs))
 
@@ -122,7 +122,7 @@ def test_areas_are_noise_as_well() -> None:
             """Make one step."""
             return Step(state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW + noise.H))
 
-    trivial = trivial_problems(SDE)[2][0]
+    trivial = SDE.trivial_problems()[2][0]
 
     found = law_error(Areas(None), trivial, H)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify.conformance.own_run import STEPS, brownian, stopped_states
+from sdaeverify.conformance.own_run import STEPS, level_noise, stopped_states
 from sdaeverify_problems.delay_ou import delay_ou
 from sdaeverify_problems.ou import ou
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
@@ -16,7 +16,7 @@ def test_paths_stop_one_after_the_other():
     h, x = problem.horizon / paths, problem.initial(paths)
     expected = [x[:, 0]]
     for n in range(paths - 1):
-        x = x - h * x + 0.7 * brownian(1, paths, h, n).dW
+        x = x - h * x + 0.7 * level_noise(problem, paths, h, n).dW
         expected.append(x[:, n + 1])
 
     states = stopped_states(EulerMaruyama(), problem, paths)

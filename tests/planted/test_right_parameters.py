@@ -49,7 +49,7 @@ def registry():
 def step(scheme, view):
     """Make one step from every state of the cloud, each with its own increment of the scheme's law."""
     one_step = OneStep(scheme, view)
-    x = cloud(view, one_step.ito)
+    x = cloud(view, one_step.equation)
     rng = np.random.default_rng(7)
     dW, H_ = np.sqrt(H) * rng.standard_normal((2, view.noise_dim, x.shape[-1]))
     noise = scheme.law.increment(Increment(dW, H_ / np.sqrt(12.0)), H)

@@ -65,7 +65,7 @@ def noise_of(problem: Problem, states: int) -> Increment:
 def test_eulers_step_is_the_scheme_of_that_name(problem: SDE) -> None:
     """The map of Euler-Maruyama is x + f h + B dW, rows in the order of the equation whatever their names are."""
     step = OneStep(EulerMaruyama(), problem)
-    x = np.repeat(cloud(problem, step.ito), 3, axis=1)
+    x = np.repeat(cloud(problem, step.equation), 3, axis=1)
     noise = noise_of(problem, x.shape[1] // 3)
 
     assert not step.refusal()
@@ -75,7 +75,7 @@ def test_eulers_step_is_the_scheme_of_that_name(problem: SDE) -> None:
 def test_a_structured_state_is_read_back() -> None:
     """Of a constrained problem, entering and reading give the same rows r, v and mu."""
     step = OneStep(HalfExplicitEuler(), pendulum())
-    x = cloud(step.view, step.ito)
+    x = cloud(step.view, step.equation)
 
     assert not step.refusal()
     assert list(step.names) == ["r", "v", "mu"]
@@ -123,4 +123,4 @@ def test_a_problem_without_ito_equation_is_refused() -> None:
 
     assert "Bare" in step.refusal()
     with pytest.raises(SchemeError, match="Bare"):
-        assert step.ito
+        assert step.equation

@@ -32,7 +32,7 @@ def earliest(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
 
 def found(formula: Any, problem: SDE, **parameters: float) -> tuple[float, ...]:
     step = OneStep(scheme(formula, **parameters), problem)
-    return tuple(moment.t for moment in times(step, cloud(problem, step.ito)) if moment.place is None)
+    return tuple(moment.t for moment in times(step, cloud(problem, step.equation)) if moment.place is None)
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ class Order(NamedTuple):
 def strong_order(scheme: Scheme, view: Problem, x: Array | None = None) -> Order:
     """Compare a step with two half steps and with Euler-Maruyama, at six Gauss-Hermite nodes a variable."""
     one = OneStep(scheme, view)
-    x = cloud(view, one.ito) if x is None else x
+    x = cloud(view, one.equation) if x is None else x
     nodes = half_steps(view.noise_dim, 6, areas="H" in scheme.noise)
     states, count = x.shape[1], len(nodes.whole.weights)
     xx, t = np.repeat(x, count, axis=1), 0.2 * view.horizon

@@ -25,12 +25,14 @@ from ..checks import (
 )
 from ..problem import Problem, Residual
 from ..sde.sde import SDE
+from ..trivial import Trivials
 from .algebraic import solve_algebraic
 from .checks import check_jacobians, check_regular, check_solved, no_drift_partials, size_of_terms
 from .delayed import Delayed
 from .dissipation import Dissipation
 from .mesh import Lag, Mesh, Recall
 from .partials import Partials, partials
+from .trivial import trivial_delays
 
 # Times at which a history is looked at.
 HISTORY = 17
@@ -253,6 +255,11 @@ class DelaySDAE(Delayed):
     def view(self, form: type[Problem]) -> Problem | None:
         """Return the problem itself or, without delay, its equation of x where an `SDE` is asked for."""
         return super().view(form) or (self._equation if form is SDE and not self.delay else None)
+
+    @classmethod
+    def trivial_problems(cls) -> Trivials:
+        """Return the problems that every scheme for the form solves exactly."""
+        return trivial_delays(DelaySDAE)
 
     def ito(self) -> SDE | None:
         """Return the equation of x with y eliminated; none with a delay, where x alone is no state."""

@@ -59,7 +59,7 @@ class IndexOne(Problem):
     def consistent(self, t: float, x: Array, v: Array) -> Any:
         """Return the state at x and v with the y that solves the constraint."""
 
-    def near_past(self, rng: np.random.Generator, paths: int, spread: float) -> dict[str, Array]:
+    def near_past(self, rng: np.random.Generator, paths: int, spread: float) -> dict[str, Any]:
         """Return lagged values of a step around x at time 0, by their names in `Increment`; none without delay."""
         x = np.repeat(self.past(0.0), paths, axis=1)
         drawn = x + spread * rng.standard_normal((2, *x.shape))

@@ -13,6 +13,8 @@ from ...errors import ProblemError
 from ..checks import PROBES, check_observables, check_shape, check_truth, columns, vector
 from ..problem import Problem
 from ..sde.sde import SDE
+from ..trivial import Trivials
+from .trivial import trivial_dynamics
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -75,6 +77,11 @@ class Langevin(Problem):
     def view(self, form: type[Problem]) -> Problem | None:
         """Return the problem itself, or the same equations as one system where an `SDE` is asked for."""
         return self.ito() if form is SDE else super().view(form)
+
+    @classmethod
+    def trivial_problems(cls) -> Trivials:
+        """Return the problems that every scheme for the form solves exactly."""
+        return trivial_dynamics(Langevin)
 
     def ito(self) -> SDE:
         """Return the equation of x = (q, p)."""

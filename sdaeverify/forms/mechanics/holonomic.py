@@ -33,11 +33,13 @@ from ..checks import (
 from ..manifold import onto_manifold
 from ..problem import Problem, Residual
 from ..sde.sde import SDE
+from ..trivial import Trivials
 from .inherent import inherent_sde
 from .jacobian import ConstraintJacobian, DenseJacobian
 from .multiplied import Multiplied
 from .structure import Structure, no_derivative_of_force
 from .structure_check import check_structure
+from .trivial import trivial_motions
 from .unstructured import Unstructured
 
 
@@ -209,6 +211,11 @@ class HolonomicSDAE(Multiplied):
     def view(self, form: type[Problem]) -> Problem | None:
         """Return the problem itself, or its inherent SDE (2.9) where an `SDE` is asked for."""
         return self._inherent if form is SDE else super().view(form)
+
+    @classmethod
+    def trivial_problems(cls) -> Trivials:
+        """Return the problems that every scheme for the form solves exactly."""
+        return trivial_motions(HolonomicSDAE)
 
     def ito(self) -> SDE:
         """Return the inherent SDE of r, v and mu."""

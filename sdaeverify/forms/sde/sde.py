@@ -27,6 +27,8 @@ from ..checks import (
 from ..manifold import onto_manifold
 from ..mechanics.jacobian import ConstraintJacobian, DenseJacobian
 from ..problem import Problem, Residual
+from ..trivial import Trivials
+from .trivial import trivial_equations
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -109,6 +111,11 @@ class SDE(Problem):
             text = f"a state of {len(x)} components, expected {self.dimension}"
             raise SchemeError(f"{text}; a scheme with further memory overrides parts(problem, state)")
         return {name: x[rows] for name, rows in (self.names or {"x": slice(None)}).items()}
+
+    @classmethod
+    def trivial_problems(cls) -> Trivials:
+        """Return the problems that every scheme for the form solves exactly."""
+        return trivial_equations(SDE)
 
     def ito(self) -> "SDE":
         """Return the equation itself."""

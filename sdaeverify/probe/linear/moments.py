@@ -133,7 +133,7 @@ def moment_orders(record: MomentErrors) -> tuple[FunctionalOrder, ...]:
 
 
 def _exact(one_step: OneStep) -> Array:
-    ito = one_step.ito
+    ito = one_step.equation
     equation, z = linear_equation(ito), np.append(ito.initial(1)[:, 0], 1.0)
     return smat(scipy.linalg.expm(ito.horizon * equation.generator()) @ svec(np.outer(z, z)), len(z))
 

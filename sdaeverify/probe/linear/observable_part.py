@@ -55,7 +55,7 @@ def observed(step: MemoryStep, operator: Operator, components: Array | None = No
     Observed
     """
     k = step.dimension
-    everything = components is None and k == step.one_step.ito.dimension
+    everything = components is None and k == step.one_step.equation.dimension
     if everything or not np.isfinite(operator.factors).all():
         return Observed(operator, np.eye(k + 1))
     reading = step.reading()[:-1, :-1]
@@ -70,7 +70,7 @@ def essential_operator(step: MemoryStep, operator: Operator) -> Operator:
     one_step = step.one_step
     if not one_step.view.has_constraints or not np.isfinite(operator.factors).all():
         return observed(step, operator).operator.homogeneous
-    seen = observed(step, operator, _states(linear_equation(one_step.ito)))
+    seen = observed(step, operator, _states(linear_equation(one_step.equation)))
     linear, entered = seen.operator.homogeneous, one_step.enter(_admissible(one_step), 0.0, step.h)
     columns = seen.rows[:-1, :-1] @ _differences(flatten(entered))
     return _between(linear, _closed(columns.T, linear.factors.swapaxes(0, 1)))
@@ -78,7 +78,7 @@ def essential_operator(step: MemoryStep, operator: Operator) -> Operator:
 
 def essential_equation(one_step: OneStep) -> LinearEquation:
     """Return the linear part of a problem's equation where it matters for stability."""
-    equation = linear_equation(one_step.ito)
+    equation = linear_equation(one_step.equation)
     A, C = equation.homogeneous
     if not one_step.view.has_constraints:
         return LinearEquation(A, C)
@@ -97,7 +97,7 @@ def _states(equation: LinearEquation) -> Array:
 
 def _admissible(one_step: OneStep) -> Array:
     # Where some of them have no nearest admissible state, as the centre of a circle has none, all directions count.
-    points = corners(one_step.ito.dimension)
+    points = corners(one_step.equation.dimension)
     with np.errstate(all="ignore"):
         admissible = one_step.view.admissible(points)
     return admissible if np.isfinite(admissible).all() else points

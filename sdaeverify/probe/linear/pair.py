@@ -80,9 +80,9 @@ def no_linear_pair(scheme: Scheme, view: Problem) -> str:
     if reason := no_linear_equation(view) or OneStep(scheme, view).refusal():
         return reason
     step = MemoryStep(OneStep(scheme, view), view.horizon)
-    if step.dimension != step.one_step.ito.dimension or isinstance(step.start, tuple):
+    if step.dimension != step.one_step.equation.dimension or isinstance(step.start, tuple):
         return "the scheme has memory beyond the problem's components"
-    return "the noise is not additive" if linear_equation(step.one_step.ito).diffusion[:, :-1].any() else ""
+    return "the noise is not additive" if linear_equation(step.one_step.equation).diffusion[:, :-1].any() else ""
 
 
 def affine_step(one_step: OneStep, h: float) -> AffineStep:
@@ -115,8 +115,8 @@ def mean_square_distance(one_step: OneStep, h: float, count: int) -> tuple[float
         The first is infinite where it overflows; the second where the step is not affine, or where the equation has
         almost no basis of eigenvectors.
     """
-    step, x = affine_step(one_step, h), one_step.ito.initial(1)[:, 0]
-    equation, d = linear_equation(one_step.ito), len(x)
+    step, x = affine_step(one_step, h), one_step.equation.initial(1)[:, 0]
+    equation, d = linear_equation(one_step.equation), len(x)
     pair, condition = _pair(step, equation, h)
     if step.defect > AFFINE or condition > ILL:
         return float("nan"), float("inf")

@@ -75,12 +75,12 @@ def consistency(scheme: Scheme, view: Problem) -> Consistency:
     Consistency
     """
     step = OneStep(scheme, view)
-    x, sizes = cloud(view, step.ito), SIZES * view.time_unit
+    x, sizes = cloud(view, step.equation), SIZES * view.time_unit
     nodes = _nodes(view.noise_dim, areas="H" in scheme.noise)
     with np.errstate(all="ignore"):
         levels = [_defects(step, x, nodes, float(h)) for h in sizes]
         rms, mean, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
-        return Consistency(sizes, rms, mean, scale, core(step.ito, x), np.array(float(nodes.exact)))
+        return Consistency(sizes, rms, mean, scale, core(step.equation, x), np.array(float(nodes.exact)))
 
 
 def judge_consistency(record: Consistency, component: int | None = None) -> LocalOpinion:
@@ -209,7 +209,7 @@ def delay_consistency(scheme: Scheme, view: Delayed) -> DelayConsistency:
     DelayConsistency
     """
     step = OneStep(*linked(scheme, view))
-    x, nodes = cloud(step.view, step.ito), half_steps(2 * view.noise_dim, DELAY_NODES)
+    x, nodes = cloud(step.view, step.equation), half_steps(2 * view.noise_dim, DELAY_NODES)
     h = LEVELS * step.view.time_unit
     with np.errstate(all="ignore"):
         found = [_level(step, x, nodes, float(size)) for size in h]

@@ -83,7 +83,7 @@ def multipliers(scheme: Scheme, view: Problem) -> Multipliers:
     Multipliers
     """
     step = OneStep(scheme, view)
-    x, h = cloud(view, step.ito), LEVELS * view.time_unit
+    x, h = cloud(view, step.equation), LEVELS * view.time_unit
     directions = _directions(view.noise_dim)
     with np.errstate(all="ignore"):
         levels = [_level(step, x, float(size), directions) for size in h]
@@ -127,7 +127,7 @@ def judge_exponent(record: Multipliers, index: int, claim: float) -> LocalOpinio
 
 
 def _given(step: OneStep) -> Array:
-    x, h = step.ito.initial(2), step.view.horizon / 64.0
+    x, h = step.equation.initial(2), step.view.horizon / 64.0
     outputs = _result(step, x, h, np.zeros((step.view.noise_dim, 2))).outputs
     return np.array([float(name in outputs) for name in (KAPPA, LAMBDA, LAMBDA)])
 
@@ -167,8 +167,8 @@ def _level(step: OneStep, x: Array, h: float, directions: Array) -> tuple[Array,
 def _leading(step: OneStep, x: Array, w: Array) -> tuple[Array, Array]:
     """Return l, shape (m, S), and L w, shape (m, S, K)."""
     t, mu = WHEN * step.view.horizon, step.names["mu"]
-    L = step.ito.diffusion(t, x)[mu]
-    return step.ito.drift(t, x)[mu], np.einsum("mlp,lk->mpk", np.broadcast_to(L, (*L.shape[:2], x.shape[1])), w)
+    L = step.equation.diffusion(t, x)[mu]
+    return step.equation.drift(t, x)[mu], np.einsum("mlp,lk->mpk", np.broadcast_to(L, (*L.shape[:2], x.shape[1])), w)
 
 
 def _scales(step: OneStep, x: Array, h: float) -> Array:
@@ -180,7 +180,7 @@ def _scales(step: OneStep, x: Array, h: float) -> Array:
 
 
 def _output(step: OneStep, result: Step, name: str) -> Array:
-    m, paths = step.ito.dimension - step.names["mu"].start, flatten(result.state).shape[-1]
+    m, paths = step.equation.dimension - step.names["mu"].start, flatten(result.state).shape[-1]
     given = np.asarray(result.outputs.get(name, np.full((m, paths), np.nan)))
     if given.shape != (m, paths):
         raise SchemeError(f"output {name} has shape {given.shape}, expected ({m}, {paths})")

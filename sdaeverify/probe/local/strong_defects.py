@@ -65,7 +65,7 @@ def no_local_order(scheme: Scheme, view: Problem) -> str:
     if scheme.law.bounded:
         return f"sums of {scheme.law.name} increments are no increments of a longer step"
     shortest = float(LEVELS[-1]) * view.time_unit
-    return unresolved(view, shortest) or OneStep(scheme, view).refusal()
+    return unresolved(view, shortest) or OneStep(scheme, view).refusal(beside=True)
 
 
 def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
@@ -82,7 +82,7 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     LocalStrong
     """
     step = OneStep(scheme, view)
-    x = cloud(view, step.ito)
+    x = cloud(view, step.equation)
     nodes = HalfSteps(*(part.few(WORK // len(x)) for part in _half_steps(scheme, view)))
     when = times(step, x)
     counts = np.array(float(nodes.whole.exact)), np.array(float(len(when)))
@@ -90,7 +90,7 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     def probed(h: Array) -> LocalStrong:
         levels = [_level(step, x, nodes, float(size), when) for size in h]
         rms, mean, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
-        return LocalStrong(h, rms, mean, scale, core(step.ito, x), *counts)
+        return LocalStrong(h, rms, mean, scale, core(step.equation, x), *counts)
 
     unit = view.time_unit
     with np.errstate(all="ignore"):
@@ -102,12 +102,12 @@ def _half_steps(scheme: Scheme, view: Problem) -> HalfSteps:
     return half_steps(view.noise_dim, NODES, areas="H" in scheme.noise)
 
 
-def core(ito: Equation, x: Array) -> Array:
-    """Tell on which components the drift or the diffusion depend, by moving each of them away from the states x.
+def core(equation: Equation, x: Array) -> Array:
+    """Tell on which components a coefficient depends, by moving each of them away from the states x.
 
     Parameters
     ----------
-    ito : Equation
+    equation : Equation
     x : ndarray, shape (d, S)
 
     Returns
@@ -115,14 +115,14 @@ def core(ito: Equation, x: Array) -> Array:
     ndarray, shape (C,)
         1 or 0.
     """
-    t = WHEN * ito.horizon
+    t = WHEN * equation.horizon
     move = (1.0 + np.abs(x)) * np.cos(np.arange(1.0, len(x) + 1))[:, None]
-    before = ito.drift(t, x), ito.diffusion(t, x)
+    before = equation.coefficients(t, x)
     found = []
-    for rows in (ito.names or {"x": slice(None)}).values():
+    for rows in (equation.names or {"x": slice(None)}).values():
         moved = x.copy()
         moved[rows] += move[rows]
-        after = ito.drift(t, moved), ito.diffusion(t, moved)
+        after = equation.coefficients(t, moved)
         found.append(not all(np.allclose(a, b, rtol=1e-9, atol=0.0) for a, b in zip(after, before, strict=True)))
     return np.array(found, dtype=float)
 
@@ -149,6 +149,7 @@ def _level(
     step: OneStep, x: Array, nodes: HalfSteps, h: float, when: tuple[Moment, ...]
 ) -> tuple[Array, Array, Array]:
     """Return root mean squares and means of the defects, shape (3, C, S), and the scale, shape (S,), of all times."""
+    nodes = nodes.beside(step.view.records, h)
     found = zip(*(_at(step, x, nodes, h, moment.of_size(step, h)) for moment in when), strict=True)
     rms, mean, scale = (np.concatenate(parts, axis=-1) for parts in found)
     return rms, mean, scale

@@ -68,7 +68,7 @@ def refusal(scheme: Scheme, view: Problem) -> str:
         return "the problem has no chart of one or two coordinates"
     if reason := one_step.refusal():
         return reason
-    if len(flatten(one_step.enter(one_step.ito.initial(1), 0.0, view.horizon))) > one_step.ito.dimension:
+    if len(flatten(one_step.enter(one_step.equation.initial(1), 0.0, view.horizon))) > one_step.equation.dimension:
         return "the scheme has memory beyond the problem's components"
     if not scheme.law.bounded and _normals(one_step) not in NODES:
         return f"{_normals(one_step)} normals a step are too many for a tensor rule"

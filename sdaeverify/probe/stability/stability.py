@@ -147,7 +147,7 @@ def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count:
         run = radii([_radius(one_step, size) for size in step_sizes])
         boundaries = crossings(lambda size: step_radius(one_step, size), scan.h, scan.sign)
     decays = {True: 1.0, False: 0.0, None: np.nan}[equation.decays()]
-    at_rest = float(linear_equation(one_step.ito).starts_at_rest)
+    at_rest = float(linear_equation(one_step.equation).starts_at_rest)
     return StabilityRecord(*scan, *run, boundaries, equation.abscissa, decays, at_rest)
 
 

@@ -4,14 +4,16 @@ An expectation over the noise is a weighted sum over nodes: exact for the atoms 
 polynomials up to degree 2n - 1 in each normal with n Gauss-Hermite nodes.
 """
 
+from collections.abc import Mapping
 from math import prod
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, each
 from ...noise.brownian import Increment
 from ...noise.laws import GAUSSIAN, Law
+from ...noise.records import NoiseRecord
 
 # A tensor rule larger than this has fewer nodes a variable, down to three, which are exact up to degree 5.
 MOST_NODES = 2_000
@@ -49,17 +51,21 @@ class Nodes(NamedTuple):
     weights : ndarray, shape (K,)
     exact : bool
         Whether it is a rule and not random points.
+    records : mapping of str to object
+        Noise beside Brownian motions, of a step of one length alone.
     """
 
     dW: Array
     H: Array | None
     weights: Array
     exact: bool = True
+    records: Mapping[str, Any] = {}
 
     def increment(self, h: float, states: int = 1) -> Increment:
         """Return the noise of a step of length h, K nodes for each of a number of states: path = state K + node."""
         dW = np.tile(np.sqrt(h) * self.dW, states)
-        return Increment(dW, None if self.H is None else np.tile(np.sqrt(h) * self.H, states))
+        records = each(lambda part: np.tile(part, states), self.records)
+        return Increment(dW, None if self.H is None else np.tile(np.sqrt(h) * self.H, states), records=records)
 
     def few(self, count: int) -> "Nodes":
         """Return a rule as it is, and so many of random points at most."""
@@ -150,6 +156,17 @@ def step_nodes(dimension: int, count: int, *, areas: bool = False, law: Law = GA
     return Nodes(rule.x[:dimension], H, rule.weights, rule.exact)
 
 
+def crossed(nodes: Nodes, name: str, data: Any, weights: Array) -> Nodes:
+    """Return each node with each of R nodes of an independent record, whose probabilities are `weights`."""
+
+    def repeated(part: Array) -> Array:
+        return np.repeat(part, len(weights), axis=-1)
+
+    records = {**each(repeated, nodes.records), name: each(lambda part: np.tile(part, len(nodes.weights)), data)}
+    joint = np.multiply.outer(nodes.weights, weights).ravel()
+    return Nodes(repeated(nodes.dW), each(repeated, nodes.H), joint, nodes.exact, records)
+
+
 class HalfSteps(NamedTuple):
     """Noise of a step of length 1 and of its two halves, at common nodes.
 
@@ -162,6 +179,21 @@ class HalfSteps(NamedTuple):
     whole: Nodes
     first: Nodes
     second: Nodes
+
+    def beside(self, records: tuple[NoiseRecord, ...], h: float) -> "HalfSteps":
+        """Return the same with the noise beside Brownian motions of a step of size h."""
+        found = self
+        for record in records:
+            (first, second), weights = _pairs(*record.rule(0.5 * h))
+            steps = (record.joined(first, second), first, second)
+            found = HalfSteps(*(crossed(n, record.name, d, weights) for n, d in zip(found, steps, strict=True)))
+        return found
+
+
+def _pairs(data: Any, weights: Array) -> tuple[tuple[Any, Any], Array]:
+    count = len(weights)
+    pair = each(lambda part: np.repeat(part, count, axis=-1), data), each(lambda part: np.tile(part, count), data)
+    return pair, np.multiply.outer(weights, weights).ravel()
 
 
 def half_steps(dimension: int, count: int, *, areas: bool = False) -> HalfSteps:

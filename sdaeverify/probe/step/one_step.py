@@ -34,7 +34,7 @@ def unresolved(view: Problem, shortest: float) -> str:
 
 @dataclass(frozen=True)
 class OneStep:
-    """The map x -> Phi(x, t, h, noise) between states of shape (d, P): the rows of the components of `ito`.
+    """The map x -> Phi(x, t, h, noise) between states of shape (d, P): the rows of the components of `equation`.
 
     Attributes
     ----------
@@ -47,9 +47,9 @@ class OneStep:
     view: Problem
 
     @cached_property
-    def ito(self) -> Equation:
-        """The Ito equation of the comparable components."""
-        equation = self.view.ito()
+    def equation(self) -> Equation:
+        """The equation of the comparable components."""
+        equation = self.view.equation()
         if equation is None:
             raise SchemeError(f"a {type(self.view).__name__} offers no Ito equation to compare one step with")
         return equation
@@ -57,30 +57,38 @@ class OneStep:
     @property
     def names(self) -> dict[str, slice]:
         """Rows of each component."""
-        return dict(self.ito.names or {"x": slice(None)})
+        return dict(self.equation.names or {"x": slice(None)})
 
-    def refusal(self) -> str:
-        """Return why the map cannot be probed at any state, or an empty string."""
+    def refusal(self, *, beside: bool = False) -> str:
+        """Return why the map cannot be probed at any state, or an empty string.
+
+        Parameters
+        ----------
+        beside : bool
+            Whether the nodes of the probe are those of the noise beside Brownian motions, too.
+        """
         if self.scheme.jumps:
             return "a step jumps as a function of its noise: nodes tell no expectations"
+        if self.view.records and not beside:
+            return "the problem has noise beside Brownian motions, over which nothing is averaged here"
         return self.incomparable() or self.unentered()
 
     def incomparable(self) -> str:
         """Return why states cannot be compared with those of an Ito equation, or an empty string."""
-        if self.view.ito() is None:
+        if self.view.equation() is None:
             return f"a {type(self.view).__name__} offers no Ito equation to compare one step with"
-        rows = [row for part in self.names.values() for row in range(self.ito.dimension)[part]]
-        if sorted(rows) != list(range(self.ito.dimension)):
+        rows = [row for part in self.names.values() for row in range(self.equation.dimension)[part]]
+        if sorted(rows) != list(range(self.equation.dimension)):
             return "the named components leave out rows of the state, or have some twice"
         return ""
 
     def unentered(self) -> str:
         """Return that the scheme has memory that `enter` does not set, or an empty string."""
         h = self.view.horizon / 64.0
-        start, entered = self.scheme.start(self.view, 2, h), self.enter(self.ito.initial(2), 0.0, h)
+        start, entered = self.scheme.start(self.view, 2, h), self.enter(self.equation.initial(2), 0.0, h)
         if type(start) is not type(entered) or flatten(start).shape != flatten(entered).shape:
             return "the scheme has memory that enter(problem, state, t, h) does not set"
-        if len(flatten(entered)) > self.ito.dimension and _depends_on_run(self):
+        if len(flatten(entered)) > self.equation.dimension and _depends_on_run(self):
             return "steps of a run differ from those that begin with enter(problem, state, t, h)"
         return ""
 
@@ -95,7 +103,7 @@ class OneStep:
     def read(self, state: State) -> Array:
         """Return the comparable components of a state, shape (d, P)."""
         parts = self.scheme.parts(self.view, state)
-        x = np.empty((self.ito.dimension, flatten(state).shape[-1]))
+        x = np.empty((self.equation.dimension, flatten(state).shape[-1]))
         for name, rows in self.names.items():
             x[rows] = parts[name]
         return x
@@ -105,8 +113,8 @@ class OneStep:
         return self.read(self.advance(self.enter(x, t, h), t, h, noise))
 
     def euler(self, x: Array, t: float, h: float, noise: Increment) -> Array:
-        """Return x + f h + B dW, shape (d, P): Euler-Maruyama of the Ito equation."""
-        return self.ito.euler(t, x, h, noise)
+        """Return a step of Euler's method for the equation, shape (d, P)."""
+        return self.equation.euler(t, x, h, noise)
 
 
 @lru_cache(maxsize=8)
@@ -123,13 +131,11 @@ def _depends_on_run(step: OneStep) -> bool:
 
 def _off(step: OneStep, h: float) -> float:
     """Return how far the steps of a run are at most from those that `enter` begins at the same states."""
-    x, t = cloud(step.view, step.ito)[:, ::4], WHEN * step.view.horizon
+    x, t = cloud(step.view, step.equation)[:, ::4], WHEN * step.view.horizon
     rng = np.random.Generator(np.random.Philox(key=SEED + 9))
     state, make, off = step.enter(x, t, h), step.scheme.prepare(step.view, h), 0.0
     for n in range(RUN):
-        dW, areas = np.sqrt(h) * rng.standard_normal((2, step.view.noise_dim, x.shape[1]))
-        drawn = Increment(dW, areas / np.sqrt(12.0) if "H" in step.view.noise else None)
-        noise = step.scheme.law.increment(drawn, h)
+        noise = step.scheme.law.increment(step.view.drawn(rng, h, x.shape[1]), h)
         entered = step(step.read(state), t + n * h, h, noise)
         state = make(state, t + n * h, noise).state
         off = max(off, float(np.nanmax(np.abs(step.read(state) - entered) / (1.0 + np.abs(entered)), initial=0.0)))

@@ -52,7 +52,7 @@ def root_scan(scheme: Scheme, view: Problem) -> RootScan:
     RootScan
     """
     step = OneStep(scheme, view)
-    x = extreme_states(view, step.ito)
+    x = extreme_states(view, step.equation)
     noise = _directions(scheme, view, x.shape[1])
     with np.errstate(all="ignore"):
         levels = [_level(step, x, noise, float(h)) for h in SCANNED]

@@ -105,7 +105,7 @@ def in_a_row(view: Problem) -> int:
 
 def changing(step: OneStep) -> str:
     """Return that one step is not that of all times, on an equation whose coefficients are, or an empty string."""
-    return DIFFERENT if len(times(step, cloud(step.view, step.ito))) > 1 else ""
+    return DIFFERENT if len(times(step, cloud(step.view, step.equation))) > 1 else ""
 
 
 @lru_cache(maxsize=8)
@@ -121,7 +121,7 @@ def _row(step: OneStep, h: float, begin: float) -> _Row:
 
     What rounding and the equation explain is nothing.
     """
-    x = cloud(step.view, step.ito)[:, ::EVERY]
+    x = cloud(step.view, step.equation)[:, ::EVERY]
     # The row ends before the last step.
     first, last = int(begin / h), round(step.view.horizon / h) - 1
     t = h * np.arange(first, min(first + in_a_row(step.view), last))
@@ -147,6 +147,4 @@ def _bend(values: Array) -> Array:
 
 def _noise(step: OneStep, h: float, paths: int) -> Increment:
     rng = np.random.Generator(np.random.Philox(key=SEED + 3))
-    dW, areas = np.sqrt(h) * rng.standard_normal((2, step.view.noise_dim, paths))
-    drawn = Increment(dW, areas / np.sqrt(12.0) if "H" in step.view.noise else None)
-    return step.scheme.law.increment(drawn, h)
+    return step.scheme.law.increment(step.view.drawn(rng, h, paths), h)

@@ -160,7 +160,7 @@ def moment_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Unifo
     """
 
     def of(problem: StiffnessFamily) -> tuple[Array, Array, float, float]:
-        record, rate = moment_errors(scheme, problem, steps), linear_equation(OneStep(scheme, problem).ito).rate
+        record, rate = moment_errors(scheme, problem, steps), linear_equation(OneStep(scheme, problem).equation).rate
         i, j = np.triu_indices(record.first.shape[1])
         errors = np.concatenate([record.first, record.second[:, i, j]], axis=1)
         # The entries of a stiff matrix are rounded to EPS of its size, whatever is computed from them.
@@ -195,7 +195,7 @@ def strong_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Unifo
         # |sqrt(e) - sqrt(e')| <= sqrt |e - e'| for all e and e'.
         with np.errstate(divide="ignore", invalid="ignore"):
             floor = np.fmin(off / roots, np.sqrt(off))
-        return roots, floor, float(np.abs(one_step.ito.initial(1)).max()), float(np.isfinite(off).all())
+        return roots, floor, float(np.abs(one_step.equation.initial(1)).max()), float(np.isfinite(off).all())
 
     return _collected(view, _finer(steps), stiffnesses(PER_DECADE), of)
 

@@ -147,7 +147,8 @@ def together(
 
 def _both(noise: LevelNoise) -> LevelNoise:
     assert noise.H is not None
-    return LevelNoise(*(np.concatenate([part, -part], axis=-1) for part in (noise.dW, noise.H)))
+    dW, H = (np.concatenate([part, -part], axis=-1) for part in (noise.dW, noise.H))
+    return LevelNoise(dW, H)
 
 
 LEVEL = 1e-6

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from ...conformance.own_run import brownian
+from ...conformance.own_run import level_noise
 from ...forms.truths import Pathwise
-from ...noise.brownian import Increment
 from ...numerics.statistics import EPS
 from ..check import Inapplicable
 from ..problem_subject import ProblemSubject
@@ -44,7 +43,7 @@ def stepped(subject: ProblemSubject) -> str:
     truth, problem = solution(subject), subject.problem
     h = problem.horizon / 8
     for paths in (1, 3):
-        z, noise = truth.start(paths), brownian(problem.noise_dim, paths, h, 0)
+        z, noise = truth.start(paths), level_noise(problem, paths, h, 0)
         noise = noise._replace(xi=np.ones((truth.extra_normals, paths)) if truth.extra_normals else None)
         assert noise.H is not None
         before = z.copy(), noise.dW.copy(), noise.H.copy()
@@ -59,7 +58,7 @@ def stepped(subject: ProblemSubject) -> str:
 def still(subject: ProblemSubject) -> str:
     """Expect a step of the solution without time and noise to change nothing."""
     truth, none = solution(subject), np.zeros((subject.problem.noise_dim, 1))
-    z = truth.start(1)
+    z, nothing = truth.start(1), subject.problem.drawn(np.random.default_rng(0), 0.0, 1)
     extra = np.ones((truth.extra_normals, 1)) if truth.extra_normals else None
-    same = np.array_equal(truth.advance(z, 0.0, 0.0, Increment(none, none, extra)), z)
+    same = np.array_equal(truth.advance(z, 0.0, 0.0, nothing._replace(dW=none, H=none, xi=extra)), z)
     return "" if same else "a step of length 0 changes the solution"
