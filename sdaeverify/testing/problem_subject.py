@@ -12,12 +12,16 @@ from ..contracts.scheme import Scheme, Step
 from ..contracts.specs import ProblemSpec
 from ..forms import SDE, DelaySDAE, Problem
 from ..noise.brownian import Increment
+from ..numerics import norm
 from ..probe.local.delay_links import linked_equation
+from ..probe.step.states import cloud
 from ..registry.load import Registry
 from .check import Inapplicable
 
 # Paths of the run, and the time at which coefficients are looked at.
 PATHS, WHEN = 12, 0.2
+# How far states are moved off a manifold, in parts of their size.
+MOVED = 0.01
 
 
 @dataclass(frozen=True)
@@ -61,12 +65,19 @@ class ProblemSubject:
 
     @cached_property
     def x(self) -> Array:
-        """States of the equation along a run, shape (d, 12); off a manifold by what the run has left it."""
+        """States of the equation along a run, shape (d, 12); off a manifold by what the run has left it.
+
+        Where a step of the drift is larger than the state, Euler's scheme leads to where no solution is: the states
+        are then those at which steps are probed, moved at random.
+        """
         with np.errstate(all="ignore"):
             states: Array = stopped_states(Euler(), self.equation, PATHS)
-        if not np.isfinite(states).all():
-            raise Inapplicable("a run of Euler's scheme with 12 steps over the horizon leaves all bounds")
-        return states
+            step = self.equation.horizon / PATHS * norm(self.equation.drift(WHEN, states))
+        if (step <= 1.0 + norm(states)).all():
+            return states
+        view = self.equation if isinstance(self.problem, DelaySDAE) else self.problem
+        states = cloud(view, self.equation)[:, -PATHS:]
+        return np.asarray(states + MOVED * (1.0 + norm(states)) * directions(states, 1)[0])
 
     @cached_property
     def B(self) -> Array:

@@ -21,6 +21,7 @@ from sdaeverify import (
 from sdaeverify.contracts.specs import ProblemSpec
 from sdaeverify.testing import check_problem, checks
 from sdaeverify_problems.circle import circle
+from sdaeverify_problems.fibre_clamped import fibre_clamped
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.gbm_algebraic import gbm_algebraic
 from sdaeverify_problems.ou import ou
@@ -268,6 +269,26 @@ def test_langevin_dynamics_in_which_faults_are_planted_are_sound(check, eps):
     outcome = of_problem(on_the_circle(eps=eps), check)
 
     assert outcome.status == ("skipped" if eps and check == "constraints-kept" else "passed")
+
+
+def stiff_fibre():
+    """A fibre with the parameters of Lindner et al. (2018), Fig. 4.2."""
+    return fibre_clamped(alpha=0.4, horizon=0.25)
+
+
+def wrongly_bent_fibre():
+    """The same with a wrong curvature."""
+    problem = stiff_fibre()
+    return dataclasses.replace(problem, curvature=lambda r, y, z: SLIGHT * problem.d2g(r, y, z))
+
+
+@pytest.mark.parametrize("check", ["constraint-curvature", "constraints-kept"])
+def test_a_stiff_problem_is_asked_where_its_solutions_are(check):
+    """An explicit run went to states of size 1e5 and more, where rounding was taken for a fault."""
+    outcome = of_problem(stiff_fibre, check)
+
+    assert outcome.status == "passed", outcome.reason
+    assert of_problem(wrongly_bent_fibre, "constraint-curvature").status == "failed"
 
 
 def test_a_problem_that_cannot_be_built_is_asked_nothing_else():
