@@ -112,9 +112,9 @@ def verdicts(chosen: Drawn, executor: Executor | None = None) -> pd.DataFrame:
 
 
 @contextmanager
-def watched() -> Iterator[Executor]:
+def watched(seconds: float = TIMEOUT) -> Iterator[Executor]:
     """Give a process in which no block of paths takes longer than it may."""
-    with worker_pool(1, (), Limits(timeout=TIMEOUT)) as executor:
+    with worker_pool(1, (), Limits(timeout=seconds)) as executor:
         yield executor
 
 

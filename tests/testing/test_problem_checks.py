@@ -272,12 +272,12 @@ def test_langevin_dynamics_in_which_faults_are_planted_are_sound(check, eps):
 
 
 def stiff_fibre():
-    """A fibre with the parameters of Lindner et al. (2018), Fig. 4.2."""
+    """Build a fibre with the parameters of Lindner et al. (2018), Fig. 4.2."""
     return fibre_clamped(alpha=0.4, horizon=0.25)
 
 
 def wrongly_bent_fibre():
-    """The same with a wrong curvature."""
+    """Build the same with a wrong curvature."""
     problem = stiff_fibre()
     return dataclasses.replace(problem, curvature=lambda r, y, z: SLIGHT * problem.d2g(r, y, z))
 
