@@ -80,9 +80,13 @@ def _draw_panel(panel: Panel, ax: Any) -> None:
 
 
 def _unclutter(axis: Any, low: float, high: float) -> None:
-    """Leave powers of 10 alone to be labelled where an axis has two of them."""
+    """Label powers of 10 where an axis has two of them, and 2 and 5 times a power where it has not."""
+    from matplotlib.ticker import LogLocator  # noqa: PLC0415 - only pictures need it
+
     if floor(log10(high)) > ceil(log10(low)):
         axis.set_tick_params(which="minor", labelbottom=False, labelleft=False)
+    else:
+        axis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
 
 
 def _explain(panel: Panel, ax: Any) -> None:
