@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from .noise.laws import GAUSSIAN, THREE_POINT, TWO_POINT, Law, clipped_gaussian
     from .noise.records import NoiseRecord
     from .registry.hookspecs import hookimpl
+    from .sampling import Paths, sample
 
 __version__ = "0.1.0"
 
@@ -102,6 +103,7 @@ __all__ = [
     "ParameterError",
     "Partials",
     "Parts",
+    "Paths",
     "Pathwise",
     "Planted",
     "PluginError",
@@ -130,6 +132,7 @@ __all__ = [
     "clipped_gaussian",
     "hookimpl",
     "on_request",
+    "sample",
     "verify",
 ]
 
@@ -152,6 +155,7 @@ _NAMES = {
         "Dissipation Gram HolonomicSDAE HolonomicState Lag Langevin Mesh Partials Problem Residual Structure"
     ),
     "registry.hookspecs": "hookimpl",
+    "sampling": "Paths sample",
     "noise.laws": "GAUSSIAN THREE_POINT TWO_POINT Law clipped_gaussian",
     "noise.brownian": "Increment",
     "noise.records": "NoiseRecord",

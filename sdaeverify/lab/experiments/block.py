@@ -106,7 +106,9 @@ def _run_block(task: NoiseTask, block: int, paths: int) -> tuple[RunFound, ...]:
     )  # fmt: skip
     source = Source(task.seed, task.label, block, task.block, paths)
     areas = any("H" in planned.scheme.noise for planned in task.runs)
-    brownian = Brownian(source, int(dimension), horizon / coarsest, max(track.level for track in tracks), areas)
+    finest = max(track.level for track in tracks)
+    records = next((track.problem.records for track in tracks if track.problem and not task.noise), ())
+    brownian = Brownian(source, int(dimension), horizon / coarsest, finest, areas, records)
     for piece in _pieces(brownian, coarsest):
         for track in tracks:
             track.advance(piece)
@@ -157,7 +159,7 @@ class _Driven:
     def _driving(self, noise: LevelNoise) -> LevelNoise:
         drive = self.run.drive
         if drive is not None:
-            noise = LevelNoise(drive(noise.dW), None if noise.H is None else drive(noise.H))
+            noise = noise._replace(dW=drive(noise.dW), H=None if noise.H is None else drive(noise.H))
         if noise.dW.shape[1] != self.noise_dim:
             raise ProblemError(f"it has {self.noise_dim} Brownian motions and is driven by {noise.dW.shape[1]}")
         return noise

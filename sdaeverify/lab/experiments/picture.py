@@ -91,7 +91,7 @@ def _unclutter(axis: Any, low: float, high: float) -> None:
 
 def _explain(panel: Panel, ax: Any) -> None:
     """Put the legend inside where there is room for it, and below the axes elsewhere."""
-    labels = [each.label for each in (*panel.curves, *panel.ranges) if each.label]
+    labels = [each for each in (*(c.label for c in panel.curves), *(r.label for r in panel.ranges)) if each]
     if len(labels) > FEW:
         ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, frameon=False)
     elif labels:
