@@ -49,11 +49,11 @@ if TYPE_CHECKING:
     from .forms.controls import Control
     from .forms.trivial import Trivial
     from .forms.truths import InvariantMean, MeanSquareStability, Moment, Pathwise, Truth
+    from .lab.sampling import Paths, sample
     from .noise.brownian import Increment
     from .noise.laws import GAUSSIAN, THREE_POINT, TWO_POINT, Law, clipped_gaussian
     from .noise.records import NoiseRecord
     from .registry.hookspecs import hookimpl
-    from .sampling import Paths, sample
 
 __version__ = "0.1.0"
 
@@ -155,7 +155,7 @@ _NAMES = {
         "Dissipation Gram HolonomicSDAE HolonomicState Lag Langevin Mesh Partials Problem Residual Structure"
     ),
     "registry.hookspecs": "hookimpl",
-    "sampling": "Paths sample",
+    "lab.sampling": "Paths sample",
     "noise.laws": "GAUSSIAN THREE_POINT TWO_POINT Law clipped_gaussian",
     "noise.brownian": "Increment",
     "noise.records": "NoiseRecord",

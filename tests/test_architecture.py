@@ -39,7 +39,6 @@ LAYERS = {
     "testing": 7,
     "cli": 7,
     "api": 7,
-    "sampling": 7,
     "pytest_plugin": 7,
     "__main__": 7,
     "__init__": 7,

@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .arrays import Array, Mask, Parts
-from .contracts.matching import match
-from .contracts.measure import Snapshot
-from .contracts.scheme import Scheme
-from .contracts.settings import FIRST_BLOCK, Settings, whole
-from .contracts.specs import ProblemSpec
-from .contracts.tally import Tally
-from .errors import SchemeError, UsageError
-from .forms import Problem
-from .noise.brownian import Brownian, Piece, Source
-from .registry.load import load_registry
-from .registry.selection import select_problems, select_schemes
-from .simulate.ensemble import one_thread
-from .simulate.tracks import Track
+from ..arrays import Array, Mask, Parts
+from ..contracts.matching import match
+from ..contracts.measure import Snapshot
+from ..contracts.scheme import Scheme
+from ..contracts.settings import FIRST_BLOCK, Settings, whole
+from ..contracts.specs import ProblemSpec
+from ..contracts.tally import Tally
+from ..errors import SchemeError, UsageError
+from ..forms import Problem
+from ..noise.brownian import Brownian, Piece, Source
+from ..registry.load import load_registry
+from ..registry.selection import select_problems, select_schemes
+from ..simulate.ensemble import one_thread
+from ..simulate.tracks import Track
 
 if TYPE_CHECKING:
     import pandas as pd
