@@ -17,10 +17,11 @@ from .errors import UsageError
 from .forms import Problem
 from .registry.load import Registry, load_registry
 from .registry.selection import select_measures, select_problems, select_schemes
-from .report.earlier import LEVELS, VERDICTS, Kept, save_tables
+from .report.earlier import Kept, save_tables
 from .report.files import require_writable
+from .report.folders import LEVELS, VERDICTS
 from .report.provenance import provenance
-from .report.tables import level_table, verdict_table
+from .report.tables import level_table, verdict_rows, verdict_table
 from .study import CellResult, Plan, Study, plan
 from .study.remote_plan import asking
 from .workers.pool import BLOCKS_A_WORKER, executor_for
@@ -66,9 +67,14 @@ class Result:
     unnamed: frozenset[str] = frozenset()
 
     @cached_property
+    def rows(self) -> list[dict[str, object]]:
+        """The rows of `verdicts`."""
+        return verdict_rows(self.results, self.settings, self.files, self.unnamed)
+
+    @cached_property
     def verdicts(self) -> pd.DataFrame:
         """One row for each quantity of each cell: claim, estimate, interval, verdict, reason, command."""
-        return verdict_table(self.results, self.settings, self.files, self.unnamed)
+        return verdict_table(self.rows)
 
     @cached_property
     def levels(self) -> pd.DataFrame:

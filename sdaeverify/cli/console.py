@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, redirect_stdout, suppress
 from typing import IO
 
@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.text import Text
 
 from ..report.plain import visible
+from ..report.sentences import SYMBOLS, Line
 
 PROGRAM = "sdaeverify"
 # Wider than any table: a line that is piped into another program is not broken.
@@ -85,6 +86,13 @@ def aside() -> Iterator[None]:
                 sys.__stdout__.flush()
             os.dup2(kept, STDOUT)
             os.close(kept)
+
+
+def print_lines(console: Console, lines: Iterable[Line]) -> None:
+    """Print lines as they are, each in the style of its verdict."""
+    for line in lines:
+        style = SYMBOLS[line.verdict][2] if line.verdict else ""
+        console.print(Text(line.text, style=style), soft_wrap=True)
 
 
 def silence(stream: IO[str]) -> None:

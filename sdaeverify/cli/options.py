@@ -70,6 +70,12 @@ selection = together(
 )
 
 
+loudness = together(
+    click.option("-q", "--quiet", is_flag=True, help="Say the counts alone."),
+    click.option("-v", "--verbose", is_flag=True, help="Show the matrix, too."),
+)
+
+
 def levels_text(settings: Settings) -> str:
     """Return the step sizes as ``--levels`` takes them."""
     return f"{settings.steps[0]}..{settings.steps[-1]}"

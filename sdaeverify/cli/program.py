@@ -1,5 +1,6 @@
 """The commands, and what becomes of their errors."""
 
+import os
 import sys
 import traceback
 from collections.abc import Sequence
@@ -7,6 +8,7 @@ from importlib import import_module
 from io import TextIOWrapper
 
 import click
+from click.shell_completion import shell_complete
 
 from .. import __version__
 from ..contracts.labels import did_you_mean
@@ -19,6 +21,7 @@ COMMANDS = {
     "calibrate": "calibrate:calibrate",
     "check": "check:check",
     "compare": "compare:compare",
+    "demo": "demo:demo",
     "gate": "gate:gate",
     "info": "listing:info",
     "list": "listing:listing",
@@ -27,7 +30,9 @@ COMMANDS = {
     "new-plugin": "new_plugin:new_plugin",
     "reproduce": "reproduce:reproduce",
     "selftest": "selftest:selftest",
+    "show": "show:show",
 }
+COMPLETION = "_SDAEVERIFY_COMPLETE"
 
 
 class _Commands(click.Group):
@@ -79,6 +84,8 @@ def execute(arguments: Sequence[str]) -> int:
         One of `ExitCode`.
     """
     try:
+        if instruction := os.environ.get(COMPLETION):
+            return shell_complete(sdaeverify, {}, PROGRAM, COMPLETION, instruction)
         return _invoke(arguments)
     except (KeyboardInterrupt, click.Abort):
         complain("", "interrupted")

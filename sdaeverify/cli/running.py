@@ -1,33 +1,66 @@
 """A matrix run: whatever is finished is saved, however the run ends."""
 
+import json
+import shlex
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from enum import Enum, auto
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import click
 from rich.console import Console
 from rich.text import Text
 
 from ..api import Result, result_of
+from ..contracts.measure import Verdict
 from ..contracts.settings import Settings
+from ..errors import UsageError
 from ..registry.load import Registry
 from ..report.earlier import Kept
 from ..report.files import require_writable
+from ..report.folders import LEVELS, VERDICTS
 from ..report.html import PAGE, remove_page, write_page
 from ..report.passports import passports
-from ..report.plain import visible
-from ..report.terminal import legend, orders, summary_tables, verdicts_in_words
+from ..report.plain import wrapped
+from ..report.reading import read_row, record, text
+from ..report.sentences import ABSENT, Line, counts_in_words, ending
+from ..report.terminal import drifts, legend, summary_tables, windows
 from ..store import Store
 from ..study import CellResult, Finished, Plan, Study
 from ..workers.limits import Limits
 from ..workers.pool import BLOCKS_A_WORKER, executor_for
 from .codes_of_runs import code_of_results
-from .console import aside, complain, output
+from .console import aside, complain, output, print_lines
 from .exit_codes import ExitCode
 from .progress import progress
+
+
+class Shown(Enum):
+    """What of its results a run shows in the end."""
+
+    SENTENCE = auto()
+    ENDING = auto()
+    MATRIX = auto()
+    JSON = auto()
+
+
+def shown_of(options: Mapping[str, Any]) -> Shown:
+    """Return what a command was asked to show.
+
+    Raises
+    ------
+    UsageError
+        If it was asked for several things.
+    """
+    asked = {"as_json": Shown.JSON, "quiet": Shown.SENTENCE, "verbose": Shown.MATRIX}
+    given = [shown for name, shown in asked.items() if options.get(name)]
+    if len(given) > 1:
+        raise UsageError("contradictory options: choose one of --quiet, --verbose and --json")
+    return given[0] if given else Shown.ENDING
 
 
 class Crew(NamedTuple):
@@ -63,6 +96,10 @@ class Run:
         Whether nothing is computed.
     page : bool
         Whether a page is written in the end.
+    shown : Shown
+        What is said in the end.
+    first_only : bool
+        Whether the run ends with the first claim that is refuted.
     study : Study
     kept : Kept or None
         Rows of earlier runs that were in the folder when the run was first saved.
@@ -76,6 +113,8 @@ class Run:
     fresh: bool = False
     stored_only: bool = False
     page: bool = True
+    shown: Shown = Shown.ENDING
+    first_only: bool = False
     study: Study = field(init=False)
     kept: Kept | None = None
 
@@ -140,7 +179,7 @@ def carry_out(run: Run, crew: Crew, kind: str) -> ExitCode:
         return _stopped(run, "a worker process died, perhaps for want of memory", ExitCode.NOT_MEASURED)
     except MemoryError:
         return _stopped(run, "out of memory", ExitCode.NOT_MEASURED)
-    return _finished(run, result.results)
+    return _finished(run, result)
 
 
 @contextmanager
@@ -166,12 +205,19 @@ def advance(run: Run, crew: Crew, kind: str) -> Result:
     with aside(), progress(kind, run.study.total) as show:
         for event in run.study.run(crew.executor, BLOCKS_A_WORKER * crew.jobs):
             begun = time.monotonic()
+            if run.first_only and isinstance(event, Finished) and _refuted(event):
+                run.study.stopped = "the run ended with the first claim that was refuted (-x)"
+                break
             if isinstance(event, Finished) and begun >= due:
                 run.save()
                 # Evidence is safe as it is: tables take a tenth of the time at most.
                 due = time.monotonic() + 10.0 * (time.monotonic() - begun)
             show(event)
     return run.save()
+
+
+def _refuted(event: Finished) -> bool:
+    return any(finding.verdict is Verdict.REFUTED for result in event.results for finding in result.findings)
 
 
 def call_report_hooks(run: Run) -> None:
@@ -191,16 +237,16 @@ def _stopped(run: Run, why: str, code: ExitCode) -> ExitCode:
     return code
 
 
-def _finished(run: Run, results: Sequence[CellResult]) -> ExitCode:
+def _finished(run: Run, result: Result) -> ExitCode:
     run.write_page()
     call_report_hooks(run)
-    code = code_of_results(results)
+    code = code_of_results(result.results)
     if code is ExitCode.NOTHING:
         cell = run.plan.cells[0]
         first = f"{cell.scheme.label} on {cell.spec.label}, {cell.measure.name}: {cell.reason}"
         complain("error", f"nothing to measure: no cell can be run ({first}); --dry-run shows all reasons")
     else:
-        _show(run, results, code)
+        _show(run, result, code)
     return code
 
 
@@ -212,29 +258,37 @@ def _of_earlier(run: Run) -> Iterator[str]:
         yield f"{kept.changed} rows of earlier runs are left out: the code of their cells has changed"
 
 
-def _show_orders(console: Console, results: Sequence[CellResult], confidence: float) -> None:
-    if lines := orders(results):
-        title = f"orders in h at grid times, half widths of {confidence:.4g} intervals:"
-        for line in (title, *lines):
-            console.print(Text(line), soft_wrap=True)
-        console.print()
-
-
-def _show(run: Run, results: Sequence[CellResult], code: ExitCode) -> None:
+def _show(run: Run, result: Result, code: ExitCode) -> None:
     console = output()
+    if run.shown is Shown.JSON:
+        click.echo(json.dumps([record(row) for row in result.rows], indent=2))
+        return
+    if run.shown is Shown.MATRIX:
+        _show_matrix(console, result.results)
+    sentence = counts_in_words(text(row, "verdict") for row in result.rows)
+    if run.shown is Shown.SENTENCE:
+        print_lines(console, [Line(line) for line in wrapped(sentence, console.width)])
+        return
+    pairs = [(row, read_row(row)) for row in result.rows if row["verdict"] != ABSENT]
+    notes = [*_notes(run), f"exit code {code.value}: {code.words}"]
+    print_lines(console, ending(sentence, pairs, notes, console.width, plain=console.options.ascii_only))
+
+
+def _show_matrix(console: Console, results: Sequence[CellResult]) -> None:
     plain = console.options.ascii_only
     for table in summary_tables(results, console.width, plain=plain):
         console.print(table)
         console.print()
     console.print(legend(plain=plain))
     console.print()
-    _show_orders(console, results, run.settings.confidence)
-    for line in verdicts_in_words(results):
-        console.print(line, soft_wrap=True)
+    for line in (*drifts(results), *windows(results)):
+        console.print(Text(line), soft_wrap=True)
+
+
+def _notes(run: Run) -> Iterator[str]:
     if run.study.store is not None and run.study.store.telling:
-        console.print(Text(visible(run.study.store.summary())), soft_wrap=True)
+        yield run.study.store.summary()
+    yield from _of_earlier(run)
     page = f"the page is {run.folder / PAGE}; " if run.page else ""
-    files = f"{page}verdicts.csv, levels.csv and run.json are in {run.folder}"
-    for told in (*_of_earlier(run), files):
-        console.print(Text(visible(told)), soft_wrap=True)
-    console.print(f"exit code {code.value}: {code.words}", style="green" if code is ExitCode.OK else "red")
+    yield f"{page}{VERDICTS}, {LEVELS} and run.json are in {run.folder}"
+    yield f"sdaeverify show {shlex.quote(str(run.folder))} [SCHEME] [PROBLEM] tells why"

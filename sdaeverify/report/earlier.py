@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from .files import csv_text, harmless, write_json, write_text
-from .saved import EARLIER, FILE
+from .folders import LEVELS, RUN, VERDICTS
+from .saved import EARLIER
 
-VERDICTS, LEVELS = "verdicts.csv", "levels.csv"
 KINDS = ("schemes", "problems", "measures")
 COLUMNS = ("scheme", "problem", "measure")
 
@@ -64,14 +64,14 @@ def save_tables(
     kept = _kept(folder, run, {tuple(str(harmless(name)) for name in cell) for cell in cells})
     for name, rows in ((VERDICTS, kept.verdicts), (LEVELS, kept.levels)):
         write_text(_joined(csv_text(tables[name]), rows), folder / name)
-    write_json({**run, **({EARLIER: list(kept.runs)} if kept.runs else {})}, folder / FILE)
+    write_json({**run, **({EARLIER: list(kept.runs)} if kept.runs else {})}, folder / RUN)
     return kept
 
 
 def read_runs(folder: Path) -> list[dict[str, Any]]:
     """Return what ``run.json`` tells of the latest run and of those that left rows; nothing if it is damaged."""
     try:
-        latest = json.loads((folder / FILE).read_text(encoding="utf-8"))
+        latest = json.loads((folder / RUN).read_text(encoding="utf-8"))
         earlier = latest.pop(EARLIER, [])
         runs = [run for run in (latest, *earlier) if _selection(run)]
     except (OSError, ValueError, AttributeError, TypeError, KeyError, RecursionError):

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..errors import UsageError
-from .earlier import LEVELS, VERDICTS
-from .saved import FILE
 
+VERDICTS, LEVELS, RUN = "verdicts.csv", "levels.csv", "run.json"
 Key = tuple[str, str, str, str]
 NAMES = ("scheme", "problem", "measure", "quantity")
 TextRow = Mapping[str, str]
@@ -40,7 +39,7 @@ def read_tables(folder: Path) -> SavedTables:
     UsageError
         If the folder holds none.
     """
-    return SavedTables(folder, _rows(folder / VERDICTS), _rows(folder / LEVELS), _run(folder / FILE))
+    return SavedTables(folder, _rows(folder / VERDICTS), _rows(folder / LEVELS), _run(folder / RUN))
 
 
 def key_of(row: TextRow) -> Key:

@@ -1,8 +1,13 @@
 """Text and tables as every command shows them, whatever they are about."""
 
+from collections.abc import Sequence
+from textwrap import TextWrapper
+
 from rich import box
 from rich.table import Table
 from rich.text import Text
+
+MORE, TOGETHER = "…", "\u00a0"
 
 
 def visible(text: str) -> str:
@@ -19,3 +24,46 @@ def empty_table(*headings: str) -> Table:
     for heading in headings:
         table.add_column(Text(heading), overflow="fold")
     return table
+
+
+def wrapped(text: str, width: int, indent: str = "", most: int = 0) -> list[str]:
+    """Return the lines of a text, broken between words only.
+
+    Parameters
+    ----------
+    text : str
+        A blank that does not break, U+00A0, holds together what is beside it, and is an ordinary one in the end.
+    width : int
+        Of a line, but for a word that is longer by itself.
+    indent : str
+        Of all lines but the first.
+    most : int
+        Number of lines; what is left out is told by an ellipsis. 0 for all.
+    """
+    wrapper = TextWrapper(width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+    lines = wrapper.wrap(text)
+    if most and len(lines) > most:
+        lines = [*lines[: most - 1], _cut(lines[most - 1], width)]
+    return [line.replace(TOGETHER, " ") for line in lines]
+
+
+def in_columns(rows: Sequence[Sequence[str]], gap: int = 2) -> list[str]:
+    """Return rows as lines, a column below the other; no cell is cut.
+
+    Parameters
+    ----------
+    rows : sequence of sequence of str
+        Of equal length, headings first.
+    gap : int
+        Blanks between columns.
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    padded = ((cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
+    return [(" " * gap).join(cells).rstrip() for cells in padded]
+
+
+def _cut(line: str, width: int) -> str:
+    words = line.split(" ")
+    while len(words) > 1 and len(" ".join(words)) + 2 > width:
+        words.pop()
+    return f"{' '.join(words)} {MORE}"

@@ -2,9 +2,7 @@
 
 from collections.abc import Mapping
 from math import inf, isfinite, isnan, nan
-from typing import NamedTuple
-
-from ..contracts.measure import Verdict
+from typing import Any, NamedTuple
 
 # What the measures that estimate no order estimate.
 VALUES = {
@@ -18,7 +16,7 @@ GUARDED = "guarded by "
 # Standard errors from which on a mean difference tells something.
 RESOLVED = 3.0
 # Of verdicts that something decides.
-DECIDED = {Verdict.VERIFIED, Verdict.REFUTED}
+DECIDED = {"verified", "refuted"}
 
 Row = Mapping[str, object]
 
@@ -52,7 +50,7 @@ class Reading(NamedTuple):
         What the measure estimates beside or instead of an order along paths.
     value_of : str
         What that is.
-    verdict : Verdict
+    verdict : str
     decided_by, guarded_by : str
         Tier, and what would have shown that it errs.
     reason : str
@@ -66,7 +64,7 @@ class Reading(NamedTuple):
     path: Interval
     value: Interval
     value_of: str
-    verdict: Verdict
+    verdict: str
     decided_by: str
     guarded_by: str
     reason: str
@@ -74,14 +72,8 @@ class Reading(NamedTuple):
 
 
 def read_row(row: Row) -> Reading:
-    """Read a row of the verdicts, as a table holds it or as text.
-
-    Raises
-    ------
-    ValueError
-        If its verdict is none.
-    """
-    claim, method, verdict = text(row, "claim"), text(row, "method"), Verdict(text(row, "verdict"))
+    """Read a row of the verdicts, as a table holds it or as text."""
+    claim, method, verdict = text(row, "claim"), text(row, "method"), text(row, "verdict")
     kind = _kind(row, claim, method)
     path, why = _along_paths(row, method) if kind == ORDER else (Interval(), "")
     value, value_of = _value(row, kind, path)
@@ -98,6 +90,25 @@ def read_row(row: Row) -> Reading:
         reason=text(row, "reason"),
         no_order=why,
     )
+
+
+def record(row: Row) -> dict[str, Any]:
+    """Return a row of the verdicts as a record for JSON."""
+    reading = read_row(row)
+    return {
+        **{name: text(row, name) for name in ("scheme", "problem", "measure", "quantity")},
+        "claim": reading.claim or None,
+        "margin": _number(reading.margin),
+        "local_order": _number(reading.local_order),
+        **_interval("path_order", reading.path),
+        **_interval("value", reading.value),
+        "value_of": reading.value_of or None,
+        "verdict": reading.verdict,
+        "decided_by": reading.decided_by or None,
+        "guarded_by": reading.guarded_by or None,
+        "reason": "; ".join(part for part in (reading.reason, reading.no_order) if part),
+        "reproduce": text(row, "reproduce") or None,
+    }
 
 
 def text(row: Row, name: str) -> str:
@@ -170,3 +181,15 @@ def _value(row: Row, kind: str, path: Interval) -> tuple[Interval, str]:
     # All that is known may be that an order is at least so high.
     told = found if isfinite(found.low) or found.value == inf else Interval()
     return (told, ORDER) if told.known else (Interval(), "")
+
+
+def _interval(name: str, estimate: Interval) -> dict[str, Any]:
+    low, high = f"{name.removesuffix('_order')}_low", f"{name.removesuffix('_order')}_high"
+    return {name: _number(estimate.value), low: _number(estimate.low), high: _number(estimate.high)}
+
+
+def _number(value: float) -> float | str | None:
+    # JSON knows neither infinity nor NaN.
+    if isnan(value):
+        return None
+    return value if isfinite(value) else str(value)

@@ -7,9 +7,10 @@ from typing import Any
 
 from ..contracts.settings import Settings
 from ..errors import SdaeverifyError, UsageError
+from .folders import RUN
 
 # Where ``run.json`` tells of earlier runs into the same folder.
-FILE, EARLIER = "run.json", "earlier"
+EARLIER = "earlier"
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ def read_earlier(folder: Path) -> list[SavedRun]:
 
 
 def _read(folder: Path) -> Any:
-    file = folder / FILE
+    file = folder / RUN
     try:
         return json.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
@@ -60,7 +61,7 @@ def _read(folder: Path) -> Any:
 
 
 def _run(folder: Path, saved: Any) -> SavedRun:
-    file = folder / FILE
+    file = folder / RUN
     try:
         selection, numbers = saved["selection"], saved["settings"]
         settings = Settings(**{f.name: _number(numbers[f.name], f.type) for f in fields(Settings)})

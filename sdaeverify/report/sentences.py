@@ -1,21 +1,232 @@
-"""What a run came to in sentences, from the texts of its tables."""
+"""What a run came to in words, from the rows of its tables: at most 40 lines, the counts first."""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from math import inf, isfinite, isnan
+from typing import NamedTuple
+
+from .plain import TOGETHER, in_columns, visible, wrapped
+from .reading import ORDER, Interval, Reading, Row, text
 
 WORDS = {"out_of_scope": "without a claim", "not_run": "not run", "error": "in error"}
-# Always told first, then what else there is, worst first.
+# Symbol, letter where only ASCII can be shown, style; worst first.
+SYMBOLS = {
+    "refuted": ("✗", "X", "bold red"),
+    "diverged": ("!", "!", "bold magenta"),
+    "error": ("!", "!", "bold magenta"),
+    "inconclusive": ("?", "?", "yellow"),
+    "not_run": ("…", "~", "dim"),
+    "verified": ("✓", "v", "green"),
+    "out_of_scope": ("○", "o", "dim"),
+    "not_applicable": ("·", ".", "dim"),
+}
 FIRST = ("verified", "refuted")
-REST = ("diverged", "error", "inconclusive", "not_run", "out_of_scope")
+ATTENTION = ("refuted", "diverged", "error", "inconclusive", "not_run")
 ABSENT = "not_applicable"
+MOST_LINES = 40
+# Lines of what is undecided, and of what is wrong.
+FEW, MANY = 2, 5
+# Schemes that are named in one line.
+MOST_NAMED = 3
+
+Pair = tuple[Row, Reading]
+
+
+class Line(NamedTuple):
+    """A line of words, and the verdict in whose style it is shown; empty for none."""
+
+    text: str
+    verdict: str = ""
 
 
 def counts_in_words(verdicts: Iterable[str]) -> str:
     """Return in one sentence how many quantities got which verdict."""
     found = Counter(str(verdict) for verdict in verdicts)
     absent = found.pop(ABSENT, 0)
-    order = (*FIRST, *(verdict for verdict in REST if verdict in found))
+    order = (*FIRST, *(verdict for verdict in SYMBOLS if verdict in found and verdict not in FIRST))
     parts = [f"{found[verdict] or 'none'} {WORDS.get(verdict, verdict)}" for verdict in order]
     total = found.total()
     tail = f"; {absent} cells do not apply" if absent else ""
     return f"{total} {'quantity' if total == 1 else 'quantities'}: {', '.join(parts)}{tail}"
+
+
+def ending(
+    sentence: str, pairs: Sequence[Pair], notes: Sequence[str], width: int, *, plain: bool = False
+) -> list[Line]:
+    """Return the end of a run: counts, what needs attention, each scheme by measure, where to look further.
+
+    Parameters
+    ----------
+    sentence : str
+        The counts.
+    pairs : sequence of (row, Reading)
+        Of all that applies.
+    notes : sequence of str
+        What follows at the end, a paragraph each.
+    width : int
+        Of a line; names and numbers are never broken.
+    plain : bool
+        Whether only ASCII can be shown.
+    """
+    first = [Line(line) for line in wrapped(sentence, width)]
+    last = [Line(line) for note in notes for line in wrapped(visible(note), width, "  ")]
+    room = MOST_LINES - len(first) - len(last) - 2
+    needs, schemes = list(_attention(pairs, width, plain=plain)), by_scheme(pairs, width, plain=plain)
+    share = max(room - len(schemes), room // 2)
+    shown = _fitted(needs, share, "more of them; show --open has all")
+    table = [[line] for line in schemes]
+    return [*first, *_spaced(shown), *_spaced(_fitted(table, room - len(shown), "more schemes; show has all")), *last]
+
+
+def found_in_words(reading: Reading) -> str:
+    """Return what was found: the order along paths, else the local one, else what the measure estimates."""
+    if reading.path.known:
+        return f"{interval(reading.path)} along paths"
+    if reading.local_order == inf:
+        return "exact in one step"
+    if not isnan(reading.local_order):
+        return f"{reading.local_order:.2f} in one step"
+    if not reading.value.known:
+        return ""
+    if ORDER in reading.value_of:
+        return interval(reading.value)
+    return f"{reading.value.value:.4g} ({reading.value_of})"
+
+
+def interval(estimate: Interval, digits: int = 2) -> str:
+    """Return an order with its interval: what is not bounded above is at least its lower end."""
+    if not estimate.known:
+        return ""
+    if isfinite(estimate.low) and not isfinite(estimate.high):
+        return f"at least {estimate.low:.{digits}f}"
+    ends = f" [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]" if isfinite(estimate.low) else ""
+    return f"{estimate.value:.{digits}f}{ends}"
+
+
+def claim_in_words(reading: Reading) -> str:
+    """Return a claim with its margin."""
+    if not reading.claim:
+        return "no claim"
+    return reading.claim + (f" (margin {reading.margin:g})" if not isnan(reading.margin) else "")
+
+
+def mark(verdict: str, *, plain: bool = False) -> str:
+    """Return the symbol of a verdict, or its letter."""
+    return SYMBOLS[verdict][plain]
+
+
+def other_value(reading: Reading) -> str:
+    """Return what the measure estimates where no order of one step is known."""
+    return found_in_words(reading) if reading.value.known and isnan(reading.local_order) else ""
+
+
+def quantity_lines(pair: Pair, width: int, *, plain: bool = False, brief: bool = False) -> Iterator[Line]:
+    """Yield all that is known of a quantity: claim, orders, what decides and guards, why.
+
+    Parameters
+    ----------
+    pair : (row, Reading)
+    width : int
+    plain : bool
+        Whether only ASCII can be shown.
+    brief : bool
+        Whether the measure is named and the reason left out.
+    """
+    row, reading = pair
+    told = [
+        claim_in_words(reading),
+        "" if isnan(reading.local_order) else f"local order {reading.local_order:.3f}",
+        f"order along paths {interval(reading.path, 3)}" if reading.path.known else "",
+        other_value(reading),
+        f"decided by {reading.decided_by}" if reading.decided_by else "",
+        f"guarded by {reading.guarded_by}" if reading.guarded_by else "",
+        f"no order along paths: {reading.no_order}" if reading.no_order else "",
+    ]
+    name = f"{text(row, 'measure')} {text(row, 'quantity')}" if brief else text(row, "quantity")
+    head = f"  {mark(reading.verdict, plain=plain)} {visible(name)}: {visible('; '.join(filter(None, told)))}"
+    yield from (Line(line, reading.verdict) for line in wrapped(head, width, "    "))
+    if not brief:
+        yield from map(Line, wrapped(f"    {visible(reading.reason)}", width, "    "))
+
+
+def by_scheme(pairs: Iterable[Pair], width: int, *, plain: bool = False) -> list[Line]:
+    """Return a line or more for each scheme with the counts of its claims by measure, those in need first."""
+    counted: dict[str, dict[str, Counter[str]]] = {}
+    for row, reading in pairs:
+        measures = counted.setdefault(visible(text(row, "scheme")), {})
+        if reading.verdict != "out_of_scope":
+            measures.setdefault(visible(text(row, "measure")), Counter()).update([reading.verdict])
+    names = sorted(counted, key=lambda name: (_worst(counted[name]), name))
+    told = [name for name in names if counted[name]]
+    columns = sorted({measure for measures in counted.values() for measure in measures})
+    cells = {name: [_counts(counted[name].get(one, Counter()), plain=plain) for one in columns] for name in told}
+    lines = in_columns([["", *columns], *([name, *cells[name]] for name in told)]) if told else []
+    if lines and max(map(len, lines)) <= width:
+        return [Line(line) for line in lines]
+    return [line for name in told for line in _in_words(name, zip(columns, cells[name], strict=True), width)]
+
+
+def _in_words(name: str, cells: Iterable[tuple[str, str]], width: int) -> Iterator[Line]:
+    told = ", ".join(f"{measure} {cell}".replace(" ", TOGETHER) for measure, cell in cells if cell)
+    yield from map(Line, wrapped(f"{name}: {told}", width, "    "))
+
+
+def _counts(found: Counter[str], *, plain: bool) -> str:
+    return " ".join(
+        f"{mark(verdict, plain=plain)}{found[verdict]}" for verdict in ("verified", *ATTENTION) if found[verdict]
+    )
+
+
+def _worst(measures: Mapping[str, Counter[str]]) -> int:
+    order = list(SYMBOLS)
+    return min((order.index(verdict) for found in measures.values() for verdict in found), default=len(order))
+
+
+def _attention(pairs: Iterable[Pair], width: int, *, plain: bool) -> Iterator[list[Line]]:
+    groups: dict[tuple[str, ...], list[Pair]] = {}
+    for row, reading in pairs:
+        if reading.verdict in ATTENTION:
+            # What is wrong with a scheme as a whole is said once, of all its measures.
+            of = (text(row, "measure"), claim_in_words(reading)) if found_in_words(reading) else ()
+            groups.setdefault((reading.verdict, text(row, "problem"), _gist(reading), *of), []).append((row, reading))
+    for (verdict, *_), group in sorted(groups.items(), key=lambda item: ATTENTION.index(item[0][0])):
+        most = FEW if verdict == "inconclusive" else MANY
+        lines = wrapped(_told(group, plain=plain), width, "    ", most)
+        yield [Line(line, verdict) for line in lines]
+
+
+def _gist(reading: Reading) -> str:
+    return "".join(letter for letter in reading.reason if not letter.isdigit())
+
+
+def _told(group: Sequence[Pair], *, plain: bool) -> str:
+    (row, reading), schemes = group[0], list(dict.fromkeys(text(row, "scheme") for row, _ in group))
+    measures: dict[str, dict[str, None]] = {}
+    for one, _ in group:
+        measures.setdefault(text(one, "measure"), {})[text(one, "quantity")] = None
+    what = ", ".join(f"{measure} {', '.join(names)}".strip() for measure, names in measures.items())
+    others = len(schemes) - MOST_NAMED
+    names = ", ".join(schemes[:MOST_NAMED]) + (f" and {others} more" if others > 0 else "")
+    found = found_in_words(reading)
+    claim = visible(claim_in_words(reading)).replace(" >= ", f"{TOGETHER}>={TOGETHER}").replace(
+        "(margin ", f"(margin{TOGETHER}"
+    ) + (f", found {found}" if found else "")
+    word = WORDS.get(reading.verdict, reading.verdict)
+    where = f"{names} on {text(row, 'problem')}, {what}"
+    symbol = f"{mark(reading.verdict, plain=plain)}{TOGETHER}{word}"
+    return f"{symbol}: {visible(where)}: {claim}; {visible(reading.reason)}"
+
+
+def _fitted(blocks: Sequence[Sequence[Line]], room: int, rest: str) -> list[Line]:
+    """Return as many blocks as there is room for, and how many more there are."""
+    lines: list[Line] = []
+    for number, block in enumerate(blocks):
+        left = len(blocks) - number
+        if len(lines) + len(block) + (left > 1) > room:
+            return [*lines, Line(f"and {left} {rest}")]
+        lines += block
+    return lines
+
+
+def _spaced(lines: Sequence[Line]) -> Sequence[Line]:
+    return [*lines, Line("")] if lines else []

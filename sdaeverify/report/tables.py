@@ -54,12 +54,12 @@ LEVEL_COLUMNS = (
 )
 
 
-def verdict_table(
+def verdict_rows(
     results: Iterable[CellResult],
     settings: Settings,
     plugins: Sequence[str] = (),
     unnamed: frozenset[str] = frozenset(),
-) -> pd.DataFrame:
+) -> list[dict[str, object]]:
     """Return one row for each quantity of each cell.
 
     Parameters
@@ -73,14 +73,19 @@ def verdict_table(
 
     Returns
     -------
-    DataFrame
-        `VERDICT_COLUMNS` first, then the details of the measures.
+    list of dict
+        By column, the details of the measures last.
     """
     rows: list[dict[str, object]] = []
     for result in results:
         nameless = {result.cell.scheme.label, result.cell.spec.label} & unnamed
         command = "" if nameless else reproduce(result, settings, plugins)
         rows += _verdict_rows(result, settings, command)
+    return rows
+
+
+def verdict_table(rows: Sequence[dict[str, object]]) -> pd.DataFrame:
+    """Return rows of verdicts as a table: `VERDICT_COLUMNS` first, then the details of the measures."""
     return _frame(rows, VERDICT_COLUMNS)
 
 

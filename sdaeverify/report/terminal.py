@@ -1,10 +1,9 @@
-"""Results for a terminal: a table of schemes and problems, then the verdicts in words."""
+"""Results for a terminal: a table of schemes and problems, drifts and windows in words."""
 
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
-from math import isfinite
 
 from rich.table import Table
 from rich.text import Text
@@ -12,28 +11,18 @@ from rich.text import Text
 from ..contracts.measure import Verdict
 from ..study import CellResult, Plan
 from .plain import empty_table, visible
+from .sentences import SYMBOLS as TEXT_SYMBOLS
+from .sentences import counts_in_words
 
 Cells = dict[tuple[str, str], dict[str, Counter[Verdict]]]
 
 # Worst first: the order in which verdicts stand in a cell and in a sentence.
-SYMBOLS = {
-    Verdict.REFUTED: ("✗", "X", "bold red"),
-    Verdict.DIVERGED: ("!", "!", "bold magenta"),
-    Verdict.ERROR: ("!", "!", "bold magenta"),
-    Verdict.INCONCLUSIVE: ("?", "?", "yellow"),
-    Verdict.NOT_RUN: ("…", "~", "dim"),
-    Verdict.VERIFIED: ("✓", "v", "green"),
-    Verdict.OUT_OF_SCOPE: ("○", "o", "dim"),
-    Verdict.NOT_APPLICABLE: ("·", ".", "dim"),
-}
-WORDS = {Verdict.OUT_OF_SCOPE: "without a claim", Verdict.NOT_RUN: "not run", Verdict.ERROR: "in error"}
-TOLD = (Verdict.REFUTED, Verdict.DIVERGED, Verdict.ERROR, Verdict.INCONCLUSIVE)
+SYMBOLS = {Verdict(name): shown for name, shown in TEXT_SYMBOLS.items()}
 DRIFTS = {
     "growing as h tends to 0": "{scheme} drifts off {quantity} on {where}, the more the smaller h is",
     "tolerance-limited": "{scheme} keeps {quantity} on {where} to a tolerance only",
     "constant": "{scheme} drifts off {quantity} on {where} by as much at every h",
 }
-MOST_TOLD = 20
 GAP = 2
 NARROW = 20
 
@@ -83,49 +72,9 @@ def legend(*, plain: bool = False) -> Text:
     )
 
 
-def verdicts_in_words(results: Sequence[CellResult]) -> Iterator[Text]:
-    """Give the findings that need attention, the drift of constraints, and the counts, a line each."""
-    for verdict in TOLD:
-        lines = list(_told(results, verdict))
-        most = MOST_TOLD if verdict is Verdict.INCONCLUSIVE else len(lines)
-        yield from lines[:most]
-        if len(lines) > most:
-            yield Text(f"and {len(lines) - most} more inconclusive, see verdicts.csv", style="yellow")
-    yield from map(Text, shortened(drifts(results), "drifts"))
-    yield from map(Text, shortened(windows(results), "windows"))
-    yield Text(counts(results), style="bold")
-
-
-def shortened(lines: Sequence[str], what: str) -> list[str]:
-    """Return the first of many lines, and how many more there are."""
-    more = len(lines) - MOST_TOLD
-    return [*lines[:MOST_TOLD], f"and {more} more {what}, see verdicts.csv"] if more > 0 else list(lines)
-
-
-def orders(results: Iterable[CellResult]) -> list[str]:
-    """Return in words the orders of each cell with half the width of their intervals, as maxima over the grid."""
-    lines = []
-    for result in results:
-        found = [finding for finding in result.findings if isfinite(finding.high) and "class" not in finding.details]
-        values = [
-            f"{f.quantity} {f.estimate:.2f} ±{0.5 * (f.high - f.low):.2f}" for f in found if "@" not in f.quantity
-        ]
-        if values:
-            cell = result.cell
-            where = f"{cell.measure.name}, {cell.scheme.label} on {cell.spec.label}"
-            lines.append(visible(f"{where}: {', '.join(values)}"))
-    return shortened(lines, "orders")
-
-
 def counts(results: Iterable[CellResult]) -> str:
     """Return in one sentence how many quantities got which verdict."""
-    found = Counter(finding.verdict for result in results for finding in result.findings)
-    absent = found.pop(Verdict.NOT_APPLICABLE, 0)
-    order = (Verdict.VERIFIED, Verdict.REFUTED, *(v for v in SYMBOLS if v in found and v is not Verdict.VERIFIED))
-    parts = [f"{found[verdict] or 'none'} {WORDS.get(verdict, verdict)}" for verdict in dict.fromkeys(order)]
-    total = found.total()
-    tail = f"; {absent} cells do not apply" if absent else ""
-    return f"{total} {'quantity' if total == 1 else 'quantities'}: {', '.join(parts)}{tail}"
+    return counts_in_words(finding.verdict for result in results for finding in result.findings)
 
 
 def drifts(results: Iterable[CellResult]) -> list[str]:
@@ -179,19 +128,6 @@ def _drifts(result: CellResult) -> Iterator[str]:
     for kind, finding in kinds:
         if kind in DRIFTS:
             yield DRIFTS[kind].format(scheme=cell.scheme.label, quantity=finding.quantity, where=where)
-
-
-def _told(results: Iterable[CellResult], verdict: Verdict) -> Iterator[Text]:
-    # What is wrong with a scheme as a whole is said once.
-    grouped: dict[tuple[str, str, str], dict[str, list[str]]] = {}
-    for cell, finding in ((result.cell, finding) for result in results for finding in result.findings):
-        if finding.verdict is verdict:
-            measures = grouped.setdefault((cell.scheme.label, cell.spec.label, finding.reason), {})
-            measures.setdefault(cell.measure.name, []).append(finding.quantity)
-    for (scheme, problem, reason), measures in grouped.items():
-        what = ", ".join(f"{measure} {', '.join(names)}".strip() for measure, names in measures.items())
-        words = visible(f": {scheme} on {problem}, {what}: {reason}")
-        yield Text.assemble((verdict.value, SYMBOLS[verdict][2]), words)
 
 
 def _counted(results: Iterable[CellResult]) -> Cells:

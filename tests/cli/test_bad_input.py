@@ -43,7 +43,7 @@ WRONG_WORDS = [
     (["-j", "0"], "0 is not in the range"),
     (["--progress", "loud"], "'loud' is not one of"),
     (["--pahts", "50"], "no such option --pahts; did you mean --paths?"),
-    (["-x"], "no such option -x"),
+    (["-y"], "no such option -y"),
     (["pendulum"], "unexpected extra argument"),
     (["--paths", "50", "--paths", "60"], "contradictory options: --paths is given as 50 and 60"),
     (["-j", "1", "--jobs", "2"], "contradictory options: --jobs is given as 1 and 2"),
@@ -53,6 +53,11 @@ WRONG_WORDS = [
     (["-p", "exponential-strip[alpha=1e200]"], "cannot be built with these numbers"),
     (["-s", "implicit-euler-ggl[guess=V3]"], "guess must be V0, V1 or V2, got 'V3'"),
 ]
+
+
+def in_one_line(out: str) -> str:
+    """Return what is said, wherever its lines end."""
+    return " ".join(out.split())
 
 
 def one_line(err: str) -> str:
@@ -160,8 +165,8 @@ def test_problem_that_cannot_be_built(quick, odd_problem):
     outcome = quick("--plugin", odd_problem(problem), "-p", "zz-odd,gbm", "-s", "milstein", "-m", "strong")
 
     assert (outcome.code, outcome.err) == (3, "")
-    (line,) = [line for line in outcome.out.splitlines() if line.startswith("error: ")]
-    assert line.startswith("error: milstein on zz-odd, strong: problem zz-odd cannot be built: initial data violate")
+    told = "! in error: milstein on zz-odd, strong: no claim; problem zz-odd cannot be built: initial data violate"
+    assert told in in_one_line(outcome.out)
     assert "exit code 3: cells could not be measured" in outcome.out
 
 
@@ -182,8 +187,10 @@ def test_scheme_that_misbehaves(quick, odd_scheme, step, verdict, reason):
     outcome = quick("--plugin", odd_scheme(step), "-s", "odd,milstein", "-p", "gbm", "-m", "strong", "--out", "both")
 
     assert (alone.code, outcome.code, outcome.err) == (0, 1 if verdict == "refuted" else 3, "")
-    (line,) = [line for line in outcome.out.splitlines() if line.startswith(f"{verdict}: odd on gbm, strong")]
-    assert reason in line
+    _, _, told = in_one_line(outcome.out).partition(
+        f"{'in ' if verdict == 'error' else ''}{verdict}: odd on gbm, strong"
+    )
+    assert reason in told
     assert "\x1b" not in outcome.out
     assert milstein_estimates("both") == milstein_estimates("alone")
 
@@ -211,7 +218,7 @@ def test_wrong_scheme(call, odd_scheme):
     )
 
     assert outcome.code == 1
-    assert "refuted: odd on gbm, strong: 8 steps are off" in outcome.out
+    assert "✗ refuted: odd on gbm, strong: order >= 1.0 (margin 0.2); 8 steps are off" in in_one_line(outcome.out)
     assert outcome.out.endswith("exit code 1: a claim is refuted\n")
 
 

@@ -9,14 +9,12 @@ from sdaeverify.contracts.measure import Finding, Verdict
 from sdaeverify.measures.drift import _classify
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_measures, select_problems, select_schemes
+from sdaeverify.report.plain import visible
 from sdaeverify.report.terminal import (
     broken,
     counts,
     drifts,
-    orders,
     summary_tables,
-    verdicts_in_words,
-    visible,
     windows,
 )
 from sdaeverify.study import Cell, CellResult
@@ -125,30 +123,6 @@ def test_counts(cell):
     assert counts(results) == expected
 
 
-def test_long_lists_of_inconclusive_findings_are_cut(cell):
-    """At most 20 inconclusive findings are told, refuted ones all."""
-    where = cell("milstein", "gbm", "strong")
-    many = tuple(
-        finding(f"x_{i}", v, f"reason {i}") for i in range(33) for v in (Verdict.INCONCLUSIVE, Verdict.REFUTED)
-    )
-
-    lines = [line.plain for line in verdicts_in_words([CellResult(where, many)])]
-
-    assert sum(line.startswith("inconclusive: ") for line in lines) == 20
-    assert "and 13 more inconclusive, see verdicts.csv" in lines
-    assert sum(line.startswith("refuted: ") for line in lines) == 33
-
-
-def test_one_reason_is_told_once(cell):
-    """What is wrong with a scheme as a whole is one line for all measures and quantities."""
-    results = [
-        CellResult(cell("milstein", "gbm", "drift"), (finding("", Verdict.ERROR, "\x1b[2J"),)),
-        CellResult(cell("milstein", "gbm", "strong"), (finding("x", Verdict.ERROR, "\x1b[2J"),)),
-    ]
-
-    assert next(verdicts_in_words(results)).plain == "error: milstein on gbm, drift, strong x: \\x1b[2J"
-
-
 def test_control_characters_become_visible():
     """No text of a plugin can move the cursor or hide what it says."""
     assert visible("a\x1b[31m\n\u202eb\udc80é") == "a\\x1b[31m\\n\\u202eb\\udc80é"
@@ -163,17 +137,6 @@ def test_labels_are_broken_at_their_joints(width):
     assert "".join(lines) == label
     assert all(len(line) <= width or len(re.split(r"(?<=[-,])|(?=\[)", line.rstrip("-,"))) <= 2 for line in lines)
     assert broken(label, 60).plain == label
-
-
-def test_orders_in_words(cell):
-    """Orders at grid times are told with half the width of their interval; rows at T and residuals are not."""
-    order = Finding(quantity="x", verdict=Verdict.VERIFIED, estimate=0.5, low=0.48, high=0.52)
-    at_end = Finding(quantity="x@T", verdict=Verdict.VERIFIED, estimate=0.4, low=0.3, high=0.5)
-    unknown = Finding(quantity="y", verdict=Verdict.INCONCLUSIVE)
-
-    lines = orders([CellResult(cell("milstein", "gbm", "strong"), (order, at_end, unknown))])
-
-    assert lines == ["strong, milstein on gbm: x 0.50 ±0.02"]
 
 
 def test_windows_in_words(cell):

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from sdaeverify import Settings
 from sdaeverify.errors import UsageError
-from sdaeverify.report.saved import FILE, SavedRun, read_run
+from sdaeverify.report.folders import RUN
+from sdaeverify.report.saved import SavedRun, read_run
 
 NUMBERS = {name: getattr(Settings(), name) for name in Settings.__dataclass_fields__}
 SAVED = {
@@ -25,7 +26,7 @@ def folder(tmp_path_factory):
 
 def read(folder, saved):
     """Read what was saved, text or not."""
-    (folder / FILE).write_text(saved if isinstance(saved, str) else json.dumps(saved), encoding="utf-8")
+    (folder / RUN).write_text(saved if isinstance(saved, str) else json.dumps(saved), encoding="utf-8")
     return read_run(folder)
 
 
@@ -52,7 +53,7 @@ def test_no_run(tmp_path):
         read_run(tmp_path)
     with pytest.raises(UsageError, match="holds no run"):
         read_run(tmp_path / "missing")
-    (tmp_path / FILE).mkdir()
+    (tmp_path / RUN).mkdir()
     with pytest.raises(UsageError, match="holds no run"):
         read_run(tmp_path)
 
@@ -71,7 +72,7 @@ def test_no_json(folder, text):
 
 def test_no_text(folder):
     """Bytes that are no text are told in one line."""
-    (folder / FILE).write_bytes(b"\xff\xfe\x00")
+    (folder / RUN).write_bytes(b"\xff\xfe\x00")
 
     with pytest.raises(UsageError, match="is no JSON"):
         read_run(folder)

@@ -1,5 +1,6 @@
 """``matrix``: cross schemes with problems and judge every claim."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,14 +9,16 @@ from rich.text import Text
 
 from ...contracts.settings import Settings
 from ...registry.load import Registry
+from ...report.folders import read_tables
 from ...report.plain import visible
+from ...report.sentences import ATTENTION
 from ...report.terminal import plan_table
 from ...study import Plan
 from ..console import aside, complain, output
 from ..exit_codes import ExitCode, codes_in_words
 from ..limits import limits, options_of
 from ..loading import loaded
-from ..options import jobs, levels_text, once, plugins, progress_of_cells, read_levels, seed, selection
+from ..options import jobs, levels_text, loudness, once, plugins, progress_of_cells, read_levels, seed, selection
 
 DEFAULTS = Settings()
 FOLDER = Path("reports", "latest")
@@ -43,6 +46,12 @@ FOLDER = Path("reports", "latest")
 @progress_of_cells
 @limits
 @click.option("--fresh", is_flag=True, help="Compute everything again, whatever evidence is in the folder.")
+@click.option("-x", "--exitfirst", is_flag=True, help="End with the first problem on which a claim is refuted.")
+@click.option(
+    "--lf", is_flag=True, help="Run what was not verified in the last run into the folder, and nothing else."
+)
+@click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each quantity.")
+@loudness
 @click.option("--no-html", is_flag=True, help="Write no page, report.html.")
 @click.option("--dry-run", is_flag=True, help="Show every cell and why it cannot be run; run and write nothing.")
 @click.pass_context
@@ -53,7 +62,7 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
     """
     # Tables need pandas, which takes longer to load than all other commands need in all.
     from ...api import plan_of  # noqa: PLC0415
-    from ..running import Run, carry_out, workers  # noqa: PLC0415
+    from ..running import Run, carry_out, shown_of, workers  # noqa: PLC0415
 
     settings = _settings(options)
     registry = loaded(options["plugins"])
@@ -63,12 +72,14 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
         schemes, problems, measures = (options[kind] for kind in ("schemes", "problems", "measures"))
         with aside():
             todo = plan_of(registry, schemes, problems, measures, crew.executor)
+        if options["lf"]:
+            todo = _left_open(todo, options["out"])
         if not todo.cells:
-            return _nothing(_missing(registry))
+            return _nothing(f"all was verified in {options['out']}" if options["lf"] else _missing(registry))
         if options["dry_run"]:
             return _shown(todo, settings)
-        words, page = tuple(context.obj), not options["no_html"]
-        run = Run(todo, settings, registry, words, options["out"], options["fresh"], page=page)
+        run = Run(todo, settings, registry, tuple(context.obj), options["out"], options["fresh"])
+        run.page, run.shown, run.first_only = not options["no_html"], shown_of(options), options["exitfirst"]
         return carry_out(run, crew, options["progress"])
 
 
@@ -76,6 +87,24 @@ def _settings(options: dict[str, Any]) -> Settings:
     coarsest, levels = read_levels(options["levels"])
     numbers = {name: options[name] for name in ("paths", "seed", "confidence", "block", "looks", "family")}
     return Settings(coarsest=coarsest, levels=levels, **numbers)
+
+
+def _left_open(plan: Plan, folder: Path) -> Plan:
+    """Return a plan without what was verified, or not asked, in the last run into a folder.
+
+    Raises
+    ------
+    UsageError
+        If the folder holds no run.
+    """
+    rows = read_tables(folder).verdicts
+    left = {(row["scheme"], row["problem"], row["measure"]) for row in rows if row["verdict"] in ATTENTION}
+    problems = []
+    for made in plan.problems:
+        cells = tuple(c for c in made.cells if (c.scheme.label, c.spec.label, c.measure.name) in left)
+        if cells:
+            problems.append(replace(made, cells=cells))
+    return Plan(tuple(problems))
 
 
 def _missing(registry: Registry) -> str:

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from ...contracts.settings import Settings
 from ...errors import UsageError
-from ...report.saved import FILE, SavedRun
+from ...report.folders import RUN
+from ...report.saved import SavedRun
 from ...report.saved import read_run as read_saved
 from ...store import StoredLane, read_lane
 from .absent import why_absent
@@ -74,7 +75,7 @@ def read_run(folder: Path) -> StoredRun:
             lanes.setdefault((lane.scheme, lane.problem), {})[lane.block] = lane
     if not lanes:
         raise UsageError(why_absent(folder, damaged))
-    return StoredRun(saved, _fingerprint(folder / FILE), lanes, damaged)
+    return StoredRun(saved, _fingerprint(folder / RUN), lanes, damaged)
 
 
 def require_common_noise(old: StoredRun, new: StoredRun) -> None:

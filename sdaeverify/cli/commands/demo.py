@@ -1,0 +1,80 @@
+"""``demo``: a first picture and a first table, in seconds."""
+
+from math import isnan
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ...contracts.settings import Settings
+from ...registry.load import Registry
+from ...report.plain import in_columns, visible, wrapped
+from ...report.reading import Reading, Row, read_row
+from ...report.sentences import ABSENT, Line, claim_in_words, counts_in_words, interval, mark
+from ..console import aside, output, print_lines
+from ..exit_codes import ExitCode
+from ..limits import read_limits
+from ..loading import loaded
+from ..options import once
+
+FOLDER = Path("reports", "demo")
+# Names among what is shipped: a scheme of order 1/2, one of order 1, and one for mechanics with a constraint.
+SCHEMES, PROBLEMS, MEASURES = "euler-maruyama,milstein,half-explicit-euler", "gbm,pendulum", "strong"
+SETTINGS = Settings(paths=1024, levels=5)
+HEADINGS = ("scheme", "problem", "", "claim", "1 step", "along paths", "", "by")
+
+
+@click.command(short_help="A first table and a first picture, in seconds.")
+@once("--out", type=click.Path(path_type=Path), default=FOLDER, help="Folder of the report.")
+@click.pass_context
+def demo(context: click.Context, /, out: Path) -> ExitCode:
+    """Put three schemes to the test on two problems: have they the strong orders that are claimed of them.
+
+    Takes a few seconds, and ends with the path of a page to look at.
+    """
+    # Tables need pandas, which takes longer to load than all other commands need in all.
+    from ...report.files import require_writable  # noqa: PLC0415
+    from ..running import advance, workers  # noqa: PLC0415
+
+    require_writable(out)
+    registry = loaded(())
+    with workers(*read_limits(0.0, "0", 1), registry) as crew:
+        run = _run(registry, tuple(context.obj), out)
+        result = advance(run, crew, "none")
+        run.write_page()
+    _show([(row, read_row(row)) for row in result.rows if row["verdict"] != ABSENT], out)
+    return ExitCode.OK
+
+
+def _run(registry: Registry, words: tuple[str, ...], out: Path) -> Any:
+    from ...api import plan_of  # noqa: PLC0415
+    from ..running import Run  # noqa: PLC0415
+
+    with aside():
+        todo = plan_of(registry, SCHEMES, PROBLEMS, MEASURES)
+    return Run(todo, SETTINGS, registry, words, out)
+
+
+def _show(pairs: list[tuple[Row, Reading]], out: Path) -> None:
+    console = output()
+    plain = console.options.ascii_only
+    whole = [(row, reading) for row, reading in pairs if "@" not in str(row["quantity"])]
+    lines = in_columns([HEADINGS, *(_row(row, reading, plain=plain) for row, reading in whole)], gap=1)
+    verdicts = ["", *(reading.verdict for _, reading in whole)]
+    print_lines(console, [Line(line, verdict) for line, verdict in zip(lines, verdicts, strict=True)])
+    told = [
+        "",
+        counts_in_words(reading.verdict for _, reading in pairs),
+        f"The page with the pictures is {visible(str(out / 'report.html'))}: open it in a browser.",
+        f"Next: sdaeverify show {visible(str(out))} milstein gbm",
+        "      sdaeverify matrix -p gbm",
+    ]
+    print_lines(console, [Line(line) for text in told for line in (wrapped(text, console.width) or [""])])
+
+
+def _row(row: Row, reading: Reading, *, plain: bool) -> tuple[str, ...]:
+    names = (str(row[name]) for name in ("scheme", "problem", "quantity"))
+    claim = claim_in_words(reading).removeprefix("order ").replace(" (margin ", " -").removesuffix(")")
+    local = "" if isnan(reading.local_order) else f"{reading.local_order:.2f}"
+    symbol = mark(reading.verdict, plain=plain)
+    return *map(visible, names), claim, local, interval(reading.path), symbol, reading.decided_by

@@ -1,0 +1,174 @@
+"""What is said at the end of a run, and how a finished one is looked at again."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+REFERENCE = Path(__file__).resolve().parents[2] / "reports" / "reference"
+
+
+@pytest.fixture
+def finished(call):
+    """Return a finished run of three schemes on a problem, with something undecided."""
+    chosen = ("-s", "euler-maruyama,milstein,displaced-euler", "-p", "gbm", "-m", "strong,weak", "--out", "out")
+    return call("matrix", *chosen, "--paths", "400", "--levels", "8..64", "-j", "1", "--progress", "none")
+
+
+def test_the_end_of_a_run_is_short_and_says_where_to_look(finished):
+    """The counts first, what needs attention, the schemes by measure, the page, the way to more, the exit code."""
+    lines = finished.out.splitlines()
+    assert lines[0].startswith("15 quantities: ")
+    assert len(lines) <= 40
+    assert any(line.startswith("euler-maruyama") for line in lines)
+    assert "the page is out/report.html; verdicts.csv, levels.csv and run.json are in out" in finished.out
+    assert "sdaeverify show out [SCHEME] [PROBLEM] tells why" in lines
+    assert lines[-1].startswith("exit code ")
+
+
+def test_quiet_is_the_sentence_alone(quick):
+    """One line, and the same exit code."""
+    outcome = quick("-s", "milstein", "-p", "gbm", "-m", "strong", "--out", "out", "-q")
+    assert outcome.out.count("\n") == 1
+    assert outcome.out.startswith("2 quantities: ")
+
+
+def test_verbose_shows_the_matrix(quick):
+    """The matrix stands above the end."""
+    outcome = quick("-s", "milstein", "-p", "gbm", "-m", "strong", "--out", "out", "-v")
+    assert "gbm" in outcome.out.splitlines()[0]
+    assert "✓ verified" in outcome.out
+
+
+def test_json_is_all_that_is_said(quick):
+    """A list of objects with one meaning a key, for matrix as for show."""
+    outcome = quick("-s", "milstein", "-p", "gbm", "-m", "strong", "--out", "out", "--json")
+    rows = json.loads(outcome.out)
+    assert [row["quantity"] for row in rows if row["verdict"] != "not_applicable"] == ["x", "x@T"]
+    assert {"claim", "margin", "local_order", "path_order", "path_low", "path_high", "decided_by"} <= {*rows[0]}
+
+
+def test_loud_and_quiet_contradict_each_other(quick):
+    """One way to show the results at a time."""
+    outcome = quick("-p", "gbm", "-q", "-v")
+    assert (outcome.code, outcome.err) == (
+        2,
+        "sdaeverify: error: contradictory options: choose one of --quiet, --verbose and --json\n",
+    )
+
+
+def test_no_page_where_none_is_wanted(quick):
+    """An earlier page is removed with it: its numbers are no longer those of the tables."""
+    chosen = ("-s", "milstein", "-p", "gbm", "-m", "strong", "--out", "out")
+    quick(*chosen)
+    assert Path("out/report.html").is_file()
+    outcome = quick(*chosen, "--no-html")
+    assert not Path("out/report.html").exists()
+    assert "the page is" not in outcome.out
+
+
+def test_the_last_failures_alone_are_run_again(finished, quick):
+    """What was verified is left alone, and its rows stay in the tables."""
+    quick("-s", "milstein", "-p", "gbm", "-m", "strong", "--out", "out")
+    outcome = quick("-p", "gbm", "-m", "strong,weak", "--out", "out", "--lf")
+    selection = json.loads(Path("out/run.json").read_text())["selection"]
+    assert selection == {"schemes": ["milstein"], "problems": ["gbm"], "measures": ["strong"]}
+    assert "13 rows of verdicts on other cells are kept of earlier runs" in " ".join(outcome.out.split())
+
+
+def test_there_are_no_last_failures_where_all_is_verified(finished, call):
+    """Nothing to measure, and why."""
+    outcome = call("matrix", "-s", "milstein", "-p", "gbm", "-m", "strong", "--out", "out", "--lf", "-j", "1")
+    assert (outcome.code, outcome.err) == (5, "sdaeverify: error: nothing to measure: all was verified in out\n")
+
+
+def test_a_run_ends_with_the_first_refutation_if_asked(quick, odd_scheme):
+    """The other problems are not run, and their rows say why."""
+    plugin = odd_scheme("return Step(state + h)")
+    outcome = quick("--plugin", plugin, "-s", "odd", "-p", "gbm,ou,linear-test", "-m", "strong", "--out", "out", "-x")
+    assert outcome.code == 1
+    assert "not run" in outcome.out
+    assert "the run ended with the first claim that was refuted (-x)" in Path("out/verdicts.csv").read_text()
+
+
+def test_show_ends_like_the_run(finished, call):
+    """The same sentence, the same lines on what needs attention and on the schemes."""
+    shown, run = call("show", "out").out.splitlines(), finished.out.splitlines()
+    assert (
+        shown[: shown.index("the page is out/report.html")] == run[: run.index(next(x for x in run if "page" in x))]
+    )
+
+
+def test_show_tells_of_a_cell_why_and_how_again(finished, call):
+    """Claim, margin, orders, tier and guard of each quantity, the command, and why the rest does not apply."""
+    told = call("show", "out", "milstein", "gbm").out
+    assert "x: order >= 1.0 (margin 0.2); local order 1.000; order along paths" in told
+    assert "decided by T1; guarded by paths, exact solution" in " ".join(told.split())
+    assert "again: python -m sdaeverify matrix -s milstein -p gbm -m strong" in told
+
+
+def test_show_tells_of_an_empty_cell_why(call):
+    """A dot in the matrix has a reason, and show tells it."""
+    told = call("show", str(REFERENCE), "baoab", "circle").out
+    assert "solves the form Langevin; a SDE has no such view" in " ".join(told.split())
+
+
+def test_show_of_a_scheme_is_a_table_a_problem(finished, call):
+    """Quantity, claim with margin, local order, order along paths with its interval, tier."""
+    told = call("show", "out", "milstein").out
+    assert "milstein on gbm" in told
+    assert max(map(len, told.splitlines())) <= 80
+    assert any(line.startswith("✓  strong x ") and ">= 1.0 -0.2" in line for line in told.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ((), "reports/latest holds no run: cannot read verdicts.csv: No such file or directory"),
+        (("nowhere/",), "nowhere holds no run: cannot read verdicts.csv: No such file or directory"),
+        ((str(REFERENCE), "milstien"), f"nothing in {REFERENCE} is about milstien"),
+        (
+            (str(REFERENCE), "milstein", "gbm", "-m", "srtong"),
+            f"nothing in {REFERENCE} is about milstein on gbm, srtong",
+        ),
+    ],
+)
+def test_what_is_not_there_is_one_line(call, words, message):
+    """A folder without a run and a name without rows are errors of the user."""
+    outcome = call("show", *words)
+    assert (outcome.code, outcome.out, outcome.err) == (2, "", f"sdaeverify: error: {message}\n")
+
+
+def test_show_takes_less_than_a_second():
+    """Of processor time, start included, on the folder of the default run."""
+    words = [sys.executable, "-m", "sdaeverify", "show", str(REFERENCE), "-q"]
+    before = os.times()
+    subprocess.run(words, check=True, capture_output=True)
+    after = os.times()
+    used = after.children_user + after.children_system - before.children_user - before.children_system
+    assert used < 1.0
+
+
+def test_the_first_contact_is_a_table_and_a_page(call):
+    """Three schemes on two problems: claim, order of one step, order along paths, verdict, tier, and a page."""
+    outcome = call("demo", "--out", "first")
+    lines = outcome.out.splitlines()
+    assert outcome.code == 0
+    assert lines[0].split() == ["scheme", "problem", "claim", "1", "step", "along", "paths", "by"]
+    assert max(map(len, lines)) <= 80
+    assert sum(line.split()[:1] == ["half-explicit-euler"] for line in lines) == 4
+    assert "The page with the pictures is first/report.html: open it in a browser." in lines
+    assert Path("first/report.html").is_file()
+
+
+def test_a_shell_completes_commands(call, monkeypatch):
+    """The script that a shell reads, and what it is told."""
+    monkeypatch.setenv("_SDAEVERIFY_COMPLETE", "bash_source")
+    assert "complete -o nosort -F _sdaeverify_completion sdaeverify" in call().out
+    monkeypatch.setenv("_SDAEVERIFY_COMPLETE", "bash_complete")
+    monkeypatch.setenv("COMP_WORDS", "sdaeverify ma")
+    monkeypatch.setenv("COMP_CWORD", "1")
+    assert call().out == "plain,matrix\n"
