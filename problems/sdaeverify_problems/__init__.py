@@ -1,1 +1,48 @@
-"""The problems shipped with sdaeverify: each module is a plugin of its own, and a new problem is a new module."""
+"""The problems shipped with sdaeverify: each module is a plugin of its own, and a new problem is a new module.
+
+For problems of one's own the package has the builders that its problems are made with::
+
+    from sdaeverify_problems import Bath, Fibre, clamped_chain, constrained_langevin, fibre_problem
+
+    fibre_problem(Fibre(chain=clamped_chain(7, 3), alpha=0.4, flow=my_flow, C=my_drag), horizon=0.25)
+    constrained_langevin(my_gradient, Bath(friction=2.0, kT=0.5), constraint=my_g, position=[...], velocity=[...],
+                         horizon=1.0)
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ._bath import Bath
+    from ._chain import Chain, clamped_chain, free_chain
+    from ._constrained_langevin import constrained_langevin
+    from ._fibre import Edges, Fibre, rotation
+    from ._fibre_problem import fibre_problem
+
+__all__ = [
+    "Bath",
+    "Chain",
+    "Edges",
+    "Fibre",
+    "clamped_chain",
+    "constrained_langevin",
+    "fibre_problem",
+    "free_chain",
+    "rotation",
+]
+
+# Whoever loads a problem does not pay for the builders of others.
+_HOMES = {
+    "_bath": "Bath",
+    "_chain": "Chain clamped_chain free_chain",
+    "_constrained_langevin": "constrained_langevin",
+    "_fibre": "Edges Fibre rotation",
+    "_fibre_problem": "fibre_problem",
+}
+
+
+def __getattr__(name: str) -> object:
+    for module, names in _HOMES.items():
+        if name in names.split():
+            return getattr(import_module(f".{module}", __name__), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

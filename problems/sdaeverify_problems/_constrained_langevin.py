@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from sdaeverify import Array, HolonomicSDAE
+from sdaeverify import Array, HolonomicSDAE, ProblemError
 
 from ._bath import Bath
 
@@ -27,11 +27,20 @@ def constrained_langevin(gradient: Callable[[Array], Array], bath: Bath, **mecha
     -------
     HolonomicSDAE
 
+    Raises
+    ------
+    ParameterError, ProblemError
+        If the bath is none, the position is missing, or grad V has another shape.
+
     Source
     ------
     Lindner & Stroot (2017), section 5.2, with r = q, v = M^{-1} p, g = xi - z and mu = lambda.
     """
+    if "position" not in mechanics:
+        raise ProblemError("constrained Langevin dynamics need the position they start from")
     r = np.asarray(mechanics["position"], dtype=float)[:, None]
+    if np.shape(gradient(r)) != r.shape:
+        raise ProblemError(f"grad V returned shape {np.shape(gradient(r))} for positions of shape {r.shape}")
     bath.check(r)
     sigma, trait = bath.sigma(r), "additive-noise" if bath.constant else "vanishing-milstein-term"
     return HolonomicSDAE(

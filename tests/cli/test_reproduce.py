@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -184,6 +185,73 @@ def test_files(reproduce, mine):
     assert (about["experiment"], about["paths"], about["seed"]) == ("mine", 30, 5)
     assert about["arguments"][:2] == ["sdaeverify", "reproduce"]
     assert "numpy" in about["versions"]
+
+
+def test_several_experiments(reproduce, mine):
+    """Names and globs may be several; each experiment has a folder of its own, and the worst exit code counts."""
+    outcome = reproduce(
+        "mine", "lindner-2017-f*", "--plugin", mine("row(2, scheme='half-explicit-euler'),"), "--out", "o"
+    )
+
+    assert outcome.code == 3
+    assert {path.name for path in Path("o").iterdir()} == {"mine", "lindner-2017-figure-5-1"}
+    assert json.loads(Path("o/lindner-2017-figure-5-1/run.json").read_text())["budget"] == "smoke"
+    assert outcome.out.count("exit code") == 1
+
+
+@pytest.mark.parametrize("suffix", ["svg", "png"])
+def test_picture(reproduce, suffix):
+    """A figure has a picture beside its table, in the format that is asked for."""
+    pytest.importorskip("matplotlib")
+    outcome = reproduce(
+        "lindner-2017-estimate-3-17", "--out", "o", *(() if suffix == "svg" else ("--format", suffix))
+    )
+
+    assert outcome.code == 0
+    assert {path.name for path in Path("o").iterdir()} == {"table.csv", "run.json", f"figure.{suffix}"}
+    assert f"table.csv, run.json, figure.{suffix} are in o" in outcome.out
+
+
+def test_no_matplotlib(reproduce, monkeypatch):
+    """Without matplotlib there is a table, and a line that says what is missing."""
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    outcome = reproduce("lindner-2017-estimate-3-17", "--out", "o")
+
+    assert (outcome.code, outcome.err) == (0, "")
+    assert "no picture without matplotlib: pip install 'sdaeverify[plot]'" in outcome.out
+    assert {path.name for path in Path("o").iterdir()} == {"table.csv", "run.json"}
+
+
+BROKEN = """
+from sdaeverify import Experiment, SchemeRun
+
+class Broken(Experiment):
+    def work(self, budget):
+        return {{"a": SchemeRun(problem="gbm", scheme="{scheme}", steps=2)}}
+
+    def exhibit(self, evidence):
+        return evidence.values("a", "x"){more}
+
+@hookimpl
+def sdaeverify_experiments():
+    return [Broken(name="broken", title="t", source="s", paths=2)]
+"""
+
+
+@pytest.mark.parametrize(
+    ("scheme", "more", "message"),
+    [
+        ("half-explicit-euler", "", "a: scheme half-explicit-euler: solves the form"),
+        ("milstein", " / 0", "broken: "),
+    ],
+)
+def test_exhibit_that_cannot_be_made(reproduce, write, scheme, more, message):
+    """A run that fails, or an exhibit that raises, is one line, and the exit code tells."""
+    outcome = reproduce("broken", "--plugin", write(BROKEN.format(scheme=scheme, more=more)))
+
+    assert outcome.code == 3
+    assert message in outcome.out
+    assert "Traceback" not in outcome.out + outcome.err
 
 
 def test_the_seed_decides(reproduce, mine):

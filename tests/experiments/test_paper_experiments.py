@@ -17,7 +17,13 @@ from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 
 PAPERS = ("laurent-2022", "lindner-2017", "lindner-2018", "qu-2010")
-QUICK = ("errata", "lindner-2017-constants", "lindner-2017-estimate-3-17", "lindner-2017-figure-5-1")
+QUICK = (
+    "errata",
+    "lindner-2018-figure-2-1",
+    "lindner-2017-constants",
+    "lindner-2017-estimate-3-17",
+    "lindner-2017-figure-5-1",
+)
 
 
 def ran(registry, name, paths=None, experiment=None):

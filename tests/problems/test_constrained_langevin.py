@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad, quad
 
+import sdaeverify_problems
 from problems.tangent_law import Law, canonical_nodes, images, monomials
 from sdaeverify import HolonomicSDAE, ParameterError, ProblemError
 from sdaeverify.arrays import Array
@@ -242,3 +243,19 @@ def test_a_singular_mass_matrix_is_refused() -> None:
     """The line names the eigenvalues."""
     with pytest.raises(ProblemError, match="mass must be positive definite beyond rounding, its eigenvalues are"):
         langevin(BATHS["number"], mass=np.diag([1.0, 1.0, 0.0]))
+
+
+def test_a_start_or_a_gradient_that_is_not_there_is_refused() -> None:
+    """What is missing is one line."""
+    bath = Bath(friction=0.9, kT=KT)
+    with pytest.raises(ProblemError, match=r"^constrained Langevin dynamics need the position they start from$"):
+        constrained_langevin(lambda r: r, bath)
+    with pytest.raises(ProblemError, match=r"^grad V returned shape \(1,\) for positions of shape \(3, 1\)$"):
+        constrained_langevin(lambda r: r[0], bath, position=[1.0, 0.0, 0.0])
+
+
+def test_builders_are_public() -> None:
+    """The package gives its builders by name, and no other."""
+    assert all(callable(getattr(sdaeverify_problems, name)) for name in sdaeverify_problems.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'fibre_solver'"):
+        sdaeverify_problems.fibre_solver  # noqa: B018
