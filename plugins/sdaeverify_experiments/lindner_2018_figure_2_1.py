@@ -66,8 +66,8 @@ class Grid(Experiment):
 
 
 NOTES = (
-    "Points are means over cells of length ds; the first cell belongs to the clamp, so that ds = 1/(N + 1). Beyond the "
-    "stress-free end r_{N+1} = 2 r_N - r_{N-1} and r_{N+2} = 3 r_N - 2 r_{N-1}.",
+    "Points are means over cells of length ds; the first cell belongs to the clamp, so that ds = 1/(N + 1). Beyond "
+    "the stress-free end r_{N+1} = 2 r_N - r_{N-1} and r_{N+2} = 3 r_N - 2 r_{N-1}.",
 )
 
 
