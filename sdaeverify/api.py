@@ -5,13 +5,16 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypedDict, Unpack
+from typing import Any, NamedTuple, TypedDict, Unpack
 
 import pandas as pd
 
+from .cli.limits import read_limits
+from .cli.options import KINDS
+from .cli.progress import progress as shown_progress
 from .contracts.measure import Measure
 from .contracts.scheme import Scheme
-from .contracts.settings import Settings, whole
+from .contracts.settings import Settings, number, read_levels, whole
 from .contracts.specs import ProblemSpec
 from .errors import UsageError
 from .forms import Problem
@@ -20,15 +23,21 @@ from .registry.selection import select_measures, select_problems, select_schemes
 from .report.earlier import Kept, save_tables
 from .report.files import require_writable
 from .report.folders import LEVELS, VERDICTS
+from .report.html import write_page
+from .report.notebook import CellView, result_html, result_text
+from .report.passports import passports
+from .report.plots import Plots
 from .report.provenance import provenance
 from .report.tables import level_table, verdict_rows, verdict_table
+from .store import Store
 from .study import CellResult, Plan, Study, plan
 from .study.remote_plan import asking
+from .workers.limits import Limits
 from .workers.pool import BLOCKS_A_WORKER, executor_for
 
-Schemes = str | Sequence[str | Scheme]
-Problems = str | Sequence[str | ProblemSpec | Callable[..., Problem]]
-Measures = str | Sequence[str | Measure]
+Schemes = str | Scheme | Sequence[str | Scheme]
+Problems = str | ProblemSpec | Callable[..., Problem] | Sequence[str | ProblemSpec | Callable[..., Problem]]
+Measures = str | Measure | Sequence[str | Measure]
 
 
 class SettingsOptions(TypedDict, total=False):
@@ -36,7 +45,7 @@ class SettingsOptions(TypedDict, total=False):
 
     paths: int
     coarsest: int
-    levels: int
+    levels: int | str
     seed: int
     confidence: float
     block: int
@@ -44,7 +53,7 @@ class SettingsOptions(TypedDict, total=False):
     family: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result:
     """Tables of a study.
 
@@ -81,6 +90,27 @@ class Result:
         """One row for each quantity of each cell at each step size."""
         return level_table(self.results, self.settings)
 
+    @property
+    def plot(self) -> Plots:
+        """Pictures of the tables as matplotlib axes: convergence, matrix, stability, drift, orders, invariant."""
+        return Plots(self.rows, _records(self.levels), self.settings.confidence)
+
+    def cell(self, scheme: str, problem: str) -> CellView:
+        """Return what was found of a scheme on a problem, to be looked at.
+
+        Raises
+        ------
+        UsageError
+            If the result has no such cell.
+        """
+        return CellView.of(self.rows, scheme, problem)
+
+    def __repr__(self) -> str:
+        return result_text(self.rows)
+
+    def _repr_html_(self) -> str:
+        return result_html(self.rows)
+
     def save(self, folder: str | Path) -> Kept:
         """Write ``verdicts.csv``, ``levels.csv`` and ``run.json`` into a folder.
 
@@ -102,28 +132,47 @@ class Result:
         return save_tables(target, {VERDICTS: self.verdicts, LEVELS: self.levels}, self.run, cells)
 
 
+class RunOptions(SettingsOptions, total=False):
+    """Keywords of `verify` beside what is crossed."""
+
+    jobs: int
+    plugins: Sequence[str | Path]
+    progress: str | None
+    out: str | Path | None
+    timeout: float | None
+    memory: str | None
+
+
+def _records(table: pd.DataFrame) -> list[dict[str, object]]:
+    return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
+
+
 def verify(
-    schemes: Schemes = (),
-    problems: Problems = (),
-    measures: Measures = (),
-    *,
-    jobs: int = 1,
-    plugins: Sequence[str | Path] = (),
-    **settings: Unpack[SettingsOptions],
+    schemes: Schemes = (), problems: Problems = (), measures: Measures = (), **options: Unpack[RunOptions]
 ) -> Result:
     """Cross schemes with problems and judge every claim.
 
     Parameters
     ----------
-    schemes, problems, measures : str or sequence, optional
+    schemes, problems, measures : str, object or sequence, optional
         Names with parameters or globs as on the command line, or scheme instances, problem functions and
-        measures themselves, mixed; everything registered if left out.
+        measures themselves, alone or mixed in a list; everything registered if left out.
     jobs : int, optional
-        Worker processes. With more than one, a script needs the usual ``if __name__ == "__main__":``.
+        Worker processes, 1 by default: this process. With more than one, or with limits, a script needs the usual
+        ``if __name__ == "__main__":``.
     plugins : sequence of str or Path, optional
         Plugin files, beside the installed plugins.
-    **settings
-        Keywords of `Settings`: paths, coarsest, levels, seed, confidence, block, looks, family.
+    progress : str, optional
+        On stderr: ``auto`` for a bar on a terminal and lines elsewhere, ``plain`` or, by default, ``none``.
+    out : str or Path, optional
+        Folder for tables, evidence and page, as ``matrix --out``: evidence that is there is used again.
+    timeout : float, optional
+        Seconds that a scheme may take on a block of paths; 0 for no limit, 600 where there are workers.
+    memory : str, optional
+        Size that a worker may use, such as ``2G``; ``0`` for no limit.
+    **options
+        Keywords of `Settings`: paths, coarsest, levels (a number, or steps as ``16..256``), seed, confidence, block,
+        looks, family.
 
     Returns
     -------
@@ -136,16 +185,52 @@ def verify(
     PluginError
         If a plugin file cannot be used.
     """
-    chosen, workers = settings_from(**settings), whole("jobs", jobs)
-    if workers < 1:
+    run = _requested(options)
+    registry = load_registry(run.plugins)
+    folder = None if run.out is None else Path(run.out)
+    if folder is not None:
+        require_writable(folder, "out")
+    with executor_for(run.jobs, registry.files, run.limits, registry.modules) as executor:
+        todo = plan_of(registry, schemes, problems, measures, executor if run.limits else None)
+        study = Study(todo, run.settings, None if folder is None else Store(folder))
+        with shown_progress(run.progress, study.total) as show:
+            for event in study.run(executor, BLOCKS_A_WORKER * run.jobs):
+                show(event)
+    result = result_of(study, registry, ["sdaeverify.verify"])
+    if folder is not None:
+        result.save(folder)
+        write_page(folder, passports(todo))
+    return result
+
+
+class _Requested(NamedTuple):
+    """Options of `verify`, checked."""
+
+    settings: Settings
+    jobs: int
+    limits: Limits | None
+    plugins: Sequence[str | Path]
+    progress: str
+    out: str | Path | None
+
+
+def _requested(options: RunOptions) -> _Requested:
+    known: dict[str, Any] = dict(options)
+    jobs = whole("jobs", known.pop("jobs", 1))
+    plugins, progress = known.pop("plugins", ()), known.pop("progress", None)
+    out, timeout, memory = (known.pop(name, None) for name in ("out", "timeout", "memory"))
+    if jobs < 1:
         raise UsageError(f"jobs must be at least 1, got {jobs}")
-    registry = load_registry(plugins)
-    todo = plan_of(registry, schemes, problems, measures)
-    study = Study(todo, chosen)
-    with executor_for(workers, registry.files, modules=registry.modules) as executor:
-        for _ in study.run(executor, BLOCKS_A_WORKER * workers):
-            pass
-    return result_of(study, registry, ["sdaeverify.verify"])
+    if progress not in {None, *KINDS}:
+        raise UsageError(f"progress must be one of {', '.join(KINDS)}, got {progress!r:.200}")
+    if out is not None and not isinstance(out, str | Path):
+        raise UsageError(f"out must be a folder, got {out!r:.200}")
+    if memory is not None and not isinstance(memory, str):
+        raise UsageError(f"memory must be a size such as '2G', got {memory!r:.200}")
+    limited = jobs > 1 or timeout is not None or memory is not None
+    seconds = None if timeout is None else number("timeout", timeout)
+    limits = read_limits(seconds, memory, jobs)[1] if limited else None
+    return _Requested(settings_from(**known), jobs, limits, plugins, progress or "none", out)
 
 
 def settings_from(**settings: Unpack[SettingsOptions]) -> Settings:
@@ -159,7 +244,12 @@ def settings_from(**settings: Unpack[SettingsOptions]) -> Settings:
     known = SettingsOptions.__annotations__
     if unknown := sorted(set(settings) - set(known)):
         raise UsageError(f"unknown setting {', '.join(unknown)}; known are {', '.join(known)}")
-    return Settings(**settings)
+    given: dict[str, Any] = dict(settings)
+    if isinstance(levels := given.get("levels"), str):
+        coarsest, given["levels"] = read_levels("levels", levels)
+        if given.setdefault("coarsest", coarsest) != coarsest:
+            raise UsageError(f"levels begin with {coarsest} steps, but coarsest is {given['coarsest']!r:.200}")
+    return Settings(**given)
 
 
 def plan_of(

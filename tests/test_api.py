@@ -1,6 +1,7 @@
 """The Python interface: tables of a study, and what they say of schemes nobody has registered."""
 
 import json
+import re
 import subprocess
 import sys
 from dataclasses import dataclass, fields
@@ -132,3 +133,45 @@ def test_what_a_plugin_prints_is_no_result(tmp_path):
 def test_every_setting_is_a_keyword():
     """What a run can be set to on the command line can be set from Python, too."""
     assert set(SettingsOptions.__annotations__) == {field.name for field in fields(Settings)}
+
+
+def test_a_scheme_itself_and_steps_as_on_the_command_line():
+    """One scheme needs no list, and step sizes may be written as a range."""
+    result = verify(Mine(), "gbm", "strong", levels="16..64", paths=40)
+    assert result.settings.steps == (16, 32, 64)
+    assert set(result.verdicts.scheme) == {"mine"}
+
+
+def test_a_result_is_short_at_a_prompt(result):
+    """Its representation is the end of a run, and a cell tells all that was found."""
+    assert repr(result).startswith("5 quantities: ")
+    assert len(repr(result)) < 2000
+    assert repr(result.cell("milstein", "gbm")).startswith("milstein on gbm\n")
+    assert result._repr_html_().startswith("<p><b>5 quantities: ")
+
+
+def test_a_folder_holds_evidence_tables_and_page(tmp_path, capsys):
+    """What is in the folder is used again; progress is told if asked for."""
+    for _ in range(2):
+        verify("milstein", "gbm", "strong", out=tmp_path, progress="plain", **SMALL)
+    assert {"evidence", "report.html", "verdicts.csv"} <= {path.name for path in tmp_path.iterdir()}
+    assert "milstein  gbm  strong" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"levels": "16..48"}, "levels expects a number of levels or COARSEST..FINEST steps such as 8..256"),
+        ({"levels": "16..64", "coarsest": 8}, "levels begin with 16 steps, but coarsest is 8"),
+        ({"progress": "loud"}, "progress must be one of auto, plain, none, got 'loud'"),
+        ({"out": 3}, "out must be a folder, got 3"),
+        ({"timeout": "long"}, "timeout must be a number, got 'long'"),
+        ({"timeout": -1.0}, "timeout expects a number of seconds, or 0 for no limit, got -1"),
+        ({"memory": 3}, "memory must be a size such as '2G', got 3"),
+        ({"memory": "much"}, "memory"),
+    ],
+)
+def test_a_wrong_option_is_named_with_what_was_expected(options, message):
+    """Argument, value, and what it should have been."""
+    with pytest.raises(UsageError, match=re.escape(message)):
+        verify("milstein", "gbm", "strong", **options)

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 import click
 
 from ..contracts.settings import Settings
+from ..contracts.settings import read_levels as levels_from
 from ..errors import UsageError
 
 # How progress is shown.
@@ -18,7 +19,6 @@ SELECTION = (
 )
 
 _COUNT = re.compile(r"[0-9]{1,9}")
-_RANGE = re.compile(r"([0-9]{1,9})\.\.([0-9]{1,9})")
 
 
 def once(*names: str, default: object = None, **attributes: Any) -> Callable[[Command], Command]:
@@ -96,12 +96,4 @@ def read_levels(text: str) -> tuple[int, int]:
     """
     if _COUNT.fullmatch(text):
         return Settings().coarsest, int(text)
-    match = _RANGE.fullmatch(text)
-    coarsest, finest = (int(steps) for steps in match.groups()) if match else (0, 0)
-    doublings = finest // coarsest if coarsest else 0
-    if doublings < 1 or coarsest * doublings != finest or doublings.bit_count() > 1:
-        expected = f"a number of levels or COARSEST..FINEST steps such as {levels_text(Settings())}"
-        raise UsageError(
-            f"--levels expects {expected}, the finest being the coarsest times a power of 2, got {text!r}"
-        )
-    return coarsest, doublings.bit_length()
+    return levels_from("--levels", text)

@@ -1,5 +1,6 @@
 """What determines the numbers of a run, beside the problem and the scheme."""
 
+import re
 from bisect import bisect_right
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -15,6 +16,7 @@ FEWEST_PATHS, MOST_PATHS = 40, 10**9
 FIRST_BLOCK = 256
 FINEST_STEPS = 2**20
 LARGEST_BLOCK = 2**20
+_RANGE = re.compile(r"([0-9]{1,9})\.\.([0-9]{1,9})")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,6 +120,33 @@ class Settings:
     def paths_of(self, block: int) -> int:
         """Return the number of paths of a block that are used."""
         return self.totals[block] - (self.totals[block - 1] if block else 0)
+
+
+def read_levels(name: str, text: str) -> tuple[int, int]:
+    """Return the coarsest number of steps and the number of levels.
+
+    Parameters
+    ----------
+    name : str
+        Of the argument, for the message.
+    text : str
+        ``COARSEST..FINEST`` with FINEST = COARSEST 2^k.
+
+    Raises
+    ------
+    UsageError
+        If it is not.
+    """
+    match = _RANGE.fullmatch(text)
+    coarsest, finest = (int(steps) for steps in match.groups()) if match else (0, 0)
+    doublings = finest // coarsest if coarsest else 0
+    if doublings < 1 or coarsest * doublings != finest or doublings.bit_count() > 1:
+        steps = Settings().steps
+        expected = f"a number of levels or COARSEST..FINEST steps such as {steps[0]}..{steps[-1]}"
+        raise UsageError(
+            f"{name} expects {expected}, the finest being the coarsest times a power of 2, got {text!r:.200}"
+        )
+    return coarsest, doublings.bit_length()
 
 
 def whole(name: str, value: object) -> int:

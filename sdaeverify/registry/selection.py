@@ -42,7 +42,7 @@ Entry = TypeVar("Entry")
 Thing = TypeVar("Thing", bound=Labelled)
 
 
-def select_schemes(registry: Registry, wanted: str | Sequence[str | Scheme] = ()) -> list[Scheme]:
+def select_schemes(registry: Registry, wanted: str | Scheme | Sequence[str | Scheme] = ()) -> list[Scheme]:
     """Return the schemes that are meant, without repetition, in the order of the registry.
 
     Parameters
@@ -72,7 +72,8 @@ def select_schemes(registry: Registry, wanted: str | Sequence[str | Scheme] = ()
 
 
 def select_problems(
-    registry: Registry, wanted: str | Sequence[str | ProblemSpec | Callable[..., Problem]] = ()
+    registry: Registry,
+    wanted: str | ProblemSpec | Callable[..., Problem] | Sequence[str | ProblemSpec | Callable[..., Problem]] = (),
 ) -> list[ProblemSpec]:
     """Return the recipes of the problems that are meant, without repetition, sorted by name and label.
 
@@ -101,7 +102,7 @@ def select_problems(
     return sorted(_unique("problem", chosen, lambda spec: spec.family), key=lambda spec: (spec.name, spec.label))
 
 
-def select_measures(registry: Registry, wanted: str | Sequence[Any] = ()) -> list[Any]:
+def select_measures(registry: Registry, wanted: Any = ()) -> list[Any]:
     """Return the measures that are meant, without repetition, sorted by name.
 
     Parameters
@@ -134,9 +135,10 @@ def _require_own_name(scheme: Scheme, registry: Registry) -> None:
         )
 
 
-def _items(kind: str, wanted: str | Sequence[Any]) -> Iterator[Any]:
+def _items(kind: str, wanted: Any) -> Iterator[Any]:
     if wanted is not None and (isinstance(wanted, bytes) or not isinstance(wanted, Iterable)):
-        raise UsageError(f"expected names or a list of {kind}s, got {describe(wanted)}")
+        # A single thing; whoever asked for it checks what it is.
+        wanted = [wanted]
     everything = ["*"] if not wanted and not isinstance(wanted, str) else wanted
     for item in [everything] if isinstance(everything, str) else everything:
         patterns = split_list(item) if isinstance(item, str) else [item]

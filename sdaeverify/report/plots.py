@@ -1,0 +1,206 @@
+"""Pictures of a result for a paper: matplotlib axes, drawn from the numbers of the tables."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import cycle
+from math import isfinite, isnan
+from statistics import NormalDist, fmean
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import UsageError
+from .reading import Interval, Reading, Row, claimed_order, number, read_row, text
+from .sentences import ABSENT, SYMBOLS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+else:
+    Axes = Any
+
+MISSING = "result.plot needs matplotlib: pip install 'sdaeverify[plot]'"
+MARKERS = "osD^v<>pP*"
+COLOURS = {
+    "refuted": "#b3261e", "diverged": "#8250df", "error": "#8250df", "inconclusive": "#e3b341",
+    "not_run": "#d0d7de", "verified": "#1a7f37", "out_of_scope": "#eef1f4", "not_applicable": "#ffffff",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Plots:
+    """Pictures of the tables of a run; each returns the axes it has drawn on.
+
+    Parameters
+    ----------
+    rows, levels : sequence of mapping
+        Of the verdicts and of the levels.
+    confidence : float
+        Of intervals.
+    """
+
+    rows: Sequence[Row]
+    levels: Sequence[Row]
+    confidence: float = 0.99
+
+    def convergence(
+        self, scheme: str = "", problem: str = "", measure: str = "strong", quantity: str = "", ax: Axes | None = None
+    ) -> Axes:
+        """Draw errors against the step size, fitted levels filled, with their slope and that of the claim.
+
+        Parameters
+        ----------
+        scheme, problem, measure, quantity : str, optional
+            The first there is where left out.
+        ax : Axes, optional
+
+        Raises
+        ------
+        UsageError
+            If there is nothing to draw, or no matplotlib.
+        """
+        row, reading = self._one(scheme=scheme, problem=problem, measure=measure, quantity=quantity)
+        ax, points = _axes(ax), list(self._points(row))
+        if not points:
+            raise UsageError(f"nothing to draw: {_name(row)} has no levels")
+        h, e, spread, fitted = (np.array(column) for column in zip(*points, strict=True))
+        reach = NormalDist().inv_cdf(0.5 * (1.0 + self.confidence)) * spread
+        ax.errorbar(h, np.abs(e), reach, fmt="none", ecolor="0.6", capsize=2)
+        ax.plot(h[fitted], np.abs(e)[fitted], "o", color="C0", label="fitted")
+        ax.plot(h[~fitted], np.abs(e)[~fitted], "o", mfc="none", color="C0", label="not fitted")
+        for slope, label, style in _slopes(reading):
+            kept = fitted if fitted.any() else np.ones_like(fitted)
+            middle = (fmean(np.log(h[kept])), fmean(np.log(np.abs(e)[kept])))
+            ax.plot(h, np.exp(middle[1] + slope * (np.log(h) - middle[0])), style, label=f"{label} {slope:.2f}")
+        return _named(ax, _name(row), "step size h", "error")
+
+    def matrix(self, measure: str = "", ax: Axes | None = None) -> Axes:
+        """Draw schemes against problems: the worst verdict of each cell, with its symbol and how many there are."""
+        ax, found = _axes(ax), self._chosen(measure=measure)
+        schemes = sorted({text(row, "scheme") for row, _ in found})
+        problems = sorted({text(row, "problem") for row, _ in found})
+        for y, scheme in enumerate(schemes):
+            for x, problem in enumerate(problems):
+                here = [r.verdict for row, r in found if (row["scheme"], row["problem"]) == (scheme, problem)]
+                worst = next((verdict for verdict in SYMBOLS if verdict in here), ABSENT)
+                hatch = "///" if worst == "inconclusive" else ""
+                ax.add_patch(_square(x, y, COLOURS[worst], hatch))
+                told = f"{SYMBOLS[worst][0]}{here.count(worst)}" if here else "·"
+                ax.text(x, y, told, ha="center", va="center", fontsize=7, color="w" if worst in FULL else "k")
+        ax.set_xticks(range(len(problems)), problems, rotation=60, ha="right", fontsize=7)
+        ax.set_yticks(range(len(schemes)), schemes, fontsize=7)
+        ax.set_xlim(-0.5, len(problems) - 0.5)
+        ax.set_ylim(len(schemes) - 0.5, -0.5)
+        return ax
+
+    def orders(self, measure: str = "strong", scheme: str = "", problem: str = "", ax: Axes | None = None) -> Axes:
+        """Draw orders with their intervals, a row each: filled along paths, hollow without sampling; and claims."""
+        ax = _axes(ax)
+        found = [
+            (row, reading, *_order(reading))
+            for row, reading in self._chosen(measure=measure, scheme=scheme, problem=problem)
+            if _order(reading)[0].known and isfinite(_order(reading)[0].value)
+        ]
+        if not found:
+            raise UsageError(f"nothing to draw: no {measure} order is known")
+        for y, (_, reading, known, sampled) in enumerate(found):
+            if isfinite(known.low) and isfinite(known.high):
+                ax.plot([known.low, known.high], [y, y], "-", color="C0")
+            ax.plot([known.value], [y], "o", color="C0", mfc="C0" if sampled else "none")
+            if not isnan(claim := claimed_order(reading.claim)):
+                ax.plot([claim], [y], "|", color="C2", ms=12)
+                ax.plot([claim - reading.margin], [y], "|", color="C1", ms=12)
+        ax.set_yticks(range(len(found)), [_name(row) for row, *_ in found], fontsize=7)
+        ax.set_ylim(len(found) - 0.5, -0.5)
+        ax.set_xlabel("order")
+        return ax
+
+    def drift(self, problem: str = "", quantity: str = "", ax: Axes | None = None) -> Axes:
+        """Draw residuals of a constraint against the step size, a line for each scheme."""
+        return self._compared("drift", problem, quantity, "residual", ax)
+
+    def invariant(self, problem: str = "", quantity: str = "", ax: Axes | None = None) -> Axes:
+        """Draw errors of a stationary mean against the step size, a line for each scheme."""
+        return self._compared("invariant", problem, quantity, "|error of the mean|", ax)
+
+    def stability(self, problem: str = "", ax: Axes | None = None) -> Axes:
+        """Draw spectral radii of second-moment maps against the step size; below 1 a step size is stable."""
+        ax = self._compared("stability", problem, "", "spectral radius", ax)
+        ax.set_yscale("linear")
+        ax.axhline(1.0, color="0.4", ls="--")
+        return ax
+
+    def _compared(self, measure: str, problem: str, quantity: str, label: str, ax: Axes | None) -> Axes:
+        row, _ = self._one(measure=measure, problem=problem, quantity=quantity)
+        ax, names = _axes(ax), {"problem": text(row, "problem"), "quantity": text(row, "quantity")}
+        for (one, _), marker in zip(self._chosen(measure=measure, **names), cycle(MARKERS), strict=False):
+            points = sorted((h, abs(e)) for h, e, *_ in self._points(one) if e)
+            if points:
+                ax.plot(*zip(*points, strict=True), marker=marker, mfc="none", lw=1, label=text(one, "scheme"))
+        return _named(ax, f"{measure} {names['quantity']} on {names['problem']}", "step size h", label)
+
+    def _chosen(self, **wanted: str) -> list[tuple[Row, Reading]]:
+        rows = (row for row in self.rows if row["verdict"] != ABSENT)
+        fit = (row for row in rows if all(not name or text(row, key) == name for key, name in wanted.items()))
+        return [(row, read_row(row)) for row in fit]
+
+    def _one(self, **wanted: str) -> tuple[Row, Reading]:
+        found = self._chosen(**wanted)
+        if not found:
+            told = ", ".join(f"{key} {name!r:.200}" for key, name in wanted.items() if name)
+            raise UsageError(f"nothing to draw: the result has no {told}")
+        return found[0]
+
+    def _points(self, row: Row) -> Iterator[tuple[float, float, float, bool]]:
+        keys = ("scheme", "problem", "measure", "quantity")
+        for level in self.levels:
+            if all(level[key] == row[key] for key in keys) and not isnan(number(level, "estimate")):
+                e, spread = number(level, "estimate"), number(level, "std_error")
+                told = text(level, "fitted")
+                yield number(level, "h"), e, spread, told == "True" if told else not spread or abs(e) > 3.0 * spread
+
+
+FULL = {"refuted", "diverged", "error", "verified"}
+
+
+def _axes(ax: Axes | None) -> Axes:
+    if ax is not None:
+        return ax
+    try:
+        from matplotlib import pyplot as plt  # noqa: PLC0415 - only pictures need it
+    except ImportError as error:
+        raise UsageError(MISSING) from error
+    return plt.subplots(layout="constrained")[1]
+
+
+def _square(x: float, y: float, colour: str, hatch: str) -> Any:
+    from matplotlib.patches import Rectangle  # noqa: PLC0415 - only pictures need it
+
+    return Rectangle((x - 0.5, y - 0.5), 1, 1, facecolor=colour, hatch=hatch, edgecolor="0.7", lw=0.4)
+
+
+def _named(ax: Axes, title: str, x: str, y: str) -> Axes:
+    ax.set(xscale="log", yscale="log", xlabel=x, ylabel=y, title=title)
+    ax.legend(fontsize=7)
+    return ax
+
+
+def _name(row: Row) -> str:
+    return f"{text(row, 'scheme')} on {text(row, 'problem')}, {text(row, 'measure')} {text(row, 'quantity')}"
+
+
+def _order(reading: Reading) -> tuple[Interval, bool]:
+    """Return the order that is known, and whether it is of paths."""
+    if reading.path.known:
+        return reading.path, True
+    if "order" in reading.value_of:
+        return reading.value, False
+    return Interval(reading.local_order), False
+
+
+def _slopes(reading: Reading) -> Iterator[tuple[float, str, str]]:
+    if reading.path.known:
+        yield reading.path.value, "slope", "-C0"
+    claim = claimed_order(reading.claim)
+    if not isnan(claim):
+        yield claim, "claim", "--C2"
+        yield claim - reading.margin, "claim - margin", ":C1"
