@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     )
     from .forms.chart import Angle, Chart, Line
     from .forms.controls import Control
+    from .forms.traits import Trait
     from .forms.trivial import Trivial
     from .forms.truths import InvariantMean, MeanSquareStability, Moment, Pathwise, Truth
     from .lab.sampling import Paths, sample
@@ -124,6 +125,7 @@ __all__ = [
     "Step",
     "Structure",
     "TableEntry",
+    "Trait",
     "Trivial",
     "Truth",
     "UsageError",
@@ -159,6 +161,7 @@ _NAMES = {
     "noise.laws": "GAUSSIAN THREE_POINT TWO_POINT Law clipped_gaussian",
     "noise.brownian": "Increment",
     "noise.records": "NoiseRecord",
+    "forms.traits": "Trait",
     "forms.trivial": "Trivial",
     "contracts.planted": "Planted",
     "contracts.scheme": "Claim Scheme Step",

@@ -258,3 +258,43 @@ def test_imports_are_read_from_the_source():
         "sdaeverify/forms/mechanics/holonomic.py",
     }
     assert {"sdaeverify/arrays.py", "sdaeverify/forms/sde/sde.py"} <= at_run_time
+
+
+def subclasses(of):
+    """Return the names of all classes below a class."""
+    return {kind.__name__ for kind in of.__subclasses__()} | {
+        each for kind in of.__subclasses__() for each in subclasses(kind)
+    }
+
+
+FORMS = {each for each in sdaeverify.__all__ if each in subclasses(sdaeverify.Problem)}
+
+
+@pytest.mark.parametrize("path", sources(FRAMEWORK), ids=name)
+def test_forms_are_known_by_what_they_offer(path):
+    """No form is named outside its room and the public names: what one can do is asked of it, by kind."""
+    if top(path) in {"forms", "__init__"}:
+        return
+    named = {node.id for node in ast.walk(parsed(path)) if isinstance(node, ast.Name)} & FORMS
+    imported = {dotted.split(".")[-1] for dotted in imported_names(path)} & FORMS
+    assert not named | imported, f"{name(path)} names {sorted(named | imported)}; ask capability(kind) of the problem"
+
+
+@cache
+def shipped_names():
+    """Return the names of shipped schemes and problems of more than one word: no word of a text by chance."""
+    schemes = {
+        node.value.value
+        for path in sources(*CONTRIBUTED)
+        for node in ast.walk(parsed(path))
+        if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "name" and node.value is not None
+    }
+    problems = {path.stem.replace("_", "-") for path in sources(CONTRIBUTED[1]) if not path.stem.startswith("_")}
+    return {each for each in schemes | problems if "-" in str(each)}
+
+
+@pytest.mark.parametrize("path", sources(FRAMEWORK), ids=name)
+def test_the_framework_names_no_scheme_and_no_problem(path):
+    """What is shipped is known by what it declares, not by its name; texts of help and templates may show one."""
+    texts = {node.value for node in ast.walk(parsed(path)) if isinstance(node, ast.Constant)}
+    assert not texts & shipped_names()

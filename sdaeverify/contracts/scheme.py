@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arrays import Array, Mask, Parts
 from ..errors import SchemeError
-from ..forms import TRAITS, Problem
+from ..forms import Problem, known_traits, unknown_traits
 from ..noise.brownian import Increment
 from ..noise.laws import GAUSSIAN, Law
 from .labels import dataclass_parameters, make_label
@@ -99,8 +99,8 @@ class Claim:
             raise SchemeError(
                 f"a claimed order must be finite and larger than its margin, which is positive; got {given}"
             )
-        if unknown := sorted(self.when - TRAITS):
-            raise SchemeError(f"a claim holds for unknown traits {unknown}; known are {sorted(TRAITS)}")
+        if unknown := unknown_traits(self.when):
+            raise SchemeError(f"a claim holds for unknown traits {unknown}; known are {sorted(known_traits())}")
 
     def covers(self, measure: str, quantity: str) -> bool:
         """Tell whether the claim is about this quantity of this measure."""

@@ -6,24 +6,25 @@ from .delay.dissipation import Dissipation
 from .delay.mesh import Lag, Mesh
 from .delay.partials import Partials
 from .equation import Equation
-from .langevin.langevin import Langevin
+from .langevin.langevin import Damped, Langevin
+from .manifold import LevelSets
 from .mechanics.holonomic import HolonomicSDAE, HolonomicState
 from .mechanics.jacobian import ConstraintJacobian, DenseJacobian, Gram
 from .mechanics.multiplied import Multiplied
 from .mechanics.structure import Structure
 from .overdamped.constrained_langevin import ConstrainedLangevin
-from .overdamped.family import StiffnessFamily
+from .overdamped.family import Penalised, StiffnessFamily
 from .overdamped.geometry import ConstraintGeometry
-from .problem import BROWNIAN, TRAITS, Problem, Residual, components
-from .sde.sde import SDE
+from .problem import BROWNIAN, Problem, Residual, components, known_traits, unknown_traits
+from .sde.sde import SDE, as_sde
 
 __all__ = [
     "BROWNIAN",
     "SDE",
-    "TRAITS",
     "ConstrainedLangevin",
     "ConstraintGeometry",
     "ConstraintJacobian",
+    "Damped",
     "DelaySDAE",
     "DelayState",
     "Delayed",
@@ -36,12 +37,17 @@ __all__ = [
     "IndexOne",
     "Lag",
     "Langevin",
+    "LevelSets",
     "Mesh",
     "Multiplied",
     "Partials",
+    "Penalised",
     "Problem",
     "Residual",
     "StiffnessFamily",
     "Structure",
+    "as_sde",
     "components",
+    "known_traits",
+    "unknown_traits",
 ]

@@ -1,13 +1,21 @@
 """Points of a manifold g = 0 near given points."""
 
 from collections.abc import Callable
+from typing import ClassVar
 
 import numpy as np
 
 from ..arrays import Array
 from .mechanics.jacobian import ConstraintJacobian
+from .problem import Problem
 
 STEPS = 50
+
+
+class LevelSets(Problem):
+    """A problem with ``constraint`` = 0 for the first ``dimension`` components, and its Jacobian ``dg``."""
+
+    absent: ClassVar[str] = "has no constraint on its positions"
 
 
 def onto_manifold(

@@ -1,36 +1,6 @@
-"""What problems of every form have in common.
+"""What problems of every form have in common."""
 
-Traits are facts a claim may ask for; the conformance tests check each of them by evaluating the problem:
-
-``scalar-noise``
-    One Brownian motion (set by the form itself).
-``diagonal-noise``
-    The diffusion matrix is diagonal and its j-th entry depends on component j alone.
-``additive-noise``
-    The diffusion matrix depends neither on the state nor on time.
-``vanishing-milstein-term``
-    DB_j(x) B_k(x) = 0 for all columns of the diffusion of the SDE (of the inherent SDE, for a constrained
-    problem), so that Euler-Maruyama is Milstein's scheme.
-``normal-milstein-term``
-    DB_j(x) B_k(x) is orthogonal to the manifold g = 0 of an SDE's constraint, at points x of it, so that a
-    projection supplies what Euler-Maruyama lacks.
-``unconstrained``
-    No constraint was eliminated or left to the scheme (set by the form itself): what does not project cannot leave
-    a manifold in the long run.
-``constrained``
-    It has constraints, eliminated or not (set by the form itself).
-``algebraic``
-    Its constraint determines algebraic components that a step solves for: index 1 (set by the form itself).
-``no-delay``
-    No coefficient depends on the past (set by the form itself).
-``dissipative``
-    It satisfies the sufficient condition (4.1) of Qu, Huang & Liu (2010) for mean-square stability, as it is or with
-    y eliminated (set by the form).
-``delayed-noise``
-    The diffusion of a delay equation depends on time and the delayed state alone.
-"""
-
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple, TypeVar
 
@@ -43,27 +13,13 @@ from ..noise.records import NoiseRecord
 from .chart import Chart
 from .controls import Control
 from .equation import Equation
+from .traits import GENERAL, Trait
 from .trivial import Trivials
 from .truths import InvariantMean, Moment, Pathwise, Truth
 
 K = TypeVar("K")
 Observable = Callable[[float, Parts], Array]
 
-TRAITS = frozenset(
-    {
-        "scalar-noise",
-        "diagonal-noise",
-        "additive-noise",
-        "vanishing-milstein-term",
-        "normal-milstein-term",
-        "unconstrained",
-        "constrained",
-        "algebraic",
-        "no-delay",
-        "dissipative",
-        "delayed-noise",
-    }
-)
 # Brownian noise that can be drawn: increments and space-time Levy areas.
 BROWNIAN = ("dW", "H")
 # What a view of the same states has of its own.
@@ -117,6 +73,9 @@ class Problem:
         What it is a view of another problem as; empty for a problem of its own.
     """
 
+    # The traits that a form declares: a class of its own adds to those of all forms.
+    declared_traits = GENERAL
+
     horizon: float
     noise_dim: int
     source: str
@@ -149,8 +108,8 @@ class Problem:
 
     def _all_traits(self) -> frozenset[str]:
         traits = frozenset(self.traits) | ({"scalar-noise"} if self.noise_dim == 1 else frozenset())
-        if unknown := traits - TRAITS:
-            raise ProblemError(f"unknown traits {sorted(unknown)}; known are {sorted(TRAITS)}")
+        if unknown := unknown_traits(traits):
+            raise ProblemError(f"unknown traits {unknown}; known are {sorted(known_traits())}")
         if not (self.has_constraints or self.seen_as):
             traits |= {"unconstrained"}
         if self.has_constraints:
@@ -210,6 +169,10 @@ class Problem:
 
         Its names are those of `parts`, in their order.
         """
+        return None
+
+    def own_diffusion(self, t: float, x: Array) -> Array | None:  # noqa: ARG002 - forms with a projection have one
+        """Return the diffusion as its author gave it, at states of the equation, where that has another one."""
         return None
 
     def equation(self) -> Equation | None:
@@ -285,6 +248,22 @@ class Problem:
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:  # noqa: ARG002 - forms with constraints use it
         """Return the defect of each constraint by name; a problem without constraints has none."""
         return {}
+
+
+def known_traits() -> dict[str, Trait]:
+    """Return the traits of all forms there are, by their names."""
+    found, forms = dict[str, Trait](), [Problem]
+    while forms:
+        form = forms.pop()
+        found |= {str(trait): trait for trait in form.declared_traits}
+        forms += form.__subclasses__()
+    return found
+
+
+def unknown_traits(given: Iterable[str]) -> list[str]:
+    """Return the names among some traits that no form declares; a `Trait` declares itself."""
+    bare = [trait for trait in given if not isinstance(trait, Trait)]
+    return sorted(set(bare) - known_traits().keys()) if bare else []
 
 
 def components(problem: Any) -> int:

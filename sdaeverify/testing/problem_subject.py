@@ -10,10 +10,10 @@ from ..arrays import Array, Parts
 from ..conformance.own_run import stopped_states
 from ..contracts.scheme import Scheme, Step
 from ..contracts.specs import ProblemSpec
-from ..forms import SDE, DelaySDAE, Problem
+from ..forms import Delayed, IndexOne, Problem, as_sde
+from ..forms.delay.linked import linked_equation
 from ..noise.brownian import Increment
 from ..numerics import norm
-from ..probe.local.delay_links import linked_equation
 from ..probe.step.states import cloud
 from ..registry.load import Registry
 from .check import Inapplicable
@@ -29,9 +29,9 @@ class Euler(Scheme):
     """x+ = x + f h + B dW: the run along which states are taken, and the simulation that truths are compared with."""
 
     name: ClassVar[str] = "euler-of-the-kit"
-    form: ClassVar[type[SDE]] = SDE
+    form: ClassVar[type[Problem]] = Problem
 
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+    def step(self, problem: Any, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
         return Step(state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
 
@@ -55,11 +55,11 @@ class ProblemSubject:
         return self.spec.build()
 
     @cached_property
-    def equation(self) -> SDE:
+    def equation(self) -> Any:
         """Its Ito equation, with a delay that of the solution now and one delay ago."""
-        delayed = isinstance(self.problem, DelaySDAE) and self.problem.delay
-        seen = linked_equation(self.problem, 2) if delayed else self.problem.view(SDE)
-        if not isinstance(seen, SDE):
+        delayed = self.problem.capability(Delayed)
+        seen = as_sde(self.problem) if delayed is None else linked_equation(delayed, 2)
+        if seen is None:
             raise Inapplicable(f"a {type(self.problem).__name__} has no view as an SDE")
         return seen
 
@@ -85,23 +85,24 @@ class ProblemSubject:
         shape = (len(self.x), self.equation.noise_dim, PATHS)
         return np.asarray(np.broadcast_to(self.equation.diffusion(WHEN, self.x), shape))
 
-    def of_form(self, *forms: type[Problem]) -> Any:
-        """Return the problem, if it is of one of some forms.
+    def offering(self, *kinds: type[Problem]) -> Any:
+        """Return the problem, if it offers one of some kinds.
 
         Raises
         ------
         Inapplicable
-            If it is not.
+            If it does not.
         """
-        if not isinstance(self.problem, forms):
-            raise Inapplicable(f"it is asked of a {' or '.join(form.__name__ for form in forms)}")
-        return self.problem
+        offered = [found for kind in kinds if (found := self.problem.capability(kind)) is not None]
+        if not offered:
+            raise Inapplicable(self.problem.why_not(kinds[0]))
+        return offered[0]
 
     def start(self, paths: int = 1) -> Parts:
         """Return the initial components, with what else a constraint may depend on."""
         problem = self.problem
         parts: Parts = problem.parts(problem.initial(paths))
-        if not isinstance(problem, DelaySDAE):
+        if problem.capability(IndexOne) is None:
             return parts
         return {**parts, "lagged": np.repeat(problem.past(-problem.delay), paths, axis=1), "t": np.zeros((1, 1))}
 

@@ -5,7 +5,8 @@ import pytest
 
 from sdaeverify import SDE, Increment, Scheme
 from sdaeverify.arrays import Array
-from sdaeverify.probe.local.delay_links import keeps_constraint, linked, linked_equation
+from sdaeverify.forms.delay.linked import linked_equation
+from sdaeverify.probe.local.delay_links import keeps_constraint, linked
 from sdaeverify.probe.local.strong_defects import local_strong
 from sdaeverify.probe.local.strong_order import judge_strong, strong_order
 from sdaeverify_planted.delay_lag import WrongLag

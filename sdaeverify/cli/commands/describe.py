@@ -8,7 +8,7 @@ import numpy as np
 from ...contracts.labels import REQUIRED, describe_kind
 from ...contracts.scheme import Claim, Scheme, form_names
 from ...errors import FAULTS, ProblemError, SdaeverifyError, UsageError, one_line
-from ...forms import DelaySDAE, Dissipation, Problem
+from ...forms import Delayed, Dissipation, Problem
 from ...forms.controls import Control
 from ...forms.truths import InvariantMean, Moment, Pathwise, Truth
 from ...probe.linear.delay_map import LARGE, SMALL, at_rest, is_autonomous, is_scalar, linear_delay
@@ -22,18 +22,19 @@ from .catalogue import AnyEntry, docstring, parameters_of, subject
 THETAS = (0.0, 0.25, 0.5, 1.0)
 
 
-def stability_lines(problem: DelaySDAE) -> list[str]:
+def stability_lines(given: Problem) -> list[str]:
     """Return growth rates, condition (4.1) with its constants and the step sizes it promises; empty without delay."""
-    if not problem.delay:
+    problem = given.capability(Delayed)
+    if problem is None:
         return []
     lines = [*_growth(problem), *(_condition(problem.dissipation) if problem.dissipation else [])]
-    given = problem.dissipation_without_y
-    if given and not (problem.dissipation and given.C <= problem.dissipation.C):
-        lines += [f"with y eliminated, {line}" for line in _condition(given)]
+    own = problem.dissipation_without_y
+    if own and not (problem.dissipation and own.C <= problem.dissipation.C):
+        lines += [f"with y eliminated, {line}" for line in _condition(own)]
     return ["mean-square stability:", *(f"  {line}" for line in lines)] if lines else []
 
 
-def _growth(problem: DelaySDAE) -> list[str]:
+def _growth(problem: Delayed) -> list[str]:
     if not (is_scalar(problem) and at_rest(problem) and is_autonomous(problem)):
         return []
     small, large = (linear_delay(problem, size).growth_rate for size in (SMALL, LARGE))
@@ -140,7 +141,7 @@ def _problem(problem: Problem) -> list[str]:
         "truths:" if problem.truths else "truths: none",
     ]
     truths = [f"  {_truth(truth)}" for truth in problem.truths]
-    truths += stability_lines(problem) if isinstance(problem, DelaySDAE) else []
+    truths += stability_lines(problem)
     controls = ["controls:", *(f"  {_control(control)}" for control in problem.controls)]
     return ["", *lines, *truths, *(controls if problem.controls else ["controls: none"]), f"source: {problem.source}"]
 

@@ -6,18 +6,25 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, Parts
 from ...noise.brownian import Increment
 from ..problem import Problem
+from .dissipation import Dissipation
 from .mesh import Lag, Mesh
+from .partials import Partials
+from .traits import INDEX_ONE
 
 
 class IndexOne(Problem):
     """dx = f(t, x, v, y) dt + g(t, x, v, y) dW, 0 = u(t, x, v, y), v = x(t - delay): with or without y and delay."""
 
     absent: ClassVar[str] = "has no algebraic components"
+    declared_traits = INDEX_ONE
 
     delay: float
+    constraint: Callable[[float, Array, Array, Array], Array] | None
+    dissipation: Dissipation | None
+    dissipation_without_y: Dissipation | None
     drift: Callable[[float, Array, Array, Array], Array]
     diffusion: Callable[[float, Array, Array, Array], Array]
 
@@ -30,6 +37,19 @@ class IndexOne(Problem):
     @abstractmethod
     def constraints(self) -> int:
         """Return the number q of components of y."""
+
+    @property
+    @abstractmethod
+    def reduced_dissipation(self) -> Dissipation | None:
+        """Return the constants of the equation with y eliminated."""
+
+    @abstractmethod
+    def initial(self, paths: int) -> Any:
+        """Return the state at time 0 on every path."""
+
+    @abstractmethod
+    def parts(self, state: Any) -> Parts:
+        """Return the named components of a state."""
 
     @abstractmethod
     def past(self, t: float) -> Array:
@@ -50,6 +70,10 @@ class IndexOne(Problem):
     @abstractmethod
     def diffused(self, t: float, x: Array, v: Array, y: Array, w: Array) -> Array:
         """Return g(t, x, v, y) w, shape (d, P)."""
+
+    @abstractmethod
+    def linearised_constraint(self, t: float, x: Array, v: Array, y: Array) -> Partials:
+        """Return the derivatives of u in x, v and y."""
 
     @abstractmethod
     def without_y(self) -> "IndexOne":

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import cast
+from typing import ClassVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,8 +17,14 @@ from ..trivial import Trivials
 from .trivial import trivial_dynamics
 
 
+class Damped(Problem):
+    """Positions and momenta with a ``force``, a ``friction`` and noise of one ``strength``."""
+
+    absent: ClassVar[str] = "has no friction of its own"
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Langevin(Problem):
+class Langevin(Damped):
     """Langevin dynamics dq = p dt, dp = (F(q) - gamma p) dt + sigma dW, q and p in R^n, W in R^n.
 
     Attributes

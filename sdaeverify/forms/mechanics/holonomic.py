@@ -242,6 +242,10 @@ class HolonomicSDAE(Multiplied):
         """Positions and velocities."""
         return "r", "v"
 
+    def own_diffusion(self, t: float, x: Array) -> Array:
+        """Return B, before it is projected."""
+        return self.diffusion(t, x[: self.dimension], x[self.dimension : 2 * self.dimension])
+
     def squared_norm(self, parts: Parts) -> Array:
         """Return |r|^2 + |M^{1/2} v|^2."""
         r, v = parts["r"], parts["v"]

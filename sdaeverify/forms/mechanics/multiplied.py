@@ -4,10 +4,10 @@ from abc import abstractmethod
 from typing import ClassVar
 
 from ...arrays import Array
-from ..problem import Problem
+from ..manifold import LevelSets
 
 
-class Multiplied(Problem):
+class Multiplied(LevelSets):
     """An Ito equation with a component ``mu`` that is the multiplier of a constraint."""
 
     absent: ClassVar[str] = "has no multiplier"

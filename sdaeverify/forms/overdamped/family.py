@@ -6,11 +6,17 @@ from typing import Any, ClassVar
 
 from ...arrays import Array
 from ..equation import Equation
+from ..manifold import LevelSets
 from ..mechanics.jacobian import ConstraintJacobian
-from ..problem import Problem
 
 
-class StiffnessFamily(Problem):
+class Penalised(LevelSets):
+    """Dynamics on level sets that are left or kept: with ``eps``, ``strength``, ``turned`` and ``traces``."""
+
+    absent: ClassVar[str] = "has no constraint that is penalised"
+
+
+class StiffnessFamily(Penalised):
     """Noise of one strength in every component, and a constraint kept by a force of size 1/eps; 0 in the limit."""
 
     absent: ClassVar[str] = "has no stiffness parameter"

@@ -216,6 +216,12 @@ class SDE(Problem):
             raise ProblemError(f"{text} {largest_component(value[:, 0])}")
 
 
+def as_sde(problem: Problem) -> SDE | None:
+    """Return a problem seen as an SDE, or None where it has no such view."""
+    seen = problem.view(SDE)
+    return seen if isinstance(seen, SDE) else None
+
+
 def zero_columns(blocks: Array, above: int) -> Array:
     """Put `above` rows of zeros on top of a matrix of shape (n, l, P)."""
     return np.concatenate([np.zeros((above, *blocks.shape[1:]), dtype=blocks.dtype), blocks])

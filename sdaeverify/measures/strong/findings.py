@@ -12,8 +12,9 @@ from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally, packed, unpacked
 from ...forms import Delayed, Problem
+from ...forms.delay.linked import X
 from ...probe.local.algebraic_defects import AlgebraicDefects, algebraic_defects, algebraic_order
-from ...probe.local.delay_links import X, Y, keeps_constraint, linked, loses_algebraic
+from ...probe.local.delay_links import Y, keeps_constraint, linked, loses_algebraic
 from ...probe.local.orders import LocalOpinion
 from ...probe.local.strong_defects import LocalStrong, local_strong, no_local_order
 from ...probe.local.strong_order import StrongOrder, at_most, judge_strong, strong_order

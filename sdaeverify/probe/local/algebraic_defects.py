@@ -17,11 +17,12 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import Delayed
+from ...forms.delay.linked import X
 from ...noise.brownian import Increment
 from ..step.nodes import normal_rule
 from ..step.one_step import OneStep
 from ..step.states import WHEN, cloud
-from .delay_links import X, Y, linked
+from .delay_links import Y, linked
 from .orders import last_orders
 from .strong_defects import LEVELS, ROUNDING
 

@@ -6,7 +6,7 @@ import pickle
 from ...contracts.labels import dataclass_parameters, did_you_mean, parse_label, read_values
 from ...contracts.specs import check_scheme
 from ...errors import SdaeverifyError
-from ...forms import TRAITS
+from ...forms import unknown_traits
 from ..check import Inapplicable
 from ..subjects import SchemeSubject
 
@@ -77,7 +77,7 @@ def claimed(subject: SchemeSubject) -> str:
             return f"a claim is about measure {claim.measure!r}, unknown{did_you_mean(claim.measure, measures)}"
         if not _says(claim.source):
             return f"its claim of {claim.measure} {claim} has no source"
-        if unknown := sorted(claim.when - TRAITS):
+        if unknown := unknown_traits(claim.when):
             return f"its claim of {claim.measure} holds for unknown traits {', '.join(unknown)}"
     return ""
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import ProblemError
-from ...forms import ConstrainedLangevin, DelaySDAE, HolonomicSDAE
+from ...forms import IndexOne, LevelSets, Multiplied, Penalised
 from ...forms.checks import PROBES, check_linearisation
 from ...numerics import directional, is_analytic, jacobian, second_directional
 from ...numerics.statistics import EPS
@@ -29,7 +29,7 @@ def of_the_diffusion(subject: ProblemSubject) -> str:
         raise Inapplicable(reason)
 
     def B(z: Array) -> Array:
-        return equation.diffusion(WHEN, z)
+        return np.asarray(equation.diffusion(WHEN, z))
 
     analytic = is_analytic(B, x)
     for direction in directions(x):
@@ -43,7 +43,7 @@ def of_the_diffusion(subject: ProblemSubject) -> str:
 
 def of_the_constraint(subject: ProblemSubject) -> str:
     """Expect Dg, given or by complex step, to be the derivative of the constraint, on the manifold and beside it."""
-    problem, x = subject.of_form(HolonomicSDAE, ConstrainedLangevin), subject.x[: subject.problem.dimension]
+    problem, x = subject.offering(LevelSets), subject.x[: subject.problem.dimension]
     Dg, g = problem.dg(x), problem.constraint(x)
     if is_analytic(problem.constraint, x) and (text := excess(Dg - jacobian(problem.constraint, x), 16 * EPS, Dg)):
         return f"the Jacobian differs from complex steps: {text}"
@@ -56,7 +56,7 @@ def of_the_constraint(subject: ProblemSubject) -> str:
 
 def of_the_jacobian(subject: ProblemSubject) -> str:
     """Expect the curvature D^2 g(y, z) to be symmetric and the second derivative of the constraint."""
-    problem = subject.of_form(HolonomicSDAE)
+    problem = subject.offering(Multiplied)
     r = subject.x[: problem.dimension]
     y, z, _ = directions(r)
     bend = problem.d2g(r, y, z)
@@ -74,7 +74,7 @@ def of_the_jacobian(subject: ProblemSubject) -> str:
 
 def of_the_gradients(subject: ProblemSubject) -> str:
     """Expect the second derivatives of the constraint of Langevin dynamics, and their traces, to be those of Dg."""
-    problem, x = subject.of_form(ConstrainedLangevin), subject.x
+    problem, x = subject.offering(Penalised), subject.x
     for w in directions(x):
         turned = problem.turned(x, w)
         if text := _differs(problem.dg, turned, x, w, problem.dg(x)):
@@ -87,7 +87,7 @@ def of_the_gradients(subject: ProblemSubject) -> str:
 
 def of_the_force(subject: ProblemSubject) -> str:
     """Expect the given derivatives of the force to be its own: implicit schemes solve with them."""
-    problem = subject.of_form(HolonomicSDAE)
+    problem = subject.offering(Multiplied)
     if problem.force_derivatives is None:
         raise Inapplicable("it gives no force_derivatives")
     n = problem.dimension
@@ -106,7 +106,7 @@ def of_the_force(subject: ProblemSubject) -> str:
 
 def structured(subject: ProblemSubject) -> str:
     """Expect the linearised constraint that was given to do what its matrix does, wherever a path goes."""
-    problem = subject.of_form(HolonomicSDAE)
+    problem = subject.offering(Multiplied)
     if problem.linearisation is None:
         raise Inapplicable("it gives no linearisation")
     for begin in range(0, PATHS, PROBES):
@@ -119,7 +119,7 @@ def structured(subject: ProblemSubject) -> str:
 
 def of_a_delay_equation(subject: ProblemSubject) -> str:
     """Expect the partial derivatives in x, v and y, given or by complex step, to be those of f and of u."""
-    problem = subject.of_form(DelaySDAE)
+    problem = subject.offering(IndexOne)
     asked = [("drift", problem.drift, problem.linearised_drift)] if not problem.no_jacobian() else []
     if problem.constraints:
         asked.append(("constraint", problem.constraint, problem.linearised_constraint))
@@ -150,7 +150,7 @@ def _joined(f: Callable[..., Array], split: Callable[[Array], list[Array]], z: A
 
 def eliminated(subject: ProblemSubject) -> str:
     """Expect the algebraic components, solved for or given by `solved`, to solve 0 = u wherever x and v are."""
-    problem = subject.of_form(DelaySDAE)
+    problem = subject.offering(IndexOne)
     if not problem.constraints:
         raise Inapplicable("it has no algebraic components")
     x, v, _ = delay_arguments(problem)
@@ -164,7 +164,7 @@ def eliminated(subject: ProblemSubject) -> str:
     return text and f"u at the y that solves it is {text}"
 
 
-def delay_arguments(problem: DelaySDAE) -> tuple[Array, Array, Array]:
+def delay_arguments(problem: IndexOne) -> tuple[Array, Array, Array]:
     """Return x, v and y with the solution's sizes, one of each on a path."""
     rng, d = np.random.default_rng(8), problem.dimension
     x, v = problem.initial(PATHS).x + rng.standard_normal((2, d, PATHS))

@@ -1,9 +1,11 @@
 """Checks of views: whether a problem seen as an SDE keeps its constraints, and is the same equation."""
 
+from typing import Any
+
 import numpy as np
 
 from ...arrays import Array
-from ...forms import SDE, ConstrainedLangevin, DelaySDAE, HolonomicSDAE, Langevin
+from ...forms import Damped, Delayed, IndexOne, Multiplied, Penalised
 from ...numerics.statistics import EPS
 from ..check import Inapplicable
 from ..problem_subject import WHEN, ProblemSubject, excess
@@ -16,7 +18,7 @@ def kept(subject: ProblemSubject) -> str:
     Of mechanics, Dg v does not change, on and off the manifold: Dg a + D^2 g(v, v) = 0. Of an SDE with an
     invariant g, at points of g = 0: Dg f + (1/2) sum_j D^2 g(B_j, B_j) = 0.
     """
-    if isinstance(subject.problem, HolonomicSDAE):
+    if subject.problem.capability(Multiplied):
         return _keeps_velocities(subject)
     if subject.equation.constraint is None:
         raise Inapplicable("it has no constraint that its SDE could leave")
@@ -37,7 +39,7 @@ def _keeps_velocities(subject: ProblemSubject) -> str:
     return text and f"Dg a + D^2 g(v, v) of the inherent SDE is {text}"
 
 
-def _keeps_points(equation: SDE, near: Array) -> str:
+def _keeps_points(equation: Any, near: Array) -> str:
     x = equation.admissible(near)
     f, B = equation.drift(WHEN, x), _matrix(equation, x)
     Dg, constraint = equation.dg(x), equation.constraint
@@ -56,14 +58,12 @@ def _keeps_points(equation: SDE, near: Array) -> str:
 def the_same(subject: ProblemSubject) -> str:
     """Expect the SDE that a problem is seen as to be its own equation, put together here once more."""
     problem = subject.problem
-    if isinstance(problem, HolonomicSDAE):
-        return _pushed_along_normals(subject)
-    if isinstance(problem, ConstrainedLangevin):
+    if problem.capability(Penalised):
         return _penalised(subject) if problem.eps else _tangential(subject)
-    if isinstance(problem, DelaySDAE):
-        return _without_y(subject)
-    if isinstance(problem, Langevin):
-        return _damped(subject)
+    views = {Multiplied: _pushed_along_normals, IndexOne: _without_y, Damped: _damped}
+    for kind, check in views.items():
+        if problem.capability(kind):
+            return check(subject)
     raise Inapplicable("it is an SDE itself")
 
 
@@ -121,7 +121,7 @@ def _penalised(subject: ProblemSubject) -> str:
 def _without_y(subject: ProblemSubject) -> str:
     """See that without delay the SDE has the drift and the noise of x, with the y that solves 0 = u."""
     problem = subject.problem
-    if problem.delay:
+    if problem.capability(Delayed):
         raise Inapplicable("with a delay it has no view as an SDE")
     x = subject.x
     y = problem.eliminated(WHEN, x, x)
@@ -147,5 +147,5 @@ def _normals(Dg: Array) -> Array:
     return np.asarray(gradients @ np.linalg.pinv(gradients))
 
 
-def _matrix(equation: SDE, x: Array) -> Array:
+def _matrix(equation: Any, x: Array) -> Array:
     return np.asarray(np.broadcast_to(equation.diffusion(WHEN, x), (len(x), equation.noise_dim, x.shape[-1])))

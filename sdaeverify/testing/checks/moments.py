@@ -1,12 +1,13 @@
 """Checks of expectations that a problem knows: at time 0, over the horizon, and as time passes."""
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import Chebyshev
 
 from ...arrays import Array
-from ...forms import SDE, DelaySDAE, HolonomicSDAE
+from ...forms import Equation, IndexOne, Multiplied, as_sde
 from ...forms.truths import InvariantMean, Moment
 from ...numerics import apply
 from ...numerics.statistics import EPS
@@ -113,19 +114,20 @@ def _observed(subject: ProblemSubject, name: str) -> Callable[[Array], Array]:
     return value
 
 
-def _flow(problem: object, x: Array) -> tuple[Array, Array]:
+def _flow(problem: Any, x: Array) -> tuple[Array, Array]:
     """Return drift and diffusion of all named components at time 0, with the multiplier's where there is one."""
-    if isinstance(problem, DelaySDAE):
+    if problem.capability(IndexOne):
         return _delay_flow(problem)
-    if isinstance(problem, HolonomicSDAE):
-        return _flow_with_multiplier(problem, x)
-    view = problem.view(SDE)  # type: ignore[attr-defined]
+    view = as_sde(problem)
+    if view is None:
+        raise Inapplicable(f"a {type(problem).__name__} has no Ito equation whose rate could be taken")
+    if problem.capability(Multiplied):
+        return _flow_with_multiplier(problem, view, x)
     return view.drift(0.0, x), np.broadcast_to(view.diffusion(0.0, x), (len(x), view.noise_dim, 1))
 
 
-def _flow_with_multiplier(problem: HolonomicSDAE, x: Array) -> tuple[Array, Array]:
-    n, view = problem.dimension, problem.view(SDE)
-    assert isinstance(view, SDE)
+def _flow_with_multiplier(problem: Any, view: Equation, x: Array) -> tuple[Array, Array]:
+    n = problem.dimension
     r, v = x[:n], x[n : 2 * n]
     Dg, J = problem.dg(r), problem.linearised(r)
     kicks = problem.inverse_mass(np.broadcast_to(problem.diffusion(0.0, r, v), (n, problem.noise_dim, 1)))
@@ -135,7 +137,7 @@ def _flow_with_multiplier(problem: HolonomicSDAE, x: Array) -> tuple[Array, Arra
     return drift, np.concatenate([view.diffusion(0.0, x[: 2 * n]), np.stack(columns, axis=1)])
 
 
-def _delay_flow(problem: DelaySDAE) -> tuple[Array, Array]:
+def _delay_flow(problem: Any) -> tuple[Array, Array]:
     """Return drift and diffusion of x and y at time 0, y being U(x, v) and v moving along the history."""
     start, v, e = problem.initial(1), problem.past(-problem.delay), 2.0**-10
     f = problem.drift(0.0, start.x, v, start.y)
@@ -144,7 +146,7 @@ def _delay_flow(problem: DelaySDAE) -> tuple[Array, Array]:
         return f, g
 
     def of_x(x: Array) -> Array:
-        return problem.eliminated(0.0, x, v if problem.delay else x)
+        return np.asarray(problem.eliminated(0.0, x, v if problem.delay else x))
 
     columns = list(np.moveaxis(g, 1, 0))
     slope = first(of_x, start.x, f) + 0.5 * sum(second(of_x, start.x, column) for column in columns)

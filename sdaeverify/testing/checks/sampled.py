@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Parts
-from ...forms import DelaySDAE, DelayState
+from ...forms import IndexOne
 from ...forms.truths import Moment, Pathwise
 from ...noise.brownian import Increment, LevelNoise, Source, brownian_steps
 from ...numerics.statistics import EPS, tail
@@ -72,8 +72,9 @@ def euler(problem: Any, level: int, paths: int) -> Walker:
         If there is no such equation.
     """
     h = problem.horizon / (COARSEST * 2**level)
-    if isinstance(problem, DelaySDAE) and (problem.delay or problem.constraints):
-        return _delayed(problem, level, h, paths)
+    index_one = problem.capability(IndexOne)
+    if index_one is not None and (index_one.delay or index_one.constraints):
+        return _delayed(index_one, level, h, paths)
     ito = problem.ito()
     if ito is None:
         raise Inapplicable(f"a {type(problem).__name__} has no Ito equation to simulate")
@@ -84,26 +85,17 @@ def euler(problem: Any, level: int, paths: int) -> Walker:
     return Walker(ito.initial(paths), advance, lambda _, x: ito.parts(x), level)
 
 
-def _delayed(problem: DelaySDAE, level: int, h: float, paths: int) -> Walker:
+def _delayed(problem: IndexOne, level: int, h: float, paths: int) -> Walker:
     recall = problem.recall(h, paths)
 
-    def advance(state: DelayState, t: float, noise: Increment) -> DelayState:
+    def advance(state: Any, t: float, noise: Increment) -> Any:
         (x, y), lagged = state, state.x if recall is None else recall.lagged()
         x = x + h * problem.drift(t, x, lagged, y) + problem.diffused(t, x, lagged, y, noise.dW)
         if recall is not None:
             recall.push(x)
-        return DelayState(x, problem.eliminated(t + h, x, x if recall is None else recall.lagged()))
+        return problem.consistent(t + h, x, x if recall is None else recall.lagged())
 
-    def without_y(state: DelayState, t: float, noise: Increment) -> DelayState:
-        lagged = state.x if recall is None else recall.lagged()
-        x = state.x + h * problem.drift(t, state.x, lagged, state.y)
-        x = x + problem.diffused(t, state.x, lagged, state.y, noise.dW)
-        if recall is not None:
-            recall.push(x)
-        return DelayState(x, state.y)
-
-    step = advance if problem.constraints else without_y
-    return Walker(problem.initial(paths), step, lambda _, state: problem.parts(state), level)
+    return Walker(problem.initial(paths), advance, lambda _, state: problem.parts(state), level)
 
 
 def known(problem: Any, truth: Pathwise, level: int, paths: int) -> Walker:

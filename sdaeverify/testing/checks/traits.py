@@ -8,7 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from ...arrays import Array
-from ...forms import DelaySDAE, Dissipation, HolonomicSDAE
+from ...forms import Delayed, Dissipation, IndexOne, known_traits
+from ...forms.traits import Trait
 from ...numerics.statistics import EPS
 from ..problem_subject import WHEN, ProblemSubject, excess
 from .derivatives import delay_arguments
@@ -20,9 +21,17 @@ TIMES = (0.0, 0.37, 0.91)
 def declared(subject: ProblemSubject) -> str:
     """Expect every declared trait to be true: where one is false, claims are refuted that nobody made."""
     for name in sorted(subject.problem.traits):
-        if text := EVIDENCE[name](subject):
+        if text := _against(subject, name):
             return f"trait {name} is false: {text}"
     return ""
+
+
+def _against(subject: ProblemSubject, name: str) -> str:
+    if name in EVIDENCE:
+        return EVIDENCE[name](subject)
+    stated = next(trait for trait in subject.problem.traits if trait == name)
+    trait = stated if isinstance(stated, Trait) else known_traits()[name]
+    return trait.against(subject.problem) if trait.against else ""
 
 
 def _scalar(subject: ProblemSubject) -> str:
@@ -32,9 +41,8 @@ def _scalar(subject: ProblemSubject) -> str:
 
 def _additive(subject: ProblemSubject) -> str:
     problem, x = subject.problem, subject.x
-    own, count = isinstance(problem, HolonomicSDAE), len(x) // 2
-    diffusion = problem.diffusion if own else subject.equation.diffusion
-    values = [diffusion(t, *((x[:count], x[count:]) if own else (x,))) for t in TIMES]
+    own = [problem.own_diffusion(t, x) for t in TIMES]
+    values = [subject.equation.diffusion(t, x) if B is None else B for t, B in zip(TIMES, own, strict=True)]
     same = all(np.array_equal(B, np.broadcast_to(values[0][..., :1], B.shape)) for B in values)
     return "" if same else "the diffusion depends on time or on the state"
 
@@ -82,8 +90,8 @@ def _constrained(subject: ProblemSubject) -> str:
 
 
 def _index_1(subject: ProblemSubject) -> str:
-    problem = subject.problem
-    if not (isinstance(problem, DelaySDAE) and problem.constraints):
+    problem = subject.problem.capability(IndexOne)
+    if problem is None or not problem.constraints:
         return "it has no algebraic components"
     u_y = problem.linearised_constraint(WHEN, *delay_arguments(problem)).y
     regular = np.linalg.matrix_rank(np.moveaxis(u_y, -1, 0)).min() == problem.constraints
@@ -91,13 +99,13 @@ def _index_1(subject: ProblemSubject) -> str:
 
 
 def _no_delay(subject: ProblemSubject) -> str:
-    problem = subject.problem
-    return f"its delay is {problem.delay}" if isinstance(problem, DelaySDAE) and problem.delay else ""
+    delayed = subject.problem.capability(Delayed)
+    return "" if delayed is None else f"its delay is {delayed.delay}"
 
 
 def _delayed_noise(subject: ProblemSubject) -> str:
-    problem = subject.problem
-    if not isinstance(problem, DelaySDAE):
+    problem = subject.problem.capability(IndexOne)
+    if problem is None:
         return "it has no delay"
     x, v, y = delay_arguments(problem)
     here, there = (problem.diffusion(WHEN, z, v, w) for z, w in ((x, y), (y.sum() - 2.0 * x, 1.0 - y)))
@@ -106,15 +114,15 @@ def _delayed_noise(subject: ProblemSubject) -> str:
 
 def _dissipative(subject: ProblemSubject) -> str:
     """Try condition (4.1) at random arguments, far from rounding: as it is, and with y eliminated."""
-    problem = subject.problem
-    given = problem.reduced_dissipation if isinstance(problem, DelaySDAE) else None
-    if given is None or not given.C > 0.0:
+    problem = subject.problem.capability(IndexOne)
+    given = None if problem is None else problem.reduced_dissipation
+    if problem is None or given is None or not given.C > 0.0:
         return "it gives no constants of condition (4.1) with C > 0"
     own = problem.dissipation
     return _overstated(problem.without_y(), given) or (_overstated(problem, own) if own else "")
 
 
-def _overstated(problem: DelaySDAE, k: Dissipation) -> str:
+def _overstated(problem: IndexOne, k: Dissipation) -> str:
     """Return which of the constants is wrong, or an empty string."""
     (x, v, y), slack = delay_arguments(problem), 1.0 + 64 * EPS
     change = 0.5 * y + 1.0

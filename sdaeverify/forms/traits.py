@@ -1,0 +1,59 @@
+"""Facts of problems that a claim may ask for, declared by those who need them: a form, a scheme, a measure."""
+
+from collections.abc import Callable
+from typing import Any
+
+
+class Trait(str):
+    """A fact of a problem, which is its name wherever it is compared or shown.
+
+    A problem may state it, and a claim may ask for it, as this object, or by its name where a form declares it.
+
+    Parameters
+    ----------
+    name : str
+        In lower case with hyphens.
+    meaning : str
+        What is true of the problem, in a line or two.
+    against : callable, problem -> str, optional
+        Evaluates the problem and returns what speaks against the trait, or an empty string: the conformance kit asks.
+    """
+
+    __slots__ = ("against", "meaning")
+
+    def __new__(cls, name: str, meaning: str, against: Callable[[Any], str] | None = None) -> "Trait":
+        """Return the name with its meaning."""
+        trait = super().__new__(cls, name)
+        trait.meaning, trait.against = meaning, against
+        return trait
+
+    meaning: str
+    against: Callable[[Any], str] | None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return what makes the trait again."""
+        return Trait, (str(self), self.meaning, self.against)
+
+
+GENERAL: tuple[Trait, ...] = (
+    Trait("scalar-noise", "One Brownian motion (set by the form itself)."),
+    Trait("diagonal-noise", "The diffusion matrix is diagonal and its j-th entry depends on component j alone."),
+    Trait("additive-noise", "The diffusion matrix depends neither on the state nor on time."),
+    Trait(
+        "vanishing-milstein-term",
+        "DB_j(x) B_k(x) = 0 for all columns of the diffusion of the SDE (of the inherent SDE, for a constrained "
+        "problem), so that Euler-Maruyama is Milstein's scheme.",
+    ),
+    Trait(
+        "normal-milstein-term",
+        "DB_j(x) B_k(x) is orthogonal to the manifold g = 0 of an SDE's constraint, at points x of it, so that a "
+        "projection supplies what Euler-Maruyama lacks.",
+    ),
+    Trait(
+        "unconstrained",
+        "No constraint was eliminated or left to the scheme (set by the form itself): what does not project cannot "
+        "leave a manifold in the long run.",
+    ),
+    Trait("constrained", "It has constraints, eliminated or not (set by the form itself)."),
+    Trait("no-delay", "No coefficient depends on the past (set by the form itself)."),
+)
