@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         Gram,
         HolonomicSDAE,
         HolonomicState,
+        IndexOneSDAE,
         Lag,
         Langevin,
         Mesh,
@@ -86,6 +87,7 @@ __all__ = [
     "HolonomicSDAE",
     "HolonomicState",
     "Increment",
+    "IndexOneSDAE",
     "InvariantMean",
     "Lag",
     "Langevin",
@@ -154,7 +156,8 @@ _NAMES = {
     "contracts.mean_table": "FineRun MeanLine MeanTable Row",
     "forms": (
         "SDE ConstrainedLangevin ConstraintGeometry ConstraintJacobian DelaySDAE DelayState DenseJacobian "
-        "Dissipation Gram HolonomicSDAE HolonomicState Lag Langevin Mesh Partials Problem Residual Structure"
+        "Dissipation Gram HolonomicSDAE HolonomicState IndexOneSDAE Lag Langevin Mesh Partials Problem "
+        "Residual Structure"
     ),
     "registry.hookspecs": "hookimpl",
     "lab.sampling": "Paths sample",

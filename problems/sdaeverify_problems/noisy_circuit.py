@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdaeverify import Array, DelaySDAE, ParameterError, hookimpl, on_request
+from sdaeverify import Array, IndexOneSDAE, ParameterError, hookimpl, on_request
 
 from ._ladder_law import OBSERVED, Ladder, truths
 
@@ -21,7 +21,7 @@ def noisy_circuit(  # noqa: PLR0913, PLR0917 - one number for each element
     U: float = 0.1,
     temperature: float = 300.0,
     horizon: float = 1.0,
-) -> DelaySDAE:
+) -> IndexOneSDAE:
     """Noisy RC ladder: source U, R_1, node 1 with C_1 to ground, R_a, node 3, R_b, node 2 with C_2 to ground.
 
     The voltages x = (e_1, e_2) obey Kirchhoff's law with the currents of the noise, that of node 3, y, without any:
@@ -64,16 +64,15 @@ def noisy_circuit(  # noqa: PLR0913, PLR0917 - one number for each element
     ladder = Ladder(C, G, U, kT)
     currents = np.sqrt(2.0 * kT / np.array([R_1, series])) * np.array([[1.0, -1.0], [0.0, 1.0]])
 
-    def drift(t: float, x: Array, v: Array, y: Array) -> Array:
+    def drift(t: float, x: Array, y: Array) -> Array:
         into = np.stack([(U - x[0]) / R_1 - (x[0] - y[0]) / R_a, (y[0] - x[1]) / R_b])
         return np.asarray(into / C[:, None])
 
-    return DelaySDAE(
+    return IndexOneSDAE(
         drift=drift,
-        diffusion=lambda t, x, v, y: (currents / C[:, None])[..., None],
-        constraint=lambda t, x, v, y: (x[:1] - y) / R_a - (y - x[1:]) / R_b,
-        delay=0.0,
-        history=lambda t: [0.0, 0.0],
+        diffusion=lambda t, x, y: (currents / C[:, None])[..., None],
+        constraint=lambda t, x, y: (x[:1] - y) / R_a - (y - x[1:]) / R_b,
+        start=[0.0, 0.0],
         algebraic=[0.0],
         noise_dim=2,
         horizon=horizon,

@@ -3,6 +3,7 @@
 from .delay.delay_sdae import DelaySDAE, DelayState
 from .delay.delayed import Delayed, IndexOne
 from .delay.dissipation import Dissipation
+from .delay.index_one import IndexOneSDAE
 from .delay.mesh import Lag, Mesh
 from .delay.partials import Partials
 from .equation import Equation
@@ -35,6 +36,7 @@ __all__ = [
     "HolonomicSDAE",
     "HolonomicState",
     "IndexOne",
+    "IndexOneSDAE",
     "Lag",
     "Langevin",
     "LevelSets",

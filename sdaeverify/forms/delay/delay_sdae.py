@@ -114,6 +114,9 @@ class DelaySDAE(Delayed):
     dissipation: Dissipation | None = None
     dissipation_without_y: Dissipation | None = None
 
+    # Of the author's functions, for messages.
+    arguments = "t, x, v, y"
+
     def __post_init__(self) -> None:
         super().__post_init__()
         if not 0.0 <= self.delay < np.inf:
@@ -381,13 +384,13 @@ class DelaySDAE(Delayed):
     def _check_functions(self) -> None:
         d, q = self.dimension, self.constraints
         (x, y), v = self.initial(PROBES), np.repeat(self.past(-self.delay), PROBES, axis=1)
-        check_shape("drift(t, x, v, y)", self.drift(0.0, x, v, y), (d, PROBES))
-        check_shape("diffusion(t, x, v, y)", self.diffusion(0.0, x, v, y), (d, self.noise_dim, PROBES))
+        check_shape(f"drift({self.arguments})", self.drift(0.0, x, v, y), (d, PROBES))
+        check_shape(f"diffusion({self.arguments})", self.diffusion(0.0, x, v, y), (d, self.noise_dim, PROBES))
         check_jacobians(self, x, v, y)
         if self.constraint is None:
             return
         u = self.constraint(0.0, x, v, y)
-        check_shape("constraint(t, x, v, y)", u, (q, PROBES))
+        check_shape(f"constraint({self.arguments})", u, (q, PROBES))
         check_regular(self, x, v, y)
         check_solved(self, x, v)
         if np.abs(u).max() > CONSISTENCY * size_of_terms(self, x, v, y):

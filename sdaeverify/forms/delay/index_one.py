@@ -1,0 +1,110 @@
+"""The form dx = f dt + g dW, 0 = u(t, x, y) of index 1: the delay form without delay."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...arrays import Array
+from ..checks import vector
+from .delay_sdae import DelaySDAE
+from .partials import Partials
+
+
+@dataclass(frozen=True)
+class Pastless:
+    """A function of (t, x, v, y) that does not depend on v.
+
+    Attributes
+    ----------
+    f : callable, (t, x, y) -> object
+    """
+
+    f: Callable[..., Array]
+
+    def __call__(self, t: float, x: Array, v: Array, *y: Array) -> Array:  # noqa: ARG002 - the past of no delay
+        """Return f(t, x, y)."""
+        return self.f(t, x, *y)
+
+
+@dataclass(frozen=True)
+class PastlessPartials:
+    """The derivatives in x, v and y of a function that does not depend on v.
+
+    Attributes
+    ----------
+    df : callable, (t, x, y) -> two ndarrays
+        Derivatives in x, shape (n, d, P), and in y.
+    """
+
+    df: Callable[..., tuple[Array, Array]]
+
+    def __call__(self, t: float, x: Array, v: Array, y: Array) -> Partials:  # noqa: ARG002 - as above
+        """Return the derivatives, those in v being 0."""
+        in_x, in_y = self.df(t, x, y)
+        return Partials(in_x, np.zeros_like(in_x), in_y)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class IndexOneSDAE(DelaySDAE):
+    """A stochastic differential-algebraic equation of index 1 (Ito), an electric circuit for example.
+
+        dx = f(t, x, y) dt + g(t, x, y) dW,    0 = u(t, x, y),
+
+    where the constraint holds no noise and determines y: du/dy is regular. It is a `DelaySDAE` whose delay is 0: what
+    solves that one solves it, too.
+
+    Attributes
+    ----------
+    drift : callable, (t, x, y) -> ndarray, shape (d, P)
+        f, for x of shape (d, P) and y of shape (q, P).
+    diffusion : callable, (t, x, y) -> ndarray, shape (d, l, P) or (d, l, 1)
+        g, one column for each Brownian motion.
+    start : array_like, shape (d,)
+        x at time 0.
+    constraint : callable, (t, x, y) -> ndarray, shape (q, P), optional
+        u; without it there is no y.
+    algebraic : array_like, shape (q,), optional
+        y at time 0; it must be consistent. Of an int, the number q, y is solved for.
+    solved : callable, (t, x) -> ndarray, shape (q, P), optional
+        The y that solves the constraint; by Newton's method if left out.
+    drift_partials, constraint_partials : callable, (t, x, y) -> two matrices, optional
+        The derivatives in x and y of f and of u; by complex step if left out.
+    dissipation, dissipation_without_y : Dissipation, optional
+        See `DelaySDAE`.
+
+    Raises
+    ------
+    ProblemError
+        As `DelaySDAE` does.
+    """
+
+    drift: Callable[..., Array]
+    diffusion: Callable[..., Array]
+    start: ArrayLike
+    constraint: Callable[..., Array] | None = None
+    solved: Callable[..., Array] | None = None
+    drift_partials: Callable[..., Partials] | None = None
+    constraint_partials: Callable[..., Partials] | None = None
+    delay: float = field(init=False, default=0.0)
+    history: Callable[[float], ArrayLike] = field(init=False)
+
+    arguments = "t, x, y"
+
+    def __post_init__(self) -> None:
+        start = vector("start", self.start)
+        for name in ("drift", "diffusion", "constraint", "solved"):
+            self._wrap(name, Pastless)
+        for name in ("drift_partials", "constraint_partials"):
+            self._wrap(name, PastlessPartials)
+        object.__setattr__(self, "start", start)
+        object.__setattr__(self, "history", lambda _: start)
+        super().__post_init__()
+
+    def _wrap(self, name: str, kind: Callable[..., object]) -> None:
+        given = getattr(self, name)
+        # A copy of a problem is given what its original has wrapped.
+        if given is not None and not isinstance(given, cast("type", kind)):
+            object.__setattr__(self, name, kind(given))

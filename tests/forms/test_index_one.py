@@ -1,0 +1,77 @@
+"""Index-1 equations without delay: the delay form's in functions of t, x and y."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sdaeverify import SDE, DelaySDAE, IndexOneSDAE, Partials, ProblemError
+from sdaeverify.forms import Delayed, IndexOne
+from sdaeverify.noise.brownian import Increment
+from sdaeverify_schemes.stochastic_theta import StochasticTheta
+
+COMMON = {"algebraic": [0.5], "noise_dim": 1, "horizon": 1.0, "source": "a test"}
+
+
+def plain(**changed):
+    """Return dx = (y - x^2) dt + (x + y) dW, 0 = 2 y - x, with its derivatives."""
+    given = {
+        "drift": lambda t, x, y: y - x * x,
+        "diffusion": lambda t, x, y: (x + y)[:, None],
+        "constraint": lambda t, x, y: 2.0 * y - x,
+        "start": [1.0],
+        "drift_partials": lambda t, x, y: (-2.0 * x[None], np.ones((1, 1, x.shape[-1]))),
+    }
+    return IndexOneSDAE(**{**COMMON, **given, **changed})
+
+
+def with_delay_form():
+    """Return the same as a delay equation without delay."""
+    return DelaySDAE(
+        drift=lambda t, x, v, y: y - x * x,
+        diffusion=lambda t, x, v, y: (x + y)[:, None],
+        constraint=lambda t, x, v, y: 2.0 * y - x,
+        delay=0.0,
+        history=lambda t: [1.0],
+        drift_partials=lambda t, x, v, y: Partials(-2.0 * x[None], 0.0 * x[None], np.ones((1, 1, x.shape[-1]))),
+        **COMMON,
+    )
+
+
+@pytest.mark.parametrize("build", [plain, lambda: replace(plain(), horizon=2.0)])
+def test_step_is_that_of_the_delay_form(build):
+    """A scheme for the delay form makes the same step, to the last bit; a copy is made of what was given."""
+    problem, other, scheme = build(), with_delay_form(), StochasticTheta(theta=0.5)
+    noise = Increment(0.1 * np.arange(3.0)[None], None)
+
+    ours, theirs = (scheme.step(each, scheme.start(each, 3, 0.1), 0.0, 0.1, noise).state for each in (problem, other))
+
+    assert all(np.array_equal(a, b) for a, b in zip(ours, theirs, strict=True))
+    assert problem.traits == other.traits
+
+
+def test_it_offers_what_it_has():
+    """It has algebraic components and no delay, and is an SDE to those who ask for one."""
+    problem = plain()
+
+    assert problem.capability(Delayed) is None
+    assert problem.why_not(Delayed) == "a IndexOneSDAE has no delay"
+    assert problem.capability(IndexOne) is problem
+    assert isinstance(problem.view(SDE), SDE)
+
+
+@pytest.mark.parametrize(
+    ("changed", "text"),
+    [
+        ({"drift": lambda t, x, y: x[0]}, "drift(t, x, y) returned shape"),
+        ({"algebraic": [0.6]}, "violates constraint = 0"),
+        ({"constraint": lambda t, x, y: 0.0 * y + x - 1.0, "algebraic": [0.0]}, "singular at the start"),
+        ({"drift_partials": lambda t, x, y: (x[None], np.ones((1, 1, x.shape[-1])))}, "drift_partials"),
+    ],
+)
+def test_mistakes_are_told(changed, text):
+    """A shape, a start, an index and a derivative that are wrong are errors of one line."""
+    with pytest.raises(ProblemError) as error:
+        plain(**changed)
+
+    assert text in str(error.value)
