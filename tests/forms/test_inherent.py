@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, HolonomicSDAE
-from sdaeverify.forms.mechanics.inherent import projected
+from sdaeverify.forms.mechanics.holonomic import projected
 
 EPS = np.finfo(float).eps
 PATHS = 6

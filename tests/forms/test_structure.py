@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sdaeverify import HolonomicSDAE, ProblemError, Structure
-from sdaeverify.forms.mechanics.unstructured import Unstructured
+from sdaeverify.forms.mechanics.structure import Unstructured
 from sdaeverify.numerics import BlockBanded
 
 N = 5

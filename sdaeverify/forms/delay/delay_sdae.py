@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ...arrays import Array, Mask, Parts
 from ...errors import ProblemError
 from ...noise.brownian import Increment
-from ...numerics import apply, determinant, norm
+from ...numerics import apply, determinant, largest, newton, norm, solve, update_tolerance
 from ..checks import (
     CONSISTENCY,
     PROBES,
@@ -26,7 +26,6 @@ from ..checks import (
 from ..problem import Problem, Residual
 from ..sde.sde import SDE
 from ..trivial import Trivials
-from .algebraic import solve_algebraic
 from .checks import check_jacobians, check_regular, check_solved, no_drift_partials, size_of_terms
 from .delayed import Delayed
 from .dissipation import Dissipation
@@ -399,3 +398,35 @@ class DelaySDAE(Delayed):
             raise ProblemError(
                 f"algebraic: y = {given} at time 0 violates constraint = 0; it is solved by {solution}"
             )
+
+
+def solve_algebraic(problem: "DelaySDAE", t: float, x: Array, v: Array, guess: Array) -> Array:
+    """Return the y that solves 0 = u(t, x, v, y), by Newton's method; NaN on paths where it fails.
+
+    x and v may be complex, for a derivative by complex step: y then has the derivative of the solution, which one
+    further update of Newton's method at the real solution gives exactly.
+
+    Parameters
+    ----------
+    problem : DelaySDAE
+    t : float
+    x, v : ndarray, shape (d, P)
+    guess : ndarray, shape (q, P) or (q, 1)
+
+    Returns
+    -------
+    ndarray, shape (q, P)
+    """
+    constraint = problem.constraint
+    assert constraint is not None
+    real, lagged = np.real(x), np.real(v)
+
+    def linearised(y: Array) -> tuple[Array, Array]:
+        return constraint(t, real, lagged, y), problem.linearised_constraint(t, real, lagged, y).y
+
+    begin = np.broadcast_to(guess, (len(guess), x.shape[-1]))
+    root = newton(linearised, begin, update_tolerance(largest(begin), largest(real)))
+    y = np.where(root.converged, root.x, np.nan)
+    if not (np.iscomplexobj(x) or np.iscomplexobj(v)):
+        return y
+    return y - solve(linearised(y)[1], constraint(t, x, v, y))

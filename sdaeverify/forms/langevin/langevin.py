@@ -13,8 +13,7 @@ from ...errors import ProblemError
 from ..checks import PROBES, check_observables, check_shape, check_truth, columns, vector
 from ..problem import Problem
 from ..sde.sde import SDE
-from ..trivial import Trivials
-from .trivial import trivial_dynamics
+from ..trivial import SOURCE, SPEED, Trivial, Trivials
 
 
 class Damped(Problem):
@@ -87,7 +86,7 @@ class Langevin(Damped):
     @classmethod
     def trivial_problems(cls) -> Trivials:
         """Return the problems that every scheme for the form solves exactly."""
-        return trivial_dynamics(Langevin)
+        return _trivial_dynamics()
 
     def ito(self) -> SDE:
         """Return the equation of x = (q, p)."""
@@ -112,3 +111,35 @@ class Langevin(Damped):
             source=f"first-order system of: {self.source}",
             seen_as="first-order system",
         )
+
+
+FRICTION = 0.5
+
+
+def _trivial_dynamics() -> Trivials:
+    """Return rest, damped motion and motion driven by noise."""
+    still = _damped("q at rest", 0.0, 0.0, 0.0, ("q", "p"))
+    coasting = _damped("dp = -gamma p dt", SPEED, 0.0, 0.0, ("q", "p"))
+    kicked = _damped("dp = (c - gamma p) dt + sigma dW", SPEED, 0.4, 0.7, ("p",))
+    return (still,), (coasting,), (kicked,)
+
+
+def _damped(name: str, speed: float, force: float, sigma: float, known: tuple[str, ...]) -> Trivial:
+    along, start = np.array([[1.0], [-0.5]]), np.array([0.3, 0.8])
+    problem = Langevin(
+        force=lambda q: force * along + 0.0 * q,
+        friction=FRICTION,
+        strength=sigma,
+        position=start,
+        momentum=speed * along[:, 0],
+        horizon=1.0,
+        source=SOURCE,
+    )
+
+    def solution(t: float, W: Array) -> Parts:
+        decayed = -np.expm1(-FRICTION * t) / FRICTION
+        p = along * (speed + decayed * (force - FRICTION * speed)) + sigma * W
+        parts = {"q": start[:, None] + decayed * speed * along + 0.0 * W, "p": p}
+        return {key: parts[key] for key in known}
+
+    return Trivial(name, problem, solution)

@@ -32,14 +32,12 @@ from ..checks import (
 )
 from ..manifold import onto_manifold
 from ..problem import Problem, Residual
-from ..sde.sde import SDE
-from ..trivial import Trivials
-from .inherent import inherent_sde
+from ..sde.sde import SDE, zero_columns
+from ..trivial import NOISES, RATE, SOURCE, SPEED, Trivial, Trivials
 from .jacobian import ConstraintJacobian, DenseJacobian
 from .multiplied import Multiplied
 from .structure import Structure, no_derivative_of_force
 from .structure_check import check_structure
-from .trivial import trivial_motions
 from .unstructured import Unstructured
 
 
@@ -215,7 +213,7 @@ class HolonomicSDAE(Multiplied):
     @classmethod
     def trivial_problems(cls) -> Trivials:
         """Return the problems that every scheme for the form solves exactly."""
-        return trivial_motions(HolonomicSDAE)
+        return _trivial_motions()
 
     def ito(self) -> SDE:
         """Return the inherent SDE of r, v and mu."""
@@ -333,3 +331,104 @@ def _inverse_mass(mass: ArrayLike | None, n: int) -> Array | None:
         text = "mass must be positive definite beyond rounding"
         raise ProblemError(f"{text}, its eigenvalues are {eigenvalues.tolist()}")
     return np.linalg.inv(M)
+
+
+def inherent_sde(problem: "HolonomicSDAE", *, with_multiplier: bool = False) -> SDE:
+    """Eliminate the multiplier.
+
+    With the Gram matrix G_M = Dg M^{-1} grad g and the projector P_M = Id - grad g G_M^{-1} Dg M^{-1},
+
+        dr   = v dt
+        M dv = [ P_M a - grad g G_M^{-1} D^2 g(v, v) ] dt + P_M B dw                                   (2.9)
+        dmu  = -G_M^{-1} { [ Dg M^{-1} a + D^2 g(v, v) ] dt + Dg M^{-1} B dw }                         (2.8)
+
+    taken with the actual Dg(r) and G_M(r) off the manifold as well. The state is (r, v), shape (2 n, P).
+
+    Parameters
+    ----------
+    problem : HolonomicSDAE
+    with_multiplier : bool
+        Whether mu is a component, too, of a state (r, v, mu), shape (2 n + m, P).
+
+    Returns
+    -------
+    SDE
+    """
+    n, m = problem.dimension, problem.constraints if with_multiplier else 0
+
+    def drift(t: float, x: Array) -> Array:
+        r, v = x[:n], x[n : 2 * n]
+        J = problem.linearised(r)
+        a = np.broadcast_to(problem.force(t, r, v), r.shape)
+        lam = problem.inherent_multiplier(J, r, v, a)
+        return np.concatenate([v, problem.inverse_mass(a + J.transposed(lam)), lam[:m]])
+
+    def diffusion(t: float, x: Array) -> Array:
+        r, v = x[:n], x[n : 2 * n]
+        PB, Lam = projected(problem, problem.linearised(r), problem.diffusion(t, r, v))
+        return zero_columns(np.concatenate([problem.inverse_mass(PB), Lam[:m]]), n)
+
+    def diffusion_product(t: float, x: Array, w: Array) -> Array:
+        r, v = x[:n], x[n : 2 * n]
+        Pw, lam = projected(problem, problem.linearised(r), problem.diffused(t, r, v, w))
+        return np.concatenate([0.0 * r, problem.inverse_mass(Pw), lam[:m]])
+
+    start = [np.asarray(problem.position), np.asarray(problem.velocity), np.zeros(m)]
+    names = {"r": slice(0, n), "v": slice(n, 2 * n), "mu": slice(2 * n, None)}
+    return SDE(
+        drift=drift,
+        diffusion=diffusion,
+        diffusion_product=diffusion_product,
+        start=np.concatenate(start),
+        names=names if with_multiplier else {name: names[name] for name in ("r", "v")},
+        horizon=problem.horizon,
+        noise_dim=problem.noise_dim,
+        noise=problem.noise,
+        source=f"inherent SDE (Lindner & Stroot 2017, (2.9)) of: {problem.source}",
+        units=problem.units,
+        traits=problem.traits - {"additive-noise", "diagonal-noise"},
+        observables=problem.observables,
+        truths=problem.truths,
+        seen_as="inherent SDE",
+    )
+
+
+def projected(problem: "HolonomicSDAE", J: "ConstraintJacobian", y: Array) -> tuple[Array, Array]:
+    """Return P_M y and the multipliers -G_M^{-1} Dg M^{-1} y that make it up, for y of shape (n, P) or (n, l, P)."""
+    # y may be constant on all paths; what is taken from it is not.
+    lam = -J.gram(J).solve(J.times(problem.inverse_mass(y)))
+    return y + J.transposed(lam), lam
+
+
+def _trivial_motions() -> Trivials:
+    """Return rest, free motion and motion driven by noise on the line r_2 = 0."""
+    still = [_on_a_line("r at rest on r_2 = 0", 0.0, 0.0 * RATE, 0.0 * S) for S in NOISES]
+    free = [_on_a_line("free motion on r_2 = 0", SPEED, 0.0 * RATE, 0.0 * S) for S in NOISES]
+    kicked = [_on_a_line("dv = c dt + S dW on r_2 = 0", SPEED, RATE, S, known=("v",)) for S in NOISES]
+    return tuple(still), tuple(free), tuple(kicked)
+
+
+def _on_a_line(name: str, speed: float, a: Array, S: Array, known: tuple[str, ...] = ("r", "v", "mu")) -> Trivial:
+    start = np.array([0.3, 0.0])
+    problem = HolonomicSDAE(
+        force=lambda _t, r, _v: a[:, None] + 0.0 * r,
+        diffusion=lambda _t, r, _v: S[..., None] + 0.0 * r[:1, None],
+        constraint=lambda r: r[1:],
+        jacobian=lambda r: np.array([[[0.0], [1.0]]]) + 0.0 * r[:1],
+        curvature=lambda _r, y, _z: 0.0 * y[1:],
+        constraint_bound=1.0,
+        position=start,
+        velocity=[speed, 0.0],
+        noise_dim=S.shape[1],
+        horizon=1.0,
+        traits=frozenset({"additive-noise"}),
+        source=SOURCE,
+    )
+    along = np.array([[1.0], [0.0]])
+
+    def solution(t: float, W: Array) -> Parts:
+        v = along * (speed + t * a[0] + S[:1] @ W)
+        parts = {"r": start[:, None] + t * v, "v": v, "mu": 0.0 * W[:1]}
+        return {key: parts[key] for key in known}
+
+    return Trivial(name, problem, solution)

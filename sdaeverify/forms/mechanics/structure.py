@@ -10,6 +10,7 @@ import numpy as np
 from ...arrays import Array
 from ...errors import ProblemError
 from ...numerics import BlockBanded, directional, is_analytic, overlap
+from ..checks import PROBES, check_derivative, check_shape, wave
 
 if TYPE_CHECKING:
     from .holonomic import HolonomicSDAE
@@ -194,3 +195,114 @@ def no_derivative_of_force(problem: "HolonomicSDAE") -> str:
         return ""
     text = "force is not analytic (abs, real buffers?), so that its derivatives cannot be taken"
     return f"{text} by complex step; give force_derivatives"
+
+
+class Unstructured(Structure):
+    """One node; derivatives along all unit vectors are taken side by side, as if they were further paths."""
+
+    def force_blocks(self, problem: "HolonomicSDAE", t: float, r: Array, v: Array) -> tuple[BlockBanded, BlockBanded]:
+        """Return the derivatives of a(t, r, v) by r and by v, blocks of shape (n, n, P) or (n, n, 1)."""
+        if problem.force_derivatives is not None:
+            return super().force_blocks(problem, t, r, v)
+        n, P = r.shape
+        sides = n * P
+        x, unit = repeated(np.concatenate([r, v]), 2 * n), units(2 * n, P)
+        change = directional(lambda z: problem.force(t, z[:n], z[n:]), x, unit)
+        by_x = np.broadcast_to(change, (n, 2 * sides)).reshape(n, 2, n, P)
+        return one_block(by_x[:, 0]), one_block(by_x[:, 1])
+
+    def constraint_blocks(self, problem: "HolonomicSDAE", r: Array) -> BlockBanded:
+        """Return Dg(r), one block of shape (m, n, P)."""
+        return one_block(problem.dg(r))
+
+    def curvature_rows(self, problem: "HolonomicSDAE", r: Array, v: Array) -> BlockBanded:
+        """Return the rows v^T Hess g_j(r), one block of shape (m, n, P)."""
+        n, P = r.shape
+        rows = problem.d2g(repeated(r, n), repeated(v, n), units(n, P))
+        return one_block(np.broadcast_to(rows, (len(rows), n * P)).reshape(-1, n, P))
+
+    def curvature_sum(self, problem: "HolonomicSDAE", r: Array, c: Array) -> BlockBanded:
+        """Return H(c) = sum_j c_j Hess g_j(r), one block of shape (n, n, P)."""
+        n, P = r.shape
+        x, unit, weights = repeated(r, n), units(n, P), repeated(c, n)
+        rows = [
+            (weights * problem.d2g(x, repeated(y, n), unit)).sum(axis=0) for y in np.eye(n)[..., None] + 0.0 * r[0]
+        ]
+        return one_block(np.reshape(rows, (n, n, P)))
+
+
+def repeated(x: Array, times: int) -> Array:
+    """Return the paths several times, shape (n, P) -> (n, times P)."""
+    return np.tile(x, times)
+
+
+def units(n: int, paths: int) -> Array:
+    """Return the unit vectors of n components, each for all paths, shape (n, n P)."""
+    return np.repeat(np.eye(n), paths, axis=1)
+
+
+def one_block(matrix: Array) -> BlockBanded:
+    """Return a matrix of shape (a, b, P) as one block."""
+    return BlockBanded(matrix[None, None])
+
+
+def check_structure(problem: "HolonomicSDAE", r: Array, v: Array) -> None:
+    """Check that a problem couples no more than it says, and that an author's derivatives are those of its functions.
+
+    Raises
+    ------
+    ProblemError
+        If the numbers of nodes and owners do not fit, if the mass couples nodes, or if a derivative disagrees.
+    """
+    structure, n = problem.blocks, problem.dimension
+    if n % structure.nodes or len(structure.owners) != problem.constraints:
+        given = f"{structure.nodes} nodes and {len(structure.owners)} owners"
+        raise ProblemError(f"structure has {given}, the problem {n} positions and {problem.constraints} constraints")
+    if problem.mass is not None and structure.nodes > 1:
+        _check_mass(structure, problem)
+    if problem.force_derivatives is not None:
+        for name, value in zip(("r", "v"), problem.force_derivatives(0.0, r, v), strict=True):
+            check_shape(f"force_derivatives(t, r, v), by {name},", value, (n, n, PROBES))
+    if problem.structure is None and problem.force_derivatives is None:
+        return
+    if not no_derivative_of_force(problem):
+        _check_force(structure, problem, np.concatenate([r, v]))
+    _check_constraint(structure, problem, r)
+
+
+def _check_mass(structure: Structure, problem: "HolonomicSDAE") -> None:
+    y = wave((problem.dimension, PROBES))
+    blocks = structure.inverse_mass_blocks(problem)
+    assert blocks is not None
+    if not np.allclose(blocks.times(structure.by_node(y)).reshape(y.shape), problem.inverse_mass(y), rtol=1e-12):
+        raise ProblemError("structure: the mass couples nodes, which it must not; leave structure out")
+
+
+def _check_force(structure: Structure, problem: "HolonomicSDAE", x: Array) -> None:
+    n, t = problem.dimension, 0.5 * problem.horizon
+
+    def force(z: Array) -> Array:
+        return np.broadcast_to(problem.force(t, z[:n], z[n:]), z[:n].shape)
+
+    def derivative(z: Array, y: Array) -> Array:
+        by_r, by_v = structure.force_blocks(problem, t, z[:n], z[n:])
+        change = by_r.times(structure.by_node(y[:n])) + by_v.times(structure.by_node(y[n:]))
+        return np.broadcast_to(change.reshape(n, -1), z[:n].shape)
+
+    check_derivative("the derivative of force by its structure", force, derivative, x)
+
+
+def _check_constraint(structure: Structure, problem: "HolonomicSDAE", r: Array) -> None:
+    def derivative(x: Array, y: Array) -> Array:
+        return structure.by_constraint(structure.constraint_blocks(problem, x).times(structure.by_node(y)))
+
+    check_derivative("the derivative of constraint by its structure", problem.constraint, derivative, r)
+    x, y, c = r + 0.1 * wave(r.shape), wave(r.shape)[::-1].copy(), wave((problem.constraints, PROBES))
+    z = np.roll(y, 1, axis=0)
+    rows = structure.by_constraint(structure.curvature_rows(problem, x, y).times(structure.by_node(z)))
+    total = (y * structure.curvature_sum(problem, x, c).times(structure.by_node(z)).reshape(y.shape)).sum(axis=0)
+    expected = problem.d2g(x, y, z)
+    scale = np.abs(problem.d2g(x, y, y)).max() + np.abs(problem.d2g(x, z, z)).max()
+    for name, given, value in (("rows", rows, expected), ("sum", total, (c * expected).sum(axis=0))):
+        if not np.allclose(given, value, rtol=1e-6, atol=1e-8 * scale):
+            raise ProblemError(f"structure: curvature_{name} disagrees with the second derivative of constraint")

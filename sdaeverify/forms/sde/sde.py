@@ -27,8 +27,7 @@ from ..checks import (
 from ..manifold import onto_manifold
 from ..mechanics.jacobian import ConstraintJacobian, DenseJacobian
 from ..problem import Problem, Residual
-from ..trivial import Trivials
-from .trivial import trivial_equations
+from ..trivial import NOISES, RATE, SOURCE, Trivial, Trivials
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -115,7 +114,7 @@ class SDE(Problem):
     @classmethod
     def trivial_problems(cls) -> Trivials:
         """Return the problems that every scheme for the form solves exactly."""
-        return trivial_equations(SDE)
+        return _trivial_equations()
 
     def ito(self) -> "SDE":
         """Return the equation itself."""
@@ -225,3 +224,41 @@ def as_sde(problem: Problem) -> SDE | None:
 def zero_columns(blocks: Array, above: int) -> Array:
     """Put `above` rows of zeros on top of a matrix of shape (n, l, P)."""
     return np.concatenate([np.zeros((above, *blocks.shape[1:]), dtype=blocks.dtype), blocks])
+
+
+# For schemes that ask for noise of the same strength in each component.
+EVEN = 0.8 * np.eye(2)
+# For schemes that ask for an invariant: x_2 = 0.
+ALONG = np.array([[0.7, -0.3], [0.0, 0.0]])
+
+
+def _trivial_equations() -> Trivials:
+    """Return dx = 0, dx = c dt and dx = S dW."""
+    noises = (*NOISES, EVEN, ALONG)
+    still, moving = [0.0 * S for S in noises], [*(RATE for _ in noises[1:]), RATE * [1.0, 0.0]]
+    return (
+        tuple(_sde("dx = 0", 0.0 * RATE, S, invariant=S is still[-1]) for S in still),
+        tuple(_sde("dx = c dt", c, S, invariant=S is still[-1]) for c, S in zip(moving, still, strict=True)),
+        tuple(_sde("dx = S dW", 0.0 * RATE, S, invariant=S is ALONG) for S in noises),
+    )
+
+
+def _sde(name: str, c: Array, S: Array, *, invariant: bool) -> Trivial:
+    start, l = np.array([1.0, 0.0 if invariant else -0.5]), S.shape[1]
+    diagonal = l == 2 and not (S - np.diag(np.diag(S))).any()
+    problem = SDE(
+        drift=lambda _t, x: c[:, None] + 0.0 * x,
+        diffusion=lambda _t, x: S[..., None] + 0.0 * x[:1, None],
+        diffusion_derivative=lambda _t, x, _y: np.zeros((2, l, x.shape[1])),
+        constraint=(lambda x: x[1:]) if invariant else None,
+        start=start,
+        noise_dim=l,
+        horizon=1.0,
+        traits=frozenset({"additive-noise", "diagonal-noise"} if diagonal else {"additive-noise"}),
+        source=SOURCE,
+    )
+
+    def solution(t: float, W: Array) -> Parts:
+        return {"x": start[:, None] + t * c[:, None] + S @ W}
+
+    return Trivial(name, problem, solution)
