@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sdaeverify import Problem
 from sdaeverify.noise.brownian import Source, brownian_steps
 from sdaeverify.testing.check import Inapplicable
 from sdaeverify.testing.checks.sampled import COARSEST, euler, known, together
@@ -69,12 +70,7 @@ def test_a_delay_is_looked_up():
 
 def test_what_has_no_equation_is_not_simulated():
     """A form without an Ito equation has nothing to compare with."""
-
-    class Formless:
-        horizon = 1.0
-
-        def ito(self):
-            return None
+    formless = Problem(horizon=1.0, noise_dim=1, source="a test")
 
     with pytest.raises(Inapplicable, match="no Ito equation"):
-        euler(Formless(), 0, 1)
+        euler(formless, 0, 1)

@@ -36,9 +36,7 @@ from ..sde.sde import SDE, zero_columns
 from ..trivial import NOISES, RATE, SOURCE, SPEED, Trivial, Trivials
 from .jacobian import ConstraintJacobian, DenseJacobian
 from .multiplied import Multiplied
-from .structure import Structure, no_derivative_of_force
-from .structure_check import check_structure
-from .unstructured import Unstructured
+from .structure import Structure, Unstructured, check_structure, no_derivative_of_force
 
 
 class HolonomicState(NamedTuple):
