@@ -75,7 +75,7 @@ class ProblemSubject:
             step = self.equation.horizon / PATHS * norm(self.equation.drift(WHEN, states))
         if (step <= 1.0 + norm(states)).all():
             return states
-        view = self.equation if isinstance(self.problem, DelaySDAE) else self.problem
+        view = self.equation if self.problem.capability(IndexOne) else self.problem
         states = cloud(view, self.equation)[:, -PATHS:]
         return np.asarray(states + MOVED * (1.0 + norm(states)) * directions(states, 1)[0])
 
