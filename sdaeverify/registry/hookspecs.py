@@ -123,7 +123,8 @@ def sdaeverify_experiments() -> Iterable[Experiment]:  # type: ignore[empty-body
     Returns
     -------
     iterable of Experiment
-        Their schemes and problems are labels of what this or another plugin registers.
+        Instances of its subclasses, of `MeanTable` for one. Their schemes and problems are labels of what this or
+        another plugin registers.
     """
 
 
