@@ -213,8 +213,8 @@ NOTES = (
     "Norms: (dt ds sum over steps and edges of squares)^{1/2}: an edge counts ds, so that a fibre of length 1 whose "
     "defect is 1 everywhere has the norm T^{1/2}. Without the factor ds numbers are sqrt(8) as large.",
     "Iterations are counted in the steps that project; in all steps they are fewer by the factor n + 1.",
-    "One iteration of Newton's method leaves about the square of a defect: the mean count rises from 1 to 2 where the "
-    "square reaches the tolerance, which the paper does not print.",
+    "One iteration of Newton's method leaves about the square of a defect: the mean count rises from 1 to 2 where "
+    "the square reaches the tolerance, which the paper does not print.",
     "The counts beside ours are an independent program's at T = 1; the paper prints that they stay below 2.",
 )
 
