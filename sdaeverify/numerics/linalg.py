@@ -28,6 +28,8 @@ def apply(A: Array, x: Array) -> Array:
 
 def apply_transposed(A: Array, y: Array) -> Array:
     """Return A^T y on every path; shapes (m, n, P), (m, ..., P) -> (n, ..., P)."""
+    if len(A) == 1 and y.ndim == 2:
+        return np.asarray(A[0] * y[0])
     product: Array = np.einsum("mnp,m...p->n...p", A, y)
     return product
 

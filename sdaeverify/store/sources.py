@@ -33,6 +33,8 @@ UNKNOWN = ""
 # What imports modules that no import statement names.
 DYNAMIC = (b"import_module", b"__import__")
 CACHED = "__pycache__"
+# Where statements hold others.
+BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")
 # Files of a distribution that are looked at, and seconds that it takes to install one.
 CODE = frozenset({".py", *EXTENSION_SUFFIXES, ".json", ".txt", ".csv", ".npy", ".npz", ".toml", ".yaml"})
 PATIENCE = 60.0
@@ -194,7 +196,7 @@ def _imported(module: str, file: Path) -> tuple[str, ...]:
 
 
 def _names(tree: ast.AST, package: str) -> Iterator[str]:
-    for node in ast.walk(tree):
+    for node in _statements(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -202,6 +204,16 @@ def _names(tree: ast.AST, package: str) -> Iterator[str]:
             stem = [*parts[: len(parts) - node.level + 1], *([node.module] if node.module else [])]
             yield ".".join(stem)
             yield from (".".join([*stem, alias.name]) for alias in node.names)
+
+
+def _statements(tree: ast.AST) -> Iterator[ast.AST]:
+    """Yield the statements of a module, those within others, too; no import stands in an expression."""
+    waiting = [tree]
+    while waiting:
+        node = waiting.pop()
+        inner = [child for part in BLOCKS for child in getattr(node, part, ())]
+        yield from inner
+        waiting += inner
 
 
 def _is_foreign(name: str, start: str) -> bool:

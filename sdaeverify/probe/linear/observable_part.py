@@ -15,7 +15,6 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.scheme import flatten
 from ..step.one_step import OneStep
-from .affine import corners
 from .equation import LinearEquation, linear_equation
 from .linear_map import MemoryStep
 from .second_moments import Operator
@@ -71,7 +70,7 @@ def essential_operator(step: MemoryStep, operator: Operator) -> Operator:
     if not one_step.view.has_constraints or not np.isfinite(operator.factors).all():
         return observed(step, operator).operator.homogeneous
     seen = observed(step, operator, _states(linear_equation(one_step.equation)))
-    linear, entered = seen.operator.homogeneous, one_step.enter(_admissible(one_step), 0.0, step.h)
+    linear, entered = seen.operator.homogeneous, one_step.enter(one_step.admissible_corners, 0.0, step.h)
     columns = seen.rows[:-1, :-1] @ _differences(flatten(entered))
     return _between(linear, _closed(columns.T, linear.factors.swapaxes(0, 1)))
 
@@ -83,7 +82,7 @@ def essential_equation(one_step: OneStep) -> LinearEquation:
     if not one_step.view.has_constraints:
         return LinearEquation(A, C)
     states = _states(equation)
-    Q = _independent(_differences(_admissible(one_step))[states].T, np.zeros((0, len(states))))
+    Q = _independent(_differences(one_step.admissible_corners)[states].T, np.zeros((0, len(states))))
     A, C = A[np.ix_(states, states)], C[np.ix_(states, states)]
     return LinearEquation(Q @ A @ Q.T, _between(Operator(C, np.ones(C.shape[-1])), Q).factors)
 
@@ -93,14 +92,6 @@ def _states(equation: LinearEquation) -> Array:
     A, C = equation.homogeneous
     needed = np.abs(A).max(axis=0) + np.abs(C).max(axis=(0, 2)) > 0.0
     return np.flatnonzero(needed if needed.any() else ~needed)
-
-
-def _admissible(one_step: OneStep) -> Array:
-    # Where some of them have no nearest admissible state, as the centre of a circle has none, all directions count.
-    points = corners(one_step.equation.dimension)
-    with np.errstate(all="ignore"):
-        admissible = one_step.view.admissible(points)
-    return admissible if np.isfinite(admissible).all() else points
 
 
 def _differences(x: Array) -> Array:

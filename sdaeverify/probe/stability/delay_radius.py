@@ -4,6 +4,7 @@ The radius r is the least number that is above the squares of all eigenvalues wi
 principle, and at which the gain of the noise is at most 1. No matrix of the history's second moments is made.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -124,43 +125,72 @@ class Gain(NamedTuple):
     error: float
 
 
+class Layout(NamedTuple):
+    """Where the equations of Yule and Walker have entries: the same for every r.
+
+    Attributes
+    ----------
+    used : ndarray of bool, shape (J, I, k, k, k)
+        Which entries j, i, a, b, c are there beside the diagonal.
+    rows, columns : ndarray, shape (E,)
+        Places of all entries, in the first order of unknowns.
+    order, starts : ndarray
+        Sorts entries by rows and columns; where each of these places begins, and in `ends` each row.
+    ends : ndarray, shape (N + 1,)
+    places : ndarray, shape (N,)
+        Of the unknowns, in an order that makes the matrix a banded one.
+    above, below : int
+        Number of its diagonals beside the main one.
+    """
+
+    used: Array
+    rows: Array
+    columns: Array
+    order: Array
+    starts: Array
+    ends: Array
+    places: Array
+    above: int
+    below: int
+
+    def factorised(self, values: Array) -> "Banded":
+        """Return the matrix with some values of its entries, equal places being added."""
+        size = len(self.places)
+        new_rows, new_columns = self.places[self.rows], self.places[self.columns]
+        diagonals = np.zeros((2 * self.below + self.above + 1, size))
+        np.add.at(diagonals, (self.below + self.above + new_rows - new_columns, new_columns), values)
+        factors, pivots, singular = scipy.linalg.lapack.dgbtrf(diagonals, self.below, self.above, overwrite_ab=True)
+        if singular:
+            raise np.linalg.LinAlgError("singular matrix")
+        data = np.add.reduceat(values[self.order], self.starts)
+        entries = data, self.columns[self.order][self.starts], self.ends
+        return Banded(scipy.sparse.csr_array(entries, shape=(size, size)), self, factors, pivots)
+
+
 class Banded(NamedTuple):
-    """A matrix with its rows and columns put into an order that makes it a banded one.
+    """A matrix with the factors of the banded one that it becomes in another order.
 
     Attributes
     ----------
     matrix : csr_array, shape (N, N)
         In the first order.
-    places : ndarray, shape (N,)
-        Of the unknowns, in the new order.
-    diagonals : ndarray, shape (below + above + 1, N)
-        As LAPACK wants them, in the new order.
-    below : int
-        Number of diagonals below the main one.
+    layout : Layout
+    factors, pivots : ndarray
+        Of LAPACK.
     """
 
     matrix: "scipy.sparse.csr_array"
-    places: Array
-    diagonals: Array
-    below: int
+    layout: Layout
+    factors: Array
+    pivots: Array
 
     def solve(self, right: Array) -> Array:
         """Return the solution for right sides of shape (N, S)."""
-        widths = self.below, len(self.diagonals) - 1 - self.below
+        _, _, _, _, _, _, places, above, below = self.layout
         moved = np.empty_like(right)
-        moved[self.places] = right
-        return np.asarray(scipy.linalg.solve_banded(widths, self.diagonals, moved)[self.places])
-
-
-def banded(rows: Array, columns: Array, values: Array, places: Array) -> Banded:
-    """Return a matrix given by entries, equal places being added."""
-    size = len(places)
-    new_rows, new_columns = places[rows], places[columns]
-    offsets = new_columns - new_rows
-    above, below = int(offsets.max()), int(-offsets.min())
-    diagonals = np.zeros((above + below + 1, size))
-    np.add.at(diagonals, (above - offsets, new_columns), values)
-    return Banded(scipy.sparse.csr_array((values, (rows, columns)), shape=(size, size)), places, diagonals, below)
+        moved[places] = right
+        found, _ = scipy.linalg.lapack.dgbtrs(self.factors, below, above, moved, self.pivots, overwrite_b=True)
+        return np.asarray(found[places])
 
 
 def scaled(recursion: Lagged, r: float) -> Lagged:
@@ -213,23 +243,30 @@ def covariances(recursion: Lagged, Q: Array) -> tuple[Array, float]:
 
 
 def _yule_walker(recursion: Lagged, count: int) -> Banded:
+    lags, maps = recursion.lags, recursion.maps[0]
+    layout = _layout(tuple(lags.tolist()), len(maps[0]), (maps != 0.0).tobytes(), count)
+    values = np.broadcast_to(-maps[None, :, :, None, :], layout.used.shape)[layout.used]
+    return layout.factorised(np.concatenate([np.ones(len(layout.places)), values]))
+
+
+@lru_cache(maxsize=16)
+def _layout(lags: tuple[int, ...], k: int, there: bytes, count: int) -> Layout:
     # The entry (a, b) of Gamma_j has the place (j k + a) k + b, and that of its transpose (j k + b) k + a.
-    k = recursion.maps.shape[-1]
     j, i, a, b, c = np.meshgrid(
-        np.arange(count), np.arange(len(recursion.lags)), *3 * [np.arange(k)], indexing="ij", sparse=True
+        np.arange(count), np.arange(len(lags)), *3 * [np.arange(k)], indexing="ij", sparse=True
     )
-    source = j - 1 - recursion.lags[i]
-    rows = (j * k + a) * k + b + 0 * (i + c)
-    columns = np.where(source >= 0, (source * k + c) * k + b, (-source * k + b) * k + c) + 0 * a
-    values = -recursion.maps[0][i, a, c] + 0.0 * (j + b)
-    used = values != 0.0
-    diagonal = np.arange(count * k * k)
-    return banded(
-        np.concatenate([diagonal, rows[used]]),
-        np.concatenate([diagonal, columns[used]]),
-        np.concatenate([np.ones(len(diagonal)), values[used]]),
-        _folded(count, k * k),
-    )
+    source = j - 1 - np.array(lags)[i]
+    used = np.frombuffer(there, bool).reshape(len(lags), k, k)[i, a, c] & np.ones_like(j + b, bool)
+    diagonal, places = np.arange(count * k * k), _folded(count, k * k)
+    beside = np.where(source >= 0, (source * k + c) * k + b, (-source * k + b) * k + c) + 0 * a
+    rows = np.concatenate([diagonal, ((j * k + a) * k + b + 0 * (i + c))[used]])
+    columns = np.concatenate([diagonal, beside[used]])
+    order = np.lexsort((columns, rows))
+    change = (np.diff(rows[order]) != 0) | (np.diff(columns[order]) != 0)
+    starts = np.concatenate([[0], 1 + np.flatnonzero(change)])
+    ends = np.searchsorted(rows[order][starts], np.arange(len(places) + 1))
+    offsets = places[columns] - places[rows]
+    return Layout(used, rows, columns, order, starts, ends, places, int(offsets.max()), int(-offsets.min()))
 
 
 def _folded(count: int, block: int) -> Array:
@@ -239,12 +276,21 @@ def _folded(count: int, block: int) -> Array:
     return np.asarray((places[:, None] * block + np.arange(block)).ravel())
 
 
+NOISE = "jiac,ipcds,jpbd->abs"
+
+
 def _noise(recursion: Lagged, gamma: Array) -> Array:
     # sum over noises and pairs of lags of G_i E(y_{n-i} y_{n-p}^T) G_p^T, shape (k, k, S).
     at = recursion.lags[None, :] - recursion.lags[:, None]
     blocks = np.where((at >= 0)[..., None, None, None], gamma[np.abs(at)], gamma[np.abs(at)].swapaxes(2, 3))
     G = recursion.maps[1:]
-    return np.asarray(np.einsum("jiac,ipcds,jpbd->abs", G, blocks, G, optimize=True))
+    return np.asarray(np.einsum(NOISE, G, blocks, G, optimize=_path(G.shape, blocks.shape)))
+
+
+@lru_cache(maxsize=16)
+def _path(G: tuple[int, ...], blocks: tuple[int, ...]) -> list[object]:
+    path: list[object] = np.einsum_path(NOISE, np.empty(G), np.empty(blocks), np.empty(G), optimize=True)[0]
+    return path
 
 
 # Gains are decided if they differ from 1 by so many times their error.

@@ -59,6 +59,17 @@ class OneStep:
         """Rows of each component."""
         return dict(self.equation.names or {"x": slice(None)})
 
+    @cached_property
+    def admissible_corners(self) -> Array:
+        """Admissible states near 0 and the unit vectors, shape (d, 1 + d), of a problem with constraints.
+
+        Where one of these has no nearest admissible state, as the centre of a circle has none, all directions count.
+        """
+        points = np.eye(self.equation.dimension, 1 + self.equation.dimension, k=1)
+        with np.errstate(all="ignore"):
+            admissible = self.view.admissible(points)
+        return admissible if np.isfinite(admissible).all() else points
+
     def refusal(self, *, beside: bool = False) -> str:
         """Return why the map cannot be probed at any state, or an empty string.
 
