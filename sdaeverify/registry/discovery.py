@@ -155,19 +155,13 @@ def load_file(path: str | Path) -> ModuleType:
     if file.suffix != ".py" or not os.path.isfile(file):
         raise PluginError(f"plugin file {path}: expected an existing file that ends in .py")
     try:
-        return _execute(file, file.read_bytes())
+        return load_source(file, file.read_bytes())
     except FAULTS as error:
         raise PluginError(f"plugin file {path}: {one_line(error)}") from error
 
 
-def unmatched(disabled: Iterable[str], known: Iterable[str]) -> tuple[str, ...]:
-    """Return a warning for each disabled name that names nothing."""
-    names = set(known)
-    missing = sorted(name for name in disabled if not {name, normalized(name)} & names)
-    return tuple(f"{DISABLED} names {name!r}, which is no plugin{did_you_mean(name, names)}" for name in missing)
-
-
-def _execute(file: Path, source: bytes) -> ModuleType:
+def load_source(file: Path, source: bytes) -> ModuleType:
+    """Import what a file holds, or held on another machine, as `load_file` does; it need not be there."""
     digest = hashlib.blake2b(str(file).encode() + b"\0" + source, digest_size=8).hexdigest()
     name = f"{FILE_PREFIX}{re.sub(r'[^0-9a-zA-Z]', '_', file.stem)}_{digest}"
     if name in sys.modules:
@@ -183,3 +177,10 @@ def _execute(file: Path, source: bytes) -> ModuleType:
         del sys.modules[name]
         raise
     return module
+
+
+def unmatched(disabled: Iterable[str], known: Iterable[str]) -> tuple[str, ...]:
+    """Return a warning for each disabled name that names nothing."""
+    names = set(known)
+    missing = sorted(name for name in disabled if not {name, normalized(name)} & names)
+    return tuple(f"{DISABLED} names {name!r}, which is no plugin{did_you_mean(name, names)}" for name in missing)

@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor
 from dataclasses import replace
 from math import inf
 from pathlib import Path
@@ -14,6 +14,7 @@ from ..simulate.ensemble import Entry, LaneEvidence, Task, behaviours, run_block
 from ..simulate.guard import NO_MEASURE, PROBLEM
 from ..store import Place, Recalled, Store, joined, keep, saved_meanwhile
 from ..workers.calls import Call, Lost, packed, unpacked
+from ..workers.executors import Crew, Remote
 from ..workers.isolated import Isolated
 from ..workers.limits import NOBODY, Mark, StopError, Watchdog
 
@@ -113,6 +114,12 @@ def run_pickled(parcel: bytes, mark: Path | None = None, timeout: float = inf) -
     return run_parcel(loaded, None if mark is None else Watchdog(mark, timeout))
 
 
+def run_elsewhere(given: bytes) -> Lanes:
+    """Simulate a block in a worker that need not see the folder of the run: its evidence is kept by who wants it."""
+    task, block, digests = unpacked(given)
+    return run_block(task, block, digests=digests)
+
+
 class Job(Protocol):
     """A block of paths that is to be run."""
 
@@ -136,13 +143,13 @@ class Begun(NamedTuple):
     Attributes
     ----------
     parcel : Parcel
-    call : Call or Future, optional
+    call : Call or Remote, optional
     again : bool
         Whether a process has died of it before.
     """
 
     parcel: Parcel
-    call: Call[Lanes] | Future[Lanes] | None = None
+    call: Call[Lanes] | Remote[Lanes] | None = None
     again: bool = False
 
 
@@ -151,14 +158,15 @@ class Blocks:
 
     Parameters
     ----------
-    executor : Executor or None
-        With an `Isolated` one, a scheme whose worker dies or takes too long costs its own evidence only.
+    executor : Crew, Executor or None
+        With an `Isolated` executor, a scheme whose worker dies or takes too long costs its own evidence only.
     store : Store or None
     """
 
-    def __init__(self, executor: Executor | None, store: Store | None) -> None:
-        self.executor, self.store = executor, store
-        self.isolated = executor if isinstance(executor, Isolated) else None
+    def __init__(self, executor: Crew | Executor | None, store: Store | None) -> None:
+        self.crew = executor if isinstance(executor, Crew) else Crew(executor, 1)
+        self.store = store
+        self.isolated = self.crew.executor if isinstance(self.crew.executor, Isolated) else None
         self.observe = Observer(self.isolated)
 
     def lacking(self, task: Task, blocks: Iterable[int]) -> set[tuple[Scheme, str]]:
@@ -175,7 +183,7 @@ class Blocks:
             Blocks under way at most.
         """
         waiting: deque[tuple[SomeJob, list[Recalled], list[Begun]]] = deque()
-        most = window if self.executor else 1
+        most = window if self.crew.executor else 1
         while jobs or waiting:
             while jobs and len(waiting) < most:
                 job = jobs.popleft()
@@ -195,7 +203,7 @@ class Blocks:
     def _sent(self, parcel: Parcel) -> list[Begun]:
         """Send a parcel, the first block of a problem in pieces: what is found without paths outweighs the noise."""
         entries = parcel.task.entries
-        size = PROBED_TOGETHER if self.isolated and parcel.block == 0 else len(entries)
+        size = PROBED_TOGETHER if self.crew.executor and parcel.block == 0 else len(entries)
         return [self._send(parcel.only(entries[n : n + size])) for n in range(0, len(entries), size)]
 
     def _end(self, task: Task, recalled: list[Recalled], begun: list[Begun]) -> Lanes:
@@ -206,19 +214,24 @@ class Blocks:
         return tuple(joined(e, [part for part in parts if part[0].scheme == e.scheme]) for e in task.entries)
 
     def _send(self, parcel: Parcel, *, fresh: bool = False, again: bool = False) -> Begun:
-        if self.executor is None:
+        if self.crew.executor is None:
             return Begun(parcel)
-        label = parcel.task.spec.label
-        argument = packed(parcel, f"problem {label} or a scheme or measure on it")
+        who = f"problem {parcel.task.spec.label} or a scheme or measure on it"
         if self.isolated is None:
-            return Begun(parcel, self.executor.submit(run_pickled, argument))
+            wanted = parcel.task, parcel.block, any(place is not None for place in parcel.places)
+            return Begun(parcel, Remote(self.crew, run_elsewhere, packed(wanted, who)))
+        argument = packed(parcel, who)
         return Begun(parcel, Call(self.isolated, run_pickled, argument, fresh=fresh), again)
 
     def _parts(self, begun: Begun) -> Parts:
         parcel, call, again = begun
         if isinstance(call, Call):
             return self._isolated(parcel, call, again=again)
-        lanes = run_parcel(parcel) if call is None else call.result()
+        if call is None:
+            lanes = run_parcel(parcel)
+        else:
+            lanes = call.outcome()
+            keep(parcel.places, parcel.task.entries, lanes)
         return list(zip(parcel.task.entries, lanes, strict=True))
 
     def _isolated(self, parcel: Parcel, call: Call[Lanes], *, again: bool) -> Parts:

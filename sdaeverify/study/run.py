@@ -8,6 +8,7 @@ from typing import NamedTuple
 from ..contracts.settings import Settings
 from ..simulate.ensemble import Task
 from ..store import Store
+from ..workers.executors import Crew
 from .blocks import Blocks
 from .holm import family_wise
 from .judging import CellResult
@@ -72,12 +73,12 @@ class Study:
         """Largest number of blocks."""
         return self.settings.blocks * sum(problem.open for problem in self.problems)
 
-    def run(self, executor: Executor | None = None, window: int = 1) -> Iterator[Advanced | Finished]:
+    def run(self, executor: Crew | Executor | None = None, window: int = 1) -> Iterator[Advanced | Finished]:
         """Take look after look: run the blocks of every problem that is not decided, and judge it.
 
         Parameters
         ----------
-        executor : Executor, optional
+        executor : Crew or Executor, optional
             Anything with the interface of `concurrent.futures`; blocks run in this process if left out.
         window : int, optional
             Blocks in flight: bounds the memory of results that wait for their turn.
