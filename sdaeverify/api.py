@@ -1,7 +1,8 @@
 """The Python interface: `verify` crosses schemes with problems and returns tables."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -32,6 +33,7 @@ from .report.tables import level_table, verdict_rows, verdict_table
 from .store import Store
 from .study import CellResult, Plan, Study, plan
 from .study.remote_plan import asking
+from .workers.executors import PROCESSES, Crew, Plugins, named_crew
 from .workers.limits import Limits
 from .workers.pool import BLOCKS_A_WORKER, executor_for
 
@@ -141,6 +143,7 @@ class RunOptions(SettingsOptions, total=False):
     out: str | Path | None
     timeout: float | None
     memory: str | None
+    executor: Executor | str | None
 
 
 def _records(table: pd.DataFrame) -> list[dict[str, object]]:
@@ -160,6 +163,10 @@ def verify(
     jobs : int, optional
         Worker processes, 1 by default: this process. With more than one, or with limits, a script needs the usual
         ``if __name__ == "__main__":``.
+        Of an executor that is given, how many workers it is taken to have.
+    executor : Executor or str, optional
+        Anything with the interface of `concurrent.futures.Executor`, or the name of one as on the command line:
+        blocks of paths are run there. Its workers need this package, and see no folder of this machine.
     plugins : sequence of str or Path, optional
         Plugin files, beside the installed plugins.
     progress : str, optional
@@ -190,11 +197,11 @@ def verify(
     folder = None if run.out is None else Path(run.out)
     if folder is not None:
         require_writable(folder, "out")
-    with executor_for(run.jobs, registry.files, run.limits, registry.modules) as executor:
-        todo = plan_of(registry, schemes, problems, measures, executor if run.limits else None)
+    with _crew(run, registry) as crew:
+        todo = plan_of(registry, schemes, problems, measures, crew.executor if run.limits else None)
         study = Study(todo, run.settings, None if folder is None else Store(folder))
         with shown_progress(run.progress, study.total) as show:
-            for event in study.run(executor, BLOCKS_A_WORKER * run.jobs):
+            for event in study.run(crew, BLOCKS_A_WORKER * crew.jobs):
                 show(event)
     result = result_of(study, registry, ["sdaeverify.verify"])
     if folder is not None:
@@ -212,6 +219,7 @@ class _Requested(NamedTuple):
     plugins: Sequence[str | Path]
     progress: str
     out: str | Path | None
+    executor: Executor | str | None
 
 
 def _requested(options: RunOptions) -> _Requested:
@@ -227,10 +235,33 @@ def _requested(options: RunOptions) -> _Requested:
         raise UsageError(f"out must be a folder, got {out!r:.200}")
     if memory is not None and not isinstance(memory, str):
         raise UsageError(f"memory must be a size such as '2G', got {memory!r:.200}")
-    limited = jobs > 1 or timeout is not None or memory is not None
+    executor = _executor(known.pop("executor", None))
+    limited = timeout is not None or memory is not None
+    if executor is not None and limited:
+        raise UsageError("timeout and memory hold on worker processes alone; leave them out with another executor")
+    limited = executor is None and (limited or jobs > 1)
     seconds = None if timeout is None else number("timeout", timeout)
     limits = read_limits(seconds, memory, jobs)[1] if limited else None
-    return _Requested(settings_from(**known), jobs, limits, plugins, progress or "none", out)
+    return _Requested(settings_from(**known), jobs, limits, plugins, progress or "none", out, executor)
+
+
+def _executor(given: object) -> Any:
+    """Return an executor or the name of one; None for worker processes."""
+    if not (given is None or isinstance(given, str) or callable(getattr(given, "submit", None))):
+        raise UsageError(f"executor expects a name or something with a method submit, got {given!r:.200}")
+    return None if isinstance(given, str) and given == PROCESSES else given
+
+
+@contextmanager
+def _crew(run: _Requested, registry: Registry) -> Iterator[Crew]:
+    if run.executor is None:
+        with executor_for(run.jobs, registry.files, run.limits, registry.modules) as own:
+            yield Crew(own, run.jobs)
+    elif isinstance(run.executor, str):
+        with named_crew(run.executor, run.jobs, registry) as crew:
+            yield crew
+    else:
+        yield Crew(run.executor, run.jobs, Plugins.of(registry))
 
 
 def settings_from(**settings: Unpack[SettingsOptions]) -> Settings:

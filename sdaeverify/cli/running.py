@@ -4,12 +4,12 @@ import json
 import shlex
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import BrokenExecutor, Executor
+from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import click
 from rich.console import Console
@@ -18,7 +18,7 @@ from rich.text import Text
 from ..api import Result, result_of
 from ..contracts.measure import Verdict
 from ..contracts.settings import Settings
-from ..errors import UsageError
+from ..errors import UsageError, one_line
 from ..registry.load import Registry
 from ..report.earlier import Kept
 from ..report.files import require_writable
@@ -31,6 +31,7 @@ from ..report.sentences import ABSENT, Line, counts_in_words, ending
 from ..report.terminal import drifts, legend, summary_tables, windows
 from ..store import Store
 from ..study import CellResult, Finished, Plan, Study
+from ..workers.executors import PROCESSES, Crew, LostExecutorError, named_crew
 from ..workers.limits import Limits
 from ..workers.pool import BLOCKS_A_WORKER, executor_for
 from .codes_of_runs import code_of_results
@@ -61,21 +62,6 @@ def shown_of(options: Mapping[str, Any]) -> Shown:
     if len(given) > 1:
         raise UsageError("contradictory options: choose one of --quiet, --verbose and --json")
     return given[0] if given else Shown.ENDING
-
-
-class Crew(NamedTuple):
-    """Who runs blocks.
-
-    Attributes
-    ----------
-    executor : Executor or None
-        None for this process.
-    jobs : int
-        Number of workers.
-    """
-
-    executor: Executor | None
-    jobs: int
 
 
 @dataclass
@@ -175,6 +161,8 @@ def carry_out(run: Run, crew: Crew, kind: str) -> ExitCode:
         result = advance(run, crew, kind)
     except KeyboardInterrupt:
         return _stopped(run, "interrupted", ExitCode.INTERRUPTED)
+    except LostExecutorError as error:
+        return _stopped(run, one_line(error), ExitCode.NOT_MEASURED)
     except BrokenExecutor:
         return _stopped(run, "a worker process died, perhaps for want of memory", ExitCode.NOT_MEASURED)
     except MemoryError:
@@ -183,8 +171,8 @@ def carry_out(run: Run, crew: Crew, kind: str) -> ExitCode:
 
 
 @contextmanager
-def workers(jobs: int, limits: Limits | None, registry: Registry) -> Iterator[Crew]:
-    """Give the workers of a run, as `executor_for`.
+def workers(jobs: int, limits: Limits | None, registry: Registry, executor: str = PROCESSES) -> Iterator[Crew]:
+    """Give the workers of a run, as `executor_for`, or as `named_crew` where they are those of another executor.
 
     Parameters
     ----------
@@ -194,16 +182,24 @@ def workers(jobs: int, limits: Limits | None, registry: Registry) -> Iterator[Cr
         What they are held to.
     registry : Registry
         With the plugin files that they load.
+    executor : str
+        Its name, perhaps with an address.
     """
-    with executor_for(jobs, registry.files, limits, registry.modules) as executor:
-        yield Crew(executor, jobs)
+    if executor != PROCESSES:
+        if limits is not None:
+            complain("warning", f"no limits of time and memory hold on executor {executor}")
+        with named_crew(executor, jobs, registry) as crew:
+            yield crew
+        return
+    with executor_for(jobs, registry.files, limits, registry.modules) as own:
+        yield Crew(own, jobs)
 
 
 def advance(run: Run, crew: Crew, kind: str) -> Result:
     """Run the study, show its progress, save and return what it comes to; see `carry_out` for the parameters."""
     due = 0.0
     with aside(), progress(kind, run.study.total) as show:
-        for event in run.study.run(crew.executor, BLOCKS_A_WORKER * crew.jobs):
+        for event in run.study.run(crew, BLOCKS_A_WORKER * crew.jobs):
             begun = time.monotonic()
             if run.first_only and isinstance(event, Finished) and _refuted(event):
                 run.study.stopped = "the run ended with the first claim that was refuted (-x)"

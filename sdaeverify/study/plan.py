@@ -268,6 +268,33 @@ def claims_of(cell: Cell, problem: Problem | None) -> tuple[Claim, ...]:
     return tuple(claim for claim in promised if view is not None and claim.when <= view.traits)
 
 
+# Parts of a plan, to be run anywhere and merged.
+
+
+def shard(plan: Plan, index: int, count: int) -> Plan:
+    """Return one of several parts of a plan, which together hold each of its cells once.
+
+    All measures of a scheme on a problem stay together: they share its paths. The controls of a claim are run
+    wherever it is.
+
+    Parameters
+    ----------
+    plan : Plan
+    index, count : int
+        Which part, from 1 on, and how many there are.
+    """
+    pairs = dict.fromkeys((c.spec.label, c.scheme.label) for c in plan.cells)
+    chosen = {pair for number, pair in enumerate(pairs) if number % count == index - 1}
+    parts = []
+    for made in plan.problems:
+        cells = tuple(cell for cell in made.cells if (cell.spec.label, cell.scheme.label) in chosen)
+        asked = {cell.measure.name for cell in cells if cell.verdict is None}
+        controls = tuple(control for control in made.controls if control.control.measure in asked)
+        if cells:
+            parts.append(replace(made, cells=cells, controls=controls))
+    return Plan(tuple(parts))
+
+
 # Plans of several runs as one: the cells of each, and no others.
 
 

@@ -1,22 +1,50 @@
 """Executors by name, and calls in those whose workers are nobody's here: on other machines, in threads, anywhere."""
 
 import pickle
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from importlib import metadata
+from importlib import import_module, metadata
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from ..contracts.labels import did_you_mean
 from ..errors import FAULTS, UsageError, one_line
 from ..registry.discovery import load_source
+from ..registry.load import Registry
 
 Value = TypeVar("Value")
 # Entry points: functions of an address, empty if none is given, and a number of workers, which give a `Crew`.
 GROUP = "sdaeverify.executors"
 PROCESSES = "processes"
 GONE = "the executor takes no more work"
+
+
+class Plugins(NamedTuple):
+    """What a process loads, so that it runs what was registered in another.
+
+    Attributes
+    ----------
+    modules : tuple of str
+        Of installed distributions.
+    files : tuple of (str, bytes)
+        Plugin files with their content.
+    """
+
+    modules: tuple[str, ...] = ()
+    files: tuple[tuple[str, bytes], ...] = ()
+
+    @classmethod
+    def of(cls, registry: Registry) -> "Plugins":
+        """Return the plugins of a registry, with what their files hold now."""
+        return cls(registry.modules, tuple((file, Path(file).read_bytes()) for file in registry.files))
+
+    def load(self) -> None:
+        """Import all of them."""
+        for module in self.modules:
+            import_module(module)
+        for file, source in self.files:
+            load_source(Path(file), source)
 
 
 class Crew(NamedTuple):
@@ -28,17 +56,20 @@ class Crew(NamedTuple):
         None for this process.
     jobs : int
         Number of workers.
-    plugins : tuple of (str, bytes)
-        Plugin files with their content, which workers elsewhere load before anything else.
+    plugins : Plugins
+        What workers elsewhere load before anything else.
     """
 
     executor: Executor | None
     jobs: int
-    plugins: "Plugins" = ()
+    plugins: Plugins = Plugins()
 
 
-Plugins = tuple[tuple[str, bytes], ...]
 Open = Callable[[str, int], AbstractContextManager[Crew]]
+
+
+class LostExecutorError(BrokenExecutor):
+    """An executor makes no more calls: its workers are lost, or its scheduler is."""
 
 
 class Serial(Executor):
@@ -76,7 +107,7 @@ class Remote(Generic[Value]):
 
         Raises
         ------
-        BrokenExecutor
+        LostExecutorError
             If the executor fails twice, or takes no more calls.
         """
         for last in (False, True):
@@ -88,7 +119,7 @@ class Remote(Generic[Value]):
             except Exception as error:
                 # Whatever the function could raise it returns: this is of the executor.
                 if last:
-                    raise BrokenExecutor(f"a worker of the executor was lost twice: {one_line(error)}") from error
+                    raise LostExecutorError(f"a worker of the executor was lost twice: {one_line(error)}") from error
                 self._future = self._sent()
         raise AssertionError
 
@@ -97,23 +128,17 @@ class Remote(Generic[Value]):
         try:
             return self._crew.executor.submit(call_pickled, self._function, self._argument, self._crew.plugins)
         except Exception as error:
-            raise BrokenExecutor(f"{GONE}: {one_line(error)}") from error
+            raise LostExecutorError(f"{GONE}: {one_line(error)}") from error
 
 
 def call_pickled(function: Callable[[bytes], object], argument: bytes, plugins: Plugins) -> bytes:
     """Make a call in a worker that has never seen the plugin files, and return its value as bytes."""
-    for path, source in plugins:
-        load_source(Path(path), source)
+    plugins.load()
     return pickle.dumps(function(argument))
 
 
-def plugin_sources(files: Sequence[str]) -> Plugins:
-    """Return plugin files with what they hold now."""
-    return tuple((file, Path(file).read_bytes()) for file in files)
-
-
 @contextmanager
-def named_crew(text: str, jobs: int, files: Sequence[str] = ()) -> Iterator[Crew]:
+def named_crew(text: str, jobs: int, registry: Registry) -> Iterator[Crew]:
     """Give the workers that a name stands for.
 
     Parameters
@@ -122,8 +147,8 @@ def named_crew(text: str, jobs: int, files: Sequence[str] = ()) -> Iterator[Crew
         ``NAME``, ``NAME:ADDRESS`` or ``NAME://ADDRESS``.
     jobs : int
         Number of workers, where that is not for the address to say.
-    files : sequence of str
-        Plugin files.
+    registry : Registry
+        With the plugins that they load.
 
     Raises
     ------
@@ -143,7 +168,7 @@ def named_crew(text: str, jobs: int, files: Sequence[str] = ()) -> Iterator[Crew
     except FAULTS as error:
         raise UsageError(f"executor {text} cannot be used: {one_line(error)}") from error
     with _closed(crew):
-        yield opened._replace(plugins=plugin_sources(files))
+        yield opened._replace(plugins=Plugins.of(registry))
 
 
 @contextmanager

@@ -24,11 +24,12 @@ from ...gate.writers.markdown import markdown_report
 from ...gate.writers.text import text_report
 from ...registry.load import Registry
 from ...report.files import require_writable, require_writable_file, write_json, write_text
+from ...workers.executors import Crew
 from ...workers.limits import Limits
 from ..codes_of_runs import code_of_gate
 from ..console import aside, complain
 from ..exit_codes import ExitCode
-from ..running import Crew, Run, advance, call_report_hooks, workers
+from ..running import Run, advance, call_report_hooks, workers
 
 MOST_UNTESTED = 20
 REPORTS = GATE, SUMMARY, BADGE = "gate.json", "gate.md", "badge.json"

@@ -1,5 +1,6 @@
 """``matrix``: cross schemes with problems and judge every claim."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -8,12 +9,14 @@ import click
 from rich.text import Text
 
 from ...contracts.settings import Settings
+from ...errors import UsageError
 from ...registry.load import Registry
 from ...report.folders import read_tables
 from ...report.plain import visible
 from ...report.sentences import ATTENTION
 from ...report.terminal import plan_table
 from ...study import Plan
+from ...study.plan import shard
 from ..console import aside, complain, output
 from ..exit_codes import ExitCode, codes_in_words
 from ..limits import limits, options_of
@@ -21,6 +24,7 @@ from ..loading import loaded
 from ..options import jobs, levels_text, loudness, once, plugins, progress_of_cells, read_levels, seed, selection
 
 DEFAULTS = Settings()
+SHARD = re.compile("([0-9]{1,6})/([0-9]{1,6})")
 FOLDER = Path("reports", "latest")
 
 
@@ -43,6 +47,13 @@ FOLDER = Path("reports", "latest")
 @once("--family", type=int, default=DEFAULTS.family, help="Tests that early decisions share their error level among.")
 @once("--out", type=click.Path(path_type=Path), default=FOLDER, help="Folder of the report.")
 @jobs
+@once(
+    "--executor",
+    metavar="NAME[:ADDRESS]",
+    default="processes",
+    help="Who runs blocks: processes, serial, dask, dask://HOST:PORT, loky, mpi, or one that a plugin brings.",
+)
+@once("--shard", metavar="I/N", help="Run the I-th of N parts of all pairs of a scheme and a problem, for merge.")
 @progress_of_cells
 @limits
 @click.option("--fresh", is_flag=True, help="Compute everything again, whatever evidence is in the folder.")
@@ -68,12 +79,14 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
     registry = loaded(options["plugins"])
     if not registry.plugins:
         return _nothing("no plugin is found; is sdaeverify installed? Run pip install . in its folder")
-    with workers(*options_of(options), registry) as crew:
+    with workers(*options_of(options), registry, options["executor"]) as crew:
         schemes, problems, measures = (options[kind] for kind in ("schemes", "problems", "measures"))
         with aside():
             todo = plan_of(registry, schemes, problems, measures, crew.executor)
         if options["lf"]:
             todo = _left_open(todo, options["out"])
+        if options["shard"]:
+            todo = shard(todo, *_read_shard(options["shard"]))
         if not todo.cells:
             return _nothing(f"all was verified in {options['out']}" if options["lf"] else _missing(registry))
         if options["dry_run"]:
@@ -87,6 +100,14 @@ def _settings(options: dict[str, Any]) -> Settings:
     coarsest, levels = read_levels(options["levels"])
     numbers = {name: options[name] for name in ("paths", "seed", "confidence", "block", "looks", "family")}
     return Settings(coarsest=coarsest, levels=levels, **numbers)
+
+
+def _read_shard(text: str) -> tuple[int, int]:
+    match = SHARD.fullmatch(text)
+    index, count = (int(number) for number in match.groups()) if match else (0, 0)
+    if not 1 <= index <= count:
+        raise UsageError(f"--shard expects I/N with 1 <= I <= N, such as 3/16, got {text!r}")
+    return index, count
 
 
 def _left_open(plan: Plan, folder: Path) -> Plan:

@@ -1,0 +1,138 @@
+"""Blocks on executors that are nobody's here: the same bits, evidence that comes home, workers that are lost."""
+
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
+
+import pandas as pd
+import pytest
+
+import sdaeverify
+from sdaeverify import UsageError
+from sdaeverify.cli.program import execute
+from sdaeverify.workers.executors import LostExecutorError, Serial
+
+ASKED = ("euler-maruyama,milstein", "gbm", "strong,weak")
+SMALL = {"paths": 512, "levels": 3}
+# Of the time that it took, and of who ran it.
+OWN = ["seconds", "reproduce"]
+PLUGIN = """
+from dataclasses import dataclass
+from typing import ClassVar
+from sdaeverify import SDE, Claim, Scheme, hookimpl
+
+
+@dataclass(frozen=True)
+class Brought(Scheme):
+    name: ClassVar[str] = "brought-euler"
+    form: ClassVar[type] = SDE
+    claims: ClassVar[tuple] = (Claim(measure="strong", value=0.5, source="nowhere"),)
+
+    def step(self, problem, state, t, h, noise):
+        return state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW)
+
+
+@hookimpl
+def sdaeverify_schemes():
+    return [Brought()]
+"""
+
+
+class Failing(Executor):
+    """An executor whose workers are lost on some calls, by their number."""
+
+    def __init__(self, *lost: int) -> None:
+        self.lost, self.calls = lost, 0
+
+    def submit(self, fn, /, *args, **kwargs):
+        """Make a call at once, or lose it."""
+        self.calls += 1
+        if self.calls not in self.lost:
+            return Serial().submit(fn, *args, **kwargs)
+        future: Future = Future()
+        future.set_exception(BrokenExecutor("gone"))
+        return future
+
+
+class Closed(Executor):
+    """An executor that takes no calls."""
+
+    def submit(self, fn, /, *args, **kwargs):
+        """Refuse a call."""
+        raise RuntimeError("no scheduler")
+
+
+@pytest.fixture(scope="module")
+def here():
+    """Return the tables of a run in this process."""
+    return sdaeverify.verify(*ASKED, **SMALL)
+
+
+def same(one, other):
+    """Compare the tables of two runs bit by bit."""
+    pd.testing.assert_frame_equal(one.verdicts.drop(columns=OWN), other.verdicts.drop(columns=OWN), check_exact=True)
+    pd.testing.assert_frame_equal(one.levels, other.levels, check_exact=True)
+
+
+def test_serial(here):
+    """An executor that makes each call at once leads to the same bits."""
+    same(here, sdaeverify.verify(*ASKED, **SMALL, executor="serial"))
+
+
+def test_threads(here):
+    """Threads of this process lead to the same bits."""
+    with ThreadPoolExecutor(3) as executor:
+        same(here, sdaeverify.verify(*ASKED, **SMALL, executor=executor, jobs=3))
+
+
+def test_a_lost_worker_costs_a_second_call():
+    """A call whose worker is lost is made once more, and changes nothing."""
+    sound, lossy = Failing(), Failing(1, 2)
+
+    same(sdaeverify.verify(*ASKED, **SMALL, executor=sound), sdaeverify.verify(*ASKED, **SMALL, executor=lossy))
+    assert lossy.calls == sound.calls + 2
+
+
+@pytest.mark.parametrize(("executor", "why"), [(Failing(1, 3), "lost twice: .*gone"), (Closed(), "no scheduler")])
+def test_an_executor_that_is_gone(executor, why):
+    """A call that fails twice, or that nobody takes, ends the run in one line."""
+    with pytest.raises(LostExecutorError, match=why):
+        sdaeverify.verify(*ASKED, **SMALL, executor=executor)
+
+
+@pytest.mark.parametrize(
+    ("executor", "why"),
+    [("dusk", "unknown executor 'dusk'; did you mean dask"), (3, "expects a name or something with a method submit")],
+)
+def test_no_executor(executor, why):
+    """A name that is unknown, or a thing that takes no calls, is told in one line."""
+    with pytest.raises(UsageError, match=why):
+        sdaeverify.verify(*ASKED, **SMALL, executor=executor)
+
+
+def test_evidence_comes_home(tmp_path, capsys):
+    """What workers elsewhere have found is kept in the folder of the run, and the next run finds it there."""
+    words = ["matrix", "-s", "milstein", "-p", "gbm", "-m", "strong", "--paths", "512", "--levels", "3"]
+    words += ["--out", str(tmp_path), "--progress", "none", "--no-html", "--executor", "serial"]
+    assert execute(words) == 0
+    assert "no limits of time and memory hold on executor serial" in capsys.readouterr().err
+
+    assert list((tmp_path / "evidence").rglob("*.npz"))
+    assert execute(words) == 0
+    assert "evidence of 3 of 3 blocks of paths was reused" in capsys.readouterr().out
+
+
+def test_loky_processes_that_have_never_seen_a_plugin(here, tmp_path):
+    """A plugin file reaches processes of loky, and all is the same to the last bit."""
+    pytest.importorskip("loky", reason="loky is not installed (extra cluster)")
+    file = tmp_path / "brought.py"
+    file.write_text(PLUGIN)
+    asked = ("brought-euler", "gbm", "strong")
+
+    there = sdaeverify.verify(*asked, **SMALL, plugins=[file], executor="loky", jobs=2)
+
+    same(sdaeverify.verify(*asked, **SMALL, plugins=[file]), there)
+
+
+def test_dask_cluster(here):
+    """Two workers of a Dask cluster on this machine lead to the same bits."""
+    pytest.importorskip("distributed", reason="dask is not installed (extra cluster)")
+    same(here, sdaeverify.verify(*ASKED, **SMALL, executor="dask", jobs=2))
