@@ -36,6 +36,21 @@ def sdaeverify_schemes():
 """
 
 
+MORTAL = (
+    PLUGIN.replace("Brought", "Mortal")
+    .replace("brought", "mortal")
+    .replace(
+        "        return state",
+        """        import multiprocessing, os, pathlib, signal
+        died = pathlib.Path({died!r})
+        if "MainProcess" != multiprocessing.current_process().name and not died.exists():
+            died.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return state""",
+    )
+)
+
+
 class Failing(Executor):
     """An executor whose workers are lost on some calls, by their number."""
 
@@ -130,6 +145,27 @@ def test_loky_processes_that_have_never_seen_a_plugin(here, tmp_path):
     there = sdaeverify.verify(*asked, **SMALL, plugins=[file], executor="loky", jobs=2)
 
     same(sdaeverify.verify(*asked, **SMALL, plugins=[file]), there)
+
+
+@pytest.mark.parametrize("executor", ["dask", "loky"])
+def test_a_worker_that_is_killed(tmp_path, executor):
+    """A process of a cluster that dies in the middle of a block costs that call only: the tables are the same."""
+    pytest.importorskip({"dask": "distributed", "loky": "loky"}[executor], reason="not installed (extra cluster)")
+    file, died = tmp_path / "mortal.py", tmp_path / "died"
+    file.write_text(MORTAL.format(died=str(died)))
+    asked = ("mortal-euler,milstein", "gbm", "strong")
+
+    there = sdaeverify.verify(*asked, **SMALL, plugins=[file], executor=executor, jobs=2)
+
+    assert died.exists()
+    same(sdaeverify.verify(*asked, **SMALL, plugins=[file]), there)
+
+
+def test_a_scheduler_that_is_not_there():
+    """An address at which nobody answers is told in one line."""
+    pytest.importorskip("distributed", reason="dask is not installed (extra cluster)")
+    with pytest.raises(UsageError, match=r"executor dask://127\.0\.0\.1:9 cannot be used: .*127\.0\.0\.1:9"):
+        sdaeverify.verify(*ASKED, **SMALL, executor="dask://127.0.0.1:9")
 
 
 def test_dask_cluster(here):
