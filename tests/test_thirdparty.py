@@ -13,7 +13,7 @@ import pytest
 from sdaeverify.cli.exit_codes import ExitCode
 
 THIRDPARTY = Path(__file__).parent / "thirdparty"
-DISTRIBUTIONS = ("broken", "geodesic", "jump_diffusion", "torchsde_wrapper")
+DISTRIBUTIONS = ("broken", "energy", "geodesic", "jump_diffusion", "torchsde_wrapper")
 BROKEN = {
     "broken-duplicate": "scheme 'euler-maruyama' of plugin broken-duplicate (sdaeverify-broken 0.1.0) is already",
     "broken-hook": "RuntimeError: no schemes today",
@@ -173,3 +173,25 @@ def test_wrapper_is_verified(run, tmp_path):
     assert ended.returncode == ExitCode.OK, ended.stdout + ended.stderr
     found = {row["scheme"]: row["verdict"] for row in rows(tmp_path) if row["verdict"] != "not_applicable"}
     assert found == dict.fromkeys(("torchsde", "torchsde[method=milstein]", "torchsde[method=euler]"), "verified")
+
+
+def test_measure_of_others_tells_a_right_claim_from_a_wrong_one(run, tmp_path):
+    """Energy drifts with order 1 under Milstein's scheme, and with order 1/2 without its correction."""
+    words = ["matrix", "-s", "kubo-*", "-p", "kubo-oscillator", "-m", "energy-drift", "--paths", "1024", "-j", "1"]
+
+    ended = run("sdaeverify", *words, "--out", str(tmp_path), disabled="sdaeverify-broken")
+
+    assert ended.returncode == ExitCode.REFUTED, ended.stdout + ended.stderr
+    assert verdicts(tmp_path, "kubo-milstein")[0] == {"verified"}
+    assert verdicts(tmp_path, "kubo-forgetful")[0] == {"refuted"}
+    orders = {row["scheme"]: (float(row["ci_low"]), float(row["ci_high"])) for row in rows(tmp_path)}
+    assert all(low < order < high for order, (low, high) in zip((0.5, 1.0), sorted(orders.values()), strict=True))
+
+
+def test_measure_of_others_is_written_with_public_names_alone():
+    """Its module is short, and imports nothing of the framework but `sdaeverify` and `sdaeverify.measuring`."""
+    source = (THIRDPARTY / "energy/src/sdaeverify_energy/energy_drift.py").read_text(encoding="utf-8")
+    imports = {line for line in source.splitlines() if line.startswith(("import", "from"))}
+
+    assert len(source.splitlines()) <= 80
+    assert imports == {"import numpy as np", "import sdaeverify.measuring as m", "from sdaeverify import hookimpl"}

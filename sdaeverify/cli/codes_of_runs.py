@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
-from ..contracts.measure import Verdict
+from ..contracts.finding import Verdict
 from ..gate.outcomes import Outcome, Status, is_red
 from ..gate.policy import Policy
 from ..study import CellResult

@@ -14,7 +14,7 @@ from rich.progress import (
 )
 from rich.text import Text
 
-from ..contracts.measure import Verdict
+from ..contracts.finding import Verdict
 from ..report.plain import visible
 from ..study import Advanced, CellResult, Finished
 from .console import errors

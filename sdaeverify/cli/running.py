@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.text import Text
 
 from ..api import Result, result_of
-from ..contracts.measure import Verdict
+from ..contracts.finding import Verdict
 from ..contracts.settings import Settings
 from ..errors import UsageError, one_line
 from ..registry.load import Registry
@@ -216,10 +216,10 @@ def _refuted(event: Finished) -> bool:
     return any(finding.verdict is Verdict.REFUTED for result in event.results for finding in result.findings)
 
 
-def call_report_hooks(run: Run) -> None:
+def call_report_hooks(run: Run, result: Result) -> None:
     """Let plugins add their reports to the folder of a run, and warn of those that fail."""
     with aside():
-        failures = run.registry.report(run.folder)
+        failures = run.registry.report(run.folder, result)
     for failure in failures:
         complain("warning", failure)
 
@@ -235,7 +235,7 @@ def _stopped(run: Run, why: str, code: ExitCode) -> ExitCode:
 
 def _finished(run: Run, result: Result) -> ExitCode:
     run.write_page()
-    call_report_hooks(run)
+    call_report_hooks(run, result)
     code = code_of_results(result.results)
     if code is ExitCode.NOTHING:
         cell = run.plan.cells[0]

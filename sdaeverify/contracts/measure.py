@@ -1,8 +1,7 @@
 """The contract of a measure: what it notes while a scheme runs, and how it judges what was noted."""
 
 from collections.abc import Container, Mapping, Sequence
-from dataclasses import dataclass, field
-from enum import StrEnum
+from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from ..arrays import Parts
 from ..forms import Problem
 from .error_sizes import ErrorSizes
+from .finding import Judgement
 from .scheme import Claim, Scheme
 from .settings import Settings
 from .tally import Tally
@@ -50,19 +50,6 @@ class Observer(Protocol):
         """Return what was noted."""
 
 
-class Verdict(StrEnum):
-    """What can be said of a claim, or why nothing can."""
-
-    VERIFIED = "verified"
-    REFUTED = "refuted"
-    INCONCLUSIVE = "inconclusive"
-    DIVERGED = "diverged"
-    ERROR = "error"
-    NOT_RUN = "not_run"
-    OUT_OF_SCOPE = "out_of_scope"
-    NOT_APPLICABLE = "not_applicable"
-
-
 @dataclass(frozen=True)
 class Evidence:
     """What a measurement of one cell produced.
@@ -80,6 +67,8 @@ class Evidence:
         Sums ``failed``, ``lost``, ``truncated`` and ``steps`` of each level.
     level : float
         Significance level of one one-sided test, all corrections for looks and for further tests made.
+    claims : tuple of Claim, optional
+        That are judged; those of the scheme if left out.
     """
 
     scheme: Scheme
@@ -89,6 +78,12 @@ class Evidence:
     tally: Tally
     health: Tally
     level: float = 0.005
+    claims: tuple[Claim, ...] | None = None
+
+    @property
+    def promises(self) -> tuple[Claim, ...]:
+        """The claims that are judged."""
+        return self.scheme.promises if self.claims is None else self.claims
 
     @property
     def paths(self) -> int:
@@ -99,77 +94,6 @@ class Evidence:
     def step_sizes(self) -> list[float]:
         """Step size h of each level, coarsest first, in the problem's unit of time."""
         return [self.problem.horizon / n for n in self.settings.steps]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Finding:
-    """One quantity of a cell: a row of the verdicts.
-
-    Attributes
-    ----------
-    quantity : str
-    verdict : Verdict
-    reason : str
-    claim : Claim or None
-        None if no claim covers the quantity here.
-    estimate, low, high : float
-        Order or residual, with its interval at the run's confidence.
-    method : str
-        How it was found.
-    p_verified, p_refuted : float
-        p-values of the hypotheses that the claim fails and that it holds, which the two verdicts reject; NaN where
-        no sampling error is involved. They enter the family-wise correction of a run.
-    tier : int
-        Of the method: 0 contract, 1 local, 2 deterministic and global, 3 sampled.
-    settled : bool
-        Whether more paths could not change the verdict, or need not be asked for.
-    details : mapping of str to object
-        Further columns.
-    """
-
-    quantity: str
-    verdict: Verdict
-    reason: str = ""
-    claim: Claim | None = None
-    estimate: float = float("nan")
-    low: float = float("nan")
-    high: float = float("nan")
-    method: str = ""
-    p_verified: float = float("nan")
-    p_refuted: float = float("nan")
-    tier: int = 3
-    settled: bool = True
-    details: Mapping[str, object] = field(default_factory=dict)
-
-
-class LevelFinding(NamedTuple):
-    """One quantity at one step size: a row of the levels.
-
-    Attributes
-    ----------
-    quantity : str
-    level : int or None
-        Index of the level of the run's paths; None for a step size of the measure's own.
-    estimate, std_error : float
-    details : mapping of str to object
-        Further columns.
-    h : float
-        Step size where `level` is None.
-    """
-
-    quantity: str
-    level: int | None
-    estimate: float
-    std_error: float = 0.0
-    details: Mapping[str, object] = {}
-    h: float = float("nan")
-
-
-class Judgement(NamedTuple):
-    """All rows of a cell."""
-
-    findings: tuple[Finding, ...]
-    levels: tuple[LevelFinding, ...]
 
 
 class Measure:

@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from ..contracts.finding import Finding
 from ..contracts.labels import matches
-from ..contracts.measure import Finding
 from ..errors import UsageError
 from ..study import Cell
 

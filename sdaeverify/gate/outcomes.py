@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from ..contracts.measure import Finding, Verdict
+from ..contracts.finding import Finding, Verdict
 from ..study import Cell, CellResult
 from ..study.plan import promises_of
 from .expected import ExpectedFailure, expectation

@@ -89,7 +89,7 @@ def _tests(made: ProblemPlan) -> Iterator[_Test]:
 
 def _counts(claim: Claim, scheme: Scheme, view: Any) -> bool:
     quantities = claim.quantities or ("",)
-    return any(claim_for(scheme, view.traits, claim.measure, name)[0] is claim for name in quantities)
+    return any(claim_for(scheme, view.traits, claim.measure, name).claim is claim for name in quantities)
 
 
 def _kept(cells: Iterable[Cell], kept: set[int]) -> Iterator[Cell]:

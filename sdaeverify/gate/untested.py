@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
+from ..contracts.finding import Verdict
 from ..contracts.labels import did_you_mean
 from ..contracts.matching import match
-from ..contracts.measure import Verdict
 from ..contracts.scheme import Claim, Scheme
 from ..errors import FAULTS
 from ..registry.load import Registry

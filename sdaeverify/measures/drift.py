@@ -26,7 +26,8 @@ import numpy as np
 
 from ..arrays import Array, Parts
 from ..contracts.error_sizes import ErrorSizes, without_error
-from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
 from ..forms import Problem
@@ -46,10 +47,11 @@ from .judge import (
     FITTED,
     ROUND_OFF,
     SUSPECT,
-    Decision,
-    Tests,
-    claim_for,
+    Coverage,
+    PathTests,
+    coverage,
     decide,
+    finding,
     held_back,
     order_tests,
     sound_levels,
@@ -187,73 +189,64 @@ def _sizes(evidence: Evidence, defect: Defect) -> ErrorSizes:
     found = [pseudo_values(defect.squares[level], defect.counts, _log_sup) for level in levels]
     means = [_log_sup(defect.squares[level].sum(axis=0) / defect.counts.sum()) for level in levels]
     replicates = np.stack(found, axis=1) if found else np.empty((len(defect.counts), 0))
-    return ErrorSizes(defect.h[levels], np.array(means), replicates, defect.counts, remark="; ".join(remarks))
+    return ErrorSizes(defect.h[levels], np.array(means), replicates, defect.counts, remark=str(remarks))
 
 
 def _finding(evidence: Evidence, defect: Defect) -> Finding:
-    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Drift.name, defect.name)
+    covered = coverage(evidence, Drift.name, defect.name)
     levels, remarks = sound_levels(evidence.health.sums)
     # A path that is held without root, on a constraint of the state alone, leaves no residual: what it leaves counts.
     bound = 64.0 * EPS * defect.scale * np.sqrt(evidence.settings.steps)
     if not np.any(defect.worst > bound):
-        found = _round_off(evidence, defect, claim)
-    elif claim is not None and claim.value == ROUND_OFF:
-        found = _beyond_round_off(defect, claim, bound)
+        found = _round_off(evidence, defect, covered)
+    elif covered.claim is not None and covered.claim.value == ROUND_OFF:
+        found = _beyond_round_off(defect, covered, bound)
     elif len(levels) < FEWEST:
-        return unfitted(evidence, defect.name, claim, "; ".join(remarks))
+        return finding(covered, unfitted(evidence, covered, remarks), method="paths")
     else:
-        found = _ordered(evidence, defect, levels[-FITTED - 1 :], claim)
-    return replace(found, reason="; ".join(text for text in (found.reason, *remarks, no_claim) if text))
+        found = _of_slope(evidence, defect, levels[-FITTED - 1 :], covered)
+    return replace(found, reason=Reason.of(found.reason, remarks, covered.gap))
 
 
-def _round_off(evidence: Evidence, defect: Defect, claim: Claim | None) -> Finding:
+def _round_off(evidence: Evidence, defect: Defect, covered: Coverage) -> Finding:
     # An exact constraint keeps a promise of any order, but only where every step could be made.
     health = evidence.health.sums
     verdict = Verdict.INCONCLUSIVE if health["failed"].any() else Verdict.VERIFIED
     if health["lost"][-1] > 0:
         verdict = Verdict.DIVERGED
-    return Finding(
-        quantity=defect.name,
-        claim=claim,
-        estimate=float(np.fmax.reduce(defect.worst)),
-        verdict=verdict if claim else Verdict.OUT_OF_SCOPE,
-        reason="round-off wherever finite",
-        method="largest residual along paths (T3)",
-        details={"class": ROUND_OFF},
-    )
+    opinion = Opinion(verdict if covered.claim else Verdict.OUT_OF_SCOPE, Reason("round-off wherever finite"))
+    return _of_largest(defect, covered, opinion, ROUND_OFF)
 
 
-def _beyond_round_off(defect: Defect, claim: Claim, bound: Array) -> Finding:
+def _beyond_round_off(defect: Defect, covered: Coverage, bound: Array) -> Finding:
     level = int(np.nanargmax(defect.worst / bound))
     text = f"residual {defect.worst[level]:.2g} at h = {defect.h[level]:.3g}, rounding explains {bound[level]:.2g}"
     kind = _classify(defect.slope(np.arange(len(defect.h))).value, defect.worst[-1], defect.scale[-1])
-    return Finding(
-        quantity=defect.name,
-        claim=claim,
-        estimate=float(np.fmax.reduce(defect.worst)),
-        verdict=Verdict.REFUTED,
-        reason=f"{text}; {kind}",
-        method="largest residual along paths (T3)",
-        details={"class": kind},
-    )
+    return _of_largest(defect, covered, Opinion(Verdict.REFUTED, Reason.of(text, kind)), kind)
 
 
-def _ordered(evidence: Evidence, defect: Defect, sound: Array, claim: Claim | None) -> Finding:
+def _of_largest(defect: Defect, covered: Coverage, opinion: Opinion, kind: str) -> Finding:
+    largest, method = float(np.fmax.reduce(defect.worst)), "largest residual along paths (T3)"
+    return finding(covered, opinion, estimate=largest, method=method, details={"class": kind})
+
+
+def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverage) -> Finding:
     levels = sound[-FITTED:]
     slope = defect.slope(levels)
     low, high = slope.interval(evidence.settings.confidence)
     sup = 2.0 ** defect.sup_rms(levels[-1]).value
     kind = _classify(slope.value, sup, defect.scale[levels[-1]])
     growth = defect.growth(levels[-1], np.array(log_spaced(evidence.settings.steps[levels[-1]]), dtype=float))
-    decision = _decision(evidence, defect, claim, sound)
+    opinion = Opinion(Verdict.OUT_OF_SCOPE)
+    if covered.claim is not None:
+        opinion = decide(_tests(evidence, defect, covered.claim, sound), evidence)
     size = f"{kind}: sup over t of RMS {sup:.2g} at the finest h, growing like t^{growth:.1f}"
-    return Finding(
-        quantity=defect.name,
-        claim=claim,
+    return finding(
+        covered,
+        opinion.plus(size),
         estimate=slope.value,
         low=low,
         high=high,
-        **decision._replace(reason="; ".join(text for text in (decision.reason, size) if text))._asdict(),
         method="order of the residual along paths (T3)",
         details={"class": kind, "std_error": slope.se, "growth": growth, "fitted_levels": len(levels)},
     )
@@ -269,30 +262,28 @@ def _classify(slope: float, sup: float, scale: float) -> str:
     return "tolerance-limited" if sup < 1e-3 * scale else "constant"
 
 
-def _decision(evidence: Evidence, defect: Defect, claim: Claim | None, sound: Array) -> Decision:
-    if claim is None:
-        return Decision(Verdict.OUT_OF_SCOPE, "", 3)
+def _tests(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) -> PathTests:
     tests = _asymptotic(evidence, defect, claim, sound)
     if tests.refuted < 1.0 and defect.rise(sound).interval(evidence.settings.confidence)[0] > RISING:
         # Steps that are too coarse for the claimed order are not held against it.
-        tests = tests._replace(refuted=1.0, reason=f"{tests.reason}, but it still rises with refinement")
+        tests = tests._replace(refuted=1.0, reason=tests.reason.then("it still rises with refinement", ", but "))
     heavy = effective_share(defect.histogram[-1]) < HEAVY
     if heavy and tests.refuted > 0.0:
         # The interval of a root mean square refutes nothing then.
-        tests = tests._replace(refuted=1.0, reason=f"heavy tails; {tests.reason}")
-    return decide(held_back(with_sample(tests, evidence.paths, heavy=heavy), evidence, sound), evidence)
+        tests = tests._replace(refuted=1.0, reason=Reason("heavy tails").then(tests.reason))
+    return held_back(with_sample(tests, evidence.paths, heavy=heavy), evidence, sound)
 
 
-def _asymptotic(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) -> Tests:
+def _asymptotic(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) -> PathTests:
     """Compare the order with the claim: on coarse steps a low one refutes only if what it tends to is low, too."""
     tests = order_tests(claim, defect.slope(sound[-FITTED:]), evidence)
     if isinstance(claim.value, str) or tests.refuted > SUSPECT:
         return tests
     bound, order = claim.value - claim.margin, defect.corrected(sound)
     low, high = order.interval(evidence.settings.confidence)
-    reason = f"{tests.reason}; {low:.2f} to {high:.2f} as h tends to 0"
+    reason = tests.reason.then(Reason("{low:.2f} to {high:.2f} as h tends to 0", numbers={"low": low, "high": high}))
     growth = order.growth_to_decide(bound, evidence.level) if order.value < bound else np.inf
-    return Tests(tests.verified, max(tests.refuted, order.p_below(bound)), reason, max(tests.growth, growth))
+    return PathTests(tests.verified, max(tests.refuted, order.p_below(bound)), reason, max(tests.growth, growth))
 
 
 def _levels(defect: Defect) -> Iterator[LevelFinding]:

@@ -27,7 +27,8 @@ import numpy as np
 import scipy
 
 from ..arrays import Array
-from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally, packed, unpacked
@@ -35,7 +36,7 @@ from ..forms import Problem
 from ..probe.stiffness.family import member, no_family
 from ..probe.stiffness.iterations import MOST, Iterations, RunIterations, counters, iterations, run_iterations
 from ..registry.hookspecs import hookimpl
-from .judge import Opinion, claim_for
+from .judge import NOT_PROBED, coverage, finding, unknown_value
 
 PROBED, ALONG = "iterations", "run iterations"
 METHOD = "iterations of steps along runs and at fixed h (T3)"
@@ -69,10 +70,10 @@ class Effort(Measure):
         few = unpacked(PROBED, Iterations, evidence.tally)
         along = unpacked(ALONG, RunIterations, evidence.tally)
         if not names:
-            claim, _ = claim_for(evidence.scheme, evidence.view.traits, self.name, PROBED)
-            return Judgement((Finding(quantity=PROBED, verdict=Verdict.ERROR, reason=UNREPORTED, claim=claim),), ())
+            unreported = Opinion(Verdict.ERROR, Reason(UNREPORTED))
+            return Judgement((finding(coverage(evidence, self.name, PROBED), unreported),), ())
         if few is None or along is None:
-            return Judgement((Finding(quantity="", verdict=Verdict.INCONCLUSIVE, reason="not probed"),), ())
+            return NOT_PROBED
         counted = [_Counted(name, few, along, index) for index, name in enumerate(names)]
         findings = tuple(_finding(evidence, each) for each in counted)
         return Judgement(findings, tuple(row for each in counted for row in _levels(each)))
@@ -118,15 +119,13 @@ class _Counted(NamedTuple):
 
 
 def _finding(evidence: Evidence, counted: _Counted) -> Finding:
-    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Effort.name, counted.name)
-    opinion = Opinion(Verdict.OUT_OF_SCOPE, no_claim)
-    if claim is not None:
-        opinion = _opinion(evidence, claim, counted)
-    return Finding(
-        quantity=counted.name,
-        verdict=opinion.verdict,
-        reason=opinion.reason,
-        claim=claim,
+    covered = coverage(evidence, Effort.name, counted.name)
+    opinion = Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
+    if covered.claim is not None:
+        opinion = _opinion(evidence, covered.claim, counted)
+    return finding(
+        covered,
+        opinion,
         estimate=float(counted.mean.max()),
         low=float(counted.mean.min()),
         high=counted.most,
@@ -138,17 +137,18 @@ def _finding(evidence: Evidence, counted: _Counted) -> Finding:
 def _opinion(evidence: Evidence, claim: Claim, counted: _Counted) -> Opinion:
     said = re.fullmatch(r"at most (\d+) iterations(?: in (\d+(?:\.\d+)?) per cent of the steps)?", str(claim.value))
     if said is None:
-        return Opinion(Verdict.INCONCLUSIVE, f"this measure does not know what {claim.value!r} means")
+        return Opinion(Verdict.INCONCLUSIVE, unknown_value(claim))
+    figures = Reason(_figures(counted))
     if refuted := _growing(counted):
-        return Opinion(Verdict.REFUTED, f"{refuted}; {_figures(counted)}")
+        return Opinion(Verdict.REFUTED, Reason.of(refuted, figures))
     most, part = int(said[1]), said[2]
     if part is None and counted.most > most:
-        return Opinion(Verdict.REFUTED, f"{counted.most:.0f} iterations in a step; {_figures(counted)}")
+        return Opinion(Verdict.REFUTED, Reason.of(f"{counted.most:.0f} iterations in a step", figures))
     failed = counted.failed
     if failed > FAILED or not np.isfinite(counted.mean).all():
-        return Opinion(Verdict.INCONCLUSIVE, f"{100.0 * failed:.2g} per cent of the steps have no root")
+        return Opinion(Verdict.INCONCLUSIVE, Reason(f"{100.0 * failed:.2g} per cent of the steps have no root"))
     if part is None:
-        return Opinion(Verdict.VERIFIED, _figures(counted))
+        return Opinion(Verdict.VERIFIED, figures)
     return _share_opinion(evidence.level, counted, most, 1.0 - 0.01 * float(part))
 
 
@@ -158,14 +158,13 @@ def _share_opinion(level: float, counted: _Counted, most: int, allowed: float) -
     p = chernoff(shares, allowed, paths)
     worst = np.unravel_index(shares.argmax(), shares.shape)
     where = f"eps = {counted.along.eps[worst[0]]:.0e}, h = {counted.along.h[counted.sound][worst[1]]:.3g}"
-    reason = (
-        f"{100.0 * shares[worst]:.2g} per cent of the steps take more than {most} at {where}; {_figures(counted)}"
-    )
+    share = f"{100.0 * shares[worst]:.2g} per cent of the steps take more than {most} at {where}"
+    reason = Reason.of(share, _figures(counted))
     if np.min(p, initial=1.0, where=shares > allowed) * p.size <= level:
         return Opinion(Verdict.REFUTED, reason)
     if np.all((shares < allowed) & (p <= level)):
         return Opinion(Verdict.VERIFIED, reason)
-    return Opinion(Verdict.INCONCLUSIVE, f"{reason}; {int(paths.min())} paths do not decide")
+    return Opinion(Verdict.INCONCLUSIVE, reason.then(f"{int(paths.min())} paths do not decide"))
 
 
 def chernoff(mean: Array, bound: float, count: Array) -> Array:

@@ -33,7 +33,7 @@ def of_paths(evidence: Evidence, quantity: Quantity) -> ErrorSizes:
     if is_exact(evidence, quantity):
         return without_error(EXACT)
     levels, left_out = usable_levels(evidence, quantity)
-    return sampled(quantity.h[levels], quantity.error[:, levels, 1], quantity.counts, left_out)
+    return sampled(quantity.h[levels], quantity.error[:, levels, 1], quantity.counts, str(left_out))
 
 
 def of_means(evidence: Evidence, means: Means) -> ErrorSizes:
@@ -41,9 +41,9 @@ def of_means(evidence: Evidence, means: Means) -> ErrorSizes:
     sound, remarks = sound_levels(evidence.health.sums)
     seen = [level for level in sound if level < means.errors and means.resolved(np.array([level])) >= RESOLVED]
     if len(seen) < min(len(sound), means.errors):
-        remarks.append(f"mean differences of less than {RESOLVED:.0f} standard errors")
+        remarks = remarks.then(f"mean differences of less than {RESOLVED:.0f} standard errors")
     differences = means.sums[:, :-1] - means.sums[:, -1:] if means.coupled else -np.diff(means.sums, axis=1)
-    return sampled(means.h[seen], differences[:, seen], means.counts, "; ".join(remarks))
+    return sampled(means.h[seen], differences[:, seen], means.counts, str(remarks))
 
 
 def of_step(record: LocalStrong, names: Sequence[str]) -> Iterator[tuple[str, ErrorSizes]]:

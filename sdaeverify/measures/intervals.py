@@ -13,7 +13,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import Array, Parts
-from ..contracts.measure import Evidence, Finding, Judgement, Measure, Snapshot, Verdict
+from ..contracts.finding import Finding, Judgement, Opinion, Verdict
+from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally, packed, unpacked
@@ -26,12 +27,12 @@ from ..probe.local.consistency import (
 )
 from ..probe.local.delay_links import loses_algebraic
 from ..registry.hookspecs import hookimpl
-from .judge import FITTED, Opinion, doubted
+from .judge import FITTED, coverage, finding, local_doubt, local_opinion, withhold_in_doubt
 from .path_errors.errors import ErrorObserver
 from .path_errors.level_rows import level_rows
 from .path_errors.order import usable_levels
 from .path_errors.quantity import quantities_of
-from .strong.findings import FIRST, SECOND, WHOLE, Question, finding, local_orders, probe_strong
+from .strong.findings import FIRST, SECOND, WHOLE, local_orders, probe_strong, strong_finding
 
 NORMS = {"L2": 2}
 # A grid time is the end of an interval if it is to so many parts of it.
@@ -77,14 +78,15 @@ class Intervals(Measure):
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component on each interval, and their levels."""
         quantities = list(quantities_of(evidence))
-        questions = {end: Question(evidence, self.name, local_orders(evidence, span)) for end, span in SPANS.items()}
+        orders = {end: local_orders(evidence, span) for end, span in SPANS.items()}
         findings = []
         for each in quantities:
-            question = next(asked for end, asked in questions.items() if each.name.endswith(end))
-            findings.append(finding(question, each, each.name, each.name.split(UP_TO, 1)[0]))
-        findings += _given_past(questions["tau"])
+            own = next(found for end, found in orders.items() if each.name.endswith(end))
+            order = own.get(each.name.split(UP_TO, 1)[0])
+            findings.append(strong_finding(evidence, each, coverage(evidence, self.name, each.name), order))
+        findings += _given_past(evidence)
         rows = (level_rows(each, set(usable_levels(evidence, each)[0][-FITTED:]), NORMS) for each in quantities)
-        return Judgement(tuple(doubted(findings)), tuple(chain.from_iterable(rows)))
+        return Judgement(tuple(withhold_in_doubt(findings)), tuple(chain.from_iterable(rows)))
 
 
 @hookimpl
@@ -135,23 +137,21 @@ class IntervalObserver:
         return found
 
 
-def _given_past(question: Question) -> Iterator[Finding]:
+def _given_past(evidence: Evidence) -> Iterator[Finding]:
     """Yield the finding on the consistency of one step, if it was probed."""
-    record = unpacked(GIVEN_PAST, DelayConsistency, question.evidence.tally)
+    record = unpacked(GIVEN_PAST, DelayConsistency, evidence.tally)
     if record is None:
         return
-    claim, no_claim = question.claim(GIVEN_PAST)
-    order = consistency_order(record)
-    opinion = Opinion(Verdict.OUT_OF_SCOPE, no_claim) if claim is None else _opinion(order, claim)
-    method = "one step given its past (T1)"
-    yield Finding(quantity=GIVEN_PAST, claim=claim, estimate=order, method=method, tier=1, **opinion._asdict())
+    covered, order = coverage(evidence, Intervals.name, GIVEN_PAST), consistency_order(record)
+    opinion = _opinion(order, covered.claim) if covered.claim else Opinion(Verdict.OUT_OF_SCOPE, covered.gap, 1)
+    yield finding(covered, opinion, estimate=order, method="one step given its past (T1)")
 
 
 def _opinion(order: float, claim: Claim) -> Opinion:
     if isinstance(claim.value, str) or np.isnan(order):
-        return Opinion(Verdict.INCONCLUSIVE, f"order {order:.3f} given its past")
+        return local_doubt(f"order {order:.3f} given its past")
     verdict = Verdict.VERIFIED if order >= claim.value - TOLERANCE else Verdict.REFUTED
-    return Opinion(verdict, f"consistent of order {order:.3f} given its past")
+    return local_opinion(verdict, f"consistent of order {order:.3f} given its past")
 
 
 def _suffix(interval: int) -> str:

@@ -1,22 +1,19 @@
-"""Three-valued verdicts on orders: a claim is verified, refuted, or the evidence does not decide."""
+"""The way from a claim to a finding: what covers a quantity, what the evidence says of it, and what guards that."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
-from math import inf, nan
-from typing import NamedTuple
+from collections.abc import Callable, Container, Iterable, Mapping
+from math import inf
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array, Mask
-from ..contracts.measure import Evidence, Finding, Verdict
+from ..contracts.finding import Finding, Judgement, Kind, Opinion, Reason, Verdict
+from ..contracts.measure import Evidence
 from ..contracts.scheme import Claim, Scheme
 from ..numerics.statistics import Estimate
-from ..probe.local.orders import LocalOpinion
 from ..probe.step.one_step import unresolved
 
 ROUND_OFF = "round-off"
-# How the reason of a refutation begins that concerns the scheme as a whole.
-WRONG = "wrong limit"
 # A slope is fitted on so many of the finest levels; fewer than FEWEST tell none.
 FITTED = 4
 FEWEST = 3
@@ -32,22 +29,15 @@ DEEP_PATHS = 800
 SHALLOW = 0.001
 
 
-class Opinion(NamedTuple):
-    """A verdict with its reason."""
-
-    verdict: Verdict
-    reason: str
-
-
-class Tests(NamedTuple):
+class PathTests(NamedTuple):
     """What the paths say of a claim.
 
     Attributes
     ----------
     verified, refuted : float
         p-values of the two hypotheses which the verdicts reject; 1 where nothing can be rejected.
-    reason : str
-        The figures in words.
+    reason : Reason
+        The figures.
     growth : float
         By which factor the number of paths must grow to decide; infinite if more paths cannot.
     suspected : float
@@ -59,84 +49,40 @@ class Tests(NamedTuple):
 
     verified: float
     refuted: float
-    reason: str
+    reason: Reason
     growth: float = inf
     suspected: float = 1.0
     blind: float = 1.0
 
     @classmethod
-    def none(cls, reason: str, growth: float = inf) -> "Tests":
+    def none(cls, reason: Reason | str, growth: float = inf) -> "PathTests":
         """Return tests that reject nothing, and why."""
-        return cls(1.0, 1.0, reason, growth)
+        return cls(1.0, 1.0, Reason.of(reason), growth)
 
 
-class Decision(NamedTuple):
-    """A verdict as a `Finding` takes it; see there for the attributes."""
+class Coverage(NamedTuple):
+    """A quantity with the strongest claim that covers it.
 
-    verdict: Verdict
-    reason: str
-    tier: int
-    settled: bool = True
-    p_verified: float = nan
-    p_refuted: float = nan
-
-
-def decide(tests: Tests, evidence: Evidence) -> Decision:
-    """Return the verdict of the paths alone."""
-    found = Verdict.INCONCLUSIVE
-    if tests.refuted <= evidence.level:
-        found = Verdict.REFUTED
-    elif tests.verified <= evidence.level:
-        found = Verdict.VERIFIED
-    more = found is Verdict.INCONCLUSIVE and np.isfinite(tests.growth)
-    needed = f"; about {_round(tests.growth * evidence.paths)} paths would decide" if more else ""
-    return Decision(found, tests.reason + needed, 3, not more, tests.verified, tests.refuted)
-
-
-def guard(local: Opinion | LocalOpinion | None, tests: Tests, evidence: Evidence, tier: int = 1) -> Decision:
-    """Return the verdict of a deterministic tier, guarded by the paths; theirs alone where it has none.
-
-    What is refuted without sampling stays so. What is verified needs paths that could be compared, that would show an
-    error which the claim forbids, and that do not refute it. Where they look as if they might, or are too few to show
-    anything, more of them are asked for, and without more nothing is decided.
+    Attributes
+    ----------
+    quantity : str
+    claim : Claim or None
+    gap : Reason
+        Why there is none; empty if there is one.
     """
-    if local is None or local.verdict is Verdict.INCONCLUSIVE:
-        return _unaided(local, tests, evidence)
-    if local.verdict is Verdict.REFUTED:
-        return Decision(local.verdict, local.reason, tier)
-    if tests.refuted <= evidence.level:
-        return Decision(Verdict.REFUTED, f"{tests.reason}, although {local.reason}", 3, p_refuted=tests.refuted)
-    doubt, settled = _doubt(tests, evidence)
-    if doubt:
-        reason = f"{local.reason}, but {doubt}"
-        return Decision(Verdict.INCONCLUSIVE, reason, 3, settled, p_refuted=tests.refuted)
-    return Decision(Verdict.VERIFIED, local.reason, tier, p_refuted=tests.refuted)
+
+    quantity: str
+    claim: Claim | None
+    gap: Reason = Reason()
 
 
-def _doubt(tests: Tests, evidence: Evidence) -> tuple[str, bool]:
-    """Return why paths that refute nothing are no guard, or an empty string, and whether more of them do not help."""
-    if evidence.paths < CALIBRATED_PATHS:
-        return f"{evidence.paths} paths are too few to guard it", True
-    if min(tests.refuted, tests.suspected) <= 1.0 - evidence.settings.confidence:
-        return f"the paths do not look like it: {tests.reason}; more of them would tell", False
-    if tests.blind <= 1.0:
-        return "", True
-    helps = bool(np.isfinite(tests.blind))
-    more = f"; about {_round(tests.blind * evidence.paths)} would" if helps else ", nor would more"
-    return f"{evidence.paths} paths do not show an error that the claim forbids{more}", not helps
+def coverage(evidence: Evidence, measure: str, quantity: str) -> Coverage:
+    """Return a quantity of a measure with the strongest claim that covers it on the problem of a cell."""
+    return _strongest(evidence.promises, evidence.scheme.name, evidence.view.traits, measure, quantity)
 
 
-def _unaided(local: Opinion | LocalOpinion | None, tests: Tests, evidence: Evidence) -> Decision:
-    decision = decide(tests, evidence)
-    return decision if local is None else decision._replace(reason=f"{decision.reason}; {local.reason}")
-
-
-def _round(paths: float) -> str:
-    return f"{paths:.1g}" if paths >= 1e6 else str(int(float(f"{paths:.2g}")))
-
-
-def claim_for(scheme: Scheme, traits: Iterable[str], measure: str, quantity: str) -> tuple[Claim | None, str]:
-    """Return the strongest claim that covers a quantity on a problem with these traits.
+def claim_for(scheme: Scheme, traits: Iterable[str], measure: str, quantity: str) -> Coverage:
+    """Return a quantity with the strongest claim of a scheme that covers it on a problem with these traits.
 
     Parameters
     ----------
@@ -147,21 +93,137 @@ def claim_for(scheme: Scheme, traits: Iterable[str], measure: str, quantity: str
 
     Returns
     -------
-    Claim or None
-    str
-        Why there is none; empty if there is one.
+    Coverage
     """
-    covering = [claim for claim in scheme.promises if claim.covers(measure, quantity)]
+    return _strongest(scheme.promises, scheme.name, traits, measure, quantity)
+
+
+def judge_claim(
+    covered: Coverage, judge: Callable[[Claim], Opinion], words: Container[str] = (), tier: int = 3
+) -> Opinion:
+    """Return the opinion on a claim; out of scope where there is none, undecided where its value is not known.
+
+    Parameters
+    ----------
+    covered : Coverage
+    judge : callable, Claim -> Opinion
+    words : container of str
+        Values that the measure knows; if left out, it knows orders.
+    tier : int
+        Of an opinion without a judgement.
+    """
+    claim = covered.claim
+    if claim is None:
+        return Opinion(Verdict.OUT_OF_SCOPE, covered.gap, tier)
+    if claim.value in words if words else is_order(claim):
+        return judge(claim)
+    return Opinion(Verdict.INCONCLUSIVE, unknown_value(claim), tier)
+
+
+def leave_open(covered: Coverage, reason: Reason | str) -> Opinion:
+    """Return that a claim, if there is one, is not decided, and why."""
+    undecided = Opinion(Verdict.INCONCLUSIVE, Reason.of(reason))
+    return undecided if covered.claim else Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
+
+
+def local_opinion(verdict: Verdict, text: str, kind: str = Kind.PLAIN) -> Opinion:
+    """Return what one step says (T1)."""
+    return Opinion(verdict, Reason(text, kind), 1)
+
+
+def local_doubt(text: str) -> Opinion:
+    """Return that one step does not decide, and why."""
+    return local_opinion(Verdict.INCONCLUSIVE, text)
+
+
+def is_order(claim: Claim) -> bool:
+    """Tell whether a claim is one of an order, and not in words."""
+    return not isinstance(claim.value, str)
+
+
+def unknown_value(claim: Claim) -> Reason:
+    """Return that a measure has no test for what is claimed."""
+    text = "this measure does not know what {value!r} means"
+    return Reason(text, Kind.UNKNOWN_VALUE, {"value": claim.value})
+
+
+def finding(covered: Coverage, opinion: Opinion, **shown: Any) -> Finding:
+    """Return the row of a quantity: its claim, the opinion on it, and what is shown beside; see `Finding`."""
+    return Finding(quantity=covered.quantity, claim=covered.claim, **opinion._asdict(), **shown)
+
+
+NOT_PROBED = Judgement(
+    (Finding(quantity="", verdict=Verdict.INCONCLUSIVE, reason=Reason("not probed")),),
+    (),
+)
+
+
+def decide(tests: PathTests, evidence: Evidence) -> Opinion:
+    """Return the verdict of the paths alone."""
+    found = Verdict.INCONCLUSIVE
+    if tests.refuted <= evidence.level:
+        found = Verdict.REFUTED
+    elif tests.verified <= evidence.level:
+        found = Verdict.VERIFIED
+    more = found is Verdict.INCONCLUSIVE and bool(np.isfinite(tests.growth))
+    needed = _needed("about {paths} paths would decide", tests.growth * evidence.paths) if more else ""
+    return Opinion(found, tests.reason.then(needed), 3, not more, tests.verified, tests.refuted)
+
+
+def guard(local: Opinion | None, tests: PathTests, evidence: Evidence) -> Opinion:
+    """Return the verdict of a deterministic tier, guarded by the paths; theirs alone where it has none.
+
+    What is refuted without sampling stays so. What is verified needs paths that could be compared, that would show an
+    error which the claim forbids, and that do not refute it. Where they look as if they might, or are too few to show
+    anything, more of them are asked for, and without more nothing is decided.
+    """
+    if local is None or local.verdict is Verdict.INCONCLUSIVE:
+        return decide(tests, evidence).plus(local.reason if local else "")
+    if local.verdict is Verdict.REFUTED:
+        return local
+    if tests.refuted <= evidence.level:
+        reason = tests.reason.then(local.reason, ", although ")
+        return Opinion(Verdict.REFUTED, reason, 3, p_refuted=tests.refuted)
+    doubt, settled = _doubt(tests, evidence)
+    if doubt:
+        reason = local.reason.then(doubt, ", but ")
+        return Opinion(Verdict.INCONCLUSIVE, reason, 3, settled, p_refuted=tests.refuted)
+    return local._replace(p_refuted=tests.refuted)
+
+
+def _doubt(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]:
+    """Return why paths that refute nothing are no guard, or an empty reason, and whether more of them do not help."""
+    paths = {"paths": evidence.paths}
+    if evidence.paths < CALIBRATED_PATHS:
+        return Reason("{paths} paths are too few to guard it", numbers=paths), True
+    if min(tests.refuted, tests.suspected) <= 1.0 - evidence.settings.confidence:
+        doubt = Reason("the paths do not look like it").then(tests.reason, ": ").then("more of them would tell")
+        return doubt, False
+    if tests.blind <= 1.0:
+        return Reason(), True
+    doubt = Reason("{paths} paths do not show an error that the claim forbids", numbers=paths)
+    if not np.isfinite(tests.blind):
+        return doubt.then("nor would more", ", "), True
+    return doubt.then(_needed("about {paths} would", tests.blind * evidence.paths)), False
+
+
+def _needed(text: str, paths: float) -> Reason:
+    rounded = f"{paths:.1g}" if paths >= 1e6 else str(int(float(f"{paths:.2g}")))
+    return Reason(text, Kind.MORE_PATHS, {"paths": rounded})
+
+
+def _strongest(claims: Iterable[Claim], scheme: str, traits: Iterable[str], measure: str, quantity: str) -> Coverage:
+    covering = [claim for claim in claims if claim.covers(measure, quantity)]
     in_scope = [claim for claim in covering if claim.when <= set(traits)]
     if in_scope:
-        return max(in_scope, key=_strength), ""
+        return Coverage(quantity, max(in_scope, key=_strength))
     if not covering:
-        return None, f"{scheme.name} claims nothing about {quantity}"
+        return Coverage(quantity, None, Reason(f"{scheme} claims nothing about {quantity}", Kind.NO_CLAIM))
     missing = sorted(set().union(*(claim.when for claim in covering)) - set(traits))
-    return None, f"claimed only for problems with {', '.join(missing)}"
+    return Coverage(quantity, None, Reason(f"claimed only for problems with {', '.join(missing)}", Kind.NO_CLAIM))
 
 
-def order_tests(claim: Claim, order: Estimate, evidence: Evidence, bias: float = 0.0) -> Tests:
+def order_tests(claim: Claim, order: Estimate, evidence: Evidence, bias: float = 0.0) -> PathTests:
     """Compare an estimated order with a claimed least order.
 
     The claim is verified by rejecting order <= value - margin, provided that its interval at the run's confidence
@@ -178,36 +240,38 @@ def order_tests(claim: Claim, order: Estimate, evidence: Evidence, bias: float =
 
     Returns
     -------
-    Tests
+    PathTests
     """
     if claim.value == ROUND_OFF:
-        return Tests(1.0, 0.0, "claimed exact, and not so to round-off")
+        return PathTests(1.0, 0.0, Reason("claimed exact, and not so to round-off"))
     if isinstance(claim.value, str):
-        return Tests.none(f"this measure does not know what {claim.value!r} means")
+        return PathTests.none(unknown_value(claim))
     bound = claim.value - claim.margin
     low, high = order.interval(evidence.settings.confidence, bias)
     if not np.isfinite([low, high]).all():
-        return Tests.none("no finite interval")
+        return PathTests.none("no finite interval")
     growth, half = order.growth_to_decide(bound, evidence.level, bias), 0.5 * (high - low)
-    reason = f"order {order.value:.3f}, at least {low:.3f} and at most {high:.3f}; claimed {claim.value}"
+    reason = order_in(order.value, low, high, claim)
     above = order.p_above(bound, bias)
     if half > claim.margin and above <= evidence.level:
         above, growth = 1.0, max(growth, (half / claim.margin) ** 2 if bias < claim.margin else inf)
-    return Tests(above, order.p_below(bound, bias), reason, growth)
+    return PathTests(above, order.p_below(bound, bias), reason, growth)
 
 
-def with_sample(tests: Tests, paths: int, *, heavy: bool) -> Tests:
+def with_sample(tests: PathTests, paths: int, *, heavy: bool) -> PathTests:
     """Reject nothing at levels for which the sample is too small, or too much on few paths, to be calibrated."""
     if paths < CALIBRATED_PATHS:
-        return Tests.none(f"intervals are calibrated from {CALIBRATED_PATHS} paths on", CALIBRATED_PATHS / paths)
+        return PathTests.none(f"intervals are calibrated from {CALIBRATED_PATHS} paths on", CALIBRATED_PATHS / paths)
     if paths >= DEEP_PATHS:
         return tests
     growth = max(tests.growth, DEEP_PATHS / paths) if np.isfinite(tests.growth) else inf
     refuted = 1.0 if heavy else max(tests.refuted, SHALLOW)
-    return Tests(max(tests.verified, SHALLOW), refuted, tests.reason, growth, tests.refuted)
+    return PathTests(max(tests.verified, SHALLOW), refuted, tests.reason, growth, tests.refuted)
 
 
-def held_back(tests: Tests, evidence: Evidence, levels: Array, coarse: str = "", growth: float = inf) -> Tests:
+def held_back(
+    tests: PathTests, evidence: Evidence, levels: Array, coarse: str = "", growth: float = inf
+) -> PathTests:
     """Refute nothing by levels that do not resolve the problem's fastest time; what they show stays suspicious.
 
     Nor by levels that look too coarse for another reason, which so many times as many paths would make sure of.
@@ -216,24 +280,25 @@ def held_back(tests: Tests, evidence: Evidence, levels: Array, coarse: str = "",
     suspected, growth = min(tests.refuted, tests.suspected), growth if coarse else tests.growth
     if not why or suspected == 1.0:
         return tests
-    return tests._replace(refuted=1.0, suspected=suspected, growth=growth, reason=f"{tests.reason}; {why}")
+    return tests._replace(refuted=1.0, suspected=suspected, growth=growth, reason=tests.reason.then(why))
 
 
-def doubted(findings: list[Finding]) -> list[Finding]:
+def order_in(order: float, low: float, high: float, claim: Claim) -> Reason:
+    """Return an order with its interval, beside what is claimed."""
+    text = "order {order:.3f}, at least {low:.3f} and at most {high:.3f}; claimed {claimed}"
+    return Reason(text, Kind.ORDER, {"order": order, "low": low, "high": high, "claimed": claim.value})
+
+
+def withhold_in_doubt(findings: list[Finding]) -> list[Finding]:
     """Verify no quantity of a scheme that is known to tend to the wrong limit in another one."""
-    wrong = [f.quantity for f in findings if f.verdict is Verdict.REFUTED and f.reason.startswith(WRONG)]
+    wrong = [f.quantity for f in findings if f.verdict is Verdict.REFUTED and f.reason.has(Kind.WRONG_LIMIT)]
     if not wrong:
         return findings
-    doubt = f"not confirmed: {WRONG} in {', '.join(wrong)}"
-    return [
-        replace(f, verdict=Verdict.INCONCLUSIVE, reason=f"{doubt}; {f.reason}", p_verified=1.0)
-        if f.verdict is Verdict.VERIFIED
-        else f
-        for f in findings
-    ]
+    doubt = f"not confirmed: {Kind.WRONG_LIMIT} in {', '.join(wrong)}"
+    return [f.withheld(doubt) if f.verdict is Verdict.VERIFIED else f for f in findings]
 
 
-def sound_levels(health: Mapping[str, Array]) -> tuple[Array, list[str]]:
+def sound_levels(health: Mapping[str, Array]) -> tuple[Array, Reason]:
     """Return the levels finer than every one that went wrong, and what went wrong.
 
     An order is about h tending to 0: coarse levels may fail, but what fails on a finer level than another that
@@ -248,24 +313,23 @@ def sound_levels(health: Mapping[str, Array]) -> tuple[Array, list[str]]:
     Returns
     -------
     ndarray of int
-    list of str
+    Reason
     """
     wrong = {"failed paths": health["failed"] > 0, "truncated steps": health["truncated"] > 0}
     bad = np.flatnonzero(np.any(list(wrong.values()), axis=0))
     first = int(bad[-1]) + 1 if len(bad) else 0
-    remarks = [at_levels(name, levels) for name, levels in wrong.items() if levels.any()]
-    if text := lost_index(health):
-        remarks.append(text)
-    return np.arange(first, len(health["failed"])), remarks
+    remarks = (at_levels(name, levels) for name, levels in wrong.items() if levels.any())
+    return np.arange(first, len(health["failed"])), Reason.of(*remarks, lost_index(health))
 
 
-def lost_index(health: Mapping[str, Array]) -> str:
-    """Return where the problem itself loses its root, at the finest level where it does, or an empty string."""
+def lost_index(health: Mapping[str, Array]) -> Reason:
+    """Return where the problem itself loses its root, at the finest level where it does, or an empty reason."""
     if "singular" not in health or not (count := health["singular"]).any():
-        return ""
+        return Reason()
     level = int(np.flatnonzero(count)[-1])
-    time = health["singular_time"][level] / count[level]
-    return f"du/dy is singular on {count[level]:.0f} paths, at t = {time:.3g} in the mean: there the solution ends"
+    figures = {"paths": count[level], "time": health["singular_time"][level] / count[level]}
+    text = "du/dy is singular on {paths:.0f} paths, at t = {time:.3g} in the mean: there the solution ends"
+    return Reason(text, Kind.LOST_INDEX, figures)
 
 
 def at_levels(what: str, levels: Mask) -> str:
@@ -274,14 +338,12 @@ def at_levels(what: str, levels: Mask) -> str:
     return f"{what} at {count} level{'' if count == 1 else 's'}"
 
 
-def unfitted(evidence: Evidence, quantity: str, claim: Claim | None, left_out: str) -> Finding:
-    """Return the finding on a quantity that has too few levels for a slope, and why they were left out."""
+def unfitted(evidence: Evidence, covered: Coverage, left_out: Reason) -> Opinion:
+    """Return the opinion on a quantity that has too few levels for a slope, and why they were left out."""
+    verdict = Verdict.INCONCLUSIVE if covered.claim else Verdict.OUT_OF_SCOPE
     if evidence.health.sums["lost"][-1] > 0:
         verdict = Verdict.DIVERGED
-    else:
-        verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
-    reason = f"fewer than {FEWEST} levels can be fitted: {left_out}"
-    return Finding(quantity=quantity, verdict=verdict, reason=reason, claim=claim, method="paths")
+    return Opinion(verdict, Reason(f"fewer than {FEWEST} levels can be fitted: ").then(left_out, ""))
 
 
 def _strength(claim: Claim) -> float:

@@ -10,7 +10,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally, packed, unpacked
@@ -18,7 +19,7 @@ from ..forms import Problem
 from ..probe.stiffness.family import member, no_family
 from ..probe.stiffness.stiff_limit import LimitDistances, Slope, limit_distances, limit_slopes
 from ..registry.hookspecs import hookimpl
-from .judge import Decision, claim_for, decide, order_tests
+from .judge import NOT_PROBED, coverage, decide, finding, is_order, order_tests
 
 PROBED = "limit"
 METHOD = "distances at fixed h on the same noise (T3)"
@@ -48,7 +49,7 @@ class Limits(Measure):
         """Return a finding for both distances, with noise and without, and the distances."""
         record = unpacked(PROBED, LimitDistances, evidence.tally)
         if record is None:
-            return Judgement((Finding(quantity="", verdict=Verdict.INCONCLUSIVE, reason="not probed"),), ())
+            return NOT_PROBED
         found = limit_slopes(record)
         findings = tuple(_finding(evidence, record, name, slope) for name, slope in found.items())
         return Judgement(
@@ -63,32 +64,23 @@ def sdaeverify_measures() -> list[Measure]:
 
 
 def _finding(evidence: Evidence, record: LimitDistances, name: str, slope: Slope) -> Finding:
-    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Limits.name, name)
-    decision = Decision(Verdict.OUT_OF_SCOPE, no_claim, 3)
-    if claim is not None:
-        decision = _decision(evidence, record, claim, slope)
+    covered = coverage(evidence, Limits.name, name)
+    opinion = Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
+    if covered.claim is not None:
+        opinion = _opinion(evidence, record, covered.claim, slope)._replace(settled=True)
     low, high = slope.estimate.interval(evidence.settings.confidence)
-    return Finding(
-        quantity=name,
-        claim=claim,
-        estimate=slope.estimate.value,
-        low=low,
-        high=high,
-        method=METHOD,
-        **decision._replace(settled=True)._asdict(),
-    )
+    return finding(covered, opinion, estimate=slope.estimate.value, low=low, high=high, method=METHOD)
 
 
-def _decision(evidence: Evidence, record: LimitDistances, claim: Claim, slope: Slope) -> Decision:
+def _opinion(evidence: Evidence, record: LimitDistances, claim: Claim, slope: Slope) -> Opinion:
     if record.failed > FAILED:
         share = f"{100.0 * float(record.failed):.2g} per cent of the paths met a step without root"
-        return Decision(Verdict.INCONCLUSIVE, share, 3)
+        return Opinion(Verdict.INCONCLUSIVE, Reason(share))
     if np.isnan(slope.estimate.value):
-        return Decision(Verdict.INCONCLUSIVE, "distances are not finite, or rounding for many eps", 3)
-    if np.isinf(slope.estimate.value) and not isinstance(claim.value, str):
-        return Decision(Verdict.VERIFIED, "rounding for every eps", 3)
-    tests = order_tests(claim, slope.estimate, evidence)
-    return decide(tests._replace(growth=np.inf), evidence)
+        return Opinion(Verdict.INCONCLUSIVE, Reason("distances are not finite, or rounding for many eps"))
+    if np.isinf(slope.estimate.value) and is_order(claim):
+        return Opinion(Verdict.VERIFIED, Reason("rounding for every eps"))
+    return decide(order_tests(claim, slope.estimate, evidence)._replace(growth=np.inf), evidence)
 
 
 def _levels(record: LimitDistances, name: str, slope: Slope) -> Iterator[LevelFinding]:

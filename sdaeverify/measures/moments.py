@@ -24,24 +24,33 @@ Only cells with a claim are sampled.
 """
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import scipy
 
 from ..arrays import Array, Parts
-from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Snapshot, Verdict
-from ..contracts.scheme import Claim, Scheme
+from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.measure import Evidence, Measure, Snapshot
+from ..contracts.scheme import Scheme
 from ..contracts.settings import Settings
 from ..contracts.tally import EXTREMES, Tally, largest, packed, unpacked
 from ..forms import Problem
 from ..numerics.statistics import Estimate, Tail, group_sums, jackknife, tail
-from ..probe.local.orders import LocalOpinion
 from ..probe.step.one_step import OneStep
-from ..probe.step.semi_stability import POWER, Growth, growth, judge_growth, lyapunov
+from ..probe.step.semi_stability import POWER, Growth, growth, lyapunov
 from ..registry.hookspecs import hookimpl
-from .judge import Tests, claim_for, guard, with_sample
+from .judge import (
+    PathTests,
+    claim_for,
+    coverage,
+    finding,
+    guard,
+    judge_claim,
+    local_doubt,
+    local_opinion,
+    with_sample,
+)
 
 # What the moments measure notes on one block: the largest V of each path over the coarsest grid, at every level.
 
@@ -90,6 +99,8 @@ def _histogram(V: Array) -> Array:
 
 QUANTITY, BOUNDED = "moment", "bounded"
 PROBED = "growth"
+# A rate that does not grow has local exponent 0 in 1/h; one that does has 1/2 at least.
+GROWS = 0.25
 METHODS = {1: "growth in one step (T1)", 3: "largest V along paths (T3)"}
 # c = 2^4: a moment is too large where its fourth root is more than twice the solution's.
 FACTOR = 2.0**POWER
@@ -105,8 +116,7 @@ class Moments(Measure):
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse schemes that claim nothing, so that nothing is sampled for them."""
         view = scheme.view_of(problem)
-        claim, reason = claim_for(scheme, view.traits if view else (), self.name, QUANTITY)
-        return "" if claim else reason
+        return str(claim_for(scheme, view.traits if view else (), self.name, QUANTITY).gap)
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> MomentObserver:
         """Return the notebook for one block."""
@@ -118,9 +128,8 @@ class Moments(Measure):
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return one finding, and the moments of all levels."""
-        sample = Sample.of(evidence)
-        claim, _ = claim_for(evidence.scheme, evidence.view.traits, Moments.name, QUANTITY)
-        return Judgement((_finding(evidence, sample, claim),), tuple(_levels(sample)))
+        sample = LargestValues.of(evidence)
+        return Judgement((_finding(evidence, sample),), tuple(_levels(sample)))
 
 
 @hookimpl
@@ -129,7 +138,7 @@ def sdaeverify_measures() -> list[Measure]:
     return [Moments()]
 
 
-class Sample(NamedTuple):
+class LargestValues(NamedTuple):
     """The largest V of each path at L levels, and of the truth in the last row.
 
     Attributes
@@ -149,7 +158,7 @@ class Sample(NamedTuple):
     largest: Array
 
     @classmethod
-    def of(cls, evidence: Evidence) -> "Sample":
+    def of(cls, evidence: Evidence) -> "LargestValues":
         """Return the sample of a cell."""
         sums = evidence.tally.sums
         h, top = np.array(evidence.step_sizes), evidence.tally.largest["V"][..., : evidence.settings.extremes]
@@ -181,36 +190,53 @@ class Sample(NamedTuple):
         return np.where(hits > 0.0, scipy.special.bdtrc(hits - 1.0, self.paths, share), 1.0)
 
 
-def _finding(evidence: Evidence, sample: Sample, claim: Claim | None) -> Finding:
+def _finding(evidence: Evidence, sample: LargestValues) -> Finding:
+    covered = coverage(evidence, Moments.name, QUANTITY)
     ratios = [sample.log_ratio(level) for level in range(len(sample.h))]
     worst = int(np.argmax([ratio.value for ratio in ratios]))
     low, high = ratios[worst].interval(evidence.settings.confidence)
     found = unpacked(PROBED, Growth, evidence.tally)
-    shown = partial(
-        Finding,
-        quantity=QUANTITY,
-        claim=claim,
+    local = judge_growth(found, evidence.view.horizon) if found else None
+    opinion = judge_claim(
+        covered, lambda _: guard(local, _tests(evidence, sample, ratios, local), evidence), {BOUNDED}
+    )
+    return finding(
+        covered,
+        opinion,
         estimate=float(2.0 ** ratios[worst].value),
         low=float(2.0**low),
         high=float(2.0**high),
+        method=METHODS[opinion.tier],
         details={
             "class": "ratio of moments",
             "h_of_largest": float(sample.h[worst]),
             "growth_rate": float(found.rate.max()) if found else np.nan,
         },
     )
-    if claim is None or claim.value != BOUNDED:
-        verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
-        return shown(verdict=verdict, reason=f"this measure does not know what {claim} means" if claim else "")
-    local = judge_growth(found, evidence.view.horizon) if found else None
-    decision = guard(local, _tests(evidence, sample, ratios, local), evidence)
-    return shown(method=METHODS[decision.tier], **decision._asdict())
 
 
-def _tests(evidence: Evidence, sample: Sample, ratios: list[Estimate], local: LocalOpinion | None) -> Tests:
+def judge_growth(found: Growth, horizon: float) -> Opinion:
+    """Tell whether the rates are bounded as h tends to 0: verified, or inconclusive, since it need not be so.
+
+    Rates below 1/horizon, which no solution lives to see, count as that.
+    """
+    rate, size = np.maximum(found.rate, 1.0 / horizon), found.far
+    worst = int(found.rate.argmax())
+    figures = f"at most exp({found.rate[worst]:.3g} h) at {int(found.states)} states"
+    if not np.isfinite(rate).all():
+        text = f"at h = {found.h[worst]:.3g} one step has no root, or V no mean, where V = {size[worst]:.3g}^4"
+        return local_doubt(f"{text}: rare paths may carry a moment that no sample shows")
+    exponent = np.log(rate[-1] / rate[-2]) / np.log(found.h[-2] / found.h[-1])
+    if exponent > GROWS:
+        text = f"one step lets E V grow by exp(rho h), rho like h^-{exponent:.2f} where V = {size[-1]:.3g}^4"
+        return local_doubt(f"{text}: rare paths may carry a moment that no sample shows")
+    return local_opinion(Verdict.VERIFIED, f"one step lets E V grow by {figures}")
+
+
+def _tests(evidence: Evidence, sample: LargestValues, ratios: list[Estimate], local: Opinion | None) -> PathTests:
     truth = sample.moment(-1)
     if not np.isfinite(truth.se) or sample.tail(-1).heavy:
-        return Tests.none("the solution's own moment is not known, or rests on few paths")
+        return PathTests.none("the solution's own moment is not known, or rests on few paths")
     bound = FACTOR * truth.interval(1.0 - evidence.level)[1]
     excess = sample.excess(bound)
     level = int(excess.min(axis=1).argmin())
@@ -218,33 +244,31 @@ def _tests(evidence: Evidence, sample: Sample, ratios: list[Estimate], local: Lo
     suspect = refuted <= 1.0 - evidence.settings.confidence
     verified, reason, growth = _from_below(evidence, sample, ratios, local)
     if suspect:
-        reason = (
-            f"more paths at h = {sample.h[level]:.3g} are far out than a moment of {FACTOR:g} times the solution's"
-        )
-        reason, growth = f"{reason} allows; {_sized(ratios[level])}", 1.0
-    return with_sample(Tests(verified, refuted, reason, growth), sample.paths, heavy=False)
+        far = f"more paths at h = {sample.h[level]:.3g} are far out than a moment of {FACTOR:g} times the solution's"
+        reason, growth = Reason.of(f"{far} allows", _size(ratios[level])), 1.0
+    return with_sample(PathTests(verified, refuted, reason, growth), sample.paths, heavy=False)
 
 
 def _from_below(
-    evidence: Evidence, sample: Sample, ratios: list[Estimate], local: LocalOpinion | None
-) -> tuple[float, str, float]:
+    evidence: Evidence, sample: LargestValues, ratios: list[Estimate], local: Opinion | None
+) -> tuple[float, Reason, float]:
     """Return the p-value against moments that are too large, the figures, and the growth of the sample to decide."""
     p_values = [ratio.p_below(np.log2(FACTOR)) for ratio in ratios]
     worst = int(np.argmax(p_values))
-    reason = _sized(ratios[worst])
+    reason = _size(ratios[worst])
     if evidence.health.sums["without_root"].any():
-        return 1.0, f"{reason}; steps without root", np.inf
+        return 1.0, reason.then("steps without root"), np.inf
     if local is not None or any(sample.tail(level).heavy for level in range(len(ratios))):
         # What one step leaves open, or few paths carry, no sample confirms.
         return 1.0, reason, np.inf
     return p_values[worst], reason, ratios[worst].growth_to_decide(np.log2(FACTOR), evidence.level)
 
 
-def _sized(ratio: Estimate) -> str:
-    return f"moment {2.0**ratio.value:.3g} times the solution's"
+def _size(ratio: Estimate) -> Reason:
+    return Reason("moment {ratio:.3g} times the solution's", numbers={"ratio": 2.0**ratio.value})
 
 
-def _levels(sample: Sample) -> Iterator[LevelFinding]:
+def _levels(sample: LargestValues) -> Iterator[LevelFinding]:
     for level in range(len(sample.h)):
         moment, ratio, found = sample.moment(level), sample.log_ratio(level), sample.tail(level)
         details = {"ratio": float(2.0**ratio.value), "hill": found.hill, "largest_share": found.share}

@@ -10,25 +10,26 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
-from ..contracts.scheme import Claim, Scheme, form_names
+from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Verdict
+from ..contracts.measure import Evidence, Measure
+from ..contracts.scheme import Scheme, form_names
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally, packed, unpacked
 from ..forms import Multiplied, Problem
 from ..probe.local.multiplier_orders import (
     QUANTITIES,
     Multipliers,
-    judge_exponent,
     multiplier_orders,
     multipliers,
     no_multipliers,
 )
-from ..probe.local.orders import LocalOpinion
 from ..registry.hookspecs import hookimpl
-from .judge import claim_for
+from .judge import NOT_PROBED, coverage, finding, judge_claim, local_doubt, local_opinion
 
 PROBED = "multipliers"
 METHOD = "remainders of one step (T1)"
+# How far below the claim an order may be, and by how much the next one may differ from a settled one.
+TOLERANCE, SETTLED = 0.1, 0.1
 
 
 class MultiplierExponents(Measure):
@@ -52,7 +53,7 @@ class MultiplierExponents(Measure):
         """Return a finding for each multiplier that the scheme gives, and its sizes."""
         record = unpacked(PROBED, Multipliers, evidence.tally)
         if record is None:
-            return Judgement((Finding(quantity="", verdict=Verdict.INCONCLUSIVE, reason="not probed"),), ())
+            return NOT_PROBED
         given = np.flatnonzero(record.given).tolist()
         findings = tuple(_finding(evidence, record, index) for index in given)
         return Judgement(findings, tuple(row for index in given for row in _levels(record, index)))
@@ -65,25 +66,53 @@ def sdaeverify_measures() -> list[Measure]:
 
 
 def _finding(evidence: Evidence, record: Multipliers, index: int) -> Finding:
-    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, MultiplierExponents.name, QUANTITIES[index])
-    opinion = LocalOpinion(Verdict.OUT_OF_SCOPE, no_claim) if claim is None else _opinion(claim, record, index)
+    covered = coverage(evidence, MultiplierExponents.name, QUANTITIES[index])
+    opinion = judge_claim(covered, lambda claim: judge_exponent(record, index, float(claim.value)), tier=1)
     orders = multiplier_orders(record)
-    return Finding(
-        quantity=QUANTITIES[index],
-        verdict=opinion.verdict,
-        reason=opinion.reason,
-        claim=claim,
-        estimate=float(orders.order[index]),
-        method=METHOD,
-        tier=1,
-        details={"next_order": float(orders.ahead[index])},
-    )
+    details = {"next_order": float(orders.ahead[index])}
+    return finding(covered, opinion, estimate=float(orders.order[index]), method=METHOD, details=details)
 
 
-def _opinion(claim: Claim, record: Multipliers, index: int) -> LocalOpinion:
-    if isinstance(claim.value, str):
-        return LocalOpinion(Verdict.INCONCLUSIVE, f"this measure does not know what {claim.value!r} means")
-    return judge_exponent(record, index, claim.value)
+def judge_exponent(record: Multipliers, index: int, claim: float) -> Opinion:
+    """Compare the order of a quantity, and the one to be expected at the next smaller step, with a claimed one.
+
+    Parameters
+    ----------
+    record : Multipliers
+    index : int
+        Place of the quantity in `QUANTITIES`.
+    claim : float
+        Least order.
+
+    Returns
+    -------
+    Opinion
+    """
+    orders = multiplier_orders(record)
+    order, ahead = float(orders.order[index]), float(orders.ahead[index])
+    if np.isnan(order):
+        return local_doubt(_hidden(record))
+    if np.isinf(order):
+        return _vanishing(record)
+    bound, text = claim - TOLERANCE, f"local order {order:.3f}, claimed {claim}"
+    if min(order, ahead) >= bound:
+        return local_opinion(Verdict.VERIFIED, f"local order {order:.3f}")
+    if max(order, ahead) < bound and abs(ahead - order) <= SETTLED:
+        return local_opinion(Verdict.REFUTED, text)
+    return local_doubt(f"{text}; still changing, to {ahead:.3f}")
+
+
+def _vanishing(record: Multipliers) -> Opinion:
+    if record.truncated.any() or record.failed.any():
+        return local_doubt("no more than rounding at the step sizes that are not truncated")
+    return local_opinion(Verdict.VERIFIED, "no more than rounding, at two step sizes or more: it vanishes here")
+
+
+def _hidden(record: Multipliers) -> str:
+    for what, share in (("is truncated", record.truncated[-1]), ("has no root", record.failed[-1])):
+        if share:
+            return f"no order: even at h = {record.h[-1]:.2g} the step {what} at {share:.0%} of the states"
+    return "no order: the step is not finite, or a solver's tolerance hides it"
 
 
 def _levels(record: Multipliers, index: int) -> Iterator[LevelFinding]:

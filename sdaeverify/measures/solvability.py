@@ -19,7 +19,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ..arrays import Parts
-from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Snapshot, Verdict
+from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally, packed, unpacked
@@ -28,9 +29,9 @@ from ..noise.brownian import Increment
 from ..numerics import norm
 from ..numerics.statistics import clopper_pearson, group_sums
 from ..probe.step.one_step import OneStep
-from ..probe.step.solvable import RootScan, root_scan, where
+from ..probe.step.solvable import RootScan, root_scan
 from ..registry.hookspecs import hookimpl
-from .judge import Decision, Opinion, Tests, claim_for, guard
+from .judge import Coverage, PathTests, claim_for, coverage, finding, guard, judge_claim, local_doubt, local_opinion
 
 ROOT, SHARE = "root", "paths without root"
 EVERY_H = "every h"
@@ -61,18 +62,17 @@ class Solvability(Measure):
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return what became of one step on a wide range of step sizes, where something is claimed of it."""
-        claim, _ = claim_for(scheme, view.traits, self.name, ROOT)
-        if claim is None or OneStep(scheme, view).refusal():
+        if claim_for(scheme, view.traits, self.name, ROOT).claim is None or OneStep(scheme, view).refusal():
             return Tally()
         return packed(PROBED, root_scan(scheme, view))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding on the claim, if there is one, and one on the shares, with their levels."""
         shares = [_share(evidence, level) for level in range(evidence.settings.levels)]
-        claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Solvability.name, ROOT)
-        findings = [_shown(shares, no_claim)]
-        if claim is not None:
-            findings.insert(0, _claimed(evidence, shares, claim))
+        covered = coverage(evidence, Solvability.name, ROOT)
+        findings = [_of_shares(shares, covered.gap)]
+        if covered.claim is not None:
+            findings.insert(0, _of_claim(evidence, shares, covered))
         return Judgement(tuple(findings), tuple(_levels(shares)))
 
 
@@ -115,26 +115,43 @@ def _share(evidence: Evidence, level: int) -> Share:
     return Share(evidence.step_sizes[level], hits / paths, low, high)
 
 
-def _claimed(evidence: Evidence, shares: Sequence[Share], claim: Claim) -> Finding:
-    if claim.value != EVERY_H:
-        opinion = Opinion(Verdict.INCONCLUSIVE, f"this measure does not know what {claim.value!r} means")
-        return Finding(quantity=ROOT, claim=claim, **opinion._asdict())
-    # One step without root is a counterexample, however rare: no sampling error is involved.
-    met = any(share.value for share in shares)
-    tests = Tests(1.0, 0.0 if met else 1.0, _worded(shares))
-    decision = guard(_scanned(evidence), tests, evidence)
-    return Finding(quantity=ROOT, claim=claim, method=METHODS[decision.tier], **_without_p(decision))
+def _of_claim(evidence: Evidence, shares: Sequence[Share], covered: Coverage) -> Finding:
+    def judge(claim: Claim) -> Opinion:  # noqa: ARG001 - there is one claim
+        # One step without root is a counterexample, however rare: no sampling error is involved.
+        met = any(share.value for share in shares)
+        tests = PathTests(1.0, 0.0 if met else 1.0, Reason(_met(shares)))
+        return guard(_by_scan(evidence), tests, evidence)._replace(p_verified=nan, p_refuted=nan)
+
+    opinion = judge_claim(covered, judge, {EVERY_H})
+    return finding(covered, opinion, method=METHODS[opinion.tier])
 
 
-def _scanned(evidence: Evidence) -> Opinion:
+def _by_scan(evidence: Evidence) -> Opinion:
     scan = unpacked(PROBED, RootScan, evidence.tally)
     if scan is None:
-        return Opinion(Verdict.INCONCLUSIVE, "one step cannot be probed; no sample shows that all steps have a root")
-    if found := where(evidence.view, scan):
-        return Opinion(Verdict.REFUTED, found)
+        text = "one step cannot be probed; no sample shows that all steps have a root"
+        return local_doubt(text)
+    if found := where_no_root(evidence.view, scan):
+        return local_opinion(Verdict.REFUTED, found)
     count, h = scan.x.shape[1], scan.h
     text = f"at {len(h)} step sizes from {h[0]:.3g} to {h[-1]:.3g} and {count} states"
-    return Opinion(Verdict.VERIFIED, f"a root {text}; {_farthest(evidence.view, scan)}")
+    return local_opinion(Verdict.VERIFIED, f"a root {text}; {_farthest(evidence.view, scan)}")
+
+
+def where_no_root(view: Any, scan: RootScan) -> str:
+    """Return in words where no root was found, or what is not finite; empty if all steps could be made."""
+    for what, bad in (("no root", scan.failed), ("not finite", scan.lost)):
+        if bad.any():
+            size = int(np.argmax(bad.any(axis=0)))
+            state = int(np.argmax(bad[:, size]))
+            sizes = f"{what} at {np.count_nonzero(bad.any(axis=0))} of {len(scan.h)} step sizes"
+            parts = view.parts(view.state(scan.x[:, state : state + 1]))
+            return f"{sizes}, the smallest h = {scan.h[size]:.3g} where {_sizes(parts)}"
+    return ""
+
+
+def _sizes(parts: Parts) -> str:
+    return ", ".join(f"|{name}| = {norm(part)[0]:.3g}" for name, part in parts.items())
 
 
 def _farthest(view: Any, scan: RootScan) -> str:
@@ -142,16 +159,12 @@ def _farthest(view: Any, scan: RootScan) -> str:
     return ", ".join(f"|{name}| up to {norm(part).max():.3g}" for name, part in parts.items())
 
 
-def _without_p(decision: Decision) -> dict[str, Any]:
-    return decision._replace(p_verified=nan, p_refuted=nan)._asdict()
-
-
-def _shown(shares: Sequence[Share], no_claim: str) -> Finding:
+def _of_shares(shares: Sequence[Share], gap: Reason) -> Finding:
     worst = max(shares, key=lambda share: share.value)
     return Finding(
         quantity=SHARE,
         verdict=Verdict.OUT_OF_SCOPE,
-        reason="; ".join(text for text in (_worded(shares), no_claim) if text),
+        reason=Reason.of(_met(shares), gap),
         estimate=worst.value,
         low=worst.low,
         high=worst.high,
@@ -160,7 +173,7 @@ def _shown(shares: Sequence[Share], no_claim: str) -> Finding:
     )
 
 
-def _worded(shares: Sequence[Share]) -> str:
+def _met(shares: Sequence[Share]) -> str:
     met = [f"{share.value:.3g} at h = {share.h:.3g}" for share in shares if share.value]
     return f"share of paths that meet a step without root {', '.join(met)}" if met else "no path without root"
 

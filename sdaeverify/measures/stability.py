@@ -16,7 +16,8 @@ import numpy as np
 import scipy
 
 from ..arrays import Array
-from ..contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally, packed, unpacked
@@ -29,7 +30,7 @@ from ..probe.stability.delay_stability import delay_stability, no_delay_stabilit
 from ..probe.stability.stability import StabilityRecord, no_stability, stability
 from ..probe.stability.windows import smallest_boundary, undecided, worded
 from ..registry.hookspecs import hookimpl
-from .judge import Opinion, claim_for
+from .judge import coverage, finding, judge_claim, leave_open
 
 QUANTITY = "second moment"
 # By the size of the states at which a step with a delay is linear.
@@ -75,9 +76,10 @@ class Stability(Measure):
         """
         records = {name: unpacked(name, StabilityRecord, evidence.tally) for name in LIMITS.values()}
         known = {name: record for name, record in records.items() if record is not None}
-        findings = [_judged(evidence, name, record) for name, record in known.items()]
+        findings = [_finding(evidence, name, record) for name, record in known.items()]
         rows = tuple(row for name, record in known.items() for row in _levels(name, record))
-        return Judgement(tuple(findings or [_unprobed(evidence)]), rows)
+        covered = coverage(evidence, self.name, QUANTITY)
+        return Judgement(tuple(findings or [finding(covered, leave_open(covered, "not probed"))]), rows)
 
 
 @hookimpl
@@ -86,24 +88,15 @@ def sdaeverify_measures() -> list[Measure]:
     return [Stability()]
 
 
-def _unprobed(evidence: Evidence) -> Finding:
-    claim, _ = claim_for(evidence.scheme, evidence.view.traits, Stability.name, QUANTITY)
-    verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
-    return Finding(quantity=QUANTITY, verdict=verdict, reason="not probed", claim=claim)
-
-
-def _judged(evidence: Evidence, name: str, record: StabilityRecord) -> Finding:
-    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Stability.name, name)
-    opinion = Opinion(Verdict.OUT_OF_SCOPE, no_claim) if claim is None else _opinion(claim, record, evidence)
+def _finding(evidence: Evidence, name: str, record: StabilityRecord) -> Finding:
+    covered = coverage(evidence, Stability.name, name)
+    opinion = judge_claim(covered, lambda claim: _opinion(claim, record, evidence), {A_STABLE, CONDITIONAL})
     linear = not _nonlinear(record)
-    return Finding(
-        quantity=name,
-        verdict=opinion.verdict,
-        reason=opinion.reason,
-        claim=claim,
+    return finding(
+        covered,
+        opinion._replace(tier=2),
         estimate=smallest_boundary(record.windows) if linear else np.nan,
         method=METHOD,
-        tier=2,
         details={
             "windows": worded(record.windows) if linear else "",
             "undecided": len(undecided(record.scan.sign)),
@@ -125,19 +118,17 @@ def _levels(name: str, record: StabilityRecord) -> Iterator[LevelFinding]:
 
 
 def _opinion(claim: Claim, record: StabilityRecord, evidence: Evidence) -> Opinion:
-    if claim.value not in {A_STABLE, CONDITIONAL}:
-        return Opinion(Verdict.INCONCLUSIVE, f"this measure does not know what {claim.value!r} means")
     if reason := _nonlinear(record) or _undecided_problem(record, evidence):
-        return Opinion(Verdict.INCONCLUSIVE, reason)
+        return Opinion(Verdict.INCONCLUSIVE, Reason(reason))
     if not record.decays:
-        return Opinion(Verdict.OUT_OF_SCOPE, "the problem itself is not mean-square stable")
+        return Opinion(Verdict.OUT_OF_SCOPE, Reason("the problem itself is not mean-square stable"))
     sign = record.scan.sign
     unstable = sign > 0 if claim.value == A_STABLE else sign[:1] > 0
     if unstable.any():
-        return Opinion(Verdict.REFUTED, _unstable(record, int(np.argmax(unstable))))
+        return Opinion(Verdict.REFUTED, Reason(_unstable(record, int(np.argmax(unstable)))))
     if doubt := _doubt(record, sign if claim.value == A_STABLE else sign[:1]):
-        return Opinion(Verdict.INCONCLUSIVE, doubt)
-    return Opinion(Verdict.VERIFIED, _stable(record))
+        return Opinion(Verdict.INCONCLUSIVE, Reason(doubt))
+    return Opinion(Verdict.VERIFIED, Reason(_stable(record)))
 
 
 def _nonlinear(record: StabilityRecord) -> str:

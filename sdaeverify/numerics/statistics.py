@@ -5,6 +5,7 @@ one jackknife over groups of paths carries the correlation between levels by its
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -132,6 +133,32 @@ def corrected_slope_weights(x: Array, power: float = 1.0) -> Array:
     """Return the weights of p in the fit y = a + p x + c 2^(power x): the asymptotic order, x = log2 h."""
     design = np.stack([np.ones_like(x), x, 2.0 ** (power * (x - x.max()))], axis=1)
     return np.asarray(np.linalg.pinv(design)[1])
+
+
+def order_of(h: Array, sums: Array, counts: Array, p: float = 1.0) -> Estimate:
+    """Return the order in h of (E e^p)^(1/p): the least-squares slope of its logarithm, by the jackknife.
+
+    Parameters
+    ----------
+    h : ndarray, shape (L,)
+        Step sizes.
+    sums : ndarray, shape (G, L)
+        Sums of e^p over each group.
+    counts : ndarray, shape (G,)
+        Paths of each group.
+    p : float, optional
+
+    Returns
+    -------
+    Estimate
+    """
+    return jackknife(sums, counts, partial(log_functional, slope_weights(np.log2(h)), p))
+
+
+def log_functional(weights: Array, p: float, means: Array) -> float:
+    """Return sum_l w_l log2 (E e_l^p)^(1/p)."""
+    # einsum, not a BLAS product: the same bits on every number of threads.
+    return float(np.einsum("l,l->", weights, log_norms(means, p)))
 
 
 def log_norms(means: Array, p: float) -> Array:

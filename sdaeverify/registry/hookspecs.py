@@ -80,7 +80,7 @@ def sdaeverify_measures() -> Iterable[Any]:  # type: ignore[empty-body]
     Returns
     -------
     iterable of measures
-        Instances of subclasses of `sdaeverify.contracts.measure.Measure`.
+        Instances of subclasses of `sdaeverify.measuring.Measure`.
     """
 
 
@@ -129,7 +129,7 @@ def sdaeverify_experiments() -> Iterable[Experiment]:  # type: ignore[empty-body
 
 
 @hookspec
-def sdaeverify_report(folder: Path) -> None:
+def sdaeverify_report(folder: Path, result: Any) -> None:
     """Write further files beside the report.
 
     When: at the end of a run, after all tables are written.
@@ -138,6 +138,9 @@ def sdaeverify_report(folder: Path) -> None:
     ----------
     folder : Path
         Folder of the report; it exists, and its own files must not be changed.
+    result : Result
+        What the run came to, as `sdaeverify.verify` returns it: its tables are `verdicts` and `levels`, its cells
+        with their findings `results`. An implementation may leave this argument out, as any of a hook.
 
     Returns
     -------

@@ -137,12 +137,12 @@ class Registry:
         problem = self.problems.get(given.name)
         return problem is not None and problem.family is given.family
 
-    def report(self, folder: Path) -> tuple[str, ...]:
-        """Let each plugin write beside the report; return one line for each that failed."""
+    def report(self, folder: Path, result: object) -> tuple[str, ...]:
+        """Let each plugin write beside the report of a result; return one line for each that failed."""
         failures = []
         for plugin, write in self.reports:
             try:
-                write(folder=folder)
+                write(folder=folder, result=result)
             except FAULTS as error:
                 failures.append(f"report of plugin {plugin}: {one_line(error)}")
         return tuple(failures)

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from ..arrays import Array
-from ..contracts.measure import Finding
+from ..contracts.finding import Finding
 from ..contracts.scheme import Claim
 from ..contracts.settings import Settings
 from ..simulate.tracks import COST, COUNTED
@@ -157,7 +157,7 @@ def _judged(finding: Finding) -> dict[str, object]:
         "ci_low": finding.low,
         "ci_high": finding.high,
         "verdict": str(finding.verdict),
-        "reason": finding.reason,
+        "reason": str(finding.reason),
         "method": finding.method,
         "margin": finding.claim.margin if finding.claim else float("nan"),
         "claim_source": finding.claim.source if finding.claim else "",

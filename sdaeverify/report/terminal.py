@@ -8,7 +8,7 @@ from itertools import product
 from rich.table import Table
 from rich.text import Text
 
-from ..contracts.measure import Verdict
+from ..contracts.finding import Verdict
 from ..study import CellResult, Plan
 from .plain import empty_table, visible
 from .sentences import SYMBOLS as TEXT_SYMBOLS

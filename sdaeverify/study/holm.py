@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import isnan
 
-from ..contracts.measure import Finding, Verdict
+from ..contracts.finding import Finding, Kind, Reason, Verdict
 from .judging import CellResult
 
 Place = tuple[int, int]
@@ -72,11 +72,10 @@ def _decided(finding: Finding, *, refuted: bool, verified: bool) -> Finding:
     if finding.verdict in known and (refuted or verified or isnan(known[finding.verdict])):
         return finding
     if finding.verdict in known:
-        reason = f"not significant over all tests of this run; {finding.reason}"
+        reason = Reason.of("not significant over all tests of this run", finding.reason)
         return replace(finding, verdict=Verdict.INCONCLUSIVE, reason=reason)
     if finding.verdict is not Verdict.INCONCLUSIVE or not (refuted or verified):
         return finding
     verdict = Verdict.REFUTED if refuted else Verdict.VERIFIED
-    return replace(
-        finding, verdict=verdict, reason=f"{finding.reason.partition('; about ')[0]}; over all tests of this run"
-    )
+    reason = finding.reason.before(Kind.MORE_PATHS).then("over all tests of this run")
+    return replace(finding, verdict=verdict, reason=reason)

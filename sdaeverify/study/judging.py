@@ -5,8 +5,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..contracts.finding import Finding, Kind, LevelFinding, Opinion, Reason, Verdict
 from ..contracts.matching import match
-from ..contracts.measure import Evidence, Finding, LevelFinding, Verdict
+from ..contracts.measure import Evidence
 from ..contracts.scheme import Scheme
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally
@@ -14,7 +15,7 @@ from ..errors import FAULTS, one_line
 from ..measures.judge import lost_index
 from ..simulate.behaviour import Behaviour, differing
 from ..simulate.ensemble import LaneEvidence
-from .controlled import Doubts, Objection, doubts, gated
+from .controlled import ControlEvidence, ControlVerdicts, Objection, heed_controls
 from .plan import Cell, ProblemPlan
 
 CONTRACT = "contract and exactness (T0)"
@@ -100,17 +101,19 @@ class CellResult:
     horizon: float = float("nan")
 
 
-def unmeasured(cell: Cell, verdict: Verdict, reason: str) -> CellResult:
+def without_evidence(cell: Cell, verdict: Verdict, reason: str) -> CellResult:
     """Return the result of a cell without evidence."""
-    return CellResult(cell, (Finding(quantity="", verdict=verdict, reason=reason),))
+    return CellResult(cell, (Finding(quantity="", verdict=verdict, reason=Reason(reason)),))
 
 
-def planned_out(plan: ProblemPlan) -> list[CellResult]:
+def excluded_cells(plan: ProblemPlan) -> list[CellResult]:
     """Return the results of the cells that cannot be run."""
-    return [unmeasured(cell, cell.verdict, cell.reason) for cell in plan.cells if cell.verdict is not None]
+    return [without_evidence(cell, cell.verdict, cell.reason) for cell in plan.cells if cell.verdict is not None]
 
 
-def judged(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence, controls: Doubts) -> CellResult:
+def judge_cell(
+    plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence, controls: ControlVerdicts
+) -> CellResult:
     """Judge a cell.
 
     Parameters
@@ -119,25 +122,25 @@ def judged(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidenc
     cell : Cell
     settings : Settings
     known : CellEvidence
-    controls : Doubts
-        As `doubts_of` gives them for the problem.
+    controls : ControlVerdicts
+        Of the problem.
 
     Returns
     -------
     CellResult
     """
     if known.breach:
-        return _breached(cell, known)
+        return _of_breach(cell, known)
     if known.error:
-        return unmeasured(cell, Verdict.ERROR, known.error)
+        return without_evidence(cell, Verdict.ERROR, known.error)
     try:
         # The logarithm of an error that is exactly zero is not a defect; the measures look at what comes out.
         with np.errstate(all="ignore"):
             judgement = cell.measure.judge(_evidence(plan, cell, settings, known))
-            findings = tuple(gated(finding, cell.scheme, controls) for finding in judgement.findings)
+            findings = tuple(heed_controls(finding, cell.scheme, controls) for finding in judgement.findings)
             findings = tuple(_before_the_end(finding, known) for finding in findings)
     except FAULTS as error:
-        return unmeasured(cell, Verdict.ERROR, f"measure {cell.measure.name}: {one_line(error)}")
+        return without_evidence(cell, Verdict.ERROR, f"measure {cell.measure.name}: {one_line(error)}")
     assert plan.problem is not None
     findings = (*findings, *_unmet(cell, findings))
     return CellResult(
@@ -145,7 +148,7 @@ def judged(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidenc
     )
 
 
-def doubts_of(plan: ProblemPlan, settings: Settings, evidences: Evidences) -> Doubts:
+def control_verdicts(plan: ProblemPlan, settings: Settings, evidences: Evidences) -> ControlVerdicts:
     """Return what the controls of a problem have against verdicts.
 
     Parameters
@@ -157,24 +160,29 @@ def doubts_of(plan: ProblemPlan, settings: Settings, evidences: Evidences) -> Do
 
     Returns
     -------
-    Doubts
+    ControlVerdicts
     """
-
-    def evidence(cell: Cell, sampled: bool) -> Evidence | Objection:
-        known = evidences[cell.scheme, cell.measure.name]
-        if known.error:
-            return Objection(f"was not measured: {known.error}", known.lack)
-        if known.breach:
-            return Objection(f"breaks a contract: {known.breach}")
-        return _evidence(plan, cell, settings, known, probed=not sampled)
-
-    return doubts(plan.controls, evidence)
+    known = {cell: evidences[cell.scheme, cell.measure.name] for cell in plan.control_cells}
+    evidence = {cell: _of_control(plan, cell, settings, found) for cell, found in known.items()}
+    return ControlVerdicts(plan.controls, evidence)
 
 
-def _breached(cell: Cell, known: CellEvidence) -> CellResult:
+def _of_control(
+    plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence
+) -> ControlEvidence | Objection:
+    if known.error:
+        return Objection(f"was not measured: {known.error}", known.lack)
+    if known.breach:
+        return Objection(f"breaks a contract: {known.breach}")
+    whole = _evidence(plan, cell, settings, known)
+    return ControlEvidence(replace(whole, tally=known.sampled), whole)
+
+
+def _of_breach(cell: Cell, known: CellEvidence) -> CellResult:
     claim = next((claim for claim in cell.scheme.promises if claim.measure == cell.measure.name), None)
     verdict = Verdict.REFUTED if claim else Verdict.OUT_OF_SCOPE
-    finding = Finding(quantity="", verdict=verdict, reason=known.breach, claim=claim, method=CONTRACT, tier=0)
+    opinion = Opinion(verdict, Reason(known.breach), tier=0)
+    finding = Finding(quantity="", claim=claim, method=CONTRACT, **opinion._asdict())
     return CellResult(cell, (finding,), seconds=known.seconds)
 
 
@@ -184,19 +192,16 @@ def _before_the_end(finding: Finding, known: CellEvidence) -> Finding:
     by_paths = finding.verdict is Verdict.REFUTED and finding.tier == 3
     if not end or by_paths or finding.verdict not in {Verdict.VERIFIED, Verdict.REFUTED}:
         return finding
-    reason = finding.reason if end in finding.reason else f"{finding.reason}; {end}"
+    reason = finding.reason if finding.reason.has(Kind.LOST_INDEX) else finding.reason.then(end)
     return replace(finding, verdict=Verdict.INCONCLUSIVE, reason=reason, p_verified=1.0, p_refuted=1.0)
 
 
-def _evidence(
-    plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence, *, probed: bool = True
-) -> Evidence:
+def _evidence(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence) -> Evidence:
     assert plan.problem is not None
     view = match(cell.scheme, plan.problem).problem
     assert view is not None
-    tally = known.sampled.merged(known.probed) if probed else known.sampled
-    level = settings.level
-    return Evidence(cell.scheme, plan.problem, view, settings, tally, known.health, level)
+    tally = known.sampled.merged(known.probed)
+    return Evidence(cell.scheme, plan.problem, view, settings, tally, known.health, settings.level)
 
 
 def _unmet(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:
@@ -206,4 +211,4 @@ def _unmet(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:
         for quantity in claim.quantities if claim.measure == cell.measure.name else ():
             if quantity not in found:
                 reason = f"claimed, but there is no {quantity} here; there are {', '.join(sorted(found))}"
-                yield Finding(quantity=quantity, verdict=Verdict.OUT_OF_SCOPE, reason=reason)
+                yield Finding(quantity=quantity, verdict=Verdict.OUT_OF_SCOPE, reason=Reason(reason))

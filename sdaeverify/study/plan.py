@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..contracts.finding import Verdict
 from ..contracts.matching import Match, match
-from ..contracts.measure import Measure, Verdict
+from ..contracts.measure import Measure
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, SdaeverifyError, UsageError, one_line

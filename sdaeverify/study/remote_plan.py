@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..contracts.measure import Measure, Verdict
+from ..contracts.finding import Verdict
+from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, one_line

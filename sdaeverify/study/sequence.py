@@ -5,12 +5,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..contracts.measure import Finding, Verdict
+from ..contracts.finding import Finding, Reason, Verdict
 from ..contracts.scheme import Scheme
 from ..contracts.settings import Settings
 from ..errors import FAULTS, one_line
 from ..simulate.ensemble import Entry, LaneEvidence, Task
-from .judging import CellEvidence, CellResult, doubts_of, judged, planned_out, unmeasured
+from .judging import CellEvidence, CellResult, control_verdicts, excluded_cells, judge_cell, without_evidence
 from .plan import Cell, ProblemPlan
 
 
@@ -99,10 +99,10 @@ class ProblemRun:
         """Judge the open cells at the end of a look."""
         runs = (*self.runs, *self.controls)
         evidence = {_key(run.cell): run.known for run in runs}
-        controls = doubts_of(self.plan, self.settings, evidence)
+        controls = control_verdicts(self.plan, self.settings, evidence)
         for run in self.runs:
             if not run.settled:
-                result = judged(self.plan, run.cell, self.settings, run.evidence, controls)
+                result = judge_cell(self.plan, run.cell, self.settings, run.evidence, controls)
                 run.result = self._sequential(run, result)
         self.look += 1
 
@@ -112,7 +112,7 @@ class ProblemRun:
         done = (
             _as_it_is(run, run.halted or (stopped if unsettled or run.result is None else "")) for run in self.runs
         )
-        return (*done, *planned_out(self.plan))
+        return (*done, *excluded_cells(self.plan))
 
     def _running(self) -> Iterator[CellRun]:
         # A cell that is settled keeps the evidence of its last look; a control goes on for the cells it controls.
@@ -147,11 +147,11 @@ def _merged(known: CellEvidence, lane: LaneEvidence, index: int) -> CellEvidence
 
 def _as_it_is(run: CellRun, stopped: str) -> CellResult:
     if run.result is None:
-        return unmeasured(run.cell, Verdict.NOT_RUN, stopped)
+        return without_evidence(run.cell, Verdict.NOT_RUN, stopped)
     return replace(run.result, findings=tuple(_cut_short(run.result.findings, stopped))) if stopped else run.result
 
 
 def _cut_short(findings: Sequence[Finding], stopped: str) -> Iterator[Finding]:
     for finding in findings:
         cut = finding.verdict is Verdict.INCONCLUSIVE and not finding.settled
-        yield replace(finding, reason=f"{stopped}; {finding.reason}") if cut else finding
+        yield replace(finding, reason=Reason.of(stopped, finding.reason)) if cut else finding

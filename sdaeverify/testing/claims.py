@@ -11,8 +11,9 @@ from math import inf
 from operator import index
 from typing import TYPE_CHECKING, Any, SupportsIndex
 
+from ..contracts.finding import Finding, Verdict
 from ..contracts.labels import did_you_mean
-from ..contracts.measure import Finding, Measure, Verdict
+from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import Settings
 from ..contracts.specs import ProblemSpec
@@ -222,7 +223,7 @@ def idle(plan: Plan, expected: Iterable[ExpectedFailure]) -> list[str]:
 def undecided(found: Sequence[Outcome]) -> str:
     """Return in one line what is undecided of a cell, and why."""
     open_ones = [outcome for outcome in found if outcome.status is Status.UNDECIDED]
-    return "; ".join(f"undecided: {title(each)}: {visible(each.finding.reason)}" for each in open_ones)
+    return "; ".join(f"undecided: {title(each)}: {visible(str(each.finding.reason))}" for each in open_ones)
 
 
 def _excused(found: Sequence[Outcome]) -> None:

@@ -129,7 +129,8 @@ def sdaeverify_problems():
 """
 IMPORTS = """
 import signal
-from sdaeverify.contracts.measure import Finding, Judgement, Measure, Verdict
+from sdaeverify.contracts.finding import Finding, Judgement, Verdict
+from sdaeverify.contracts.measure import Measure
 from sdaeverify.contracts.tally import Tally
 """
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="limits of processes are a matter of POSIX")

@@ -5,7 +5,7 @@ import re
 import pytest
 from rich.console import Console
 
-from sdaeverify.contracts.measure import Finding, Verdict
+from sdaeverify.contracts.finding import Finding, Reason, Verdict
 from sdaeverify.measures.drift import _classify
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_measures, select_problems, select_schemes
@@ -37,7 +37,7 @@ def cell():
 
 
 def finding(quantity: str, verdict: Verdict, reason: str = "", **details: object) -> Finding:
-    return Finding(quantity=quantity, verdict=verdict, reason=reason, estimate=0.99, details=details)
+    return Finding(quantity=quantity, verdict=verdict, reason=Reason(reason), estimate=0.99, details=details)
 
 
 def printed(tables: list[object], width: int) -> list[str]:

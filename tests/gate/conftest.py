@@ -6,7 +6,8 @@ from typing import ClassVar
 import pytest
 
 from sdaeverify import SDE, Claim, Scheme, Settings
-from sdaeverify.contracts.measure import Finding, Measure, Verdict
+from sdaeverify.contracts.finding import Finding, Reason, Verdict
+from sdaeverify.contracts.measure import Measure
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.gate.gated import Gated
 from sdaeverify.gate.outcomes import outcomes
@@ -86,7 +87,7 @@ def registered(schemes=(Plain(), Fussy()), families=(line, added, plane), distri
 def result(verdict, *, scheme=Plain(), quantity="x", claim=SHARP, reason="because", **fields):
     """Return the result of a cell with one finding."""
     claim = None if verdict in UNCLAIMED else claim
-    finding = Finding(quantity=quantity, verdict=verdict, reason=reason, claim=claim, **fields)
+    finding = Finding(quantity=quantity, verdict=verdict, reason=Reason(reason), claim=claim, **fields)
     return CellResult(Cell(scheme, problem_spec(line), Sharp()), (finding,), paths=256, seconds=0.5)
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.finding import Verdict
 from sdaeverify.errors import UsageError
 from sdaeverify.gate.expected import ExpectedFailure, expectation
 

@@ -6,7 +6,7 @@ from xml.etree.ElementTree import fromstring
 import pytest
 import xmlschema
 
-from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.finding import Verdict
 from sdaeverify.gate.expected import ExpectedFailure
 from sdaeverify.gate.lock import Lock
 from sdaeverify.gate.policy import Policy

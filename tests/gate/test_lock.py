@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sdaeverify import Claim
-from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.finding import Verdict
 from sdaeverify.errors import UsageError
 from sdaeverify.gate.lock import Key, claim_words, compared, found_claims, lock_text, read_lock
 from sdaeverify.gate.outcomes import outcomes

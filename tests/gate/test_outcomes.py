@@ -4,7 +4,7 @@ import pytest
 
 from sdaeverify.cli.codes_of_runs import code_of_gate
 from sdaeverify.cli.exit_codes import ExitCode
-from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.finding import Verdict
 from sdaeverify.gate.expected import ExpectedFailure
 from sdaeverify.gate.outcomes import Status, idle, is_red, outcomes
 from sdaeverify.gate.policy import Policy
@@ -40,7 +40,7 @@ def test_a_broken_contract_is_no_expected_failure():
     broken = result(Verdict.REFUTED, quantity="", reason="a step writes into its state", tier=0)
     whole, quantity = outcomes([broken, result(Verdict.REFUTED)], Policy(expected_failures=ANY))
 
-    assert (whole.status, whole.finding.reason) == (Status.FAILED, "a step writes into its state")
+    assert (whole.status, str(whole.finding.reason)) == (Status.FAILED, "a step writes into its state")
     assert code_of_gate([whole, quantity], Policy(expected_failures=ANY), complete=True) is ExitCode.REFUTED
     assert quantity.status is Status.XFAILED
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sdaeverify import Control, Pathwise
-from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.finding import Verdict
 from sdaeverify.errors import UsageError
 from sdaeverify.gate.plan import gate_plan
 from sdaeverify.gate.policy import Policy

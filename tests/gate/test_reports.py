@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.finding import Verdict
 from sdaeverify.gate.expected import ExpectedFailure
 from sdaeverify.gate.lock import Lock
 from sdaeverify.gate.policy import Policy

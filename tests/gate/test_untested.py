@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import pytest
 
-from sdaeverify.contracts.measure import Finding, Verdict
+from sdaeverify.contracts.finding import Finding, Verdict
 from sdaeverify.contracts.specs import on_request
 from sdaeverify.gate.plan import gate_plan
 from sdaeverify.gate.policy import Policy

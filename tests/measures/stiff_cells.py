@@ -7,7 +7,8 @@ from typing import ClassVar
 import numpy as np
 
 from sdaeverify import Claim, Settings
-from sdaeverify.contracts.measure import Evidence, Finding, Judgement, Measure
+from sdaeverify.contracts.finding import Finding, Judgement
+from sdaeverify.contracts.measure import Evidence, Measure
 from sdaeverify.contracts.tally import Tally
 from sdaeverify_problems.affine_constraint import affine_constraint
 from sdaeverify_schemes.constrained_euler import ConstrainedEuler

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from sdaeverify import Claim, Settings, verify
-from sdaeverify.contracts.measure import Evidence, Verdict
+from sdaeverify.contracts.finding import Verdict
+from sdaeverify.contracts.measure import Evidence
 from sdaeverify.measures.invariant.bias import known_bias, sampled_bias
-from sdaeverify.measures.invariant.chain_order import Sample
+from sdaeverify.measures.invariant.chain_order import BiasSample
 from sdaeverify.numerics.statistics import GROUPS
 from sdaeverify.probe.operator.functional_orders import FunctionalOrder
 from sdaeverify.probe.operator.transition import refusal
@@ -56,14 +57,14 @@ def invariant(scheme, problem="ou", **settings):
 )
 def test_errors_without_sampling(errors, floor, verdict):
     """All step sizes must be within the bound, whatever the errors can be off; one that is beyond refutes."""
-    assert known_bias(0.01, H, np.array(errors), np.full(4, floor), TOLD).verdict is verdict
+    assert known_bias(0.01, H, np.array(errors), np.full(4, floor), TOLD)[1].verdict is verdict
 
 
 def test_a_mean_that_a_symmetry_fixes_tells_nothing():
     """No bias is claimed of what has none in any scheme."""
     fixed = FunctionalOrder(np.nan, -np.inf, np.inf, informative=False, fixed=True, note="a symmetry fixes it")
 
-    assert known_bias(0.01, H, np.zeros(4), np.full(4, 1e-9), fixed).verdict is Verdict.NOT_APPLICABLE
+    assert known_bias(0.01, H, np.zeros(4), np.full(4, 1e-9), fixed)[1].verdict is Verdict.NOT_APPLICABLE
 
 
 def chains(bias, se):
@@ -71,7 +72,7 @@ def chains(bias, se):
     noise = np.random.default_rng(7).standard_normal((GROUPS, len(H)))
     noise = (noise - noise.mean(axis=0)) / noise.std(axis=0, ddof=1)
     values = 1.0 + np.array(bias) + se * np.sqrt(GROUPS) * noise
-    return sampled_bias(0.01, [Sample(H, values, values[:, 0], 1.0, 1e-14)], 3.0, EVIDENCE)
+    return sampled_bias(0.01, [BiasSample(H, values, values[:, 0], 1.0, 1e-14)], 3.0, EVIDENCE)
 
 
 @pytest.mark.parametrize(
@@ -87,9 +88,9 @@ def chains(bias, se):
 )
 def test_errors_of_chains(bias, se, verdict):
     """The interval at each step size has to lie within the bound, or one of them outside; else chains are missing."""
-    found = chains(bias, se)
+    found, opinion = chains(bias, se)
 
-    assert found.verdict is verdict
+    assert opinion.verdict is verdict
     assert (found.growth > 1.0) is (verdict is Verdict.INCONCLUSIVE)
 
 
@@ -99,8 +100,8 @@ def test_chains_at_the_boundary_decide_as_often_as_their_level_says():
     decided = 0
     for _ in range(400):
         values = np.array([1.01, 1.0, 1.0, 1.0]) + 1e-3 * rng.standard_normal((GROUPS, len(H)))
-        sample = Sample(H, values, values[:, 0], 1.0, 1e-14)
-        decided += sampled_bias(0.01, [sample], 1.0, EVIDENCE).verdict is not Verdict.INCONCLUSIVE
+        sample = BiasSample(H, values, values[:, 0], 1.0, 1e-14)
+        decided += sampled_bias(0.01, [sample], 1.0, EVIDENCE)[1].verdict is not Verdict.INCONCLUSIVE
 
     # Two tests of 0.005 each: 12 of 400 have a probability below 1e-3.
     assert decided < 12

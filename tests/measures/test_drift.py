@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from sdaeverify import Claim, HolonomicSDAE, Residual, Scheme, Settings
-from sdaeverify.contracts.measure import Evidence, Verdict
+from sdaeverify.contracts.finding import Verdict
+from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures._residuals import EDGES, ResidualObserver, log_spaced, quadrature, quantile
 from sdaeverify.measures.drift import Drift
@@ -114,7 +115,7 @@ def test_orders_that_rise_slowly_refute_nothing():
 
     assert finding.estimate == pytest.approx(0.18, abs=0.01)
     assert finding.verdict is Verdict.INCONCLUSIVE
-    assert "as h tends to 0" in finding.reason
+    assert "as h tends to 0" in str(finding.reason)
 
 
 def test_a_part_that_stays_is_refuted_on_the_same_steps():
@@ -130,7 +131,7 @@ def test_steps_longer_than_the_fastest_time_refute_nothing(monkeypatch):
     finding, _ = judge(lambda h, t: np.sqrt(h) * t, value=1.0)
 
     assert finding.verdict is Verdict.INCONCLUSIVE
-    assert "does not resolve the fastest time" in finding.reason
+    assert "does not resolve the fastest time" in str(finding.reason)
 
 
 def test_accumulation_is_flagged():
@@ -146,7 +147,7 @@ def test_steps_without_root_leave_round_off_undecided():
     finding, _ = judge(lambda h, t: 1e-16, failed=2)
 
     assert finding.verdict is Verdict.INCONCLUSIVE
-    assert "failed paths" in finding.reason
+    assert "failed paths" in str(finding.reason)
 
 
 def test_levels_hold_the_supremum_and_quantiles():

@@ -9,7 +9,8 @@ from scipy.stats import binom
 
 from measures.stiff_cells import AFFINE, SETTINGS, Climbing, Explicit, Right, judged, probed, whole
 from sdaeverify import Claim
-from sdaeverify.contracts.measure import Evidence, Verdict
+from sdaeverify.contracts.finding import Verdict
+from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally, packed, unpacked
 from sdaeverify.measures.effort import ALONG, PROBED, Effort, chernoff
 from sdaeverify.probe.stiffness.iterations import RUNS, Iterations, RunIterations
@@ -70,7 +71,7 @@ def test_one_step_beyond_the_bound_refutes_it():
     found = judged(MEASURE, Climbing(more=4), AFFINE)[NAME]
 
     assert found.verdict is Verdict.REFUTED
-    assert found.reason.startswith("6 iterations in a step")
+    assert str(found.reason).startswith("6 iterations in a step")
 
 
 def test_growth_below_the_bound_is_refuted():
@@ -79,7 +80,7 @@ def test_growth_below_the_bound_is_refuted():
 
     assert found.high <= 5.0
     assert found.verdict is Verdict.REFUTED
-    assert "more for eps = 1e-08" in found.reason
+    assert "more for eps = 1e-08" in str(found.reason)
 
 
 def test_claims_that_are_too_low_unknown_or_not_made():
@@ -106,7 +107,7 @@ def test_a_scheme_that_reports_no_iterations_has_not_been_tested():
 
     assert found.verdict is Verdict.ERROR
     assert found.claim is not None
-    assert found.reason == "its steps report no iterations: nothing is known of the claim"
+    assert str(found.reason) == "its steps report no iterations: nothing is known of the claim"
 
 
 def test_a_bound_in_a_part_of_the_steps():
@@ -118,7 +119,7 @@ def test_a_bound_in_a_part_of_the_steps():
     assert judged(MEASURE, scheme, AFFINE, often(1, 90))[NAME].verdict is Verdict.REFUTED
     close = judged(MEASURE, scheme, AFFINE, often(5, 99.5))[NAME]
     assert close.verdict is Verdict.INCONCLUSIVE
-    assert "paths do not decide" in close.reason
+    assert "paths do not decide" in str(close.reason)
 
 
 @dataclass(frozen=True)

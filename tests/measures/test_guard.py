@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from sdaeverify import Settings
-from sdaeverify.contracts.measure import Evidence, Snapshot, Verdict
+from sdaeverify.contracts.finding import Opinion, Reason, Verdict
+from sdaeverify.contracts.measure import Evidence, Snapshot
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.forms.truths import Moment
 from sdaeverify.measures import judge
@@ -14,11 +15,10 @@ from sdaeverify.measures.judge import guard
 from sdaeverify.measures.means import MeanObserver, means_of
 from sdaeverify.measures.weak.mean_order import mean_order
 from sdaeverify.numerics.statistics import Estimate
-from sdaeverify.probe.local.orders import LocalOpinion
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
-LOCAL = LocalOpinion(Verdict.VERIFIED, "local weak order 1.000")
+LOCAL = Opinion(Verdict.VERIFIED, Reason("local weak order 1.000"), 1)
 KNOWN, WRONG = 0.7503, 0.376
 
 
@@ -51,7 +51,7 @@ def test_few_paths_do_not_guard_a_mean_with_a_wide_spread():
         assert found.verdict is Verdict.INCONCLUSIVE
         assert not found.settled
         assert tests.blind > 1.0
-        assert "would" in found.reason
+        assert "would" in str(found.reason)
 
 
 def test_with_the_paths_that_were_asked_for_the_mean_is_guarded():
@@ -77,9 +77,9 @@ def test_an_error_that_the_guard_is_said_to_see_is_seen():
 
 def test_a_guard_that_no_paths_can_help_is_settled():
     """Without a finite growth nothing more is asked for, and nothing is verified."""
-    tests = judge.Tests(1.0, 1.0, "", blind=np.inf)
+    tests = judge.PathTests(1.0, 1.0, Reason(), blind=np.inf)
     found = guard(LOCAL, tests, evidence_of(256, KNOWN, 0.1))
 
     assert found.verdict is Verdict.INCONCLUSIVE
     assert found.settled
-    assert "nor would more" in found.reason
+    assert "nor would more" in str(found.reason)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from sdaeverify import Settings
-from sdaeverify.contracts.measure import Evidence, Snapshot, Verdict
+from sdaeverify.contracts.finding import Verdict
+from sdaeverify.contracts.measure import Evidence, Snapshot
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures.intervals import GIVEN_PAST, IntervalObserver, Intervals
 from sdaeverify_problems.delay_test import delay_test

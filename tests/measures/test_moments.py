@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, Array, Claim, HolonomicSDAE, Scheme, Settings
-from sdaeverify.contracts.measure import Evidence, Finding, Judgement, Snapshot, Verdict
+from sdaeverify.contracts.finding import Finding, Judgement, Verdict
+from sdaeverify.contracts.measure import Evidence, Snapshot
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.contracts.tally import Tally, packed
 from sdaeverify.measures.moments import EDGES, FACTOR, MomentObserver, Moments
@@ -97,7 +98,7 @@ def test_unbounded_growth_in_one_step_is_never_verified() -> None:
     found = finding(lambda level: SIZES, WILD)
 
     assert (found.verdict, found.settled) == (Verdict.INCONCLUSIVE, True)
-    assert "rare paths" in found.reason
+    assert "rare paths" in str(found.reason)
 
 
 @pytest.mark.parametrize("probed", [NOTHING, WILD, STEADY])
@@ -106,7 +107,7 @@ def test_moments_that_are_too_large_are_refuted(probed: Tally) -> None:
     found = finding(lambda level: SIZES * (3.0 if level == 1 else 1.0), probed)
 
     assert (found.verdict, found.tier) == (Verdict.REFUTED, 3)
-    assert "more paths at h = 0.0625 are far out" in found.reason
+    assert "more paths at h = 0.0625 are far out" in str(found.reason)
 
 
 @pytest.mark.parametrize("far", [1e6, np.inf, np.nan])
@@ -143,7 +144,7 @@ def test_paths_without_root_are_not_verified_by_paths() -> None:
     found = finding(lambda level: SIZES, without_root=1)
 
     assert found.verdict is Verdict.INCONCLUSIVE
-    assert "steps without root" in found.reason
+    assert "steps without root" in str(found.reason)
 
 
 @pytest.mark.parametrize("truth", [np.where(np.arange(2048) < 1, 1e3, SIZES), np.full(2048, np.nan)])
@@ -152,7 +153,7 @@ def test_an_unknown_moment_of_the_solution_decides_nothing_by_paths(truth: Array
     found = finding(lambda level: 10.0 * SIZES, truth=truth)
 
     assert found.verdict is Verdict.INCONCLUSIVE
-    assert "solution's own moment" in found.reason
+    assert "solution's own moment" in str(found.reason)
 
 
 def test_few_paths_ask_for_more() -> None:

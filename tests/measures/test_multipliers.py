@@ -6,7 +6,8 @@ from typing import ClassVar
 import pytest
 
 from sdaeverify import Claim, HolonomicSDAE, HolonomicState, Increment, Scheme, Settings, Step
-from sdaeverify.contracts.measure import Evidence, Finding, Verdict
+from sdaeverify.contracts.finding import Finding, Verdict
+from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.forms import Problem
 from sdaeverify.measures.multipliers import MultiplierExponents
@@ -69,7 +70,7 @@ def test_wrong_multipliers_are_refuted() -> None:
     assert {name: finding.verdict for name, finding in found.items()} == dict.fromkeys(
         ("lambda remainder", "Lambda remainder"), Verdict.REFUTED
     )
-    assert found["lambda remainder"].reason == "local order 1.000, claimed 2.0"
+    assert str(found["lambda remainder"].reason) == "local order 1.000, claimed 2.0"
 
 
 def test_claims_that_are_too_high_unknown_or_not_made() -> None:

@@ -5,7 +5,8 @@ import pytest
 
 from measures.stiff_cells import AFFINE, SETTINGS, UNIFORM, Right, replace_claims
 from sdaeverify import Claim
-from sdaeverify.contracts.measure import Evidence, Verdict
+from sdaeverify.contracts.finding import Verdict
+from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally, packed
 from sdaeverify.measures.uniformity import Uniformity
 from sdaeverify.measures.uniformity.one_step_findings import ONE_STEP
@@ -83,4 +84,4 @@ def test_what_cannot_be_probed_is_inconclusive_and_says_why():
     found = Uniformity().judge(Evidence(scheme, problem, problem, SETTINGS, Tally(), Tally())).findings[-1]
 
     assert (found.quantity, found.verdict) == (ONE_STEP, Verdict.INCONCLUSIVE)
-    assert "too many atoms" in found.reason
+    assert "too many atoms" in str(found.reason)

@@ -8,10 +8,11 @@ from scipy.stats import binom
 
 from measures.stiff_cells import Right, replace_claims
 from sdaeverify import Claim, Settings, Step
-from sdaeverify.contracts.measure import Evidence, Verdict
+from sdaeverify.contracts.finding import Verdict
+from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally, packed
 from sdaeverify.measures.uniformity import PAIRED, Uniformity
-from sdaeverify.measures.uniformity.paired_findings import Sample
+from sdaeverify.measures.uniformity.paired_findings import PairedMeans
 from sdaeverify.numerics.statistics import GROUPS
 from sdaeverify.probe.stiffness.paired_members import SHARE, PairedErrors
 from sdaeverify_planted.uniformly_accurate import HalfRoot, ScaledTerms
@@ -97,7 +98,7 @@ def test_noise_decides_nothing_and_says_what_would():
     found = judged(record(first_order, noise=0.02))
 
     assert found["weak"].verdict is Verdict.INCONCLUSIVE
-    assert "paths of a run would decide" in found["weak"].reason
+    assert "paths of a run would decide" in str(found["weak"].reason)
 
 
 def test_a_reference_that_is_itself_off_decides_nothing():
@@ -123,7 +124,7 @@ def test_an_eps_without_roots_decides_nothing_and_is_named(where):
     assert found.p_verified == 1.0
     assert found.estimate == pytest.approx(1.0, abs=0.1)
     named = f"eps = {EPS[where][0]:.3g}" if where.sum() == 1 else f"2 eps from {EPS[where][0]:.3g} to 10"
-    assert f"nothing is known for {named}" in found.reason
+    assert f"nothing is known for {named}" in str(found.reason)
     assert refuted.verdict is Verdict.REFUTED
     assert judged(record(lambda eps, h: np.where(where[:, None], 1.0, h)))["weak"].verdict is Verdict.REFUTED
 
@@ -145,7 +146,9 @@ def test_a_scheme_that_makes_no_step_but_for_the_smallest_eps_is_not_verified():
     findings = Uniformity().judge(Evidence(scheme, problem, problem, settings, tally, Tally(), level=0.05)).findings
 
     assert {finding.verdict for finding in findings} == {Verdict.INCONCLUSIVE}
-    assert all("to 10, where more than one path in a hundred met a step without root" in f.reason for f in findings)
+    assert all(
+        "to 10, where more than one path in a hundred met a step without root" in str(f.reason) for f in findings
+    )
 
 
 def test_a_coarsest_step_without_roots_is_left_out():
@@ -165,7 +168,7 @@ def test_paths_that_are_lost():
     few = judged(record(first_order)._replace(lost=0.1 * lost))["weak"]
 
     assert (many.verdict, few.verdict) == (Verdict.REFUTED, Verdict.INCONCLUSIVE)
-    assert "not finite at h = 0.00625, eps = 1e-05" in many.reason
+    assert "not finite at h = 0.00625, eps = 1e-05" in str(many.reason)
 
 
 def test_words_decide_nothing_and_no_claim_is_out_of_scope():
@@ -186,7 +189,7 @@ def test_tests_keep_their_level_at_the_bound(noise):
     means = H[:, None] ** order * np.array([0.3, 1.0, 1.0])[:, None, None] * np.ones(2)
     errors = noise * rng.standard_normal((samples, GROUPS, *means.shape))
     nothing = np.zeros((GROUPS, 3, 2))
-    found = [Sample(means + each, nothing, H, EPS[:3], 1.0, ("a", "b"), EPS[:0]) for each in errors]
+    found = [PairedMeans(means + each, nothing, H, EPS[:3], 1.0, ("a", "b"), EPS[:0]) for each in errors]
 
     most = binom.ppf(1.0 - 1e-4, samples, 0.05)
     assert sum(sample.falls(order) <= 0.05 for sample in found) <= most

@@ -7,7 +7,8 @@ import pytest
 
 from probe import linear_cells as c
 from sdaeverify import SDE, Array, Claim, Increment, MeanSquareStability, Scheme, Settings
-from sdaeverify.contracts.measure import Evidence, Finding, Judgement, Verdict
+from sdaeverify.contracts.finding import Finding, Judgement, Verdict
+from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.forms import Problem
 from sdaeverify.measures.stability import Stability
@@ -71,7 +72,7 @@ def test_a_scheme_that_is_not_a_stable_is_refuted_with_its_boundary(value: float
     found = finding(theta(value), linear_test(-10.0, 2.0), A_STABLE)
     assert found.verdict is Verdict.REFUTED
     assert found.estimate == pytest.approx(boundary, rel=1e-12)
-    assert f"stable only for h < {boundary:g}" in found.reason
+    assert f"stable only for h < {boundary:g}" in str(found.reason)
 
 
 def test_the_same_schemes_are_conditionally_stable() -> None:
@@ -95,7 +96,7 @@ def test_a_scheme_that_is_unstable_for_small_steps_is_refuted() -> None:
         found = finding(noisy, linear_test(), claim)
         assert found.verdict is Verdict.REFUTED
         assert found.estimate == 0.0
-        assert "unstable for small h" in found.reason
+        assert "unstable for small h" in str(found.reason)
 
 
 def test_windows_that_are_no_interval_are_all_reported() -> None:
@@ -110,7 +111,7 @@ def test_nothing_is_said_on_problems_that_are_not_stable_themselves() -> None:
     """A-stability promises nothing there; additive noise does not make a problem unstable."""
     found = finding(theta(0.5), gbm(), A_STABLE)
     assert found.verdict is Verdict.OUT_OF_SCOPE
-    assert "the problem itself is not mean-square stable" in found.reason
+    assert "the problem itself is not mean-square stable" in str(found.reason)
     assert finding(theta(0.5), ou(), A_STABLE).verdict is Verdict.VERIFIED
     assert finding(theta(0.5), ou(-1.0), A_STABLE).verdict is Verdict.OUT_OF_SCOPE
 
@@ -121,21 +122,21 @@ def test_a_truth_that_contradicts_the_coefficients_is_noticed() -> None:
     wrong = replace(problem, truths=(MeanSquareStability(stable=False, source="wrong"),))
     found = finding(theta(0.5), wrong, A_STABLE)
     assert found.verdict is Verdict.INCONCLUSIVE
-    assert "its truth says otherwise" in found.reason
+    assert "its truth says otherwise" in str(found.reason)
 
 
 def test_a_curved_manifold_leaves_no_direction_out() -> None:
     """The centre of a circle has no nearest point on it; the second moment on the circle is constant."""
     found = finding(c.euler, circle(), CONDITIONAL)
     assert found.verdict is Verdict.INCONCLUSIVE
-    assert "not decided" in found.reason
+    assert "not decided" in str(found.reason)
 
 
 def test_a_problem_on_the_boundary_of_stability_decides_nothing() -> None:
     """With 2a + b^2 = 0 the second moment is constant."""
     found = finding(theta(0.5), c.linear(-0.5, [1.0]), A_STABLE)
     assert found.verdict is Verdict.INCONCLUSIVE
-    assert "not decided" in found.reason
+    assert "not decided" in str(found.reason)
 
 
 def turned(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
@@ -159,7 +160,7 @@ def test_what_cannot_be_decided_is_inconclusive_with_a_reason(rule: c.Rule, reas
         evidence = Evidence(c.Formula(rule, (claim,)), problem, problem, SETTINGS, tally, Tally())
         (found,) = Stability().judge(evidence).findings
         assert found.verdict is Verdict.INCONCLUSIVE
-        assert reason in found.reason
+        assert reason in str(found.reason)
 
 
 def test_a_step_without_root_is_inconclusive() -> None:
@@ -174,7 +175,7 @@ def test_a_step_without_root_is_inconclusive() -> None:
 
     (found,) = judged(Rootless(theta(1.0), (A_STABLE,)), linear_test()).findings
     assert found.verdict is Verdict.INCONCLUSIVE
-    assert "no root at" in found.reason
+    assert "no root at" in str(found.reason)
     assert 4.0 < found.estimate < 5.0
 
 
@@ -182,7 +183,7 @@ def test_claims_that_are_not_known_or_not_made_are_not_judged() -> None:
     """An order of stability means nothing; without a claim, the windows are shown all the same."""
     unknown = finding(theta(0.5), linear_test(), replace(A_STABLE, value="L-stable"))
     assert unknown.verdict is Verdict.INCONCLUSIVE
-    assert "'L-stable'" in unknown.reason
+    assert "'L-stable'" in str(unknown.reason)
     (unclaimed,) = judged(c.Formula(c.euler), linear_test()).findings
     assert unclaimed.verdict is Verdict.OUT_OF_SCOPE
     assert unclaimed.details["windows"] == "h < 0.75"

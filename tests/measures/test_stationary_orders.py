@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from sdaeverify import Claim, Settings, Step
-from sdaeverify.contracts.measure import Evidence, Finding, Verdict
+from sdaeverify.contracts.finding import Finding, Verdict
+from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures.invariant import stationary_record
 from sdaeverify.measures.invariant.operator_findings import operator_findings
@@ -82,8 +83,8 @@ def test_a_right_limit_of_order_one_is_called_an_order(linear):
         assert first[name].verdict is Verdict.VERIFIED
         assert second[name].verdict is Verdict.REFUTED
         assert second[name].estimate == pytest.approx(1.0, abs=1e-3)
-        assert "order 1.000 as h tends to 0" in second[name].reason
-        assert "wrong limit" not in second[name].reason
+        assert "order 1.000 as h tends to 0" in str(second[name].reason)
+        assert "wrong limit" not in str(second[name].reason)
 
 
 @pytest.mark.parametrize("scheme", [EulerMaruyama(), Loud()], ids=["right", "loud"])

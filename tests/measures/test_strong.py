@@ -8,10 +8,11 @@ import pytest
 from scipy.special import stdtrit
 
 from sdaeverify import SDE, Claim, Scheme, Settings
-from sdaeverify.contracts.measure import Evidence, Snapshot, Verdict
+from sdaeverify.contracts.finding import Opinion, Reason, Verdict
+from sdaeverify.contracts.measure import Evidence, Snapshot
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures import judge
-from sdaeverify.measures.judge import Opinion, guard
+from sdaeverify.measures.judge import guard
 from sdaeverify.measures.path_errors.errors import ErrorObserver
 from sdaeverify.measures.strong import Strong
 from sdaeverify_problems.affine_constraint import affine_constraint
@@ -79,7 +80,7 @@ def test_lower_order_is_refuted():
     finding = judged(errors(0.5))
 
     assert finding.verdict is Verdict.REFUTED
-    assert "claimed 1.0" in finding.reason
+    assert "claimed 1.0" in str(finding.reason)
 
 
 def test_order_at_the_margin_is_inconclusive():
@@ -90,7 +91,7 @@ def test_order_at_the_margin_is_inconclusive():
     finding = judged(levels)
 
     assert finding.verdict is Verdict.INCONCLUSIVE
-    assert "paths would decide" in finding.reason
+    assert "paths would decide" in str(finding.reason)
 
 
 def test_wide_interval_does_not_verify():
@@ -102,7 +103,7 @@ def test_wide_interval_does_not_verify():
 
     assert finding.low > 0.8
     assert finding.verdict is Verdict.INCONCLUSIVE
-    assert "paths would decide" in finding.reason
+    assert "paths would decide" in str(finding.reason)
 
 
 def test_wrong_limit_is_refuted_by_the_contrast():
@@ -137,8 +138,8 @@ def test_steps_that_do_not_resolve_the_solution_refute_nothing():
     finding = judged(scattered(UNRESOLVED))
 
     assert finding.verdict is Verdict.INCONCLUSIVE
-    assert "of what the solution moves at h = 0.00391, and halving the step still changes that" in finding.reason
-    assert "would decide" not in finding.reason
+    assert "of what the solution moves at h = 0.00391, and halving the step still changes that" in str(finding.reason)
+    assert "would decide" not in str(finding.reason)
 
 
 def test_one_component_that_is_not_resolved_speaks_for_all():
@@ -147,7 +148,7 @@ def test_one_component_that_is_not_resolved_speaks_for_all():
     resolved = of_two(errors(0.2, sizes=np.full(4000, 0.1)), errors(1.0))
 
     assert held.verdict is Verdict.INCONCLUSIVE
-    assert "v@T is off by" in held.reason or "v is off by" in held.reason
+    assert "v@T is off by" in str(held.reason) or "v is off by" in str(held.reason)
     assert resolved.verdict is Verdict.REFUTED
 
 
@@ -159,7 +160,7 @@ def test_local_orders_on_their_way_to_the_claim_refute_nothing():
     flat = judged([size * rng.normal(size=800) for size in 0.1 * H**0.45])
 
     assert rising.verdict is Verdict.INCONCLUSIVE
-    assert "its local orders rise" in rising.reason
+    assert "its local orders rise" in str(rising.reason)
     assert flat.verdict is Verdict.REFUTED
 
 
@@ -175,7 +176,7 @@ def test_small_plateau_is_seen_before_the_slope_sees_it():
 
     assert finding.low > 0.8
     assert finding.verdict is Verdict.REFUTED
-    assert "wrong limit" in finding.reason
+    assert "wrong limit" in str(finding.reason)
 
 
 @pytest.mark.parametrize("kind", ["failed", "truncated"])
@@ -187,7 +188,7 @@ def test_coarse_levels_that_went_wrong_are_not_fitted(kind):
     finding = judged(levels, health_of=health(**{kind: [0, 3, 0, 0, 0, 0]}))
 
     assert finding.verdict is Verdict.VERIFIED
-    assert "at 1 level" in finding.reason
+    assert "at 1 level" in str(finding.reason)
 
 
 @pytest.mark.parametrize("kind", ["failed", "truncated", "lost"])
@@ -206,7 +207,7 @@ def test_too_few_levels_decide_nothing():
     finding = judged(errors(1.0), health_of=health(truncated=[1, 1, 1, 1, 0, 0]))
 
     assert finding.verdict is Verdict.INCONCLUSIVE
-    assert "fewer than 3 levels can be fitted: truncated steps at 4 levels" in finding.reason
+    assert "fewer than 3 levels can be fitted: truncated steps at 4 levels" in str(finding.reason)
     assert np.isnan(finding.estimate)
 
 
@@ -222,7 +223,7 @@ def test_round_off_is_exact_for_every_order():
     finding = judged(errors(0.0, sizes=np.full(4000, 1e-15)))
 
     assert finding.verdict is Verdict.VERIFIED
-    assert "exact to round-off" in finding.reason
+    assert "exact to round-off" in str(finding.reason)
 
 
 def test_standing_still_is_not_exact_on_a_solution_that_does_not_move():
@@ -269,7 +270,7 @@ def test_an_order_that_still_rises_is_not_refuted():
 
     assert finding.high < 0.8
     assert finding.verdict is Verdict.INCONCLUSIVE
-    assert "still rises" in finding.reason
+    assert "still rises" in str(finding.reason)
 
 
 def test_a_rough_truth_decides_nothing():
@@ -279,7 +280,7 @@ def test_a_rough_truth_decides_nothing():
     finding = judged(errors(1.0), problem=rough, blurred=np.zeros(4000))
 
     assert finding.verdict is Verdict.INCONCLUSIVE
-    assert "half an order above the claim" in finding.reason
+    assert "half an order above the claim" in str(finding.reason)
 
 
 def test_doing_nothing_is_not_exact():
@@ -296,7 +297,7 @@ def test_levels_at_round_off_are_not_fitted():
 
     finding = judged(levels)
 
-    assert "rounding at" in finding.reason
+    assert "rounding at" in str(finding.reason)
     assert finding.estimate == pytest.approx(6.0, abs=0.05)
 
 
@@ -346,7 +347,7 @@ def test_fewer_than_a_hundred_paths_decide_nothing():
     finding = judged(errors(1.0, paths=60))
 
     assert finding.verdict is Verdict.INCONCLUSIVE
-    assert "100 paths" in finding.reason
+    assert "100 paths" in str(finding.reason)
 
 
 def test_no_claim_no_verdict():
@@ -358,7 +359,7 @@ def test_no_claim_no_verdict():
     assert finding.claim is None
 
 
-LOCAL = Opinion(Verdict.VERIFIED, "local order 1.000")
+LOCAL = Opinion(Verdict.VERIFIED, Reason("local order 1.000"), 1)
 
 
 @pytest.mark.parametrize(
@@ -375,7 +376,7 @@ def test_a_local_order_needs_paths_that_do_not_speak_against_it(paths, p_refuted
     tally = Tally(sums={"paths": np.full(20, paths / 20)})
     evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, tally, health(), level=1e-6)
 
-    decision = guard(LOCAL, judge.Tests(1.0, p_refuted, "order 0.1"), evidence)
+    decision = guard(LOCAL, judge.PathTests(1.0, p_refuted, Reason("order 0.1")), evidence)
 
     assert (decision.verdict, decision.settled) == (verdict, settled)
 
@@ -384,7 +385,7 @@ def test_heavy_tails_are_suspicious_all_the_same():
     """What is too heavy-tailed to refute with few paths asks for more of them, and lets no local order pass."""
     tally = Tally(sums={"paths": np.full(20, 400 / 20)})
     evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, tally, health(), level=1e-2)
-    tests = judge.with_sample(judge.Tests(1.0, 1e-9, "order 0.1", 1.0), 400, heavy=True)
+    tests = judge.with_sample(judge.PathTests(1.0, 1e-9, Reason("order 0.1"), 1.0), 400, heavy=True)
 
     decision = guard(LOCAL, tests, evidence)
 
@@ -396,7 +397,7 @@ def test_a_local_refutation_needs_no_paths():
     """What one step shows, no sample can take back."""
     evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, Tally(), health())
 
-    assert guard(Opinion(Verdict.REFUTED, ""), judge.Tests.none(""), evidence).verdict is Verdict.REFUTED
+    assert guard(Opinion(Verdict.REFUTED, tier=1), judge.PathTests.none(""), evidence).verdict is Verdict.REFUTED
 
 
 def test_the_relative_error_at_the_end_is_a_mean_of_ratios():
@@ -437,5 +438,5 @@ def test_no_slope_is_fitted_across_the_stiffness_parameter() -> None:
     problem = affine_constraint(eps=float(H[2]) * 1.01, horizon=1.0)
     levels = [np.where(h > problem.eps, 1.0, h / problem.eps) * np.ones(4000) for h in H]
     found = judged([level * np.random.default_rng(1).normal(size=4000) for level in levels], problem=problem)
-    assert "steps longer than the fastest time at 2 levels" in found.reason
+    assert "steps longer than the fastest time at 2 levels" in str(found.reason)
     assert found.estimate == pytest.approx(1.0, abs=1e-6)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, Claim, Pathwise, Scheme, Settings, Step
-from sdaeverify.contracts.measure import Evidence, Snapshot, Verdict
+from sdaeverify.contracts.finding import Verdict
+from sdaeverify.contracts.measure import Evidence, Snapshot
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures.strong import Strong
@@ -100,7 +101,7 @@ def test_errors_that_fall_verify_convergence(order):
 
     assert found[ON_GRID].verdict is Verdict.VERIFIED
     assert found[ON_GRID].estimate == pytest.approx(order, abs=1e-9)
-    assert "nor what happens below it" in found[ON_GRID].reason
+    assert "nor what happens below it" in str(found[ON_GRID].reason)
 
 
 def test_a_wrong_limit_refutes_convergence():
@@ -108,7 +109,7 @@ def test_a_wrong_limit_refutes_convergence():
     found, _ = judge(lambda h: h + 0.5)
 
     assert found[ON_GRID].verdict is Verdict.REFUTED
-    assert found[ON_GRID].reason.startswith("wrong limit")
+    assert str(found[ON_GRID].reason).startswith("wrong limit")
 
 
 def test_a_wrong_limit_on_the_grid_speaks_for_continuous_time_too():
@@ -140,7 +141,7 @@ def test_a_plateau_that_begins_to_show_leaves_it_open():
     found, _ = judge(lambda h: h + H[-1])
 
     assert found[ON_GRID].verdict is Verdict.INCONCLUSIVE
-    assert "contrast" in found[ON_GRID].reason
+    assert "contrast" in str(found[ON_GRID].reason)
 
 
 def test_a_fall_too_slow_to_tell_is_left_open():
@@ -155,7 +156,7 @@ def test_truncated_levels_may_verify():
     found, _ = judge(lambda h: h, health_of=health(truncated=[9, 9, 9, 9, 9, 9]))
 
     assert found[ON_GRID].verdict is Verdict.VERIFIED
-    assert "truncated steps at 6 levels" in found[ON_GRID].reason
+    assert "truncated steps at 6 levels" in str(found[ON_GRID].reason)
 
 
 def test_truncated_levels_refute_nothing():
@@ -186,7 +187,7 @@ def test_exactness_is_convergence():
     """Errors at rounding on the grid verify convergence there, and the limit in continuous time."""
     found, _ = judge(lambda h: 1e-16, health_of=health())
 
-    assert found[ON_GRID].reason == "exact to round-off at every level"
+    assert str(found[ON_GRID].reason) == "exact to round-off at every level"
     assert {finding.verdict for finding in found.values()} == {Verdict.VERIFIED}
 
 
@@ -203,7 +204,7 @@ def test_an_unknown_claim_is_not_guessed():
     """A word that the measure does not know decides nothing."""
     found, _ = judge(lambda h: h, value="arrives")
 
-    assert "does not know what 'arrives' means" in found[ON_GRID].reason
+    assert "does not know what 'arrives' means" in str(found[ON_GRID].reason)
 
 
 def test_slopes_of_higher_moments_stand_beside():
@@ -305,7 +306,7 @@ def test_a_wrong_drift_or_diffusion_is_refuted_by_paths_alone(off, strength):
     found = run(Claiming(off=off, strength=strength), probed=False)
 
     assert found[ON_GRID].verdict is Verdict.REFUTED
-    assert found[ON_GRID].reason.startswith("wrong limit")
+    assert str(found[ON_GRID].reason).startswith("wrong limit")
 
 
 @pytest.mark.parametrize("wrong", [{"off": 0.002}, {"strength": 1.005}])
@@ -359,5 +360,5 @@ def test_components_that_the_truth_does_not_know_are_named():
 
     found = run(Holonomic("none"), silent, Settings(paths=160, levels=3, block=40), probed=False)
 
-    assert found["mu on the grid"].reason == "the problem's truth does not know mu"
+    assert str(found["mu on the grid"].reason) == "the problem's truth does not know mu"
     assert "mu in continuous time" not in found

@@ -5,7 +5,8 @@ import pytest
 
 from measures.stiff_cells import AFFINE, SETTINGS, Explicit, HalfRoot, Ignorant, Right, Without, judged, whole
 from sdaeverify import Claim, Increment, Moment
-from sdaeverify.contracts.measure import Evidence, Verdict
+from sdaeverify.contracts.finding import Verdict
+from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally, packed
 from sdaeverify.measures.uniformity import INVARIANT, Uniformity
 from sdaeverify.probe.operator.transition_errors import invariant_observables
@@ -75,7 +76,7 @@ def test_schemes_that_are_not_uniform_are_refuted_on_the_affine_problem():
     explicit, ignorant = (judged(MEASURE, scheme, AFFINE) for scheme in (Explicit(), Ignorant()))
 
     assert {f.verdict for found in (explicit, ignorant) for f in found.values()} == {Verdict.REFUTED}
-    assert "not bounded: infinite" in explicit["weak"].reason
+    assert "not bounded: infinite" in str(explicit["weak"].reason)
     assert abs(ignorant["weak"].estimate) < 0.05
 
 
@@ -135,7 +136,7 @@ def test_an_eps_that_no_quantity_is_known_for_is_named_and_verifies_nothing():
         return finding
 
     assert found(0.0 * error).verdict is Verdict.VERIFIED
-    assert "not resolved" not in found(0.0 * error).reason
+    assert "not resolved" not in str(found(0.0 * error).reason)
     assert found(one).verdict is Verdict.VERIFIED
-    assert "|n|^2 is not resolved for eps = 10" in found(one).reason
+    assert "|n|^2 is not resolved for eps = 10" in str(found(one).reason)
     assert found(blurred).verdict is Verdict.INCONCLUSIVE

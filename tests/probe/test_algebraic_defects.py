@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from sdaeverify import Claim, DelaySDAE, Settings
-from sdaeverify.contracts.measure import Evidence, Verdict
+from sdaeverify.contracts.finding import Verdict
+from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.forms import Problem
 from sdaeverify.measures.strong import Strong

@@ -6,9 +6,10 @@ import pytest
 from sdaeverify import SDE, Increment, Scheme
 from sdaeverify.arrays import Array
 from sdaeverify.forms.delay.linked import linked_equation
+from sdaeverify.measures.strong.local_order import judge_strong
 from sdaeverify.probe.local.delay_links import keeps_constraint, linked
 from sdaeverify.probe.local.strong_defects import local_strong
-from sdaeverify.probe.local.strong_order import judge_strong, strong_order
+from sdaeverify.probe.local.strong_order import strong_order
 from sdaeverify_planted.delay_lag import WrongLag
 from sdaeverify_planted.delay_theta import KeptAlgebraic, OldLagAlgebraic
 from sdaeverify_problems._delay_coefficients import SETS

@@ -9,14 +9,14 @@ import pytest
 from conformance.cells import cells
 from probe import strong_cells as s
 from sdaeverify import SDE, Array, Increment, Scheme, Step
-from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.finding import Kind, Opinion, Verdict
 from sdaeverify.contracts.tally import packed, unpacked
 from sdaeverify.forms import Problem
 from sdaeverify.measures.judge import claim_for
+from sdaeverify.measures.strong.local_order import judge_strong
 from sdaeverify.noise.laws import THREE_POINT, Law
-from sdaeverify.probe.local.orders import LocalOpinion
 from sdaeverify.probe.local.strong_defects import LocalStrong, local_strong, no_local_order
-from sdaeverify.probe.local.strong_order import ACCURACY, StrongOrder, judge_strong, strong_order
+from sdaeverify.probe.local.strong_order import ACCURACY, StrongOrder, strong_order
 from sdaeverify.probe.step.nodes import half_steps
 from sdaeverify.registry.load import load_registry
 from sdaeverify_problems.angle_pendulum import angle_pendulum
@@ -53,7 +53,7 @@ def found(scheme: Scheme, problem: Problem) -> StrongOrder:
     return strong_order(record)
 
 
-def opinion(scheme: Scheme, problem: Problem, claim: float) -> LocalOpinion:
+def opinion(scheme: Scheme, problem: Problem, claim: float) -> Opinion:
     return judge_strong(found(scheme, problem), claim, sharp=scheme.sharp_locally)
 
 
@@ -127,8 +127,8 @@ def test_a_step_of_another_equation_is_inconsistent(cell: str) -> None:
     answer = opinion(scheme, problem, 0.5)
 
     assert answer.verdict is Verdict.REFUTED
-    assert answer.inconsistent
-    assert "100%" in answer.reason
+    assert answer.reason.has(Kind.INCONSISTENT)
+    assert "100%" in str(answer.reason)
 
 
 TOO_LOW: dict[str, tuple[Scheme, Problem, float, float]] = {
@@ -153,7 +153,7 @@ def test_a_lower_order_than_claimed_is_refuted(cell: str) -> None:
 
     assert order.order == pytest.approx(expected, abs=0.02)
     assert answer.verdict is Verdict.REFUTED
-    assert not answer.inconsistent
+    assert not answer.reason.has(Kind.INCONSISTENT)
 
 
 @pytest.mark.parametrize(("rule", "order"), [(s.sra1(1.0), 2.0), (s.milstein(0.5), 1.0)], ids=["sra1", "milstein"])
@@ -171,13 +171,13 @@ def test_a_fixed_direction_of_projection_is_refuted() -> None:
     wrong = opinion(s.OneFormula(s.along_an_axis), circle(), 1.0)
     # At a state beside the axis the step is no step of the equation, which alone would decide nothing.
     assert wrong.verdict is Verdict.REFUTED
-    assert not wrong.inconsistent
+    assert not wrong.reason.has(Kind.INCONSISTENT)
 
 
 def test_clipped_noise_is_consistent_with_the_variance_that_it_has_left() -> None:
     """Clipping at a multiple of sqrt(h) leaves out a fixed part of the variance; at sqrt(|log h|) it does not."""
     fixed = opinion(s.OneFormula(s.milstein(0.5, clip=2.5)), gbm(), 1.0)
-    assert fixed.inconsistent
+    assert fixed.reason.has(Kind.INCONSISTENT)
 
     def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
         return s.milstein(0.5, clip=np.sqrt(4.0 * abs(np.log(h))))(problem, x, h, noise)
@@ -254,7 +254,7 @@ def test_the_tolerance_of_a_solver_is_seen_and_left_out(tolerance: float) -> Non
     assert order.order == pytest.approx(1.0, abs=0.05)
     assert answer.verdict is Verdict.VERIFIED
     assert 4.0**-8 < order.plateau_h < 4.0**-2
-    assert "void below" in answer.reason
+    assert "void below" in str(answer.reason)
 
 
 @pytest.mark.parametrize("exponent", np.linspace(-11.0, -6.0, 11))
@@ -265,7 +265,7 @@ def test_no_tolerance_of_a_solver_is_taken_for_a_wrong_equation(exponent: float)
 
 def test_a_larger_error_is_no_tolerance() -> None:
     """A plateau of 1e-5 is refuted like any other wrong step."""
-    assert opinion(stops_early(1e-5), ou(), 1.0).inconsistent
+    assert opinion(stops_early(1e-5), ou(), 1.0).reason.has(Kind.INCONSISTENT)
 
 
 def test_newtons_method_with_a_loose_tolerance_keeps_its_order() -> None:
@@ -292,7 +292,7 @@ def test_a_wrong_noise_does_not_pass_for_a_tolerance() -> None:
 
     answer = opinion(s.OneFormula(lambda p, x, h, n: s.euler(p, x, h, n, strength=strength)), ou(), 0.5)
 
-    assert answer.inconsistent
+    assert answer.reason.has(Kind.INCONSISTENT)
 
 
 def test_the_waiver_leaves_a_defect_that_is_taken_back_undecided() -> None:
@@ -331,7 +331,7 @@ def test_random_points_verify_nothing_but_refute() -> None:
     assert order.order == pytest.approx(0.5, abs=0.02)
     assert answer.verdict is Verdict.INCONCLUSIVE
     assert judge_strong(order, 1.0).verdict is Verdict.REFUTED
-    assert wrong.inconsistent
+    assert wrong.reason.has(Kind.INCONSISTENT)
 
 
 def test_a_map_that_breaks_down_at_small_steps_has_no_order() -> None:
@@ -399,7 +399,7 @@ def test_a_step_is_asked_at_its_time() -> None:
             return Step(state + h * problem.drift(2.0 * t, state) + 0.3 * noise.dW)
 
     assert found(EulerMaruyama(), problem).order == pytest.approx(1.0, abs=0.02)
-    assert opinion(Late(s.euler), problem, 0.5).inconsistent
+    assert opinion(Late(s.euler), problem, 0.5).reason.has(Kind.INCONSISTENT)
 
 
 def test_a_stiff_fibre_is_probed_where_its_solutions_are() -> None:
@@ -426,14 +426,14 @@ def test_no_registered_claim_is_refuted() -> None:
     """Every strong order claimed of a problem with at most three noises is verified locally, where it has one."""
     answers = {}
     for cell in cells(load_registry(environ={})):
-        claim, _ = claim_for(cell.scheme, cell.problem.traits, "strong", "state")
+        claim = claim_for(cell.scheme, cell.problem.traits, "strong", "state").claim
         # In more dimensions the noise is probed at random points, which tell less and take minutes.
         few = cell.problem.noise_dim <= 3
         if few and claim is not None and not no_local_order(cell.scheme, cell.problem):
             order = strong_order(local_strong(cell.scheme, cell.problem))
             answers[cell.label] = judge_strong(order, float(claim.value), sharp=cell.scheme.sharp_locally)
 
-    wrong = {label: answer.reason for label, answer in answers.items() if answer.verdict is not Verdict.VERIFIED}
+    wrong = {label: str(answer.reason) for label, answer in answers.items() if answer.verdict is not Verdict.VERIFIED}
     assert len(answers) > 50
     assert not wrong
 

@@ -10,13 +10,15 @@ import pytest
 
 from sdaeverify import SDE, Array, Increment, Step
 from sdaeverify.conformance.contract import contract_breach
-from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.finding import Kind, Verdict
 from sdaeverify.contracts.scheme import Stepper
+from sdaeverify.measures.strong.local_order import judge_strong
+from sdaeverify.measures.weak.local_order import judge_weak
 from sdaeverify.probe.linear.moments import no_moments
 from sdaeverify.probe.local.strong_defects import local_strong
-from sdaeverify.probe.local.strong_order import judge_strong, strong_order
+from sdaeverify.probe.local.strong_order import strong_order
 from sdaeverify.probe.local.weak_defects import local_weak
-from sdaeverify.probe.local.weak_order import judge_weak, weak_order
+from sdaeverify.probe.local.weak_order import weak_order
 from sdaeverify.probe.operator.transition import refusal
 from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify.probe.step.times import DIFFERENT, odd_step
@@ -96,7 +98,7 @@ def test_a_lower_order_in_every_16th_step_is_the_scheme_s() -> None:
     assert judge_strong(strong_order(local_strong(Milstein(), gbm())), 1.0).verdict is Verdict.VERIFIED
     found = judge_strong(strong_order(local_strong(RareCorrection(), gbm())), 1.0)
     assert found.verdict is Verdict.REFUTED
-    assert not found.inconsistent
+    assert not found.reason.has(Kind.INCONSISTENT)
 
 
 @pytest.mark.parametrize("wrong", ["every 16", "every 100", "the last tenth"])

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from sdaeverify import HolonomicSDAE, HolonomicState, Increment, Step
+from sdaeverify.measures.solvability import where_no_root
 from sdaeverify.numerics import norm
-from sdaeverify.probe.step.solvable import SCANNED, root_scan, where
+from sdaeverify.probe.step.solvable import SCANNED, root_scan
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
@@ -21,7 +22,7 @@ def test_truncation_leaves_a_root_at_every_step_size(problem: HolonomicSDAE) -> 
     assert (scan.h[0], scan.h[-1]) == pytest.approx((1e-6, 1e3))
     assert norm(scan.x[2:4]).max() == pytest.approx(1e8)
     assert not scan.failed.any()
-    assert where(problem, scan) == ""
+    assert where_no_root(problem, scan) == ""
 
 
 def test_without_truncation_there_is_a_root_where_the_closed_form_has_one() -> None:
@@ -31,7 +32,9 @@ def test_without_truncation_there_is_a_root_where_the_closed_form_has_one() -> N
 
     clear = np.abs(reach - 1.0) > 1e-6
     assert np.array_equal(scan.failed[clear] > 0.0, reach[clear] > 1.0)
-    assert "no root at 19 of 19 step sizes, the smallest h = 1e-06 where |r| = 1, |v| =" in where(pendulum(), scan)
+    assert "no root at 19 of 19 step sizes, the smallest h = 1e-06 where |r| = 1, |v| =" in where_no_root(
+        pendulum(), scan
+    )
 
 
 def test_a_truncation_that_is_too_weak_fails_somewhere() -> None:
@@ -57,4 +60,4 @@ def test_states_that_are_not_finite_are_told() -> None:
     scan = root_scan(Overflowing(), pendulum())
 
     assert len(SCANNED) == 19
-    assert where(pendulum(), scan).startswith("not finite at 1 of 19 step sizes, the smallest h = 1e+03")
+    assert where_no_root(pendulum(), scan).startswith("not finite at 1 of 19 step sizes, the smallest h = 1e+03")

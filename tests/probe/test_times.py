@@ -7,11 +7,13 @@ import pytest
 
 from probe.weak_cells import equation, euler, scheme
 from sdaeverify import SDE, Array, Increment
-from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.finding import Kind, Verdict
+from sdaeverify.measures.strong.local_order import judge_strong
+from sdaeverify.measures.weak.local_order import judge_weak
 from sdaeverify.probe.local.strong_defects import local_strong
-from sdaeverify.probe.local.strong_order import judge_strong, strong_order
+from sdaeverify.probe.local.strong_order import strong_order
 from sdaeverify.probe.local.weak_defects import local_weak
-from sdaeverify.probe.local.weak_order import judge_weak, weak_order
+from sdaeverify.probe.local.weak_order import weak_order
 from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify.probe.step.states import cloud
 from sdaeverify.probe.step.times import times
@@ -67,7 +69,7 @@ def test_a_step_that_is_wrong_at_times_is_refuted(formula, problem, parameters):
     strong = judge_strong(strong_order(local_strong(wrong, problem)), 0.5)
 
     assert strong.verdict is Verdict.REFUTED
-    assert strong.inconsistent
+    assert strong.reason.has(Kind.INCONSISTENT)
     assert judge_weak(weak_order(local_weak(wrong, problem)), 1.0).verdict is Verdict.REFUTED
 
 

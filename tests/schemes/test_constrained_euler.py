@@ -7,9 +7,10 @@ from scipy.optimize import root
 from schemes.rough_constraints import SIGMA, D, drift, langevin, points, rough
 from sdaeverify import ConstrainedLangevin, Increment, ParameterError
 from sdaeverify.arrays import Array
+from sdaeverify.measures.strong.local_order import judge_strong
 from sdaeverify.numerics import norm
 from sdaeverify.probe.local.strong_defects import local_strong
-from sdaeverify.probe.local.strong_order import judge_strong, strong_order
+from sdaeverify.probe.local.strong_order import strong_order
 from sdaeverify_problems._affine_langevin import AffineLangevin
 from sdaeverify_problems.affine_constraint import affine_constraint, affine_langevin
 from sdaeverify_schemes._multiplier import OldNormals

@@ -113,7 +113,7 @@ def test_strong_orders_are_those_claimed(scheme: Scheme, family: Family, order: 
     """
     view = seen(scheme, family)
     found = strong_order(scheme, view)
-    claim, _ = claim_for(scheme, view.traits, "strong", "x")
+    claim = claim_for(scheme, view.traits, "strong", "x").claim
 
     assert found.consistent
     assert found.order == pytest.approx(order, abs=0.06)
@@ -126,7 +126,7 @@ def test_weak_orders_are_those_claimed(scheme: Scheme, family: Family, order: fl
     """Expectations after one step agree with the equation's to the claimed order and no better."""
     view = seen(scheme, family)
     found = weak_order(local_weak(scheme, view))
-    claim, _ = claim_for(scheme, view.traits, "weak", "x")
+    claim = claim_for(scheme, view.traits, "weak", "x").claim
 
     assert np.min(found.orders, where=found.settled, initial=np.inf) == pytest.approx(order, abs=0.07)
     assert claim is not None
@@ -138,6 +138,6 @@ def test_roessler_s_scheme_is_better_where_noise_enters_velocities_only() -> Non
     view = angle_pendulum().view(SDE)
 
     assert strong_order(SRA1(), view).order == pytest.approx(2.0, abs=0.03)
-    claim, _ = claim_for(SRA1(), view.traits, "strong", "q")
+    claim = claim_for(SRA1(), view.traits, "strong", "q").claim
     assert claim is not None
     assert claim.value == 1.5

@@ -7,7 +7,8 @@ from typing import ClassVar
 import pytest
 
 from sdaeverify import SDE, Claim, Planted, Scheme
-from sdaeverify.contracts.measure import Finding, Measure, Verdict
+from sdaeverify.contracts.finding import Finding, Reason, Verdict
+from sdaeverify.contracts.measure import Measure
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.registry.contributions import MeasureEntry, PlantedEntry, ProblemEntry, SchemeEntry
 from sdaeverify.registry.discovery import Origin
@@ -80,7 +81,9 @@ def result_of():
 
     def make(scheme, verdict, tier=1, problem=line, measure=None):
         claim = None if verdict in {Verdict.NOT_APPLICABLE, Verdict.ERROR} else CLAIM
-        finding = Finding(quantity="x", verdict=verdict, reason=f"{verdict} by tier {tier}", claim=claim, tier=tier)
+        finding = Finding(
+            quantity="x", verdict=verdict, reason=Reason(f"{verdict} by tier {tier}"), claim=claim, tier=tier
+        )
         return CellResult(Cell(scheme, problem_spec(problem), measure or Sharp()), (finding,), seconds=0.5)
 
     return make

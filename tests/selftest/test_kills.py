@@ -2,7 +2,7 @@
 
 import pytest
 
-from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.finding import Verdict
 from sdaeverify.lab.selftest import Check, kill_matrix, selftest_trial
 
 from .conftest import Bad, Blunt, Good, bug, curve

@@ -5,7 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
-from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.finding import Verdict
 from sdaeverify.lab.selftest import kill_matrix, selftest_trial
 from sdaeverify.lab.selftest.tables import counts, in_words, kill_table, terminal_table
 

@@ -5,14 +5,14 @@ from collections.abc import Iterator
 import pytest
 
 from sdaeverify import Claim, Settings
-from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.finding import Verdict
+from sdaeverify.contracts.scheme import with_claims
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.lab.calibration import Calibration, Rate, calibration_plan
 from sdaeverify.measures.strong import Strong
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_problems, select_schemes
 from sdaeverify.study import Study, plan
-from sdaeverify.study.controlled import Claiming
 from sdaeverify.workers.pool import available_cores, worker_pool
 
 # A case with half a share has this many sequences, the others twice as many.
@@ -33,7 +33,7 @@ class PathsAlone(Strong):
 def verdicts(case, above: float, measure: Strong) -> Iterator[list[Verdict]]:
     """Yield for each seed the verdicts on the claim that the order of a case is so much above the true one."""
     claim = Claim(measure="strong", value=case.order + above, source="test")
-    scheme = Claiming(select_schemes(REGISTRY, [case.scheme])[0], (claim,))
+    scheme = with_claims(select_schemes(REGISTRY, [case.scheme])[0], claim)
     made = plan(
         [scheme],
         select_problems(REGISTRY, [case.problem]),

@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 
-from sdaeverify.contracts.measure import Measure, Verdict
+from sdaeverify.contracts.finding import Verdict
+from sdaeverify.contracts.measure import Measure
 from sdaeverify.gate.outcomes import Status, outcomes
 from sdaeverify.gate.plan import gate_plan
 from sdaeverify.gate.policy import Policy

@@ -5,7 +5,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 import pytest
 
-from sdaeverify.contracts.measure import Verdict
+from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, Claim, Scheme
-from sdaeverify.contracts.measure import Measure, Verdict
+from sdaeverify.contracts.finding import Verdict
+from sdaeverify.contracts.measure import Measure
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.study import Cell
 from sdaeverify.study.plan import claims_of, promises_of

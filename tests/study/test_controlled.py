@@ -5,12 +5,13 @@ from dataclasses import replace
 import pytest
 
 from sdaeverify import SDE, Claim, Control, ProblemError, Scheme
-from sdaeverify.contracts.measure import Evidence, Finding, Judgement, Measure, Verdict
-from sdaeverify.study.controlled import Objection, doubts, gated
+from sdaeverify.contracts.finding import Finding, Judgement, Reason, Verdict
+from sdaeverify.contracts.measure import Evidence, Measure
+from sdaeverify.study.controlled import ControlEvidence, ControlVerdicts, Objection, heed_controls
 from sdaeverify.study.plan import Cell, ControlPlan
 
 CLAIM = Claim(measure="strong", value=1.0, source="a theorem")
-VERIFIED = Finding(quantity="x", verdict=Verdict.VERIFIED, claim=CLAIM, reason="order 1.0", p_verified=1e-9)
+VERIFIED = Finding(quantity="x", verdict=Verdict.VERIFIED, claim=CLAIM, reason=Reason("order 1.0"), p_verified=1e-9)
 CONTROL = Control(measure="strong", order=1.0, positive="good", negative="bad")
 
 
@@ -21,7 +22,7 @@ class Judge(Measure):
 
     def judge(self, evidence):
         """Compare the order with what is claimed."""
-        (claim,) = evidence.scheme.promises
+        (claim,) = evidence.promises
         verdict = Verdict.VERIFIED if evidence.scheme.order >= claim.value else Verdict.REFUTED
         return Judgement((Finding(quantity="x", verdict=verdict, claim=claim),), ())
 
@@ -35,6 +36,8 @@ class Known(Scheme):
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "order", order)
 
+    __eq__, __hash__ = object.__eq__, object.__hash__
+
 
 TESTED = Known("tested", 1.0)
 
@@ -45,14 +48,18 @@ def plans(positive=1.0, negative=0.5):
     return (ControlPlan(CONTROL, *cells),)
 
 
-def evidence(cell, sampled):
-    """Return evidence in which the judge above finds all it needs."""
-    return Evidence(cell.scheme, None, None, None, None, None)
+def controls_of(made, lost="", objection=None):
+    """Return the verdicts of controls on evidence in which the judge finds all it needs, but of a lost one."""
+    found = {}
+    for cell in (cell for plan in made for cell in (plan.positive, plan.negative) if cell is not None):
+        evidence = Evidence(cell.scheme, None, None, None, None, None)
+        found[cell] = objection if cell.scheme.name == lost else ControlEvidence(evidence, evidence)
+    return ControlVerdicts(made, found)
 
 
 def test_a_problem_that_tells_the_orders_apart_verifies():
     """With the positive control verified and the negative one refuted, a finding is left alone."""
-    assert gated(VERIFIED, TESTED, doubts(plans(), evidence)) == VERIFIED
+    assert heed_controls(VERIFIED, TESTED, controls_of(plans())) == VERIFIED
 
 
 @pytest.mark.parametrize(
@@ -69,10 +76,10 @@ def test_a_problem_that_tells_the_orders_apart_verifies():
 )
 def test_a_problem_that_does_not_discriminate_verifies_nothing(controls, words):
     """The finding becomes inconclusive, says why, and can no more be verified over the run."""
-    found = gated(VERIFIED, TESTED, doubts(controls, evidence))
+    found = heed_controls(VERIFIED, TESTED, controls_of(controls))
 
     assert found.verdict is Verdict.INCONCLUSIVE
-    assert words in found.reason
+    assert words in str(found.reason)
     assert found.p_verified == 1.0
 
 
@@ -105,30 +112,30 @@ def test_orders_between_declared_ones_are_decided_by_the_controls_on_both_sides(
     """A claim of 0.75 is put to what has order 1, and to what is known to have less: one of those must miss it."""
     between = replace(VERIFIED, claim=replace(CLAIM, value=0.75))
 
-    found = gated(between, TESTED, doubts(controls, evidence))
+    found = heed_controls(between, TESTED, controls_of(controls))
 
     assert found.verdict is (Verdict.INCONCLUSIVE if words else Verdict.VERIFIED)
-    assert words in found.reason
+    assert words in str(found.reason)
 
 
 def test_evidence_without_controls_refutes_all_the_same():
     """A refutation needs no control."""
     refuted = replace(VERIFIED, verdict=Verdict.REFUTED)
 
-    assert gated(refuted, TESTED, doubts(plans(negative=1.0), evidence)) == refuted
+    assert heed_controls(refuted, TESTED, controls_of(plans(negative=1.0))) == refuted
 
 
 def test_paths_refute_nothing_where_a_control_is_refuted():
     """Where what is right is refuted in the same quantity, too, the problem is in error and not the scheme."""
     refuted = replace(VERIFIED, verdict=Verdict.REFUTED, tier=3, p_refuted=1e-9)
-    suspect = doubts(plans(positive=0.5), evidence)
+    suspect = controls_of(plans(positive=0.5))
 
-    found = gated(refuted, TESTED, suspect)
+    found = heed_controls(refuted, TESTED, suspect)
 
     assert (found.verdict, found.p_refuted) == (Verdict.ERROR, 1.0)
-    assert "truth of the problem is suspect: good is refuted here, too, which has order 1.0" in found.reason
-    assert gated(replace(refuted, quantity="y"), TESTED, suspect).verdict is Verdict.REFUTED
-    assert gated(replace(refuted, tier=1), TESTED, suspect).verdict is Verdict.REFUTED
+    assert "truth of the problem is suspect: good is refuted here, too, which has order 1.0" in str(found.reason)
+    assert heed_controls(replace(refuted, quantity="y"), TESTED, suspect).verdict is Verdict.REFUTED
+    assert heed_controls(replace(refuted, tier=1), TESTED, suspect).verdict is Verdict.REFUTED
 
 
 def test_a_control_that_is_tested_itself_can_be_refuted():
@@ -136,43 +143,40 @@ def test_a_control_that_is_tested_itself_can_be_refuted():
     refuted = replace(VERIFIED, verdict=Verdict.REFUTED, tier=3)
     controls = plans(positive=0.5)
 
-    assert gated(refuted, controls[0].positive.scheme, doubts(controls, evidence)) == refuted
+    assert heed_controls(refuted, controls[0].positive.scheme, controls_of(controls)) == refuted
 
 
-def test_a_problem_without_controls_for_a_measure_is_not_gated():
+def test_a_problem_without_controls_for_a_measure_is_not_heed_controls():
     """Controls are asked for where a problem declares some for the measure, and for orders only."""
     exact = replace(VERIFIED, claim=Claim(measure="strong", value="round-off", source="exact"))
 
-    assert gated(VERIFIED, TESTED, doubts((), evidence)) == VERIFIED
-    assert gated(exact, TESTED, doubts(plans(negative=1.0), evidence)) == exact
+    assert heed_controls(VERIFIED, TESTED, controls_of(())) == VERIFIED
+    assert heed_controls(exact, TESTED, controls_of(plans(negative=1.0))) == exact
 
 
 @pytest.mark.parametrize("lost", ["good", "bad"])
 @pytest.mark.parametrize("verdict", [Verdict.ERROR, Verdict.NOT_RUN, Verdict.INCONCLUSIVE])
 def test_controls_without_evidence_confirm_nothing(lost, verdict):
     """What was not measured is not what was not refuted: the claim is in error or not run, and says why."""
+    partly = controls_of(plans(), lost, Objection("was not measured: it died", verdict))
 
-    def partly(cell, sampled):
-        known = evidence(cell, sampled)
-        return Objection("was not measured: it died", verdict) if cell.scheme.name == lost else known
-
-    found = gated(VERIFIED, TESTED, doubts(plans(), partly))
+    found = heed_controls(VERIFIED, TESTED, partly)
 
     assert found.verdict is verdict
-    assert f"its control {lost} was not measured: it died" in found.reason
-    assert "is not refuted" not in found.reason
+    assert f"its control {lost} was not measured: it died" in str(found.reason)
+    assert "is not refuted" not in str(found.reason)
     assert found.p_verified == 1.0
-    assert gated(replace(VERIFIED, verdict=Verdict.REFUTED), TESTED, doubts(plans(), partly)).p_refuted != 1.0
+    assert heed_controls(replace(VERIFIED, verdict=Verdict.REFUTED), TESTED, partly).p_refuted != 1.0
 
 
 def test_a_control_of_which_nobody_knows_whether_it_can_be_run():
     """Where asking whether a control can be run has failed, the claim is in error."""
     failed = ControlPlan(CONTROL, missing="its control good cannot be run: it died", failed=True)
 
-    found = gated(VERIFIED, TESTED, doubts((failed,), evidence))
+    found = heed_controls(VERIFIED, TESTED, controls_of((failed,)))
 
     assert found.verdict is Verdict.ERROR
-    assert "its control good cannot be run: it died" in found.reason
+    assert "its control good cannot be run: it died" in str(found.reason)
 
 
 @pytest.mark.parametrize("wrong", [{"order": 0.0}, {"negative": "good"}])

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from sdaeverify import Claim
-from sdaeverify.contracts.measure import Finding, Verdict
+from sdaeverify.contracts.finding import Finding, Reason, Verdict
 from sdaeverify.study.holm import family_wise, holm
 from sdaeverify.study.judging import CellResult
 
 CLAIM = Claim(measure="strong", value=1.0, source="a theorem")
 OPEN = Finding(
-    quantity="x", verdict=Verdict.INCONCLUSIVE, claim=CLAIM, reason="order 0.9", p_verified=0.5, p_refuted=0.5
+    quantity="x", verdict=Verdict.INCONCLUSIVE, claim=CLAIM, reason=Reason("order 0.9"), p_verified=0.5, p_refuted=0.5
 )
 
 

@@ -145,7 +145,7 @@ def _annotation(outcome: Outcome, gated: Gated, root: Path) -> str:
     parts = (
         headline(outcome),
         estimate_text(finding, gated.settings.confidence),
-        finding.reason,
+        str(finding.reason),
         gated.command(outcome),
     )
     return _command(kind, properties, "\n".join(visible(part) for part in parts if part))

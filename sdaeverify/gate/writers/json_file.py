@@ -48,7 +48,7 @@ def _row(outcome: Outcome, gated: Gated) -> dict[str, object]:
         "verdict": str(finding.verdict),
         "claim": outcome.claim,
         "source": finding.claim.source if finding.claim else "",
-        "reason": finding.reason,
+        "reason": str(finding.reason),
         "method": finding.method,
         "expected": outcome.expected,
         "reproduce": gated.command(outcome),

@@ -59,7 +59,7 @@ def _section(status: Status, gated: Gated) -> list[str]:
 
 def _row(outcome: Outcome, gated: Gated) -> str:
     cell, finding = outcome.cell, outcome.finding
-    why = f"{finding.reason} (expected: {outcome.expected})" if outcome.expected else finding.reason
+    why = f"{finding.reason} (expected: {outcome.expected})" if outcome.expected else str(finding.reason)
     texts = (
         cell.scheme.label,
         cell.spec.label,

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from math import isfinite, isnan
 
-from ...contracts.measure import Finding
+from ...contracts.finding import Finding
 from ...contracts.settings import Settings
 from ...report.plain import visible
 from ...study import CellResult
@@ -34,7 +34,7 @@ def headline(outcome: Outcome) -> str:
 
 def remark(outcome: Outcome) -> str:
     """Return why an outcome is what it is: the reason of its finding, or why that is expected."""
-    return outcome.expected if outcome.status is Status.XFAILED else outcome.finding.reason
+    return outcome.expected if outcome.status is Status.XFAILED else str(outcome.finding.reason)
 
 
 def estimate_text(finding: Finding, confidence: float) -> str:
@@ -84,7 +84,7 @@ def message(outcome: Outcome, settings: Settings, command: str = "") -> str:
         "": headline(outcome),
         "source": source,
         "estimate": estimate_text(finding, settings.confidence) or _without_estimate(finding),
-        "reason": finding.reason,
+        "reason": str(finding.reason),
         "method": finding.method,
         "expected to fail": outcome.expected,
         "reproduce": command,

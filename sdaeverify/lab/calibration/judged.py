@@ -2,20 +2,20 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import Array
 from ...contracts.calibrated import CalibrationCase
+from ...contracts.finding import Finding, Verdict
 from ...contracts.matching import match
-from ...contracts.measure import Evidence, Finding, Verdict
+from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally
 from ...forms import Problem
 from ...measures.strong import Strong
-from ...study.controlled import Claiming
 from .repeated import POOLED, UNIT, one, pooled
 
 # A claim that is kept, and one that is not.
@@ -90,9 +90,8 @@ def _verdicts(
     """Yield the outcome of each claim, from paths alone and with local orders, and the paths it took."""
     for above in ABOVE:
         claim = Claim(measure=Strong.name, value=case.order + above, source="calibration")
-        scheme: Any = Claiming(evidence.scheme, (claim,))
         for local in (Tally(), probed):
-            yield _sequential(replace(evidence, scheme=scheme), [look.merged(local) for look in looks])
+            yield _sequential(replace(evidence, claims=(claim,)), [look.merged(local) for look in looks])
 
 
 def _sequential(evidence: Evidence, looks: list[Tally]) -> tuple[float, float]:

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ...contracts.measure import Finding, Verdict
+from ...contracts.finding import Finding, Verdict
 from ...contracts.planted import Planted
 from ...study import Cell, CellResult
 from .trial import Trial

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 
-from ...contracts.measure import Verdict
+from ...contracts.finding import Verdict
 from ...contracts.planted import Planted
 from ...contracts.scheme import Scheme
 from ...contracts.specs import ProblemSpec

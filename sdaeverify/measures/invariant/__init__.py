@@ -13,7 +13,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...contracts.error_sizes import ErrorSizes
-from ...contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ...contracts.finding import Finding, Judgement, LevelFinding, Verdict
+from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally, packed, unpacked
@@ -25,7 +26,7 @@ from ...probe.step.one_step import unresolved
 from ...registry.hookspecs import hookimpl
 from ...simulate.chains import ChainRecord, Plan, run_chains
 from ..error_sizes import of_operator
-from ..judge import claim_for
+from ..judge import coverage, finding, leave_open
 from .chain_findings import chain_findings, chain_levels, decided
 from .operator_findings import is_settled, operator_findings, operator_levels, usable
 
@@ -140,7 +141,6 @@ def _truths(view: Problem) -> list[InvariantMean]:
 
 
 def _unknown(evidence: Evidence, truth: InvariantMean) -> Finding:
-    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Invariant.name, truth.observable)
-    verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
+    covered = coverage(evidence, Invariant.name, truth.observable)
     reason = "no chart serves the scheme, and no relaxation time is known for which chains should run"
-    return Finding(quantity=truth.observable, verdict=verdict, reason=reason if claim else no_claim, claim=claim)
+    return finding(covered, leave_open(covered, reason))

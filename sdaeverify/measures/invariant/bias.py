@@ -12,36 +12,28 @@ import numpy as np
 import scipy
 
 from ...arrays import Array
-from ...contracts.measure import Evidence, Finding, Verdict
+from ...contracts.finding import Finding, Opinion, Reason, Verdict
+from ...contracts.measure import Evidence
 from ...contracts.scheme import UNBIASED, Claim
 from ...numerics.statistics import GROUPS
 from ...probe.operator.functional_orders import ABOVE_FLOOR, FunctionalOrder
 from ..outweighed import growth, outweighs
-from .chain_order import Sample
+from .chain_order import BiasSample
 
 
-class BiasOpinion(NamedTuple):
-    """What is said of a claimed bound.
+class StationaryBias(NamedTuple):
+    """The bias at the step size where it is largest, with its interval.
 
     Attributes
     ----------
-    verdict : Verdict
-    reason : str
     estimate, low, high : float
-        The bias at the step size where it is largest, with its interval.
-    p_verified, p_refuted : float
-        For all looks together; NaN without sampling.
     growth : float
         By which factor the number of chains must grow to decide; infinite where more of them cannot.
     """
 
-    verdict: Verdict
-    reason: str
     estimate: float
     low: float
     high: float
-    p_verified: float = float("nan")
-    p_refuted: float = float("nan")
     growth: float = float("inf")
 
 
@@ -50,13 +42,24 @@ def bias_bound(claim: Claim | None) -> float | None:
     return claim.bound if claim is not None and claim.value == UNBIASED else None
 
 
-def with_bias(found: Finding, said: BiasOpinion) -> Finding:
+def with_bias(found: Finding, bias: StationaryBias, opinion: Opinion) -> Finding:
     """Return a finding with what is said of a claimed bound, in place of an order."""
-    fields = {name: getattr(said, name) for name in Finding.__dataclass_fields__ if name in said._fields}
-    return replace(found, **fields, details={**found.details, "class": "bias"})
+    return replace(
+        found,
+        verdict=opinion.verdict,
+        reason=opinion.reason,
+        p_verified=opinion.p_verified,
+        p_refuted=opinion.p_refuted,
+        estimate=bias.estimate,
+        low=bias.low,
+        high=bias.high,
+        details={**found.details, "class": "bias"},
+    )
 
 
-def known_bias(bound: float, h: Array, errors: Array, floors: Array, told: FunctionalOrder) -> BiasOpinion:
+def known_bias(
+    bound: float, h: Array, errors: Array, floors: Array, order: FunctionalOrder
+) -> tuple[StationaryBias, Opinion]:
     """Return what errors without sampling say of a bound.
 
     Parameters
@@ -64,12 +67,13 @@ def known_bias(bound: float, h: Array, errors: Array, floors: Array, told: Funct
     bound : float
     h, errors, floors : ndarray, shape (H,)
         Step sizes, biases and how far these can be off.
-    told : FunctionalOrder
+    order : FunctionalOrder
         What the same errors say about an order.
 
     Returns
     -------
-    BiasOpinion
+    StationaryBias
+    Opinion
     """
     off = ABOVE_FLOOR * floors
     known = np.isfinite(errors + off)
@@ -79,13 +83,15 @@ def known_bias(bound: float, h: Array, errors: Array, floors: Array, told: Funct
         verdict, at = Verdict.REFUTED, int(np.argmax(np.where(known, np.abs(errors) - off, -np.inf)))
     else:
         verdict = Verdict.VERIFIED if (most <= bound).all() else Verdict.INCONCLUSIVE
-    reason = _words(errors[at], off[at], h[at], h, bound)
-    if told.fixed:
-        verdict, reason = Verdict.NOT_APPLICABLE, f"uninformative: {told.note}"
-    return BiasOpinion(verdict, reason, errors[at], errors[at] - off[at], errors[at] + off[at])
+    reason = _figures(errors[at], off[at], h[at], h, bound)
+    if order.fixed:
+        verdict, reason = Verdict.NOT_APPLICABLE, Reason(f"uninformative: {order.note}")
+    return StationaryBias(errors[at], errors[at] - off[at], errors[at] + off[at]), Opinion(verdict, reason)
 
 
-def sampled_bias(bound: float, looks: Sequence[Sample], planned: float, evidence: Evidence) -> BiasOpinion:
+def sampled_bias(
+    bound: float, looks: Sequence[BiasSample], planned: float, evidence: Evidence
+) -> tuple[StationaryBias, Opinion]:
     """Return what chains say of a bound, each p-value being shared among the planned looks.
 
     That the bias is within the bound at all step sizes is tested at each of them by itself; that it is beyond at one
@@ -94,7 +100,7 @@ def sampled_bias(bound: float, looks: Sequence[Sample], planned: float, evidence
     Parameters
     ----------
     bound : float
-    looks : sequence of Sample
+    looks : sequence of BiasSample
     planned : float
         Number of looks that were planned.
     evidence : Evidence
@@ -102,7 +108,8 @@ def sampled_bias(bound: float, looks: Sequence[Sample], planned: float, evidence
 
     Returns
     -------
-    BiasOpinion
+    StationaryBias
+    Opinion
     """
     within, beyond = zip(*(_p_values(bound, sample.errors) for sample in looks), strict=True)
     verified, refuted = (min(1.0, planned * min(found)) for found in (within, beyond))
@@ -115,10 +122,10 @@ def sampled_bias(bound: float, looks: Sequence[Sample], planned: float, evidence
         verdict = Verdict.REFUTED
     elif verified <= evidence.level:
         verdict = Verdict.VERIFIED
-    reason = _words(mean[at], half[at], h[at], h, bound)
+    reason = _figures(mean[at], half[at], h[at], h, bound)
     more = growth(min(within[-1], beyond[-1]), evidence.level / planned)
-    ends = float(mean[at]), float(mean[at] - half[at]), float(mean[at] + half[at])
-    return BiasOpinion(verdict, reason, *ends, verified, refuted, more)
+    bias = StationaryBias(float(mean[at]), float(mean[at] - half[at]), float(mean[at] + half[at]), more)
+    return bias, Opinion(verdict, reason, p_verified=verified, p_refuted=refuted)
 
 
 def _p_values(bound: float, errors: Array) -> tuple[float, float]:
@@ -127,6 +134,7 @@ def _p_values(bound: float, errors: Array) -> tuple[float, float]:
     return float(within.max()), min(1.0, len(beyond) * float(beyond.min()))
 
 
-def _words(bias: float, off: float, at: float, h: Array, bound: float) -> str:
+def _figures(bias: float, off: float, at: float, h: Array, bound: float) -> Reason:
     where = f"at h = {at:.3g}, where it is largest of {len(h)} step sizes from {h.min():.3g} to {h.max():.3g}"
-    return f"bias {bias:.2g}, known to {off:.1g}, {where}; claimed within {bound:g}"
+    text = "bias {bias:.2g}, known to {off:.1g}, {where}; claimed within {bound:g}"
+    return Reason(text, numbers={"bias": bias, "off": off, "where": where, "bound": bound})

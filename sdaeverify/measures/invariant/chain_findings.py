@@ -6,13 +6,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.measure import Evidence, Finding, LevelFinding, Verdict
+from ...contracts.finding import Finding, Kind, LevelFinding, Opinion, Reason, Verdict
+from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...forms.truths import InvariantMean
 from ...simulate.chains import CONTRACTING, GROUPS, ChainRecord
-from ..judge import FEWEST, RESOLVED, WRONG, at_levels, claim_for, doubted, sound_levels
-from .bias import BiasOpinion, bias_bound, sampled_bias, with_bias
-from .chain_order import ChainOpinion, Sample, opinion, samples
+from ..judge import (
+    FEWEST,
+    RESOLVED,
+    Coverage,
+    at_levels,
+    coverage,
+    finding,
+    is_order,
+    judge_claim,
+    order_in,
+    sound_levels,
+    withhold_in_doubt,
+)
+from .bias import StationaryBias, bias_bound, sampled_bias, with_bias
+from .chain_order import BiasSample, ChainTests, chain_tests, samples
 
 METHOD = "paired replicated chains (T3)"
 
@@ -21,26 +34,27 @@ ENOUGH = 3
 
 
 @dataclass(frozen=True)
-class Chained:
+class ObservableBias:
     """One observable's evidence.
 
     Attributes
     ----------
-    name : str
-    looks : list of Sample
+    covered : Coverage
+        The observable, with its claim.
+    looks : list of BiasSample
         At least one.
-    claim : Claim or None
-    no_claim : str
-        Why there is none.
-    opinion : ChainOpinion or None
+    tests : ChainTests or None
         What the chains say of a claimed order.
     """
 
-    name: str
-    looks: list[Sample]
-    claim: Claim | None
-    no_claim: str
-    opinion: ChainOpinion | None
+    covered: Coverage
+    looks: list[BiasSample]
+    tests: ChainTests | None
+
+    @property
+    def name(self) -> str:
+        """Of the observable."""
+        return self.covered.quantity
 
     @property
     def resolved(self) -> bool:
@@ -54,9 +68,9 @@ def chain_findings(evidence: Evidence, record: ChainRecord) -> list[Finding]:
     names = [truth.observable for truth in _truths(evidence)]
     if len(record.time) == 0 or len(levels) < FEWEST:
         return [_unfitted(evidence, record, name, remarks) for name in names]
-    chained = _chained(evidence, record, levels)
-    findings = [_finding(evidence, record, one, chained) for one in chained]
-    return [replace(found, reason=_joined(found.reason, *remarks)) for found in doubted(findings)]
+    biases = _biases(evidence, record, levels)
+    findings = withhold_in_doubt([_finding(evidence, record, one, biases) for one in biases])
+    return [replace(found, reason=Reason.of(found.reason, *remarks)) for found in findings]
 
 
 def chain_levels(evidence: Evidence, record: ChainRecord) -> Iterator[LevelFinding]:
@@ -64,7 +78,7 @@ def chain_levels(evidence: Evidence, record: ChainRecord) -> Iterator[LevelFindi
     levels, _ = _usable(record)
     if len(record.time) == 0 or len(levels) < 2:
         return
-    for one in _chained(evidence, record, levels):
+    for one in _biases(evidence, record, levels):
         errors, differences = one.looks[-1].errors, one.looks[-1].differences
         for index, h in enumerate(one.looks[-1].h):
             estimate, error = _mean(errors[:, index])
@@ -116,94 +130,97 @@ def _usable(record: ChainRecord) -> tuple[Array, list[str]]:
     return levels, remarks
 
 
-def _chained(evidence: Evidence, record: ChainRecord, levels: Array) -> list[Chained]:
+def _biases(evidence: Evidence, record: ChainRecord, levels: Array) -> list[ObservableBias]:
     names = list(evidence.view.observables)
     found = []
     for truth in _truths(evidence):
         looks = samples(record, levels, names.index(truth.observable), truth.value)
-        claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, "invariant", truth.observable)
-        asked = claim is not None and not isinstance(claim.value, str) and bool(record.stationary)
-        said = opinion(looks, claim, float(record.planned), evidence) if asked and claim else None
-        found.append(Chained(truth.observable, looks, claim, no_claim, said))
+        covered = coverage(evidence, "invariant", truth.observable)
+        claim = covered.claim if covered.claim and is_order(covered.claim) and bool(record.stationary) else None
+        tests = chain_tests(looks, claim, float(record.planned), evidence) if claim else None
+        found.append(ObservableBias(covered, looks, tests))
     return found
 
 
-def _finding(evidence: Evidence, record: ChainRecord, one: Chained, others: Sequence[Chained]) -> Finding:
-    last, confidence = one.looks[-1], evidence.settings.confidence
-    low, high = last.order_interval(confidence)
-    found = Finding(
-        quantity=one.name,
-        verdict=Verdict.OUT_OF_SCOPE,
-        reason=one.no_claim,
-        claim=one.claim,
-        estimate=last.order,
-        low=low,
-        high=high,
-        method=METHOD,
-        details=_details(record, last),
-    )
-    if one.claim is None:
-        return found
-    if (bound := bias_bound(one.claim)) is not None:
-        return _bias_finding(record, found, sampled_bias(bound, one.looks, float(record.planned), evidence))
-    if one.opinion is None:
-        known = isinstance(one.claim.value, str)
-        reason = f"this measure does not know what {one.claim.value!r} means" if known else ""
-        return replace(found, verdict=Verdict.INCONCLUSIVE, reason=reason)
-    verdict, reason = _opinion(evidence, record, one, others)
-    p_verified = one.opinion.verified
-    if verdict is Verdict.NOT_APPLICABLE or last.changes_sign():
-        p_verified = np.nan
-    return replace(found, verdict=verdict, reason=reason, p_verified=p_verified, p_refuted=one.opinion.refuted)
-
-
-def _bias_finding(record: ChainRecord, found: Finding, said: BiasOpinion) -> Finding:
-    """Return the finding on a claimed bound: verified only where all step sizes can be used, of a settled record."""
-    if said.verdict is Verdict.INCONCLUSIVE:
-        said = said._replace(reason=said.reason + _needed(record, said.growth))
-    if said.verdict is Verdict.VERIFIED and len(_usable(record)[0]) < len(record.h):
-        said = said._replace(verdict=Verdict.INCONCLUSIVE, p_verified=1.0)
-    if not record.stationary:
-        said = said._replace(verdict=Verdict.INCONCLUSIVE, p_verified=1.0, p_refuted=1.0)
-    return with_bias(found, said)
-
-
-def _opinion(evidence: Evidence, record: ChainRecord, one: Chained, others: Sequence[Chained]) -> tuple[Verdict, str]:
-    said, last = one.opinion, one.looks[-1]
-    assert said is not None
-    assert one.claim is not None
+def _finding(
+    evidence: Evidence, record: ChainRecord, one: ObservableBias, others: Sequence[ObservableBias]
+) -> Finding:
+    last, bound = one.looks[-1], bias_bound(one.covered.claim)
     low, high = last.order_interval(evidence.settings.confidence)
-    order = f"order {last.order:.3f}, at least {low:.3f} and at most {high:.3f}; claimed {one.claim.value}"
-    left, se = _mean(last.left(float(one.claim.value)))
-    off = f"limit off by {left:.1g} with standard error {se:.1g}"
-    if said.refuted <= evidence.level:
-        return Verdict.REFUTED, order if said.slow < said.wrong else f"{WRONG}: {off.removeprefix('limit ')}"
-    if last.changes_sign():
-        return _uninformative("its bias changes sign between step sizes", others, one)
-    if said.verified <= evidence.level:
-        return Verdict.VERIFIED, f"{order}; {off}"
-    if not one.resolved:
+    # Of an order nothing is said while a record does not look stationary, which the remarks tell.
+    unsettled = Opinion(Verdict.INCONCLUSIVE)
+    opinion = judge_claim(
+        one.covered, lambda claim: _opinion(evidence, record, one, claim, others) if one.tests else unsettled
+    )
+    details = _details(record, last)
+    found = finding(one.covered, opinion, estimate=last.order, low=low, high=high, method=METHOD, details=details)
+    if bound is None:
+        return found
+    return _bias_finding(record, found, *sampled_bias(bound, one.looks, float(record.planned), evidence))
+
+
+def _bias_finding(record: ChainRecord, found: Finding, bias: StationaryBias, opinion: Opinion) -> Finding:
+    """Return the finding on a claimed bound: verified only where all step sizes can be used, of a settled record."""
+    if opinion.verdict is Verdict.INCONCLUSIVE:
+        opinion = opinion.plus(_needed(record, bias.growth))
+    if opinion.verdict is Verdict.VERIFIED and len(_usable(record)[0]) < len(record.h):
+        opinion = opinion._replace(verdict=Verdict.INCONCLUSIVE, p_verified=1.0)
+    if not record.stationary:
+        opinion = opinion._replace(verdict=Verdict.INCONCLUSIVE, p_verified=1.0, p_refuted=1.0)
+    return with_bias(found, bias, opinion)
+
+
+def _opinion(
+    evidence: Evidence,
+    record: ChainRecord,
+    one: ObservableBias,
+    claim: Claim,
+    others: Sequence[ObservableBias],
+) -> Opinion:
+    last, tests = one.looks[-1], one.tests
+    assert tests is not None
+    low, high = last.order_interval(evidence.settings.confidence)
+    order = order_in(last.order, low, high, claim)
+    left, se = _mean(last.left(float(claim.value)))
+    off = "off by {left:.1g} with standard error {se:.1g}"
+    limit, wrong = (
+        Reason(text, kind, {"left": left, "se": se})
+        for text, kind in ((f"limit {off}", Kind.PLAIN), (f"{Kind.WRONG_LIMIT}: {off}", Kind.WRONG_LIMIT))
+    )
+    if tests.refuted <= evidence.level:
+        verdict, reason = Verdict.REFUTED, order if tests.slow < tests.wrong else wrong
+    elif last.changes_sign():
+        verdict, reason = _uninformative("its bias changes sign between step sizes", others, one)
+    elif tests.verified <= evidence.level:
+        verdict, reason = Verdict.VERIFIED, order.then(limit)
+    elif not one.resolved:
         least = np.abs(last.signals).min()
         text = f"its bias is not seen: a mean difference is {least:.1f} standard errors"
-        return _uninformative(text, others, one, _needed(record, (RESOLVED / least) ** 2 if least else np.inf))
-    return Verdict.INCONCLUSIVE, _joined(order, off) + _needed(record, said.growth)
+        needed = _needed(record, (RESOLVED / least) ** 2 if least else np.inf)
+        verdict, reason = _uninformative(text, others, one, needed)
+    else:
+        verdict, reason = Verdict.INCONCLUSIVE, order.then(limit).then(_needed(record, tests.growth))
+    void = verdict is Verdict.NOT_APPLICABLE or last.changes_sign()
+    return Opinion(verdict, reason, p_verified=np.nan if void else tests.verified, p_refuted=tests.refuted)
 
 
-def _uninformative(reason: str, others: Sequence[Chained], one: Chained, needed: str = "") -> tuple[Verdict, str]:
+def _uninformative(
+    text: str, others: Sequence[ObservableBias], one: ObservableBias, needed: Reason | str = ""
+) -> tuple[Verdict, Reason]:
     shown = [other.name for other in others if other is not one and other.resolved]
     if not shown:
-        return Verdict.INCONCLUSIVE, f"{reason}{needed}"
-    return Verdict.NOT_APPLICABLE, f"uninformative: {reason}, while that of {', '.join(shown)} is told"
+        return Verdict.INCONCLUSIVE, Reason(text).then(needed)
+    return Verdict.NOT_APPLICABLE, Reason(f"uninformative: {text}, while that of {', '.join(shown)} is told")
 
 
-def _needed(record: ChainRecord, growth: float) -> str:
+def _needed(record: ChainRecord, growth: float) -> Reason:
     if not np.isfinite(growth):
-        return ""
-    chains = float(f"{growth * float(record.paired):.1g}")
-    return f"; about {chains:.0f} chains of length {float(record.time[-1]):.3g} would decide"
+        return Reason()
+    needed = {"chains": float(f"{growth * float(record.paired):.1g}"), "length": float(record.time[-1])}
+    return Reason("about {chains:.0f} chains of length {length:.3g} would decide", Kind.MORE_PATHS, needed)
 
 
-def _details(record: ChainRecord, sample: Sample) -> dict[str, object]:
+def _details(record: ChainRecord, sample: BiasSample) -> dict[str, object]:
     local = sample.local_orders
     return {
         "local_orders": " ".join(f"{order:.2f}" for order in local),
@@ -220,17 +237,13 @@ def _details(record: ChainRecord, sample: Sample) -> dict[str, object]:
 
 
 def _unfitted(evidence: Evidence, record: ChainRecord, name: str, remarks: Sequence[str]) -> Finding:
-    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, "invariant", name)
-    verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
+    covered = coverage(evidence, "invariant", name)
+    verdict = Verdict.INCONCLUSIVE if covered.claim else Verdict.OUT_OF_SCOPE
     if record.lost[-1] > 0:
         verdict = Verdict.DIVERGED
-    reason = _joined(f"fewer than {FEWEST} step sizes can be used", *remarks, no_claim)
-    return Finding(quantity=name, verdict=verdict, reason=reason, claim=claim, method=METHOD)
+    reason = Reason.of(f"fewer than {FEWEST} step sizes can be used", *remarks, covered.gap)
+    return finding(covered, Opinion(verdict, reason), method=METHOD)
 
 
 def _mean(values: Array) -> tuple[float, float]:
     return float(values.mean()), float(values.std(ddof=1) / np.sqrt(GROUPS))
-
-
-def _joined(*texts: str) -> str:
-    return "; ".join(text for text in texts if text)

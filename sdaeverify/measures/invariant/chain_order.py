@@ -35,7 +35,7 @@ CONFIRMED = 0.25
 
 
 @dataclass(frozen=True)
-class Sample:
+class BiasSample:
     """The group means of one observable at one look, on the levels that can be used.
 
     Attributes
@@ -154,7 +154,7 @@ class Sample:
         return max(exceeds(self.left(order), tail) for tail in tails.T)
 
 
-class ChainOpinion(NamedTuple):
+class ChainTests(NamedTuple):
     """What all looks together say of a claim on one observable.
 
     Attributes
@@ -178,7 +178,7 @@ class ChainOpinion(NamedTuple):
         return min(1.0, 2.0 * min(self.slow, self.wrong))
 
 
-def samples(record: ChainRecord, levels: Array, observable: int, exact: float) -> list[Sample]:
+def samples(record: ChainRecord, levels: Array, observable: int, exact: float) -> list[BiasSample]:
     """Return the sample of one observable at each look.
 
     Parameters
@@ -192,23 +192,23 @@ def samples(record: ChainRecord, levels: Array, observable: int, exact: float) -
 
     Returns
     -------
-    list of Sample
+    list of BiasSample
     """
     found = []
     for look, time in enumerate(record.time):
         means = record.levels[look][:, levels, observable]
         coarse = record.wide[look][:, observable] if levels[0] == 0 else means[:, 0]
         rounding = 64.0 * EPS * np.sqrt(time / record.h[-1]) * np.abs(means).max()
-        found.append(Sample(record.h[levels], means, coarse, exact, float(rounding)))
+        found.append(BiasSample(record.h[levels], means, coarse, exact, float(rounding)))
     return found
 
 
-def opinion(found: list[Sample], claim: Claim, planned: float, evidence: Evidence) -> ChainOpinion:
+def chain_tests(found: list[BiasSample], claim: Claim, planned: float, evidence: Evidence) -> ChainTests:
     """Return what all looks say of a claimed order, each p-value being shared among the planned looks.
 
     Parameters
     ----------
-    found : list of Sample
+    found : list of BiasSample
     claim : Claim
         Of an order.
     planned : float
@@ -218,14 +218,14 @@ def opinion(found: list[Sample], claim: Claim, planned: float, evidence: Evidenc
 
     Returns
     -------
-    ChainOpinion
+    ChainTests
     """
     steady = found[-1].settled(evidence.settings.confidence)
     falls = [sample.p_falls(claim) for sample in found]
     slow = [sample.p_slow(claim) if steady else 1.0 for sample in found]
     wrong = [sample.p_wrong(float(claim.value)) for sample in found]
     verified, too_slow, off = (min(1.0, planned * min(looks)) for looks in (falls, slow, wrong))
-    return ChainOpinion(verified, too_slow, off, growth(falls[-1], evidence.level / planned))
+    return ChainTests(verified, too_slow, off, growth(falls[-1], evidence.level / planned))
 
 
 def exceeds(a: Array, b: Array) -> float:

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.measure import Evidence, Finding, LevelFinding, Verdict
-from ...contracts.scheme import Claim
+from ...contracts.finding import Finding, Kind, LevelFinding, Opinion, Reason, Verdict
+from ...contracts.measure import Evidence
 from ...forms import Problem
 from ...forms.truths import InvariantMean
 from ...probe.operator.functional_orders import (
@@ -17,12 +17,13 @@ from ...probe.operator.functional_orders import (
     obstacle,
 )
 from ...probe.operator.transition_errors import TransitionErrors, invariant_observables
-from ..judge import Opinion, claim_for
+from ..judge import Coverage, coverage, finding, judge_claim
 from .bias import bias_bound, known_bias, with_bias
 
 METHOD = "stationary law of the transition operator (T2)"
 # How far an order may be below the claimed one.
 TOLERANCE = 0.15
+NO_ORDER = FunctionalOrder(np.nan, np.nan, np.nan)
 
 
 def usable(record: TransitionErrors) -> bool:
@@ -32,20 +33,20 @@ def usable(record: TransitionErrors) -> bool:
 
 def operator_findings(evidence: Evidence, record: TransitionErrors) -> list[Finding]:
     """Return a finding for each observable whose exact mean is known."""
-    by_name = _orders(evidence.view, record)
-    columns = dict(zip(by_name, zip(record.errors.T, error_floors(record).T, strict=True), strict=True))
+    orders = _orders(evidence.view, record)
+    columns = dict(zip(orders, zip(record.errors.T, error_floors(record).T, strict=True), strict=True))
     found = []
     for name in (truth.observable for truth in evidence.view.truths if isinstance(truth, InvariantMean)):
-        found.append(_finding(evidence, name, by_name.get(name)))
+        found.append(_finding(coverage(evidence, "invariant", name), orders.get(name)))
         bound = bias_bound(found[-1].claim)
-        if bound is not None and name in by_name:
-            found[-1] = with_bias(found[-1], known_bias(bound, record.h, *columns[name], by_name[name]))
+        if bound is not None and name in orders:
+            found[-1] = with_bias(found[-1], *known_bias(bound, record.h, *columns[name], orders[name]))
     return found
 
 
 def is_settled(evidence: Evidence, record: TransitionErrors) -> bool:
     """Tell whether finer steps would tell no more: all that is claimed is verified, or fixed by a symmetry."""
-    fixed = {name for name, told in _orders(evidence.view, record).items() if told.fixed}
+    fixed = {name for name, order in _orders(evidence.view, record).items() if order.fixed}
     claimed = {found.quantity: found.verdict for found in operator_findings(evidence, record) if found.claim}
     return all(verdict is Verdict.VERIFIED for name, verdict in claimed.items() if name not in fixed)
 
@@ -67,44 +68,35 @@ def _orders(view: Problem, record: TransitionErrors) -> dict[str, FunctionalOrde
     return dict(zip(invariant_observables(view), bounded(functional_orders(record), view), strict=True))
 
 
-def _finding(evidence: Evidence, name: str, told: FunctionalOrder | None) -> Finding:
-    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, "invariant", name)
-    opinion = Opinion(Verdict.OUT_OF_SCOPE, no_claim) if claim is None else _opinion(claim, told)
-    order = told or FunctionalOrder(np.nan, np.nan, np.nan)
-    return Finding(
-        quantity=name,
-        verdict=opinion.verdict,
-        reason=opinion.reason,
-        claim=claim,
+def _finding(covered: Coverage, known: FunctionalOrder | None) -> Finding:
+    if covered.claim is not None and known is None:
+        opinion = Opinion(Verdict.NOT_APPLICABLE, Reason("it is no function of the problem's chart"))
+    else:
+        opinion = judge_claim(covered, lambda claim: _opinion(float(claim.value), known or NO_ORDER))
+    order = known or NO_ORDER
+    return finding(
+        covered,
+        opinion._replace(tier=2),
         estimate=order.order,
         low=order.low,
         high=order.high,
         method=METHOD,
-        tier=2,
         details={"leading_coefficient": order.coefficient},
     )
 
 
-def _opinion(claim: Claim, told: FunctionalOrder | None) -> Opinion:
-    if told is None:
-        return Opinion(Verdict.NOT_APPLICABLE, "it is no function of the problem's chart")
-    if isinstance(claim.value, str):
-        return Opinion(Verdict.INCONCLUSIVE, f"this measure does not know what {claim.value!r} means")
-    return _of_order(claim.value, told)
-
-
-def _of_order(order: float, found: FunctionalOrder) -> Opinion:
+def _opinion(claimed: float, found: FunctionalOrder) -> Opinion:
     if not found.resolved:
-        return Opinion(Verdict.INCONCLUSIVE, found.note)
+        return Opinion(Verdict.INCONCLUSIVE, Reason(found.note))
     if not found.informative:
-        return Opinion(Verdict.NOT_APPLICABLE, f"uninformative: {found.note}")
-    bound, reason = order - TOLERANCE, f"order {found.order:.3f} as h tends to 0, claimed {order}"
-    reason = f"{reason}; {found.note}" if found.note else reason
+        return Opinion(Verdict.NOT_APPLICABLE, Reason(f"uninformative: {found.note}"))
+    bound, figures = claimed - TOLERANCE, {"order": found.order, "claimed": claimed}
+    reason = Reason("order {order:.3f} as h tends to 0, claimed {claimed}", Kind.ORDER, figures).then(found.note)
     if found.low >= bound:
         return Opinion(Verdict.VERIFIED, reason)
     if found.high < bound:
-        return Opinion(Verdict.REFUTED, found.note if found.order == 0.0 else reason)
-    return Opinion(Verdict.INCONCLUSIVE, f"{reason}; it is at least {found.low:.3f} and at most {found.high:.3f}")
+        return Opinion(Verdict.REFUTED, Reason(found.note, Kind.WRONG_LIMIT) if found.order == 0.0 else reason)
+    return Opinion(Verdict.INCONCLUSIVE, reason.then(f"it is at least {found.low:.3f} and at most {found.high:.3f}"))
 
 
 def _local_order(h: Array, errors: Array, level: int) -> float:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ...contracts.measure import LevelFinding
+from ...contracts.finding import LevelFinding
 from ...numerics.statistics import Estimate
 from .errors import POWERS
 from .quantity import Quantity

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
+from ...contracts.finding import Kind, Reason
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...forms.truths import Pathwise
@@ -17,8 +18,7 @@ from ..judge import (
     COARSE,
     FITTED,
     SUSPECT,
-    WRONG,
-    Tests,
+    PathTests,
     at_levels,
     held_back,
     order_tests,
@@ -44,7 +44,7 @@ class Fit(NamedTuple):
     ----------
     usable, levels : ndarray of int
         Levels that could be fitted, and the finest of them that are.
-    left_out : str
+    left_out : Reason
         Why others are not usable.
     slope : Estimate
     bias : Bias
@@ -52,7 +52,7 @@ class Fit(NamedTuple):
 
     usable: Array
     levels: Array
-    left_out: str
+    left_out: Reason
     slope: Estimate
     bias: Bias
 
@@ -71,46 +71,48 @@ def stands_still(evidence: Evidence, quantity: Quantity) -> bool:
     return bool(quantity.moved < 1e3 * 64.0 * quantity.rounding(np.array(evidence.settings.steps[-1])))
 
 
-def usable_levels(evidence: Evidence, quantity: Quantity) -> tuple[Array, str]:
+def usable_levels(evidence: Evidence, quantity: Quantity) -> tuple[Array, Reason]:
     """Return the levels that can be fitted, and why others are left out."""
     sound, remarks = sound_levels(evidence.health.sums)
     known = quantity.means()
     # Measured rounding stays below 2 eps sqrt(N) of the state's size; 30 times that leaves the fit alone.
     rounding = known <= 60.0 * quantity.rounding(np.array(evidence.settings.steps[: len(known)]))
     if rounding.any():
-        remarks.append(at_levels("rounding", rounding))
+        remarks = remarks.then(at_levels("rounding", rounding))
     # Slopes are not fitted across it: errors go from one law to another there, however accurate the scheme is.
     stiff = quantity.h > evidence.problem.fastest
     if stiff.any():
-        remarks.append(at_levels("steps longer than the fastest time", stiff))
+        remarks = remarks.then(at_levels("steps longer than the fastest time", stiff))
     sound = sound[sound < len(known)]
-    return sound[~(rounding | stiff[: len(known)])[sound]], "; ".join(remarks)
+    return sound[~(rounding | stiff[: len(known)])[sound]], remarks
 
 
-def fit(evidence: Evidence, quantity: Quantity, usable: Array, left_out: str) -> Fit:
+def fit(evidence: Evidence, quantity: Quantity, usable: Array, left_out: Reason) -> Fit:
     """Return the slope on the finest usable levels."""
     levels = usable[-FITTED:]
     bias = reference_bias(evidence.problem.pathwise, quantity, levels, evidence.settings.confidence)
     return Fit(usable, levels, left_out, quantity.slope(levels), bias)
 
 
-def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim) -> Tests:
+def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim) -> PathTests:
     """Return what the paths say of a claimed order: the slope's tests, and those of the limit."""
     truth, bias = evidence.problem.pathwise, fitted.bias
     if not np.isfinite(bias.bound):
-        return Tests.none(f"no finite interval: {bias.reference} is too coarse or not finite")
+        return PathTests.none(f"no finite interval: {bias.reference} is too coarse or not finite")
     if not _sharp(truth, claim):
-        return Tests.none(f"{bias.reference}: it should be half an order above the claim")
+        return PathTests.none(f"{bias.reference}: it should be half an order above the claim")
     tests = order_tests(claim, fitted.slope, evidence, bias.bound)
     if tests.refuted <= SUSPECT and not isinstance(claim.value, str) and rises(evidence, quantity, fitted):
         # Steps too coarse look like a wrong limit, too.
-        return Tests.none(f"{tests.reason}, but it still rises with refinement; add finer levels")
+        return PathTests.none(tests.reason.then("it still rises with refinement", ", but ").then("add finer levels"))
     if bias.knows_limit:
         above = _above(evidence, fitted, claim)
         tests = _with_limit(tests, quantity.contrast(fitted.levels), bias.bound, evidence, above=above)
     else:
         growth = np.inf if tests.verified <= evidence.level else tests.growth
-        tests = tests._replace(verified=1.0, growth=growth, reason=f"{tests.reason}, but towards its own limit")
+        tests = tests._replace(
+            verified=1.0, growth=growth, reason=tests.reason.then("towards its own limit", ", but ")
+        )
     coarse, growth = "", np.inf
     if tests.refuted <= SUSPECT:
         coarse = _coarse(evidence, int(fitted.levels[-1]))
@@ -144,7 +146,7 @@ def _on_its_way(quantity: Quantity, levels: Array, claim: Claim) -> str:
     return f"its local orders rise, to {ahead:.2f} at the next step size; add finer levels"
 
 
-def calibrated(tests: Tests, quantity: Quantity, levels: Array) -> Tests:
+def calibrated(tests: PathTests, quantity: Quantity, levels: Array) -> PathTests:
     """Return the tests as far as the sample is large enough for its tails at the ends of the fit."""
     heavy = quantity.tail(levels[0]).heavy or quantity.tail(levels[-1]).heavy
     return with_sample(tests, quantity.paths, heavy=heavy)
@@ -177,17 +179,23 @@ def rises(evidence: Evidence, quantity: Quantity, fitted: Fit) -> bool:
     return quantity.rise(fitted.levels).interval(evidence.settings.confidence)[0] > RISING
 
 
-def _with_limit(tests: Tests, contrast: Estimate, bias: float, evidence: Evidence, *, above: bool) -> Tests:
+def _with_limit(tests: PathTests, contrast: Estimate, bias: float, evidence: Evidence, *, above: bool) -> PathTests:
     low, high = contrast.interval(evidence.settings.confidence, bias)
     wrong, right = contrast.p_below(WRONG_LIMIT, bias), contrast.p_above(RIGHT_LIMIT, bias)
     if wrong <= 0.5 * evidence.level and above:
         # Errors a h + b h^2 look alike while b h matters, and cannot level off above the claimed order.
-        return Tests.none(f"{tests.reason}; limit not confirmed (contrast at most {high:.3f}); add finer levels")
+        why = _limit("limit not confirmed (contrast at most {contrast:.3f})", high).then("add finer levels")
+        return PathTests.none(tests.reason.then(why))
     reason, growth = tests.reason, tests.growth
     if wrong <= 0.5 * evidence.level:
-        reason = f"{WRONG}: errors level off (contrast at most {high:.3f}); {reason}"
+        text = f"{Kind.WRONG_LIMIT}: errors level off (contrast at most {{contrast:.3f}})"
+        reason = _limit(text, high, Kind.WRONG_LIMIT).then(reason)
     elif tests.verified <= evidence.level < right:
-        reason = f"{reason}; limit not confirmed (contrast at least {low:.3f})"
+        reason = reason.then(_limit("limit not confirmed (contrast at least {contrast:.3f})", low))
         growth = max(growth, contrast.growth_to_decide(RIGHT_LIMIT, evidence.level, bias))
     either = min(1.0, 2.0 * min(tests.refuted, 1.0 if above else wrong))
-    return Tests(max(tests.verified, right), either, reason, growth)
+    return PathTests(max(tests.verified, right), either, reason, growth)
+
+
+def _limit(text: str, contrast: float, kind: str = Kind.PLAIN) -> Reason:
+    return Reason(text, kind, {"contrast": contrast})

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.measure import Evidence
-from ...numerics.statistics import EPS, Estimate, Tail, jackknife, log_norms, slope_weights, tail
+from ...numerics.statistics import EPS, Estimate, Tail, jackknife, log_functional, order_of, slope_weights, tail
 from .errors import AT_T, POWERS
 
 
@@ -65,11 +65,11 @@ class Quantity:
 
     def slope(self, levels: Array, power: int = 1) -> Estimate:
         """Return the least-squares slope of log2 (E e^p)^(1/p) against log2 h on some levels."""
-        return self.linear(levels, slope_weights(np.log2(self.h[levels])), power)
+        return order_of(self.h[levels], self.error[:, levels, power], self.counts, POWERS[power])
 
     def linear(self, levels: Array, weights: Array, power: int = 1) -> Estimate:
         """Return a linear functional of y on some levels."""
-        return jackknife(self.error[:, levels, power], self.counts, partial(_functional, weights, POWERS[power]))
+        return jackknife(self.error[:, levels, power], self.counts, partial(log_functional, weights, POWERS[power]))
 
     def contrast(self, levels: Array, share: float = 1.0) -> Estimate:
         """Return slope of log2 E e_{l+1} minus slope of log2 E d_l over the same levels l: 0 in the right limit.
@@ -79,7 +79,7 @@ class Quantity:
         coarse, fine = levels[:-1], levels[1:]
         weights = slope_weights(np.log2(self.h[coarse]))
         both = np.concatenate([self.error[:, fine, 1], self.difference[:, coarse, 1]], axis=1)
-        return jackknife(both, self.counts, partial(_functional, np.concatenate([weights, -share * weights]), 1.0))
+        return jackknife(both, self.counts, partial(log_functional, np.concatenate([weights, -share * weights]), 1.0))
 
     def rise(self, levels: Array) -> Estimate:
         """Return by how much the local order grows from the last but one pair of levels to the last."""
@@ -94,7 +94,7 @@ class Quantity:
         assert self.blurred is not None
         weights = slope_weights(np.log2(self.h[levels]))
         both = np.concatenate([self.error[:, levels, 1], self.blurred[:, levels, 1]], axis=1)
-        return jackknife(both, self.counts, partial(_functional, np.concatenate([-weights, weights]), 1.0))
+        return jackknife(both, self.counts, partial(log_functional, np.concatenate([-weights, weights]), 1.0))
 
     def relative_error(self, level: int) -> Estimate:
         """Return E |x_l - x|/|x| at T."""
@@ -130,8 +130,3 @@ def quantities_of(evidence: Evidence) -> Iterator[Quantity]:
 
 def _mean(sums: Array | None, counts: Array) -> float:
     return inf if sums is None else float(sums[:, 0, 1].sum() / counts.sum())
-
-
-def _functional(weights: Array, p: float, means: Array) -> float:
-    # einsum, not a BLAS product: the same bits on every number of threads.
-    return float(np.einsum("l,l->", weights, log_norms(means, p)))

@@ -10,19 +10,20 @@ from typing import Any, ClassVar
 
 from ...arrays import Parts
 from ...contracts.error_sizes import ErrorSizes
-from ...contracts.measure import Evidence, Judgement, Measure
+from ...contracts.finding import Finding, Judgement
+from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally
 from ...forms import Problem
 from ...registry.hookspecs import hookimpl
 from ..error_sizes import of_paths
-from ..judge import FITTED, doubted
+from ..judge import FITTED, coverage, withhold_in_doubt
 from ..path_errors.errors import AT_T, ErrorObserver
 from ..path_errors.level_rows import level_rows
 from ..path_errors.order import usable_levels
-from ..path_errors.quantity import quantities_of
-from .findings import Question, finding, local_orders, probe_strong, step_sizes, unknown
+from ..path_errors.quantity import Quantity, quantities_of
+from .findings import Orders, local_orders, probe_strong, step_sizes, strong_finding, unknown_components
 
 # Beside the mean, as indices of the powers that are noted.
 NORMS = {"L1/2": 0, "L2": 2}
@@ -48,11 +49,9 @@ class Strong(Measure):
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component at grid times and at T, and their levels."""
         quantities = list(quantities_of(evidence))
-        question = Question(evidence, self.name, local_orders(evidence))
-        components = [quantity.name.removesuffix(AT_T) for quantity in quantities]
-        asked = zip(quantities, components, strict=True)
-        findings = doubted([finding(question, quantity, name, name) for quantity, name in asked])
-        findings += unknown(question, {quantity.name for quantity in quantities})
+        orders = local_orders(evidence)
+        findings = withhold_in_doubt([_finding(evidence, quantity, orders) for quantity in quantities])
+        findings += unknown_components(evidence, self.name, orders, {quantity.name for quantity in quantities})
         rows = (level_rows(each, set(usable_levels(evidence, each)[0][-FITTED:]), NORMS) for each in quantities)
         return Judgement(tuple(findings), tuple(chain.from_iterable(rows)))
 
@@ -65,3 +64,9 @@ class Strong(Measure):
 def sdaeverify_measures() -> list[Measure]:
     """Register the measure."""
     return [Strong()]
+
+
+def _finding(evidence: Evidence, quantity: Quantity, orders: Orders) -> Finding:
+    component = quantity.name.removesuffix(AT_T)
+    covered = coverage(evidence, Strong.name, component)._replace(quantity=quantity.name)
+    return strong_finding(evidence, quantity, covered, orders.get(component))

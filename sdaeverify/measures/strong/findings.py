@@ -1,13 +1,13 @@
 """What becomes of a claim of strong order: local defects decide, errors along paths guard them."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from ...contracts.error_sizes import ErrorSizes
-from ...contracts.measure import Evidence, Finding, Verdict
+from ...contracts.finding import Finding, Opinion, Reason, Verdict
+from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally, packed, unpacked
@@ -15,12 +15,11 @@ from ...forms import Delayed, Problem
 from ...forms.delay.linked import X
 from ...probe.local.algebraic_defects import AlgebraicDefects, algebraic_defects, algebraic_order
 from ...probe.local.delay_links import Y, keeps_constraint, linked, loses_algebraic
-from ...probe.local.orders import LocalOpinion
 from ...probe.local.strong_defects import LocalStrong, local_strong, no_local_order
-from ...probe.local.strong_order import StrongOrder, at_most, judge_strong, strong_order
+from ...probe.local.strong_order import StrongOrder, at_most, strong_order
 from ...probe.step.one_step import OneStep
 from ..error_sizes import of_step
-from ..judge import FEWEST, FITTED, Decision, Tests, claim_for, guard, unfitted
+from ..judge import FEWEST, FITTED, Coverage, PathTests, coverage, finding, guard, leave_open, unfitted
 from ..path_errors.errors import STATE
 from ..path_errors.order import (
     EXACT,
@@ -34,6 +33,7 @@ from ..path_errors.order import (
     usable_levels,
 )
 from ..path_errors.quantity import Quantity
+from .local_order import judge_strong
 
 # By component.
 Orders = Mapping[str, StrongOrder]
@@ -57,6 +57,9 @@ class Span(NamedTuple):
     until: float = np.inf
 
 
+# By tier, where no slope is fitted.
+EXACT_METHODS = {1: "local order (T1), guarded by paths", 3: "paths (T3)"}
+UNFITTED_METHODS = {1: "local order (T1)", 3: "paths"}
 WHOLE, FIRST, SECOND = (
     Span("local strong"),
     Span("local strong up to tau", 1),
@@ -64,36 +67,25 @@ WHOLE, FIRST, SECOND = (
 )
 
 
-class Question(NamedTuple):
-    """What is asked of a cell.
-
-    Attributes
-    ----------
-    evidence : Evidence
-    measure : str
-        Whose claims are judged.
-    orders : mapping of str to StrongOrder
-        Local orders of the components, where the one-step map was probed.
-    """
-
-    evidence: Evidence
-    measure: str
-    orders: Orders
-
-    def claim(self, name: str) -> tuple[Claim | None, str]:
-        """Return the claim about a quantity, or None and why there is none."""
-        return claim_for(self.evidence.scheme, self.evidence.view.traits, self.measure, name)
-
-
 class _Local(NamedTuple):
     """The local order of a quantity, and what it says of the claim; none where the map cannot be probed."""
 
     order: StrongOrder | None = None
-    opinion: LocalOpinion | None = None
+    opinion: Opinion | None = None
 
     @property
     def decides(self) -> bool:
         return self.opinion is not None and self.opinion.verdict is not Verdict.INCONCLUSIVE
+
+    @property
+    def details(self) -> dict[str, object]:
+        if self.order is None:
+            return {}
+        return {
+            "local_order": self.order.order,
+            "local_consistent": self.order.consistent,
+            "solver_plateau_h": self.order.plateau_h,
+        }
 
 
 def probe_strong(scheme: Scheme, view: Problem, settings: Settings, span: Span = WHOLE) -> Tally:
@@ -160,66 +152,59 @@ def step_sizes(evidence: Evidence) -> dict[str, ErrorSizes]:
     return dict(of_step(record, list(OneStep(*linked(evidence.scheme, evidence.view)).names)))
 
 
-def _local(question: Question, name: str, claim: Claim | None) -> _Local:
-    order = question.orders.get(name)
+def _local(evidence: Evidence, covered: Coverage, order: StrongOrder | None) -> _Local:
+    claim = covered.claim
     if order is None or claim is None or isinstance(claim.value, str):
         return _Local(order)
-    return _Local(
-        order, judge_strong(order, claim.value, margin=claim.margin, sharp=question.evidence.scheme.sharp_locally)
-    )
+    return _Local(order, judge_strong(order, claim.value, margin=claim.margin, sharp=evidence.scheme.sharp_locally))
 
 
-def finding(question: Question, quantity: Quantity, claimed: str, component: str) -> Finding:
+def strong_finding(evidence: Evidence, quantity: Quantity, covered: Coverage, order: StrongOrder | None) -> Finding:
     """Return the finding on a quantity.
 
     Parameters
     ----------
-    question : Question
+    evidence : Evidence
     quantity : Quantity
-    claimed : str
-        Its name in claims.
-    component : str
-        Whose local order is its own.
+    covered : Coverage
+        With what is claimed of it.
+    order : StrongOrder or None
+        Its local order, where the one-step map was probed.
 
     Returns
     -------
     Finding
     """
-    evidence = question.evidence
-    claim, no_claim = question.claim(claimed)
-    local = _local(question, component, claim)
+    local = _local(evidence, covered, order)
     if is_exact(evidence, quantity):
-        return _with_local(_exact_finding(evidence, quantity, local, claim), local)
+        opinion = _of_exact(evidence, quantity, local, covered)
+        return finding(covered, opinion, method=EXACT_METHODS[opinion.tier], details=local.details)
     usable, left_out = usable_levels(evidence, quantity)
     if len(usable[-FITTED:]) < FEWEST:
-        return _with_local(_unfitted(evidence, quantity, local, claim, left_out), local)
+        opinion = _unfitted(evidence, local, covered, left_out)
+        return finding(covered, opinion, method=UNFITTED_METHODS[opinion.tier], details=local.details)
     fitted = fit(evidence, quantity, usable, left_out)
-    decision = _decision(evidence, quantity, fitted, claim, local)
+    opinion = Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
+    if covered.claim is not None:
+        opinion = guard(local.opinion, _tests(evidence, quantity, fitted, covered.claim, local), evidence)
     low, high = fitted.slope.interval(evidence.settings.confidence, fitted.bias.bound)
-    reason = "; ".join(text for text in (decision.reason if claim else no_claim, left_out) if text)
-    found = Finding(
-        quantity=quantity.name,
-        claim=claim,
+    return finding(
+        covered,
+        opinion.plus(left_out),
         estimate=fitted.slope.value,
         low=low,
         high=high,
-        method=_method(decision.tier, fitted.bias.reference),
-        details=_details(evidence, quantity, fitted),
-        **decision._replace(reason=reason)._asdict(),
+        method=_method(opinion.tier, fitted.bias.reference),
+        details={**local.details, **_details(evidence, quantity, fitted)},
     )
-    return _with_local(found, local)
 
 
-def _decision(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim | None, local: _Local) -> Decision:
-    if claim is None:
-        return Decision(Verdict.OUT_OF_SCOPE, "", 3)
+def _tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, local: _Local) -> PathTests:
     tests = path_tests(evidence, quantity, fitted, claim)
-    if local.decides:
-        tests = _asymptotic(evidence, quantity, fitted, claim, tests)
-    return guard(local.opinion, tests, evidence)
+    return _asymptotic(evidence, quantity, fitted, claim, tests) if local.decides else tests
 
 
-def _asymptotic(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, tests: Tests) -> Tests:
+def _asymptotic(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, tests: PathTests) -> PathTests:
     """Let errors on coarse steps refute a local order only if the asymptotic order is too low, as well.
 
     Errors that level off at a wrong limit have an asymptotic order of 0. Where it is not known well enough for that
@@ -239,55 +224,37 @@ def _method(tier: int, reference: str) -> str:
     return f"local order (T1), guarded by paths, {reference}" if tier == 1 else f"paths, {reference} (T3)"
 
 
-def _with_local(finding: Finding, local: _Local) -> Finding:
-    if local.order is None:
-        return finding
-    found = {
-        "local_order": local.order.order,
-        "local_consistent": local.order.consistent,
-        "solver_plateau_h": local.order.plateau_h,
-    }
-    return replace(finding, details={**found, **finding.details})
-
-
-def _exact_finding(evidence: Evidence, quantity: Quantity, local: _Local, claim: Claim | None) -> Finding:
-    reason, verdict, tier = EXACT, Verdict.VERIFIED, 3
+def _of_exact(evidence: Evidence, quantity: Quantity, local: _Local, covered: Coverage) -> Opinion:
+    opinion = Opinion(Verdict.VERIFIED, Reason(EXACT))
     if stands_still(evidence, quantity):
-        reason, verdict = STILL, Verdict.INCONCLUSIVE
+        opinion = Opinion(Verdict.INCONCLUSIVE, Reason(STILL))
     if local.opinion is not None and local.decides:
-        reason, verdict, tier = f"{local.opinion.reason}; {reason}", local.opinion.verdict, 1
-    if claim is None:
-        verdict = Verdict.OUT_OF_SCOPE
-    method = "local order (T1), guarded by paths" if tier == 1 else "paths (T3)"
-    return Finding(quantity=quantity.name, verdict=verdict, reason=reason, claim=claim, method=method, tier=tier)
+        opinion = local.opinion.plus(opinion.reason)
+    return opinion if covered.claim else opinion._replace(verdict=Verdict.OUT_OF_SCOPE)
 
 
-def _unfitted(evidence: Evidence, quantity: Quantity, local: _Local, claim: Claim | None, left_out: str) -> Finding:
-    found = unfitted(evidence, quantity.name, claim, left_out)
-    if local.opinion is None or claim is None or found.verdict is Verdict.DIVERGED:
-        return found
+def _unfitted(evidence: Evidence, local: _Local, covered: Coverage, left_out: Reason) -> Opinion:
+    opinion = unfitted(evidence, covered, left_out)
+    if local.opinion is None or covered.claim is None or opinion.verdict is Verdict.DIVERGED:
+        return opinion
     if local.opinion.verdict is Verdict.REFUTED:
-        method = "local order (T1)"
-        return replace(found, verdict=Verdict.REFUTED, reason=local.opinion.reason, tier=1, method=method)
-    return replace(found, reason=f"{local.opinion.reason}, but no paths to guard it: {found.reason}")
+        return local.opinion
+    unguarded = local.opinion.reason.then("no paths to guard it", ", but ").then(opinion.reason, ": ")
+    return opinion._replace(reason=unguarded)
 
 
-def unknown(question: Question, known: set[str]) -> Iterator[Finding]:
+def unknown_components(evidence: Evidence, measure: str, orders: Orders, known: set[str]) -> Iterator[Finding]:
     """Yield findings on the components that the truth does not know: by their local order, without a guard."""
-    evidence = question.evidence
     start = evidence.scheme.start(evidence.view, 1, evidence.step_sizes[0])
     for name in evidence.scheme.parts(evidence.view, start):
         if name in known:
             continue
-        claim, no_claim = question.claim(name)
-        verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
-        reason = f"the problem's truth does not know {name}" if claim else no_claim
-        found = Finding(quantity=name, verdict=verdict, reason=reason, claim=claim)
-        local = _local(question, name, claim)
+        covered = coverage(evidence, measure, name)
+        local = _local(evidence, covered, orders.get(name))
+        opinion, method = leave_open(covered, f"the problem's truth does not know {name}"), ""
         if local.opinion is not None and local.opinion.verdict is Verdict.REFUTED:
-            refuted, method = local.opinion.verdict, "local order (T1)"
-            found = replace(found, verdict=refuted, reason=local.opinion.reason, tier=1, method=method)
-        yield _with_local(found, local)
+            opinion, method = local.opinion, UNFITTED_METHODS[1]
+        yield finding(covered, opinion, method=method, details=local.details)
 
 
 def _details(evidence: Evidence, quantity: Quantity, fitted: Fit) -> dict[str, object]:

@@ -15,23 +15,24 @@ from typing import Any, ClassVar
 
 from ...arrays import Parts
 from ...contracts.error_sizes import ErrorSizes
-from ...contracts.measure import Evidence, Finding, Judgement, Measure, Verdict
+from ...contracts.finding import Finding, Judgement, Opinion
+from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally, packed, unpacked
 from ...forms import Problem
-from ...probe.local.consistency import Consistency, consistency, judge_consistency
+from ...probe.local.consistency import Consistency, consistency
 from ...probe.local.delay_links import linked, loses_algebraic
-from ...probe.local.orders import LocalOpinion
 from ...probe.local.strong_defects import no_local_order
 from ...probe.step.one_step import OneStep
 from ...registry.hookspecs import hookimpl
 from ..error_sizes import of_paths
-from ..judge import claim_for, doubted
+from ..judge import coverage, finding, leave_open, withhold_in_doubt
 from ..path_errors.errors import STATE
 from ..path_errors.level_rows import level_rows
-from .findings import judged_pair
+from .findings import judge_pair
 from .notes import ON_GRID, UniformObserver, pairs_of
+from .one_step import judge_consistency
 
 PROBED = "local consistency"
 NORMS = {"L2": 2, "L4": 3}
@@ -65,9 +66,9 @@ class Uniform(Measure):
     def judge(self, evidence: Evidence) -> Judgement:
         """Return two findings for each component, and their levels."""
         local = _local_opinions(evidence)
-        pairs = (judged_pair(evidence, grid, time, local.get(name)) for name, grid, time in pairs_of(evidence))
+        pairs = (judge_pair(evidence, grid, time, local.get(name)) for name, grid, time in pairs_of(evidence))
         judged = list(chain.from_iterable(pairs))
-        findings = doubted([each.finding for each in judged]) + list(_unknown(evidence))
+        findings = withhold_in_doubt([each.finding for each in judged]) + list(_unknown(evidence))
         rows = (level_rows(each.quantity, each.fitted, NORMS) for each in judged)
         return Judgement(tuple(findings), tuple(chain.from_iterable(rows)))
 
@@ -82,7 +83,7 @@ def sdaeverify_measures() -> list[Measure]:
     return [Uniform()]
 
 
-def _local_opinions(evidence: Evidence) -> dict[str, LocalOpinion]:
+def _local_opinions(evidence: Evidence) -> dict[str, Opinion]:
     """Return what one step says of each component and of the full state: whether it follows the equation."""
     record = unpacked(PROBED, Consistency, evidence.tally)
     if record is None:
@@ -97,8 +98,5 @@ def _unknown(evidence: Evidence) -> Iterator[Finding]:
     start = evidence.scheme.start(view, 1, evidence.step_sizes[0])
     for name in evidence.scheme.parts(view, start):
         if name not in known:
-            quantity = f"{name}{ON_GRID}"
-            claim, no_claim = claim_for(evidence.scheme, view.traits, Uniform.name, quantity)
-            verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
-            reason = f"the problem's truth does not know {name}" if claim else no_claim
-            yield Finding(quantity=quantity, verdict=verdict, reason=reason, claim=claim)
+            covered = coverage(evidence, Uniform.name, f"{name}{ON_GRID}")
+            yield finding(covered, leave_open(covered, f"the problem's truth does not know {name}"))

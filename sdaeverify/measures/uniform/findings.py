@@ -7,11 +7,22 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.measure import Evidence, Finding, Verdict
+from ...contracts.finding import Finding, Kind, Opinion, Reason, Verdict
+from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...numerics.statistics import slope_weights
-from ...probe.local.orders import LocalOpinion
-from ..judge import FEWEST, FITTED, WRONG, Decision, Tests, at_levels, claim_for, decide, order_tests, unfitted
+from ..judge import (
+    FEWEST,
+    FITTED,
+    Coverage,
+    PathTests,
+    at_levels,
+    coverage,
+    decide,
+    finding,
+    order_tests,
+    unfitted,
+)
 from ..path_errors.order import (
     EXACT,
     RIGHT_LIMIT,
@@ -58,17 +69,17 @@ class Grid(NamedTuple):
 
     Attributes
     ----------
-    tests : Tests
+    tests : PathTests
         Of its claim.
     limit : float
         p-value of the hypothesis that it tends to a wrong limit; 1 where that cannot be told.
     """
 
-    tests: Tests
+    tests: PathTests
     limit: float
 
 
-def levels_for(evidence: Evidence, quantity: Quantity, claim: Claim | None) -> tuple[Array, str]:
+def levels_for(evidence: Evidence, quantity: Quantity, claim: Claim | None) -> tuple[Array, Reason]:
     """Return the levels that can be fitted, and what is to be said of levels.
 
     A theorem on convergence is about the scheme with its truncation: truncated levels count, and are named.
@@ -80,15 +91,15 @@ def levels_for(evidence: Evidence, quantity: Quantity, claim: Claim | None) -> t
     untouched: Mapping[str, Array] = {**sums, "truncated": np.zeros_like(sums["truncated"])}
     usable, left_out = usable_levels(replace(evidence, health=replace(evidence.health, sums=untouched)), quantity)
     named = at_levels("truncated steps", truncated) if truncated.any() else ""
-    return usable, "; ".join(text for text in (left_out, named) if text)
+    return usable, left_out.then(named)
 
 
-def grid_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim) -> Tests:
+def grid_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim) -> PathTests:
     """Return what errors on the grid say of a claim: of convergence or of an order."""
     if claim.value != CONVERGES:
         return path_tests(evidence, quantity, fitted, claim)
     if not np.isfinite(fitted.bias.bound):
-        return Tests.none(f"no finite interval: {fitted.bias.reference} is too coarse or not finite")
+        return PathTests.none(f"no finite interval: {fitted.bias.reference} is too coarse or not finite")
     tests = falling(evidence, quantity, fitted)
     if fitted.bias.knows_limit:
         tests = _with_plateau(evidence, quantity, fitted, tests)
@@ -104,7 +115,7 @@ def limit_test(quantity: Quantity, fitted: Fit) -> float:
     return quantity.contrast(fitted.levels).p_above(RIGHT_LIMIT, fitted.bias.bound)
 
 
-def continuous_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, grid: Grid) -> Tests:
+def continuous_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, grid: Grid) -> PathTests:
     """Return what errors in continuous time say of a claim.
 
     Convergence needs no bound of the bias. An error is at most the distance from the finest paths and the error of
@@ -116,29 +127,32 @@ def continuous_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim:
         tests = falling(evidence, quantity, unbiased)._replace(refuted=min(1.0, 2.0 * min(grown, grid.tests.refuted)))
         needed, why = max(grid.limit, grid.tests.verified), "that the errors on the grid fall to 0"
     elif not np.isfinite(fitted.bias.bound):
-        return Tests.none(f"no finite interval: {fitted.bias.reference}")
+        return PathTests.none(f"no finite interval: {fitted.bias.reference}")
     else:
         tests = order_tests(claim, fitted.slope, evidence, fitted.bias.bound)
         needed, why = grid.limit, "the right limit"
     if needed > evidence.level:
         growth = max(tests.growth, grid.tests.growth)
-        tests = tests._replace(reason=f"{why} is not shown (p = {needed:.2g}); {tests.reason}", growth=growth)
+        doubt = Reason("{why} is not shown (p = {p:.2g})", numbers={"why": why, "p": needed})
+        tests = tests._replace(reason=doubt.then(tests.reason), growth=growth)
     return calibrated(tests._replace(verified=max(tests.verified, needed)), quantity, fitted.levels)
 
 
-def falling(evidence: Evidence, quantity: Quantity, fitted: Fit) -> Tests:
+def falling(evidence: Evidence, quantity: Quantity, fitted: Fit) -> PathTests:
     """Return the tests of a fall of errors, and of their growth."""
     slope, bias, last = fitted.slope, fitted.bias.bound, fitted.levels[-1]
     low, high = slope.interval(evidence.settings.confidence, bias)
     if not np.isfinite([low, high]).all():
-        return Tests.none("no finite interval")
+        return PathTests.none("no finite interval")
     size = f"{quantity.means()[last]:.2g} at h = {quantity.h[last]:.3g}"
-    reason = f"errors go with h^{slope.value:.2f}, at least {low:.2f} and at most {high:.2f}, to {size}; {SHOWS}"
+    text = "errors go with h^{order:.2f}, at least {low:.2f} and at most {high:.2f}, to {size}"
+    figures = {"order": slope.value, "low": low, "high": high, "size": size}
+    reason = Reason(text, Kind.ORDER, figures).then(SHOWS)
     growth = slope.growth_to_decide(FALLING, evidence.level, bias)
     grown = slope.p_below(0.0, bias)
     if not _may_refute(evidence, fitted) or rises(evidence, quantity, fitted):
         grown = 1.0
-    return Tests(slope.p_above(FALLING, bias), grown, reason, growth)
+    return PathTests(slope.p_above(FALLING, bias), grown, reason, growth)
 
 
 def finest_as_reference(quantity: Quantity, levels: Array, finest_error: float) -> Bias:
@@ -163,23 +177,26 @@ def finest_as_reference(quantity: Quantity, levels: Array, finest_error: float) 
     return Bias(bound, f"the scheme's finest paths, off by {share} of the least error", True)
 
 
-def _with_plateau(evidence: Evidence, quantity: Quantity, fitted: Fit, tests: Tests) -> Tests:
+def _with_plateau(evidence: Evidence, quantity: Quantity, fitted: Fit, tests: PathTests) -> PathTests:
     bias, confidence = fitted.bias.bound, evidence.settings.confidence
     contrast, right = quantity.contrast(fitted.levels), limit_test(quantity, fitted)
     levelled = quantity.contrast(fitted.levels, LEVELLED).p_below(0.0, bias) if _may_refute(evidence, fitted) else 1.0
     reason, growth = tests.reason, tests.growth
     if levelled <= 0.5 * evidence.level:
-        reason = f"{WRONG}: errors level off, falling less than half as fast as successive differences; {reason}"
+        text = f"{Kind.WRONG_LIMIT}: errors level off, falling less than half as fast as successive differences"
+        reason = Reason(text, Kind.WRONG_LIMIT).then(reason)
     elif tests.verified <= evidence.level < right:
         low = contrast.interval(confidence, bias)[0]
-        reason = f"contrast at least {low:.3f}, of a right limit above {RIGHT_LIMIT}; {reason}"
+        reason = Reason(f"contrast at least {low:.3f}, of a right limit above {RIGHT_LIMIT}").then(reason)
         growth = max(growth, contrast.growth_to_decide(RIGHT_LIMIT, evidence.level, bias))
-    return Tests(max(tests.verified, right), min(1.0, 2.0 * min(tests.refuted, levelled)), reason, growth)
+    return PathTests(max(tests.verified, right), min(1.0, 2.0 * min(tests.refuted, levelled)), reason, growth)
 
 
-def _towards_its_own(evidence: Evidence, tests: Tests) -> Tests:
+def _towards_its_own(evidence: Evidence, tests: PathTests) -> PathTests:
     growth = np.inf if tests.verified <= evidence.level else tests.growth
-    return tests._replace(verified=1.0, growth=growth, reason=f"towards its own limit, {tests.reason}")
+    return tests._replace(
+        verified=1.0, growth=growth, reason=Reason("towards its own limit").then(tests.reason, ", ")
+    )
 
 
 def _may_refute(evidence: Evidence, fitted: Fit) -> bool:
@@ -189,7 +206,7 @@ def _may_refute(evidence: Evidence, fitted: Fit) -> bool:
 MEASURE = "uniform"
 
 
-class Judged(NamedTuple):
+class JudgedQuantity(NamedTuple):
     """The finding on a quantity, and the levels that its slope was fitted on."""
 
     quantity: Quantity
@@ -197,84 +214,82 @@ class Judged(NamedTuple):
     fitted: frozenset[int] = frozenset()
 
 
-class _Asked(NamedTuple):
-    """A quantity, the claim about it, and what one step says."""
+class _Subject(NamedTuple):
+    """A quantity, what is claimed of it, and what one step says."""
 
     evidence: Evidence
     quantity: Quantity
-    claim: Claim | None
-    no_claim: str
-    local: LocalOpinion | None
+    covered: Coverage
+    local: Opinion | None
 
 
-def judged_pair(
-    evidence: Evidence, grid: Quantity, between: Quantity, local: LocalOpinion | None
-) -> tuple[Judged, Judged]:
+def judge_pair(
+    evidence: Evidence, grid: Quantity, between: Quantity, local: Opinion | None
+) -> tuple[JudgedQuantity, JudgedQuantity]:
     """Judge a component on the grid, and in continuous time with what the grid says of its limit.
 
     Parameters
     ----------
     evidence : Evidence
     grid, between : Quantity
-    local : LocalOpinion or None
+    local : Opinion or None
         Whether one step follows the equation; None where that cannot be told.
 
     Returns
     -------
-    Judged
+    JudgedQuantity
         On the grid.
-    Judged
+    JudgedQuantity
         In continuous time.
     """
-    on_grid, known = _on_grid(_asked(evidence, grid, local))
-    return on_grid, _in_continuous_time(_asked(evidence, between, local), known, float(grid.means()[-1]))
+    first, second = (_Subject(evidence, q, coverage(evidence, MEASURE, q.name), local) for q in (grid, between))
+    on_grid, known = _on_grid(first)
+    return on_grid, _in_continuous_time(second, known, float(grid.means()[-1]))
 
 
-def _asked(evidence: Evidence, quantity: Quantity, local: LocalOpinion | None) -> _Asked:
-    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, MEASURE, quantity.name)
-    return _Asked(evidence, quantity, claim, no_claim, local)
-
-
-def _on_grid(asked: _Asked) -> tuple[Judged, Grid]:
-    evidence, quantity, claim = asked.evidence, asked.quantity, asked.claim
+def _on_grid(subject: _Subject) -> tuple[JudgedQuantity, Grid]:
+    evidence, quantity, claim = subject.evidence, subject.quantity, subject.covered.claim
     if is_exact(evidence, quantity):
-        return _exact(asked)
+        return _exact(subject)
     usable, remarks = levels_for(evidence, quantity, claim)
     if len(usable[-FITTED:]) < FEWEST:
-        return Judged(quantity, unfitted(evidence, quantity.name, claim, remarks)), Grid(Tests.none(remarks), 1.0)
+        return _unfitted(subject, remarks), Grid(PathTests.none(remarks), 1.0)
     fitted = fit(evidence, quantity, usable, remarks)
-    tests = grid_tests(evidence, quantity, fitted, claim) if claim else Tests.none("")
-    confidence = evidence.settings.confidence
+    tests = grid_tests(evidence, quantity, fitted, claim) if claim else PathTests.none("")
     contrast = quantity.contrast(fitted.levels)
-    low, high = contrast.interval(confidence)
+    low, high = contrast.interval(evidence.settings.confidence)
     details = {"contrast": contrast.value, "contrast_low": low, "contrast_high": high}
-    return _judged(asked, fitted, tests, details), Grid(tests, limit_test(quantity, fitted))
+    return _of_slope(subject, fitted, tests, details), Grid(tests, limit_test(quantity, fitted))
 
 
-def _in_continuous_time(asked: _Asked, grid: Grid, finest_error: float) -> Judged:
-    evidence, quantity, claim = asked.evidence, asked.quantity, asked.claim
+def _in_continuous_time(subject: _Subject, grid: Grid, finest_error: float) -> JudgedQuantity:
+    evidence, quantity, claim = subject.evidence, subject.quantity, subject.covered.claim
     usable, remarks = levels_for(evidence, quantity, claim)
     levels = usable[-FITTED:]
     if len(levels) < FEWEST:
-        return Judged(quantity, unfitted(evidence, quantity.name, claim, remarks or "there are too few"))
+        return _unfitted(subject, remarks or Reason("there are too few"))
     bias = finest_as_reference(quantity, levels, finest_error)
     fitted = Fit(usable, levels, remarks, quantity.slope(levels), bias)
-    tests = continuous_tests(evidence, quantity, fitted, claim, grid) if claim else Tests.none("")
-    return _judged(asked, fitted, tests, {})
+    tests = continuous_tests(evidence, quantity, fitted, claim, grid) if claim else PathTests.none("")
+    return _of_slope(subject, fitted, tests, {})
 
 
-def _judged(asked: _Asked, fitted: Fit, tests: Tests, details: Mapping[str, object]) -> Judged:
-    quantity, bias = asked.quantity, fitted.bias
-    decision = _decision(asked, tests)
-    low, high = fitted.slope.interval(asked.evidence.settings.confidence, bias.bound)
-    reason = "; ".join(text for text in (decision.reason if asked.claim else asked.no_claim, fitted.left_out) if text)
-    finding = Finding(
-        quantity=quantity.name,
-        claim=asked.claim,
+def _unfitted(subject: _Subject, remarks: Reason) -> JudgedQuantity:
+    opinion = unfitted(subject.evidence, subject.covered, remarks)
+    return JudgedQuantity(subject.quantity, finding(subject.covered, opinion, method="paths"))
+
+
+def _of_slope(subject: _Subject, fitted: Fit, tests: PathTests, details: Mapping[str, object]) -> JudgedQuantity:
+    quantity, bias = subject.quantity, fitted.bias
+    opinion = _opinion(subject, tests).plus(fitted.left_out)
+    low, high = fitted.slope.interval(subject.evidence.settings.confidence, bias.bound)
+    found = finding(
+        subject.covered,
+        opinion,
         estimate=fitted.slope.value,
         low=low,
         high=high,
-        method="local consistency (T1)" if decision.tier == 1 else f"paths, {bias.reference} (T3)",
+        method="local consistency (T1)" if opinion.tier == 1 else f"paths, {bias.reference} (T3)",
         details={
             "std_error": fitted.slope.se,
             "order_L2": quantity.slope(fitted.levels, 2).value,
@@ -283,30 +298,26 @@ def _judged(asked: _Asked, fitted: Fit, tests: Tests, details: Mapping[str, obje
             "bias_bound": bias.bound,
             **details,
         },
-        **decision._replace(reason=reason)._asdict(),
     )
-    return Judged(quantity, finding, frozenset(fitted.levels.tolist()))
+    return JudgedQuantity(quantity, found, frozenset(fitted.levels.tolist()))
 
 
-def _decision(asked: _Asked, tests: Tests) -> Decision:
+def _opinion(subject: _Subject, tests: PathTests) -> Opinion:
     """Return the verdict of the paths, unless a single step is wrong already."""
-    if asked.claim is None:
-        return Decision(Verdict.OUT_OF_SCOPE, "", 3)
-    local = asked.local
+    local = subject.local
+    if subject.covered.claim is None:
+        return Opinion(Verdict.OUT_OF_SCOPE, subject.covered.gap)
     if local is not None and local.verdict is Verdict.REFUTED:
-        return Decision(local.verdict, local.reason, 1)
-    decision = decide(tests, asked.evidence)
-    return decision if local is None else decision._replace(reason=f"{decision.reason}; {local.reason}")
+        return local
+    return decide(tests, subject.evidence).plus(local.reason if local else "")
 
 
-def _exact(asked: _Asked) -> tuple[Judged, Grid]:
-    still = stands_still(asked.evidence, asked.quantity)
-    reason, verdict = (STILL, Verdict.INCONCLUSIVE) if still else (EXACT, Verdict.VERIFIED)
-    if asked.claim is None:
-        reason, verdict = asked.no_claim, Verdict.OUT_OF_SCOPE
-    finding = Finding(
-        quantity=asked.quantity.name, verdict=verdict, reason=reason, claim=asked.claim, method="paths (T3)"
-    )
+def _exact(subject: _Subject) -> tuple[JudgedQuantity, Grid]:
+    still = stands_still(subject.evidence, subject.quantity)
+    opinion = Opinion(*((Verdict.INCONCLUSIVE, Reason(STILL)) if still else (Verdict.VERIFIED, Reason(EXACT))))
+    if subject.covered.claim is None:
+        opinion = Opinion(Verdict.OUT_OF_SCOPE, subject.covered.gap)
     # The limit is known to rounding.
     p_value = 1.0 if still else 0.0
-    return Judged(asked.quantity, finding), Grid(Tests(p_value, 1.0, reason), p_value)
+    judged = JudgedQuantity(subject.quantity, finding(subject.covered, opinion, method="paths (T3)"))
+    return judged, Grid(PathTests(p_value, 1.0, opinion.reason), p_value)

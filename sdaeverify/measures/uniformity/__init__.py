@@ -26,7 +26,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
+from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
+from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally, packed, unpacked
@@ -47,8 +48,8 @@ from ...probe.stiffness.uniform_errors import (
 )
 from ...probe.stiffness.uniform_local import UniformDefects, uniform_defects, uniform_defects_refusal
 from ...registry.hookspecs import hookimpl
-from ..judge import Opinion, claim_for
-from .one_step_findings import ONE_STEP, one_step_claim, one_step_finding, one_step_levels
+from ..judge import NOT_PROBED, coverage, finding, judge_claim, local_doubt
+from .one_step_findings import ONE_STEP, one_step_coverage, one_step_finding, one_step_levels
 from .paired_findings import STRONG, WEAK, paired_findings
 
 INVARIANT, PAIRED = "invariant", "paired"
@@ -84,17 +85,17 @@ class Uniformity(Measure):
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each kind of error, and its suprema."""
-        found = _judged(evidence)
-        claim, record = one_step_claim(evidence), unpacked(ONE_STEP, UniformDefects, evidence.tally)
-        if claim is None:
+        found = _of_errors(evidence)
+        covered, record = one_step_coverage(evidence), unpacked(ONE_STEP, UniformDefects, evidence.tally)
+        if covered.claim is None:
             return found
         if record is None:
             reason = uniform_defects_refusal(evidence.scheme, evidence.view) or "not probed"
-            open_ = Finding(quantity=ONE_STEP, verdict=Verdict.INCONCLUSIVE, reason=reason, claim=claim, tier=1)
+            open_ = finding(covered, local_doubt(reason))
             return found._replace(findings=(*found.findings, open_))
         names = [name.replace("x_", "dx_") for name in _names(evidence, WEAK)]
         levels = (*found.levels, *one_step_levels(record, names))
-        return Judgement((*found.findings, one_step_finding(claim, record, names)), levels)
+        return Judgement((*found.findings, one_step_finding(covered, record, names)), levels)
 
 
 @hookimpl
@@ -115,7 +116,7 @@ def _errors(scheme: Scheme, view: Any, settings: Settings) -> Tally:
     return evidence.merged(packed(STRONG, strong_suprema(scheme, view, steps)))
 
 
-def _judged(evidence: Evidence) -> Judgement:
+def _of_errors(evidence: Evidence) -> Judgement:
     paired = unpacked(PAIRED, PairedErrors, evidence.tally)
     if paired is not None:
         findings, levels = zip(*paired_findings(evidence, paired), strict=True)
@@ -123,7 +124,7 @@ def _judged(evidence: Evidence) -> Judgement:
     records = ((name, unpacked(name, UniformErrors, evidence.tally)) for name in METHODS)
     found = [(name, record) for name, record in records if record is not None]
     if not found:
-        return Judgement((Finding(quantity="", verdict=Verdict.INCONCLUSIVE, reason="not probed"),), ())
+        return NOT_PROBED
     findings = tuple(_finding(evidence, name, record) for name, record in found)
     return Judgement(findings, tuple(row for name, record in found for row in _levels(evidence, name, record)))
 
@@ -140,59 +141,55 @@ def _unpaired(scheme: Scheme, one: Problem) -> str:
 
 
 def _finding(evidence: Evidence, name: str, record: UniformErrors) -> Finding:
-    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Uniformity.name, name)
+    covered = coverage(evidence, Uniformity.name, name)
     named = list(zip(_names(evidence, name), suprema(record), strict=True))
-    told = [each for each in named if each[1].resolved]
-    label, worst = min(told, key=lambda each: each[1].order, default=(named[0]))
-    if claim is None:
-        opinion = Opinion(Verdict.OUT_OF_SCOPE, no_claim)
-    elif isinstance(claim.value, str):
-        opinion = Opinion(Verdict.INCONCLUSIVE, f"this measure does not know what {claim.value!r} means")
-    else:
-        opinion = _opinion(claim.value - claim.margin, record, named)
-    return Finding(
-        quantity=name,
-        verdict=opinion.verdict,
-        reason=opinion.reason,
-        claim=claim,
+    resolved = [each for each in named if each[1].resolved]
+    label, worst = min(resolved, key=lambda each: each[1].order, default=(named[0]))
+    opinion = judge_claim(covered, lambda claim: _opinion(float(claim.value) - claim.margin, record, named))
+    return finding(
+        covered,
+        opinion._replace(tier=2),
         estimate=worst.order,
         low=worst.least,
         high=worst.most,
         method=METHODS[name],
-        tier=2,
         details={"functional": label, "worst_eps": float(worst.worst[-1])},
     )
 
 
 def _opinion(bound: float, record: UniformErrors, named: list[tuple[str, Supremum]]) -> Opinion:
     if not record.applies:
-        return Opinion(Verdict.INCONCLUSIVE, "the step is not linear, has no root somewhere or leaves the chart")
+        reason = Reason("the step is not linear, has no root somewhere or leaves the chart")
+        return Opinion(Verdict.INCONCLUSIVE, reason)
     below = [each for each in named if each[1].resolved and each[1].most < bound]
     if below:
-        return Opinion(Verdict.REFUTED, _worded(record, *min(below, key=lambda each: each[1].order)))
+        return Opinion(Verdict.REFUTED, _order(record, *min(below, key=lambda each: each[1].order)))
     open_ = [label for label, found in named if not found.resolved and found.seen]
     if open_:
-        return Opinion(Verdict.INCONCLUSIVE, f"the error is not resolved of {', '.join(open_)}")
-    told = [each for each in named if each[1].resolved]
-    reason = _worded(record, *min(told, key=lambda each: each[1].order)) if told else "no error is seen"
-    reason = "; ".join([reason, *(_left_out(label, found) for label, found in named if len(found.left_out))])
+        return Opinion(Verdict.INCONCLUSIVE, Reason(f"the error is not resolved of {', '.join(open_)}"))
+    resolved = [each for each in named if each[1].resolved]
+    least = min(resolved, key=lambda each: each[1].order, default=None)
+    reason = _order(record, *least) if least else Reason("no error is seen")
+    reason = Reason.of(reason, *(_left_out(label, found) for label, found in named if len(found.left_out)))
     if all(len(found.left_out) for _, found in named):
-        return Opinion(Verdict.INCONCLUSIVE, f"{reason}: there is an eps that nothing is known for")
-    if all(found.least >= bound for _, found in told):
+        return Opinion(Verdict.INCONCLUSIVE, reason.then("there is an eps that nothing is known for", ": "))
+    if all(found.least >= bound for _, found in resolved):
         return Opinion(Verdict.VERIFIED, reason)
-    return Opinion(Verdict.INCONCLUSIVE, f"{reason}; known too little")
+    return Opinion(Verdict.INCONCLUSIVE, reason.then("known too little"))
 
 
 def _left_out(label: str, found: Supremum) -> str:
     return f"{label} is not resolved for eps = {', '.join(f'{eps:.3g}' for eps in found.left_out)}"
 
 
-def _worded(record: UniformErrors, label: str, found: Supremum) -> str:
+def _order(record: UniformErrors, label: str, found: Supremum) -> Reason:
     last = int(np.flatnonzero(np.isfinite(found.high)).max(initial=0))
     if np.isinf(found.value[-1]):
-        return f"the error of {label} is not bounded: infinite at h = {record.h[-1]:.3g}, eps = {found.worst[-1]:.3g}"
+        where = f"h = {record.h[-1]:.3g}, eps = {found.worst[-1]:.3g}"
+        return Reason(f"the error of {label} is not bounded: infinite at {where}")
     where = f"{found.value[last]:.2g} at h = {record.h[last]:.3g}, eps = {found.worst[last]:.3g}"
-    return f"order {found.order:.3f} of the supremum over eps of the error of {label}; {where}"
+    text = "order {order:.3f} of the supremum over eps of the error of {label}"
+    return Reason(text, Kind.ORDER, {"order": found.order, "label": label}).then(where)
 
 
 def _names(evidence: Evidence, name: str) -> list[str]:

@@ -9,47 +9,48 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.measure import Evidence, Finding, LevelFinding, Verdict
+from ...contracts.finding import Finding, Kind, LevelFinding, Opinion, Reason, Verdict
+from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...probe.local.orders import last_orders
 from ...probe.stiffness.uniform_local import UniformDefects
-from ..judge import Opinion, claim_for
+from ..judge import Coverage, coverage, finding, is_order
 
 MEASURE, ONE_STEP = "uniformity", "one step"
 METHOD = "one step against two half steps, supremum over eps (T1)"
 FEWEST = 3
 
 
-def one_step_claim(evidence: Evidence) -> Claim | None:
-    """Return the claim about one step; one about errors along paths is none."""
-    claim, _ = claim_for(evidence.scheme, evidence.view.traits, MEASURE, ONE_STEP)
-    return claim if claim is not None and ONE_STEP in claim.quantities else None
+def one_step_coverage(evidence: Evidence) -> Coverage:
+    """Return what is claimed of one step; a claim about errors along paths is none."""
+    covered = coverage(evidence, MEASURE, ONE_STEP)
+    named = covered.claim is not None and ONE_STEP in covered.claim.quantities
+    return covered if named else covered._replace(claim=None)
 
 
-def one_step_finding(claim: Claim, record: UniformDefects, names: list[str]) -> Finding:
+def one_step_finding(covered: Coverage, record: UniformDefects, names: list[str]) -> Finding:
     """Return the finding on the order of the local weak error, uniformly in eps.
 
     Parameters
     ----------
-    claim : Claim
+    covered : Coverage
+        With a claim.
     record : UniformDefects
     names : list of str
         Of the moments.
     """
+    assert covered.claim is not None
     found = [_orders(record, *pair) for pair in ((record.halves, record.floor), (record.euler, record.nearly))]
     order, ahead = (np.concatenate(parts) for parts in zip(*found, strict=True))
     against = [f"{name} against {what}" for what in ("two half steps", "Euler's step") for name in names]
     worst = int(np.where(np.isnan(order), -np.inf, np.fmax(order, ahead)).argmin())
-    opinion = _opinion(claim, record, order, ahead)
-    return Finding(
-        quantity=ONE_STEP,
-        verdict=opinion.verdict,
-        reason=f"local order {order[worst]:.3f} in {against[worst]}; claimed {claim.value}{opinion.reason}",
-        claim=claim,
-        estimate=float(order[worst]),
-        method=METHOD,
-        tier=1,
-        details={"functional": against[worst]},
+    figures = {"order": order[worst], "functional": against[worst], "claimed": covered.claim.value}
+    text = "local order {order:.3f} in {functional}; claimed {claimed}"
+    verdict, remark = _verdict(covered.claim, record, order, ahead)
+    joint = "; " if is_order(covered.claim) else ": "
+    opinion = Opinion(verdict, Reason(text, Kind.ORDER, figures).then(remark, joint), 1)
+    return finding(
+        covered, opinion, estimate=float(order[worst]), method=METHOD, details={"functional": against[worst]}
     )
 
 
@@ -69,14 +70,14 @@ def _orders(record: UniformDefects, size: Array, floor: Array) -> tuple[Array, A
     return found.order, found.ahead
 
 
-def _opinion(claim: Claim, record: UniformDefects, order: Array, ahead: Array) -> Opinion:
+def _verdict(claim: Claim, record: UniformDefects, order: Array, ahead: Array) -> tuple[Verdict, str]:
     """Return the verdict, and what is to be said beside the figures."""
     if isinstance(claim.value, str):
-        return Opinion(Verdict.INCONCLUSIVE, ": this measure does not know what that means")
+        return Verdict.INCONCLUSIVE, "this measure does not know what that means"
     bound = claim.value - claim.margin
     if np.any(np.maximum(order, ahead) < bound):
-        return Opinion(Verdict.REFUTED, "")
+        return Verdict.REFUTED, ""
     if np.all(np.minimum(order, ahead) >= bound):
-        return Opinion(Verdict.VERIFIED, "")
+        return Verdict.VERIFIED, ""
     lost = int(np.sum(record.failed > 0.0))
-    return Opinion(Verdict.INCONCLUSIVE, f"; steps without root at {lost} step sizes" if lost else "; not settled")
+    return Verdict.INCONCLUSIVE, f"steps without root at {lost} step sizes" if lost else "not settled"

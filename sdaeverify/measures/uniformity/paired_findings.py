@@ -20,11 +20,12 @@ import numpy as np
 import scipy
 
 from ...arrays import Array
-from ...contracts.measure import Evidence, Finding, LevelFinding, Verdict
+from ...contracts.finding import Finding, Kind, LevelFinding, Opinion, Reason, Verdict
+from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...numerics.statistics import GROUPS
 from ...probe.stiffness.paired_members import FAILED, PairedErrors, run_of
-from ..judge import Decision, Tests, claim_for, decide, with_sample
+from ..judge import PathTests, coverage, decide, finding, judge_claim, with_sample
 from ..outweighed import growth, outweighs
 
 WEAK, STRONG = "weak", "strong"
@@ -52,7 +53,7 @@ class Bands(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Sample:
+class PairedMeans:
     """Group means of the errors of one kind.
 
     Attributes
@@ -105,7 +106,7 @@ class Sample:
         value, low, high = (each.max(axis=1) for each in flat)
         return Bands(value, np.maximum(low, 0.0), high, flat[0].argmax(axis=1))
 
-    def of(self, observable: int) -> "Sample":
+    def of(self, observable: int) -> "PairedMeans":
         """Return what is known of one observable."""
         q = slice(observable, observable + 1)
         return replace(self, D=self.D[..., q], B=self.B[..., q], names=self.names[q])
@@ -144,7 +145,7 @@ def paired_findings(evidence: Evidence, record: PairedErrors) -> Iterator[tuple[
         yield _finding(evidence, record, name, sample), _levels(evidence, name, sample)
 
 
-def sample_of(evidence: Evidence, record: PairedErrors, name: str) -> Sample:
+def sample_of(evidence: Evidence, record: PairedErrors, name: str) -> PairedMeans:
     """Return the errors of one kind where no more than one path in a hundred met a step without root.
 
     That is from the first or the second level on, whichever leaves more values of eps.
@@ -155,64 +156,62 @@ def sample_of(evidence: Evidence, record: PairedErrors, name: str) -> Sample:
     h, eps, left_out = record.h[first:], record.eps[used], record.eps[~used]
     if name == STRONG:
         D = record.strong[used, :, first:].swapaxes(0, 1) / counts
-        return Sample(D[..., None], np.zeros((*D.shape[:2], 1)), h, eps, 2.0, ("x",), left_out)
+        return PairedMeans(D[..., None], np.zeros((*D.shape[:2], 1)), h, eps, 2.0, ("x",), left_out)
     mean, square = np.moveaxis(record.values.sum(axis=1) / record.counts.sum(), 1, 0)
     spread = np.sqrt(np.maximum(square - mean**2, 0.0))[used].max(axis=0, initial=0.0)
     size = np.where(spread > 0.0, spread, 1.0)
     D = record.weak[used, :, first:].swapaxes(0, 1) / counts[..., None] / size
     B = record.blurred[used].swapaxes(0, 1) / counts / size
-    return Sample(D, B, h, eps, 1.0, tuple(evidence.view.observables), left_out)
+    return PairedMeans(D, B, h, eps, 1.0, tuple(evidence.view.observables), left_out)
 
 
-def _finding(evidence: Evidence, record: PairedErrors, name: str, sample: Sample) -> Finding:
-    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, MEASURE, name)
+def _finding(evidence: Evidence, record: PairedErrors, name: str, sample: PairedMeans) -> Finding:
+    covered = coverage(evidence, MEASURE, name)
     order, details = np.full(3, np.nan), {}
-    decision = Decision(Verdict.INCONCLUSIVE, "steps without root on more than one path in a hundred for all eps", 3)
+    lost = Reason("steps without root on more than one path in a hundred for all eps")
+    opinion = Opinion(Verdict.INCONCLUSIVE, lost)
     if len(sample.eps):
         bands = sample.bands(evidence.settings.confidence)
         order, details = sample.order(bands), sample.place(bands, -1)
-        decision = (
-            _decision(evidence, record, claim, sample) if claim else Decision(Verdict.OUT_OF_SCOPE, no_claim, 3)
-        )
+        opinion = judge_claim(covered, lambda claim: _opinion(evidence, record, claim, sample))
     value, low, high = map(float, order)
-    given = decision._replace(settled=True)._asdict()
-    return Finding(
-        quantity=name, claim=claim, estimate=value, low=low, high=high, method=METHODS[name], details=details, **given
-    )
+    shown = {"estimate": value, "low": low, "high": high, "method": METHODS[name], "details": details}
+    return finding(covered, opinion._replace(settled=True), **shown)
 
 
-def _decision(evidence: Evidence, record: PairedErrors, claim: Claim, sample: Sample) -> Decision:
-    if isinstance(claim.value, str):
-        return Decision(Verdict.INCONCLUSIVE, f"this measure does not know what {claim.value!r} means", 3)
+def _opinion(evidence: Evidence, record: PairedErrors, claim: Claim, sample: PairedMeans) -> Opinion:
     paths = int(record.counts.sum())
     lost = record.lost[np.isin(record.eps, sample.eps)].sum(axis=1)
     if lost[:, -1].max() > FAILED * paths:
         where = f"h = {0.5 * record.h[-1]:.3g}, eps = {sample.eps[lost[:, -1].argmax()]:.3g}"
-        return Decision(Verdict.REFUTED, f"the error is not bounded: paths are not finite at {where}", 3)
+        return Opinion(Verdict.REFUTED, Reason(f"the error is not bounded: paths are not finite at {where}"))
     if lost.any():
-        return Decision(Verdict.INCONCLUSIVE, "some paths are not finite", 3)
-    order = claim.value - claim.margin
+        return Opinion(Verdict.INCONCLUSIVE, Reason("some paths are not finite"))
+    order = float(claim.value) - claim.margin
     falls, (stays, worst) = sample.falls(order), sample.stays(order)
     shown = sample.of(worst) if stays <= evidence.level else sample
-    reason = _worded(evidence, claim, shown, paths)
+    reason = _order(evidence, claim, shown, paths)
     if len(sample.left_out):
-        rest = Tests(1.0, stays, f"{reason}; {_unknown(sample.left_out)}")
+        rest = PathTests(1.0, stays, reason.then(_unknown(sample.left_out)))
         return decide(with_sample(rest, paths, heavy=False), evidence)
-    decision = decide(with_sample(Tests(falls, stays, reason), paths, heavy=False), evidence)
+    opinion = decide(with_sample(PathTests(falls, stays, reason), paths, heavy=False), evidence)
     more = min(growth(p, evidence.level) for p in (falls, stays))
-    if decision.verdict is Verdict.INCONCLUSIVE and np.isfinite(more):
-        needed = float(f"{run_of(more * paths):.1g}")
-        return decision._replace(reason=f"{decision.reason}; about {needed:.0f} paths of a run would decide")
-    return decision
+    if opinion.verdict is Verdict.INCONCLUSIVE and np.isfinite(more):
+        needed = {"paths": float(f"{run_of(more * paths):.1g}")}
+        return opinion.plus(Reason("about {paths:.0f} paths of a run would decide", Kind.MORE_PATHS, needed))
+    return opinion
 
 
-def _worded(evidence: Evidence, claim: Claim, sample: Sample, paths: int) -> str:
+def _order(evidence: Evidence, claim: Claim, sample: PairedMeans, paths: int) -> Reason:
     bands = sample.bands(evidence.settings.confidence)
     (order, low, high), at = sample.order(bands), sample.place(bands, -1)
     over = f"{len(sample.eps)} eps from {sample.eps[0]:.3g} to {sample.eps[-1]:.3g}"
-    figures = f"order {order:.3f} of the supremum over {over}, at least {low:.3f} and at most {high:.3f}"
+    text = (
+        "order {order:.3f} of the supremum over {over}, at least {low:.3f} and at most {high:.3f}; claimed {claimed}"
+    )
+    figures = {"order": order, "over": over, "low": low, "high": high, "claimed": claim.value}
     where = f"{at['functional']}, eps = {at['worst_eps']:.3g} at h = {sample.h[-1]:.3g}"
-    return f"{figures}; claimed {claim.value}; {where}, {paths} paths"
+    return Reason(text, Kind.ORDER, figures).then(f"{where}, {paths} paths")
 
 
 def _unknown(eps: Array) -> str:
@@ -220,7 +219,7 @@ def _unknown(eps: Array) -> str:
     return f"nothing is known for {which}, where more than one path in a hundred met a step without root"
 
 
-def _levels(evidence: Evidence, name: str, sample: Sample) -> Iterator[LevelFinding]:
+def _levels(evidence: Evidence, name: str, sample: PairedMeans) -> Iterator[LevelFinding]:
     for index in range(len(sample.names) if len(sample.eps) else 0):
         one = sample.of(index)
         bands = one.bands(evidence.settings.confidence)

@@ -6,25 +6,25 @@ decide alone where the one-step map cannot be probed.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from typing import Any, ClassVar
 
 from ...arrays import Parts
 from ...contracts.error_sizes import ErrorSizes
-from ...contracts.measure import Evidence, Finding, Judgement, LevelFinding, Measure, Verdict
-from ...contracts.scheme import Claim, Scheme
+from ...contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ...contracts.measure import Evidence, Measure
+from ...contracts.scheme import Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally
 from ...forms import Problem
 from ...registry.hookspecs import hookimpl
 from ..error_sizes import of_means
-from ..judge import FEWEST, RESOLVED, Decision, claim_for, guard, sound_levels
+from ..judge import FEWEST, RESOLVED, Coverage, coverage, finding, guard, leave_open, sound_levels
 from ..means import MeanObserver, Means, means_of
 from .mean_order import TOO_FEW, MeanOrder, mean_order
-from .probe import ProbeOpinion, WeakProbe, judge_probe, probe_weak, probed_sizes, probed_weak
+from .probe import WeakProbe, judge_probe, probe_weak, probed_sizes, probed_weak
 
 STATE = "state"
-LOST = "paths are lost at the finest level"
+LOST = Reason("paths are lost at the finest level")
 # Fewer functionals can all be blind to the same error.
 FUNCTIONALS = 3
 
@@ -62,61 +62,51 @@ def sdaeverify_measures() -> list[Measure]:
 
 
 def _finding(evidence: Evidence, means: Means, probed: WeakProbe) -> Finding:
-    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Weak.name, means.name)
-    sampled = mean_order(evidence, means, claim)
-    decision = _decision(evidence, sampled, claim, judge_probe(probed, claim, means.name))
+    covered = coverage(evidence, Weak.name, means.name)
+    sampled = mean_order(evidence, means, covered.claim)
+    opinion = _opinion(evidence, sampled, covered, probed)
     _, left_out = sound_levels(evidence.health.sums)
-    remarks = (sampled.remark, *(left_out if sampled.remark == TOO_FEW else ()))
-    reason = "; ".join(text for text in (decision.reason if claim else no_claim, *remarks) if text)
     confidence = evidence.settings.confidence
-    low, high = sampled.slope.interval(confidence) if decision.tier == 3 else (float("nan"), float("nan"))
-    return Finding(
-        quantity=means.name,
-        claim=claim,
-        estimate=sampled.slope.value if decision.tier == 3 else probed.order,
+    low, high = sampled.slope.interval(confidence) if opinion.tier == 3 else (float("nan"), float("nan"))
+    return finding(
+        covered,
+        opinion.plus(sampled.remark, left_out if sampled.remark == TOO_FEW else ""),
+        estimate=sampled.slope.value if opinion.tier == 3 else probed.order,
         low=low,
         high=high,
-        method=_method(decision.tier, means),
+        method=_method(opinion.tier, means),
         details={**probed.details, **_details(sampled, confidence)},
-        **decision._replace(reason=reason)._asdict(),
     )
 
 
-def _decision(evidence: Evidence, sampled: MeanOrder, claim: Claim | None, said: ProbeOpinion) -> Decision:
-    if claim is None:
-        return Decision(Verdict.OUT_OF_SCOPE, "", 3)
+def _opinion(evidence: Evidence, sampled: MeanOrder, covered: Coverage, probed: WeakProbe) -> Opinion:
+    if covered.claim is None:
+        return Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
     if evidence.health.sums["lost"][-1] > 0:
-        return Decision(Verdict.DIVERGED, LOST, 3)
+        return Opinion(Verdict.DIVERGED, LOST)
+    local, confirmed = judge_probe(probed, covered.claim, covered.quantity)
     # What is known at T without sampling needs no paths to show it.
-    tests = sampled.tests._replace(blind=1.0) if said.guarded else sampled.tests
-    decision = guard(said.opinion, tests, evidence, said.tier)
-    if sampled.remark == TOO_FEW and decision.verdict is Verdict.VERIFIED:
-        return Decision(Verdict.INCONCLUSIVE, f"{decision.reason}, but no paths to guard it", 3)
-    return decision
+    tests = sampled.tests._replace(blind=1.0) if confirmed else sampled.tests
+    opinion = guard(local, tests, evidence)
+    if sampled.remark == TOO_FEW and opinion.verdict is Verdict.VERIFIED:
+        return Opinion(Verdict.INCONCLUSIVE, opinion.reason.then("no paths to guard it", ", but "))
+    return opinion
 
 
 def _of_state(evidence: Evidence, probed: WeakProbe) -> Finding:
     """Return the finding on a problem without observables: by probing, with nothing to guard it."""
-    claim, no_claim = claim_for(evidence.scheme, evidence.view.traits, Weak.name, STATE)
-    opinion, tier, _ = judge_probe(probed, claim, STATE)
-    if claim is None or opinion is None or opinion.verdict is Verdict.INCONCLUSIVE:
-        reason = no_claim or "the problem has no observables, and probing does not decide"
-        verdict = Verdict.INCONCLUSIVE if claim else Verdict.OUT_OF_SCOPE
-        return Finding(quantity=STATE, verdict=verdict, reason=reason, claim=claim, details=probed.details)
-    decision = Decision(opinion.verdict, opinion.reason, tier)
+    covered = coverage(evidence, Weak.name, STATE)
+    opinion, _ = judge_probe(probed, covered.claim, STATE)
+    if covered.claim is None or opinion is None or opinion.verdict is Verdict.INCONCLUSIVE:
+        open_ = leave_open(covered, "the problem has no observables, and probing does not decide")
+        return finding(covered, open_, details=probed.details)
+    method = "local weak order (T1)" if opinion.tier == 1 else "moments (T2)"
     sound, remarks = sound_levels(evidence.health.sums)
     if evidence.health.sums["lost"][-1] > 0:
-        decision = Decision(Verdict.DIVERGED, LOST, 3)
-    elif len(sound) < FEWEST and decision.verdict is Verdict.VERIFIED:
-        decision = Decision(Verdict.INCONCLUSIVE, f"{decision.reason}, but {'; '.join(remarks)}", 3)
-    return Finding(
-        quantity=STATE,
-        claim=claim,
-        estimate=probed.order,
-        method="local weak order (T1)" if tier == 1 else "moments (T2)",
-        details=probed.details,
-        **decision._asdict(),
-    )
+        opinion = Opinion(Verdict.DIVERGED, LOST)
+    elif len(sound) < FEWEST and opinion.verdict is Verdict.VERIFIED:
+        opinion = Opinion(Verdict.INCONCLUSIVE, opinion.reason.then(remarks, ", but "))
+    return finding(covered, opinion, estimate=probed.order, method=method, details=probed.details)
 
 
 def _method(tier: int, means: Means) -> str:
@@ -131,10 +121,7 @@ def _enough(findings: list[Finding]) -> list[Finding]:
     if len(sampled) >= FUNCTIONALS:
         return findings
     doubt = f"paths alone verify with at least {FUNCTIONALS} informative functionals"
-    return [
-        replace(f, verdict=Verdict.INCONCLUSIVE, reason=f"{doubt}; {f.reason}", p_verified=1.0) if f in sampled else f
-        for f in findings
-    ]
+    return [f.withheld(doubt) if f in sampled else f for f in findings]
 
 
 def _details(sampled: MeanOrder, confidence: float) -> dict[str, object]:

@@ -9,11 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
+from ...contracts.finding import Kind, Reason
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...forms.truths import Moment
 from ...numerics.statistics import RISING, Estimate, corrected_slope_weights, slope_weights
-from ..judge import COARSE, FEWEST, FITTED, RESOLVED, Tests, held_back, order_tests, sound_levels, with_sample
+from ..judge import COARSE, FEWEST, FITTED, RESOLVED, PathTests, held_back, order_tests, sound_levels, with_sample
 from ..means import Means
 
 TOO_FEW = "fewer than three levels without failures"
@@ -31,7 +32,7 @@ class MeanOrder(NamedTuple):
         Differences that are fitted.
     resolved : float
         Least ratio of a difference to its standard error.
-    tests : Tests
+    tests : PathTests
     remark : str
         Why the observable is not used; empty if it is.
     """
@@ -39,7 +40,7 @@ class MeanOrder(NamedTuple):
     slope: Estimate
     levels: Array
     resolved: float
-    tests: Tests
+    tests: PathTests
     remark: str = ""
 
 
@@ -49,13 +50,13 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     levels = sound[sound < means.errors][-FITTED:]
     unknown = Estimate(float("nan"), float("nan"))
     if len(levels) < FEWEST:
-        return MeanOrder(unknown, levels, 0.0, Tests.none(TOO_FEW), TOO_FEW)
+        return MeanOrder(unknown, levels, 0.0, PathTests.none(TOO_FEW), TOO_FEW)
     if _without_error(evidence, means, levels):
-        return MeanOrder(unknown, levels, 0.0, Tests.none("no error beyond rounding"), "no error beyond rounding")
+        return MeanOrder(unknown, levels, 0.0, PathTests.none("no error beyond rounding"), "no error beyond rounding")
     slope = means.functional(levels, slope_weights(np.log2(means.h[levels])))
     resolved = means.resolved(levels)
     if claim is None or isinstance(claim.value, str):
-        return MeanOrder(slope, levels, resolved, Tests.none(""))
+        return MeanOrder(slope, levels, resolved, PathTests.none(""))
     limit, blind = _limit(evidence, means, claim.value), _blind(evidence, means, levels)
     if not means.one_signed(levels) and resolved >= RESOLVED:
         remark = "uninformative: its error changes sign between levels"
@@ -72,12 +73,16 @@ def _without_error(evidence: Evidence, means: Means, levels: Array) -> bool:
     return all(abs(means.difference(int(level)).value) <= bound for level in levels)
 
 
-def _tests(evidence: Evidence, means: Means, claim: Claim, found: tuple[Estimate, Array, float, Tests]) -> Tests:
+def _tests(
+    evidence: Evidence, means: Means, claim: Claim, found: tuple[Estimate, Array, float, PathTests]
+) -> PathTests:
     slope, levels, resolved, limit = found
     if resolved < RESOLVED:
         growth = (RESOLVED / resolved) ** 2 if resolved > 0.0 else np.inf
-        unresolved = f"mean differences unresolved ({resolved:.1f} standard errors)"
-        return Tests(1.0, limit.refuted, "; ".join(text for text in (limit.reason, unresolved) if text), growth)
+        unresolved = Reason(
+            "mean differences unresolved ({errors:.1f} standard errors)", numbers={"errors": resolved}
+        )
+        return PathTests(1.0, limit.refuted, limit.reason.then(unresolved), growth)
     order = order_tests(claim, slope, evidence)
     assert not isinstance(claim.value, str)
     refuted = max(order.refuted, _corrected(means, levels).p_below(claim.value - claim.margin))
@@ -85,10 +90,8 @@ def _tests(evidence: Evidence, means: Means, claim: Claim, found: tuple[Estimate
         refuted = 1.0
     if _coarse(means, int(levels[-1])):
         refuted = 1.0
-    reason = "; ".join(text for text in (limit.reason, order.reason) if text)
-    tests = Tests(
-        max(order.verified, limit.verified), min(1.0, 2.0 * min(refuted, limit.refuted)), reason, order.growth
-    )
+    reason, either = limit.reason.then(order.reason), min(1.0, 2.0 * min(refuted, limit.refuted))
+    tests = PathTests(max(order.verified, limit.verified), either, reason, order.growth)
     return with_sample(tests, evidence.paths, heavy=False)
 
 
@@ -114,21 +117,22 @@ def _corrected(means: Means, levels: Array) -> Estimate:
     return means.functional(further, corrected_slope_weights(np.log2(means.h[further])))
 
 
-def _limit(evidence: Evidence, means: Means, order: float) -> Tests:
+def _limit(evidence: Evidence, means: Means, order: float) -> PathTests:
     """Compare the finest level with what is known of the limit: only that can confirm it."""
     if means.coupled:
-        return Tests(0.0, 1.0, "")
+        return PathTests(0.0, 1.0, Reason())
     left = SLACK * _last_difference(means, order) / (2.0**order - 1.0)
     known = _known(evidence, means)
     if known is None:
-        return Tests.none("towards its own limit")
+        return PathTests.none("towards its own limit")
     error, allowed = known[0], left + SLACK * known[1]
     wrong = error.p_above(allowed)
     if means.heavy:
         # It may look wrong all the same.
-        return Tests.none("heavy tails: a mean of few paths confirms no limit")._replace(suspected=wrong)
-    reason = f"wrong limit: off by {error.value:.2g}, where {allowed:.2g} is left" if wrong <= evidence.level else ""
-    return Tests(0.0, wrong, reason)
+        return PathTests.none("heavy tails: a mean of few paths confirms no limit")._replace(suspected=wrong)
+    text = f"{Kind.WRONG_LIMIT}: off by {{error:.2g}}, where {{left:.2g}} is left"
+    reason = Reason(text, Kind.WRONG_LIMIT, {"error": error.value, "left": allowed})
+    return PathTests(0.0, wrong, reason if wrong <= evidence.level else Reason())
 
 
 def _last_difference(means: Means, order: float) -> float:

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...contracts.error_sizes import ErrorSizes
-from ...contracts.measure import Evidence, Verdict
+from ...contracts.finding import Opinion, Reason, Verdict
+from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally, packed, unpacked
@@ -15,9 +16,8 @@ from ...probe.linear.delay_moment_errors import delay_moment_errors, no_delay_mo
 from ...probe.linear.moments import MomentErrors, moment_errors, moment_orders, no_moments
 from ...probe.local import weak_defects as local
 from ...probe.local.delay_links import linked, loses_algebraic
-from ...probe.local.orders import LocalOpinion
 from ...probe.local.weak_defects import Reference, weak_reference
-from ...probe.local.weak_order import LocalWeak, WeakOrder, judge_weak, weak_order
+from ...probe.local.weak_order import LocalWeak, WeakOrder, weak_order
 from ...probe.operator import transition
 from ...probe.operator.functional_orders import (
     FunctionalOrder,
@@ -28,7 +28,8 @@ from ...probe.operator.functional_orders import (
 )
 from ...probe.operator.transition_errors import TransitionErrors, chart_observables, weak_errors
 from ..error_sizes import of_moments, of_operator, of_step_expectations
-from ..judge import claim_for
+from ..judge import claim_for, is_order
+from .local_order import judge_weak
 
 LOCAL, MOMENTS, OPERATOR = "local weak", "moments", "operator"
 # How far below its claim an order without sampling error may be.
@@ -63,22 +64,6 @@ class WeakProbe(NamedTuple):
         """Further columns of a finding."""
         found: dict[str, object] = {} if self.local is None else {"local_weak_order": self.order}
         return found if self.moments is None else {**found, "moment_order": _middle(*self.moments)}
-
-
-class ProbeOpinion(NamedTuple):
-    """What the deterministic tiers say of a claim, and the tier that says so; None if they say nothing.
-
-    Attributes
-    ----------
-    opinion : LocalOpinion or None
-    tier : int
-    guarded : bool
-        Whether the second tier confirms the first one at T, without sampling.
-    """
-
-    opinion: LocalOpinion | None
-    tier: int = 1
-    guarded: bool = False
 
 
 def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
@@ -125,25 +110,31 @@ def probed_sizes(evidence: Evidence) -> dict[str, ErrorSizes]:
     return found
 
 
-def judge_probe(probed: WeakProbe, claim: Claim | None, observable: str) -> ProbeOpinion:
+def judge_probe(probed: WeakProbe, claim: Claim | None, observable: str) -> tuple[Opinion | None, bool]:
     """Return what the deterministic tiers say of a claim about an observable.
 
     The local order decides; moments can take back what it verifies, and decide where it does not. So does the
     operator for the observables it is informative about.
+
+    Returns
+    -------
+    Opinion or None
+    bool
+        Whether the second tier confirms the first one at T, without sampling.
     """
     if claim is None or isinstance(claim.value, str):
-        return ProbeOpinion(None)
+        return None, False
     opinion = None if probed.local is None else judge_weak(probed.local, claim.value, max(TOLERANCE, claim.margin))
     if opinion is not None and opinion.verdict is Verdict.REFUTED:
-        return ProbeOpinion(opinion)
+        return opinion, False
     further = _global(probed, claim.value, observable)
     undecided = opinion is None or opinion.verdict is Verdict.INCONCLUSIVE
     if further is not None and (undecided or further.verdict is Verdict.REFUTED):
-        return ProbeOpinion(further, 2)
-    return ProbeOpinion(opinion, guarded=further is not None and further.verdict is Verdict.VERIFIED)
+        return further, False
+    return opinion, further is not None and further.verdict is Verdict.VERIFIED
 
 
-def _global(probed: WeakProbe, claim: float, observable: str) -> LocalOpinion | None:
+def _global(probed: WeakProbe, claim: float, observable: str) -> Opinion | None:
     if probed.moments is not None:
         return _opinion(*probed.moments, claim, f"weak order {_middle(*probed.moments):.3f} at T by moments")
     found = probed.orders.get(observable)
@@ -153,10 +144,10 @@ def _global(probed: WeakProbe, claim: float, observable: str) -> LocalOpinion | 
     return _opinion(found.low, found.high, claim, text)
 
 
-def _opinion(low: float, high: float, claim: float, text: str) -> LocalOpinion | None:
+def _opinion(low: float, high: float, claim: float, text: str) -> Opinion | None:
     if low >= claim - TOLERANCE:
-        return LocalOpinion(Verdict.VERIFIED, text)
-    return LocalOpinion(Verdict.REFUTED, text) if high < claim - TOLERANCE else None
+        return Opinion(Verdict.VERIFIED, Reason(text), 2)
+    return Opinion(Verdict.REFUTED, Reason(text), 2) if high < claim - TOLERANCE else None
 
 
 def _operator(scheme: Scheme, view: Any, settings: Settings) -> TransitionErrors:
@@ -164,9 +155,9 @@ def _operator(scheme: Scheme, view: Any, settings: Settings) -> TransitionErrors
     steps = [settings.coarsest * 2**level for level in range(FIRST + FURTHER)]
     record = weak_errors(scheme, view, steps[:FIRST])
     orders = _operator_orders(view, record)
-    claimed = [(found, claim_for(scheme, view.traits, "weak", name)[0]) for name, found in orders.items()]
-    asked = [(found, claim.value) for found, claim in claimed if claim and not isinstance(claim.value, str)]
-    if obstacle(record) or all(found.fixed or found.low >= value - TOLERANCE for found, value in asked):
+    claims = {name: claim_for(scheme, view.traits, "weak", name).claim for name in orders}
+    least = {name: float(claim.value) for name, claim in claims.items() if claim and is_order(claim)}
+    if obstacle(record) or all(orders[name].fixed or orders[name].low >= p - TOLERANCE for name, p in least.items()):
         return record
     return record.refined(weak_errors(scheme, view, steps[FIRST:]))
 

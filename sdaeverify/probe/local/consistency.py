@@ -13,8 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array, Mask
-from ...contracts.measure import Verdict
+from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import Delayed, Problem
 from ...noise.brownian import Increment
@@ -22,7 +21,7 @@ from ..step.nodes import SEED, HalfSteps, Nodes, half_steps, step_nodes
 from ..step.one_step import OneStep
 from ..step.states import WHEN, cloud
 from .delay_links import linked
-from .orders import LocalOpinion, last_orders
+from .orders import last_orders
 from .strong_defects import LEVELS, ROUNDING, core
 
 # In units of the horizon, or of time where that is shorter: so small that a hundredth part of the noise that is wrong
@@ -31,9 +30,6 @@ SIZES = 4.0 ** -np.array([6.0, 8.0, 10.0, 12.0])
 NODES = 4
 # Random points, where a rule would be too large, are taken as few: the same ones at each size, so that orders hold.
 POINTS = 200
-NOISE, DRIFT = 0.5, 1.0
-# Local orders are known to a few hundredths; no slower convergence is told from none.
-SLOWEST = 0.05
 
 
 class Consistency(NamedTuple):
@@ -61,6 +57,19 @@ class Consistency(NamedTuple):
     means: Array
 
 
+class ConsistencyOrders(NamedTuple):
+    """Least orders in h of the defects of one step, of a first and of a later one at S states.
+
+    Attributes
+    ----------
+    noise, drift : ndarray, shape (2, S)
+        Of ||d||_{L2} and |E d|.
+    """
+
+    noise: Array
+    drift: Array
+
+
 def consistency(scheme: Scheme, view: Problem) -> Consistency:
     """Probe one step of each size at each state of the cloud.
 
@@ -83,8 +92,8 @@ def consistency(scheme: Scheme, view: Problem) -> Consistency:
         return Consistency(sizes, rms, mean, scale, core(step.equation, x), np.array(float(nodes.exact)))
 
 
-def judge_consistency(record: Consistency, component: int | None = None) -> LocalOpinion:
-    """Return whether one step follows the equation in a component, or in the full state.
+def consistency_orders(record: Consistency, component: int | None = None) -> ConsistencyOrders:
+    """Return the orders of the defects of a component, or of the full state.
 
     Parameters
     ----------
@@ -94,33 +103,12 @@ def judge_consistency(record: Consistency, component: int | None = None) -> Loca
 
     Returns
     -------
-    LocalOpinion
-        Refuted if it does not so at most states.
+    ConsistencyOrders
     """
     rows = np.ones(len(record.core), dtype=bool)
     if component is not None:
         rows = (record.core > 0.0) | (np.arange(len(rows)) == component)
-    noise, drift = (_orders(record, part[:, rows]) for part in (record.rms, record.mean))
-    wrong, known = noise < NOISE + SLOWEST, ~np.isnan(noise)
-    if record.means:
-        wrong, known = wrong | (drift < DRIFT + SLOWEST), known & ~np.isnan(drift)
-    figures = f"its defect is of order {noise.min():.2f}, in the mean {drift.min():.2f}"
-    return _opinion(wrong, known, bool(record.means), figures)
-
-
-def _opinion(wrong: Mask, known: Mask, means: bool, figures: str) -> LocalOpinion:
-    first, later = wrong.mean(axis=1)
-    if min(first, later) > 0.5:
-        text = f"one step does not follow the equation at {first:.0%} of the states: {figures}"
-        return LocalOpinion(Verdict.REFUTED, text, inconsistent=True)
-    if wrong.any():
-        text = f"one step does not follow the equation at {first:.0%} of the states, later ones at {later:.0%}"
-        return LocalOpinion(Verdict.INCONCLUSIVE, text)
-    if not known.all():
-        return LocalOpinion(Verdict.INCONCLUSIVE, "whether one step follows the equation is not known at all states")
-    if not means:
-        return LocalOpinion(Verdict.INCONCLUSIVE, "whether one step follows the equation in the mean is not resolved")
-    return LocalOpinion(Verdict.VERIFIED, "one step follows the equation")
+    return ConsistencyOrders(*(_orders(record, part[:, rows]) for part in (record.rms, record.mean)))
 
 
 def _orders(record: Consistency, part: Array) -> Array:

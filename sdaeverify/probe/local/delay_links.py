@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...arrays import Array, Parts
-from ...contracts.scheme import Claim, Scheme, State, Step, flatten
+from ...contracts.scheme import Scheme, State, Step, flatten
 from ...forms import Delayed, IndexOne, Problem
 from ...forms.delay.linked import X, history_at, linked_equation
 from ...noise.brownian import Increment
@@ -108,11 +108,6 @@ class LinkedScheme(Scheme):
     def law(self) -> Law:
         """Law of the increments."""
         return self.scheme.law
-
-    @property
-    def promises(self) -> tuple[Claim, ...]:
-        """The scheme's own."""
-        return self.scheme.promises
 
     def parts(self, problem: Any, state: State) -> Parts:
         """Return the solution now and at earlier times."""

@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.measure import Verdict
 from ...contracts.scheme import Scheme, Step, flatten
 from ...errors import SchemeError
 from ...forms import Multiplied, Problem
@@ -22,7 +21,7 @@ from ...noise.brownian import Increment
 from ...numerics import norm
 from ..step.one_step import OneStep
 from ..step.states import WHEN, cloud
-from .orders import LocalOpinion, LocalOrders, last_orders
+from .orders import LocalOrders, last_orders
 
 # Rows of the record: kappa, lambda^re, Lambda^re.
 QUANTITIES = ("kappa", "lambda remainder", "Lambda remainder")
@@ -32,8 +31,6 @@ KAPPA, LAMBDA = "kappa", "lambda"
 LEVELS = 4.0 ** -np.arange(2.0, 10.0)
 # Rounding errors stay some hundred times below this part of the terms that cancel.
 ROUNDING = 6e-14
-# How far below the claim an order may be, and by how much the next one may differ from a settled one.
-TOLERANCE, SETTLED = 0.1, 0.1
 
 
 class Multipliers(NamedTuple):
@@ -97,52 +94,10 @@ def multiplier_orders(record: Multipliers) -> LocalOrders:
     return last_orders(record.h, record.size, ROUNDING * record.scale, record.scale)
 
 
-def judge_exponent(record: Multipliers, index: int, claim: float) -> LocalOpinion:
-    """Compare the order of a quantity, and the one to be expected at the next smaller step, with a claimed one.
-
-    Parameters
-    ----------
-    record : Multipliers
-    index : int
-        Place of the quantity in `QUANTITIES`.
-    claim : float
-        Least order.
-
-    Returns
-    -------
-    LocalOpinion
-    """
-    orders = multiplier_orders(record)
-    order, ahead = float(orders.order[index]), float(orders.ahead[index])
-    if np.isnan(order):
-        return LocalOpinion(Verdict.INCONCLUSIVE, _hidden(record))
-    if np.isinf(order):
-        return _vanishing(record)
-    bound, text = claim - TOLERANCE, f"local order {order:.3f}, claimed {claim}"
-    if min(order, ahead) >= bound:
-        return LocalOpinion(Verdict.VERIFIED, f"local order {order:.3f}")
-    if max(order, ahead) < bound and abs(ahead - order) <= SETTLED:
-        return LocalOpinion(Verdict.REFUTED, text)
-    return LocalOpinion(Verdict.INCONCLUSIVE, f"{text}; still changing, to {ahead:.3f}")
-
-
 def _given(step: OneStep) -> Array:
     x, h = step.equation.initial(2), step.view.horizon / 64.0
     outputs = _result(step, x, h, np.zeros((step.view.noise_dim, 2))).outputs
     return np.array([float(name in outputs) for name in (KAPPA, LAMBDA, LAMBDA)])
-
-
-def _vanishing(record: Multipliers) -> LocalOpinion:
-    if record.truncated.any() or record.failed.any():
-        return LocalOpinion(Verdict.INCONCLUSIVE, "no more than rounding at the step sizes that are not truncated")
-    return LocalOpinion(Verdict.VERIFIED, "no more than rounding, at two step sizes or more: it vanishes here")
-
-
-def _hidden(record: Multipliers) -> str:
-    for what, share in (("is truncated", record.truncated[-1]), ("has no root", record.failed[-1])):
-        if share:
-            return f"no order: even at h = {record.h[-1]:.2g} the step {what} at {share:.0%} of the states"
-    return "no order: the step is not finite, or a solver's tolerance hides it"
 
 
 def _directions(motions: int) -> Array:

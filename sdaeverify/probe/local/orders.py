@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.measure import Verdict
 
 # Defects that stop decreasing below this part of the solution's size are a solver's tolerance.
 TOLERANCE = 1e-6
@@ -33,23 +32,6 @@ class LocalOrders(NamedTuple):
     order: Array
     ahead: Array
     plateau_h: Array
-
-
-class LocalOpinion(NamedTuple):
-    """What local orders say of a claim.
-
-    Attributes
-    ----------
-    verdict : Verdict
-        Verified, refuted or inconclusive.
-    reason : str
-    inconsistent : bool
-        Whether it is refuted because one step does not follow the equation at all, which no sample can overrule.
-    """
-
-    verdict: Verdict
-    reason: str
-    inconsistent: bool = False
 
 
 def last_orders(h: Array, size: Array, floor: Array, scale: Array, used: int | None = None) -> LocalOrders:

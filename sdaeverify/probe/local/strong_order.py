@@ -1,4 +1,4 @@
-"""Local strong order: what the defects of one step say of a scheme's consistency and of its strong order.
+"""Local strong order: the orders of the defects of one step, which tell consistency and the strong order.
 
 With p2, p1 the orders in h of max_x ||d_self||_{L2} and max_x |E d_self|, and q2, q1 those of d_em, the scheme is
 consistent iff q2 > 0.9 and q1 > 1.4. It then converges strongly to the Ito solution (Milstein 1988, Theorem 1), and,
@@ -12,16 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.measure import Verdict
-from .orders import LocalOpinion, last_orders
+from .orders import last_orders
 from .strong_defects import EM, LEVELS, ROUNDING, SELF, LocalStrong
 
 # A consistent step has q2 >= 1 and q1 >= 3/2.
 LEAST_Q2, LEAST_Q1 = 0.9, 1.4
-# How much the next order may differ from the last one for an order to be missed.
-SETTLED = 0.1
-# How accurate local orders of schemes of known order are; two of them may differ by twice as much. An order below its
-# claim at few states that rises by more with a level is that of a layer which steps still miss.
+# How accurate local orders of schemes of known order are; two of them may differ by twice as much.
 ACCURACY = 0.02
 
 
@@ -110,71 +106,6 @@ def at_most(order: StrongOrder, bound: float) -> StrongOrder:
     """Return the order of a component that has another one's error, and one of its own of the order `bound`."""
     least = [float(np.minimum(value, bound)) for value in (order.order, order.typical, order.ahead)]
     return order._replace(order=least[0], typical=least[1], ahead=least[2])
-
-
-def judge_strong(
-    order: StrongOrder, claim: float, tolerance: float = 0.1, *, margin: float = 0.0, sharp: bool = True
-) -> LocalOpinion:
-    """Compare a local order with a claimed least strong order.
-
-    Parameters
-    ----------
-    order : StrongOrder
-    claim : float
-    tolerance : float
-        How far below the claim the order may be.
-    margin : float
-        That of the claim: where it is wider than `tolerance`, an order between the two decides nothing.
-    sharp : bool
-        Whether the scheme's local order is its global one; if not, a low local order decides nothing, and
-        consistency is asked of a step from where the scheme itself has gone.
-
-    Returns
-    -------
-    LocalOpinion
-        Refuted as inconsistent only where most states are, at some time.
-    """
-    figures = f"p2 = {order.p2:.3f}, p1 = {order.p1:.3f}, q2 = {order.q2:.3f}, q1 = {order.q1:.3f}"
-    unknown = np.isnan([order.q2, order.q1 if order.means else order.q2]).any()
-    if not unknown and (not order.consistent or order.inconsistent_share > 0.5):
-        return _inconsistent(order, claim - tolerance, figures, sharp=sharp)
-    if unknown or np.isnan(order.order):
-        return _unsure(f"no local order: the map is not finite or a solver's tolerance hides its defects; {figures}")
-    text = f"local order {order.order:.3f}, claimed {claim}; {figures}"
-    if order.order < claim - tolerance:
-        low = order.order < claim - margin
-        bound = claim - tolerance
-        return _too_low(order, bound, text, sharp=sharp) if low else _unsure(f"{text}; within the margin {margin:g}")
-    if order.ahead < claim - tolerance:
-        return _unsure(f"{text}; still falling, to {order.ahead:.3f}")
-    void = f"; void below h = {order.plateau_h:.2g}" if order.plateau_h else ""
-    if not order.means:
-        return _unsure(f"{text}; means are not resolved{void}")
-    return LocalOpinion(Verdict.VERIFIED, f"local order {order.order:.3f}{void}")
-
-
-def _inconsistent(order: StrongOrder, bound: float, figures: str, *, sharp: bool) -> LocalOpinion:
-    text = f"one step does not follow the equation at {order.inconsistent_share:.0%} of the states; {figures}"
-    if order.inconsistent_share > 0.5 and not order.consistent:
-        if not sharp and order.consistent_later:
-            return _unsure(f"{text}; later steps do")
-        return LocalOpinion(Verdict.REFUTED, text, inconsistent=True)
-    if sharp and not order.consistent and order.typical < bound:
-        return LocalOpinion(Verdict.REFUTED, f"local order {order.typical:.3f} at most states; {text}")
-    return _unsure(text)
-
-
-def _too_low(order: StrongOrder, bound: float, text: str, *, sharp: bool) -> LocalOpinion:
-    if not sharp:
-        return _unsure(f"{text}; the scheme's local order is not sharp")
-    rises = order.ahead > order.order + 2.0 * ACCURACY and order.typical >= bound
-    if order.ahead >= bound or abs(order.ahead - order.order) > SETTLED or rises:
-        return _unsure(f"{text}; still changing, to {order.ahead:.3f}")
-    return LocalOpinion(Verdict.REFUTED, text)
-
-
-def _unsure(reason: str) -> LocalOpinion:
-    return LocalOpinion(Verdict.INCONCLUSIVE, reason)
 
 
 def _consistent(q2: Array, q1: Array, means: bool) -> Array:

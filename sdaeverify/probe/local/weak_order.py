@@ -1,4 +1,4 @@
-"""Local weak orders, and what they say of a claim, from the defects of one step.
+"""Local weak orders from the defects of one step.
 
 Orders are taken for every test function and state by itself, from the fine end, and the least one counts: a maximum
 over the defects would hide a low power behind a larger one.
@@ -13,10 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array, Mask
-from ...contracts.measure import Verdict
 from ...numerics.statistics import EPS
 from ..step import test_functions
-from .orders import CLEAR, TOLERANCE, LocalOpinion
+from .orders import CLEAR, TOLERANCE
 from .romberg import weights
 
 # A defect of so many floors has a local order that rounding moves by less than 0.01.
@@ -37,8 +36,6 @@ STALL = 0.2
 CROWD = 0.25
 # Weak orders are multiples of 1/2: below this, the order is 0, and the limit is wrong.
 CONSISTENT = 0.25
-# A failure at a smaller part of the states may be a tolerance or a singular state.
-MANY = 0.25
 
 
 class LocalWeak(NamedTuple):
@@ -146,48 +143,6 @@ def weak_order(record: LocalWeak) -> WeakOrder:
     orders = np.where(exact, np.inf, orders)
     orders = np.where(np.isfinite(size[..., -1]), orders, np.nan)
     return WeakOrder(orders, last - 1.0, settled & np.isfinite(orders), plateau_h, int(record.dimension), record.time)
-
-
-def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> LocalOpinion:
-    """Compare local orders with a claimed least weak order.
-
-    Parameters
-    ----------
-    order : WeakOrder
-    claim : float
-    tolerance : float
-        How far below the claim an order may be.
-
-    Returns
-    -------
-    LocalOpinion
-        Refuted only where settled orders are too low at a quarter of the states of some time, and inconsistent if
-        most states have the order 0. A defect whose leading coefficient happens to be small may change its sign on
-        the way to h = 0, and its order moves still: that is left out where it is so at fewer states, for every phi.
-    """
-    void = f"; void below h = {order.plateau_h:.2g}" if order.plateau_h else ""
-    low = order.orders < claim - tolerance
-    short = low & order.settled & (order.last < claim - tolerance)
-    moving = low & ~short
-    if np.isnan(order.orders).all(axis=0).any() or not order.orders.size:
-        return _unsure(f"no local weak order: steps are not finite, or a tolerance hides them{void}")
-    share = float(order.share(np.asarray(short.any(axis=0))))
-    if share >= MANY:
-        return LocalOpinion(
-            Verdict.REFUTED, f"{order.least(short)}, claimed {claim}{void}", order.inconsistent_share > 0.5
-        )
-    if share:
-        return _unsure(f"{order.least(short)}, claimed {claim}, at {share:.0%} of the states alone{void}")
-    if order.share(moving).max() >= MANY:
-        return _unsure(f"{order.least(moving)}, claimed {claim}, still changing with h{void}")
-    least = np.min(order.orders, where=order.settled & ~low, initial=np.inf)
-    figure = "exact to round-off" if np.isinf(least) else f"local weak order {least:.3f}"
-    left_out = f"; {moving.sum()} of {moving.size} defects change sign" if moving.any() else ""
-    return LocalOpinion(Verdict.VERIFIED, f"{figure}{left_out}{void}")
-
-
-def _unsure(reason: str) -> LocalOpinion:
-    return LocalOpinion(Verdict.INCONCLUSIVE, reason)
 
 
 def _roughness(record: LocalWeak, rounding: Array) -> tuple[Array, Mask]:

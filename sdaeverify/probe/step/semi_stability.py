@@ -12,10 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...arrays import Array, Parts
-from ...contracts.measure import Verdict
 from ...contracts.scheme import Scheme
 from ...forms import Problem
-from ..local.orders import LocalOpinion
 from .far_states import extreme_states
 from .nodes import Nodes, step_nodes
 from .one_step import OneStep
@@ -27,8 +25,6 @@ LEVELS = 4.0 ** -np.arange(2.0, 9.0)
 # Up to so many normals, tensor rules are small. Beyond, the rule is two points +-sqrt(n) on each axis, exact up to
 # degree 3: what V has beyond is of order h^2.
 FEW, NODES = 3, (6, 6, 4)
-# A rate that does not grow has local exponent 0 in 1/h; one that does has 1/2 at least.
-GROWS = 0.25
 
 
 class Growth(NamedTuple):
@@ -67,24 +63,6 @@ def growth(scheme: Scheme, view: Any) -> Growth:
         rates = np.array([_rates(step, x, nodes, before, float(size)) for size in h])
     far = before[rates.argmax(axis=1)] ** (1.0 / POWER)
     return Growth(h, rates.max(axis=1), far, np.array(float(x.shape[1])))
-
-
-def judge_growth(found: Growth, horizon: float) -> LocalOpinion:
-    """Tell whether the rates are bounded as h tends to 0: verified, or inconclusive, since it need not be so.
-
-    Rates below 1/horizon, which no solution lives to see, count as that.
-    """
-    rate, size = np.maximum(found.rate, 1.0 / horizon), found.far
-    worst = int(found.rate.argmax())
-    figures = f"at most exp({found.rate[worst]:.3g} h) at {int(found.states)} states"
-    if not np.isfinite(rate).all():
-        text = f"at h = {found.h[worst]:.3g} one step has no root, or V no mean, where V = {size[worst]:.3g}^4"
-        return LocalOpinion(Verdict.INCONCLUSIVE, f"{text}: rare paths may carry a moment that no sample shows")
-    exponent = np.log(rate[-1] / rate[-2]) / np.log(found.h[-2] / found.h[-1])
-    if exponent > GROWS:
-        text = f"one step lets E V grow by exp(rho h), rho like h^-{exponent:.2f} where V = {size[-1]:.3g}^4"
-        return LocalOpinion(Verdict.INCONCLUSIVE, f"{text}: rare paths may carry a moment that no sample shows")
-    return LocalOpinion(Verdict.VERIFIED, f"one step lets E V grow by {figures}")
 
 
 def _rates(step: OneStep, x: Array, nodes: Nodes, before: Array, h: float) -> Array:

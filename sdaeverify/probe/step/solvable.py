@@ -1,14 +1,14 @@
 """Whether one step has a root, on a wide range of step sizes and at states far out."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array, Parts
+from ...arrays import Array
 from ...contracts.scheme import Scheme, flatten
 from ...forms import Problem
 from ...noise.brownian import Increment
-from ...numerics import all_finite, norm
+from ...numerics import all_finite
 from .far_states import extreme_states
 from .nodes import SEED
 from .one_step import OneStep
@@ -58,22 +58,6 @@ def root_scan(scheme: Scheme, view: Problem) -> RootScan:
         levels = [_level(step, x, noise, float(h)) for h in SCANNED]
     failed, lost = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
     return RootScan(SCANNED, x, failed, lost)
-
-
-def where(view: Any, scan: RootScan) -> str:
-    """Return in words where no root was found, or what is not finite; empty if all steps could be made."""
-    for what, bad in (("no root", scan.failed), ("not finite", scan.lost)):
-        if bad.any():
-            size = int(np.argmax(bad.any(axis=0)))
-            state = int(np.argmax(bad[:, size]))
-            sizes = f"{what} at {np.count_nonzero(bad.any(axis=0))} of {len(scan.h)} step sizes"
-            parts = view.parts(view.state(scan.x[:, state : state + 1]))
-            return f"{sizes}, the smallest h = {scan.h[size]:.3g} where {_sizes(parts)}"
-    return ""
-
-
-def _sizes(parts: Parts) -> str:
-    return ", ".join(f"|{name}| = {norm(part)[0]:.3g}" for name, part in parts.items())
 
 
 def _directions(scheme: Scheme, view: Problem, states: int) -> Array:

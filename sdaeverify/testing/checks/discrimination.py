@@ -2,15 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
-from ...contracts.measure import Finding, Verdict
-from ...contracts.scheme import Claim
+from ...contracts.finding import Finding, Verdict
+from ...contracts.scheme import Claim, Scheme, with_claims
 from ...contracts.settings import Settings
 from ...forms.controls import Control
 from ...registry.selection import select_measures, select_schemes
 from ...study import CellResult, Plan, Study, plan
-from ...study.controlled import Claiming
 from ..check import Inapplicable
 from ..problem_subject import ProblemSubject
 
@@ -54,9 +52,9 @@ def _labels(control: Control) -> tuple[str, str]:
     return control.positive, control.negative
 
 
-def _claiming(subject: ProblemSubject, control: Control, label: str) -> Any:
+def _claiming(subject: ProblemSubject, control: Control, label: str) -> Scheme:
     claim = Claim(measure=control.measure, value=control.order, source="control")
-    return Claiming(select_schemes(subject.registry, label)[0], (claim,))
+    return with_claims(select_schemes(subject.registry, label)[0], claim)
 
 
 def _contradicted(control: Control, positive: CellResult, negative: CellResult) -> str:

@@ -1,0 +1,194 @@
+"""What is found of a claim: an opinion, which is a verdict with its reason, and the rows of a cell."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from functools import reduce
+from itertools import takewhile
+from math import nan
+from typing import Any, NamedTuple
+
+from .scheme import Claim
+
+
+class Verdict(StrEnum):
+    """What can be said of a claim, or why nothing can."""
+
+    VERIFIED = "verified"
+    REFUTED = "refuted"
+    INCONCLUSIVE = "inconclusive"
+    DIVERGED = "diverged"
+    ERROR = "error"
+    NOT_RUN = "not_run"
+    OUT_OF_SCOPE = "out_of_scope"
+    NOT_APPLICABLE = "not_applicable"
+
+
+class Kind(StrEnum):
+    """What a reason says, where something is decided by it or somebody counts it."""
+
+    PLAIN = ""
+    NO_CLAIM = "no claim"
+    UNKNOWN_VALUE = "unknown value of a claim"
+    ORDER = "order"
+    WRONG_LIMIT = "wrong limit"
+    INCONSISTENT = "one step does not follow the equation"
+    LOST_INDEX = "the problem loses its root"
+    MORE_PATHS = "paths that would decide"
+
+
+@dataclass(frozen=True)
+class Reason:
+    """Why a verdict is what it is: a value of one or several parts, whose words are made where they are read.
+
+    Attributes
+    ----------
+    text : str
+        With places for the numbers, as `str.format` fills them; as it stands where there are no numbers.
+    kind : str
+        A `Kind`, or a word of a measure's own.
+    numbers : mapping of str to object
+    joint : str
+        What stands between the part before and this one.
+    rest : tuple of Reason
+        Further parts, each of them without a rest.
+    """
+
+    text: str = ""
+    kind: str = Kind.PLAIN
+    numbers: Mapping[str, object] = field(default_factory=dict)
+    joint: str = "; "
+    rest: "tuple[Reason, ...]" = ()
+
+    @classmethod
+    def of(cls, *reasons: "Reason | str") -> "Reason":
+        """Return several reasons as one; empty ones are left out."""
+        return reduce(cls.then, reasons, cls())
+
+    @property
+    def parts(self) -> "tuple[Reason, ...]":
+        """The parts, each by itself."""
+        return replace(self, rest=()), *self.rest
+
+    def then(self, other: "Reason | str", joint: str = "; ") -> "Reason":
+        """Return this reason with another one behind it; an empty one adds nothing."""
+        added = Reason(other) if isinstance(other, str) else other
+        if not (self and added):
+            return self or added
+        first, *further = added.parts
+        return replace(self, rest=(*self.rest, replace(first, joint=joint), *further))
+
+    def has(self, kind: str) -> bool:
+        """Tell whether a part is of a kind."""
+        return any(part.kind == kind for part in self.parts)
+
+    def before(self, kind: str) -> "Reason":
+        """Return the parts before the first one of a kind; all of them if there is none."""
+        first, *further = [*takewhile(lambda part: part.kind != kind, self.parts)] or [Reason()]
+        return replace(first, rest=tuple(further))
+
+    def __bool__(self) -> bool:
+        return bool(self.text)
+
+    def __str__(self) -> str:
+        return self._words() + "".join(part.joint + part._words() for part in self.rest)
+
+    def _words(self) -> str:
+        return self.text.format(**self.numbers) if self.numbers else self.text
+
+
+class Opinion(NamedTuple):
+    """What is said of a claim.
+
+    Attributes
+    ----------
+    verdict : Verdict
+    reason : Reason
+    tier : int
+        Of the method: 0 contract, 1 local, 2 deterministic and global, 3 sampled.
+    settled : bool
+        Whether more paths could not change the verdict, or need not be asked for.
+    p_verified, p_refuted : float
+        p-values of the hypotheses that the claim fails and that it holds, which the two verdicts reject; NaN where
+        no sampling error is involved. They enter the family-wise correction of a run.
+    """
+
+    verdict: Verdict
+    reason: Reason = Reason()
+    tier: int = 3
+    settled: bool = True
+    p_verified: float = nan
+    p_refuted: float = nan
+
+    def plus(self, *remarks: Reason | str) -> "Opinion":
+        """Return the opinion with remarks behind its reason; empty ones add nothing."""
+        return self._replace(reason=Reason.of(self.reason, *remarks))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """One quantity of a cell: a row of the verdicts.
+
+    Attributes
+    ----------
+    quantity : str
+    verdict, reason, tier, settled, p_verified, p_refuted
+        See `Opinion`.
+    claim : Claim or None
+        None if no claim covers the quantity here.
+    estimate, low, high : float
+        Order or residual, with its interval at the run's confidence.
+    method : str
+        How it was found.
+    details : mapping of str to object
+        Further columns.
+    """
+
+    quantity: str
+    verdict: Verdict
+    reason: Reason = Reason()
+    claim: Claim | None = None
+    estimate: float = nan
+    low: float = nan
+    high: float = nan
+    method: str = ""
+    p_verified: float = nan
+    p_refuted: float = nan
+    tier: int = 3
+    settled: bool = True
+    details: Mapping[str, object] = field(default_factory=dict)
+
+    def withheld(self, doubt: Reason | str, **changed: Any) -> "Finding":
+        """Return the finding as one that is not verified, the doubt before its reason."""
+        open_ = replace(self, verdict=Verdict.INCONCLUSIVE, reason=Reason.of(doubt, self.reason), p_verified=1.0)
+        return replace(open_, **changed)
+
+
+class LevelFinding(NamedTuple):
+    """One quantity at one step size: a row of the levels.
+
+    Attributes
+    ----------
+    quantity : str
+    level : int or None
+        Index of the level of the run's paths; None for a step size of the measure's own.
+    estimate, std_error : float
+    details : mapping of str to object
+        Further columns.
+    h : float
+        Step size where `level` is None.
+    """
+
+    quantity: str
+    level: int | None
+    estimate: float
+    std_error: float = 0.0
+    details: Mapping[str, object] = {}
+    h: float = nan
+
+
+class Judgement(NamedTuple):
+    """All rows of a cell."""
+
+    findings: tuple[Finding, ...]
+    levels: tuple[LevelFinding, ...]

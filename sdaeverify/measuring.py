@@ -1,0 +1,93 @@
+"""The public names for authors of measures: nothing else is needed to write one.
+
+A measure is a subclass of `Measure`, registered by the hook ``sdaeverify_measures``. It says what it asks of a scheme
+on a problem, in up to four methods:
+
+``refuses``
+    why the question makes no sense for a pair;
+``observer``
+    an `Observer` that notes, on one block of paths, the components of all step sizes (`Snapshot`) into a `Tally` of
+    sums over groups of paths, which blocks, machines and runs can merge;
+``probe``
+    what one step tells without sampling, by the map `OneStep`; a record of numbers is `packed` into a tally, and
+    `unpacked` where it is judged;
+``judge``
+    a pure function from `Evidence` to a `Judgement`: a `Finding` for each quantity, a `LevelFinding` for each of its
+    step sizes.
+
+The way from a claim to a finding is the same for all of them::
+
+    covered = coverage(evidence, self.name, "x")          # the strongest claim about x, or why there is none
+    order = order_of(h, sums, counts)                      # a slope with its standard error, by the jackknife
+    opinion = judge_claim(covered, lambda claim: decide(order_tests(claim, order, evidence), evidence))
+    found = finding(covered, opinion, estimate=order.value, method="paths (T3)")
+
+An `Opinion` is a `Verdict` with a `Reason`. A reason is a value: whoever decides by it asks for its `Kind`, never for
+its words. Verdicts of paths are corrected for all tests of a run by their p-values, and need the controls of the
+problem; opinions of one step (`local_opinion`) are guarded by paths (`guard`).
+"""
+
+from .arrays import Array, Parts
+from .contracts.error_sizes import ErrorSizes
+from .contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
+from .contracts.measure import Evidence, Measure, Observer, Snapshot
+from .contracts.tally import Tally, packed, unpacked
+from .measures.judge import (
+    FEWEST,
+    FITTED,
+    Coverage,
+    PathTests,
+    coverage,
+    decide,
+    finding,
+    guard,
+    judge_claim,
+    leave_open,
+    local_opinion,
+    order_tests,
+    sound_levels,
+    unfitted,
+    with_sample,
+)
+from .numerics.statistics import Estimate, group_sums, jackknife, order_of
+from .probe.step.one_step import OneStep
+
+__all__ = [
+    "FEWEST",
+    "FITTED",
+    "Array",
+    "Coverage",
+    "ErrorSizes",
+    "Estimate",
+    "Evidence",
+    "Finding",
+    "Judgement",
+    "Kind",
+    "LevelFinding",
+    "Measure",
+    "Observer",
+    "OneStep",
+    "Opinion",
+    "Parts",
+    "PathTests",
+    "Reason",
+    "Snapshot",
+    "Tally",
+    "Verdict",
+    "coverage",
+    "decide",
+    "finding",
+    "group_sums",
+    "guard",
+    "jackknife",
+    "judge_claim",
+    "leave_open",
+    "local_opinion",
+    "order_of",
+    "order_tests",
+    "packed",
+    "sound_levels",
+    "unfitted",
+    "unpacked",
+    "with_sample",
+]
