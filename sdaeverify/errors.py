@@ -66,3 +66,8 @@ def _text(error: BaseException) -> str:
         return str(error)
     except FAULTS as other:
         return f"its message cannot be read, which raises {type(other).__name__}"
+
+
+def is_blank(text: str) -> bool:
+    """Tell whether a text says nothing."""
+    return not text.strip()

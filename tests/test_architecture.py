@@ -1,7 +1,7 @@
 """The cut of the code, read from its source: layers, who may import whom, sizes of files and functions."""
 
 import ast
-from collections import Counter
+from collections import Counter, defaultdict
 from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -52,6 +52,9 @@ PLUGGY = {"registry"}
 ROOMS = (sdaeverify, sdaeverify.numerics, sdaeverify.bridges)
 PUBLIC = {f"{module.__name__}.{public}" for module in ROOMS for public in module.__all__}
 SHIPPED = {f"sdaeverify_{kind}" for kind in ("schemes", "problems", "planted", "experiments", "bridges")}
+
+STRING_METHODS = set(dir(str)) - set(dir(object)) | {"__contains__"}
+JUDGING = {"Claim", "Verdict", "Opinion", "Finding", "Kind", "promises", "claims"}
 
 FRAMEWORK_LINES, CONTRIBUTED_LINES = 500, 500
 LONGEST, LONG, SHORT_SHARE, MEDIAN = 50, 25, 0.9, 8
@@ -176,6 +179,68 @@ def test_lower_layers_never_import_higher_ones(path):
     """Imports point downwards, also those for type checkers only."""
     upwards = {name(file) for file in imported_files(path) if not allowed(top(path), top(file))}
     assert not upwards, f"{name(path)} imports {sorted(upwards)} from a layer above it"
+
+
+def classes():
+    """Return where each class name of the framework is defined."""
+    found = defaultdict(list)
+    for path in sources(FRAMEWORK):
+        for node in nodes(parsed(path)):
+            if isinstance(node, ast.ClassDef):
+                found[node.name].append(f"{name(path)}:{node.lineno}")
+    return found
+
+
+def test_a_class_name_means_one_thing():
+    """No two classes of the framework share a name."""
+    assert not {shared: where for shared, where in classes().items() if len(where) > 1}
+
+
+def is_reason(node):
+    """Tell whether an expression is something called a reason."""
+    return "reason" in {getattr(node, "attr", None), getattr(node, "id", None)}
+
+
+def readings_of_reasons(tree):
+    """Yield the lines of a tree that take a decision by the text of a reason."""
+    for node in nodes(tree):
+        called = isinstance(node, ast.Attribute) and is_reason(node.value) and node.attr in STRING_METHODS
+        compared = isinstance(node, ast.Compare) and any(map(is_reason, [node.left, *node.comparators]))
+        cut = isinstance(node, ast.Subscript) and is_reason(node.value)
+        if called or compared or cut:
+            yield f"{node.lineno}: {ast.unparse(node)}"
+
+
+@pytest.mark.parametrize("path", sources(FRAMEWORK), ids=name)
+def test_the_text_of_a_reason_is_never_parsed(path):
+    """Who decides by a reason asks for its kind: no method of strings, no comparison, no part of its text."""
+    assert not list(readings_of_reasons(parsed(path)))
+
+
+@pytest.mark.parametrize(
+    ("line", "found"),
+    [
+        ("finding.reason.startswith('wrong limit')", True),
+        ("reason.partition('; about ')[0]", True),
+        ("'MemoryError' in lane.reason", True),
+        ("finding.reason == 'not probed'", True),
+        ("finding.reason[:5]", True),
+        ("finding.reason.has(Kind.WRONG_LIMIT)", False),
+        ("f'{finding.reason}; and so on'", False),
+        ("found = Finding(reason=reason.then('more paths'))", False),
+    ],
+)
+def test_readings_of_reasons_are_seen(line, found):
+    """What is forbidden would be noticed, what is allowed would not."""
+    assert bool(list(readings_of_reasons(ast.parse(line)))) is found
+
+
+@pytest.mark.parametrize("path", sources(FRAMEWORK / "probe"), ids=name)
+def test_probes_know_numbers_and_no_verdicts(path):
+    """What is said of a claim stands in the measures: probes name neither claims nor verdicts."""
+    used = {getattr(node, "id", None) or getattr(node, "attr", None) for node in nodes(parsed(path))}
+    imported = {dotted.rpartition(".")[2] for dotted in imported_names(path)}
+    assert not (used | imported) & JUDGING
 
 
 def test_modules_import_each_other_in_no_circle():

@@ -15,16 +15,16 @@ from sdaeverify.simulate.chains import (
     BURN_IN,
     GROUPS,
     LEVELS,
+    ChainPlan,
     ChainRecord,
     Chains,
-    Plan,
     grouped,
     run_chains,
     run_pilot,
 )
 from stationary_cells import SIGMA, VARIANCE, Euler, double_well, euler_variance, ou, rotation
 
-SMALL = Plan(h=0.25, relaxation=1.0, seed=5, looks=3, paired=2 * GROUPS, wide=4 * GROUPS)
+SMALL = ChainPlan(h=0.25, relaxation=1.0, seed=5, looks=3, paired=2 * GROUPS, wide=4 * GROUPS)
 SMALL_PILOT = SMALL._replace(wide=8 * GROUPS)
 
 
@@ -116,7 +116,7 @@ def test_records_depend_on_the_seed_alone():
 @pytest.mark.parametrize(("relaxation", "looks"), [(1.0, 6), (10.0, 2), (1000.0, 1)])
 def test_plans_keep_to_what_is_affordable(relaxation, looks):
     """There are as many looks as the steps allow, and always one."""
-    plan = Plan(h=0.25, relaxation=relaxation, seed=1).affordable
+    plan = ChainPlan(h=0.25, relaxation=relaxation, seed=1).affordable
     steps = plan.steps(BURN_IN)
 
     assert plan.looks == looks
@@ -241,7 +241,7 @@ def test_pairing_gains_like_one_over_h_squared(capsys):
 @pytest.mark.slow
 def test_stationary_means_are_those_of_the_scheme():
     """On all levels the stationary variance of Euler-Maruyama is sigma^2/(2 - h), within four standard errors."""
-    record = run_chains(Euler(), ou(), Plan(h=0.25, relaxation=1.0, seed=8, looks=3), never)
+    record = run_chains(Euler(), ou(), ChainPlan(h=0.25, relaxation=1.0, seed=8, looks=3), never)
     means = record.levels[-1, :, :, 1]
 
     error = (means.mean(axis=0) - euler_variance(record.h)) / (means.std(axis=0, ddof=1) / np.sqrt(GROUPS))

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.text import Text
 
 from ..report.plain import visible
-from ..report.sentences import SYMBOLS, Line
+from ..report.sentences import SYMBOLS, PlainLine
 
 PROGRAM = "sdaeverify"
 # Wider than any table: a line that is piped into another program is not broken.
@@ -88,7 +88,7 @@ def aside() -> Iterator[None]:
             os.close(kept)
 
 
-def print_lines(console: Console, lines: Iterable[Line]) -> None:
+def print_lines(console: Console, lines: Iterable[PlainLine]) -> None:
     """Print lines as they are, each in the style of its verdict."""
     for line in lines:
         style = SYMBOLS[line.verdict][2] if line.verdict else ""

@@ -27,7 +27,7 @@ from ..report.html import PAGE, remove_page, write_page
 from ..report.passports import passports
 from ..report.plain import wrapped
 from ..report.reading import read_row, record, text
-from ..report.sentences import ABSENT, Line, counts_in_words, ending
+from ..report.sentences import ABSENT, PlainLine, counts_in_words, ending
 from ..report.terminal import drifts, legend, summary_tables, windows
 from ..store import Store
 from ..study import CellResult, Finished, Plan, Study
@@ -263,7 +263,7 @@ def _show(run: Run, result: Result, code: ExitCode) -> None:
         _show_matrix(console, result.results)
     sentence = counts_in_words(text(row, "verdict") for row in result.rows)
     if run.shown is Shown.SENTENCE:
-        print_lines(console, [Line(line) for line in wrapped(sentence, console.width)])
+        print_lines(console, [PlainLine(line) for line in wrapped(sentence, console.width)])
         return
     pairs = [(row, read_row(row)) for row in result.rows if row["verdict"] != ABSENT]
     notes = [*_notes(run), f"exit code {code.value}: {code.words}"]

@@ -56,15 +56,15 @@ class LawError(NamedTuple):
     rounding: float
 
 
-class Moments(NamedTuple):
+class StateMoments(NamedTuple):
     """Mean, shape (d,), and covariance, shape (d, d), of a state."""
 
     mean: Array
     covariance: Array
 
-    def since(self, before: "Moments") -> "Moments":
+    def since(self, before: "StateMoments") -> "StateMoments":
         """Return by how much they have grown."""
-        return Moments(self.mean - before.mean, self.covariance - before.covariance)
+        return StateMoments(self.mean - before.mean, self.covariance - before.covariance)
 
 
 def law_error(scheme: Scheme, trivial: Trivial, h: float) -> LawError | None:
@@ -116,20 +116,20 @@ def _unit_noises(scheme: Scheme, trivial: Trivial, h: float) -> tuple[list[Incre
     return [Increment(np.sqrt(h) * part[0], area) for part, area in zip(xi, areas, strict=True)], probe
 
 
-def _moments(x: Array, probe: Array) -> Moments | None:
+def _moments(x: Array, probe: Array) -> StateMoments | None:
     """Return mean and covariance from the states of all paths, shape (d, J + 2)."""
     mean, response = x[:, 0], x[:, 1:-1] - x[:, :1]
     expected = mean + response @ probe
     if not np.abs(x[:, -1] - expected).max() <= AFFINE * np.abs(response).max():
         return None
-    return Moments(mean, response @ response.T)
+    return StateMoments(mean, response @ response.T)
 
 
-def _solution(trivial: Trivial, known: list[str], t: float) -> Moments:
+def _solution(trivial: Trivial, known: list[str], t: float) -> StateMoments:
     l = trivial.problem.noise_dim
     x = _stacked(trivial.solution(t, np.sqrt(t) * np.eye(l, l + 1, k=1)), known)
     response = x[:, 1:] - x[:, :1]
-    return Moments(x[:, 0], response @ response.T)
+    return StateMoments(x[:, 0], response @ response.T)
 
 
 def _stacked(parts: Parts, known: list[str]) -> Array:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from ..contracts.finding import Finding
 from ..contracts.labels import matches
-from ..errors import UsageError
+from ..errors import UsageError, is_blank
 from ..study import Cell
 
 
@@ -38,7 +38,7 @@ class ExpectedFailure:
     strict: bool = True
 
     def __post_init__(self) -> None:
-        if not self.reason.strip():
+        if is_blank(self.reason):
             raise UsageError(f"the expected failure {self} has no reason; say why it is expected")
 
     def matches(self, cell: Cell, finding: Finding) -> bool:

@@ -28,7 +28,7 @@ STILL = "without noise"
 FAILED = 0.01
 
 
-class Limits(Measure):
+class StiffLimits(Measure):
     """Exponents of eps in the distance from the limit and in the constraint."""
 
     name: ClassVar[str] = "limits"
@@ -60,11 +60,11 @@ class Limits(Measure):
 @hookimpl
 def sdaeverify_measures() -> list[Measure]:
     """Register the measure."""
-    return [Limits()]
+    return [StiffLimits()]
 
 
 def _finding(evidence: Evidence, record: LimitDistances, name: str, slope: Slope) -> Finding:
-    covered = coverage(evidence, Limits.name, name)
+    covered = coverage(evidence, StiffLimits.name, name)
     opinion = Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
     if covered.claim is not None:
         opinion = _opinion(evidence, record, covered.claim, slope)._replace(settled=True)

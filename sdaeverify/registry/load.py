@@ -80,7 +80,7 @@ class PluginRow(NamedTuple):
     experiments: int = 0
 
 
-class Outcome(NamedTuple):
+class LoadedPlugin(NamedTuple):
     """A plugin's row and what it registers: nothing if it is disabled or broken."""
 
     row: PluginRow
@@ -178,7 +178,7 @@ def _load(paths: Sequence[str | Path], environ: Mapping[str, str], *, lab: bool)
     if isinstance(paths, str | bytes | Path) or not isinstance(paths, Iterable):
         raise UsageError(f"plugins expects a list of Python files, got {paths!r:.200}")
     settings = read_settings(environ)
-    entries, further, outcomes = entry_points(), entry_points(LAB), list[Outcome]()
+    entries, further, outcomes = entry_points(), entry_points(LAB), list[LoadedPlugin]()
     for entry in (*entries, *further) if lab else entries:
         outcomes += _from_entry_point(entry, settings.disabled, outcomes)
     outcomes += [] if lab else [_left(origin_of(entry), settings.disabled) for entry in further]
@@ -192,7 +192,7 @@ def _load(paths: Sequence[str | Path], environ: Mapping[str, str], *, lab: bool)
     return _assemble(outcomes, settings.warnings + unmatched(settings.disabled, known), files)
 
 
-def _assemble(outcomes: Sequence[Outcome], warnings: tuple[str, ...], files: tuple[str, ...]) -> Registry:
+def _assemble(outcomes: Sequence[LoadedPlugin], warnings: tuple[str, ...], files: tuple[str, ...]) -> Registry:
     def merged(maps: Iterable[Mapping[str, Entry]]) -> Mapping[str, Entry]:
         return MappingProxyType(dict(sorted((name, entry) for one in maps for name, entry in one.items())))
 
@@ -229,7 +229,7 @@ def _refuse_broken(rows: Iterable[PluginRow]) -> None:
         raise PluginError(f"broken plugins: {'; '.join(broken)}")
 
 
-def _from_file(path: str, before: Sequence[Outcome]) -> Outcome:
+def _from_file(path: str, before: Sequence[LoadedPlugin]) -> LoadedPlugin:
     origin = Origin(Path(path).stem, "", "", path)
     if harm := rehearse(lambda: _registers(load_file(path), origin)):
         raise PluginError(f"plugin file {path}: loading it {harm}")
@@ -240,7 +240,9 @@ def _from_file(path: str, before: Sequence[Outcome]) -> Outcome:
         raise PluginError(f"plugin file {path}: {one_line(error)}") from error
 
 
-def _from_entry_point(entry: EntryPoint, disabled: frozenset[str], before: Sequence[Outcome]) -> list[Outcome]:
+def _from_entry_point(
+    entry: EntryPoint, disabled: frozenset[str], before: Sequence[LoadedPlugin]
+) -> list[LoadedPlugin]:
     origin = origin_of(entry)
     if is_disabled(origin, disabled):
         return [_disabled(origin)]
@@ -252,13 +254,13 @@ def _from_entry_point(entry: EntryPoint, disabled: frozenset[str], before: Seque
             return [_loaded(plugin, origin, before)]
     except FAULTS as error:
         return [_broken(origin, error)]
-    outcomes: list[Outcome] = []
+    outcomes: list[LoadedPlugin] = []
     for module in modules:
         outcomes += _from_module(module, disabled, [*before, *outcomes])
     return outcomes or [_broken(origin, PluginError("neither the package nor one of its modules implements a hook"))]
 
 
-def _from_module(origin: Origin, disabled: frozenset[str], before: Sequence[Outcome]) -> list[Outcome]:
+def _from_module(origin: Origin, disabled: frozenset[str], before: Sequence[LoadedPlugin]) -> list[LoadedPlugin]:
     if is_disabled(origin, disabled):
         return [_disabled(origin)]
     try:
@@ -290,24 +292,26 @@ def _registers(plugin: object, origin: Origin) -> None:
         collect(plugin, origin)
 
 
-def _disabled(origin: Origin) -> Outcome:
-    return Outcome(PluginRow(*origin, "disabled", f"named in {DISABLED}"))
+def _disabled(origin: Origin) -> LoadedPlugin:
+    return LoadedPlugin(PluginRow(*origin, "disabled", f"named in {DISABLED}"))
 
 
-def _left(origin: Origin, disabled: frozenset[str]) -> Outcome:
-    return _disabled(origin) if is_disabled(origin, disabled) else Outcome(PluginRow(*origin, ON_REQUEST, WHO_ASKS))
+def _left(origin: Origin, disabled: frozenset[str]) -> LoadedPlugin:
+    return (
+        _disabled(origin) if is_disabled(origin, disabled) else LoadedPlugin(PluginRow(*origin, ON_REQUEST, WHO_ASKS))
+    )
 
 
-def _broken(origin: Origin, error: BaseException) -> Outcome:
+def _broken(origin: Origin, error: BaseException) -> LoadedPlugin:
     status = "absent" if isinstance(error, MissingLibraryError) else "broken"
-    return Outcome(PluginRow(*origin, status, one_line(error)))
+    return LoadedPlugin(PluginRow(*origin, status, one_line(error)))
 
 
-def _loaded(plugin: object, origin: Origin, before: Sequence[Outcome]) -> Outcome:
+def _loaded(plugin: object, origin: Origin, before: Sequence[LoadedPlugin]) -> LoadedPlugin:
     part = collect(plugin, origin)
     _refuse_taken(part, [outcome.contribution for outcome in before], origin)
     counts = (len(getattr(part, kind)) for kind in KINDS)
-    return Outcome(PluginRow(*origin, "loaded", "", *counts), part)
+    return LoadedPlugin(PluginRow(*origin, "loaded", "", *counts), part)
 
 
 def _refuse_taken(part: Contribution, before: Sequence[Contribution], origin: Origin) -> None:

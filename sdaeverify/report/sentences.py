@@ -32,7 +32,7 @@ MOST_NAMED = 3
 Pair = tuple[Row, Reading]
 
 
-class Line(NamedTuple):
+class PlainLine(NamedTuple):
     """A line of words, and the verdict in whose style it is shown; empty for none."""
 
     text: str
@@ -52,7 +52,7 @@ def counts_in_words(verdicts: Iterable[str]) -> str:
 
 def ending(
     sentence: str, pairs: Sequence[Pair], notes: Sequence[str], width: int, *, plain: bool = False
-) -> list[Line]:
+) -> list[PlainLine]:
     """Return the end of a run: counts, what needs attention, each scheme by measure, where to look further.
 
     Parameters
@@ -68,8 +68,8 @@ def ending(
     plain : bool
         Whether only ASCII can be shown.
     """
-    first = [Line(line) for line in wrapped(sentence, width)]
-    last = [Line(line) for note in notes for line in wrapped(visible(note), width, "  ")]
+    first = [PlainLine(line) for line in wrapped(sentence, width)]
+    last = [PlainLine(line) for note in notes for line in wrapped(visible(note), width, "  ")]
     room = MOST_LINES - len(first) - len(last) - 2
     needs, schemes = list(_attention(pairs, width, plain=plain)), by_scheme(pairs, width, plain=plain)
     share = max(room - len(schemes), room // 2)
@@ -120,7 +120,7 @@ def other_value(reading: Reading) -> str:
     return found_in_words(reading) if reading.value.known and isnan(reading.local_order) else ""
 
 
-def quantity_lines(pair: Pair, width: int, *, plain: bool = False, brief: bool = False) -> Iterator[Line]:
+def quantity_lines(pair: Pair, width: int, *, plain: bool = False, brief: bool = False) -> Iterator[PlainLine]:
     """Yield all that is known of a quantity: claim, orders, what decides and guards, why.
 
     Parameters
@@ -144,12 +144,12 @@ def quantity_lines(pair: Pair, width: int, *, plain: bool = False, brief: bool =
     ]
     name = f"{text(row, 'measure')} {text(row, 'quantity')}" if brief else text(row, "quantity")
     head = f"  {mark(reading.verdict, plain=plain)} {visible(name)}: {visible('; '.join(filter(None, told)))}"
-    yield from (Line(line, reading.verdict) for line in wrapped(head, width, "    "))
+    yield from (PlainLine(line, reading.verdict) for line in wrapped(head, width, "    "))
     if not brief:
-        yield from map(Line, wrapped(f"    {visible(reading.reason)}", width, "    "))
+        yield from map(PlainLine, wrapped(f"    {visible(reading.reason)}", width, "    "))
 
 
-def by_scheme(pairs: Iterable[Pair], width: int, *, plain: bool = False) -> list[Line]:
+def by_scheme(pairs: Iterable[Pair], width: int, *, plain: bool = False) -> list[PlainLine]:
     """Return a line or more for each scheme with the counts of its claims by measure, those in need first."""
     counted: dict[str, dict[str, Counter[str]]] = {}
     for row, reading in pairs:
@@ -162,13 +162,13 @@ def by_scheme(pairs: Iterable[Pair], width: int, *, plain: bool = False) -> list
     cells = {name: [_counts(counted[name].get(one, Counter()), plain=plain) for one in columns] for name in told}
     lines = in_columns([["", *columns], *([name, *cells[name]] for name in told)]) if told else []
     if lines and max(map(len, lines)) <= width:
-        return [Line(line) for line in lines]
+        return [PlainLine(line) for line in lines]
     return [line for name in told for line in _in_words(name, zip(columns, cells[name], strict=True), width)]
 
 
-def _in_words(name: str, cells: Iterable[tuple[str, str]], width: int) -> Iterator[Line]:
+def _in_words(name: str, cells: Iterable[tuple[str, str]], width: int) -> Iterator[PlainLine]:
     told = ", ".join(f"{measure} {cell}".replace(" ", TOGETHER) for measure, cell in cells if cell)
-    yield from map(Line, wrapped(f"{name}: {told}", width, "    "))
+    yield from map(PlainLine, wrapped(f"{name}: {told}", width, "    "))
 
 
 def _counts(found: Counter[str], *, plain: bool) -> str:
@@ -182,7 +182,7 @@ def _worst(measures: Mapping[str, Counter[str]]) -> int:
     return min((order.index(verdict) for found in measures.values() for verdict in found), default=len(order))
 
 
-def _attention(pairs: Iterable[Pair], width: int, *, plain: bool) -> Iterator[list[Line]]:
+def _attention(pairs: Iterable[Pair], width: int, *, plain: bool) -> Iterator[list[PlainLine]]:
     groups: dict[tuple[str, ...], list[Pair]] = {}
     for row, reading in pairs:
         if reading.verdict in ATTENTION:
@@ -192,7 +192,7 @@ def _attention(pairs: Iterable[Pair], width: int, *, plain: bool) -> Iterator[li
     for (verdict, *_), group in sorted(groups.items(), key=lambda item: ATTENTION.index(item[0][0])):
         most = FEW if verdict == "inconclusive" else MANY
         lines = wrapped(_told(group, plain=plain), width, "    ", most)
-        yield [Line(line, verdict) for line in lines]
+        yield [PlainLine(line, verdict) for line in lines]
 
 
 def _gist(reading: Reading) -> str:
@@ -217,16 +217,16 @@ def _told(group: Sequence[Pair], *, plain: bool) -> str:
     return f"{symbol}: {visible(where)}: {claim}; {visible(reading.reason)}"
 
 
-def _fitted(blocks: Sequence[Sequence[Line]], room: int, rest: str) -> list[Line]:
+def _fitted(blocks: Sequence[Sequence[PlainLine]], room: int, rest: str) -> list[PlainLine]:
     """Return as many blocks as there is room for, and how many more there are."""
-    lines: list[Line] = []
+    lines: list[PlainLine] = []
     for number, block in enumerate(blocks):
         left = len(blocks) - number
         if len(lines) + len(block) + (left > 1) > room:
-            return [*lines, Line(f"and {left} {rest}")]
+            return [*lines, PlainLine(f"and {left} {rest}")]
         lines += block
     return lines
 
 
-def _spaced(lines: Sequence[Line]) -> Sequence[Line]:
-    return [*lines, Line("")] if lines else []
+def _spaced(lines: Sequence[PlainLine]) -> Sequence[PlainLine]:
+    return [*lines, PlainLine("")] if lines else []

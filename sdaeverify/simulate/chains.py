@@ -32,7 +32,7 @@ SEGMENTS = 10
 MOST_STEPS = 20_000
 
 
-class Plan(NamedTuple):
+class ChainPlan(NamedTuple):
     """How many chains there are, and how long they run.
 
     Attributes
@@ -68,7 +68,7 @@ class Plan(NamedTuple):
         return steps * ((1 << LEVELS) - 1) <= MOST_STEPS
 
     @property
-    def affordable(self) -> "Plan":
+    def affordable(self) -> "ChainPlan":
         """The plan with as many looks as can be afforded, at least one."""
         burnt = self.steps(BURN_IN)
         looks = [look for look in range(2, self.looks + 1) if self.affords(burnt + burnt * 2 ** (look - 1))]
@@ -190,7 +190,7 @@ class Pilot(NamedTuple):
     contraction: float
 
 
-def run_pilot(scheme: Scheme, view: Any, plan: Plan) -> Pilot:
+def run_pilot(scheme: Scheme, view: Any, plan: ChainPlan) -> Pilot:
     """Halve the step size until no chain blows up while it burns in, then look at pairs of chains."""
     diverged = np.nan
     for halving in range(HALVINGS + 1):
@@ -203,7 +203,7 @@ def run_pilot(scheme: Scheme, view: Any, plan: Plan) -> Pilot:
     return Pilot(wide, False, diverged, np.nan)
 
 
-def _contraction(scheme: Scheme, wide: Chains, plan: Plan) -> float:
+def _contraction(scheme: Scheme, wide: Chains, plan: ChainPlan) -> float:
     """Return the median ratio of the distances of some chains to their neighbours after and before.
 
     Distances are taken between the observables, each in units of its standard deviation: an angle that differs by
@@ -284,7 +284,7 @@ class ChainRecord(NamedTuple):
     truncated: Array
 
 
-def run_chains(scheme: Scheme, view: Any, plan: Plan, enough: Callable[[ChainRecord], bool]) -> ChainRecord:
+def run_chains(scheme: Scheme, view: Any, plan: ChainPlan, enough: Callable[[ChainRecord], bool]) -> ChainRecord:
     """Run chains until the record is enough, or all looks are taken.
 
     Parameters
@@ -292,7 +292,7 @@ def run_chains(scheme: Scheme, view: Any, plan: Plan, enough: Callable[[ChainRec
     scheme : Scheme
     view : Problem
         Of the scheme's form.
-    plan : Plan
+    plan : ChainPlan
     enough : callable, ChainRecord -> bool
         Asked at each look but the last. It must not ask whether an effect is resolved by now, which would select
         the samples that make it large, but whether a test at its share of the level has decided.
@@ -319,7 +319,7 @@ def grouped(means: Array) -> Array:
     return np.moveaxis(groups, -1, 0)
 
 
-def _looks(scheme: Scheme, wide: Chains, plan: Plan, record: ChainRecord) -> Iterator[ChainRecord]:
+def _looks(scheme: Scheme, wide: Chains, plan: ChainPlan, record: ChainRecord) -> Iterator[ChainRecord]:
     """Burn in, then yield the record as it is at each look."""
     paired = Chains(scheme, wide.view, plan.source(wide.view, "paired", plan.paired), plan.h, LEVELS)
     paired.advance(plan.steps(BURN_IN))
@@ -344,7 +344,7 @@ def _looks(scheme: Scheme, wide: Chains, plan: Plan, record: ChainRecord) -> Ite
             return
 
 
-def _burn_in(both: tuple[Chains, ...], plan: Plan) -> tuple[int, list[Array], bool]:
+def _burn_in(both: tuple[Chains, ...], plan: ChainPlan) -> tuple[int, list[Array], bool]:
     """Double the burn-in until the record that follows, as long as the burn-in, looks stationary.
 
     Returns
@@ -383,7 +383,7 @@ def _with_health(record: ChainRecord, paired: Chains, wide: Chains) -> ChainReco
     )
 
 
-def _blank(plan: Plan, pilot: Pilot, observables: int) -> ChainRecord:
+def _blank(plan: ChainPlan, pilot: Pilot, observables: int) -> ChainRecord:
     return ChainRecord(
         h=plan.h / 2.0 ** np.arange(LEVELS),
         levels=np.empty((0, GROUPS, LEVELS, observables)),
@@ -402,4 +402,14 @@ def _blank(plan: Plan, pilot: Pilot, observables: int) -> ChainRecord:
     )
 
 
-__all__ = ["CONTRACTING", "GROUPS", "ChainRecord", "Chains", "Pilot", "Plan", "grouped", "run_chains", "run_pilot"]
+__all__ = [
+    "CONTRACTING",
+    "GROUPS",
+    "ChainPlan",
+    "ChainRecord",
+    "Chains",
+    "Pilot",
+    "grouped",
+    "run_chains",
+    "run_pilot",
+]

@@ -29,7 +29,7 @@ def behaviours_pickled(task: bytes, mark: Path, timeout: float) -> Told:
     return behaviours(unpacked(task), Watchdog(mark, timeout))
 
 
-class Observer:
+class BehaviourObserver:
     """Tells what the schemes of tasks do on their problems, each asked once.
 
     Parameters
@@ -167,7 +167,7 @@ class Blocks:
         self.crew = executor if isinstance(executor, Crew) else Crew(executor, 1)
         self.store = store
         self.isolated = self.crew.executor if isinstance(self.crew.executor, Isolated) else None
-        self.observe = Observer(self.isolated)
+        self.observe = BehaviourObserver(self.isolated)
 
     def lacking(self, task: Task, blocks: Iterable[int]) -> set[tuple[Scheme, str]]:
         """Return of which scheme and measure not all evidence on some blocks is in the store."""

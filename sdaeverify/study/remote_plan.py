@@ -30,7 +30,7 @@ class Answer(NamedTuple):
     reason: str
 
 
-class Question(NamedTuple):
+class PlanQuestion(NamedTuple):
     """Whether schemes can be put to a problem, and measures to that; with the files that they are made of."""
 
     spec: ProblemSpec
@@ -61,11 +61,13 @@ def asking(
     sources = read_sources(schemes, specs, measures)
     if not isinstance(executor, Isolated):
         return None
-    asked = {spec.label: _asked(executor, Question(spec, tuple(schemes), tuple(measures), sources)) for spec in specs}
+    asked = {
+        spec.label: _asked(executor, PlanQuestion(spec, tuple(schemes), tuple(measures), sources)) for spec in specs
+    }
     return lambda spec: asked[spec.label].told()
 
 
-def answers(question: Question, guard: Guard) -> Answers | None:
+def answers(question: PlanQuestion, guard: Guard) -> Answers | None:
     """Return an answer for each measure of each scheme; None if the problem cannot be built.
 
     Raises
@@ -99,7 +101,7 @@ class _Asked(NamedTuple):
     """A question on its way, perhaps once more since a process died of it."""
 
     executor: Isolated
-    question: Question
+    question: PlanQuestion
     call: Call[Answers | None]
     again: bool = False
 
@@ -126,18 +128,18 @@ class _Asked(NamedTuple):
         return told._replace(cells=(*told.cells, *failed))
 
 
-def _asked(executor: Isolated, question: Question, *, again: bool = False) -> _Asked:
+def _asked(executor: Isolated, question: PlanQuestion, *, again: bool = False) -> _Asked:
     argument = packed(question, f"a scheme, or problem {question.spec.label},")
     return _Asked(executor, question, Call(executor, answers_pickled, argument), again)
 
 
-def _cells(question: Question, found: Answers) -> Iterator[Cell]:
+def _cells(question: PlanQuestion, found: Answers) -> Iterator[Cell]:
     for scheme, told in zip(question.schemes, found, strict=True):
         for measure, answer in zip(question.measures, told, strict=True):
             yield Cell(scheme, question.spec, measure, *answer)
 
 
-def _failed(question: Question, schemes: Sequence[Scheme], reason: str) -> Iterator[Cell]:
+def _failed(question: PlanQuestion, schemes: Sequence[Scheme], reason: str) -> Iterator[Cell]:
     for scheme in schemes:
         for measure in question.measures:
             yield Cell(scheme, question.spec, measure, "", Verdict.ERROR, reason)

@@ -14,7 +14,7 @@ from ..errors import FAULTS, one_line
 LEVEL = 2
 
 
-class Status(StrEnum):
+class CheckStatus(StrEnum):
     """What a check came to."""
 
     PASSED = "passed"
@@ -59,7 +59,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CheckOutcome:
     """What a check came to on one subject; `row` is the same as a dict that JSON can hold.
 
     Attributes
@@ -73,7 +73,7 @@ class Outcome:
         Level of the kit that the check came with.
     problem : str
         For a scheme, on which problem; empty if on none.
-    status : Status
+    status : CheckStatus
     reason : str
         What is wrong, why it was skipped, or why the failure was expected.
     seconds : float
@@ -85,7 +85,7 @@ class Outcome:
     category: str
     level: int
     problem: str
-    status: Status
+    status: CheckStatus
     reason: str = ""
     seconds: float = 0.0
 
@@ -95,7 +95,7 @@ class Outcome:
         return {**asdict(self), "status": self.status.value}
 
 
-def asked(check: Check, subject: Any) -> tuple[Status, str, float]:
+def asked(check: Check, subject: Any) -> tuple[CheckStatus, str, float]:
     """Put a check to a subject; whatever it raises is a failure.
 
     Parameters
@@ -106,7 +106,7 @@ def asked(check: Check, subject: Any) -> tuple[Status, str, float]:
 
     Returns
     -------
-    Status
+    CheckStatus
         ``passed``, ``failed`` or ``skipped``.
     str
         The reason.
@@ -118,9 +118,9 @@ def asked(check: Check, subject: Any) -> tuple[Status, str, float]:
         # Numbers that are not finite are evidence here: a check looks for them where they matter.
         with np.errstate(all="ignore"):
             reason = check.function(subject)
-        status = Status.FAILED if reason else Status.PASSED
+        status = CheckStatus.FAILED if reason else CheckStatus.PASSED
     except Inapplicable as words:
-        status, reason = Status.SKIPPED, str(words)
+        status, reason = CheckStatus.SKIPPED, str(words)
     except FAULTS as error:
-        status, reason = Status.FAILED, f"raises {one_line(error)}"
+        status, reason = CheckStatus.FAILED, f"raises {one_line(error)}"
     return status, reason, time.perf_counter() - begun

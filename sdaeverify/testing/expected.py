@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 
 from ..contracts.labels import did_you_mean, matches
-from ..errors import UsageError
+from ..errors import UsageError, is_blank
 
 Expected = Mapping[str, str]
 
@@ -45,7 +45,7 @@ def require_known(expected: Expected, asked: Iterable[tuple[str, str]]) -> None:
         if not any(_means(pattern, each) for each in names):
             hint = did_you_mean(pattern, known)
             raise UsageError(f"expected failure {pattern!r} matches no check{hint} (known: {', '.join(known)})")
-        if not (isinstance(reason, str) and reason.strip()):
+        if not (isinstance(reason, str) and not is_blank(reason)):
             raise UsageError(f"expected failure {pattern!r} has no reason; say in words why the check fails")
 
 

@@ -10,7 +10,7 @@ from ..contracts.specs import ProblemSpec
 from ..errors import UsageError
 from ..forms import Problem
 from ..report.plain import visible
-from .check import Status
+from .check import CheckStatus
 from .expected import Expected, expected_reason, require_known
 from .problem_subject import ProblemSubject
 from .questions import Question, problem_questions, scheme_questions
@@ -33,9 +33,9 @@ class BoundCheck:
         import pytest  # noqa: PLC0415 - the kit itself needs no pytest
 
         outcome = self.question.answer({})
-        if outcome.status is Status.SKIPPED:
+        if outcome.status is CheckStatus.SKIPPED:
             pytest.skip(visible(outcome.reason))
-        if outcome.status is Status.FAILED:
+        if outcome.status is CheckStatus.FAILED:
             where = f"{outcome.subject} on {outcome.problem}" if outcome.problem else outcome.subject
             raise AssertionError(visible(f"{where} fails {outcome.check}: {outcome.reason}"))
 

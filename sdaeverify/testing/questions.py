@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import FAULTS, UsageError, one_line
-from .check import LEVEL, Check, Outcome, Status, asked
+from .check import LEVEL, Check, CheckOutcome, CheckStatus, asked
 from .checks.declarations import usable
 from .checks.problem_declarations import built
 from .checks.problem_declarations import usable as usable_family
@@ -45,17 +45,17 @@ class Question:
     subject: Any
     skipped: str = ""
 
-    def answer(self, expected: Expected) -> Outcome:
+    def answer(self, expected: Expected) -> CheckOutcome:
         """Ask, and compare with the failures that are expected."""
-        unasked = (Status.SKIPPED, self.skipped, 0.0)
+        unasked = (CheckStatus.SKIPPED, self.skipped, 0.0)
         status, reason, seconds = unasked if self.skipped else asked(self.check, self.subject)
         why = expected_reason(expected, self.check.name, self.problem)
-        if why and status is Status.FAILED:
-            status, reason = Status.XFAILED, f"{why}: {reason}"
-        elif why and status is Status.PASSED:
-            status, reason = Status.XPASSED, f"it passes, but was expected to fail: {why}"
+        if why and status is CheckStatus.FAILED:
+            status, reason = CheckStatus.XFAILED, f"{why}: {reason}"
+        elif why and status is CheckStatus.PASSED:
+            status, reason = CheckStatus.XPASSED, f"it passes, but was expected to fail: {why}"
         check = self.check
-        return Outcome(
+        return CheckOutcome(
             self.label, self.kind, check.name, check.category, check.since, self.problem, status, reason, seconds
         )
 
@@ -107,7 +107,7 @@ def _unbuilt(subject: ProblemSubject) -> str:
         return one_line(error)
 
 
-def answers(questions: list[Question], expected: Expected | None) -> Iterator[Outcome]:
+def answers(questions: list[Question], expected: Expected | None) -> Iterator[CheckOutcome]:
     """Yield what becomes of each question.
 
     Raises

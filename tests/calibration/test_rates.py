@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from sdaeverify.lab.calibration.rates import NOTHING, Expectation, Rate, Trials, offending
+from sdaeverify.lab.calibration.rates import NOTHING, ExpectedRate, Rate, Trials, offending
 
-NOMINAL = Expectation(0.93, 0.97, "0.95 within 0.02")
+NOMINAL = ExpectedRate(0.93, 0.97, "0.95 within 0.02")
 
 
-def rate(hits: int, trials: int, expected: Expectation = NOMINAL) -> Rate:
+def rate(hits: int, trials: int, expected: ExpectedRate = NOMINAL) -> Rate:
     """Return a row without names."""
     return Rate("", "", "", float("nan"), hits, trials, expected)
 
@@ -17,8 +17,8 @@ def test_agreement_is_one_of_intervals():
     assert rate(670, 1000).agrees(0.01) is False
     assert rate(1000, 1000).agrees(0.01) is False
     assert rate(925, 1000).agrees(0.01) is True
-    assert rate(4, 1000, Expectation.at_most(0.001)).agrees(0.01) is True
-    assert rate(12, 1000, Expectation.at_most(0.001)).agrees(0.01) is False
+    assert rate(4, 1000, ExpectedRate.at_most(0.001)).agrees(0.01) is True
+    assert rate(12, 1000, ExpectedRate.at_most(0.001)).agrees(0.01) is False
 
 
 def test_level_is_shared_among_the_rows_with_a_promise():

@@ -6,7 +6,7 @@ import pytest
 
 from sdaeverify.lab.calibration import (
     Calibration,
-    Expectation,
+    ExpectedRate,
     Rate,
     calibration_plan,
     markdown,
@@ -68,7 +68,7 @@ def test_sections_are_by_sample_size(rates):
 
 def test_a_rate_that_disagrees_is_named(plan, rates):
     """What disagrees has a star in the table and a line in the summary; the others have not."""
-    wrong = Rate("slope", "a|b", "L1 interval", 100.0, 670, 1000, Expectation(0.93, 0.97, "0.95 within 0.02"))
+    wrong = Rate("slope", "a|b", "L1 interval", 100.0, 670, 1000, ExpectedRate(0.93, 0.97, "0.95 within 0.02"))
 
     text = markdown([*rates, wrong], plan, "the command")
     table = rate_table([*rates, wrong], plan)

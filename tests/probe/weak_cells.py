@@ -8,7 +8,7 @@ import numpy as np
 
 from sdaeverify import GAUSSIAN, SDE, THREE_POINT, TWO_POINT, Array, Increment, Law, Scheme, Step
 from sdaeverify.numerics import apply
-from sdaeverify.probe.local.weak_defects import Reference, local_weak, weak_reference
+from sdaeverify.probe.local.weak_defects import SemigroupReference, local_weak, weak_reference
 from sdaeverify.probe.local.weak_order import WeakOrder, weak_order
 
 Formula = Callable[..., Array]
@@ -69,7 +69,7 @@ PROBLEMS: Mapping[str, SDE] = {
 
 
 @cache
-def reference(view: SDE, t: tuple[float, ...]) -> Reference:
+def reference(view: SDE, t: tuple[float, ...]) -> SemigroupReference:
     """Return what the equation of a problem says, once."""
     return weak_reference(view, t)
 

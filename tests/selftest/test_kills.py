@@ -3,11 +3,11 @@
 import pytest
 
 from sdaeverify.contracts.finding import Verdict
-from sdaeverify.lab.selftest import Check, kill_matrix, selftest_trial
+from sdaeverify.lab.selftest import Refuter, kill_matrix, selftest_trial
 
 from .conftest import Bad, Blunt, Good, bug, curve
 
-SHARP = Check(1, "sharp")
+SHARP = Refuter(1, "sharp")
 
 
 def matrix_of(registry, results):
@@ -36,15 +36,15 @@ def test_several_checks(registry_of, result_of):
 
     matrix = matrix_of(registry_of(bug()), results)
 
-    assert matrix.bugs[0].kills == {SHARP, Check(3, "blunt")}
-    assert matrix.checks == (SHARP, Check(2, "sharp"), Check(3, "blunt"))
+    assert matrix.bugs[0].kills == {SHARP, Refuter(3, "blunt")}
+    assert matrix.checks == (SHARP, Refuter(2, "sharp"), Refuter(3, "blunt"))
 
 
 def test_contract_is_one_check(registry_of, result_of):
     """A breach of contract is the same check, whichever measure it keeps from being made."""
     results = [result_of(Bad(), Verdict.REFUTED, 0), result_of(Bad(), Verdict.REFUTED, 0, measure=Blunt())]
 
-    assert matrix_of(registry_of(bug()), results).bugs[0].kills == {Check(0, "contract")}
+    assert matrix_of(registry_of(bug()), results).bugs[0].kills == {Refuter(0, "contract")}
 
 
 @pytest.mark.parametrize("verdict", sorted(set(Verdict) - {Verdict.REFUTED}))

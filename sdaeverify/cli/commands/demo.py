@@ -10,7 +10,7 @@ from ...contracts.settings import Settings
 from ...registry.load import Registry
 from ...report.plain import in_columns, visible, wrapped
 from ...report.reading import Reading, Row, read_row
-from ...report.sentences import ABSENT, Line, claim_in_words, counts_in_words, interval, mark
+from ...report.sentences import ABSENT, PlainLine, claim_in_words, counts_in_words, interval, mark
 from ..console import aside, output, print_lines
 from ..exit_codes import ExitCode
 from ..limits import read_limits
@@ -61,7 +61,7 @@ def _show(pairs: list[tuple[Row, Reading]], out: Path) -> None:
     whole = [(row, reading) for row, reading in pairs if "@" not in str(row["quantity"])]
     lines = in_columns([HEADINGS, *(_row(row, reading, plain=plain) for row, reading in whole)], gap=1)
     verdicts = ["", *(reading.verdict for _, reading in whole)]
-    print_lines(console, [Line(line, verdict) for line, verdict in zip(lines, verdicts, strict=True)])
+    print_lines(console, [PlainLine(line, verdict) for line, verdict in zip(lines, verdicts, strict=True)])
     told = [
         "",
         counts_in_words(reading.verdict for _, reading in pairs),
@@ -69,7 +69,7 @@ def _show(pairs: list[tuple[Row, Reading]], out: Path) -> None:
         f"Next: sdaeverify show {visible(str(out))} milstein gbm",
         "      sdaeverify matrix -p gbm",
     ]
-    print_lines(console, [Line(line) for text in told for line in (wrapped(text, console.width) or [""])])
+    print_lines(console, [PlainLine(line) for text in told for line in (wrapped(text, console.width) or [""])])
 
 
 def _row(row: Row, reading: Reading, *, plain: bool) -> tuple[str, ...]:

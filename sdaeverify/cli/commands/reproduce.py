@@ -93,8 +93,8 @@ def _chosen(patterns: Sequence[str], registry: Registry) -> list[str]:
     for pattern in patterns:
         found = [name for name in known if pattern == ALL or fnmatchcase(name, pattern)]
         if not found:
-            reason = str(unknown("experiment", pattern, known))
-            raise UsageError(f"{reason}{'' if reason.endswith('?') else ';'} --list shows all")
+            hint = str(unknown("experiment", pattern, known))
+            raise UsageError(f"{hint}{'' if hint.endswith('?') else ';'} --list shows all")
         names |= dict.fromkeys(found)
     return list(names)
 

@@ -15,8 +15,8 @@ from ...report.reading import Reading, Row, read_row, record
 from ...report.sentences import (
     ABSENT,
     ATTENTION,
-    Line,
     Pair,
+    PlainLine,
     counts_in_words,
     ending,
     interval,
@@ -57,12 +57,12 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
     if as_json:
         click.echo(json.dumps([record(row) for row, _ in chosen], indent=2))
     elif quiet:
-        print_lines(console, map(Line, wrapped(sentence, width)))
+        print_lines(console, map(PlainLine, wrapped(sentence, width)))
     elif problem or left_open:
         print_lines(console, _cells(chosen, width, plain=plain))
         print_lines(console, _absent(rows if problem else [], width))
     elif scheme:
-        print_lines(console, [*map(Line, wrapped(sentence, width)), *_overview(chosen, width, plain=plain)])
+        print_lines(console, [*map(PlainLine, wrapped(sentence, width)), *_overview(chosen, width, plain=plain)])
     else:
         print_lines(console, ending(sentence, pairs, list(_notes(folder)), width, plain=plain))
     return ExitCode.OK
@@ -112,14 +112,14 @@ def _notes(folder: Path) -> Iterator[str]:
     yield f"sdaeverify show {folder} SCHEME [PROBLEM] tells more"
 
 
-def _overview(pairs: Sequence[Pair], width: int, *, plain: bool) -> Iterator[Line]:
+def _overview(pairs: Sequence[Pair], width: int, *, plain: bool) -> Iterator[PlainLine]:
     """Yield what was found of each quantity, a table for each cell."""
     cells: dict[tuple[str, str], list[Pair]] = {}
     for row, reading in pairs:
         cells.setdefault((str(row["scheme"]), str(row["problem"])), []).append((row, reading))
     for (scheme, problem), found in cells.items():
-        yield Line("")
-        yield Line(visible(f"{scheme} on {problem}"))
+        yield PlainLine("")
+        yield PlainLine(visible(f"{scheme} on {problem}"))
         lines = in_columns([HEADINGS, *(_row(row, reading, plain=plain) for row, reading in found)])
         if max(map(len, lines)) <= width:
             yield from _styled(lines, found)
@@ -127,11 +127,11 @@ def _overview(pairs: Sequence[Pair], width: int, *, plain: bool) -> Iterator[Lin
             yield from (line for pair in found for line in quantity_lines(pair, width, plain=plain, brief=True))
 
 
-def _styled(lines: Sequence[str], found: Sequence[Pair]) -> Iterator[Line]:
+def _styled(lines: Sequence[str], found: Sequence[Pair]) -> Iterator[PlainLine]:
     """Yield the lines of a table, each in the style of its verdict."""
-    yield Line(lines[0])
+    yield PlainLine(lines[0])
     for line, (_, reading) in zip(lines[1:], found, strict=True):
-        yield Line(line, reading.verdict)
+        yield PlainLine(line, reading.verdict)
 
 
 def _row(row: Row, reading: Reading, *, plain: bool) -> tuple[str, ...]:
@@ -143,22 +143,22 @@ def _row(row: Row, reading: Reading, *, plain: bool) -> tuple[str, ...]:
     return mark(reading.verdict, plain=plain), visible(names), visible(claim), local, other, reading.decided_by
 
 
-def _cells(pairs: Sequence[Pair], width: int, *, plain: bool) -> Iterator[Line]:
+def _cells(pairs: Sequence[Pair], width: int, *, plain: bool) -> Iterator[PlainLine]:
     cells: dict[tuple[str, ...], list[Pair]] = {}
     for row, reading in pairs:
         cells.setdefault(tuple(str(row[name]) for name in ("scheme", "problem", "measure")), []).append(
             (row, reading)
         )
     for (scheme, problem, measure), found in cells.items():
-        yield Line(visible(f"{scheme} on {problem}, {measure}"))
+        yield PlainLine(visible(f"{scheme} on {problem}, {measure}"))
         for pair in found:
             yield from quantity_lines(pair, width, plain=plain)
         command = str(found[0][0].get("reproduce", ""))
-        yield from (Line(line) for line in wrapped(visible(f"  again: {command}"), width, INDENT) if command)
-        yield Line("")
+        yield from (PlainLine(line) for line in wrapped(visible(f"  again: {command}"), width, INDENT) if command)
+        yield PlainLine("")
 
 
-def _absent(rows: Sequence[TextRow], width: int) -> Iterator[Line]:
+def _absent(rows: Sequence[TextRow], width: int) -> Iterator[PlainLine]:
     """Yield what does not apply, measures with the same reason together."""
     reasons: dict[tuple[str, str, str], list[str]] = {}
     for row in rows:
@@ -166,4 +166,4 @@ def _absent(rows: Sequence[TextRow], width: int) -> Iterator[Line]:
             reasons.setdefault((row["scheme"], row["problem"], row["reason"]), []).append(key_of(row)[2])
     for (scheme, problem, reason), measures in reasons.items():
         told = f"does not apply: {scheme} on {problem}, {', '.join(measures)}: {reason}"
-        yield from map(Line, wrapped(visible(told), width, INDENT))
+        yield from map(PlainLine, wrapped(visible(told), width, INDENT))

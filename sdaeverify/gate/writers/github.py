@@ -27,14 +27,14 @@ from .messages import estimate_text, headline
 LITERAL = ("measure", "value", "source", "quantities", "margin")
 
 
-class Place(NamedTuple):
+class SourceLine(NamedTuple):
     """A line of a file."""
 
     file: Path
     line: int
 
 
-def claim_place(scheme: Scheme, claim: Claim | None) -> Place | None:
+def claim_place(scheme: Scheme, claim: Claim | None) -> SourceLine | None:
     """Return the line of a claim, or that of its scheme's class where it is not written in the same file.
 
     Parameters
@@ -45,7 +45,7 @@ def claim_place(scheme: Scheme, claim: Claim | None) -> Place | None:
 
     Returns
     -------
-    Place or None
+    SourceLine or None
         None where there is no source.
     """
     kind = type(scheme)
@@ -57,8 +57,8 @@ def claim_place(scheme: Scheme, claim: Claim | None) -> Place | None:
     if claim is not None:
         for part in (*classes, tree):
             if (line := next((call.lineno for call in _calls(part) if _agrees(call, claim)), None)) is not None:
-                return Place(Path(file), line)
-    return Place(Path(file), classes[0].lineno if classes else 1)
+                return SourceLine(Path(file), line)
+    return SourceLine(Path(file), classes[0].lineno if classes else 1)
 
 
 @cache

@@ -7,13 +7,13 @@ differences lost in noise, the rate shows why.
 """
 
 from .plan import Calibration, CalibrationPlan, calibration_plan
-from .rates import Expectation, Rate, offending
+from .rates import ExpectedRate, Rate, offending
 from .tables import Section, markdown, rate_table, sections, summary
 
 __all__ = [
     "Calibration",
     "CalibrationPlan",
-    "Expectation",
+    "ExpectedRate",
     "Rate",
     "Section",
     "calibration_plan",

@@ -15,7 +15,7 @@ from ...arrays import Array, Mask
 from ...noise.brownian import Source
 from ...numerics.statistics import GROUPS, Estimate
 from ...study.holm import holm
-from .rates import Expectation, Rate, Trials
+from .rates import ExpectedRate, Rate, Trials
 
 ALPHA, SE = 0.05, 0.05
 # Cells and their distance from the bound.
@@ -39,14 +39,14 @@ def family_rates(seed: int, runs: int) -> Iterator[Rate]:
 
 def _rates(word: str, p: Array, right: Mask, margin: float) -> Iterator[Rate]:
     rejected = np.array([_rejected(run) for run in p])
-    chance = Expectation(BY_CHANCE, BY_CHANCE, f"{BY_CHANCE:.3f}")
+    chance = ExpectedRate(BY_CHANCE, BY_CHANCE, f"{BY_CHANCE:.3f}")
     least = float(scipy.stats.nct.sf(scipy.special.stdtrit(GROUPS - 1, 1.0 - ALPHA / CELLS), GROUPS - 1, margin / SE))
-    bonferroni = Expectation(least, 1.0, f"at least {least:.3f} (Bonferroni)")
+    bonferroni = ExpectedRate(least, 1.0, f"at least {least:.3f} (Bonferroni)")
     trials = Trials("families", f"runs of {CELLS} cells")
     by_chance = np.asarray((p[:, ~right] <= ALPHA).any(axis=1))
     false = np.asarray(rejected[:, ~right].any(axis=1))
     yield trials.rate(f"false {word}, uncorrected", by_chance, chance)
-    yield trials.rate(f"false {word}, Holm", false, Expectation.at_most(ALPHA))
+    yield trials.rate(f"false {word}, Holm", false, ExpectedRate.at_most(ALPHA))
     # One cell of each run: trials are to be independent.
     yield trials.rate(f"right {word} of one cell, Holm", rejected[:, right][:, 0], bonferroni)
 

@@ -24,7 +24,7 @@ OUTCOME = {Verdict.VERIFIED: 1.0, Verdict.REFUTED: -1.0}
 LOOKS = tuple(2**look for look in range(POOLED.bit_length()))
 
 
-class Judged(NamedTuple):
+class JudgedSequences(NamedTuple):
     """What the strong measure said of S sequences.
 
     Attributes
@@ -44,7 +44,9 @@ class Judged(NamedTuple):
     paths: Array
 
 
-def judge_sequences(case: CalibrationCase, scheme: Scheme, problem: Problem, noted: tuple[Tally, Tally]) -> Judged:
+def judge_sequences(
+    case: CalibrationCase, scheme: Scheme, problem: Problem, noted: tuple[Tally, Tally]
+) -> JudgedSequences:
     """Judge every sequence of a block.
 
     Parameters
@@ -57,7 +59,7 @@ def judge_sequences(case: CalibrationCase, scheme: Scheme, problem: Problem, not
 
     Returns
     -------
-    Judged
+    JudgedSequences
     """
     strong, health = noted
     view = match(scheme, problem).problem
@@ -75,7 +77,7 @@ def judge_sequences(case: CalibrationCase, scheme: Scheme, problem: Problem, not
         ]
     found = np.array(verdicts).reshape(-1, len(ABOVE), 2, 2)
     low, high, asymptotic, half = np.array(published).T
-    return Judged(low, high, asymptotic, half, found[..., 0], found[..., 1])
+    return JudgedSequences(low, high, asymptotic, half, found[..., 0], found[..., 1])
 
 
 def _published(evidence: Evidence) -> tuple[float, float, float, float]:

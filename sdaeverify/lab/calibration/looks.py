@@ -10,15 +10,15 @@ import numpy as np
 
 from ...arrays import Array
 from .judged import LOOKS
-from .rates import NOTHING, Expectation, Rate, Trials
+from .rates import NOTHING, ExpectedRate, Rate, Trials
 from .repeated import POOLED, UNIT
 from .samples import Sample
 from .slopes import slopes
 
 ALPHA = 0.05
 RULES = {
-    "level alpha/K at each look": (len(LOOKS), Expectation.at_most(ALPHA)),
-    "peeking at level alpha": (1, Expectation(ALPHA, 1.0, f"more than {ALPHA:g}")),
+    "level alpha/K at each look": (len(LOOKS), ExpectedRate.at_most(ALPHA)),
+    "peeking at level alpha": (1, ExpectedRate(ALPHA, 1.0, f"more than {ALPHA:g}")),
 }
 
 

@@ -36,7 +36,7 @@ STUDIES: dict[str, Callable[[Sample], Iterator[Rate]]] = {
 }
 
 
-class Job(Protocol):
+class CalibrationJob(Protocol):
     """A piece of work for a worker process."""
 
     @property
@@ -78,7 +78,7 @@ class CalibrationPlan:
     repetitions: int
     families: bool
 
-    def jobs(self) -> list[Job]:
+    def jobs(self) -> list[CalibrationJob]:
         """Return all jobs; the samples of a case come in order."""
         return [*self._path_jobs(), *self._chain_jobs()]
 
@@ -198,6 +198,6 @@ class Calibration:
                     yield from rates(found[placed.case.label])
 
 
-def run_job(job: Job) -> list[Sample] | list[Rate]:
+def run_job(job: CalibrationJob) -> list[Sample] | list[Rate]:
     """Do a job, in a worker process or in this one."""
     return job.run()

@@ -10,7 +10,7 @@ from ...numerics.statistics import clopper_pearson
 TABLE_LEVEL = 0.01
 
 
-class Expectation(NamedTuple):
+class ExpectedRate(NamedTuple):
     """The range a true rate is promised to be in, and why.
 
     Attributes
@@ -24,12 +24,12 @@ class Expectation(NamedTuple):
     words: str
 
     @classmethod
-    def at_most(cls, rate: float, words: str = "") -> "Expectation":
+    def at_most(cls, rate: float, words: str = "") -> "ExpectedRate":
         """Return the promise of an error rate."""
         return cls(0.0, rate, words or f"at most {rate:g}")
 
 
-NOTHING = Expectation(0.0, 1.0, "nothing promised")
+NOTHING = ExpectedRate(0.0, 1.0, "nothing promised")
 
 
 class Rate(NamedTuple):
@@ -43,7 +43,7 @@ class Rate(NamedTuple):
     paths : float
         Sample size of one trial, on average; NaN where there is none.
     hits, trials : int
-    expected : Expectation
+    expected : ExpectedRate
     """
 
     study: str
@@ -52,7 +52,7 @@ class Rate(NamedTuple):
     paths: float
     hits: int
     trials: int
-    expected: Expectation
+    expected: ExpectedRate
 
     @property
     def rate(self) -> float:
@@ -76,7 +76,7 @@ class Trials(NamedTuple):
     case: str
     paths: float = float("nan")
 
-    def rate(self, statistic: str, hits: Mask, expected: Expectation) -> Rate:
+    def rate(self, statistic: str, hits: Mask, expected: ExpectedRate) -> Rate:
         """Return the rate at which some trials hit."""
         return Rate(self.study, self.case, statistic, self.paths, int(hits.sum()), len(hits), expected)
 

@@ -16,7 +16,7 @@ from ...errors import SchemeError
 from ...measures.strong import Strong
 from ...measures.weak import Weak
 from ...simulate.ensemble import Entry, LaneEvidence, Task, run_block
-from .judged import Judged, judge_sequences
+from .judged import JudgedSequences, judge_sequences
 from .repeated import POOLED, UNIT, Repeated, appended
 
 SEQUENCE = UNIT * POOLED
@@ -37,7 +37,7 @@ class Sample(NamedTuple):
         Stacked: ``error`` and ``difference`` of the full state at T, ``paths``.
     weak : Tally
         Stacked: ``values`` of the observables.
-    judged : Judged or None
+    judged : JudgedSequences or None
         What the strong measure said of each sequence.
     """
 
@@ -45,7 +45,7 @@ class Sample(NamedTuple):
     h: Array
     strong: Tally
     weak: Tally
-    judged: Judged | None
+    judged: JudgedSequences | None
 
     @property
     def sequences(self) -> int:
@@ -116,7 +116,7 @@ def joined(samples: Sequence[Sample]) -> Sample:
     return samples[0]._replace(
         strong=appended([sample.strong for sample in samples]),
         weak=appended([sample.weak for sample in samples]),
-        judged=Judged(*map(np.concatenate, zip(*judged, strict=True))) if judged else None,
+        judged=JudgedSequences(*map(np.concatenate, zip(*judged, strict=True))) if judged else None,
     )
 
 

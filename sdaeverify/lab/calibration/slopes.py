@@ -12,11 +12,11 @@ from ...arrays import Array
 from ...measures.judge import DEEP_PATHS, FITTED, RESOLVED
 from ...numerics.statistics import Estimate, log_norms, slope_weights
 from .many import estimates, opposite
-from .rates import NOTHING, Expectation, Rate, Trials
+from .rates import NOTHING, ExpectedRate, Rate, Trials
 from .repeated import POOLED, UNIT, pooled
 from .samples import Sample
 
-COVERED = Expectation(0.93, 0.97, "0.95 within 0.02")
+COVERED = ExpectedRate(0.93, 0.97, "0.95 within 0.02")
 COUNTS = (1, 4, POOLED)
 NORMS = {"L1/2": (0, 0.5), "L1": (1, 1.0), "L2": (2, 2.0)}
 # Of tests at one side; the true level is promised to be at most twice as large.
@@ -65,7 +65,7 @@ def slope_rates(sample: Sample) -> Iterator[Rate]:
         found, truth = slopes(sample, count, "L1")
         for level in LEVELS:
             low, high = found.interval(1.0 - 2.0 * level)
-            expected = Expectation.at_most(ALLOWED * level) if promised else NOTHING
+            expected = ExpectedRate.at_most(ALLOWED * level) if promised else NOTHING
             yield trials.rate(f"L1 slope taken for too low at {level:g}", high < truth, expected)
             yield trials.rate(f"L1 slope taken for too high at {level:g}", low > truth, expected)
 

@@ -3,16 +3,16 @@
 from collections.abc import Iterator
 
 from .judged import ABOVE
-from .rates import NOTHING, Expectation, Rate, Trials
+from .rates import NOTHING, ExpectedRate, Rate, Trials
 from .repeated import POOLED, UNIT
 from .samples import Sample
 from .slopes import COVERED, slopes
 
 # Wider than nominal is allowed where a bound of a bias is added.
-PUBLISHED = Expectation(COVERED.low, 1.0, f"at least {COVERED.low:g}")
+PUBLISHED = ExpectedRate(COVERED.low, 1.0, f"at least {COVERED.low:g}")
 TIERS = ("paths alone", "with local orders")
 # The confidence of a run is 99 %: no more than this share of wrong verdicts on either side.
-WRONG = Expectation.at_most(0.01)
+WRONG = ExpectedRate.at_most(0.01)
 
 
 def published_rates(sample: Sample) -> Iterator[Rate]:

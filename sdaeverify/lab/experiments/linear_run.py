@@ -14,7 +14,7 @@ from ...probe.linear.delay_step import LinearDelayStep
 from ...probe.stability.delay_radius import radius
 
 
-class Growth(NamedTuple):
+class LongRunGrowth(NamedTuple):
     """How second moments grow in the long run.
 
     Attributes
@@ -51,10 +51,10 @@ class LinearRun(NamedTuple):
         start = run_start(self.scheme, self.view, self.h, steps)
         return run_moments(self.step, self.view.mesh(self.h), start, steps)
 
-    def growth(self) -> Growth:
+    def growth(self) -> LongRunGrowth:
         """Return how second moments grow; the equation's rate is known of one x and one noise."""
         rate = linear_delay(self.view).growth_rate if is_scalar(self.view) else np.nan
-        return Growth(radius(self.step, self.view.mesh(self.h)).rho, rate)
+        return LongRunGrowth(radius(self.step, self.view.mesh(self.h)).rho, rate)
 
 
 def linear_run(scheme: Scheme, steps: int, problem: Problem) -> LinearRun | None:

@@ -7,13 +7,13 @@ from typing import NamedTuple
 from ...contracts.finding import Finding, Verdict
 from ...contracts.planted import Planted
 from ...study import Cell, CellResult
-from .trial import Trial
+from .trial import SelfTest
 
 CONTRACT = "contract"
 UNMEASURED = frozenset({Verdict.ERROR, Verdict.DIVERGED, Verdict.NOT_RUN})
 
 
-class Check(NamedTuple):
+class Refuter(NamedTuple):
     """What can refute a claim: a measure by one of its tiers, or the contract that comes before all measures."""
 
     tier: int
@@ -30,7 +30,7 @@ class BugResult:
     Attributes
     ----------
     planted : Planted
-    kills : frozenset of Check
+    kills : frozenset of Refuter
         The checks that refute one of its claims.
     reason : str
         Of the first refutation, or why there is none.
@@ -38,7 +38,7 @@ class BugResult:
     """
 
     planted: Planted
-    kills: frozenset[Check]
+    kills: frozenset[Refuter]
     reason: str
     seconds: float = 0.0
 
@@ -48,7 +48,7 @@ class BugResult:
         return bool(self.kills) != bool(self.planted.equivalent)
 
 
-class Judged(NamedTuple):
+class JudgedCell(NamedTuple):
     """A finding on a registered scheme, and its cell."""
 
     cell: Cell
@@ -63,15 +63,15 @@ class KillMatrix:
     ----------
     bugs : tuple of BugResult
         In the order of their labels.
-    correct : tuple of Judged
+    correct : tuple of JudgedCell
         All findings on claims of registered schemes.
-    checks : tuple of Check
+    checks : tuple of Refuter
         All that judged a claim, the contract first.
     """
 
     bugs: tuple[BugResult, ...]
-    correct: tuple[Judged, ...]
-    checks: tuple[Check, ...]
+    correct: tuple[JudgedCell, ...]
+    checks: tuple[Refuter, ...]
 
     @property
     def survivors(self) -> list[BugResult]:
@@ -84,12 +84,12 @@ class KillMatrix:
         return [bug for bug in self.bugs if bug.planted.equivalent]
 
     @property
-    def false_alarms(self) -> list[Judged]:
+    def false_alarms(self) -> list[JudgedCell]:
         """The claims of registered schemes that are refuted."""
         return [judged for judged in self.correct if judged.finding.verdict is Verdict.REFUTED]
 
     @property
-    def unmeasured(self) -> list[Judged]:
+    def unmeasured(self) -> list[JudgedCell]:
         """What of the registered schemes could not be measured."""
         return [judged for judged in self.correct if judged.finding.verdict in UNMEASURED]
 
@@ -99,12 +99,12 @@ class KillMatrix:
         return not self.false_alarms and all(bug.as_expected for bug in self.bugs)
 
 
-def kill_matrix(trial: Trial, results: Sequence[CellResult]) -> KillMatrix:
+def kill_matrix(trial: SelfTest, results: Sequence[CellResult]) -> KillMatrix:
     """Sort the results of a trial by planted bug and check.
 
     Parameters
     ----------
-    trial : Trial
+    trial : SelfTest
     results : sequence of CellResult
         Of its plan.
 
@@ -114,29 +114,29 @@ def kill_matrix(trial: Trial, results: Sequence[CellResult]) -> KillMatrix:
     """
     places = {(bug.scheme, spec.label): bug for bug, spec in trial.placed.items()}
     found: dict[Planted, list[CellResult]] = {bug: [] for bug in trial.placed}
-    correct: list[Judged] = []
+    correct: list[JudgedCell] = []
     for result in results:
         bug = places.get((result.cell.scheme, result.cell.spec.label))
         if bug is not None:
             found[bug].append(result)
         else:
-            correct += (Judged(result.cell, finding) for finding in result.findings if _counts(finding))
+            correct += (JudgedCell(result.cell, finding) for finding in result.findings if _counts(finding))
     bugs = [_result(bug, own) for bug, own in found.items()]
     bugs += (BugResult(bug, frozenset(), f"not run: {why}") for bug, why in trial.missing.items())
     bugs.sort(key=lambda bug: bug.planted.label)
     return KillMatrix(tuple(bugs), tuple(correct), tuple(sorted(_checks(results))))
 
 
-def check_of(measure: str, finding: Finding) -> Check:
+def check_of(measure: str, finding: Finding) -> Refuter:
     """Return the check that a finding is by."""
-    return Check(finding.tier, measure if finding.tier else CONTRACT)
+    return Refuter(finding.tier, measure if finding.tier else CONTRACT)
 
 
 def _counts(finding: Finding) -> bool:
     return finding.claim is not None or finding.verdict in UNMEASURED
 
 
-def _checks(results: Iterable[CellResult]) -> set[Check]:
+def _checks(results: Iterable[CellResult]) -> set[Refuter]:
     return {
         check_of(result.cell.measure.name, finding)
         for result in results

@@ -18,7 +18,7 @@ Wanted = Callable[[Scheme, ProblemSpec], bool]
 
 
 @dataclass(frozen=True)
-class Trial:
+class SelfTest:
     """A self-test that is planned.
 
     Attributes
@@ -36,7 +36,7 @@ class Trial:
     missing: Mapping[Planted, str] = field(default_factory=dict)
 
 
-def selftest_trial(registry: Registry, only: str = "*") -> Trial:
+def selftest_trial(registry: Registry, only: str = "*") -> SelfTest:
     """Plan a self-test.
 
     Parameters
@@ -47,7 +47,7 @@ def selftest_trial(registry: Registry, only: str = "*") -> Trial:
 
     Returns
     -------
-    Trial
+    SelfTest
 
     Raises
     ------
@@ -65,7 +65,7 @@ def selftest_trial(registry: Registry, only: str = "*") -> Trial:
     if not (plans or missing):
         raise UsageError(f"no planted bug and no claim of a scheme matches {only!r}")
     # The largest first: the others fill what time is left on the last worker.
-    return Trial(Plan(tuple(sorted(plans, key=lambda made: -len(made.cells)))), placed, missing)
+    return SelfTest(Plan(tuple(sorted(plans, key=lambda made: -len(made.cells)))), placed, missing)
 
 
 def _placed(registry: Registry) -> tuple[dict[Planted, ProblemSpec], dict[Planted, str]]:

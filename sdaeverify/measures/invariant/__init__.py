@@ -24,7 +24,7 @@ from ...probe.operator.transition import refusal
 from ...probe.operator.transition_errors import TransitionErrors, invariant_errors, invariant_observables
 from ...probe.step.one_step import unresolved
 from ...registry.hookspecs import hookimpl
-from ...simulate.chains import ChainRecord, Plan, run_chains
+from ...simulate.chains import ChainPlan, ChainRecord, run_chains
 from ..error_sizes import of_operator
 from ..judge import coverage, finding, leave_open
 from .chain_findings import chain_findings, chain_levels, decided
@@ -124,7 +124,7 @@ def _steps_needed(evidence: Evidence, record: TransitionErrors, sizes: Sequence[
 def _chains(evidence: Evidence, names: Collection[str]) -> ChainRecord:
     """Run chains until enough is decided of some observables."""
     view, settings = evidence.view, evidence.settings
-    plan = Plan(coarsest_step(view, settings), view.relaxation, settings.seed, settings.looks)
+    plan = ChainPlan(coarsest_step(view, settings), view.relaxation, settings.seed, settings.looks)
 
     def enough(record: ChainRecord) -> bool:
         return decided([found for found in chain_findings(evidence, record) if found.quantity in names], record)

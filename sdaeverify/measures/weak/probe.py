@@ -16,7 +16,7 @@ from ...probe.linear.delay_moment_errors import delay_moment_errors, no_delay_mo
 from ...probe.linear.moments import MomentErrors, moment_errors, moment_orders, no_moments
 from ...probe.local import weak_defects as local
 from ...probe.local.delay_links import linked, loses_algebraic
-from ...probe.local.weak_defects import Reference, weak_reference
+from ...probe.local.weak_defects import SemigroupReference, weak_reference
 from ...probe.local.weak_order import LocalWeak, WeakOrder, weak_order
 from ...probe.operator import transition
 from ...probe.operator.functional_orders import (
@@ -183,6 +183,6 @@ def _decided(found: LocalWeak | None, scheme: Scheme) -> bool:
 
 
 @lru_cache(maxsize=8)
-def _reference(view: Problem, t: tuple[float, ...]) -> Reference:
+def _reference(view: Problem, t: tuple[float, ...]) -> SemigroupReference:
     # Paid once a problem and form, not once a scheme: problems are compared by identity.
     return weak_reference(view, t)

@@ -15,7 +15,7 @@ from ...forms import Equation, Problem
 from ..step.nodes import HalfSteps, half_steps
 from ..step.one_step import OneStep, unresolved
 from ..step.states import WHEN, cloud
-from ..step.times import Moment, times
+from ..step.times import ProbeTime, times
 from .orders import SETTLED, TOLERANCE, last_orders
 
 # Step sizes 4^-2, ..., 4^-8 of the horizon, or of the unit of time where that is shorter.
@@ -146,7 +146,7 @@ def _slows_down(record: LocalStrong) -> bool:
 
 
 def _level(
-    step: OneStep, x: Array, nodes: HalfSteps, h: float, when: tuple[Moment, ...]
+    step: OneStep, x: Array, nodes: HalfSteps, h: float, when: tuple[ProbeTime, ...]
 ) -> tuple[Array, Array, Array]:
     """Return root mean squares and means of the defects, shape (3, C, S), and the scale, shape (S,), of all times."""
     nodes = nodes.beside(step.view.records, h)

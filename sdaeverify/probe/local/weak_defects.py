@@ -37,7 +37,7 @@ COUNTS = {1: 8, 2: 6, 3: 5, 4: 4}
 FEWEST_NODES = 3
 
 
-class Reference(NamedTuple):
+class SemigroupReference(NamedTuple):
     """What the equation says, for all schemes that are compared with it.
 
     Attributes
@@ -79,7 +79,7 @@ def sizes(view: Problem) -> Array:
     return np.asarray(LEVELS * view.time_unit)
 
 
-def weak_reference(view: Problem, t: tuple[float, ...]) -> Reference:
+def weak_reference(view: Problem, t: tuple[float, ...]) -> SemigroupReference:
     """Return the expectations that all schemes of one form are compared with on a problem.
 
     Parameters
@@ -91,7 +91,7 @@ def weak_reference(view: Problem, t: tuple[float, ...]) -> Reference:
 
     Returns
     -------
-    Reference
+    SemigroupReference
         States at which the equation is not finite are left out.
 
     Raises
@@ -111,11 +111,13 @@ def weak_reference(view: Problem, t: tuple[float, ...]) -> Reference:
     sound = np.isfinite(means[..., -1]).all(axis=0)
     if not sound.any():
         raise ProblemError("the Ito equation is finite at none of the states it is probed at")
-    return Reference(x[:, sound], units, t, h, means[:, sound], slopes[:, sound], expectation.K)
+    return SemigroupReference(x[:, sound], units, t, h, means[:, sound], slopes[:, sound], expectation.K)
 
 
 def local_weak(
-    scheme: Scheme, view: Problem, reference: Callable[[Problem, tuple[float, ...]], Reference] = weak_reference
+    scheme: Scheme,
+    view: Problem,
+    reference: Callable[[Problem, tuple[float, ...]], SemigroupReference] = weak_reference,
 ) -> LocalWeak:
     """Probe one step of each size at each state of the cloud, and at each time that counts.
 
@@ -144,7 +146,7 @@ def local_weak(
     return LocalWeak(first.h, np.where(finite, defect, np.nan), np.where(finite, scale, np.nan), *counts, time)
 
 
-def _at(step: OneStep, known: Reference, nodes: Nodes) -> tuple[Array, Array]:
+def _at(step: OneStep, known: SemigroupReference, nodes: Nodes) -> tuple[Array, Array]:
     """Return the defects of a step from one time, and their scale, both of shape (F, S, H)."""
     levels = [_level(step, known, nodes, level) for level in range(len(known.h))]
     means, largest = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
@@ -157,7 +159,7 @@ def _nodes(scheme: Scheme, noises: int) -> Nodes:
     return step_nodes(noises, count, areas=areas, law=scheme.law)
 
 
-def _level(step: OneStep, known: Reference, nodes: Nodes, level: int) -> tuple[Array, Array]:
+def _level(step: OneStep, known: SemigroupReference, nodes: Nodes, level: int) -> tuple[Array, Array]:
     """Return the means of phi over the nodes and the largest |phi|, both of shape (F, S)."""
     states, count = known.states.shape[1], len(nodes.weights)
     t, h = known.t[level], float(known.h[level])

@@ -23,7 +23,7 @@ from .basis import Basis
 CONSISTENT = 1e-9
 
 
-class Coefficients(NamedTuple):
+class ChartCoefficients(NamedTuple):
     """Drift b and diffusion s of the coordinates at some points.
 
     Attributes
@@ -65,7 +65,7 @@ def output_rows(ito: Equation, chart: Chart, z: Array) -> Mask:
     return idle if same else np.zeros_like(idle)
 
 
-def coefficients(ito: Equation, chart: Chart, z: Array) -> Coefficients:
+def coefficients(ito: Equation, chart: Chart, z: Array) -> ChartCoefficients:
     """Return drift and diffusion of the coordinates at z, shape (k, P).
 
     Raises
@@ -83,7 +83,7 @@ def coefficients(ito: Equation, chart: Chart, z: Array) -> Coefficients:
     inverse = np.linalg.pinv(tangents)
     s = _solved(tangents, inverse, B)
     curvature = sum(second_directional(chart.embed, z, column, column)[core] for column in np.moveaxis(s, 1, 0))
-    return Coefficients(_solved(tangents, inverse, (f - 0.5 * curvature)[:, None])[:, 0], s)
+    return ChartCoefficients(_solved(tangents, inverse, (f - 0.5 * curvature)[:, None])[:, 0], s)
 
 
 def generator(ito: Equation, chart: Chart, basis: Basis) -> Array:

@@ -36,7 +36,7 @@ DIFFERENT = "its steps are not the same at all times"
 ALIKE = 0.9
 
 
-class Moment(NamedTuple):
+class ProbeTime(NamedTuple):
     """When steps of every size are probed.
 
     Attributes
@@ -70,7 +70,7 @@ class _Row(NamedTuple):
         return float(self.t[np.where(self.bend >= ALIKE * self.bend.max(), self.off, -1.0).argmax()])
 
 
-def times(step: OneStep, x: Array) -> tuple[Moment, ...]:
+def times(step: OneStep, x: Array) -> tuple[ProbeTime, ...]:
     """Return when a step is probed.
 
     Parameters
@@ -81,7 +81,7 @@ def times(step: OneStep, x: Array) -> tuple[Moment, ...]:
 
     Returns
     -------
-    tuple of Moment
+    tuple of ProbeTime
         0.2 of the horizon; the first and the last of eight times at which the same noise leads elsewhere; the step
         least like its neighbours and the next one, if one in a row is unlike them.
     """
@@ -93,9 +93,9 @@ def times(step: OneStep, x: Array) -> tuple[Moment, ...]:
     size = SAME * np.abs(there[0]).max(where=np.isfinite(there[0]), initial=0.0)
     moved = [not np.allclose(new, there[0], rtol=SAME, atol=size, equal_nan=True) for new in there[1:]]
     found = ELSEWHEN[moved]
-    fixed = (Moment(horizon * when) for when in dict.fromkeys((WHEN, *found[:1], *found[-1:])))
+    fixed = (ProbeTime(horizon * when) for when in dict.fromkeys((WHEN, *found[:1], *found[-1:])))
     odd = odd_step(step)
-    return (*fixed, *(() if odd is None else (Moment(odd, 0), Moment(odd, 1))))
+    return (*fixed, *(() if odd is None else (ProbeTime(odd, 0), ProbeTime(odd, 1))))
 
 
 def in_a_row(view: Problem) -> int:
