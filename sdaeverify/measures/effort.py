@@ -36,7 +36,7 @@ from ..forms import Problem
 from ..probe.stiffness.family import member, no_family
 from ..probe.stiffness.iterations import MOST, Iterations, RunIterations, counters, iterations, run_iterations
 from ..registry.hookspecs import hookimpl
-from .judge import NOT_PROBED, coverage, finding, unknown_value
+from .judge import NOT_PROBED, coverage, finding, no_claim, unknown_value
 
 PROBED, ALONG = "iterations", "run iterations"
 METHOD = "iterations of steps along runs and at fixed h (T3)"
@@ -55,7 +55,9 @@ class Effort(Measure):
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse what has no family or no claim."""
-        return no_family(scheme, problem, self.name) or scheme.refuses(member(scheme.view_of(problem)))
+        if reason := no_family(scheme, problem) or no_claim(scheme, problem, self.name):
+            return reason
+        return scheme.refuses(member(scheme.view_of(problem)))
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the iterations, if some are reported."""

@@ -10,6 +10,7 @@ from ..arrays import Array, Mask
 from ..contracts.finding import Finding, Judgement, Kind, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence
 from ..contracts.scheme import Claim, Scheme
+from ..forms import Problem
 from ..numerics.statistics import Estimate
 from ..probe.step.one_step import unresolved
 
@@ -96,6 +97,14 @@ def claim_for(scheme: Scheme, traits: Iterable[str], measure: str, quantity: str
     Coverage
     """
     return _strongest(scheme.promises, scheme.name, traits, measure, quantity)
+
+
+def no_claim(scheme: Scheme, problem: Problem, measure: str, what: str = "") -> str:
+    """Return that a scheme claims nothing about a measure on a problem, or about what it is in words; else nothing."""
+    view = scheme.view_of(problem)
+    traits = frozenset() if view is None else view.traits
+    claimed = any(claim.measure == measure and claim.when <= traits for claim in scheme.promises)
+    return "" if claimed else f"{scheme.name} claims nothing about {what or measure} here"
 
 
 def judge_claim(

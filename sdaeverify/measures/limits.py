@@ -19,7 +19,7 @@ from ..forms import Problem
 from ..probe.stiffness.family import member, no_family
 from ..probe.stiffness.stiff_limit import LimitDistances, Slope, limit_distances, limit_slopes
 from ..registry.hookspecs import hookimpl
-from .judge import NOT_PROBED, coverage, decide, finding, is_order, order_tests
+from .judge import NOT_PROBED, coverage, decide, finding, is_order, no_claim, order_tests
 
 PROBED = "limit"
 METHOD = "distances at fixed h on the same noise (T3)"
@@ -36,7 +36,7 @@ class StiffLimits(Measure):
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse what has no family or no claim, and schemes that cannot be run at eps = 0."""
-        if reason := no_family(scheme, problem, self.name):
+        if reason := no_family(scheme, problem) or no_claim(scheme, problem, self.name):
             return reason
         reason = scheme.refuses(member(scheme.view_of(problem), 0.0))
         return f"the scheme cannot be run in the limit: {reason}" if reason else ""

@@ -27,7 +27,7 @@ from ...probe.local.strong_defects import no_local_order
 from ...probe.step.one_step import OneStep
 from ...registry.hookspecs import hookimpl
 from ..error_sizes import of_paths
-from ..judge import coverage, finding, leave_open, withhold_in_doubt
+from ..judge import coverage, finding, leave_open, no_claim, withhold_in_doubt
 from ..path_errors.errors import STATE
 from ..path_errors.level_rows import level_rows
 from .findings import judge_pair
@@ -47,10 +47,7 @@ class Uniform(Measure):
         """Refuse schemes that claim nothing of it here: it is not sampled for them; and bounded increments."""
         if scheme.law.bounded:
             return f"its {scheme.law.name} increments are not Brownian: it has no paths to converge along"
-        view = scheme.view_of(problem)
-        traits = frozenset() if view is None else view.traits
-        claimed = any(claim.measure == self.name and claim.when <= traits for claim in scheme.promises)
-        return "" if claimed else f"{scheme.name} claims nothing about uniform convergence here"
+        return no_claim(scheme, problem, self.name, "uniform convergence")
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> UniformObserver:
         """Return the notebook for one block."""

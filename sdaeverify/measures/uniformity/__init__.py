@@ -48,7 +48,7 @@ from ...probe.stiffness.uniform_errors import (
 )
 from ...probe.stiffness.uniform_local import UniformDefects, uniform_defects, uniform_defects_refusal
 from ...registry.hookspecs import hookimpl
-from ..judge import NOT_PROBED, coverage, finding, judge_claim, local_doubt
+from ..judge import NOT_PROBED, coverage, finding, judge_claim, local_doubt, no_claim
 from .one_step_findings import ONE_STEP, one_step_coverage, one_step_finding, one_step_levels
 from .paired_findings import STRONG, WEAK, paired_findings
 
@@ -69,7 +69,7 @@ class Uniformity(Measure):
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse problems without family, schemes without claim, and atoms where errors must be sampled."""
-        if reason := no_family(scheme, problem, self.name):
+        if reason := no_family(scheme, problem) or no_claim(scheme, problem, self.name):
             return reason
         one = member(scheme.view_of(problem))
         if scheme.refuses(one):
