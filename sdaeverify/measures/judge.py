@@ -100,7 +100,7 @@ def claim_for(scheme: Scheme, traits: Iterable[str], measure: str, quantity: str
 
 
 def no_claim(scheme: Scheme, problem: Problem, measure: str, what: str = "") -> str:
-    """Return that a scheme claims nothing about a measure on a problem, or about what it is in words; else nothing."""
+    """Return that a scheme claims nothing about a measure on a problem, or `what` it measures; empty if it does."""
     view = scheme.view_of(problem)
     traits = frozenset() if view is None else view.traits
     claimed = any(claim.measure == measure and claim.when <= traits for claim in scheme.promises)
