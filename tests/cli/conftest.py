@@ -60,7 +60,7 @@ def remembered() -> Callable[..., object]:
     """Load what is installed once for the same path, choice of plugins and plugins before it; files always anew."""
     load_plugin, known = load._from_entry_point, {}
 
-    def load_once(entry: object, disabled: frozenset[str], before: Sequence[load.Outcome]) -> object:
+    def load_once(entry: object, disabled: frozenset[str], before: Sequence[load.LoadedPlugin]) -> object:
         key = (tuple(sys.path), entry, disabled, tuple(outcome.row for outcome in before))
         if key not in known:
             known[key] = load_plugin(entry, disabled, before)
