@@ -1,8 +1,21 @@
 """The declaration of an experiment."""
 
+from dataclasses import dataclass
+
 import pytest
 
-from sdaeverify import FineRun, MeanTable, Printed, ProblemError, Row
+from sdaeverify import (
+    Budget,
+    Exhibit,
+    Experiment,
+    FineRun,
+    MeanTable,
+    Note,
+    Printed,
+    ProblemError,
+    Row,
+    SchemeRun,
+)
 
 
 def row(steps=8, problem="gbm", **other):
@@ -72,3 +85,53 @@ def test_empty_blocks():
     """Blocks without paths are refused."""
     with pytest.raises(ProblemError, match="experiment 'mine': a block needs at least 1 path, got 0"):
         MeanTable(name="mine", title="made up", source="nowhere", rows=(row(),), block=0)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"over": "sum"}, "over must be one of each, mean, max, got 'sum'"),
+        ({"at": (0, 2)}, r"note 'n' must be taken after steps from 1 on, got \(0, 2\)"),
+        ({"at": ()}, r"note 'n' must be taken after steps from 1 on, got \(\)"),
+    ],
+)
+def test_notes_that_cannot_be_taken(options, message):
+    """A note says when it is taken and how it is put together."""
+    with pytest.raises(ProblemError, match=f"^{message}$"):
+        Note("n", "x", **options)
+
+
+@pytest.mark.parametrize(
+    ("steps", "at", "message"),
+    [
+        (0, None, "a run needs at least 1 step, got 0"),
+        (4, (2, 5), r"note 'n' must be taken after 1 to 4 steps, got \(2, 5\)"),
+    ],
+)
+def test_runs_that_cannot_be_made(steps, at, message):
+    """A run makes a step, and its notes are taken on the way."""
+    with pytest.raises(ProblemError, match=f"^{message}$"):
+        SchemeRun(problem="gbm", scheme="milstein", steps=steps, notes=(Note("n", "x", at),))
+
+
+def test_when_a_note_is_taken():
+    """It is taken after the last step unless steps are named."""
+    assert (Note("n", "x").steps(7), Note("n", "x", (2, 3)).steps(7)) == ((7,), (2, 3))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Nothing(Experiment):
+    """An experiment of nothing."""
+
+    def work(self, budget):
+        return {}
+
+    def exhibit(self, evidence):
+        return Exhibit(())
+
+
+def test_paths_of_a_budget():
+    """A full budget has as many paths as it says, and those of the small one where it says nothing."""
+    few, many = (Nothing(name="n", title="t", source="s", paths=10, full_paths=full) for full in (None, 90))
+
+    assert [each.paths_of(budget) for each in (few, many) for budget in Budget] == [10, 10, 10, 90]

@@ -19,8 +19,7 @@ from sdaeverify import (
     Work,
     hookimpl,
 )
-from sdaeverify_problems._chain import clamped_chain
-from sdaeverify_problems._fibre import Fibre
+from sdaeverify_problems import Fibre, clamped_chain
 from sdaeverify_problems._hanging_fibre import hanging_fibre
 
 from ._estimates import mean, order

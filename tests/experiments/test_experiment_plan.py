@@ -1,9 +1,13 @@
 """Planning of experiments: labels, budget, order of the blocks."""
 
+from dataclasses import dataclass, replace
+
 import pytest
 
-from sdaeverify import Budget, Row, UsageError
+from sdaeverify import Budget, Exhibit, Experiment, Row, SchemeRun, SharedNoise, UsageError
 from sdaeverify.lab.experiments import experiment_plan
+from sdaeverify.registry.contributions import ExperimentEntry
+from sdaeverify.registry.discovery import Origin
 
 
 def row(problem="gbm", scheme="milstein", steps=4, **attributes):
@@ -62,3 +66,36 @@ def test_too_few_paths(planned):
     """One path has no standard error."""
     with pytest.raises(UsageError, match="paths must be at least 2"):
         planned(row(), paths=1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnOneNoise(Experiment):
+    """Two problems on one noise."""
+
+    steps: tuple[int, int]
+
+    def work(self, budget):
+        noise = SharedNoise("common", 1)
+        runs = zip(("gbm", "ou"), self.steps, strict=True)
+        return {
+            problem: SchemeRun(problem=problem, scheme="milstein", steps=steps, noise=noise)
+            for problem, steps in runs
+        }
+
+    def exhibit(self, evidence):
+        return Exhibit(())
+
+
+def test_runs_on_a_shared_noise(registry):
+    """Runs on one noise are planned together, whatever their problems, with steps that fit."""
+    for steps, fits in (((4, 8), True), ((4, 12), False)):
+        entry = ExperimentEntry(
+            "mine", OnOneNoise(name="mine", title="t", source="s", steps=steps), Origin("mine", "", "", "mine.py")
+        )
+        changed = replace(registry, experiments={"mine": entry})
+        if fits:
+            ((task, keys),) = experiment_plan(changed, "mine").groups
+            assert (task.label, keys) == ("common", ("gbm", "ou"))
+        else:
+            with pytest.raises(UsageError, match=r"must be the least times powers of 2, got \[4, 12\]"):
+                experiment_plan(changed, "mine")
