@@ -58,7 +58,7 @@ JUDGING = {"Claim", "Verdict", "Opinion", "Finding", "Kind", "promises", "claims
 
 FRAMEWORK_LINES, CONTRIBUTED_LINES = 500, 500
 LONGEST, LONG, SHORT_SHARE, MEDIAN = 50, 25, 0.9, 8
-ROOMS, FILES_OF_A_ROOM = 24, 16
+MOST_ROOMS, FILES_OF_A_ROOM = 24, 16
 PARAMETERS, COEFFICIENTS = 6, 8
 
 
@@ -169,7 +169,7 @@ def test_every_module_has_its_place():
 
 def test_rooms_can_be_overlooked():
     """A newcomer reads at most 24 names at the top, the package's own aside, and at most 16 in any folder."""
-    assert len({top(path) for path in sources(FRAMEWORK)} - {"__init__"}) <= ROOMS
+    assert len({top(path) for path in sources(FRAMEWORK)} - {"__init__"}) <= MOST_ROOMS
     files = Counter(path.parent for path in sources(FRAMEWORK))
     assert not {name(folder): count for folder, count in files.items() if count > FILES_OF_A_ROOM}
 
