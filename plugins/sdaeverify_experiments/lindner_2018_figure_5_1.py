@@ -43,7 +43,7 @@ class Cells(NamedTuple):
         return round(float(self.horizon) * cells)
 
 
-SHORT, WHOLE = Cells((8, 16, 32, 64), "1.0"), Cells((8, 16, 32, 64, 128, 256), "2.5")
+SHORT, WHOLE = Cells((8, 16, 32, 64), "1.0"), Cells((8, 16, 32, 64, 128), "2.5")
 
 
 @dataclass(frozen=True)
