@@ -159,7 +159,7 @@ def test_a_scheme_that_breaks_its_contract_is_not_run(what, reason):
     """Writing into arguments or dropping paths is told before anything is measured."""
     lane = lanes(gbm, [Rude(what)])[0]
 
-    assert reason in lane.breach
+    assert reason in lane.violation
     assert lane.paths == 0
 
 
@@ -224,7 +224,7 @@ class Moody(Scheme):
 
 def test_a_scheme_with_hidden_state_is_told():
     """A step that gives something else when it is repeated is no function of its arguments."""
-    assert "depends on something beside its arguments" in lanes(gbm, [Moody()])[0].breach
+    assert "depends on something beside its arguments" in lanes(gbm, [Moody()])[0].violation
     assert "depends on hidden state" in lanes(gbm, [Moody()], block=LATER)[0].errors[0]
 
 

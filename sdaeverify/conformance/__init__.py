@@ -1,5 +1,5 @@
 """Contract and exactness of a scheme: what no order test sees, and what every order test relies on."""
 
-from .breach import breach
+from .violation import violation
 
-__all__ = ["breach"]
+__all__ = ["violation"]

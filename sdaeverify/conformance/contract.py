@@ -41,7 +41,7 @@ def trials(scheme: Scheme, view: Problem) -> tuple[Trial, Trial]:
     return Trial(scheme, view, view.horizon / FINE, x), Trial(scheme, view, view.horizon / COARSE, x)
 
 
-def contract_breach(scheme: Scheme, view: Problem) -> str:
+def contract_violation(scheme: Scheme, view: Problem) -> str:
     """Return the first violation of the contract in one line, or an empty string.
 
     What a step raises at states of the problem passes through: a scheme that cannot be run has broken no promise.

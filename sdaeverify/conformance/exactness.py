@@ -144,7 +144,7 @@ PATHWISE = frozenset({"intervals", "limits", "multipliers", "strong", "uniform",
 
 
 @cache
-def exactness_breach(scheme: Scheme) -> str:
+def exactness_violation(scheme: Scheme) -> str:
     """Return the first trivial problem that a scheme gets wrong, in one line, or an empty string.
 
     The same on every problem that the scheme is put to, and found once.

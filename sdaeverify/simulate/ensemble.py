@@ -15,7 +15,7 @@ import numpy as np
 from threadpoolctl import ThreadpoolController
 
 from ..arrays import Parts
-from ..conformance import breach
+from ..conformance import violation
 from ..contracts.matching import match
 from ..contracts.measure import Measure, Observer, Snapshot
 from ..contracts.scheme import Scheme
@@ -63,7 +63,7 @@ class LaneEvidence(NamedTuple):
     errors : tuple of str
         Why there is no evidence, one for each measure; empty if there is.
     paths : int
-    breach : str
+    violation : str
         Which contract the scheme breaks, so that nothing was measured; empty if none.
     behaviour : Behaviour or None
         What scheme and problem did before and after; None if nobody asked.
@@ -75,7 +75,7 @@ class LaneEvidence(NamedTuple):
     seconds: float
     errors: tuple[str, ...]
     paths: int = 0
-    breach: str = ""
+    violation: str = ""
     behaviour: Behaviour | None = None
 
 
@@ -163,10 +163,10 @@ def _run_block(task: Task, block: int, guard: Guard, *, digests: bool) -> tuple[
     return lanes
 
 
-def without_evidence(entry: Entry, error: str, seconds: float = 0.0, breach: str = "") -> LaneEvidence:
+def without_evidence(entry: Entry, error: str, seconds: float = 0.0, violation: str = "") -> LaneEvidence:
     """Return that nothing is known of a scheme, and why."""
     nothing = tuple(Tally() for _ in entry.measures)
-    return LaneEvidence(nothing, nothing, Tally(), seconds, tuple(error for _ in entry.measures), breach=breach)
+    return LaneEvidence(nothing, nothing, Tally(), seconds, tuple(error for _ in entry.measures), violation=violation)
 
 
 class _Place(NamedTuple):
@@ -245,7 +245,7 @@ class _Run:
     def __init__(self, entry: Entry, index: int, place: _Place) -> None:
         self.entry, self.index, self.place = entry, index, place
         self.reference, self.settings = place.reference, place.settings
-        self.error, self.breach, self.seconds = "", "", 0.0
+        self.error, self.violation, self.seconds = "", "", 0.0
         self.watches: list[_Watch] = []
         self.did = ""
         with self._guarded():
@@ -257,8 +257,8 @@ class _Run:
         if matched.problem is None:
             raise SchemeError(matched.reason)
         self.view, self.did = matched.problem, self._digest(matched.problem)
-        self.breach = breach(scheme, self.view) if self.place.first else ""
-        if self.breach:
+        self.violation = violation(scheme, self.view) if self.place.first else ""
+        if self.violation:
             return
         self.lane = Lane(scheme, self.view, self.settings, paths, self.reference.own)
         parts = self.lane.tracks[0].constrained_parts()
@@ -288,14 +288,14 @@ class _Run:
         """Return what was noted; the first block also evaluates the one-step map where a measure asks for it."""
         tallies: list[Tally] = []
         probes: list[Tally] = []
-        if not (self.error or self.breach):
+        if not (self.error or self.violation):
             with self._guarded():
                 tallies = [watch.tally() for watch in self.watches]
                 probes = [self._probed(watch) for watch in self.watches]
                 if self._digest(self.view) != self.did:
                     raise SchemeError(f"what the scheme does has {CHANGED}")
-        if self.error or self.breach:
-            return without_evidence(self.entry, self.error, self.seconds, self.breach)
+        if self.error or self.violation:
+            return without_evidence(self.entry, self.error, self.seconds, self.violation)
         errors = tuple(watch.error for watch in self.watches)
         behaviour = Behaviour(self.did, self.place.did) if self.did else None
         return LaneEvidence(

@@ -207,7 +207,7 @@ def joined(entry: Entry, parts: Sequence[tuple[Entry, LaneEvidence]]) -> LaneEvi
         sum(lane.seconds for lane in lanes),
         tuple(lane.errors[index] or differing(*did) for lane, index in found),
         max(lane.paths for lane in lanes),
-        next((lane.breach for lane in lanes if lane.breach), ""),
+        next((lane.violation for lane in lanes if lane.violation), ""),
         did[0] if did else None,
     )
 

@@ -197,7 +197,7 @@ def keep(places: Iterable[Place | None], entries: Sequence[Entry], lanes: Sequen
         If it cannot be written, for example because the disk is full.
     """
     for place, entry, lane in zip(places, entries, lanes, strict=True):
-        if place is not None and lane.behaviour is not None and not lane.breach:
+        if place is not None and lane.behaviour is not None and not lane.violation:
             records = dict(_records(place, entry, lane))
             if records:
                 stored = StoredLane(place.lane, lane.behaviour, lane.health, lane.seconds, lane.paths, records)

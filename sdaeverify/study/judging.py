@@ -34,7 +34,7 @@ class CellEvidence:
     seconds : float
         Time of the scheme on this problem, all its measures together.
     paths : int
-    error, breach : str
+    error, violation : str
         Why there is no evidence: what was raised, or which contract is broken; empty if there is some.
     behaviour : Behaviour or None
         What scheme and problem did; None if that is not known.
@@ -48,14 +48,14 @@ class CellEvidence:
     seconds: float = 0.0
     paths: int = 0
     error: str = ""
-    breach: str = ""
+    violation: str = ""
     behaviour: Behaviour | None = None
     lack: Verdict = Verdict.ERROR
 
     @property
     def refused(self) -> bool:
         """Whether nothing can be measured."""
-        return bool(self.error or self.breach)
+        return bool(self.error or self.violation)
 
     def merged(self, lane: LaneEvidence, index: int) -> "CellEvidence":
         """Return the evidence with that of one more block; the first error stays."""
@@ -66,7 +66,7 @@ class CellEvidence:
             self.seconds + lane.seconds,
             self.paths + lane.paths,
             self.error or lane.errors[index] or differing(self.behaviour, lane.behaviour),
-            self.breach or lane.breach,
+            self.violation or lane.violation,
             self.behaviour or lane.behaviour,
         )
 
@@ -129,8 +129,8 @@ def judge_cell(
     -------
     CellResult
     """
-    if known.breach:
-        return _of_breach(cell, known)
+    if known.violation:
+        return _of_violation(cell, known)
     if known.error:
         return without_evidence(cell, Verdict.ERROR, known.error)
     try:
@@ -172,16 +172,16 @@ def _of_control(
 ) -> ControlEvidence | Objection:
     if known.error:
         return Objection(f"was not measured: {known.error}", known.lack)
-    if known.breach:
-        return Objection(f"breaks a contract: {known.breach}")
+    if known.violation:
+        return Objection(f"breaks a contract: {known.violation}")
     whole = _evidence(plan, cell, settings, known)
     return ControlEvidence(replace(whole, tally=known.sampled), whole)
 
 
-def _of_breach(cell: Cell, known: CellEvidence) -> CellResult:
+def _of_violation(cell: Cell, known: CellEvidence) -> CellResult:
     claim = next((claim for claim in cell.scheme.promises if claim.measure == cell.measure.name), None)
     verdict = Verdict.REFUTED if claim else Verdict.OUT_OF_SCOPE
-    opinion = Opinion(verdict, Reason(known.breach), tier=0)
+    opinion = Opinion(verdict, Reason(known.violation), tier=0)
     finding = Finding(quantity="", claim=claim, method=CONTRACT, **opinion._asdict())
     return CellResult(cell, (finding,), seconds=known.seconds)
 

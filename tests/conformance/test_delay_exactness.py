@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sdaeverify import Claim, DelaySDAE, DelayState, Increment, Mesh, Scheme, Step
-from sdaeverify.conformance.exactness import exactness_breach
+from sdaeverify.conformance.exactness import exactness_violation
 from sdaeverify.forms.delay.trivial import LONG
 from sdaeverify.forms.trivial import H, Trivial
 from sdaeverify_planted.delay_lag import AnticipatingNoise, WrongLag
@@ -70,13 +70,13 @@ class WrongStrength(StochasticTheta):
 @pytest.mark.parametrize("kind", [StochasticTheta, LaggedAlgebraicTheta])
 def test_right_schemes_are_exact(kind: type, theta: float) -> None:
     """Neither the coupled method nor the one with the old y is accused."""
-    assert exactness_breach(kind(theta)) == ""
+    assert exactness_violation(kind(theta)) == ""
 
 
 @pytest.mark.parametrize("reading", WHERE)
 def test_wrong_lagged_values_at_the_end_are_found(reading: str) -> None:
     """On a line a lagged value is known, and y repeats it: another one is off by a fixed part of the motion."""
-    assert exactness_breach(WrongLag(0.5, reading)).partition(" on ")[2].startswith(WHERE[reading])
+    assert exactness_violation(WrongLag(0.5, reading)).partition(" on ")[2].startswith(WHERE[reading])
 
 
 @pytest.mark.parametrize(
@@ -91,13 +91,13 @@ def test_wrong_lagged_values_at_the_end_are_found(reading: str) -> None:
 )
 def test_other_faults_are_named(wrong: Scheme, equation: str) -> None:
     """A wrong y and noise of the wrong strength are found on the equation that shows them."""
-    assert f"on {equation}" in exactness_breach(wrong)
+    assert f"on {equation}" in exactness_violation(wrong)
 
 
 @pytest.mark.parametrize("wrong", [WrongLag(0.5, "ahead"), AnticipatingNoise()])
 def test_errors_that_vanish_with_the_step_are_let_pass(wrong: Scheme) -> None:
     """A lagged value of the step's end at its begin alone is a matter of order."""
-    assert exactness_breach(wrong) == ""
+    assert exactness_violation(wrong) == ""
 
 
 @pytest.mark.parametrize("trivial", EVERY, ids=lambda trivial: trivial.name)

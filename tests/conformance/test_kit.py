@@ -57,7 +57,7 @@ def test_a_shipped_scheme_describes_itself(shipped_scheme: Scheme) -> None:
     assert shipped_scheme.source.strip()
 
 
-def test_a_planted_breach_fails_the_kit(planted: Planted) -> None:
+def test_a_planted_violation_fails_the_kit(planted: Planted) -> None:
     """What breaks the contract of a step, or is inexact on trivial equations, fails a check of behaviour."""
     rows = check_scheme(planted.scheme, [planted.problem])
 

@@ -8,8 +8,8 @@ import pytest
 
 from averaged_noise import LeimkuhlerMatthews
 from sdaeverify import SDE, Array, Claim, DelaySDAE, DelayState, Increment, Scheme, Step, verify
-from sdaeverify.conformance import breach
-from sdaeverify.conformance.exactness import exactness_breach, law_error
+from sdaeverify.conformance import violation
+from sdaeverify.conformance.exactness import exactness_violation, law_error
 from sdaeverify.forms.trivial import H
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.ou import ou
@@ -55,18 +55,18 @@ class StrongLeimkuhlerMatthews(LeimkuhlerMatthews):
 @pytest.mark.parametrize("problem", [ou(), double_well()])
 def test_a_scheme_that_is_right_in_law_alone_is_let_pass(problem: SDE) -> None:
     """The method of Leimkuhler and Matthews is half an increment off on each path, and claims nothing of paths."""
-    assert breach(LeimkuhlerMatthews(), problem) == ""
+    assert violation(LeimkuhlerMatthews(), problem) == ""
 
 
 def test_claims_about_paths_are_held_to_paths() -> None:
     """The same method with a strong order is refuted."""
-    assert "8 steps are off by" in exactness_breach(StrongLeimkuhlerMatthews())
+    assert "8 steps are off by" in exactness_violation(StrongLeimkuhlerMatthews())
 
 
 @pytest.mark.parametrize("strength", [1.005, 0.995, 2.0])
 def test_a_wrong_variance_is_refuted_by_law(strength: float) -> None:
     """One per cent of the variance is seen, although the first step lacks three quarters of its own."""
-    text = exactness_breach(LeimkuhlerMatthews(strength))
+    text = exactness_violation(LeimkuhlerMatthews(strength))
 
     assert f"the covariance of many steps is off by {abs(strength**2 - 1.0):.1g}" in text
     assert "on dx = S dW" in text
@@ -87,14 +87,14 @@ UNLIKE = {
 @pytest.mark.parametrize("rule", EQUAL)
 def test_noise_of_the_same_law_is_let_pass(rule: str) -> None:
     """S dW has the law of S O dW with an orthogonal O; a scheme with a claim about paths has to know which it is."""
-    assert exactness_breach(Kicked(EQUAL[rule])) == ""
-    assert "8 steps are off by" in exactness_breach(StronglyKicked(EQUAL[rule]))
+    assert exactness_violation(Kicked(EQUAL[rule])) == ""
+    assert "8 steps are off by" in exactness_violation(StronglyKicked(EQUAL[rule]))
 
 
 @pytest.mark.parametrize("rule", UNLIKE)
 def test_noise_of_another_law_is_refuted(rule: str) -> None:
     """Every entry of the covariance counts."""
-    assert "the covariance of many steps is off by" in exactness_breach(Kicked(UNLIKE[rule]))
+    assert "the covariance of many steps is off by" in exactness_violation(Kicked(UNLIKE[rule]))
 
 
 def test_the_law_of_a_linear_run_is_known_without_sampling() -> None:
@@ -154,8 +154,8 @@ class Delayed(StochasticTheta):
 
 def test_delay_equations_have_a_law_as_well() -> None:
     """With a delay, too, -W is as good as W in law, and one per cent of the variance is seen."""
-    assert exactness_breach(Delayed(0.5)) == ""
-    assert "the covariance of many steps is off by 0.01" in exactness_breach(Delayed(0.5, factor=1.005))
+    assert exactness_violation(Delayed(0.5)) == ""
+    assert "the covariance of many steps is off by 0.01" in exactness_violation(Delayed(0.5, factor=1.005))
 
 
 def test_what_is_right_in_law_is_verified_and_what_is_wrong_refuted() -> None:

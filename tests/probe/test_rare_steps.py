@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, Array, Increment, Step
-from sdaeverify.conformance.contract import contract_breach
+from sdaeverify.conformance.contract import contract_violation
 from sdaeverify.contracts.finding import Kind, Verdict
 from sdaeverify.contracts.scheme import Stepper
 from sdaeverify.measures.strong.local_order import judge_strong
@@ -140,7 +140,7 @@ class CountsCalls(EulerMaruyama):
 @pytest.mark.parametrize("scheme", [CountsCalls(16), CountsCalls(100), CountsCalls(2, 90)], ids=lambda s: s.label)
 def test_a_step_that_counts_its_calls_breaks_the_contract(scheme: CountsCalls) -> None:
     """However rarely it uses the number: the same step made once more gives other numbers."""
-    assert "other numbers" in contract_breach(scheme, WELL)
+    assert "other numbers" in contract_violation(scheme, WELL)
 
 
 class Counted(NamedTuple):

@@ -41,7 +41,7 @@ def test_several_checks(registry_of, result_of):
 
 
 def test_contract_is_one_check(registry_of, result_of):
-    """A breach of contract is the same check, whichever measure it keeps from being made."""
+    """A violation of contract is the same check, whichever measure it keeps from being made."""
     results = [result_of(Bad(), Verdict.REFUTED, 0), result_of(Bad(), Verdict.REFUTED, 0, measure=Blunt())]
 
     assert matrix_of(registry_of(bug()), results).bugs[0].kills == {Refuter(0, "contract")}

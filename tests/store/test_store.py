@@ -279,7 +279,7 @@ def test_what_failed_is_not_kept(tmp_path):
     both = task(measures=(Strong(), Weak()))
     filled(tmp_path, both, errors=("measure strong: KeyError", ""))
     filled(tmp_path, both, block=1, errors=("KeyError", "KeyError"))
-    filled(tmp_path, both, block=2, breach="draws noise of its own")
+    filled(tmp_path, both, block=2, violation="draws noise of its own")
 
     assert [measure.name for measure in found(tmp_path, both)[0].missing] == ["strong"]
     assert found(tmp_path, both, block=1)[0].lane is None

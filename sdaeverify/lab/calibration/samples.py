@@ -92,7 +92,7 @@ class PathJob:
         return [self._sample(*case, lane) for case, lane in zip(self.cases, lanes, strict=True)]
 
     def _sample(self, case: CalibrationCase, scheme: Scheme, lane: LaneEvidence) -> Sample:
-        if reason := "; ".join(filter(None, [*lane.errors, lane.breach])):
+        if reason := "; ".join(filter(None, [*lane.errors, lane.violation])):
             raise SchemeError(f"calibration of {case.label}: {reason}")
         problem = self.spec.build()
         strong, weak = of_state(lane.tallies[0]), lane.tallies[1]

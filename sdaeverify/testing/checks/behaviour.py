@@ -8,7 +8,7 @@ import numpy as np
 
 from ...conformance import contract
 from ...conformance.contract import carries_its_memory, hears_its_noise, keeps_no_noise
-from ...conformance.exactness import exactness_breach
+from ...conformance.exactness import exactness_violation
 from ...conformance.trial import Trial
 from ...contracts.scheme import flatten
 from ..subjects import LONG, CellSubject, SchemeSubject
@@ -19,7 +19,7 @@ FEW_PATHS = 4
 
 def exact(subject: SchemeSubject) -> str:
     """Expect exactness on dx = 0, dx = c dt and dx = S dW, but for a part that vanishes with h."""
-    return exactness_breach(subject.scheme)
+    return exactness_violation(subject.scheme)
 
 
 def untouched(subject: CellSubject) -> str:

@@ -4,11 +4,11 @@ import numpy as np
 
 from ..contracts.scheme import Scheme
 from ..forms import Problem
-from .contract import contract_breach
-from .exactness import exactness_breach
+from .contract import contract_violation
+from .exactness import exactness_violation
 
 
-def breach(scheme: Scheme, view: Problem) -> str:
+def violation(scheme: Scheme, view: Problem) -> str:
     """Return the first violation in one line, or an empty string.
 
     Parameters
@@ -27,4 +27,4 @@ def breach(scheme: Scheme, view: Problem) -> str:
         What a step raises at states of the view: nothing can be said of such a scheme.
     """
     with np.errstate(all="ignore"):
-        return contract_breach(scheme, view) or exactness_breach(scheme)
+        return contract_violation(scheme, view) or exactness_violation(scheme)

@@ -21,9 +21,9 @@ from sdaeverify import (
     Step,
     verify,
 )
-from sdaeverify.conformance import breach
-from sdaeverify.conformance.contract import contract_breach
-from sdaeverify.conformance.exactness import exactness_breach
+from sdaeverify.conformance import violation
+from sdaeverify.conformance.contract import contract_violation
+from sdaeverify.conformance.exactness import exactness_violation
 from sdaeverify.forms import Problem
 from sdaeverify.noise.laws import THREE_POINT, Law
 from sdaeverify.numerics import apply
@@ -78,8 +78,8 @@ def euler(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
 @pytest.mark.parametrize("problem", [gbm(), ou(), circle(), noncommuting()])
 def test_the_rule_that_faults_are_planted_in_is_sound(problem: SDE) -> None:
     """Without fault nothing is found, with Gaussian or bounded increments."""
-    assert breach(Ruled(euler), problem) == ""
-    assert breach(Coarse(euler), problem) == ""
+    assert violation(Ruled(euler), problem) == ""
+    assert violation(Coarse(euler), problem) == ""
 
 
 def counter() -> Rule:
@@ -153,11 +153,11 @@ BREACHES: dict[str, tuple[Callable[[], Rule], str]] = {
 
 
 @pytest.mark.parametrize("fault", BREACHES)
-def test_a_breach_of_the_contract_is_named(fault: str) -> None:
+def test_a_violation_of_the_contract_is_named(fault: str) -> None:
     """Each planted fault is found, and found for what it is."""
     rule, text = BREACHES[fault]
 
-    found = breach(Ruled(rule()), ou())
+    found = violation(Ruled(rule()), ou())
 
     assert text in found
     assert "\n" not in found
@@ -175,7 +175,7 @@ def test_hidden_memory_in_a_prepared_step_is_found() -> None:
             rule = counter()
             return lambda state, t, noise: Step(rule(problem, state, h, noise))
 
-    assert "same step made again" in breach(Prepared(), gbm())
+    assert "same step made again" in violation(Prepared(), gbm())
 
 
 def test_what_a_step_raises_passes_through() -> None:
@@ -185,7 +185,7 @@ def test_what_a_step_raises_passes_through() -> None:
         raise ZeroDivisionError("no root")
 
     with pytest.raises(ZeroDivisionError, match="no root"):
-        breach(Ruled(rule), gbm())
+        violation(Ruled(rule), gbm())
 
 
 def test_ill_conditioned_steps_are_not_accused_of_their_rounding() -> None:
@@ -201,8 +201,8 @@ def test_ill_conditioned_steps_are_not_accused_of_their_rounding() -> None:
     def beside(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
         return euler(problem, x, h, noise) * (1.0 + 1e3 * EPS * (np.arange(x.shape[1]) % 2))
 
-    assert contract_breach(Ruled(amplified(1e6)), ou()) == ""
-    assert "another order" in contract_breach(Ruled(beside), ou())
+    assert contract_violation(Ruled(amplified(1e6)), ou()) == ""
+    assert "another order" in contract_violation(Ruled(beside), ou())
 
 
 class Memory(NamedTuple):
@@ -210,7 +210,7 @@ class Memory(NamedTuple):
     count: Array
 
 
-def test_memory_that_is_part_of_the_state_is_no_breach() -> None:
+def test_memory_that_is_part_of_the_state_is_no_violation() -> None:
     """A scheme may remember what it likes in its state, set by entering or by steps alone."""
 
     @dataclass(frozen=True)
@@ -228,7 +228,7 @@ def test_memory_that_is_part_of_the_state_is_no_breach() -> None:
             """Make one step."""
             return Step(Memory(euler(problem, state.x, h, noise), state.count + 1.0))
 
-    assert breach(Remembers(), gbm()) == ""
+    assert violation(Remembers(), gbm()) == ""
 
 
 def reuses(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
@@ -254,15 +254,15 @@ def test_an_error_on_a_trivial_equation_is_named(fault: str) -> None:
     """Each fault that an order test may miss is found on one of the trivial equations."""
     rule, equation = INEXACT[fault]
 
-    found = breach(Ruled(rule), noncommuting())
+    found = violation(Ruled(rule), noncommuting())
 
     assert f"on {equation}" in found
 
 
 def test_a_bounded_law_is_summed_as_it_was_given() -> None:
     """With three-point increments the sum is that of the increments, and twice that is a fault."""
-    assert exactness_breach(Coarse(euler)) == ""
-    assert "dx = S dW" in exactness_breach(Coarse(lambda p, x, h, n: euler(p, x, h, n._replace(dW=2.0 * n.dW))))
+    assert exactness_violation(Coarse(euler)) == ""
+    assert "dx = S dW" in exactness_violation(Coarse(lambda p, x, h, n: euler(p, x, h, n._replace(dW=2.0 * n.dW))))
 
 
 @pytest.mark.parametrize("power", [0.5, 1.0])
@@ -271,8 +271,8 @@ def test_tamed_increments_are_let_pass(power: float) -> None:
     vanishing = Ruled(lambda p, x, h, n: x + (euler(p, x, h, n) - x) / (1.0 + h**power))
     staying = Ruled(lambda p, x, h, n: x + (euler(p, x, h, n) - x) / (1.0 + 0.1**power))
 
-    assert exactness_breach(vanishing) == ""
-    assert "dx = c dt" in exactness_breach(staying)
+    assert exactness_violation(vanishing) == ""
+    assert "dx = c dt" in exactness_violation(staying)
 
 
 def test_a_scheme_is_asked_what_it_does_not_refuse() -> None:
@@ -296,14 +296,14 @@ def test_a_scheme_is_asked_what_it_does_not_refuse() -> None:
     def wrong(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
         return x + 1.1 * (euler(problem, x, h, noise) - x)
 
-    assert "dx = c dt" in exactness_breach(Single(wrong))
-    assert "dx = c dt" in exactness_breach(Invariant(wrong))
-    assert exactness_breach(Single(euler)) == exactness_breach(Invariant(euler)) == ""
-    assert exactness_breach(Nothing(wrong)) == ""
+    assert "dx = c dt" in exactness_violation(Single(wrong))
+    assert "dx = c dt" in exactness_violation(Invariant(wrong))
+    assert exactness_violation(Single(euler)) == exactness_violation(Invariant(euler)) == ""
+    assert exactness_violation(Nothing(wrong)) == ""
 
 
 def test_a_step_that_fails_where_it_does_not_refuse_is_named() -> None:
-    """An error on a trivial equation is a breach, unless it says itself that it is a refusal."""
+    """An error on a trivial equation is a violation, unless it says itself that it is a refusal."""
 
     def narrow(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
         if len(x) > 1:
@@ -314,8 +314,8 @@ def test_a_step_that_fails_where_it_does_not_refuse_is_named() -> None:
         problem.parts(np.zeros((7, 1)))
         return euler(problem, x, h, noise)
 
-    assert "IndexError" in exactness_breach(Ruled(narrow))
-    assert exactness_breach(Ruled(hands_on)) == ""
+    assert "IndexError" in exactness_violation(Ruled(narrow))
+    assert exactness_violation(Ruled(hands_on)) == ""
 
 
 def projected(factor: float) -> Rule:
@@ -331,8 +331,8 @@ def projected(factor: float) -> Rule:
 
 def test_a_scheme_that_needs_an_invariant_is_tried_where_there_is_one() -> None:
     """It need not know which equations have one: what it cannot be tried on refutes nothing."""
-    assert exactness_breach(Ruled(projected(1.0))) == ""
-    assert "on dx = c dt" in exactness_breach(Ruled(projected(1.1)))
+    assert exactness_violation(Ruled(projected(1.0))) == ""
+    assert "on dx = c dt" in exactness_violation(Ruled(projected(1.1)))
 
 
 def test_to_need_an_invariant_where_there_is_none_is_an_error_and_no_refutation() -> None:
@@ -392,7 +392,7 @@ def test_constrained_schemes_are_tried_on_a_line(fault: str) -> None:
     """On the linear constraint r_2 = 0 rest, free motion and constant force are known."""
     change, equation = MECHANICAL[fault]
 
-    found = breach(of_half_explicit(change), pendulum())
+    found = violation(of_half_explicit(change), pendulum())
 
     assert equation in found
     assert bool(found) is bool(equation)
@@ -410,9 +410,9 @@ def langevin(strength: float, drift: float) -> Rule:
 
 def test_langevin_schemes_are_tried_with_constant_force() -> None:
     """Euler's error on damped motion vanishes with h and is let pass; wrong friction or noise is found."""
-    assert breach(Damped(langevin(1.0, 1.0)), angle_pendulum()) == ""
-    assert "gamma p dt" in breach(Damped(langevin(1.0, 2.0)), angle_pendulum())
-    assert "sigma dW" in breach(Damped(langevin(1.01, 1.0)), angle_pendulum())
+    assert violation(Damped(langevin(1.0, 1.0)), angle_pendulum()) == ""
+    assert "gamma p dt" in violation(Damped(langevin(1.0, 2.0)), angle_pendulum())
+    assert "sigma dW" in violation(Damped(langevin(1.01, 1.0)), angle_pendulum())
 
 
 @pytest.mark.parametrize("form", [SDE, HolonomicSDAE, Langevin])
