@@ -44,9 +44,9 @@ from .measures.judge import (
     judge_claim,
     leave_open,
     local_opinion,
+    no_fit,
     order_tests,
     sound_levels,
-    unfitted,
     with_sample,
 )
 from .numerics.statistics import Estimate, group_sums, jackknife, order_of
@@ -83,11 +83,11 @@ __all__ = [
     "judge_claim",
     "leave_open",
     "local_opinion",
+    "no_fit",
     "order_of",
     "order_tests",
     "packed",
     "sound_levels",
-    "unfitted",
     "unpacked",
     "with_sample",
 ]

@@ -52,10 +52,10 @@ from .judge import (
     coverage,
     decide,
     finding,
-    held_back,
+    hold_back,
+    no_fit,
     order_tests,
     sound_levels,
-    unfitted,
     with_sample,
 )
 
@@ -202,7 +202,7 @@ def _finding(evidence: Evidence, defect: Defect) -> Finding:
     elif covered.claim is not None and covered.claim.value == ROUND_OFF:
         found = _beyond_round_off(defect, covered, bound)
     elif len(levels) < FEWEST:
-        return finding(covered, unfitted(evidence, covered, remarks), method="paths")
+        return finding(covered, no_fit(evidence, covered, remarks), method="paths")
     else:
         found = _of_slope(evidence, defect, levels[-FITTED - 1 :], covered)
     return replace(found, reason=Reason.of(found.reason, remarks, covered.gap))
@@ -271,7 +271,7 @@ def _tests(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) -> Pa
     if heavy and tests.refuted > 0.0:
         # The interval of a root mean square refutes nothing then.
         tests = tests._replace(refuted=1.0, reason=Reason("heavy tails").then(tests.reason))
-    return held_back(with_sample(tests, evidence.paths, heavy=heavy), evidence, sound)
+    return hold_back(with_sample(tests, evidence.paths, heavy=heavy), evidence, sound)
 
 
 def _asymptotic(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) -> PathTests:

@@ -76,7 +76,7 @@ class Effort(Measure):
             return Judgement((finding(coverage(evidence, self.name, PROBED), unreported),), ())
         if few is None or along is None:
             return NOT_PROBED
-        counted = [_Counted(name, few, along, index) for index, name in enumerate(names)]
+        counted = [_Counter(name, few, along, index) for index, name in enumerate(names)]
         findings = tuple(_finding(evidence, each) for each in counted)
         return Judgement(findings, tuple(row for each in counted for row in _levels(each)))
 
@@ -87,7 +87,7 @@ def sdaeverify_measures() -> list[Measure]:
     return [Effort()]
 
 
-class _Counted(NamedTuple):
+class _Counter(NamedTuple):
     # What is known of one counter: in a few steps, along runs, and its place in both.
     name: str
     few: Iterations
@@ -120,7 +120,7 @@ class _Counted(NamedTuple):
         return np.asarray(self.along.above[self.row][:, self.sound, min(count, MOST - 1)])
 
 
-def _finding(evidence: Evidence, counted: _Counted) -> Finding:
+def _finding(evidence: Evidence, counted: _Counter) -> Finding:
     covered = coverage(evidence, Effort.name, counted.name)
     opinion = Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
     if covered.claim is not None:
@@ -136,12 +136,12 @@ def _finding(evidence: Evidence, counted: _Counted) -> Finding:
     )
 
 
-def _opinion(evidence: Evidence, claim: Claim, counted: _Counted) -> Opinion:
+def _opinion(evidence: Evidence, claim: Claim, counted: _Counter) -> Opinion:
     said = re.fullmatch(r"at most (\d+) iterations(?: in (\d+(?:\.\d+)?) per cent of the steps)?", str(claim.value))
     if said is None:
         return Opinion(Verdict.INCONCLUSIVE, unknown_value(claim))
     figures = Reason(_figures(counted))
-    if refuted := _growing(counted):
+    if refuted := _growth_in_eps(counted):
         return Opinion(Verdict.REFUTED, Reason.of(refuted, figures))
     most, part = int(said[1]), said[2]
     if part is None and counted.most > most:
@@ -154,7 +154,7 @@ def _opinion(evidence: Evidence, claim: Claim, counted: _Counted) -> Opinion:
     return _share_opinion(evidence.level, counted, most, 1.0 - 0.01 * float(part))
 
 
-def _share_opinion(level: float, counted: _Counted, most: int, allowed: float) -> Opinion:
+def _share_opinion(level: float, counted: _Counter, most: int, allowed: float) -> Opinion:
     """Return what the shares of steps that took more say, each of them a mean over independent paths."""
     shares, paths = counted.share(most), counted.along.paths[:, counted.sound]
     p = chernoff(shares, allowed, paths)
@@ -188,14 +188,14 @@ def chernoff(mean: Array, bound: float, count: Array) -> Array:
     )
 
 
-def _figures(counted: _Counted) -> str:
+def _figures(counted: _Counter) -> str:
     few, sizes = counted.few, counted.along.h[counted.sound]
     runs = f"runs at h = {sizes[0]:.3g} to {sizes[-1]:.3g}" if len(sizes) else "no runs"
     mean = f"{counted.mean.min():.2f} to {counted.mean.max():.2f} on average at h = {float(few.h):.3g}"
     return f"{mean}, {counted.most:.0f} at most there and in {runs}, eps from {few.eps[0]:.0e} to {few.eps[-1]:.0e}"
 
 
-def _growing(counted: _Counted) -> str:
+def _growth_in_eps(counted: _Counter) -> str:
     """Tell whether the mean grows over the stiff half of the grid, towards eps = 0."""
     few = counted.few
     stiff = np.flatnonzero(few.eps < STIFF * float(few.h))
@@ -210,7 +210,7 @@ def _growing(counted: _Counted) -> str:
     )
 
 
-def _levels(counted: _Counted) -> Iterator[LevelFinding]:
+def _levels(counted: _Counter) -> Iterator[LevelFinding]:
     few, along, index = counted.few, counted.along, counted.row
     columns = (few.eps, few.mean[index], few.error[index], few.most[index], few.failed)
     for eps, mean, error, most, failed in zip(*columns, strict=True):

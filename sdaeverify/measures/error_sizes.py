@@ -53,7 +53,7 @@ def of_step(record: LocalStrong, names: Sequence[str]) -> Iterator[tuple[str, Er
     for index, name in enumerate(names):
         floor = _above_plateau(record.h, rounding, strong_order(record, index).plateau_h)
         for kind, defects in {"root mean square": record.rms, **means}.items():
-            yield f"one step: {kind} of {name}", _seen(record.h, defects[SELF, index].max(axis=0), floor)
+            yield f"one step: {kind} of {name}", _sizes_above(record.h, defects[SELF, index].max(axis=0), floor)
 
 
 def of_step_expectations(record: LocalWeak) -> ErrorSizes:
@@ -63,7 +63,7 @@ def of_step_expectations(record: LocalWeak) -> ErrorSizes:
         return without_error(UNSEEN)
     relative = np.abs(record.defect) / record.scale
     rounding = np.full(len(record.h), FLOORS * EPS * np.abs(weights(int(record.trees))).sum())
-    return _seen(record.h, relative.max(axis=(0, 1)), _above_plateau(record.h, rounding, order.plateau_h))
+    return _sizes_above(record.h, relative.max(axis=(0, 1)), _above_plateau(record.h, rounding, order.plateau_h))
 
 
 def of_moments(record: MomentErrors) -> Iterator[tuple[str, ErrorSizes]]:
@@ -71,8 +71,8 @@ def of_moments(record: MomentErrors) -> Iterator[tuple[str, ErrorSizes]]:
     if record.defect.max() > AFFINE:
         return
     floor = np.where(record.usable > 0.0, MOMENTS_ABOVE_FLOOR * record.floor, np.inf)
-    yield "first moments at T", _seen(record.h, np.linalg.norm(record.first, axis=1), floor)
-    yield "second moments at T", _seen(record.h, np.linalg.norm(record.second, axis=(1, 2)), floor)
+    yield "first moments at T", _sizes_above(record.h, np.linalg.norm(record.first, axis=1), floor)
+    yield "second moments at T", _sizes_above(record.h, np.linalg.norm(record.second, axis=(1, 2)), floor)
 
 
 def of_operator(record: TransitionErrors, names: Sequence[str], kind: str) -> Iterator[tuple[str, ErrorSizes]]:
@@ -80,7 +80,7 @@ def of_operator(record: TransitionErrors, names: Sequence[str], kind: str) -> It
     floors, orders = ABOVE_FLOOR * error_floors(record), functional_orders(record)
     for index, name in enumerate(names):
         if orders[index].informative:
-            yield f"{kind}: {name}", _seen(record.h, np.abs(record.errors[:, index]), floors[:, index])
+            yield f"{kind}: {name}", _sizes_above(record.h, np.abs(record.errors[:, index]), floors[:, index])
 
 
 def _above_plateau(h: Array, floor: Array, plateau_h: float) -> Array:
@@ -88,7 +88,7 @@ def _above_plateau(h: Array, floor: Array, plateau_h: float) -> Array:
     return np.where(h > plateau_h, floor, np.inf)
 
 
-def _seen(h: Array, sizes: Array, floor: Array) -> ErrorSizes:
+def _sizes_above(h: Array, sizes: Array, floor: Array) -> ErrorSizes:
     seen: Mask = np.isfinite(sizes) & (sizes > floor)
     if not seen.any() and np.isfinite(sizes).all() and np.isfinite(floor).all():
         return without_error(UNSEEN)

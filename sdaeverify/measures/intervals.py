@@ -84,7 +84,7 @@ class Intervals(Measure):
             own = next(found for end, found in orders.items() if each.name.endswith(end))
             order = own.get(each.name.split(UP_TO, 1)[0])
             findings.append(strong_finding(evidence, each, coverage(evidence, self.name, each.name), order))
-        findings += _given_past(evidence)
+        findings += _past_finding(evidence)
         rows = (level_rows(each, set(usable_levels(evidence, each)[0][-FITTED:]), NORMS) for each in quantities)
         return Judgement(tuple(withhold_in_doubt(findings)), tuple(chain.from_iterable(rows)))
 
@@ -132,12 +132,12 @@ class IntervalObserver:
             noted, suffix = notebook.tally(at_end=False), _suffix(interval)
             paths = {} if found.sums else {"paths": noted.sums["paths"]}
             sums = {name: value for name, value in noted.sums.items() if name != "paths"}
-            renamed = (_renamed(each, suffix) for each in (sums, noted.maxima, noted.largest))
+            renamed = (_with_suffix(each, suffix) for each in (sums, noted.maxima, noted.largest))
             found = found.merged(Tally(*renamed)).merged(Tally(sums=paths))
         return found
 
 
-def _given_past(evidence: Evidence) -> Iterator[Finding]:
+def _past_finding(evidence: Evidence) -> Iterator[Finding]:
     """Yield the finding on the consistency of one step, if it was probed."""
     record = unpacked(GIVEN_PAST, DelayConsistency, evidence.tally)
     if record is None:
@@ -158,5 +158,5 @@ def _suffix(interval: int) -> str:
     return f"{UP_TO}tau" if interval == 1 else f"{UP_TO}{interval} tau"
 
 
-def _renamed(values: Mapping[str, Array], suffix: str) -> dict[str, Array]:
+def _with_suffix(values: Mapping[str, Array], suffix: str) -> dict[str, Array]:
     return {f"{name}{suffix}": value for name, value in values.items()}

@@ -278,7 +278,7 @@ def with_sample(tests: PathTests, paths: int, *, heavy: bool) -> PathTests:
     return PathTests(max(tests.verified, SHALLOW), refuted, tests.reason, growth, tests.refuted)
 
 
-def held_back(
+def hold_back(
     tests: PathTests, evidence: Evidence, levels: Array, coarse: str = "", growth: float = inf
 ) -> PathTests:
     """Refute nothing by levels that do not resolve the problem's fastest time; what they show stays suspicious.
@@ -347,7 +347,7 @@ def at_levels(what: str, levels: Mask) -> str:
     return f"{what} at {count} level{'' if count == 1 else 's'}"
 
 
-def unfitted(evidence: Evidence, covered: Coverage, left_out: Reason) -> Opinion:
+def no_fit(evidence: Evidence, covered: Coverage, left_out: Reason) -> Opinion:
     """Return the opinion on a quantity that has too few levels for a slope, and why they were left out."""
     verdict = Verdict.INCONCLUSIVE if covered.claim else Verdict.OUT_OF_SCOPE
     if evidence.health.sums["lost"][-1] > 0:

@@ -48,7 +48,7 @@ class MeanObserver:
         sums: dict[str, Array] = {}
         paths = 0
         for name in self.names:
-            values = np.stack([self._known(name, parts) for parts in self.last.levels])
+            values = np.stack([self._values(name, parts) for parts in self.last.levels])
             paths = values.shape[-1]
             sums[VALUES + name] = group_sums(values)
             sums[SQUARES + name] = group_sums(values[-1] ** 2)
@@ -66,7 +66,7 @@ class MeanObserver:
             if value is not None:
                 yield key, value
 
-    def _known(self, name: str, parts: Parts) -> Array:
+    def _values(self, name: str, parts: Parts) -> Array:
         value = self._value(name, parts)
         assert value is not None
         return value

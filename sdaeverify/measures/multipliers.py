@@ -91,9 +91,9 @@ def judge_exponent(record: Multipliers, index: int, claim: float) -> Opinion:
     orders = multiplier_orders(record)
     order, ahead = float(orders.order[index]), float(orders.ahead[index])
     if np.isnan(order):
-        return local_doubt(_hidden(record))
+        return local_doubt(_why_no_order(record))
     if np.isinf(order):
-        return _vanishing(record)
+        return _rounding_opinion(record)
     bound, text = claim - TOLERANCE, f"local order {order:.3f}, claimed {claim}"
     if min(order, ahead) >= bound:
         return local_opinion(Verdict.VERIFIED, f"local order {order:.3f}")
@@ -102,13 +102,13 @@ def judge_exponent(record: Multipliers, index: int, claim: float) -> Opinion:
     return local_doubt(f"{text}; still changing, to {ahead:.3f}")
 
 
-def _vanishing(record: Multipliers) -> Opinion:
+def _rounding_opinion(record: Multipliers) -> Opinion:
     if record.truncated.any() or record.failed.any():
         return local_doubt("no more than rounding at the step sizes that are not truncated")
     return local_opinion(Verdict.VERIFIED, "no more than rounding, at two step sizes or more: it vanishes here")
 
 
-def _hidden(record: Multipliers) -> str:
+def _why_no_order(record: Multipliers) -> str:
     for what, share in (("is truncated", record.truncated[-1]), ("has no root", record.failed[-1])):
         if share:
             return f"no order: even at h = {record.h[-1]:.2g} the step {what} at {share:.0%} of the states"

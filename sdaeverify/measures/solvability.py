@@ -119,7 +119,7 @@ def _of_claim(evidence: Evidence, shares: Sequence[Share], covered: Coverage) ->
     def judge(claim: Claim) -> Opinion:  # noqa: ARG001 - there is one claim
         # One step without root is a counterexample, however rare: no sampling error is involved.
         met = any(share.value for share in shares)
-        tests = PathTests(1.0, 0.0 if met else 1.0, Reason(_met(shares)))
+        tests = PathTests(1.0, 0.0 if met else 1.0, Reason(_share_text(shares)))
         return guard(_by_scan(evidence), tests, evidence)._replace(p_verified=nan, p_refuted=nan)
 
     opinion = judge_claim(covered, judge, {EVERY_H})
@@ -164,7 +164,7 @@ def _of_shares(shares: Sequence[Share], gap: Reason) -> Finding:
     return Finding(
         quantity=SHARE,
         verdict=Verdict.OUT_OF_SCOPE,
-        reason=Reason.of(_met(shares), gap),
+        reason=Reason.of(_share_text(shares), gap),
         estimate=worst.value,
         low=worst.low,
         high=worst.high,
@@ -173,7 +173,7 @@ def _of_shares(shares: Sequence[Share], gap: Reason) -> Finding:
     )
 
 
-def _met(shares: Sequence[Share]) -> str:
+def _share_text(shares: Sequence[Share]) -> str:
     met = [f"{share.value:.3g} at h = {share.h:.3g}" for share in shares if share.value]
     return f"share of paths that meet a step without root {', '.join(met)}" if met else "no path without root"
 

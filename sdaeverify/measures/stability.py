@@ -118,7 +118,7 @@ def _levels(name: str, record: StabilityRecord) -> Iterator[LevelFinding]:
 
 
 def _opinion(claim: Claim, record: StabilityRecord, evidence: Evidence) -> Opinion:
-    if reason := _nonlinear(record) or _undecided_problem(record, evidence):
+    if reason := _nonlinear(record) or _problem_doubt(record, evidence):
         return Opinion(Verdict.INCONCLUSIVE, Reason(reason))
     if not record.decays:
         return Opinion(Verdict.OUT_OF_SCOPE, Reason("the problem itself is not mean-square stable"))
@@ -140,7 +140,7 @@ def _nonlinear(record: StabilityRecord) -> str:
     return f"the step is not linear in the state: relative defect {defect[worst]:.2g} at h = {h[worst]:.3g}"
 
 
-def _undecided_problem(record: StabilityRecord, evidence: Evidence) -> str:
+def _problem_doubt(record: StabilityRecord, evidence: Evidence) -> str:
     if np.isnan(record.decays):
         return "whether the problem itself is mean-square stable is not decided: its growth rate is 0 to rounding"
     stable = bool(record.decays)

@@ -30,14 +30,14 @@ def family_wise(results: Sequence[CellResult], alpha: float) -> list[CellResult]
     -------
     list of CellResult
     """
-    p_refuted = {place: finding.p_refuted for place, finding in _claimed(results)}
-    p_verified = {place: finding.p_verified for place, finding in _claimed(results)}
+    p_refuted = {place: finding.p_refuted for place, finding in _claims(results)}
+    p_verified = {place: finding.p_verified for place, finding in _claims(results)}
     refuted, verified = holm(p_refuted, alpha), holm(p_verified, alpha)
     return [
         replace(
             result,
             findings=tuple(
-                _decided(finding, refuted=(i, j) in refuted, verified=(i, j) in verified)
+                _decide(finding, refuted=(i, j) in refuted, verified=(i, j) in verified)
                 for j, finding in enumerate(result.findings)
             ),
         )
@@ -56,7 +56,7 @@ def holm(p_values: dict[Place, float], alpha: float) -> set[Place]:
     return rejected
 
 
-def _claimed(results: Sequence[CellResult]) -> list[tuple[Place, Finding]]:
+def _claims(results: Sequence[CellResult]) -> list[tuple[Place, Finding]]:
     return [
         ((i, j), finding)
         for i, result in enumerate(results)
@@ -65,7 +65,7 @@ def _claimed(results: Sequence[CellResult]) -> list[tuple[Place, Finding]]:
     ]
 
 
-def _decided(finding: Finding, *, refuted: bool, verified: bool) -> Finding:
+def _decide(finding: Finding, *, refuted: bool, verified: bool) -> Finding:
     if finding.claim is None or finding.tier < 3 or finding.verdict is Verdict.DIVERGED:
         return finding
     known = {Verdict.REFUTED: finding.p_refuted, Verdict.VERIFIED: finding.p_verified}

@@ -9,7 +9,7 @@ import pytest
 from sdaeverify import Claim, Settings, verify
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.measure import Evidence
-from sdaeverify.measures.invariant.bias import known_bias, sampled_bias
+from sdaeverify.measures.invariant.bias import bias_of_chains, bias_of_operator
 from sdaeverify.measures.invariant.chain_order import BiasSample
 from sdaeverify.numerics.statistics import GROUPS
 from sdaeverify.probe.operator.functional_orders import FunctionalOrder
@@ -57,14 +57,14 @@ def invariant(scheme, problem="ou", **settings):
 )
 def test_errors_without_sampling(errors, floor, verdict):
     """All step sizes must be within the bound, whatever the errors can be off; one that is beyond refutes."""
-    assert known_bias(0.01, H, np.array(errors), np.full(4, floor), TOLD)[1].verdict is verdict
+    assert bias_of_operator(0.01, H, np.array(errors), np.full(4, floor), TOLD)[1].verdict is verdict
 
 
 def test_a_mean_that_a_symmetry_fixes_tells_nothing():
     """No bias is claimed of what has none in any scheme."""
     fixed = FunctionalOrder(np.nan, -np.inf, np.inf, informative=False, fixed=True, note="a symmetry fixes it")
 
-    assert known_bias(0.01, H, np.zeros(4), np.full(4, 1e-9), fixed)[1].verdict is Verdict.NOT_APPLICABLE
+    assert bias_of_operator(0.01, H, np.zeros(4), np.full(4, 1e-9), fixed)[1].verdict is Verdict.NOT_APPLICABLE
 
 
 def chains(bias, se):
@@ -72,7 +72,7 @@ def chains(bias, se):
     noise = np.random.default_rng(7).standard_normal((GROUPS, len(H)))
     noise = (noise - noise.mean(axis=0)) / noise.std(axis=0, ddof=1)
     values = 1.0 + np.array(bias) + se * np.sqrt(GROUPS) * noise
-    return sampled_bias(0.01, [BiasSample(H, values, values[:, 0], 1.0, 1e-14)], 3.0, EVIDENCE)
+    return bias_of_chains(0.01, [BiasSample(H, values, values[:, 0], 1.0, 1e-14)], 3.0, EVIDENCE)
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_chains_at_the_boundary_decide_as_often_as_their_level_says():
     for _ in range(400):
         values = np.array([1.01, 1.0, 1.0, 1.0]) + 1e-3 * rng.standard_normal((GROUPS, len(H)))
         sample = BiasSample(H, values, values[:, 0], 1.0, 1e-14)
-        decided += sampled_bias(0.01, [sample], 1.0, EVIDENCE)[1].verdict is not Verdict.INCONCLUSIVE
+        decided += bias_of_chains(0.01, [sample], 1.0, EVIDENCE)[1].verdict is not Verdict.INCONCLUSIVE
 
     # Two tests of 0.005 each: 12 of 400 have a probability below 1e-3.
     assert decided < 12

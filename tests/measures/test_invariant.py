@@ -11,7 +11,7 @@ from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally, packed
 from sdaeverify.measures.invariant import CHAINS, OPERATOR, Invariant
-from sdaeverify.measures.invariant.chain_findings import decided
+from sdaeverify.measures.invariant.chain_findings import is_decided
 from sdaeverify.measures.invariant.chain_order import BiasSample, exceeds
 from sdaeverify.simulate.chains import GROUPS, ChainRecord
 from stationary_cells import (
@@ -261,12 +261,12 @@ def test_looks_end_when_enough_is_decided():
     verified, hopeless = record(linear), record(lambda h: 0.0 * h, linear)
     not_yet = record(lambda h: 4e-6 * h, linear)
 
-    assert decided(list(findings(verified).values()), verified)
-    assert decided(list(findings(verified, Euler(order=2.0)).values()), verified)
-    assert decided(list(findings(verified, Claimless()).values()), verified)
+    assert is_decided(list(findings(verified).values()), verified)
+    assert is_decided(list(findings(verified, Euler(order=2.0)).values()), verified)
+    assert is_decided(list(findings(verified, Claimless()).values()), verified)
     assert findings(not_yet)["x"].verdict is findings(hopeless)["x"].verdict is Verdict.NOT_APPLICABLE
-    assert not decided(list(findings(not_yet).values()), not_yet)
-    assert decided(list(findings(hopeless).values()), hopeless)
+    assert not is_decided(list(findings(not_yet).values()), not_yet)
+    assert is_decided(list(findings(hopeless).values()), hopeless)
 
 
 @pytest.mark.parametrize(("a", "b"), [(1.0, 1.0), (-1.0, 1.0), (0.0, 0.0), (0.02, -0.02)])

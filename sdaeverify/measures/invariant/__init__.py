@@ -27,7 +27,7 @@ from ...registry.hookspecs import hookimpl
 from ...simulate.chains import ChainPlan, ChainRecord, run_chains
 from ..error_sizes import of_operator
 from ..judge import coverage, finding, leave_open
-from .chain_findings import chain_findings, chain_levels, decided
+from .chain_findings import chain_findings, chain_levels, is_decided
 from .operator_findings import is_settled, operator_findings, operator_levels, usable
 
 OPERATOR, CHAINS = "stationary law", "chains"
@@ -55,7 +55,7 @@ class Invariant(Measure):
         operator = stationary_record(evidence)
         if operator is not None:
             evidence = replace(evidence, tally=packed(OPERATOR, operator))
-        left = _left_open({found.quantity: found for found in self.judge(evidence).findings})
+        left = _open_quantities({found.quantity: found for found in self.judge(evidence).findings})
         if not (left and np.isfinite(view.relaxation)):
             return evidence.tally
         return evidence.tally.merged(packed(CHAINS, _chains(evidence, left)))
@@ -64,7 +64,7 @@ class Invariant(Measure):
         """Return a finding for each observable whose exact mean is known, and its levels."""
         operator = unpacked(OPERATOR, TransitionErrors, evidence.tally)
         chains = unpacked(CHAINS, ChainRecord, evidence.tally)
-        findings = {truth.observable: _unknown(evidence, truth) for truth in _truths(evidence.view)}
+        findings = {truth.observable: _without_chart(evidence, truth) for truth in _truths(evidence.view)}
         levels: list[LevelFinding] = []
         # The logarithm of a difference that is exactly zero is not a defect.
         with np.errstate(all="ignore"):
@@ -73,7 +73,7 @@ class Invariant(Measure):
                 levels += operator_levels(evidence, operator)
             if chains is not None:
                 sampled = {found.quantity: found for found in chain_findings(evidence, chains)}
-                findings |= {name: sampled[name] for name in _left_open(findings)}
+                findings |= {name: sampled[name] for name in _open_quantities(findings)}
                 levels += chain_levels(evidence, chains)
         return Judgement(tuple(findings.values()), tuple(levels))
 
@@ -127,12 +127,12 @@ def _chains(evidence: Evidence, names: Collection[str]) -> ChainRecord:
     plan = ChainPlan(coarsest_step(view, settings), view.relaxation, settings.seed, settings.looks)
 
     def enough(record: ChainRecord) -> bool:
-        return decided([found for found in chain_findings(evidence, record) if found.quantity in names], record)
+        return is_decided([found for found in chain_findings(evidence, record) if found.quantity in names], record)
 
     return run_chains(evidence.scheme, view, plan, enough)
 
 
-def _left_open(findings: Mapping[str, Finding]) -> list[str]:
+def _open_quantities(findings: Mapping[str, Finding]) -> list[str]:
     return [name for name, found in findings.items() if found.verdict is Verdict.INCONCLUSIVE]
 
 
@@ -140,7 +140,7 @@ def _truths(view: Problem) -> list[InvariantMean]:
     return [truth for truth in view.truths if isinstance(truth, InvariantMean)]
 
 
-def _unknown(evidence: Evidence, truth: InvariantMean) -> Finding:
+def _without_chart(evidence: Evidence, truth: InvariantMean) -> Finding:
     covered = coverage(evidence, Invariant.name, truth.observable)
     reason = "no chart serves the scheme, and no relaxation time is known for which chains should run"
     return finding(covered, leave_open(covered, reason))

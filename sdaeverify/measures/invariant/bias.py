@@ -57,7 +57,7 @@ def with_bias(found: Finding, bias: StationaryBias, opinion: Opinion) -> Finding
     )
 
 
-def known_bias(
+def bias_of_operator(
     bound: float, h: Array, errors: Array, floors: Array, order: FunctionalOrder
 ) -> tuple[StationaryBias, Opinion]:
     """Return what errors without sampling say of a bound.
@@ -89,7 +89,7 @@ def known_bias(
     return StationaryBias(errors[at], errors[at] - off[at], errors[at] + off[at]), Opinion(verdict, reason)
 
 
-def sampled_bias(
+def bias_of_chains(
     bound: float, looks: Sequence[BiasSample], planned: float, evidence: Evidence
 ) -> tuple[StationaryBias, Opinion]:
     """Return what chains say of a bound, each p-value being shared among the planned looks.

@@ -24,7 +24,7 @@ from ..judge import (
     sound_levels,
     withhold_in_doubt,
 )
-from .bias import StationaryBias, bias_bound, sampled_bias, with_bias
+from .bias import StationaryBias, bias_bound, bias_of_chains, with_bias
 from .chain_order import BiasSample, ChainTests, chain_tests, samples
 
 METHOD = "paired replicated chains (T3)"
@@ -67,7 +67,7 @@ def chain_findings(evidence: Evidence, record: ChainRecord) -> list[Finding]:
     levels, remarks = _usable(record)
     names = [truth.observable for truth in _truths(evidence)]
     if len(record.time) == 0 or len(levels) < FEWEST:
-        return [_unfitted(evidence, record, name, remarks) for name in names]
+        return [_without_levels(evidence, record, name, remarks) for name in names]
     biases = _biases(evidence, record, levels)
     findings = withhold_in_doubt([_finding(evidence, record, one, biases) for one in biases])
     return [replace(found, reason=Reason.of(found.reason, *remarks)) for found in findings]
@@ -87,7 +87,7 @@ def chain_levels(evidence: Evidence, record: ChainRecord) -> Iterator[LevelFindi
             yield LevelFinding(one.name, None, estimate, error, details, float(h))
 
 
-def decided(findings: Sequence[Finding], record: ChainRecord) -> bool:
+def is_decided(findings: Sequence[Finding], record: ChainRecord) -> bool:
     """Tell whether no further look is needed: nothing is claimed, or something refuted, or enough is verified.
 
     An observable that shows no bias is waited for as long as the looks that are left can be expected to resolve it,
@@ -156,7 +156,7 @@ def _finding(
     found = finding(one.covered, opinion, estimate=last.order, low=low, high=high, method=METHOD, details=details)
     if bound is None:
         return found
-    return _bias_finding(record, found, *sampled_bias(bound, one.looks, float(record.planned), evidence))
+    return _bias_finding(record, found, *bias_of_chains(bound, one.looks, float(record.planned), evidence))
 
 
 def _bias_finding(record: ChainRecord, found: Finding, bias: StationaryBias, opinion: Opinion) -> Finding:
@@ -181,7 +181,7 @@ def _opinion(
     assert tests is not None
     low, high = last.order_interval(evidence.settings.confidence)
     order = order_in(last.order, low, high, claim)
-    left, se = _mean(last.left(float(claim.value)))
+    left, se = _mean(last.remainder(float(claim.value)))
     off = "off by {left:.1g} with standard error {se:.1g}"
     limit, wrong = (
         Reason(text, kind, {"left": left, "se": se})
@@ -236,7 +236,7 @@ def _details(record: ChainRecord, sample: BiasSample) -> dict[str, object]:
     }
 
 
-def _unfitted(evidence: Evidence, record: ChainRecord, name: str, remarks: Sequence[str]) -> Finding:
+def _without_levels(evidence: Evidence, record: ChainRecord, name: str, remarks: Sequence[str]) -> Finding:
     covered = coverage(evidence, "invariant", name)
     verdict = Verdict.INCONCLUSIVE if covered.claim else Verdict.OUT_OF_SCOPE
     if record.lost[-1] > 0:

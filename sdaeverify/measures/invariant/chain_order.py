@@ -119,10 +119,10 @@ class BiasSample:
         D, m = self.differences, self.differences.shape[1] - 1
         order = float(claim.value)
         faster = exceeds(2.0 ** (-m * (order - claim.margin)) * D[:, 0], D[:, -1])
-        left = self.left(order)
-        return max(faster, exceeds(CONFIRMED * (self.errors[:, 0] - left), left))
+        remainder = self.remainder(order)
+        return max(faster, exceeds(CONFIRMED * (self.errors[:, 0] - remainder), remainder))
 
-    def left(self, order: float) -> Array:
+    def remainder(self, order: float) -> Array:
         """Return what is left of the finest error if Richardson's tail for an order is taken off, shape (K,)."""
         return np.asarray(self.errors[:, -1] - self.differences[:, -1] / (2.0**order - 1.0))
 
@@ -151,7 +151,7 @@ class BiasSample:
         """Return the p-value of the hypothesis that the mean tends to the exact one with an order."""
         D, m = self.differences, self.differences.shape[1] - 1
         tails = D * 2.0 ** (-order * (m - np.arange(m + 1))) / (2.0**order - 1.0)
-        return max(exceeds(self.left(order), tail) for tail in tails.T)
+        return max(exceeds(self.remainder(order), tail) for tail in tails.T)
 
 
 class ChainTests(NamedTuple):

@@ -18,7 +18,7 @@ from ...probe.operator.functional_orders import (
 )
 from ...probe.operator.transition_errors import TransitionErrors, invariant_observables
 from ..judge import Coverage, coverage, finding, judge_claim
-from .bias import bias_bound, known_bias, with_bias
+from .bias import bias_bound, bias_of_operator, with_bias
 
 METHOD = "stationary law of the transition operator (T2)"
 # How far an order may be below the claimed one.
@@ -40,7 +40,7 @@ def operator_findings(evidence: Evidence, record: TransitionErrors) -> list[Find
         found.append(_finding(coverage(evidence, "invariant", name), orders.get(name)))
         bound = bias_bound(found[-1].claim)
         if bound is not None and name in orders:
-            found[-1] = with_bias(found[-1], *known_bias(bound, record.h, *columns[name], orders[name]))
+            found[-1] = with_bias(found[-1], *bias_of_operator(bound, record.h, *columns[name], orders[name]))
     return found
 
 

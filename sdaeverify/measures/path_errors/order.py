@@ -20,7 +20,7 @@ from ..judge import (
     SUSPECT,
     PathTests,
     at_levels,
-    held_back,
+    hold_back,
     order_tests,
     sound_levels,
     with_sample,
@@ -118,7 +118,7 @@ def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
         coarse = _coarse(evidence, int(fitted.levels[-1]))
         if not coarse and (coarse := _on_its_way(quantity, fitted.levels, claim)):
             growth = quantity.rise(fitted.levels).growth_to_decide(RISING, evidence.level)
-    return held_back(calibrated(tests, quantity, fitted.levels), evidence, fitted.levels, coarse, growth)
+    return hold_back(calibrate(tests, quantity, fitted.levels), evidence, fitted.levels, coarse, growth)
 
 
 def _coarse(evidence: Evidence, finest: int) -> str:
@@ -146,7 +146,7 @@ def _on_its_way(quantity: Quantity, levels: Array, claim: Claim) -> str:
     return f"its local orders rise, to {ahead:.2f} at the next step size; add finer levels"
 
 
-def calibrated(tests: PathTests, quantity: Quantity, levels: Array) -> PathTests:
+def calibrate(tests: PathTests, quantity: Quantity, levels: Array) -> PathTests:
     """Return the tests as far as the sample is large enough for its tails at the ends of the fit."""
     heavy = quantity.tail(levels[0]).heavy or quantity.tail(levels[-1]).heavy
     return with_sample(tests, quantity.paths, heavy=heavy)

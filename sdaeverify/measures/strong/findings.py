@@ -19,7 +19,7 @@ from ...probe.local.strong_defects import LocalStrong, local_strong, no_local_or
 from ...probe.local.strong_order import StrongOrder, at_most, strong_order
 from ...probe.step.one_step import OneStep
 from ..error_sizes import of_step
-from ..judge import FEWEST, FITTED, Coverage, PathTests, coverage, finding, guard, leave_open, unfitted
+from ..judge import FEWEST, FITTED, Coverage, PathTests, coverage, finding, guard, leave_open, no_fit
 from ..path_errors.errors import STATE
 from ..path_errors.order import (
     EXACT,
@@ -181,7 +181,7 @@ def strong_finding(evidence: Evidence, quantity: Quantity, covered: Coverage, or
         return finding(covered, opinion, method=EXACT_METHODS[opinion.tier], details=local.details)
     usable, left_out = usable_levels(evidence, quantity)
     if len(usable[-FITTED:]) < FEWEST:
-        opinion = _unfitted(evidence, local, covered, left_out)
+        opinion = _opinion_without_fit(evidence, local, covered, left_out)
         return finding(covered, opinion, method=UNFITTED_METHODS[opinion.tier], details=local.details)
     fitted = fit(evidence, quantity, usable, left_out)
     opinion = Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
@@ -233,8 +233,8 @@ def _of_exact(evidence: Evidence, quantity: Quantity, local: _Local, covered: Co
     return opinion if covered.claim else opinion._replace(verdict=Verdict.OUT_OF_SCOPE)
 
 
-def _unfitted(evidence: Evidence, local: _Local, covered: Coverage, left_out: Reason) -> Opinion:
-    opinion = unfitted(evidence, covered, left_out)
+def _opinion_without_fit(evidence: Evidence, local: _Local, covered: Coverage, left_out: Reason) -> Opinion:
+    opinion = no_fit(evidence, covered, left_out)
     if local.opinion is None or covered.claim is None or opinion.verdict is Verdict.DIVERGED:
         return opinion
     if local.opinion.verdict is Verdict.REFUTED:

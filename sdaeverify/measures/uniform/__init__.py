@@ -65,7 +65,7 @@ class Uniform(Measure):
         local = _local_opinions(evidence)
         pairs = (judge_pair(evidence, grid, time, local.get(name)) for name, grid, time in pairs_of(evidence))
         judged = list(chain.from_iterable(pairs))
-        findings = withhold_in_doubt([each.finding for each in judged]) + list(_unknown(evidence))
+        findings = withhold_in_doubt([each.finding for each in judged]) + list(_unknown_components(evidence))
         rows = (level_rows(each.quantity, each.fitted, NORMS) for each in judged)
         return Judgement(tuple(findings), tuple(chain.from_iterable(rows)))
 
@@ -89,7 +89,7 @@ def _local_opinions(evidence: Evidence) -> dict[str, Opinion]:
     return {**{name: judge_consistency(record, i) for i, name in names}, STATE: judge_consistency(record)}
 
 
-def _unknown(evidence: Evidence) -> Iterator[Finding]:
+def _unknown_components(evidence: Evidence) -> Iterator[Finding]:
     """Yield findings on the components that the truth does not know."""
     view, known = evidence.view, {name for name, *_ in pairs_of(evidence)}
     start = evidence.scheme.start(view, 1, evidence.step_sizes[0])

@@ -20,15 +20,15 @@ from ..judge import (
     coverage,
     decide,
     finding,
+    no_fit,
     order_tests,
-    unfitted,
 )
 from ..path_errors.order import (
     EXACT,
     RIGHT_LIMIT,
     STILL,
     Fit,
-    calibrated,
+    calibrate,
     fit,
     is_exact,
     path_tests,
@@ -100,12 +100,12 @@ def grid_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
         return path_tests(evidence, quantity, fitted, claim)
     if not np.isfinite(fitted.bias.bound):
         return PathTests.none(f"no finite interval: {fitted.bias.reference} is too coarse or not finite")
-    tests = falling(evidence, quantity, fitted)
+    tests = fall_tests(evidence, quantity, fitted)
     if fitted.bias.knows_limit:
         tests = _with_plateau(evidence, quantity, fitted, tests)
     else:
         tests = _towards_its_own(evidence, tests)
-    return calibrated(tests, quantity, fitted.levels)
+    return calibrate(tests, quantity, fitted.levels)
 
 
 def limit_test(quantity: Quantity, fitted: Fit) -> float:
@@ -123,8 +123,10 @@ def continuous_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim:
     """
     if claim.value == CONVERGES:
         unbiased = fitted._replace(bias=fitted.bias._replace(bound=0.0))
-        grown = falling(evidence, quantity, fitted).refuted
-        tests = falling(evidence, quantity, unbiased)._replace(refuted=min(1.0, 2.0 * min(grown, grid.tests.refuted)))
+        grown = fall_tests(evidence, quantity, fitted).refuted
+        tests = fall_tests(evidence, quantity, unbiased)._replace(
+            refuted=min(1.0, 2.0 * min(grown, grid.tests.refuted))
+        )
         needed, why = max(grid.limit, grid.tests.verified), "that the errors on the grid fall to 0"
     elif not np.isfinite(fitted.bias.bound):
         return PathTests.none(f"no finite interval: {fitted.bias.reference}")
@@ -135,10 +137,10 @@ def continuous_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim:
         growth = max(tests.growth, grid.tests.growth)
         doubt = Reason("{why} is not shown (p = {p:.2g})", numbers={"why": why, "p": needed})
         tests = tests._replace(reason=doubt.then(tests.reason), growth=growth)
-    return calibrated(tests._replace(verified=max(tests.verified, needed)), quantity, fitted.levels)
+    return calibrate(tests._replace(verified=max(tests.verified, needed)), quantity, fitted.levels)
 
 
-def falling(evidence: Evidence, quantity: Quantity, fitted: Fit) -> PathTests:
+def fall_tests(evidence: Evidence, quantity: Quantity, fitted: Fit) -> PathTests:
     """Return the tests of a fall of errors, and of their growth."""
     slope, bias, last = fitted.slope, fitted.bias.bound, fitted.levels[-1]
     low, high = slope.interval(evidence.settings.confidence, bias)
@@ -253,7 +255,7 @@ def _on_grid(subject: _Subject) -> tuple[JudgedQuantity, Grid]:
         return _exact(subject)
     usable, remarks = levels_for(evidence, quantity, claim)
     if len(usable[-FITTED:]) < FEWEST:
-        return _unfitted(subject, remarks), Grid(PathTests.none(remarks), 1.0)
+        return _without_fit(subject, remarks), Grid(PathTests.none(remarks), 1.0)
     fitted = fit(evidence, quantity, usable, remarks)
     tests = grid_tests(evidence, quantity, fitted, claim) if claim else PathTests.none("")
     contrast = quantity.contrast(fitted.levels)
@@ -267,15 +269,15 @@ def _in_continuous_time(subject: _Subject, grid: Grid, finest_error: float) -> J
     usable, remarks = levels_for(evidence, quantity, claim)
     levels = usable[-FITTED:]
     if len(levels) < FEWEST:
-        return _unfitted(subject, remarks or Reason("there are too few"))
+        return _without_fit(subject, remarks or Reason("there are too few"))
     bias = finest_as_reference(quantity, levels, finest_error)
     fitted = Fit(usable, levels, remarks, quantity.slope(levels), bias)
     tests = continuous_tests(evidence, quantity, fitted, claim, grid) if claim else PathTests.none("")
     return _of_slope(subject, fitted, tests, {})
 
 
-def _unfitted(subject: _Subject, remarks: Reason) -> JudgedQuantity:
-    opinion = unfitted(subject.evidence, subject.covered, remarks)
+def _without_fit(subject: _Subject, remarks: Reason) -> JudgedQuantity:
+    opinion = no_fit(subject.evidence, subject.covered, remarks)
     return JudgedQuantity(subject.quantity, finding(subject.covered, opinion, method="paths"))
 
 

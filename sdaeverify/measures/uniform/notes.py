@@ -111,7 +111,7 @@ class UniformObserver:
 
     def __init__(self, problem: Problem, parts: Parts, settings: Settings) -> None:
         self.grid = ErrorObserver(parts, settings, len(POWERS))
-        self.between = ContinuousErrors(parts, _known(problem, parts), settings)
+        self.between = ContinuousErrors(parts, _components_of_truth(problem, parts), settings)
 
     @property
     def wanted(self) -> Sequence[Container[int]]:
@@ -146,7 +146,7 @@ def pairs_of(evidence: Evidence) -> Iterator[tuple[str, Quantity, Quantity]]:
         yield grid.name, replace(grid, name=f"{grid.name}{ON_GRID}"), between
 
 
-def _known(problem: Problem, parts: Parts) -> list[str]:
+def _components_of_truth(problem: Problem, parts: Parts) -> list[str]:
     """Return the components that the truth knows; all of them where a scheme is its own reference."""
     truth = problem.pathwise
     return [name for name in parts if truth is None or name in truth.parts(0.0, truth.start(1))]

@@ -74,7 +74,7 @@ class Uniformity(Measure):
         one = member(scheme.view_of(problem))
         if scheme.refuses(one):
             return scheme.refuses(one)
-        return _unpaired(scheme, one) if _inexact(scheme, one) else ""
+        return _why_not_paired(scheme, one) if _inexact(scheme, one) else ""
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the errors of what can be had without sampling, or those of a share of the run's paths."""
@@ -134,7 +134,7 @@ def _inexact(scheme: Scheme, one: Problem) -> bool:
     return bool(no_moments(scheme, one) and (transition.refusal(scheme, one) or not invariant_observables(one)))
 
 
-def _unpaired(scheme: Scheme, one: Problem) -> str:
+def _why_not_paired(scheme: Scheme, one: Problem) -> str:
     if scheme.law.bounded:
         return f"nothing is exact, and its {scheme.law.name} increments are not Brownian: step sizes share no paths"
     return "" if one.observables else "nothing is exact, and the problem has no observables"
@@ -170,7 +170,7 @@ def _opinion(bound: float, record: UniformErrors, named: list[tuple[str, Supremu
     resolved = [each for each in named if each[1].resolved]
     least = min(resolved, key=lambda each: each[1].order, default=None)
     reason = _order(record, *least) if least else Reason("no error is seen")
-    reason = Reason.of(reason, *(_left_out(label, found) for label, found in named if len(found.left_out)))
+    reason = Reason.of(reason, *(_unresolved_eps(label, found) for label, found in named if len(found.left_out)))
     if all(len(found.left_out) for _, found in named):
         return Opinion(Verdict.INCONCLUSIVE, reason.then("there is an eps that nothing is known for", ": "))
     if all(found.least >= bound for _, found in resolved):
@@ -178,7 +178,7 @@ def _opinion(bound: float, record: UniformErrors, named: list[tuple[str, Supremu
     return Opinion(Verdict.INCONCLUSIVE, reason.then("known too little"))
 
 
-def _left_out(label: str, found: Supremum) -> str:
+def _unresolved_eps(label: str, found: Supremum) -> str:
     return f"{label} is not resolved for eps = {', '.join(f'{eps:.3g}' for eps in found.left_out)}"
 
 

@@ -192,7 +192,7 @@ def _opinion(evidence: Evidence, record: PairedErrors, claim: Claim, sample: Pai
     shown = sample.of(worst) if stays <= evidence.level else sample
     reason = _order(evidence, claim, shown, paths)
     if len(sample.left_out):
-        rest = PathTests(1.0, stays, reason.then(_unknown(sample.left_out)))
+        rest = PathTests(1.0, stays, reason.then(_missing_eps(sample.left_out)))
         return decide(with_sample(rest, paths, heavy=False), evidence)
     opinion = decide(with_sample(PathTests(falls, stays, reason), paths, heavy=False), evidence)
     more = min(growth(p, evidence.level) for p in (falls, stays))
@@ -214,7 +214,7 @@ def _order(evidence: Evidence, claim: Claim, sample: PairedMeans, paths: int) ->
     return Reason(text, Kind.ORDER, figures).then(f"{where}, {paths} paths")
 
 
-def _unknown(eps: Array) -> str:
+def _missing_eps(eps: Array) -> str:
     which = f"eps = {eps[0]:.3g}" if len(eps) == 1 else f"{len(eps)} eps from {eps[0]:.3g} to {eps[-1]:.3g}"
     return f"nothing is known for {which}, where more than one path in a hundred met a step without root"
 

@@ -21,7 +21,7 @@ from ..error_sizes import of_means
 from ..judge import FEWEST, RESOLVED, Coverage, coverage, finding, guard, leave_open, sound_levels
 from ..means import MeanObserver, Means, means_of
 from .mean_order import TOO_FEW, MeanOrder, mean_order
-from .probe import WeakProbe, judge_probe, probe_weak, probed_sizes, probed_weak
+from .probe import WeakProbe, judge_probe, probe_sizes, probe_weak, weak_probe
 
 STATE = "state"
 LOST = Reason("paths are lost at the finest level")
@@ -44,7 +44,7 @@ class Weak(Measure):
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each observable, and its levels."""
-        means, probed = means_of(evidence), probed_weak(evidence)
+        means, probed = means_of(evidence), weak_probe(evidence)
         findings = [_finding(evidence, found, probed) for found in means.values()]
         findings = _enough(findings or [_of_state(evidence, probed)])
         return Judgement(tuple(findings), tuple(row for found in means.values() for row in _levels(found)))
@@ -52,7 +52,7 @@ class Weak(Measure):
     def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:
         """Return mean differences along paths, and errors that are known without sampling."""
         found = means_of(evidence).values()
-        return {**{means.name: of_means(evidence, means) for means in found}, **probed_sizes(evidence)}
+        return {**{means.name: of_means(evidence, means) for means in found}, **probe_sizes(evidence)}
 
 
 @hookimpl

@@ -14,7 +14,7 @@ from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...forms.truths import Moment
 from ...numerics.statistics import RISING, Estimate, corrected_slope_weights, slope_weights
-from ..judge import COARSE, FEWEST, FITTED, RESOLVED, PathTests, held_back, order_tests, sound_levels, with_sample
+from ..judge import COARSE, FEWEST, FITTED, RESOLVED, PathTests, hold_back, order_tests, sound_levels, with_sample
 from ..means import Means
 
 TOO_FEW = "fewer than three levels without failures"
@@ -60,11 +60,11 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     limit, blind = _limit(evidence, means, claim.value), _blind(evidence, means, levels)
     if not means.one_signed(levels) and resolved >= RESOLVED:
         remark = "uninformative: its error changes sign between levels"
-        tests = held_back(limit._replace(verified=1.0, blind=blind), evidence, levels)
+        tests = hold_back(limit._replace(verified=1.0, blind=blind), evidence, levels)
         return MeanOrder(slope, levels, resolved, tests, remark)
     tests = _tests(evidence, means, claim, (slope, levels, resolved, limit))
     tests = tests._replace(blind=blind, suspected=min(tests.suspected, limit.suspected))
-    return MeanOrder(slope, levels, resolved, held_back(tests, evidence, levels))
+    return MeanOrder(slope, levels, resolved, hold_back(tests, evidence, levels))
 
 
 def _without_error(evidence: Evidence, means: Means, levels: Array) -> bool:
@@ -85,7 +85,7 @@ def _tests(
         return PathTests(1.0, limit.refuted, limit.reason.then(unresolved), growth)
     order = order_tests(claim, slope, evidence)
     assert not isinstance(claim.value, str)
-    refuted = max(order.refuted, _corrected(means, levels).p_below(claim.value - claim.margin))
+    refuted = max(order.refuted, _corrected_slope(means, levels).p_below(claim.value - claim.margin))
     if means.functional(levels[-3:], np.array([-1.0, 2.0, -1.0])).interval(evidence.settings.confidence)[0] > RISING:
         refuted = 1.0
     if _coarse(means, int(levels[-1])):
@@ -97,7 +97,7 @@ def _tests(
 
 def _blind(evidence: Evidence, means: Means, levels: Array) -> float:
     """Return by which factor the paths must grow until they show an error of a quarter of what the observable is."""
-    known, forbidden, confidence = _known(evidence, means), COARSE * means.size, evidence.settings.confidence
+    known, forbidden, confidence = _limit_error(evidence, means), COARSE * means.size, evidence.settings.confidence
     if means.coupled:
         return means.difference(int(levels[-1])).growth_to_see(forbidden, confidence)
     error = means.change(levels) if known is None else known[0]
@@ -109,7 +109,7 @@ def _coarse(means: Means, finest: int) -> bool:
     return abs(means.difference(finest).value) > COARSE * abs(means.mean(len(means.h) - 1).value)
 
 
-def _corrected(means: Means, levels: Array) -> Estimate:
+def _corrected_slope(means: Means, levels: Array) -> Estimate:
     """Return the slope with a correction term: one on coarse steps refutes only if this one does, too."""
     further = np.arange(max(levels[0] - 1, 0), levels[-1] + 1)
     if len(further) <= FEWEST:
@@ -122,7 +122,7 @@ def _limit(evidence: Evidence, means: Means, order: float) -> PathTests:
     if means.coupled:
         return PathTests(0.0, 1.0, Reason())
     left = SLACK * _last_difference(means, order) / (2.0**order - 1.0)
-    known = _known(evidence, means)
+    known = _limit_error(evidence, means)
     if known is None:
         return PathTests.none("towards its own limit")
     error, allowed = known[0], left + SLACK * known[1]
@@ -142,7 +142,7 @@ def _last_difference(means: Means, order: float) -> float:
     return float(max(shown)) + RESOLVED * found[-1].se
 
 
-def _known(evidence: Evidence, means: Means) -> tuple[Estimate, float] | None:
+def _limit_error(evidence: Evidence, means: Means) -> tuple[Estimate, float] | None:
     """Return how far the finest level is from what is known, and how far that is off itself."""
     truth = next((t for t in evidence.problem.truths if isinstance(t, Moment) and t.observable == means.name), None)
     if truth is not None:

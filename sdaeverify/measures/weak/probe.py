@@ -83,7 +83,7 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
     return evidence
 
 
-def probed_weak(evidence: Evidence) -> WeakProbe:
+def weak_probe(evidence: Evidence) -> WeakProbe:
     """Return the deterministic evidence of a cell."""
     record = unpacked(OPERATOR, TransitionErrors, evidence.tally)
     orders: dict[str, FunctionalOrder] = {}
@@ -98,7 +98,7 @@ def probed_weak(evidence: Evidence) -> WeakProbe:
     )
 
 
-def probed_sizes(evidence: Evidence) -> dict[str, ErrorSizes]:
+def probe_sizes(evidence: Evidence) -> dict[str, ErrorSizes]:
     """Return the sizes of errors of expectations: in one step, of moments at T, by the operator."""
     defects = unpacked(LOCAL, LocalWeak, evidence.tally)
     moments = unpacked(MOMENTS, MomentErrors, evidence.tally)

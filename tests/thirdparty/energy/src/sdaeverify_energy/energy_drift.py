@@ -28,7 +28,7 @@ class EnergyDrift(m.Measure):
         means = [m.jackknife(sums[:, level], counts, float) for level in range(len(h))]
         rows = tuple(m.LevelFinding(ENERGY, level, mean.value, mean.se) for level, mean in enumerate(means))
         if len(fitted := levels[-m.FITTED :]) < m.FEWEST:
-            return m.Judgement((m.finding(covered, m.unfitted(evidence, covered, remarks)),), rows)
+            return m.Judgement((m.finding(covered, m.no_fit(evidence, covered, remarks)),), rows)
         order = m.order_of(h[fitted], sums[:, fitted], counts)
         low, high = order.interval(evidence.settings.confidence)
 
