@@ -32,7 +32,7 @@ from .report.provenance import provenance
 from .report.tables import level_table, verdict_rows, verdict_table
 from .store import Store
 from .study import CellResult, Plan, Study, plan
-from .study.remote_plan import asking
+from .study.remote_plan import remote_plan
 from .workers.executors import PROCESSES, Crew, Plugins, named_crew
 from .workers.limits import Limits
 from .workers.pool import BLOCKS_A_WORKER, executor_for
@@ -292,7 +292,7 @@ def plan_of(
         select_problems(registry, problems),
         select_measures(registry, measures),
     )
-    return plan(*chosen, lambda label: select_schemes(registry, label)[0], asking(executor, *chosen))
+    return plan(*chosen, lambda label: select_schemes(registry, label)[0], remote_plan(executor, *chosen))
 
 
 def result_of(study: Study, registry: Registry, arguments: Sequence[str]) -> Result:

@@ -362,3 +362,17 @@ def test_the_framework_names_no_scheme_and_no_problem(path):
     """What is shipped is known by what it declares, not by its name; texts of help and templates may show one."""
     texts = {node.value for node in ast.walk(parsed(path)) if isinstance(node, ast.Constant)}
     assert not texts & shipped_names()
+
+
+def test_a_cell_keeps_its_match():
+    """A problem is offered to a scheme where a cell is planned and where a worker begins, nowhere in between."""
+    callers = {
+        name(path)
+        for path in sources(FRAMEWORK)
+        for node in nodes(parsed(path))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "match"
+    }
+    # The rest plans cells of its own: the lab, the kit, and the search for a problem that is run on request.
+    rooms = {"sdaeverify/lab", "sdaeverify/testing"}
+    own = {caller for caller in callers if "/".join(caller.split("/")[:2]) in rooms}
+    assert callers - own == {f"sdaeverify/{file}.py" for file in ("gate/untested", "simulate/ensemble", "study/plan")}

@@ -16,11 +16,14 @@ class Match(NamedTuple):
         Name of the view, empty for the problem itself.
     reason : str
         Empty if the two match.
+    failed : bool
+        Whether the reason is what the scheme raised.
     """
 
     problem: Problem | None
     view: str = ""
     reason: str = ""
+    failed: bool = False
 
 
 def match(scheme: Scheme, problem: Problem) -> Match:

@@ -5,7 +5,6 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from ..contracts.matching import match
 from ..contracts.scheme import Claim, Scheme
 from ..errors import FAULTS, UsageError
 from ..forms import components
@@ -17,7 +16,7 @@ from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems, select_schemes
 from ..study import Cell, Plan, ProblemPlan, plan
 from ..study.plan import ControlPlan, claims_of
-from ..study.remote_plan import asking
+from ..study.remote_plan import remote_plan
 from .policy import Policy
 from .tiers import Cover
 
@@ -81,9 +80,8 @@ def _tests(made: ProblemPlan) -> Iterator[_Test]:
     kinds = {type(truth) for truth in problem.truths}
     ends = size(problem), -len(kinds), made.spec.label
     for cell in made.cells:
-        view = match(cell.scheme, problem).problem if cell.verdict is None else None
-        for claim in claims_of(cell, problem) if view else ():
-            rank = (problem.pathwise is None, not _counts(claim, cell.scheme, view), *ends)
+        for claim in claims_of(cell) if cell.seen else ():
+            rank = (problem.pathwise is None, not _counts(claim, cell.scheme, cell.seen), *ends)
             yield _Test(cell.scheme, claim, rank, cell)
 
 
@@ -125,7 +123,7 @@ def gate_plan(registry: Registry, policy: Policy, executor: Executor | None = No
         [m for m in select_measures(registry, policy.measures) if m.name not in left_out(registry, policy)],
     )
     resolve = (lambda label: select_schemes(registry, label)[0]) if tier.controls else None
-    made = plan(*chosen, resolve, asking(executor, *chosen))
+    made = plan(*chosen, resolve, remote_plan(executor, *chosen))
     claimed = [_claimed(problem) for problem in made.problems]
     kept = every_claim_once(claimed) if tier.cover is Cover.EVERY_CLAIM_ONCE else claimed
     ready = [_controlled(problem, controls=tier.controls) for problem in kept if problem.cells]
@@ -165,12 +163,12 @@ def _is_of(entry: SchemeEntry, policy: Policy) -> bool:
 
 
 def _claimed(made: ProblemPlan) -> ProblemPlan:
-    return replace(made, cells=tuple(cell for cell in made.cells if claims_of(cell, made.problem)))
+    return replace(made, cells=tuple(cell for cell in made.cells if claims_of(cell)))
 
 
 def _controlled(made: ProblemPlan, *, controls: bool) -> ProblemPlan:
     """Run the controls of what is claimed; of another order it is known all the same that there are some."""
-    claims = {claim for cell in made.cells for claim in claims_of(cell, made.problem)}
+    claims = {claim for cell in made.cells for claim in claims_of(cell)}
     measures = {claim.measure for claim in claims} if controls else set()
     kept = [plan for plan in made.controls if plan.control.measure in measures]
     asked = {(claim.measure, order) for claim in claims for order in _deciding(kept, claim)}

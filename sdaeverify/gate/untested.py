@@ -56,7 +56,7 @@ def untested(registry: Registry, policy: Policy, made: Plan, results: Sequence[C
     tested: dict[tuple[Scheme, Claim], list[CellResult]] = {}
     for problem in made.problems:
         for cell in problem.cells:
-            for claim in claims_of(cell, problem.problem):
+            for claim in claims_of(cell):
                 tested.setdefault((cell.scheme, claim), []).append(by_cell[cell])
     return [
         each

@@ -21,10 +21,10 @@ from ..workers.limits import NOBODY, Mark, StopError, Watchdog
 # What schemes and problems do now, told by worker processes: it decides whether evidence on disk is about them.
 
 
-Told = tuple[Behaviour | None, ...]
+Behaviours = tuple[Behaviour | None, ...]
 
 
-def behaviours_pickled(task: bytes, mark: Path, timeout: float) -> Told:
+def behaviours_pickled(task: bytes, mark: Path, timeout: float) -> Behaviours:
     """Tell in a worker process what the schemes of a task do."""
     return behaviours(unpacked(task), Watchdog(mark, timeout))
 
@@ -47,11 +47,11 @@ class BehaviourObserver:
         label = task.spec.label
         new = tuple(entry for entry in task.entries if (label, entry.scheme) not in self.known)
         if new:
-            told = self._told(replace(task, entries=new))
+            told = self._observed(replace(task, entries=new))
             self.known |= {(label, entry.scheme): one for entry, one in zip(new, told, strict=True)}
         return [self.known[label, entry.scheme] for entry in task.entries]
 
-    def _told(self, task: Task) -> Sequence[Behaviour | None]:
+    def _observed(self, task: Task) -> Sequence[Behaviour | None]:
         if self.executor is None:
             return behaviours(task)
         argument = packed(task, f"problem {task.spec.label} or a scheme or measure on it")
@@ -66,7 +66,7 @@ class BehaviourObserver:
         entries = task.entries
         if lane not in range(len(entries)):
             return [None] * len(entries)
-        rest = self._told(replace(task, entries=(*entries[:lane], *entries[lane + 1 :])))
+        rest = self._observed(replace(task, entries=(*entries[:lane], *entries[lane + 1 :])))
         return [*rest[:lane], None, *rest[lane:]]
 
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..contracts.finding import Finding, Kind, LevelFinding, Opinion, Reason, Verdict
-from ..contracts.matching import match
 from ..contracts.measure import Evidence
 from ..contracts.scheme import Scheme
 from ..contracts.settings import Settings
@@ -198,10 +197,9 @@ def _before_the_end(finding: Finding, known: CellEvidence) -> Finding:
 
 def _evidence(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence) -> Evidence:
     assert plan.problem is not None
-    view = match(cell.scheme, plan.problem).problem
-    assert view is not None
+    assert cell.seen is not None
     tally = known.sampled.merged(known.probed)
-    return Evidence(cell.scheme, plan.problem, view, settings, tally, known.health, settings.level)
+    return Evidence(cell.scheme, plan.problem, cell.seen, settings, tally, known.health, settings.level)
 
 
 def _unmet(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:

@@ -1,7 +1,7 @@
 """The product schemes x problems x measures, split into cells that can be run and reasons why not."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,8 +16,8 @@ from ..forms import Problem
 from ..forms.controls import Control
 
 Resolve = Callable[[str], Scheme]
-# Tells the cells of a problem from elsewhere.
-Ask = Callable[[ProblemSpec], "Told"]
+# Plans the cells of a problem elsewhere.
+Planner = Callable[[ProblemSpec], "RemoteCells"]
 
 # What numbers far out of range raise in arithmetic, in numpy and for want of memory.
 OUT_OF_RANGE = (ArithmeticError, ValueError, MemoryError)
@@ -37,6 +37,8 @@ class Cell:
     verdict : Verdict or None
         Why it cannot be run; None if it can.
     reason : str
+    seen : Problem or None
+        The problem in the form that the scheme solves; None if the cell cannot be run.
     """
 
     scheme: Scheme
@@ -45,10 +47,11 @@ class Cell:
     view: str = ""
     verdict: Verdict | None = None
     reason: str = ""
+    seen: Problem | None = field(default=None, compare=False, repr=False)
 
 
-class Told(NamedTuple):
-    """What another process says of a problem.
+class RemoteCells(NamedTuple):
+    """The cells of a problem as another process has planned them.
 
     Attributes
     ----------
@@ -136,7 +139,7 @@ def plan(
     specs: Sequence[ProblemSpec],
     measures: Sequence[Measure],
     resolve: Resolve | None = None,
-    ask: Ask | None = None,
+    planner: Planner | None = None,
 ) -> Plan:
     """Cross schemes, problems and measures.
 
@@ -147,8 +150,8 @@ def plan(
     measures : sequence of Measure
     resolve : callable, str -> Scheme, optional
         Finds the scheme of a label, for the controls that problems name; without it no control can be run.
-    ask : callable, ProblemSpec -> Told, optional
-        Tells what can be run of a problem, found out where it can do no harm; by default it is found out here.
+    planner : callable, ProblemSpec -> RemoteCells, optional
+        Finds out what can be run of a problem where that can do no harm; by default it is found out here.
 
     Returns
     -------
@@ -159,16 +162,16 @@ def plan(
     UsageError
         If a problem does not accept the parameters that were asked for.
     """
-    plans = [_problem_plan(spec, schemes, measures, ask) for spec in specs]
+    plans = [_problem_plan(spec, schemes, measures, planner) for spec in specs]
     return Plan(tuple(replace(made, controls=tuple(_controls(made, measures, resolve))) for made in plans))
 
 
 def _problem_plan(
-    spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure], ask: Ask | None
+    spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure], planner: Planner | None
 ) -> ProblemPlan:
-    told = ask(spec) if ask else Told(())
-    if not told.builds:
-        return ProblemPlan(spec, None, told.cells)
+    remote = planner(spec) if planner else RemoteCells(())
+    if not remote.builds:
+        return ProblemPlan(spec, None, remote.cells)
     try:
         # A number that is not finite is said in one line, by the problem.
         with np.errstate(all="ignore"):
@@ -182,19 +185,39 @@ def _problem_plan(
         cells = [Cell(s, spec, m, "", Verdict.ERROR, reason) for s in schemes for m in measures]
         return ProblemPlan(spec, None, tuple(cells))
     known: dict[Scheme, list[Cell]] = {}
-    for cell in told.cells:
+    for cell in remote.cells:
         known.setdefault(cell.scheme, []).append(cell)
-    found = (known.get(scheme) or scheme_cells(scheme, spec, problem, measures) for scheme in schemes)
+    found = (
+        _seen_here(known[scheme], problem) if scheme in known else scheme_cells(scheme, spec, problem, measures)
+        for scheme in schemes
+    )
     return ProblemPlan(spec, problem, tuple(cell for cells in found for cell in cells))
+
+
+def _seen_here(cells: Sequence[Cell], problem: Problem) -> Iterator[Cell]:
+    """Yield the cells of a scheme that another process has planned, with the problem as the scheme sees it."""
+    matched = _matched(cells[0].scheme, problem) if any(cell.verdict is None for cell in cells) else Match(None)
+    for cell in cells:
+        if cell.verdict is None and matched.problem is None:
+            yield replace(cell, verdict=Verdict.ERROR, reason=matched.reason)
+        else:
+            yield cell if cell.verdict is not None else replace(cell, seen=matched.problem)
+
+
+def _matched(scheme: Scheme, problem: Problem) -> Match:
+    """Return the match, or as its reason what the scheme raises."""
+    try:
+        with np.errstate(all="ignore"):
+            return match(scheme, problem)
+    except FAULTS as error:
+        return Match(None, reason=one_line(error), failed=True)
 
 
 def scheme_cells(scheme: Scheme, spec: ProblemSpec, problem: Problem, measures: Sequence[Measure]) -> list[Cell]:
     """Return the cells of a scheme on a problem, one for each measure: this asks all three."""
-    try:
-        with np.errstate(all="ignore"):
-            matched = match(scheme, problem)
-    except FAULTS as error:
-        return [Cell(scheme, spec, m, "", Verdict.ERROR, one_line(error)) for m in measures]
+    matched = _matched(scheme, problem)
+    if matched.failed:
+        return [Cell(scheme, spec, m, "", Verdict.ERROR, matched.reason) for m in measures]
     return [_cell(scheme, spec, problem, measure, matched) for measure in measures]
 
 
@@ -205,7 +228,9 @@ def _cell(scheme: Scheme, spec: ProblemSpec, problem: Problem, measure: Measure,
     except FAULTS as error:
         reason = f"measure {measure.name}: {one_line(error)}"
         return Cell(scheme, spec, measure, matched.view, Verdict.ERROR, reason)
-    return Cell(scheme, spec, measure, matched.view, Verdict.NOT_APPLICABLE if reason else None, reason)
+    if reason:
+        return Cell(scheme, spec, measure, matched.view, Verdict.NOT_APPLICABLE, reason)
+    return Cell(scheme, spec, measure, matched.view, seen=matched.problem)
 
 
 def _controls(made: ProblemPlan, measures: Sequence[Measure], resolve: Resolve | None) -> Iterator[ControlPlan]:
@@ -223,7 +248,7 @@ def _control(made: ProblemPlan, control: Control, measure: Measure, resolve: Res
     cells: list[Cell] = []
     for label in (control.positive, control.negative):
         try:
-            cell = _asked(made, resolve(label), measure)
+            cell = _control_cell(made, resolve(label), measure)
         except SdaeverifyError as error:
             return ControlPlan(control, missing=f"its control {label} is missing: {error}")
         if cell.verdict is not None:
@@ -234,7 +259,7 @@ def _control(made: ProblemPlan, control: Control, measure: Measure, resolve: Res
     return ControlPlan(control, positive, negative)
 
 
-def _asked(made: ProblemPlan, scheme: Scheme, measure: Measure) -> Cell:
+def _control_cell(made: ProblemPlan, scheme: Scheme, measure: Measure) -> Cell:
     """Return the cell of a control, asking its scheme only if it was not asked before."""
     known = (cell for cell in made.cells if cell.scheme == scheme and cell.measure is measure)
     if (cell := next(known, None)) is not None:
@@ -251,22 +276,14 @@ def promises_of(cell: Cell) -> tuple[Claim, ...]:
     return tuple(claim for claim in cell.scheme.promises if claim.measure == cell.measure.name)
 
 
-def claims_of(cell: Cell, problem: Problem | None) -> tuple[Claim, ...]:
-    """Return the claims that a cell puts to the test: all that might be, where what is wrong hides the scope.
-
-    Parameters
-    ----------
-    cell : Cell
-    problem : Problem or None
-        That of the cell; None if it could not be built.
-    """
+def claims_of(cell: Cell) -> tuple[Claim, ...]:
+    """Return the claims that a cell puts to the test: all that might be, where what is wrong hides the scope."""
     promised = promises_of(cell)
     if cell.verdict is Verdict.NOT_APPLICABLE or not promised:
         return ()
-    if cell.verdict is not None or problem is None:
+    if cell.seen is None:
         return promised
-    view = match(cell.scheme, problem).problem
-    return tuple(claim for claim in promised if view is not None and claim.when <= view.traits)
+    return tuple(claim for claim in promised if claim.when <= cell.seen.traits)
 
 
 # Parts of a plan, to be run anywhere and merged.

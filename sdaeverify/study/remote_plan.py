@@ -1,4 +1,4 @@
-"""What plugins answer when they are asked what can be run, in worker processes: asking already runs their code."""
+"""Which cells of a problem can be run, found out in worker processes: that already runs the code of plugins."""
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
@@ -17,21 +17,21 @@ from ..store.keys import Sources, read_again, read_sources
 from ..workers.calls import Call, Lost, packed, unpacked
 from ..workers.isolated import Isolated
 from ..workers.limits import NOBODY, Mark, StopError, Watchdog
-from .plan import Ask, Cell, Told, scheme_cells
+from .plan import Cell, Planner, RemoteCells, scheme_cells
 
 LATE = "no answer within {:g} s (--timeout)"
 
 
-class Answer(NamedTuple):
-    """What a cell is told by, beside its names: see `Cell`."""
+class CellPlan(NamedTuple):
+    """What another process finds out about a cell: see `Cell`."""
 
     view: str
     verdict: Verdict | None
     reason: str
 
 
-class PlanQuestion(NamedTuple):
-    """Whether schemes can be put to a problem, and measures to that; with the files that they are made of."""
+class CellsRequest(NamedTuple):
+    """Schemes and measures whose cells on a problem are to be planned, with the files that they are made of."""
 
     spec: ProblemSpec
     schemes: tuple[Scheme, ...]
@@ -39,13 +39,13 @@ class PlanQuestion(NamedTuple):
     sources: Sources = ()
 
 
-Answers = list[tuple[Answer, ...]]
+CellPlans = list[tuple[CellPlan, ...]]
 
 
-def asking(
+def remote_plan(
     executor: Executor | None, schemes: Sequence[Scheme], specs: Sequence[ProblemSpec], measures: Sequence[Measure]
-) -> Ask | None:
-    """Send out all questions and return a function that tells what was answered of a problem.
+) -> Planner | None:
+    """Have all problems planned at once, and return a function of a problem that waits for its cells.
 
     Parameters
     ----------
@@ -56,19 +56,19 @@ def asking(
     Returns
     -------
     callable or None
-        None where there are no isolated workers that could be asked.
+        None where there are no isolated workers.
     """
     sources = read_sources(schemes, specs, measures)
     if not isinstance(executor, Isolated):
         return None
-    asked = {
-        spec.label: _asked(executor, PlanQuestion(spec, tuple(schemes), tuple(measures), sources)) for spec in specs
+    pending = {
+        spec.label: _sent(executor, CellsRequest(spec, tuple(schemes), tuple(measures), sources)) for spec in specs
     }
-    return lambda spec: asked[spec.label].told()
+    return lambda spec: pending[spec.label].outcome()
 
 
-def answers(question: PlanQuestion, guard: Guard) -> Answers | None:
-    """Return an answer for each measure of each scheme; None if the problem cannot be built.
+def plan_cells(request: CellsRequest, guard: Guard) -> CellPlans | None:
+    """Return what is found out for each measure of each scheme; None if the problem cannot be built.
 
     Raises
     ------
@@ -76,70 +76,70 @@ def answers(question: PlanQuestion, guard: Guard) -> Answers | None:
         If one of them raises what ends a program: built once more, elsewhere, it would end that.
     """
     # They are what this process has imported: what it runs later is held against them.
-    read_again(question.sources)
+    read_again(request.sources)
     try:
         with guard.of(PROBLEM), np.errstate(all="ignore"):
-            problem = question.spec.build()
+            problem = request.spec.build()
     except StopError:
         raise
     except FAULTS:
         return None
-    found: Answers = []
-    for index, scheme in enumerate(question.schemes):
+    found: CellPlans = []
+    for index, scheme in enumerate(request.schemes):
         with guard.of(index):
-            cells = scheme_cells(scheme, question.spec, problem, question.measures)
-        found.append(tuple(Answer(cell.view, cell.verdict, cell.reason) for cell in cells))
+            cells = scheme_cells(scheme, request.spec, problem, request.measures)
+        found.append(tuple(CellPlan(cell.view, cell.verdict, cell.reason) for cell in cells))
     return found
 
 
-def answers_pickled(question: bytes, mark: Path, timeout: float) -> Answers | None:
-    """Answer in a worker process."""
-    return answers(unpacked(question), Watchdog(mark, timeout))
+def plan_pickled(request: bytes, mark: Path, timeout: float) -> CellPlans | None:
+    """Plan the cells of a problem in a worker process."""
+    return plan_cells(unpacked(request), Watchdog(mark, timeout))
 
 
-class _Asked(NamedTuple):
-    """A question on its way, perhaps once more since a process died of it."""
+class _PendingCells(NamedTuple):
+    """A request on its way, perhaps once more since a process died of it."""
 
     executor: Isolated
-    question: PlanQuestion
-    call: Call[Answers | None]
+    request: CellsRequest
+    call: Call[CellPlans | None]
     again: bool = False
 
-    def told(self) -> Told:
+    def outcome(self) -> RemoteCells:
         """Return the cells of the problem; who hangs or dies of being asked costs the others nothing."""
         try:
             found = self.call.outcome()
         except StopError as stop:
             return self._without(Mark(stop.lane), one_line(stop))
         if isinstance(found, Lost) and not (found.late or self.again):
-            return _asked(self.executor, self.question, again=True).told()
+            return _sent(self.executor, self.request, again=True).outcome()
         if isinstance(found, Lost):
             return self._without(found.mark, found.why(LATE))
-        return Told(()) if found is None else Told(tuple(_cells(self.question, found)))
+        return RemoteCells(()) if found is None else RemoteCells(tuple(_cells(self.request, found)))
 
-    def _without(self, mark: Mark, why: str) -> Told:
-        schemes = self.question.schemes
+    def _without(self, mark: Mark, why: str) -> RemoteCells:
+        schemes = self.request.schemes
         if mark.lane in {PROBLEM, NOBODY}:
-            reason = f"problem {self.question.spec.label} cannot be built: {why}"
-            return Told(tuple(_failed(self.question, schemes, reason)), builds=False)
-        failed = tuple(_failed(self.question, [schemes[mark.lane]], why))
-        rest = self.question._replace(schemes=(*schemes[: mark.lane], *schemes[mark.lane + 1 :]))
-        told = _asked(self.executor, rest, again=self.again).told()
-        return told._replace(cells=(*told.cells, *failed))
+            reason = f"problem {self.request.spec.label} cannot be built: {why}"
+            return RemoteCells(tuple(_failed(self.request, schemes, reason)), builds=False)
+        failed = tuple(_failed(self.request, [schemes[mark.lane]], why))
+        rest = self.request._replace(schemes=(*schemes[: mark.lane], *schemes[mark.lane + 1 :]))
+        others = _sent(self.executor, rest, again=self.again).outcome()
+        return others._replace(cells=(*others.cells, *failed))
 
 
-def _asked(executor: Isolated, question: PlanQuestion, *, again: bool = False) -> _Asked:
-    argument = packed(question, f"a scheme, or problem {question.spec.label},")
-    return _Asked(executor, question, Call(executor, answers_pickled, argument), again)
+def _sent(executor: Isolated, request: CellsRequest, *, again: bool = False) -> _PendingCells:
+    argument = packed(request, f"a scheme, or problem {request.spec.label},")
+    return _PendingCells(executor, request, Call(executor, plan_pickled, argument), again)
 
 
-def _cells(question: PlanQuestion, found: Answers) -> Iterator[Cell]:
-    for scheme, told in zip(question.schemes, found, strict=True):
-        for measure, answer in zip(question.measures, told, strict=True):
-            yield Cell(scheme, question.spec, measure, *answer)
+def _cells(request: CellsRequest, found: CellPlans) -> Iterator[Cell]:
+    for scheme, plans in zip(request.schemes, found, strict=True):
+        for measure, found_out in zip(request.measures, plans, strict=True):
+            yield Cell(scheme, request.spec, measure, *found_out)
 
 
-def _failed(question: PlanQuestion, schemes: Sequence[Scheme], reason: str) -> Iterator[Cell]:
+def _failed(request: CellsRequest, schemes: Sequence[Scheme], reason: str) -> Iterator[Cell]:
     for scheme in schemes:
-        for measure in question.measures:
-            yield Cell(scheme, question.spec, measure, "", Verdict.ERROR, reason)
+        for measure in request.measures:
+            yield Cell(scheme, request.spec, measure, "", Verdict.ERROR, reason)

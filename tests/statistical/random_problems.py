@@ -127,7 +127,7 @@ def collected(numbers: Sequence[int]) -> pd.DataFrame:
 def _claimed(made: Plan) -> Plan:
     kept = []
     for each in made.problems:
-        cells = tuple(cell for cell in each.cells if claims_of(cell, each.problem))
+        cells = tuple(cell for cell in each.cells if claims_of(cell))
         kept.append(replace(each, cells=cells, controls=()))
     return Plan(tuple(kept))
 

@@ -53,10 +53,10 @@ def test_promises_of_a_cell():
 @pytest.mark.parametrize(("additive", "claims"), [(True, (EVERYWHERE, ADDITIVE)), (False, (EVERYWHERE,))])
 def test_claims_in_scope(additive, claims):
     """Claims are put to the test where the problem has the traits they ask for."""
-    assert claims_of(CELL, flat(additive=additive)) == claims
+    assert claims_of(replace(CELL, seen=flat(additive=additive))) == claims
 
 
 def test_cells_that_cannot_be_run():
     """A cell that does not apply tests nothing; in one that is in error any claim might have been tested."""
-    assert claims_of(replace(CELL, verdict=Verdict.NOT_APPLICABLE), flat()) == ()
-    assert claims_of(replace(CELL, verdict=Verdict.ERROR), None) == (EVERYWHERE, ADDITIVE)
+    assert claims_of(replace(CELL, verdict=Verdict.NOT_APPLICABLE)) == ()
+    assert claims_of(replace(CELL, verdict=Verdict.ERROR)) == (EVERYWHERE, ADDITIVE)

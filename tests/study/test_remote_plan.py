@@ -10,7 +10,7 @@ from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
 from sdaeverify.simulate.guard import NO_MEASURE, PROBLEM
-from sdaeverify.study.remote_plan import asking
+from sdaeverify.study.remote_plan import remote_plan
 from sdaeverify.workers.calls import DIED
 from sdaeverify.workers.isolated import Died, Isolated
 from sdaeverify.workers.limits import FORMAT, NOBODY, Limits
@@ -48,7 +48,7 @@ class Fragile(Isolated):
 
 def told(executor):
     """Return what is told of a problem."""
-    return asking(executor, SCHEMES, [GBM], MEASURES)(GBM)
+    return remote_plan(executor, SCHEMES, [GBM], MEASURES)(GBM)
 
 
 def failures(found):
@@ -112,5 +112,5 @@ def test_who_is_killed_once_is_asked_again(tmp_path, lane):
 def test_there_is_nobody_to_ask():
     """Without isolated workers, plugins are asked in this process."""
     with ThreadPoolExecutor(1) as executor:
-        assert asking(executor, SCHEMES, [GBM], MEASURES) is None
-    assert asking(None, SCHEMES, [GBM], MEASURES) is None
+        assert remote_plan(executor, SCHEMES, [GBM], MEASURES) is None
+    assert remote_plan(None, SCHEMES, [GBM], MEASURES) is None
