@@ -1,17 +1,11 @@
 """Progress on stderr: a bar on a terminal, one line for each finished cell elsewhere."""
 
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
 from ..contracts.finding import Verdict
@@ -61,20 +55,42 @@ def _bar() -> Progress:
     columns = (
         TextColumn("{task.fields[problem]}", markup=False),
         BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("blocks"),
+        TextColumn("{task.fields[told]}", markup=False),
         TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
+        TextColumn("{task.fields[left]}", markup=False),
     )
     return Progress(*columns, console=errors(), transient=True)
 
 
 def _moved(bar: Progress, total: int) -> Show:
-    task = bar.add_task("", total=total, problem="starting")
+    task, begun = bar.add_task("", total=None if total else 0, problem="starting", told="", left=""), time.monotonic()
 
     def show(event: Advanced | Finished) -> None:
         if isinstance(event, Advanced):
-            bar.update(task, completed=event.done, problem=visible(event.problem))
+            share, left = (event.done / max(1, event.total), None)
+            if event.pairs:
+                share, left = share_of(event), seconds_left(event, time.monotonic() - begun)
+            units = (
+                (event.decided, event.pairs, "schemes on problems") if event.pairs else (event.done, event.total, "")
+            )
+            counted = "{} of {} {}".format(*units).rstrip()
+            waiting = "" if left is None else f"about {_clock(left)} left"
+            bar.update(task, total=1.0, completed=share, problem=visible(event.problem), told=counted, left=waiting)
 
     return show
+
+
+def share_of(event: Advanced) -> float:
+    """Return the part of the work that is done, by its seconds."""
+    every = event.spent + event.left
+    return event.spent / every if every else 0.0
+
+
+def seconds_left(event: Advanced, elapsed: float) -> float | None:
+    """Return how long a run will take from now on, at the pace it has had; None where that is not known yet."""
+    return elapsed * event.left / event.spent if event.spent else None
+
+
+def _clock(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes}:{rest:02}"

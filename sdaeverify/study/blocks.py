@@ -137,6 +137,13 @@ class Job(Protocol):
 SomeJob = TypeVar("SomeJob", bound=Job)
 
 
+class Piece(NamedTuple):
+    """A part of a block is computed: of so many schemes, in so many seconds."""
+
+    schemes: int
+    seconds: float
+
+
 class Begun(NamedTuple):
     """A parcel on its way, or without a call where it is run in this process when its turn comes.
 
@@ -173,8 +180,10 @@ class Blocks:
         """Return of which scheme and measure not all evidence on some blocks is in the store."""
         return set() if self.store is None else self.store.lacking(task, blocks, self.observe)
 
-    def results(self, jobs: "deque[SomeJob]", window: int) -> "Iterator[tuple[SomeJob, Lanes]]":
+    def results(self, jobs: "deque[SomeJob]", window: int) -> "Iterator[tuple[SomeJob, Lanes | Piece]]":
         """Take jobs from a queue, which may grow meanwhile, and yield their evidence in their order.
+
+        What is computed of a block, perhaps in pieces, is told before its evidence.
 
         Parameters
         ----------
@@ -189,7 +198,11 @@ class Blocks:
                 job = jobs.popleft()
                 waiting.append((job, *self._begin(job.task, job.block)))
             job, recalled, begun = waiting.popleft()
-            yield job, self._end(job.task, recalled, begun)
+            parts = []
+            for one in begun:
+                parts += (found := self._parts(one))
+                yield job, Piece(len(found), sum(lane.seconds for _, lane in found))
+            yield job, self._end(job.task, recalled, parts)
 
     def _begin(self, task: Task, block: int) -> tuple[list[Recalled], list[Begun]]:
         if self.store is None:
@@ -203,12 +216,11 @@ class Blocks:
     def _sent(self, parcel: Parcel) -> list[Begun]:
         """Send a parcel, the first block of a problem in pieces: what is found without paths outweighs the noise."""
         entries = parcel.task.entries
-        size = PROBED_TOGETHER if self.crew.executor and parcel.block == 0 else len(entries)
+        size = len(entries) if parcel.block else PROBED_TOGETHER
         return [self._send(parcel.only(entries[n : n + size])) for n in range(0, len(entries), size)]
 
-    def _end(self, task: Task, recalled: list[Recalled], begun: list[Begun]) -> Lanes:
-        parts = [(r.entry, r.lane) for r in recalled if r.lane is not None]
-        parts += [part for one in begun for part in self._parts(one)]
+    def _end(self, task: Task, recalled: list[Recalled], computed: Parts) -> Lanes:
+        parts = [(r.entry, r.lane) for r in recalled if r.lane is not None] + computed
         if [entry for entry, _ in parts] == list(task.entries):
             return tuple(lane for _, lane in parts)
         return tuple(joined(e, [part for part in parts if part[0].scheme == e.scheme]) for e in task.entries)

@@ -1,15 +1,17 @@
 """Blocks over an executor: evidence merged in block order, so that the result does not depend on the workers."""
 
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from ..contracts.settings import Settings
 from ..simulate.ensemble import Task
 from ..store import Store
 from ..workers.executors import Crew
-from .blocks import Blocks
+from .blocks import Blocks, Lanes, Piece
+from .forecast import Forecast
 from .holm import family_wise
 from .judging import CellResult
 from .plan import Plan
@@ -27,11 +29,19 @@ class Advanced(NamedTuple):
         Blocks of the whole study.
     problem : str
         Label of the problem the block belongs to.
+    spent, left : float
+        Seconds of work that are done, and that are left as far as can be told, those of all workers together.
+    decided, pairs : int
+        Schemes on a problem that need nothing more, and all.
     """
 
     done: int
     total: int
     problem: str
+    spent: float = 0.0
+    left: float = 0.0
+    decided: int = 0
+    pairs: int = 0
 
 
 class Finished(NamedTuple):
@@ -92,18 +102,24 @@ class Study:
         waiting = [problem for problem in self.problems if problem.open]
         yield from self._finish(problem for problem in waiting if not self._goes_on(problem, blocks))
         jobs = deque(job for problem in waiting if problem.open for job in _jobs(problem))
-        total = len(jobs)
-        for done, (job, lanes) in enumerate(blocks.results(jobs, window), start=1):
-            job.problem.absorb(job.task, lanes)
-            yield Advanced(done, total, job.task.spec.label)
+        state = _Progress(jobs, Forecast({p.plan.spec.label: len(p.task().entries) for p in waiting}, self._first))
+        for job, found in blocks.results(jobs, window):
+            state.heard(job, found)
+            if isinstance(found, Piece):
+                yield state.advanced(job, self.problems)
+                continue
+            job.problem.absorb(job.task, found)
+            yield state.advanced(job, self.problems)
             if job.block == job.last:
                 job.problem.judge()
-                if job.problem.open and self._goes_on(job.problem, blocks):
-                    further = list(_jobs(job.problem))
-                    jobs += further
-                    total += len(further)
-                else:
+                goes_on = job.problem.open and self._goes_on(job.problem, blocks)
+                state.looked(job, _jobs(job.problem) if goes_on else ())
+                if not goes_on:
                     yield from self._finish([job.problem])
+
+    @property
+    def _first(self) -> int:
+        return self.settings.totals[self.settings.ends[0] - 1]
 
     def results(self) -> list[CellResult]:
         """Return the results of all cells as they are, family-wise errors corrected; see `stopped` for the others."""
@@ -121,6 +137,46 @@ class Study:
             results = problem.results("")
             self.finished[problem.plan.spec.label] = results
             yield Finished(results)
+
+
+@dataclass
+class _Progress:
+    """How far a study is: blocks, and the seconds that are left."""
+
+    jobs: "deque[_Job]"
+    forecast: Forecast
+    done: int = 0
+
+    def __post_init__(self) -> None:
+        self.total = len(self.jobs)
+
+    def heard(self, job: "_Job", found: Lanes | Piece) -> None:
+        """Take note of what is done."""
+        label = job.task.spec.label
+        if isinstance(found, Piece):
+            paths = job.task.settings.paths_of(job.block) if job.block else None
+            self.forecast.heard(label, found.seconds, found.schemes, paths)
+            return
+        self.done += 1
+        if not job.block:
+            self.forecast.over.add(label)
+
+    def looked(self, job: "_Job", further: Iterable["_Job"]) -> None:
+        """Put the blocks of a further look into the queue."""
+        known = list(further)
+        if job.block == 0:
+            self.forecast.looked(goes_on=bool(known))
+        self.jobs += known
+        self.total += len(known)
+
+    def advanced(self, job: "_Job", problems: Sequence[ProblemRun]) -> Advanced:
+        """Return the event."""
+        queued = (
+            (j.task.spec.label, len(j.task.entries), j.task.settings.paths_of(j.block)) for j in self.jobs if j.block
+        )
+        pairs, decided = (sum(counts) for counts in zip(*(problem.pairs for problem in problems), strict=True))
+        left = self.forecast.left(queued)
+        return Advanced(self.done, self.total, job.task.spec.label, self.forecast.spent, left, decided, pairs)
 
 
 class _Job(NamedTuple):

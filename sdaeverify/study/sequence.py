@@ -69,6 +69,12 @@ class ProblemRun:
         return self.look < len(self.settings.ends) and not all(run.settled for run in self.runs)
 
     @property
+    def pairs(self) -> tuple[int, int]:
+        """Number of schemes, and how many of them need nothing more."""
+        schemes = {run.cell.scheme for run in self.runs}
+        return len(schemes), len(schemes - {run.cell.scheme for run in self.runs if not run.settled})
+
+    @property
     def blocks(self) -> range:
         """Blocks of the next look."""
         return range(self.settings.ends[self.look - 1] if self.look else 0, self.settings.ends[self.look])

@@ -125,7 +125,8 @@ def test_interrupted_studies_keep_what_they_know():
     """Cells that were judged are reported with the paths they had, and why they got no more."""
     study = Study(plan([EulerMaruyama()], [problem_spec(gbm)], [Patient(wants=10**6)]), SETTINGS)
     events = study.run()
-    for _ in range(2):
+    # A block is computed and taken in, and the next one computed.
+    for _ in range(3):
         next(events)
     study.stopped = "interrupted"
 

@@ -1,0 +1,81 @@
+"""How much work a study has left, from the measured seconds of what is done."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from statistics import fmean
+
+# Until a further look was measured, a path of it is taken for so much of one of the first, which includes probing.
+FURTHER = 0.25
+
+
+@dataclass
+class Forecast:
+    """Seconds of work that are left, those of all workers together.
+
+    The first look at a problem costs what its schemes have cost so far, or those of other problems on average; a
+    further one what its paths have cost; and as many problems are looked at again as were so far.
+
+    Parameters
+    ----------
+    schemes : mapping of str to int
+        Number of schemes of each problem that is open, by its label.
+    first : int
+        Paths of the first look.
+
+    Attributes
+    ----------
+    done, further : dict of str to list of float
+        Measured seconds of each scheme at the first look, and of a scheme and path at further ones, by problem.
+    over : set of str
+        Problems whose first look is over.
+    judged, again : int
+        Problems that were looked at, and those that go on.
+    spent : float
+        All seconds measured.
+    """
+
+    schemes: Mapping[str, int]
+    first: int
+    done: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
+    further: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
+    over: set[str] = field(default_factory=set)
+    judged: int = 0
+    again: int = 0
+    spent: float = 0.0
+
+    def heard(self, problem: str, seconds: float, schemes: int, paths: int | None) -> None:
+        """Take note of what some schemes took on a problem; `paths` is None for the first look."""
+        self.spent += seconds
+        if paths is None:
+            self.done[problem] += [seconds / schemes] * schemes
+        else:
+            self.further[problem].append(seconds / (schemes * paths))
+
+    def looked(self, *, goes_on: bool) -> None:
+        """Take note that a problem was judged, and whether it is looked at again."""
+        self.judged, self.again = self.judged + 1, self.again + goes_on
+
+    def left(self, queued: Iterable[tuple[str, int, int]]) -> float:
+        """Return the seconds that are left.
+
+        Parameters
+        ----------
+        queued : iterable of (str, int, int)
+            Problem, schemes and paths of each block of a further look that is known to be wanted.
+        """
+        waiting = {name: count for name, count in self.schemes.items() if name not in self.over}
+        first = sum(max(0, count - len(self.done[name])) * self._first(name) for name, count in waiting.items())
+        further = sum(schemes * paths * self._path(name) for name, schemes, paths in queued)
+        share = self.again / self.judged if self.judged else 0.0
+        expected = sum(count * self.first * self._path(name) for name, count in waiting.items())
+        return first + further + share * expected
+
+    def _first(self, problem: str) -> float:
+        known = self.done[problem] or [seconds for all_ in self.done.values() for seconds in all_]
+        return fmean(known) if known else 0.0
+
+    def _path(self, problem: str) -> float:
+        if self.further[problem]:
+            return fmean(self.further[problem])
+        return FURTHER * self._first(problem) / self.first
