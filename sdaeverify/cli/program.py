@@ -23,6 +23,7 @@ COMMANDS = {
     "compare": "compare:compare",
     "demo": "demo:demo",
     "gate": "gate:gate",
+    "history": "show:history",
     "info": "listing:info",
     "list": "listing:listing",
     "matrix": "matrix:matrix",

@@ -208,8 +208,8 @@ def test_picture(reproduce, suffix):
     )
 
     assert outcome.code == 0
-    assert {path.name for path in Path("o").iterdir()} == {"table.csv", "run.json", f"figure.{suffix}"}
-    assert f"table.csv, run.json, figure.{suffix} are in o" in outcome.out
+    assert {path.name for path in Path("o").iterdir()} == {"table.csv", "run.json", "report.html", f"figure.{suffix}"}
+    assert f"table.csv, run.json, report.html, figure.{suffix} are in o" in outcome.out
 
 
 def test_no_matplotlib(reproduce, monkeypatch):
@@ -219,7 +219,7 @@ def test_no_matplotlib(reproduce, monkeypatch):
 
     assert (outcome.code, outcome.err) == (0, "")
     assert "no picture without matplotlib: pip install 'sdaeverify[plot]'" in outcome.out
-    assert {path.name for path in Path("o").iterdir()} == {"table.csv", "run.json"}
+    assert {path.name for path in Path("o").iterdir()} == {"table.csv", "run.json", "report.html"}
 
 
 BROKEN = """

@@ -70,7 +70,7 @@ def calibrate(**options: Any) -> ExitCode:
         console.print()
     for line in summary(calibration.rates):
         console.print(Text(visible(line)), soft_wrap=True)
-    console.print(Text(visible(f"{CSV} and {MARKDOWN} are in {options['out']}")), soft_wrap=True)
+    console.print(Text(visible(f"{CSV}, {MARKDOWN} and report.html are in {options['out']}")), soft_wrap=True)
     code = ExitCode.REFUTED if offending(calibration.rates) else ExitCode.OK
     words = f"exit code {code.value}: {WORDS[code]}; {time.monotonic() - begun:.0f} s"
     console.print(words, style="green" if code is ExitCode.OK else "red")
@@ -87,8 +87,14 @@ def _advance(calibration: "Calibration", jobs: int, files: Sequence[str], kind: 
 def _save(calibration: "Calibration", folder: Path, command: str) -> None:
     from ...lab.calibration import markdown, rate_table  # noqa: PLC0415
     from ...report.files import write_table, write_text  # noqa: PLC0415
+    from ...report.html import PAGE, write_tables  # noqa: PLC0415
+    from ...report.html.verifier import coverage  # noqa: PLC0415
 
-    write_table(rate_table(calibration.rates, calibration.plan), folder / CSV)
+    table = rate_table(calibration.rates, calibration.plan)
+    write_table(table, folder / CSV)
+    texts = [list(table.columns), *([str(cell) for cell in row] for row in table.itertuples(index=False))]
+    sentence = f"Calibration: {len(table)} rates"
+    write_tables(folder / PAGE, sentence, (), verifier={"calibration": coverage(texts)})
     write_text(markdown(calibration.rates, calibration.plan, command), folder / MARKDOWN)
 
 

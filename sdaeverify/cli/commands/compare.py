@@ -33,6 +33,7 @@ WORDS = {
 @once("--factor", type=float, default=MARGIN, help="By how much an error may grow.")
 @once("--alpha", type=float, default=ALPHA, help="Probability of any false alarm in the comparison.")
 @click.option("--all", "every", is_flag=True, help="Show what is the same, too.")
+@once("--html", type=click.Path(path_type=Path), help="File for a page with all quantities.")
 @click.option("--json", "as_json", is_flag=True, help="For programs: an object with all quantities.")
 @plugins
 def compare(**options: Any) -> ExitCode:
@@ -56,6 +57,8 @@ def compare(**options: Any) -> ExitCode:
     judged = changes([each.found for each in found], options["factor"], options["alpha"])
     rows = list(zip(found, judged, strict=True))
     code = _code(rows)
+    if options["html"] is not None:
+        _write_page(rows, options["html"])
     if options["as_json"]:
         click.echo(_json(rows, omitted, options, code))
     else:
@@ -63,6 +66,17 @@ def compare(**options: Any) -> ExitCode:
         words = f"exit code {code.value}: {WORDS[code]}"
         output().print(words, style="green" if code is ExitCode.OK else "red", soft_wrap=True)
     return code
+
+
+def _write_page(rows: "Rows", file: Path) -> None:
+    from ...lab.compare.tables import counts, records  # noqa: PLC0415
+    from ...report.files import require_writable_file  # noqa: PLC0415
+    from ...report.html import TablePage, write_tables  # noqa: PLC0415
+
+    require_writable_file(file, "--html")
+    told = records(rows)
+    table = [["" if cell is None else str(cell) for cell in record.values()] for record in told]
+    write_tables(file, counts(rows), [TablePage("Comparison", list(told[0]) if told else [], table)])
 
 
 def _code(rows: "Rows") -> ExitCode:

@@ -105,6 +105,7 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
         result, code = _run(run, crew, request.progress)
     if result is None:
         return None, code
+    run.write_page()
     call_report_hooks(run, result)
     gated = _judged(run, result, request, {} if request.write_lock else before)
     _written(gated, request)

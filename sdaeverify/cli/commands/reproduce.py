@@ -168,14 +168,19 @@ def _saved(
 
     from ...lab.experiments.picture import MISSING, draw  # noqa: PLC0415
     from ...report.files import write_json, write_table  # noqa: PLC0415
+    from ...report.html import PAGE, TablePage, write_tables  # noqa: PLC0415
     from ...report.provenance import made_with  # noqa: PLC0415
 
     experiment, picture = plan.experiment, f"{FIGURE}.{suffix}"
-    write_table(pd.DataFrame([entry.record() for entry in exhibit.entries]), folder / CSV)
+    table = pd.DataFrame([entry.record() for entry in exhibit.entries])
+    write_table(table, folder / CSV)
+    rows = [["" if pd.isna(cell) else str(cell) for cell in row] for row in table.itertuples(index=False)]
+    title = f"{plan.experiment.source}: {plan.experiment.title}"
+    write_tables(folder / PAGE, title, [TablePage("Table", list(table.columns), rows)])
     about = {"experiment": experiment.name, "source": experiment.source, "budget": plan.budget, "paths": plan.paths}
     about |= {"remarks": exhibit.remarks, "errors": exhibit.errors}
     write_json({**made_with(plan.registry, plan.seed, arguments), **about}, folder / JSON)
-    files = [CSV, JSON]
+    files = [CSV, JSON, PAGE]
     if exhibit.panels:
         try:
             draw(exhibit.panels, f"{experiment.source}: {experiment.title}", folder / picture)

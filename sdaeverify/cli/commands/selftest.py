@@ -74,8 +74,9 @@ def _advance(study: Study, jobs: int, files: Sequence[str], kind: str) -> None:
 
 
 def _shown(matrix: "KillMatrix", folder: Path | None, begun: float) -> ExitCode:
-    from ...lab.selftest.tables import in_words, kill_table, terminal_table  # noqa: PLC0415
+    from ...lab.selftest.tables import counts, in_words, kill_table, terminal_table  # noqa: PLC0415
     from ...report.files import write_table  # noqa: PLC0415
+    from ...report.html import PAGE, write_tables  # noqa: PLC0415
 
     console = output(unbroken=True)
     if matrix.bugs:
@@ -84,8 +85,13 @@ def _shown(matrix: "KillMatrix", folder: Path | None, begun: float) -> ExitCode:
     for line in in_words(matrix):
         console.print(line, soft_wrap=True)
     if folder is not None:
-        write_table(kill_table(matrix), folder / FILE)
-        console.print(Text(visible(f"{FILE} is in {folder}")), soft_wrap=True)
+        table = kill_table(matrix)
+        write_table(table, folder / FILE)
+        rows = [[str(cell) for cell in row] for row in table.itertuples(index=False)]
+        write_tables(
+            folder / PAGE, counts(matrix), (), verifier={"kills": {"head": list(table.columns), "rows": rows}}
+        )
+        console.print(Text(visible(f"{FILE} and {PAGE} are in {folder}")), soft_wrap=True)
     code = _code(matrix)
     words = f"{time.monotonic() - begun:.0f} s; exit code {code.value}: {WORDS[code]}"
     console.print(words, style="green" if code is ExitCode.OK else "red", soft_wrap=True)

@@ -8,19 +8,29 @@ markup; a policy of contents lets nothing be fetched and no other program run.
 import base64
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...errors import UsageError
 from ..files import write_text
 from ..folders import read_tables
 from .payload import payload
+from .verifier import verifier
 
 PAGE = "report.html"
 SCRIPTS = ("plots.js", "data.js", "pages.js", "passports.js", "start.js")
+
+
+class TablePage(NamedTuple):
+    """A table with a page of its own: numbers where a cell is a number, texts elsewhere."""
+
+    title: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str | float | None]]
+    text: Sequence[str] = ()
 
 
 def write_page(folder: Path, passports: Mapping[str, Any] | None = None) -> Path:
@@ -39,8 +49,31 @@ def write_page(folder: Path, passports: Mapping[str, Any] | None = None) -> Path
         If the folder holds no run, or cannot be written into.
     """
     path = folder / PAGE
-    write_text(page_text(payload(read_tables(folder), passports)), path)
+    data = payload(read_tables(folder), passports)
+    found = verifier(folder.parent)
+    write_text(page_text({**data, **({"verifier": found} if found else {})}), path)
     return path
+
+
+def write_tables(file: Path, sentence: str, tables: Sequence[TablePage], **further: Any) -> None:
+    """Write a page of tables alone.
+
+    Parameters
+    ----------
+    file : Path
+    sentence : str
+    tables : sequence of TablePage
+    **further
+        Other parts of the page's data, as `payload` and `verifier` name them.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be written.
+    """
+    nothing: dict[str, Any] = {"run": {}, "findings": {}, "levels": [], "absent": [], "texts": []}
+    shown = [table._asdict() for table in tables]
+    write_text(page_text({**nothing, "sentence": sentence, "tables": shown, **further}), file)
 
 
 def remove_page(folder: Path) -> None:

@@ -14,7 +14,7 @@ const HOME = (NAVIGATION.find(([, , there]) => there) || ["summary"])[0];
 /** Return a page of a table that was written as one. */
 function tablePage(_, number) {
   const { title, text, head, rows } = DATA.tables[Number(number)];
-  return [title, heading(1, title), (text || []).map((line) => el("p", {}, line)), table(head, rows)].flat();
+  return [title, heading(1, title), el("p", {}, DATA.sentence), (text || []).map((line) => el("p", {}, line)), table(head, rows)].flat();
 }
 
 function show() {
