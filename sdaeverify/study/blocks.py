@@ -137,7 +137,7 @@ class Job(Protocol):
 SomeJob = TypeVar("SomeJob", bound=Job)
 
 
-class Piece(NamedTuple):
+class Portion(NamedTuple):
     """A part of a block is computed: of so many schemes, in so many seconds."""
 
     schemes: int
@@ -180,7 +180,7 @@ class Blocks:
         """Return of which scheme and measure not all evidence on some blocks is in the store."""
         return set() if self.store is None else self.store.lacking(task, blocks, self.observe)
 
-    def results(self, jobs: "deque[SomeJob]", window: int) -> "Iterator[tuple[SomeJob, Lanes | Piece]]":
+    def results(self, jobs: "deque[SomeJob]", window: int) -> "Iterator[tuple[SomeJob, Lanes | Portion]]":
         """Take jobs from a queue, which may grow meanwhile, and yield their evidence in their order.
 
         What is computed of a block, perhaps in pieces, is told before its evidence.
@@ -201,7 +201,7 @@ class Blocks:
             parts = []
             for one in begun:
                 parts += (found := self._parts(one))
-                yield job, Piece(len(found), sum(lane.seconds for _, lane in found))
+                yield job, Portion(len(found), sum(lane.seconds for _, lane in found))
             yield job, self._end(job.task, recalled, parts)
 
     def _begin(self, task: Task, block: int) -> tuple[list[Recalled], list[Begun]]:

@@ -10,7 +10,7 @@ from ..contracts.settings import Settings
 from ..simulate.ensemble import Task
 from ..store import Store
 from ..workers.executors import Crew
-from .blocks import Blocks, Lanes, Piece
+from .blocks import Blocks, Lanes, Portion
 from .forecast import Forecast
 from .holm import family_wise
 from .judging import CellResult
@@ -105,7 +105,7 @@ class Study:
         state = _Progress(jobs, Forecast({p.plan.spec.label: len(p.task().entries) for p in waiting}, self._first))
         for job, found in blocks.results(jobs, window):
             state.heard(job, found)
-            if isinstance(found, Piece):
+            if isinstance(found, Portion):
                 yield state.advanced(job, self.problems)
                 continue
             job.problem.absorb(job.task, found)
@@ -150,10 +150,10 @@ class _Progress:
     def __post_init__(self) -> None:
         self.total = len(self.jobs)
 
-    def heard(self, job: "_Job", found: Lanes | Piece) -> None:
+    def heard(self, job: "_Job", found: Lanes | Portion) -> None:
         """Take note of what is done."""
         label = job.task.spec.label
-        if isinstance(found, Piece):
+        if isinstance(found, Portion):
             paths = job.task.settings.paths_of(job.block) if job.block else None
             self.forecast.heard(label, found.seconds, found.schemes, paths)
             return

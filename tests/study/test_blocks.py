@@ -14,7 +14,7 @@ from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
 from sdaeverify.simulate.ensemble import Entry, Task, run_block
 from sdaeverify.simulate.guard import NO_MEASURE, PROBLEM
-from sdaeverify.study.blocks import Blocks, Piece
+from sdaeverify.study.blocks import Blocks, Portion
 from sdaeverify.workers.calls import DIED, Lost
 from sdaeverify.workers.isolated import Died, Isolated
 from sdaeverify.workers.limits import FORMAT, NOBODY, Limits, Mark
@@ -86,7 +86,7 @@ def blaming(name, measure=NO_MEASURE):
 def errors(executor):
     """Return what became of the schemes, and check that every good one has its own numbers."""
     found = [found for _, found in Blocks(executor, None).results(deque([Given(TASK, 0)]), 1)]
-    (lanes,) = [one for one in found if not isinstance(one, Piece)]
+    (lanes,) = [one for one in found if not isinstance(one, Portion)]
     for lane, whole in zip(lanes, run_block(TASK, 0), strict=True):
         for index, error in enumerate(lane.errors):
             if not error:

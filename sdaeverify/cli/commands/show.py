@@ -92,7 +92,7 @@ def history(runs: tuple[Path, ...], out: Path) -> ExitCode:
     write_tables(out, sentence, tables)
     cells = [[f"{cell:g}" if isinstance(cell, float) else visible(str(cell)) for cell in row] for row in told.rows]
     lines = (*in_columns([list(told.head), *cells]), sentence, f"the page is {visible(str(out))}")
-    print_lines(output(unbroken=True), map(Line, lines))
+    print_lines(output(unbroken=True), map(PlainLine, lines))
     return ExitCode.OK
 
 
