@@ -23,8 +23,8 @@ from ._fibres import positions
 
 HORIZON, STEPS, OMEGAS = 1.0, (2, 4, 8, 16, 32), ("0.0", "1.0", "2.0", "4.0")
 SCHEMES = {"none": "half-explicit-euler[truncation=none]", "theory": "half-explicit-euler"}
-# Gauss-Legendre nodes of the operator.
-NODES = 1200
+# Gauss-Legendre nodes of the operator, on an interval of length 2/h for a kernel of width h^(1/2).
+FEWEST, PER_H = 300, 38.0
 
 
 @cache
@@ -34,7 +34,7 @@ def exact_share(omega: float, h: float, steps: int) -> float:
     omega+ is normal with mean omega/cos(phi) and deviation sqrt(h)/cos(phi), sin(phi) = omega h. The survival of the
     steps is carried on Gauss-Legendre nodes in phi.
     """
-    x, w = np.polynomial.legendre.leggauss(NODES)
+    x, w = np.polynomial.legendre.leggauss(max(FEWEST, round(PER_H / h)))
     phi = 0.5 * np.pi * x
     at, cosine = np.sin(phi) / h, np.cos(phi)
     weights = 0.5 * np.pi * w * cosine / h
