@@ -196,7 +196,8 @@ def keeps_no_noise(trial: Trial) -> str:
 
 
 def _scaled(noise: Increment, s: float) -> Increment:
-    return noise._replace(dW=s * noise.dW, H=None if noise.H is None else s * noise.H)
+    H, K = (None if part is None else s * part for part in (noise.H, noise.K))
+    return noise._replace(dW=s * noise.dW, H=H, K=K, A=None if noise.A is None else s**2 * noise.A)
 
 
 def _kicked(trial: Trial) -> np.ndarray[Any, np.dtype[np.bool_]]:

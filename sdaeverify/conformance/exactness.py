@@ -113,7 +113,10 @@ def _unit_noises(scheme: Scheme, trivial: Trivial, h: float) -> tuple[list[Incre
     xi = np.concatenate([np.zeros((size, 1)), np.eye(size), probe[:, None]], axis=1)
     xi = xi.reshape(2 * LAW_STEPS, fields, l, size + 2)
     areas = [np.sqrt(h / 12.0) * part[1] if fields > 1 else None for part in xi]
-    return [Increment(np.sqrt(h) * part[0], area) for part, area in zip(xi, areas, strict=True)], probe
+    # The state is affine in variables that are independent: areas, which are products of such, are left at 0.
+    K, A = np.zeros((l, size + 2)), np.zeros((l * (l - 1) // 2, size + 2))
+    drawn = (Increment(np.sqrt(h) * part[0], area) for part, area in zip(xi, areas, strict=True))
+    return [noise._replace(K=K, A=A) for noise in drawn], probe
 
 
 def _moments(x: Array, probe: Array) -> StateMoments | None:

@@ -42,7 +42,8 @@ def match(scheme: Scheme, problem: Problem) -> Match:
     if seen is None:
         reason = f"solves the form {form_names(scheme)}; a {type(problem).__name__} has no such view"
         return Match(None, reason=reason)
-    if missing := scheme.noise - seen.noise:
+    # One Brownian motion has no areas with others.
+    if missing := scheme.noise - seen.noise - ({"A"} if seen.noise_dim == 1 else set()):
         return Match(
             None, seen.seen_as, f"needs noise that is not drawn for the problem: {', '.join(sorted(missing))}"
         )

@@ -124,7 +124,8 @@ class Scheme:
         The form it solves, or several; a problem is offered to it as it is if it has one of them, else in its view of
         the first of which it has one.
     noise : frozenset of str
-        Fields of `Increment` it uses, out of ``dW`` and ``H``.
+        Fields of `Increment` it uses, out of ``dW``, ``H``, ``K`` and ``A``; a step with one of the latter two is
+        judged by its paths, not at nodes.
     claims : tuple of Claim
     sharp_locally : bool
         Whether its global strong order shows in one step. It does not where the errors of single steps are taken

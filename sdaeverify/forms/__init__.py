@@ -1,5 +1,6 @@
 """Forms: the mathematical shapes a problem can have, and the views between them."""
 
+from ..noise.brownian import BROWNIAN
 from .delay.delay_sdae import DelaySDAE, DelayState
 from .delay.delayed import Delayed, IndexOne
 from .delay.dissipation import Dissipation
@@ -16,7 +17,7 @@ from .mechanics.structure import Structure
 from .overdamped.constrained_langevin import ConstrainedLangevin
 from .overdamped.family import Penalised, StiffnessFamily
 from .overdamped.geometry import ConstraintGeometry
-from .problem import BROWNIAN, Problem, Residual, components, known_traits, unknown_traits
+from .problem import Problem, Residual, components, known_traits, unknown_traits
 from .sde.sde import SDE, as_sde
 
 __all__ = [

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Array, Mask, Parts, each
 from ..errors import ProblemError
-from ..noise.brownian import Increment
+from ..noise.brownian import BROWNIAN, USUAL, Increment, completed
 from ..noise.records import NoiseRecord
 from .chart import Chart
 from .controls import Control
@@ -20,8 +20,6 @@ from .truths import InvariantMean, Moment, Pathwise, Truth
 K = TypeVar("K")
 Observable = Callable[[float, Parts], Array]
 
-# Brownian noise that can be drawn: increments and space-time Levy areas.
-BROWNIAN = ("dW", "H")
 # What a view of the same states has of its own.
 OWN = {"source", "seen_as"}
 
@@ -55,8 +53,9 @@ class Problem:
     units : str
     traits : frozenset of str
     noise : frozenset of str
-        What is drawn for it: ``dW``, and ``H`` unless it is left out to save half of the random numbers. It belongs
-        to the problem, so that no scheme's paths depend on which other schemes take part.
+        What is drawn for it: ``dW``, and ``H`` unless it is left out to save half of the random numbers; with it, on
+        demand, ``K`` and the Levy areas ``A``. It belongs to the problem, so that no scheme's paths depend on which
+        other schemes take part.
     observables : mapping of str to callable, (t, parts) -> ndarray, shape (P,)
     truths : tuple of Truth
     controls : tuple of Control
@@ -81,7 +80,7 @@ class Problem:
     source: str
     units: str = "dimensionless"
     traits: frozenset[str] = frozenset()
-    noise: frozenset[str] = frozenset(BROWNIAN)
+    noise: frozenset[str] = USUAL
     observables: Mapping[str, Observable] = field(default_factory=dict)
     truths: tuple[Truth, ...] = ()
     controls: tuple[Control, ...] = ()
@@ -96,9 +95,11 @@ class Problem:
         if not (np.issubdtype(type(self.noise_dim), np.integer) and self.noise_dim >= 1):
             raise ProblemError(f"noise_dim must be a whole number of at least 1, got {self.noise_dim!r}")
         declared = {record.name for record in self.records}
-        if not {"dW"} <= self.noise <= {*BROWNIAN, *declared}:
+        drawn = self.noise - declared
+        if drawn != {"dW"} and not USUAL <= drawn <= {*BROWNIAN}:
             beside = "".join(f", with {name}" for name in sorted(declared))
-            raise ProblemError(f"noise must be dW or dW and H{beside}, got {sorted(self.noise)}")
+            expected = f"dW, or dW and H with K or A or both{beside}"
+            raise ProblemError(f"noise must be {expected}, got {sorted(self.noise)}")
         object.__setattr__(self, "noise", self.noise | declared)
         object.__setattr__(self, "traits", self._all_traits())
         for truth in self.truths:
@@ -157,7 +158,8 @@ class Problem:
         """Return random noise of one step of size h, its normals `far` times as large as they are by law."""
         dW, areas = far * np.sqrt(h) * rng.standard_normal((2, self.noise_dim, paths))
         records = {r.name: each(lambda data: data[0], r.begin(rng, h, paths)) for r in self.records}
-        return Increment(dW, areas / np.sqrt(12.0) if "H" in self.noise else None, records=records)
+        drawn = Increment(dW, areas / np.sqrt(12.0) if "H" in self.noise else None, records=records)
+        return completed(drawn, far**2 * h, self.noise, rng)
 
     @classmethod
     def trivial_problems(cls) -> Trivials:

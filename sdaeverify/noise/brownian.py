@@ -6,11 +6,17 @@ independent numbers a component,
     dW = W(t+h) - W(t)                                   variance h
     H  = (1/h) int_t^{t+h} (W(s) - W(t)) ds - dW/2       variance h/12   (space-time Levy area)
 
-Refining a step keeps both of them, so a finer level leaves every coarser one as it was, to the last bit.
+Refining a step keeps both of them, so a finer level leaves every coarser one as it was, to the last bit. Where it is
+asked for there is a third one, drawn and refined like them, whose paths are then others,
+
+    K  = (1/h^2) int_t^{t+h} (W(s) - W(t) - (s - t) dW/h) (t + h/2 - s) ds        variance h/720   (second area)
+
+and the Levy areas A between components (`areas`), which change nothing of dW, H and K. They are put together from the
+finest level: with another finest level they are others, as the law allows where the rest of the path is as it is.
 """
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,10 +24,16 @@ import scipy
 
 from ..arrays import Array, arrays, each
 from ..errors import SchemeError
+from .areas import REST, antisymmetric, joined, known_part
 from .records import NoiseRecord
 
 # Steps of a level that are held at a time.
 LONGEST = 16
+# Of a step's length, the variances of dW, H and K are these parts.
+PARTS = {"dW": 1, "H": 12, "K": 720}
+# What can be drawn: increments, space-time Levy areas, and Levy areas between components; and what usually is.
+BROWNIAN = ("dW", "H", "K", "A")
+USUAL = frozenset({"dW", "H"})
 
 
 class Increment(NamedTuple):
@@ -39,6 +51,10 @@ class Increment(NamedTuple):
         The state at the lag of the step's begin, and what is known of it at the lag of its end; see `Lag`.
     records : mapping of str to object
         What a form declares of noise beside Brownian motions, see `NoiseRecord`.
+    K : ndarray, shape (l, P), or None
+        Second space-time Levy areas, unit sqrt(time), where the problem has them drawn.
+    A : ndarray, shape (l (l - 1)/2, P), or None
+        Levy areas of the pairs (0, 1), (0, 2), ..., (1, 2), ..., unit time, where the problem has them drawn.
     """
 
     dW: Array
@@ -47,6 +63,8 @@ class Increment(NamedTuple):
     lagged: Array | None = None
     ahead: Array | None = None
     records: Mapping[str, Any] = {}
+    K: Array | None = None
+    A: Array | None = None
 
     def time_integral(self, h: float) -> Array:
         """Return int_t^{t+h} (W(s) - W(t)) ds = h (H + dW/2), shape (l, P)."""
@@ -60,6 +78,17 @@ class Increment(NamedTuple):
             raise SchemeError("H is not drawn for this problem; a scheme that uses it declares noise dW and H")
         return np.asarray(scipy.special.ndtr(np.sqrt(12.0 / h) * self.H))
 
+    def double_integrals(self, h: float) -> Array:
+        """Return int int dW_i dW_j of Ito, shape (l, l, P): (dW_i dW_j - h delta_ij)/2 + A_ij.
+
+        Of one Brownian motion there is no area.
+        """
+        l = len(self.dW)
+        if self.A is None and l > 1:
+            raise SchemeError("A is not drawn for this problem; a scheme that uses it declares noise dW and A")
+        symmetric: Array = 0.5 * (self.dW[:, None] * self.dW - h * np.eye(l)[..., None])
+        return symmetric if self.A is None else symmetric + antisymmetric(self.A, l)
+
 
 class LevelNoise(NamedTuple):
     """Increments of successive steps of one level.
@@ -70,16 +99,20 @@ class LevelNoise(NamedTuple):
     H : ndarray, shape (steps, l, P), or None
     records : mapping of str to object
         Arrays of the shape (steps, ..., P) of each `NoiseRecord`.
+    K : ndarray, shape (steps, l, P), or None
+    A : ndarray, shape (steps, l (l - 1)/2, P), or None
     """
 
     dW: Array
     H: Array | None
     records: Mapping[str, Any] = {}
+    K: Array | None = None
+    A: Array | None = None
 
     def increment(self, step: int) -> Increment:
         """Return the increment of one step."""
-        records = each(lambda part: part[step], self.records)
-        return Increment(self.dW[step], None if self.H is None else self.H[step], records=records)
+        dW, H, records, K, A = each(lambda part: part[step], self)
+        return Increment(dW, H, records=records, K=K, A=A)
 
     def part(self, begin: int, end: int) -> "LevelNoise":
         """Return the steps from `begin` up to `end`."""
@@ -151,8 +184,9 @@ class Brownian(NamedTuple):
         Length of the coarsest step, unit time.
     finest : int
         Index of the finest level; level j has 2^j steps inside a coarsest one.
-    areas : bool
-        Whether H is drawn beside dW. The two ways of drawing give different paths.
+    fields : frozenset of str
+        What is drawn: ``dW``, with H or with H and K beside it, which are three ways of drawing that give different
+        paths; and ``A``, which changes nothing of them, where H is drawn.
     records : tuple of NoiseRecord
         Further noise, each with streams of its own.
     """
@@ -161,23 +195,27 @@ class Brownian(NamedTuple):
     dimension: int
     h: float
     finest: int
-    areas: bool = True
+    fields: frozenset[str] = USUAL
     records: tuple[NoiseRecord, ...] = ()
 
     def pieces(self) -> Iterator[Iterator[Piece]]:
         """Yield, for one coarsest step after the other, its pieces at all levels.
 
         Each level's pieces come in time order, a coarse one before the finer ones inside it, and each is at most
-        `LONGEST` steps long: memory does not depend on how fine the finest level is. The pieces of a coarsest step
-        must be used up before the next one is asked for.
+        `LONGEST` steps long: memory does not depend on how fine the finest level is, unless areas are asked for,
+        which need a coarsest step as a whole. The pieces of a coarsest step must be used up before the next one is
+        asked for.
         """
         purposes = ("brownian", *(record.name for record in self.records))
         streams = [{name: self.source.stream(name, n) for name in purposes} for n in range(self.finest + 1)]
+        rest = self.source.stream("areas", self.finest)
         while True:
             xi = self._normals(streams[0]["brownian"], 1)
-            H = np.sqrt(self.h / 12) * xi[1] if self.areas else None
+            named = (np.sqrt(self.h / PARTS[name]) * each for name, each in zip(PARTS, xi, strict=False))
+            first = LevelNoise(**{"H": None, **dict(zip(PARTS, named, strict=False))})
             records = {r.name: r.begin(streams[0][r.name], self.h, self.source.paths) for r in self.records}
-            yield self._descend(Piece(0, _frozen(LevelNoise(np.sqrt(self.h) * xi[0], H, records))), streams)
+            descent = self._descend(Piece(0, _frozen(first._replace(records=records))), streams)
+            yield self._with_areas(descent, rest) if "A" in self.fields else descent
 
     def _descend(self, piece: Piece, streams: Sequence[Mapping[str, np.random.Generator]]) -> Iterator[Piece]:
         # Records are refined as they are drawn, on all paths of a full block; those that are used are shown.
@@ -191,22 +229,67 @@ class Brownian(NamedTuple):
             records = {r.name: r.refined(coarse.records[r.name], h, streams[level][r.name]) for r in self.records}
             yield from self._descend(Piece(level, _frozen(fine._replace(records=records))), streams)
 
+    def _with_areas(self, descent: Iterator[Piece], rest: np.random.Generator) -> Iterator[Piece]:
+        pieces = list(descent)
+        levels = _levels(pieces, self.finest)
+        areas = [self._finest_areas(levels[-1], rest)]
+        for fine in reversed(levels[1:]):
+            areas.insert(0, joined(areas[0], fine.dW))
+        done = [0] * len(levels)
+        for piece in pieces:
+            level, begin, noise = piece.level, done[piece.level], piece.noise
+            done[level] = begin + len(noise.dW)
+            yield Piece(level, _frozen(noise._replace(A=areas[level][begin : done[level]])))
+
+    def _finest_areas(self, noise: LevelNoise, rest: np.random.Generator) -> Array:
+        def normals(rows: int) -> Array:
+            return rest.standard_normal((len(noise.dW), rows, self.source.paths))[..., : self.source.used]
+
+        return drawn_areas(noise, self.h / 2**self.finest, normals)
+
     def _normals(self, stream: np.random.Generator, steps: int) -> Array:
         # Drawn in time order, so that pieces of any length give the same numbers.
-        xi = stream.standard_normal((steps, 2 if self.areas else 1, self.dimension, self.source.paths))
+        fields = 1 + len(self.fields & {"H", "K"})
+        xi = stream.standard_normal((steps, fields, self.dimension, self.source.paths))
         return np.moveaxis(xi[..., : self.source.used], 1, 0)
 
 
-def brownian_steps(source: Source, dimension: int, h: float, finest: int) -> Iterator[tuple[LevelNoise, ...]]:
+def brownian_steps(
+    source: Source, dimension: int, h: float, finest: int, fields: frozenset[str] = USUAL
+) -> Iterator[tuple[LevelNoise, ...]]:
     """Yield the noise of one coarsest step after the other, each level in one array.
 
     For studies of a few steps, whose memory does not matter; see `Brownian` for the parameters.
     """
-    for pieces in Brownian(source, dimension, h, finest).pieces():
-        levels: list[list[LevelNoise]] = [[] for _ in range(finest + 1)]
-        for piece in pieces:
-            levels[piece.level].append(piece.noise)
-        yield tuple(_frozen(_concatenated(level)) for level in levels)
+    for pieces in Brownian(source, dimension, h, finest, fields).pieces():
+        yield _levels(pieces, finest)
+
+
+def _levels(pieces: Iterable[Piece], finest: int) -> tuple[LevelNoise, ...]:
+    """Return the noise of a coarsest step, each level in one array."""
+    levels: list[list[LevelNoise]] = [[] for _ in range(finest + 1)]
+    for piece in pieces:
+        levels[piece.level].append(piece.noise)
+    return tuple(_frozen(_concatenated(level)) for level in levels)
+
+
+def completed(noise: Increment, h: Array | float, fields: frozenset[str], rng: np.random.Generator) -> Increment:
+    """Return an increment of dW and H with K and A beside them, drawn as far as they are among the fields."""
+    K = np.sqrt(h / PARTS["K"]) * rng.standard_normal(noise.dW.shape) if "K" in fields else None
+    if "A" not in fields:
+        return noise._replace(K=K)
+    drawn = LevelNoise(noise.dW, noise.H, K=K)
+    return noise._replace(K=K, A=drawn_areas(drawn, h, lambda rows: rng.standard_normal((rows, noise.dW.shape[-1]))))
+
+
+def drawn_areas(noise: LevelNoise, h: Array | float, normals: Callable[[int], Array]) -> Array:
+    """Draw areas given the rest of the noise of steps of length h; normals(rows) are so many a step and path."""
+    l = noise.dW.shape[-2]
+    if noise.H is None:
+        raise SchemeError("areas are drawn around what dW and H tell of them, and H is not drawn")
+    K = np.sqrt(h / PARTS["K"]) * normals(l) if noise.K is None else noise.K
+    areas: Array = known_part(noise.dW, noise.H, K) + np.sqrt(REST) * h * normals(l * (l - 1) // 2)
+    return areas
 
 
 def refine(coarse: LevelNoise, h: float, xi: Array) -> LevelNoise:
@@ -214,7 +297,11 @@ def refine(coarse: LevelNoise, h: float, xi: Array) -> LevelNoise:
 
     With D = dW_1 - dW_2 and S = H_1 + H_2, E = H_1 - H_2 of the two halves,
 
-        D = 3 H + (sqrt(h)/2) xi_1,   S = 2 H - D/2,   E = sqrt(h/12) xi_2;   without H:   D = sqrt(h) xi_1.
+        D = 3 H + (sqrt(h)/2) xi_1,   S = 2 H - D/2,   E = sqrt(h/12) xi_2;   without H:   D = sqrt(h) xi_1;
+
+    and where there is K, with T = K_1 + K_2, U = K_1 - K_2,
+
+        E = (15/2) K + sqrt(h/192) xi_2,   T = 4 K - E/2,   U = sqrt(h/720) xi_3.
 
     Parameters
     ----------
@@ -222,8 +309,8 @@ def refine(coarse: LevelNoise, h: float, xi: Array) -> LevelNoise:
         Arrays of shape (n, l, P).
     h : float
         Length of the steps that are halved, unit time.
-    xi : ndarray, shape (2, n, l, P), or (1, n, l, P) without H
-        Independent standard normals.
+    xi : ndarray, shape (k, n, l, P)
+        Independent standard normals: one for each of dW, H and K that there is.
 
     Returns
     -------
@@ -234,14 +321,20 @@ def refine(coarse: LevelNoise, h: float, xi: Array) -> LevelNoise:
         return LevelNoise(_halves(coarse.dW, np.sqrt(h) * xi[0]), None)
     D = 3.0 * coarse.H + (0.5 * np.sqrt(h)) * xi[0]
     S = 2.0 * coarse.H - 0.5 * D
-    E = np.sqrt(h / 12) * xi[1]
-    return LevelNoise(_halves(coarse.dW, D), _halves(S, E))
+    if coarse.K is None:
+        E = np.sqrt(h / 12) * xi[1]
+        return LevelNoise(_halves(coarse.dW, D), _halves(S, E))
+    E = 7.5 * coarse.K + np.sqrt(h / 192) * xi[1]
+    K = _halves(4.0 * coarse.K - 0.5 * E, np.sqrt(h / 720) * xi[2])
+    return LevelNoise(_halves(coarse.dW, D), _halves(S, E), K=K)
 
 
 def aggregate(fine: LevelNoise) -> LevelNoise:
     """Join neighbouring steps, the inverse of `refine`.
 
-    dW = dW_1 + dW_2,   H = (H_1 + H_2)/2 + (dW_1 - dW_2)/4.
+    dW = dW_1 + dW_2,   H = (H_1 + H_2)/2 + (dW_1 - dW_2)/4,   K = (K_1 + K_2)/4 + (H_1 - H_2)/8,
+
+    and Chen's relation for A.
 
     Parameters
     ----------
@@ -256,7 +349,10 @@ def aggregate(fine: LevelNoise) -> LevelNoise:
     W1, W2 = fine.dW[0::2], fine.dW[1::2]
     if fine.H is None:
         return LevelNoise(W1 + W2, None)
-    return LevelNoise(W1 + W2, 0.5 * (fine.H[0::2] + fine.H[1::2]) + 0.25 * (W1 - W2))
+    H1, H2 = fine.H[0::2], fine.H[1::2]
+    K = None if fine.K is None else 0.25 * (fine.K[0::2] + fine.K[1::2]) + 0.125 * (H1 - H2)
+    A = None if fine.A is None else joined(fine.A, fine.dW)
+    return LevelNoise(W1 + W2, 0.5 * (H1 + H2) + 0.25 * (W1 - W2), K=K, A=A)
 
 
 def fingerprint(seed: int) -> str:
@@ -276,8 +372,11 @@ def _halves(total: Array, difference: Array) -> Array:
 
 
 def _concatenated(pieces: Sequence[LevelNoise]) -> LevelNoise:
-    areas = [piece.H for piece in pieces if piece.H is not None]
-    return LevelNoise(np.concatenate([piece.dW for piece in pieces]), np.concatenate(areas) if areas else None)
+    def whole(name: str) -> Array | None:
+        parts = [getattr(piece, name) for piece in pieces]
+        return None if parts[0] is None else np.concatenate(parts)
+
+    return LevelNoise(np.concatenate([piece.dW for piece in pieces]), whole("H"), K=whole("K"), A=whole("A"))
 
 
 def _frozen(noise: LevelNoise) -> LevelNoise:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..contracts.scheme import Scheme, State
-from ..noise.brownian import Brownian, Source
+from ..noise.brownian import USUAL, Brownian, Source
 from ..numerics.statistics import EPS
 from .tracks import Track
 
@@ -100,7 +100,9 @@ class Chains:
     def __init__(self, scheme: Scheme, view: Any, source: Source, h: float, levels: int = 1) -> None:
         self.view, self.h, self.steps, self.paths = view, h, 0, source.paths
         self.tracks = [Track(scheme, view, level, h / 2**level, source.paths) for level in range(levels)]
-        self.pieces = Brownian(source, view.noise_dim, h, levels - 1, "H" in scheme.noise, view.records).pieces()
+        # Areas are drawn around what H tells of them.
+        fields = scheme.noise | (USUAL if "A" in scheme.noise else {"dW"})
+        self.pieces = Brownian(source, view.noise_dim, h, levels - 1, fields, view.records).pieces()
 
     def advance(self, steps: int) -> None:
         """Make coarsest steps, and note the chains that blew up."""

@@ -183,8 +183,8 @@ class _Place(NamedTuple):
 def _simulate(place: _Place, runs: "Sequence[_Run]", source: Source) -> None:
     problem, reference, coarsest = place.problem, place.reference, place.settings.coarsest
     extra = source.stream("truth", reference.level)
-    areas, h = "H" in problem.noise, problem.horizon / coarsest
-    brownian = Brownian(source, problem.noise_dim, h, reference.finest, areas, problem.records)
+    h = problem.horizon / coarsest
+    brownian = Brownian(source, problem.noise_dim, h, reference.finest, problem.noise, problem.records)
     for _, pieces in zip(range(coarsest), brownian.pieces(), strict=False):
         for piece in pieces:
             with place.guard.of(PROBLEM):

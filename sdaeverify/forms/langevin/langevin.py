@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Array, Parts
 from ...errors import ProblemError
+from ...noise.brownian import BROWNIAN
 from ..checks import PROBES, check_observables, check_shape, check_truth, columns, vector
 from ..problem import Problem
 from ..sde.sde import SDE
@@ -132,6 +133,7 @@ def _damped(name: str, speed: float, force: float, sigma: float, known: tuple[st
         strength=sigma,
         position=start,
         momentum=speed * along[:, 0],
+        noise=frozenset(BROWNIAN),
         horizon=1.0,
         source=SOURCE,
     )

@@ -253,6 +253,7 @@ def _sde(name: str, c: Array, S: Array, *, invariant: bool) -> Trivial:
         constraint=(lambda x: x[1:]) if invariant else None,
         start=start,
         noise_dim=l,
+        noise=frozenset(BROWNIAN),
         horizon=1.0,
         traits=frozenset({"additive-noise", "diagonal-noise"} if diagonal else {"additive-noise"}),
         source=SOURCE,

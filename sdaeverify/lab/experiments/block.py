@@ -105,10 +105,10 @@ def _run_block(task: NoiseTask, block: int, paths: int) -> tuple[RunFound, ...]:
         "number of Brownian motions", {track.problem.noise_dim for track in tracks if track.problem}
     )  # fmt: skip
     source = Source(task.seed, task.label, block, task.block, paths)
-    areas = any("H" in planned.scheme.noise for planned in task.runs)
+    fields = frozenset({"dW"}).union(*(planned.scheme.noise for planned in task.runs))
     finest = max(track.level for track in tracks)
     records = next((track.problem.records for track in tracks if track.problem and not task.noise), ())
-    brownian = Brownian(source, int(dimension), horizon / coarsest, finest, areas, records)
+    brownian = Brownian(source, int(dimension), horizon / coarsest, finest, fields, records)
     for piece in _pieces(brownian, coarsest):
         for track in tracks:
             track.advance(piece)

@@ -82,7 +82,12 @@ class OneStep:
             return "a step jumps as a function of its noise: nodes tell no expectations"
         if self.view.records and not beside:
             return "the problem has noise beside Brownian motions, over which nothing is averaged here"
-        return self.incomparable() or self.unentered()
+        return self.not_at_nodes() or self.incomparable() or self.unentered()
+
+    def not_at_nodes(self) -> str:
+        """Return that a step uses noise of Brownian motions that the nodes have not, or an empty string."""
+        beyond = self.scheme.noise & {"K", "A"} - ({"A"} if self.view.noise_dim == 1 else set())
+        return f"a step uses {', '.join(sorted(beyond))}: nodes are of dW and H alone" if beyond else ""
 
     def incomparable(self) -> str:
         """Return why states cannot be compared with those of an Ito equation, or an empty string."""
