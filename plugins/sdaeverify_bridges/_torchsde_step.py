@@ -9,7 +9,7 @@ import torch
 import torchsde
 
 from sdaeverify import SDE, Array
-from sdaeverify.bridges import Coefficients, Compiled
+from sdaeverify.bridges import Coefficients, Compiled, area_matrices
 
 from ._reversible import divided
 
@@ -91,14 +91,17 @@ class KnownStep(torchsde.BaseBrownian):
     W : Tensor, shape (P, l)
     U : Tensor, shape (P, l), or None
         Its time integral, where it is given.
+    A : Tensor, shape (P, l, l), or None
+        Its Levy areas, where they are given.
     """
 
-    def __init__(self, W: torch.Tensor, U: torch.Tensor | None) -> None:
-        self.W, self.U = W, U
+    def __init__(self, W: torch.Tensor, U: torch.Tensor | None = None, A: torch.Tensor | None = None) -> None:
+        self.W, self.U, self.A = W, U, A
 
     def __call__(self, ta: Any, tb: Any = None, return_U: bool = False, return_A: bool = False) -> Any:
-        """Return W(tb) - W(ta) and, if asked for, U, for the one step there is."""
-        return (self.W, self.U) if return_U else self.W
+        """Return W(tb) - W(ta) and, if asked for, U or A, for the one step there is."""
+        asked = [part for part, wanted in ((self.U, return_U), (self.A, return_A)) if wanted]
+        return (self.W, *asked) if asked else self.W
 
     def __repr__(self) -> str:
         return "KnownStep()"
@@ -121,6 +124,9 @@ class KnownStep(torchsde.BaseBrownian):
     @property
     def levy_area_approximation(self) -> str:
         """What is known beyond W."""
+        if self.A is not None:
+            # In words that let a solver ask for areas: these are no approximation of that kind.
+            return "foster"
         return "none" if self.U is None else "space-time"
 
 
@@ -128,8 +134,15 @@ def sde_step(problem: SDE, calculus: str, method: str, options: dict[str, Any]) 
     """Return the step of a method of ``torchsde.sdeint``."""
     equation = Equation(problem, calculus)
 
-    def step(x: Array, t: float, h: float, dW: Array, H: Array | None = None) -> Array:
-        path = KnownStep(first(dW), None if H is None else first(h * (H + 0.5 * dW)))
+    def path_of(h: float, dW: Array, more: Array | None) -> KnownStep:
+        if more is None:
+            return KnownStep(first(dW))
+        if method == "log_ode":
+            return KnownStep(first(dW), A=first(area_matrices(more, len(dW))))
+        return KnownStep(first(dW), first(h * (more + 0.5 * dW)))
+
+    def step(x: Array, t: float, h: float, dW: Array, more: Array | None = None) -> Array:
+        path = path_of(h, dW, more)
         ts = torch.tensor([t, t + h], dtype=torch.float64)
         with torch.no_grad():
             solved = partial(torchsde.sdeint, equation, ts=ts, bm=path, method=method, dt=h, options=options)

@@ -18,6 +18,7 @@ ITO: dict[str, tuple[float, tuple[str, ...]]] = {
 }
 STRATONOVICH: dict[str, tuple[float, tuple[str, ...]]] = {
     "euler_heun": (0.5, tuple(sorted(SEPARATE))),
+    "log_ode": (0.5, tuple(sorted(SEPARATE))),
     "heun": (0.5, tuple(sorted(SEPARATE))),
     "midpoint": (0.5, tuple(sorted(SEPARATE))),
     "milstein": (1.0, ()),
@@ -58,8 +59,8 @@ class TorchSDE(Bridge):
 
     @property
     def noise(self) -> frozenset[str]:  # type: ignore[override]
-        """The field dW and, for ``srk``, H."""
-        return frozenset({"dW", "H"} if self.method == "srk" else {"dW"})
+        """The field dW and, for ``srk``, H, for ``log_ode``, A."""
+        return frozenset({"dW"} | {"srk": {"H"}, "log_ode": {"A"}}.get(self.method, set()))
 
     @property
     def promises(self) -> tuple[Claim, ...]:

@@ -6,6 +6,7 @@ NumPy; they are run on the library's arrays (`Coefficients`), traced and compile
 blocks.
 """
 
+from ..noise.areas import antisymmetric as area_matrices
 from .batches import in_batches
 from .bridge import Bridge, Compiled
 from .coefficients import Coefficients, stratonovich_drift, why_not_bridged
@@ -20,6 +21,7 @@ __all__ = [
     "Foreign",
     "Formulas",
     "Library",
+    "area_matrices",
     "in_batches",
     "stratonovich_drift",
     "why_not_bridged",

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, ClassVar
 
+import numpy as np
+
 from ..arrays import Array
 from ..contracts.scheme import Scheme, State, Step, Stepper
 from ..forms import SDE, Problem
@@ -61,7 +63,9 @@ class Bridge(Scheme):
         compiled = compiled_once(self, Formulas(problem))
 
         def stepper(state: State, t: float, noise: Increment) -> Step:
-            numbers = (state, *(getattr(noise, name) for name in self.drawn))
+            # One Brownian motion has no areas, whether or not they are drawn.
+            given = noise if noise.A is not None else noise._replace(A=np.zeros((0, noise.dW.shape[-1])))
+            numbers = (state, *(getattr(given, name) for name in self.drawn))
             return Step(in_batches(lambda x, *drawn: compiled(x, t, h, *drawn), numbers))
 
         return stepper

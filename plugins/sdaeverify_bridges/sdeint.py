@@ -1,0 +1,105 @@
+"""The algorithms of sdeint as schemes: one step is one call of its function, with rows of paths for numbers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from sdaeverify import SDE, Array, Claim, Increment, ParameterError, Scheme, hookimpl
+from sdaeverify.bridges import Bridge, Coefficients, Compiled, Library
+
+LIBRARY = Library.find("sdeint")
+SEPARATE = frozenset({"scalar-noise", "diagonal-noise", "additive-noise"})
+# Strong orders that README and docstrings state. stratKP2iS is a two-step method that begins anew in each call.
+ORDERS = {"itoEuler": None, "itoSRI2": 1.0, "stratHeun": None, "stratSRS2": 1.0}
+TWICE = frozenset({"itoSRI2", "stratSRS2"})
+
+
+@dataclass(frozen=True)
+class SDEInt(Bridge):
+    """x(t + h) = sdeint.algorithm(f, B, x, [t, t + h], dW=dW, I=I)[-1], I being the double integrals of the step.
+
+    sdeint makes one path at a time. Each component it is given is an object that holds a row of all paths.
+
+    Attributes
+    ----------
+    algorithm : str
+        Name of the function.
+    areas : bool
+        Of itoSRI2 and stratSRS2: whether they are given Levy areas. Without them they are for noise that needs none.
+    """
+
+    algorithm: str = "itoEuler"
+    areas: bool = False
+
+    name: ClassVar[str] = "sdeint"
+    library: ClassVar[Library] = LIBRARY
+    source: ClassVar[str] = f"{LIBRARY}; Roessler 2010; Ruemelin 1982"
+
+    def __post_init__(self) -> None:
+        if self.algorithm not in ORDERS:
+            raise ParameterError(f"algorithm must be one of {', '.join(ORDERS)}, got {self.algorithm!r}")
+        if self.areas and self.algorithm not in TWICE:
+            raise ParameterError(f"areas are for {' and '.join(sorted(TWICE))}")
+
+    @property
+    def stratonovich(self) -> bool:
+        """Whether it is for Stratonovich equations."""
+        return self.algorithm.startswith("strat")
+
+    @property
+    def noise(self) -> frozenset[str]:  # type: ignore[override]
+        """The field dW and, on demand, A."""
+        return frozenset({"dW", "A"} if self.areas else {"dW"})
+
+    @property
+    def promises(self) -> tuple[Claim, ...]:
+        """The strong order that sdeint states, where it states one."""
+        order, source = ORDERS[self.algorithm], f"README of sdeint and docstring of {self.algorithm}"
+        return (Claim(measure="strong", value=order, source=source),) if order else ()
+
+    def refuses(self, problem: SDE) -> str:
+        """Refuse noise that needs areas where there are none, and formulas that only NumPy can run."""
+        if self.algorithm in TWICE and not self.areas and not problem.traits & SEPARATE:
+            return f"noise in {problem.noise_dim} dimensions is neither scalar nor diagonal nor additive"
+        return super().refuses(problem)
+
+    def compiled(self, problem: SDE) -> Compiled:
+        """Return the algorithm's step for the formulas of a problem."""
+        import sdeint  # noqa: PLC0415 - it may be missing
+
+        algorithm, f, B = getattr(sdeint, self.algorithm), *formulas(problem, stratonovich=self.stratonovich)
+
+        def step(x: Array, t: float, h: float, dW: Array, A: Array | None = None) -> Array:
+            given = {"dW": rows(dW)[None]}
+            if self.algorithm in TWICE:
+                none = np.zeros((problem.noise_dim * (problem.noise_dim - 1) // 2, dW.shape[1]))
+                integrals = Increment(dW, None, A=none if A is None else A).double_integrals(h)
+                if self.stratonovich:
+                    integrals = integrals + 0.5 * h * np.eye(problem.noise_dim)[..., None]
+                given["J" if self.stratonovich else "I"] = rows(integrals)[None]
+            return np.stack(algorithm(f, B, rows(x), np.array([t, t + h]), **given)[-1])
+
+        return step
+
+
+def formulas(problem: SDE, *, stratonovich: bool) -> tuple[Callable[..., Array], Callable[..., Array]]:
+    """Return drift and diffusion as functions (y, t) of arrays whose entries are rows of paths."""
+    equation = Coefficients(problem, np, stratonovich)
+    return lambda y, t: rows(equation.drift(t, np.stack(y))), lambda y, t: rows(equation.diffusion(t, np.stack(y)))
+
+
+def rows(x: Array) -> Any:
+    """Return an array of objects, shape (k, ...), whose entries are the rows of the last axis of x, (k, ..., P)."""
+    entries = np.empty(x.shape[:-1], dtype=object)
+    for index in np.ndindex(entries.shape):
+        entries[index] = x[index]
+    return entries
+
+
+@hookimpl
+def sdaeverify_schemes() -> list[Scheme]:
+    """Register every algorithm that can be given an increment, with and without areas where they are for them."""
+    LIBRARY.require()
+    return [*map(SDEInt, ORDERS), *(SDEInt(algorithm, areas=True) for algorithm in sorted(TWICE))]
