@@ -157,4 +157,4 @@ def claims(orders: tuple[float, ...], traits: tuple[str, ...]) -> list[Claim]:
 def sdaeverify_schemes() -> list[Scheme]:
     """Register every solver that can be given an increment."""
     LIBRARY.require()
-    return [*map(Diffrax, ORDERS), DiffraxLangevin()]
+    return [*map(Diffrax, ORDERS), *map(DiffraxLangevin, LANGEVIN)]

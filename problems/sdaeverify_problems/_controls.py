@@ -15,6 +15,8 @@ WEAK_ONE = _control("weak", 1.0, "euler-maruyama", "balanced-euler")
 GENERAL = (STRONG_HALF, WEAK_HALF, WEAK_ONE)
 # The same where H is drawn, for the signs in a scheme of weak order 2.
 NONCOMMUTING = (*GENERAL, _control("weak", 2.0, "platen-weak-2-general", "euler-maruyama"))
+# The same where Levy areas are drawn, too.
+WITH_LEVY_AREAS = (*NONCOMMUTING, _control("strong", 1.0, "milstein-areas", "euler-maruyama"))
 # One Brownian motion whose coefficient depends on the state.
 SCALAR = (
     *GENERAL,
@@ -39,5 +41,7 @@ INVARIANT_ONE = _control("invariant", 1.0, "euler-maruyama", "displaced-euler")
 # Linear, or with noise in the velocity alone: SRA1 has order 2.
 STRONG_TWO = _control("strong", 2.0, "sra1", "heun-additive")
 STATIONARY = (*ADDITIVE, STRONG_TWO, INVARIANT_ONE, _control("invariant", 2.0, "sra1", "euler-maruyama"))
+# The same where K is drawn, too.
+SMOOTH_LANGEVIN = (*STATIONARY, _control("strong", 3.0, "quicsort", "sra1"))
 # The same with two noises: a scheme that uses H needs four normals a step, too many for a sharp operator.
 STATIONARY_PAIR = (*ADDITIVE, INVARIANT_ONE, _control("invariant", 2.0, "heun-additive", "euler-maruyama"))

@@ -8,7 +8,7 @@ import numpy as np
 from ..arrays import Parts
 from ..contracts.scheme import Scheme, State
 from ..forms import Problem
-from ..noise.brownian import Brownian, Increment, Source
+from ..noise.brownian import BROWNIAN, USUAL, Brownian, Increment, Source
 from .batches import frozen
 
 # So many steps over the horizon, at most; of more paths than that some stop together.
@@ -72,7 +72,8 @@ def parts_along(scheme: Scheme, problem: Problem, h: float, noises: Sequence[Inc
 
 def level_noise(view: Any, paths: int, h: float, block: int) -> Increment:
     """Return the noise of one step, drawn by address."""
-    noise = Brownian(Source(1, "conformance", block, paths), view.noise_dim, h, 0, records=view.records)
+    source = Source(1, "conformance", block, paths)
+    noise = Brownian(source, view.noise_dim, h, 0, view.noise & {*BROWNIAN} | USUAL, view.records)
     return next(next(noise.pieces())).noise.increment(0)
 
 

@@ -17,6 +17,7 @@ from sdaeverify_problems.ou import ou
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.heun import Heun
 from sdaeverify_schemes.milstein import Milstein
+from sdaeverify_schemes.quicsort import QUICSORT
 from sdaeverify_schemes.sra1 import SRA1
 
 pytestmark = pytest.mark.filterwarnings("default:os.fork:RuntimeWarning")
@@ -100,6 +101,16 @@ def test_paths_do_not_see_each_other(solver):
 
     alone = Increment(noise.dW[:, 4:5], noise.H[:, 4:5])
     np.testing.assert_array_equal(scheme.step(problem, state[:, 4:5], 0.5, H, alone).state, all_of_them[:, 4:5])
+
+
+def test_quicsort_is_ours_to_rounding():
+    """On the same dW, H and K the solver QUICSORT makes the step that ours makes."""
+    problem = angle_pendulum()
+    x = problem.initial(PATHS) + 0.1 * np.arange(PATHS)
+    noise = drawn(problem, H, PATHS)._replace(K=0.01 * np.cos(np.arange(PATHS))[None])
+
+    found, expected = (s.step(problem, x, 0.5, H, noise).state for s in (DiffraxLangevin("QUICSORT"), QUICSORT()))
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=4.0 * np.finfo(float).eps * np.abs(expected).max())
 
 
 def test_langevin_solver_without_noise_is_the_motion():

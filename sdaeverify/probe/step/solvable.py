@@ -70,7 +70,9 @@ def _directions(scheme: Scheme, view: Problem, states: int) -> Array:
 
 def _level(step: OneStep, x: Array, noise: Array, h: float) -> tuple[Array, Array]:
     t, wide = WHEN * step.view.horizon, np.repeat(x, 2, axis=1)
-    increment = Increment(np.sqrt(h) * noise, np.zeros_like(noise) if "H" in step.scheme.noise else None)
+    l, still = len(noise), np.zeros_like(noise)
+    areas = np.zeros((l * (l - 1) // 2, noise.shape[1]))
+    increment = Increment(np.sqrt(h) * noise, still if "H" in step.scheme.noise else None, K=still, A=areas)
     result = step.scheme.prepare(step.view, h)(step.enter(wide, t, h), t, increment)
     failed = np.zeros(wide.shape[1], dtype=bool) if result.failed is None else result.failed
     return _any(failed), _any(~all_finite(flatten(result.state)))

@@ -14,7 +14,7 @@ import scipy
 from ...arrays import Array, Parts
 from ...forms import IndexOne
 from ...forms.truths import Moment, Pathwise
-from ...noise.brownian import Increment, LevelNoise, Source, brownian_steps
+from ...noise.brownian import BROWNIAN, USUAL, Increment, LevelNoise, Source, brownian_steps
 from ...numerics.statistics import EPS, tail
 from ..check import Inapplicable
 from ..problem_subject import ProblemSubject
@@ -128,7 +128,7 @@ def together(
     """
     finest, H = max(walker.level for walker in walkers), problem.horizon / COARSEST
     source = Source(SEED, f"{label} in the kit", 0, paths // 2 if mirrored else paths)
-    steps = brownian_steps(source, problem.noise_dim, H, finest)
+    steps = brownian_steps(source, problem.noise_dim, H, finest, problem.noise & {*BROWNIAN} | USUAL)
     for n, levels in zip(range(COARSEST), steps, strict=False):
         for walker in walkers:
             noise = levels[walker.level]
@@ -138,9 +138,12 @@ def together(
 
 
 def _both(noise: LevelNoise) -> LevelNoise:
-    assert noise.H is not None
-    dW, H = (np.concatenate([part, -part], axis=-1) for part in (noise.dW, noise.H))
-    return LevelNoise(dW, H)
+    def both(part: Array | None, sign: float = -1.0) -> Array | None:
+        return None if part is None else np.concatenate([part, sign * part], axis=-1)
+
+    dW = np.concatenate([noise.dW, -noise.dW], axis=-1)
+    # Areas are products of two components: they keep their sign.
+    return LevelNoise(dW, both(noise.H), K=both(noise.K), A=both(noise.A, 1.0))
 
 
 LEVEL = 1e-6
