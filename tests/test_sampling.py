@@ -15,7 +15,7 @@ def test_paths_are_those_of_a_run():
     paths = sample("euler-maruyama", "gbm", steps=32, paths=3, seed=5)
 
     x, source = [np.ones((1, 3))], Source(5, "gbm", 0, FIRST_BLOCK, 3)
-    brownian = Brownian(source, 1, 1.0 / 8, 2, "H" in gbm().noise)
+    brownian = Brownian(source, 1, 1.0 / 8, 2, gbm().noise)
     for _, pieces in zip(range(8), brownian.pieces(), strict=False):
         for dW in (dW for piece in pieces if piece.level == 2 for dW in piece.noise.dW):
             x.append(x[-1] * (1.0 + 0.5 / 32 + 0.6 * dW))

@@ -160,7 +160,7 @@ def _simulated(scheme: Scheme, spec: ProblemSpec, source: Source, level: int) ->
     h = problem.horizon / DEFAULT.coarsest
     track = Track(scheme, matched.problem, level, h / 2**level, source.used or 0)
     book = _Book(track, DEFAULT.coarsest * 2**level)
-    brownian = Brownian(source, problem.noise_dim, h, level, "H" in problem.noise, problem.records)
+    brownian = Brownian(source, problem.noise_dim, h, level, problem.noise, problem.records)
     for piece in _pieces(brownian, level):
         track.advance(piece.noise, (book,))
     track.find_lost(0.0)

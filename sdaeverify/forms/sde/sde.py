@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Array, Parts
 from ...errors import ProblemError, SchemeError
-from ...noise.brownian import Increment
+from ...noise.brownian import BROWNIAN, Increment
 from ...numerics import apply, directional, is_analytic, jacobian, norm
 from ..checks import (
     CONSISTENCY,
