@@ -1,5 +1,6 @@
 """A damped harmonic oscillator in a bath: underdamped Langevin dynamics, exact on every path and in law."""
 
+from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
@@ -16,6 +17,7 @@ from sdaeverify import (
     Moment,
     ParameterError,
     Pathwise,
+    Truth,
     hookimpl,
 )
 
@@ -25,6 +27,13 @@ SOURCE = "linear equations, Arnold 1974, section 8.3"
 # Of the noise of a step, its projections on Legendre polynomials up to this degree; of what is left the next moment
 # of a smooth kernel is 0, so that it is of size h^(11/2).
 DEGREE, NODES = 4, 16
+PRODUCTS = {"q^2": (0, 0), "q p": (0, 1), "p^2": (1, 1)}
+OBSERVABLES = {
+    "q": lambda t, s: s["q"][0],
+    "q^2": lambda t, s: s["q"][0] ** 2,
+    "q p": lambda t, s: s["q"][0] * s["p"][0],
+    "p^2": lambda t, s: s["p"][0] ** 2,
+}
 
 
 def harmonic_langevin(
@@ -65,15 +74,6 @@ def harmonic_langevin(
         flow, of_noise = step(h)
         return flow @ x + of_noise @ np.concatenate([noise.dW, noise.H, noise.K, noise.xi])
 
-    def second(row: int, column: int) -> float:
-        def value(t: float) -> float:
-            flow = expm(M * t)
-            mean = flow @ [q_0, 0.0]
-            return float((still - flow @ still @ flow.T + np.outer(mean, mean))[row, column])
-
-        return value
-
-    products = {"q^2": (0, 0), "q p": (0, 1), "p^2": (1, 1)}
     return Langevin(
         controls=controls.SMOOTH_LANGEVIN,
         force=lambda q: -(omega**2) * q,
@@ -83,12 +83,7 @@ def harmonic_langevin(
         momentum=[0.0],
         horizon=horizon,
         noise=frozenset({"dW", "H", "K"}),
-        observables={
-            "q": lambda t, s: s["q"][0],
-            "q^2": lambda t, s: s["q"][0] ** 2,
-            "q p": lambda t, s: s["q"][0] * s["p"][0],
-            "p^2": lambda t, s: s["p"][0] ** 2,
-        },
+        observables=OBSERVABLES,
         truths=(
             Pathwise(
                 start=lambda paths: np.repeat([[q_0], [0.0]], paths, axis=1),
@@ -97,10 +92,7 @@ def harmonic_langevin(
                 extra_normals=2,
                 source=SOURCE,
             ),
-            Moment(observable="q", value=lambda t: float((expm(M * t) @ [q_0, 0.0])[0]), source=SOURCE),
-            *(Moment(observable=name, value=second(*place), source=SOURCE) for name, place in products.items()),
-            InvariantMean(observable="q", value=0.0, source=SOURCE),
-            *(InvariantMean(observable=n, value=float(still[place]), source=SOURCE) for n, place in products.items()),
+            *means(M, still, q_0),
         ),
         chart=Chart(axes=tuple(Line(0.0, float(s)) for s in np.sqrt(np.diag(still))), embed=same, read=same),
         relaxation=float(-1.0 / np.linalg.eigvals(M).real.max()),
@@ -112,6 +104,21 @@ def harmonic_langevin(
 def same(z: Array) -> Array:
     """Return what it is given: the chart is the state."""
     return z
+
+
+def means(M: Array, still: Array, q_0: float) -> Iterator[Truth]:
+    """Yield the expectations of q and of products at every time and under the invariant law of covariance `still`."""
+    yield Moment(observable="q", value=lambda t: float((expm(M * t) @ [q_0, 0.0])[0]), source=SOURCE)
+    yield InvariantMean(observable="q", value=0.0, source=SOURCE)
+
+    def second(t: float) -> Array:
+        flow = expm(M * t)
+        mean = flow @ [q_0, 0.0]
+        return np.asarray(still - flow @ still @ flow.T + np.outer(mean, mean))
+
+    for name, place in PRODUCTS.items():
+        yield Moment(observable=name, value=lambda t, place=place: float(second(t)[place]), source=SOURCE)
+        yield InvariantMean(observable=name, value=float(still[place]), source=SOURCE)
 
 
 def weights(M: Array, h: float) -> Array:
