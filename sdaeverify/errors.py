@@ -44,6 +44,13 @@ class MissingLibraryError(PluginError):
 FAULTS = (Exception, SystemExit, GeneratorExit)
 
 
+def is_out_of_memory(error: BaseException | None) -> bool:
+    """Tell whether an error, or one that it was raised from, is that there is no memory left."""
+    while error is not None and not isinstance(error, MemoryError):
+        error = error.__cause__ or error.__context__
+    return error is not None
+
+
 def one_line(error: BaseException) -> str:
     """Return the type and first line of an error, for a cell of a table.
 

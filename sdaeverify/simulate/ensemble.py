@@ -22,7 +22,7 @@ from ..contracts.scheme import Scheme
 from ..contracts.settings import Settings
 from ..contracts.specs import ProblemSpec
 from ..contracts.tally import Tally
-from ..errors import FAULTS, ProblemError, SchemeError, one_line
+from ..errors import FAULTS, ProblemError, SchemeError, is_out_of_memory, one_line
 from ..forms import Problem
 from ..noise.brownian import Brownian, Piece, Source
 from .behaviour import CHANGED, Behaviour, problem_digest, steps_digest
@@ -67,6 +67,8 @@ class LaneEvidence(NamedTuple):
         Which contract the scheme breaks, so that nothing was measured; empty if none.
     behaviour : Behaviour or None
         What scheme and problem did before and after; None if nobody asked.
+    starved : frozenset of int
+        The measures whose error is that there was no memory left.
     """
 
     tallies: tuple[Tally, ...]
@@ -77,6 +79,7 @@ class LaneEvidence(NamedTuple):
     paths: int = 0
     violation: str = ""
     behaviour: Behaviour | None = None
+    starved: frozenset[int] = frozenset()
 
 
 def run_block(
@@ -106,7 +109,8 @@ def run_block(
             return _run_block(task, block, guard or Guard(), digests=digests)
     except FAULTS as error:
         reason = f"problem {task.spec.label}: {one_line(error)}"
-        return tuple(without_evidence(entry, reason) for entry in task.entries)
+        starved = is_out_of_memory(error)
+        return tuple(without_evidence(entry, reason, starved=starved) for entry in task.entries)
 
 
 def behaviours(task: Task, guard: Guard | None = None) -> tuple[Behaviour | None, ...]:
@@ -163,10 +167,13 @@ def _run_block(task: Task, block: int, guard: Guard, *, digests: bool) -> tuple[
     return lanes
 
 
-def without_evidence(entry: Entry, error: str, seconds: float = 0.0, violation: str = "") -> LaneEvidence:
+def without_evidence(
+    entry: Entry, error: str, seconds: float = 0.0, violation: str = "", *, starved: bool = False
+) -> LaneEvidence:
     """Return that nothing is known of a scheme, and why."""
     nothing = tuple(Tally() for _ in entry.measures)
-    return LaneEvidence(nothing, nothing, Tally(), seconds, tuple(error for _ in entry.measures), violation=violation)
+    errors, measures = tuple(error for _ in entry.measures), range(len(entry.measures) if starved else 0)
+    return LaneEvidence(nothing, nothing, Tally(), seconds, errors, violation=violation, starved=frozenset(measures))
 
 
 class _Place(NamedTuple):
@@ -200,7 +207,7 @@ class _Watch:
 
     def __init__(self, measure: Measure, index: int, place: _Place, parts: Parts) -> None:
         problem, settings = place.problem, place.settings
-        self.measure, self.index, self.guard, self.error = measure, index, place.guard, ""
+        self.measure, self.index, self.guard, self.error, self.starved = measure, index, place.guard, "", False
         self.observer: Observer | None = None
         self.wanted: Sequence[Container[int]] = [frozenset()] * settings.levels
         with self.guarded():
@@ -215,7 +222,9 @@ class _Watch:
             with self.guard.measure(self.index):
                 yield
         except FAULTS as error:
-            self.error = self.error or f"measure {self.measure.name}: {one_line(error)}"
+            if not self.error:
+                self.error = f"measure {self.measure.name}: {one_line(error)}"
+                self.starved = is_out_of_memory(error)
             self.observer = None
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
@@ -245,7 +254,7 @@ class _Run:
     def __init__(self, entry: Entry, index: int, place: _Place) -> None:
         self.entry, self.index, self.place = entry, index, place
         self.reference, self.settings = place.reference, place.settings
-        self.error, self.violation, self.seconds = "", "", 0.0
+        self.error, self.starved, self.violation, self.seconds = "", False, "", 0.0
         self.watches: list[_Watch] = []
         self.did = ""
         with self._guarded():
@@ -295,7 +304,7 @@ class _Run:
                 if self._digest(self.view) != self.did:
                     raise SchemeError(f"what the scheme does has {CHANGED}")
         if self.error or self.violation:
-            return without_evidence(self.entry, self.error, self.seconds, self.violation)
+            return without_evidence(self.entry, self.error, self.seconds, self.violation, starved=self.starved)
         errors = tuple(watch.error for watch in self.watches)
         behaviour = Behaviour(self.did, self.place.did) if self.did else None
         return LaneEvidence(
@@ -306,6 +315,7 @@ class _Run:
             errors,
             self.reference.paths,
             behaviour=behaviour,
+            starved=frozenset(index for index, watch in enumerate(self.watches) if watch.starved),
         )
 
     def _digest(self, view: Problem) -> str:
@@ -326,6 +336,6 @@ class _Run:
             with self.place.guard.of(self.index):
                 yield
         except FAULTS as error:
-            self.error = one_line(error)
+            self.error, self.starved = one_line(error), is_out_of_memory(error)
         finally:
             self.seconds += time.perf_counter() - begun

@@ -74,7 +74,6 @@ Lanes = tuple[LaneEvidence, ...]
 Parts = list[tuple[Entry, LaneEvidence]]
 LATE = "no result within {:g} s on a block of paths (--timeout)"
 AGAIN = ", twice"
-OUT_OF_MEMORY = "MemoryError"
 MEANWHILE = "while the run was under way; run it again"
 # Schemes that one worker evaluates without paths before another could help.
 PROBED_TOGETHER = 3
@@ -252,7 +251,7 @@ class Blocks:
         try:
             lanes = call.outcome()
         except SHORT as error:
-            lanes = tuple(without_evidence(e, f"{OUT_OF_MEMORY}: {error}") for e in entries)
+            lanes = tuple(without_evidence(e, f"MemoryError: {error}", starved=True) for e in entries)
         if isinstance(lanes, Lost):
             return self._salvaged(parcel, lanes, again=again)
         # Nothing better can be tried for one scheme in a process of its own.
@@ -284,16 +283,15 @@ class Blocks:
 
     def _with_room(self, parcel: Parcel, lane: LaneEvidence, *, last: bool) -> Parts:
         """Return the evidence on one entry; if it ran out of memory, it is tried by itself, in a new process."""
-        if not last and any(OUT_OF_MEMORY in error for error in lane.errors):
+        if not last and lane.starved:
             return self._parts(self._send(parcel, fresh=True))
         (entry,) = parcel.task.entries
-        return [(entry, lane._replace(errors=tuple(map(self._of_memory, lane.errors))))]
-
-    def _of_memory(self, error: str) -> str:
         capped = self.isolated is not None and self.isolated.limits.memory
-        if not (capped and OUT_OF_MEMORY in error):
-            return error
-        return f"{error}; a worker may have {capped / 2**30:.3g} GiB (--memory)"
+        if not capped:
+            return [(entry, lane)]
+        room = f"; a worker may have {capped / 2**30:.3g} GiB (--memory)"
+        told = (f"{error}{room}" if index in lane.starved else error for index, error in enumerate(lane.errors))
+        return [(entry, lane._replace(errors=tuple(told)))]
 
 
 def _set_apart(entries: tuple[Entry, ...], mark: Mark) -> list[Entry]:
