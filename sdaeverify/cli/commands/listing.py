@@ -18,6 +18,7 @@ from ..exit_codes import ExitCode
 from ..loading import registered
 from ..options import plugins
 from .catalogue import Record, catalogue
+from .concepts import concept_names, describe_concept
 from .describe import describe_entry, describe_plugin
 
 KINDS = ("schemes", "problems", "measures", "plugins")
@@ -53,7 +54,10 @@ def listing(kind: str | None, as_json: bool, plugins: tuple[str, ...]) -> ExitCo
 @click.argument("name", metavar="NAME[PARAMETERS]")
 @plugins
 def info(name: str, plugins: tuple[str, ...]) -> ExitCode:
-    """Tell all about a scheme, a problem, a measure or a plugin: equations, claims, truths, sources."""
+    """Tell all about a scheme, a problem, a measure or a plugin: equations, claims, truths, sources.
+
+    Or about a word: a form such as SDE, traits, noise, claims, measures.
+    """
     registry, label = registered(plugins), parse_label(name)
     if label.name not in _names(registry):
         registry = registered(plugins, lab=True)
@@ -64,6 +68,8 @@ def info(name: str, plugins: tuple[str, ...]) -> ExitCode:
         )
     with aside():
         sections = _sections(registry, label.name, label.parameters or {})
+        if label.name in concept_names(registry):
+            sections.append(describe_concept(label.name, registry))
     if label.name in rows:
         sections.append(describe_plugin(rows[label.name]))
     _print(output(), sections)
@@ -72,7 +78,7 @@ def info(name: str, plugins: tuple[str, ...]) -> ExitCode:
 
 def _names(registry: Registry) -> set[str]:
     kinds = (registry.schemes, registry.problems, registry.measures, [row.name for row in registry.plugins])
-    return {name for kind in kinds for name in kind}
+    return {name for kind in kinds for name in kind} | concept_names(registry)
 
 
 def _sections(registry: Registry, name: str, texts: Mapping[str, str]) -> list[list[str]]:
