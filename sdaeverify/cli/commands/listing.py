@@ -13,12 +13,12 @@ from ...errors import UsageError
 from ...registry import contributions
 from ...registry.load import Registry
 from ...report.plain import empty_table, visible
+from ..concepts import concept_names, describe_concept
 from ..console import aside, output
 from ..exit_codes import ExitCode
 from ..loading import registered
 from ..options import plugins
 from .catalogue import Record, catalogue
-from .concepts import concept_names, describe_concept
 from .describe import describe_entry, describe_plugin
 
 KINDS = ("schemes", "problems", "measures", "plugins")
@@ -36,7 +36,7 @@ COLUMNS = {
 @plugins
 def listing(kind: str | None, as_json: bool, plugins: tuple[str, ...]) -> ExitCode:
     """List what is registered: schemes, problems, measures or plugins; everything without KIND."""
-    registry = registered(plugins, lab=kind == "plugins")
+    registry = registered(plugins, lab=as_json or kind == "plugins")
     with aside():
         records = catalogue(registry)
     if as_json:

@@ -1,15 +1,15 @@
-"""Words of the framework, told by its docstrings and by what is registered: forms, traits, noise, claims, measures."""
+"""Words of the framework, told by its docstrings and by what is registered: forms, traits, noise and the like."""
 
 import inspect
 from collections import Counter
 from collections.abc import Callable, Iterator
 
-from ...contracts.scheme import Claim, Scheme
-from ...forms import Problem, known_traits
-from ...noise.brownian import Increment
-from ...noise.records import NoiseRecord
-from ...registry.load import Registry
-from .catalogue import docstring, subject
+from ..contracts.scheme import Claim, Scheme
+from ..forms import Problem, known_traits
+from ..noise.brownian import Increment
+from ..noise.records import NoiseRecord
+from ..registry.load import Registry
+from .commands.catalogue import docstring, subject
 
 
 def concept_names(registry: Registry) -> set[str]:
