@@ -376,3 +376,15 @@ def test_a_cell_keeps_its_match():
     rooms = {"sdaeverify/lab", "sdaeverify/testing"}
     own = {caller for caller in callers if "/".join(caller.split("/")[:2]) in rooms}
     assert callers - own == {f"sdaeverify/{file}.py" for file in ("gate/untested", "simulate/ensemble", "study/plan")}
+
+
+def test_parts_of_scipy_are_loaded_when_they_are_used():
+    """Nobody imports a part of scipy by name: as an attribute it is loaded on first use, and a list needs none."""
+    named = {
+        name(path)
+        for path in sources(FRAMEWORK, ROOT / "plugins", ROOT / "problems")
+        for node in nodes(parsed(path))
+        if (isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "scipy")
+        or (isinstance(node, ast.Import) and any(alias.name.startswith("scipy.") for alias in node.names))
+    }
+    assert named == set()

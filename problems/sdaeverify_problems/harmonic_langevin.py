@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.polynomial import legendre
-from scipy.linalg import expm
 
 from sdaeverify import (
     Array,
@@ -68,7 +68,7 @@ def harmonic_langevin(
 
     @lru_cache(maxsize=32)
     def step(h: float) -> tuple[Array, Array]:
-        return expm(M * h), sigma * weights(M, h)
+        return scipy.linalg.expm(M * h), sigma * weights(M, h)
 
     def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
         flow, of_noise = step(h)
@@ -108,11 +108,11 @@ def same(z: Array) -> Array:
 
 def means(M: Array, still: Array, q_0: float) -> Iterator[Truth]:
     """Yield the expectations of q and of products at every time and under the invariant law of covariance `still`."""
-    yield Moment(observable="q", value=lambda t: float((expm(M * t) @ [q_0, 0.0])[0]), source=SOURCE)
+    yield Moment(observable="q", value=lambda t: float((scipy.linalg.expm(M * t) @ [q_0, 0.0])[0]), source=SOURCE)
     yield InvariantMean(observable="q", value=0.0, source=SOURCE)
 
     def second(t: float) -> Array:
-        flow = expm(M * t)
+        flow = scipy.linalg.expm(M * t)
         mean = flow @ [q_0, 0.0]
         return np.asarray(still - flow @ still @ flow.T + np.outer(mean, mean))
 
@@ -128,7 +128,7 @@ def weights(M: Array, h: float) -> Array:
     and 4 are normal with variance h/(2k + 1), and independent of all others.
     """
     nodes, quadrature = legendre.leggauss(NODES)
-    kernel = np.stack([expm(M * h * 0.5 * (1.0 - node))[:, 1] for node in nodes], axis=1)
+    kernel = np.stack([scipy.linalg.expm(M * h * 0.5 * (1.0 - node))[:, 1] for node in nodes], axis=1)
     values = legendre.legvander(nodes, DEGREE) * (2.0 * np.arange(DEGREE + 1) + 1.0)
     projections: Array = 0.5 * (kernel * quadrature) @ values
     sizes = [np.sqrt(h / (2.0 * k + 1.0)) for k in (3, 4)]

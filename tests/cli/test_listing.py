@@ -80,7 +80,7 @@ def test_status_of_plugins(call, monkeypatch):
 
     outcome = call("list", "plugins")
 
-    (line,) = [line for line in outcome.out.splitlines() if "schemes.milstein" in line]
+    (line,) = [line for line in outcome.out.splitlines() if "schemes.milstein " in line]
     assert "disabled" in line
     assert "named in SDAEVERIFY_DISABLED_PLUGINS" in line
 
