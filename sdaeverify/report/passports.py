@@ -2,7 +2,7 @@
 
 import inspect
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..contracts.labels import dataclass_parameters, function_parameters
 from ..contracts.measure import Measure
@@ -12,12 +12,14 @@ from ..errors import FAULTS, one_line
 from ..forms import Problem
 from ..forms.controls import Control
 from ..forms.truths import InvariantMean, Moment, Pathwise, Truth
-from ..study import Plan
+
+if TYPE_CHECKING:
+    from ..study import Plan
 
 Passport = dict[str, Any]
 
 
-def passports(plan: Plan) -> dict[str, dict[str, Passport]]:
+def passports(plan: "Plan") -> dict[str, dict[str, Passport]]:
     """Return the passports of all schemes, problems and measures of a plan, by label or name."""
     schemes = {cell.scheme.label: cell.scheme for cell in plan.cells}
     problems = {made.spec.label: (made.spec, made.problem) for made in plan.problems}

@@ -10,6 +10,19 @@ FURTHER = 0.25
 
 
 @dataclass
+class Looks:
+    """Problems that were judged, and those of them that go on."""
+
+    judged: int = 0
+    again: int = 0
+
+    @property
+    def share(self) -> float:
+        """Part of them that goes on."""
+        return self.again / self.judged if self.judged else 0.0
+
+
+@dataclass
 class Forecast:
     """Seconds of work that are left, those of all workers together.
 
@@ -29,8 +42,7 @@ class Forecast:
         Measured seconds of each scheme at the first look, and of a scheme and path at further ones, by problem.
     over : set of str
         Problems whose first look is over.
-    judged, again : int
-        Problems that were looked at, and those that go on.
+    first_looks, further_looks : Looks
     spent : float
         All seconds measured.
     """
@@ -40,8 +52,8 @@ class Forecast:
     done: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
     further: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
     over: set[str] = field(default_factory=set)
-    judged: int = 0
-    again: int = 0
+    first_looks: Looks = field(default_factory=Looks)
+    further_looks: Looks = field(default_factory=Looks)
     spent: float = 0.0
 
     def heard(self, problem: str, seconds: float, schemes: int, paths: int | None) -> None:
@@ -52,9 +64,10 @@ class Forecast:
         else:
             self.further[problem].append(seconds / (schemes * paths))
 
-    def looked(self, *, goes_on: bool) -> None:
+    def looked(self, *, first: bool, goes_on: bool) -> None:
         """Take note that a problem was judged, and whether it is looked at again."""
-        self.judged, self.again = self.judged + 1, self.again + goes_on
+        looks = self.first_looks if first else self.further_looks
+        looks.judged, looks.again = looks.judged + 1, looks.again + goes_on
 
     def left(self, queued: Iterable[tuple[str, int, int]]) -> float:
         """Return the seconds that are left.
@@ -67,9 +80,9 @@ class Forecast:
         waiting = {name: count for name, count in self.schemes.items() if name not in self.over}
         first = sum(max(0, count - len(self.done[name])) * self._first(name) for name, count in waiting.items())
         further = sum(schemes * paths * self._path(name) for name, schemes, paths in queued)
-        share = self.again / self.judged if self.judged else 0.0
         expected = sum(count * self.first * self._path(name) for name, count in waiting.items())
-        return first + further + share * expected
+        # A look has as many paths as all before it: what follows one costs twice as much.
+        return first + further * (1.0 + 2.0 * self.further_looks.share) + self.first_looks.share * expected
 
     def _first(self, problem: str) -> float:
         known = self.done[problem] or [seconds for all_ in self.done.values() for seconds in all_]

@@ -148,7 +148,7 @@ class _Progress:
     done: int = 0
 
     def __post_init__(self) -> None:
-        self.total = len(self.jobs)
+        self.total, self.open = len(self.jobs), list(self.jobs)
 
     def heard(self, job: "_Job", found: Lanes | Portion) -> None:
         """Take note of what is done."""
@@ -158,15 +158,16 @@ class _Progress:
             self.forecast.heard(label, found.seconds, found.schemes, paths)
             return
         self.done += 1
+        self.open.remove(job)
         if not job.block:
             self.forecast.over.add(label)
 
     def looked(self, job: "_Job", further: Iterable["_Job"]) -> None:
         """Put the blocks of a further look into the queue."""
         known = list(further)
-        if job.block == 0:
-            self.forecast.looked(goes_on=bool(known))
+        self.forecast.looked(first=job.block == 0, goes_on=bool(known))
         self.jobs += known
+        self.open += known
         self.total += len(known)
 
     def advanced(self, job: "_Job", problems: Sequence[ProblemRun]) -> Advanced:

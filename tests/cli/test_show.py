@@ -172,3 +172,14 @@ def test_a_shell_completes_commands(call, monkeypatch):
     monkeypatch.setenv("COMP_WORDS", "sdaeverify ma")
     monkeypatch.setenv("COMP_CWORD", "1")
     assert call().out == "plain,matrix\n"
+
+
+def test_info_is_told_to_programs(call):
+    """A list of records: what a scheme and a problem say of themselves."""
+    (scheme,) = json.loads(call("info", "milstein", "--json").out)
+    assert (scheme["kind"], scheme["form"]) == ("scheme", "SDE")
+    assert {"measure", "claim", "margin", "source"} <= {*scheme["claims"][0]}
+    (problem,) = json.loads(call("info", "pendulum[c_g=0]", "--json").out)
+    assert problem["parameters"]["c_g"] == "0.0"
+    assert problem["truths"]
+    assert problem["controls"]

@@ -37,8 +37,18 @@ def test_problems_to_come_are_looked_at_again_as_often_as_those_before():
     for name, goes_on in (("a", True), ("b", False)):
         forecast.heard(name, 8.0, 1, None)
         forecast.over.add(name)
-        forecast.looked(goes_on=goes_on)
+        forecast.looked(first=True, goes_on=goes_on)
     assert forecast.left([]) == pytest.approx(8.0 + 0.5 * FURTHER * 8.0)
+
+
+def test_a_further_look_may_be_followed_by_one_with_twice_as_many_paths():
+    """As often as it was so far."""
+    forecast = Forecast({"a": 1}, 100)
+    forecast.heard("a", 1.0, 1, 100)
+    forecast.over.add("a")
+    for goes_on in (True, False):
+        forecast.looked(first=False, goes_on=goes_on)
+    assert forecast.left([("a", 1, 100)]) == pytest.approx(1.0 * (1.0 + 2.0 * 0.5))
 
 
 def test_a_run_tells_how_far_it_is_by_schemes_on_problems():

@@ -1,6 +1,5 @@
 """What is registered, as records with stable keys: the rows of ``list`` and of its JSON."""
 
-import inspect
 import math
 from typing import Any
 
@@ -8,6 +7,7 @@ from ...contracts.labels import Parameter, dataclass_parameters, function_parame
 from ...contracts.scheme import form_names
 from ...registry.contributions import MeasureEntry, ProblemEntry, SchemeEntry
 from ...registry.load import PluginRow, Registry
+from ...report.passports import docstring
 
 Record = dict[str, Any]
 AnyEntry = SchemeEntry | ProblemEntry | MeasureEntry
@@ -35,14 +35,6 @@ def parameters_of(entry: AnyEntry) -> tuple[Parameter, ...]:
     if isinstance(entry, SchemeEntry):
         return dataclass_parameters(type(entry.variants[0]))
     return function_parameters(entry.family) if isinstance(entry, ProblemEntry) else ()
-
-
-def docstring(thing: object) -> str:
-    """Return the docstring of a class or function, empty if its author wrote none."""
-    own = vars(thing).get("__doc__") if isinstance(thing, type) else thing.__doc__
-    text = inspect.cleandoc(own or "")
-    # dataclasses put the signature in the place of a missing docstring.
-    return "" if isinstance(thing, type) and text.startswith(f"{thing.__name__}(") else text
 
 
 def _record(kind: str, entry: AnyEntry) -> Record:

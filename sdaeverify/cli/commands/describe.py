@@ -10,11 +10,11 @@ from ...contracts.scheme import Claim, Scheme, form_names
 from ...errors import FAULTS, ProblemError, SdaeverifyError, UsageError, one_line
 from ...forms import Delayed, Dissipation, Problem
 from ...forms.controls import Control
-from ...forms.truths import InvariantMean, Moment, Pathwise, Truth
 from ...probe.linear.delay_map import LARGE, SMALL, at_rest, is_autonomous, is_scalar, linear_delay
 from ...registry.contributions import MeasureEntry, ProblemEntry, SchemeEntry
 from ...registry.load import PluginRow
-from .catalogue import AnyEntry, docstring, parameters_of, subject
+from ...report.passports import docstring, truth_in_words
+from .catalogue import AnyEntry, parameters_of, subject
 
 # What is known of the mean-square stability of an equation with a delay, in lines for the terminal.
 
@@ -75,7 +75,7 @@ def describe_entry(entry: AnyEntry, texts: Mapping[str, str]) -> list[str]:
         lines = [f"scheme {scheme.label}", *lines, *_scheme(scheme)]
     elif isinstance(entry, ProblemEntry):
         spec = entry.make(texts)
-        lines = [f"problem {spec.label}", *lines, *_problem(_built(spec.label, spec.build, given=bool(texts)))]
+        lines = [f"problem {spec.label}", *lines, *_problem(built(spec.label, spec.build, given=bool(texts)))]
     else:
         if texts:
             raise UsageError(f"measure {entry.name!r} takes no parameters")
@@ -120,7 +120,16 @@ def _claim(claim: Claim) -> str:
     return f"{claim}{of}{when}, margin {claim.margin} ({claim.source})"
 
 
-def _built(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:
+def built(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:
+    """Return a problem; `given` tells whether the user chose its parameters.
+
+    Raises
+    ------
+    UsageError
+        If the parameters are not accepted.
+    ProblemError
+        If it cannot be built.
+    """
     try:
         # A number that is not finite is said in one line, by the problem.
         with np.errstate(all="ignore"):
@@ -140,7 +149,7 @@ def _problem(problem: Problem) -> list[str]:
         f"observables: {', '.join(problem.observables) or 'none'}",
         "truths:" if problem.truths else "truths: none",
     ]
-    truths = [f"  {_truth(truth)}" for truth in problem.truths]
+    truths = [f"  {truth_in_words(truth)}" for truth in problem.truths]
     truths += stability_lines(problem)
     controls = ["controls:", *(f"  {_control(control)}" for control in problem.controls)]
     return ["", *lines, *truths, *(controls if problem.controls else ["controls: none"]), f"source: {problem.source}"]
@@ -148,14 +157,3 @@ def _problem(problem: Problem) -> list[str]:
 
 def _control(control: Control) -> str:
     return f"{control.measure} order {control.order}: {control.positive}, and not {control.negative}"
-
-
-def _truth(truth: Truth) -> str:
-    if isinstance(truth, Pathwise):
-        kind = "exact" if truth.exact else f"by a reference of strong order {truth.order}"
-        return f"the path, {kind} ({truth.source})"
-    if isinstance(truth, Moment):
-        return f"E {truth.observable} at every time ({truth.source})"
-    if isinstance(truth, InvariantMean):
-        return f"E {truth.observable} = {truth.value:.6g} under the invariant law ({truth.source})"
-    return f"mean-square {'stable' if truth.stable else 'not stable'} ({truth.source})"

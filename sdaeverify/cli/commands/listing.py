@@ -12,6 +12,7 @@ from ...contracts.labels import did_you_mean, parse_label
 from ...errors import UsageError
 from ...registry import contributions
 from ...registry.load import Registry
+from ...report.passports import Passport, measure_passport, problem_passport, scheme_passport
 from ...report.plain import empty_table, visible
 from ..concepts import concept_names, describe_concept
 from ..console import aside, output
@@ -19,7 +20,7 @@ from ..exit_codes import ExitCode
 from ..loading import registered
 from ..options import plugins
 from .catalogue import Record, catalogue
-from .describe import describe_entry, describe_plugin
+from .describe import built, describe_entry, describe_plugin
 
 KINDS = ("schemes", "problems", "measures", "plugins")
 COLUMNS = {
@@ -52,8 +53,9 @@ def listing(kind: str | None, as_json: bool, plugins: tuple[str, ...]) -> ExitCo
 
 @click.command(short_help="Tell all about one of them.")
 @click.argument("name", metavar="NAME[PARAMETERS]")
+@click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each kind of thing.")
 @plugins
-def info(name: str, plugins: tuple[str, ...]) -> ExitCode:
+def info(name: str, plugins: tuple[str, ...], as_json: bool) -> ExitCode:
     """Tell all about a scheme, a problem, a measure or a plugin: equations, claims, truths, sources.
 
     Or about a word: a form such as SDE, traits, noise, claims, measures.
@@ -66,6 +68,13 @@ def info(name: str, plugins: tuple[str, ...]) -> ExitCode:
         raise UsageError(
             f"no scheme, problem, measure or plugin is named {label.name!r}{did_you_mean(label.name, known)}"
         )
+    if as_json:
+        with aside():
+            records = _passports(registry, label.name, label.parameters or {})
+            if label.name in concept_names(registry):
+                records.append({"kind": "word", "text": "\n".join(describe_concept(label.name, registry))})
+        click.echo(json.dumps([*records, *([rows[label.name]._asdict()] if label.name in rows else [])], indent=2))
+        return ExitCode.OK
     with aside():
         sections = _sections(registry, label.name, label.parameters or {})
         if label.name in concept_names(registry):
@@ -84,6 +93,19 @@ def _names(registry: Registry) -> set[str]:
 def _sections(registry: Registry, name: str, texts: Mapping[str, str]) -> list[list[str]]:
     found = (kind.get(name) for kind in (registry.schemes, registry.problems, registry.measures))
     return [describe_entry(entry, texts) for entry in found if entry is not None]
+
+
+def _passports(registry: Registry, name: str, texts: Mapping[str, str]) -> list[Passport]:
+    """Return what is known of a name as records: of a scheme, a problem and a measure, as far as it names one."""
+    found: list[Passport] = []
+    if name in registry.schemes:
+        found.append({"kind": "scheme", **scheme_passport(registry.schemes[name].make(texts))})
+    if name in registry.problems:
+        spec = registry.problems[name].make(texts)
+        found.append({"kind": "problem", **problem_passport(spec, built(spec.label, spec.build, given=bool(texts)))})
+    if name in registry.measures:
+        found.append({"kind": "measure", **measure_passport(registry.measures[name].measure)})
+    return found
 
 
 def _print(console: Console, sections: list[list[str]]) -> None:
