@@ -14,11 +14,13 @@ from ...forms import Delayed
 from ...noise.brownian import Increment
 from ..stability.delay_equation import LinearDelay
 from ..step.nodes import SEED
+from ..step.one_step import OneStep
 from ..step.states import WHEN
 from ..step.times import DIFFERENT, ELSEWHEN
 from .affine import AFFINE, at_corners, defect, relative, trial_states
 from .delay_moments import Start
 from .delay_step import LinearDelayStep
+from .linear_map import MemoryStep
 
 # Sizes of the states: in a unit of the problem's own, and small and large enough for either limit.
 UNIT, SMALL, LARGE = 1.0, 1e-12, 1e14
@@ -159,12 +161,8 @@ def _evaluated(scheme: Scheme, view: Delayed, h: float, at: tuple[Array, Array],
     d, count = view.dimension, xi.shape[1]
     z, dW = np.repeat(inputs, count, axis=1), np.sqrt(h) * np.tile(xi, inputs.shape[1])
     noise = Increment(dW, np.zeros_like(dW), lagged=z[-2 * d : -d], ahead=z[-d:])
-    start = scheme.start(view, 1, h)
-    cuts = np.cumsum([len(part) for part in start])
-    state = type(start)(*np.split(z[: -2 * d], cuts[:-1]))
-    step = scheme.prepare(view, h)(state, t, noise)
-    failed = step.failed is not None and bool(step.failed.any())
-    return flatten(step.state).reshape(-1, inputs.shape[1], count), failed
+    after, failed = MemoryStep(OneStep(scheme, view), h).advance(z[: -2 * d], noise, t)
+    return after.reshape(-1, inputs.shape[1], count), failed
 
 
 def _further(l: int) -> Array:

@@ -17,7 +17,6 @@ import numpy as np
 
 from ...arrays import Array
 from ...forms import Mesh
-from .second_moments import Operator
 
 
 class LinearDelayStep(NamedTuple):
@@ -85,31 +84,6 @@ def _weights(mesh: Mesh) -> tuple[tuple[tuple[int, float], ...], tuple[tuple[int
         return ((0, 1.0),), ()
     now = ((m - 1, delta), (m, 1.0 - delta))
     return now, tuple((lag - 1, weight) for lag, weight in now if lag > 0)
-
-
-def queue_operator(step: LinearDelayStep, mesh: Mesh) -> Operator:
-    """Return the operator of second moments of (y_n, v_n, ..., v_{n+m-1}), all of which are known before the step.
-
-    Parameters
-    ----------
-    step : LinearDelayStep
-    mesh : Mesh
-
-    Returns
-    -------
-    Operator
-        Of dimension k + m d. It has the nonzero eigenvalues of the recursion's operator on (y_n, x_{n-1}, ...,
-        x_{n-m}).
-    """
-    k, d, (m, delta) = step.rows, step.delayed, mesh
-    n = k + m * d
-    factors = np.zeros((len(step.noise) + 1, n, n))
-    factors[:, :k] = step.maps @ arguments(k, d, mesh)
-    if m > 0:
-        factors[0, k : n - d, k + d :] = np.eye((m - 1) * d)
-        factors[:, n - d :] = delta * factors[:, :d]
-        factors[0, n - d :, :d] += (1.0 - delta) * np.eye(d)
-    return Operator(factors.transpose(1, 2, 0), np.ones(len(factors)))
 
 
 def arguments(k: int, d: int, mesh: Mesh) -> Array:

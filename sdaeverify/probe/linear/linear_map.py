@@ -34,7 +34,7 @@ class LinearMap(NamedTuple):
 
 @dataclass(frozen=True)
 class MemoryStep:
-    """A step of size h from time 0 as a map between flat states (k, P), all memory of the scheme.
+    """A step of size h, from time 0 unless told otherwise, between flat states (k, P): all memory of the scheme.
 
     Attributes
     ----------
@@ -67,9 +67,9 @@ class MemoryStep:
         cuts = np.cumsum([len(part) for part in self.start])[:-1]
         return type(self.start)(*np.split(x, cuts))
 
-    def advance(self, x: Array, noise: Increment) -> tuple[Array, bool]:
+    def advance(self, x: Array, noise: Increment, t: float = 0.0) -> tuple[Array, bool]:
         """Return the memory after a step, and whether any path found no root."""
-        step: Step = self.stepper(self.state(x), 0.0, noise)
+        step: Step = self.stepper(self.state(x), t, noise)
         return flatten(step.state), step.failed is not None and bool(np.any(step.failed))
 
     def at_nodes(self, x: Array, nodes: Nodes) -> tuple[Array, bool]:

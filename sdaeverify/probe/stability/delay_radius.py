@@ -367,13 +367,6 @@ def _without_noise(recursion: Lagged, floor: float) -> SpectralRadius | None:
     return found if found.width <= CERTAIN * rho else None
 
 
-def mean_radius(step: LinearDelayStep, mesh: Mesh) -> SpectralRadius:
-    """Return the spectral radius of the step without noise, which carries the means."""
-    rho, width = radius(LinearDelayStep(step.drift, step.noise[:0]), mesh)
-    root = float(np.sqrt(rho))
-    return SpectralRadius(root, width / root)
-
-
 def _excess(recursion: Lagged, r: float) -> float:
     # Negative below the radius, positive above, and nearly linear where noise makes the radius.
     if outside(recursion, float(np.sqrt(r))) != 0:

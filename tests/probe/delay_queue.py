@@ -1,0 +1,41 @@
+"""A step with a delay as a map of its state and all the lagged values it will need: an oracle, slow and plain."""
+
+import numpy as np
+
+from sdaeverify.forms import Mesh
+from sdaeverify.probe.linear.delay_step import LinearDelayStep, arguments
+from sdaeverify.probe.linear.second_moments import Operator
+from sdaeverify.probe.stability.delay_radius import radius
+from sdaeverify.probe.stability.spectral import SpectralRadius
+
+
+def queue_operator(step: LinearDelayStep, mesh: Mesh) -> Operator:
+    """Return the operator of second moments of (y_n, v_n, ..., v_{n+m-1}), all of which are known before the step.
+
+    Parameters
+    ----------
+    step : LinearDelayStep
+    mesh : Mesh
+
+    Returns
+    -------
+    Operator
+        Of dimension k + m d. It has the nonzero eigenvalues of the recursion's operator on (y_n, x_{n-1}, ...,
+        x_{n-m}).
+    """
+    k, d, (m, delta) = step.rows, step.delayed, mesh
+    n = k + m * d
+    factors = np.zeros((len(step.noise) + 1, n, n))
+    factors[:, :k] = step.maps @ arguments(k, d, mesh)
+    if m > 0:
+        factors[0, k : n - d, k + d :] = np.eye((m - 1) * d)
+        factors[:, n - d :] = delta * factors[:, :d]
+        factors[0, n - d :, :d] += (1.0 - delta) * np.eye(d)
+    return Operator(factors.transpose(1, 2, 0), np.ones(len(factors)))
+
+
+def mean_radius(step: LinearDelayStep, mesh: Mesh) -> SpectralRadius:
+    """Return the spectral radius of the step without noise, which carries the means."""
+    rho, width = radius(LinearDelayStep(step.drift, step.noise[:0]), mesh)
+    root = float(np.sqrt(rho))
+    return SpectralRadius(root, width / root)
