@@ -4,7 +4,7 @@ Paths come last: a state of n components on P paths has shape ``(n, P)``, a matr
 An array of real numbers may arrive complex where a derivative is taken by complex step.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,17 @@ def each(change: Callable[[Array], Array], batch: Any) -> Any:
     if isinstance(batch, Mapping):
         return {name: each(change, part) for name, part in batch.items()}
     return None if batch is None else change(batch)
+
+
+def concatenated(batches: Sequence[Any]) -> Any:
+    """Return batches of the same kind as one, joined along the first axis."""
+    first = batches[0]
+    if isinstance(first, tuple):
+        parts: list[Any] = [concatenated(part) for part in zip(*batches, strict=True)]
+        return type(first)(*parts)
+    if isinstance(first, Mapping):
+        return {name: concatenated([batch[name] for batch in batches]) for name in first}
+    return None if first is None else np.concatenate(batches)
 
 
 def arrays(batch: Any) -> Iterator[Array]:

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from ..arrays import Array, arrays, each
+from ..arrays import Array, arrays, concatenated, each
 from ..errors import SchemeError
 from .areas import REST, antisymmetric, joined, known_part
 from .records import NoiseRecord
@@ -255,13 +255,18 @@ class Brownian(NamedTuple):
 
 
 def brownian_steps(
-    source: Source, dimension: int, h: float, finest: int, fields: frozenset[str] = USUAL
+    source: Source,
+    dimension: int,
+    h: float,
+    finest: int,
+    fields: frozenset[str] = USUAL,
+    records: tuple[NoiseRecord, ...] = (),
 ) -> Iterator[tuple[LevelNoise, ...]]:
     """Yield the noise of one coarsest step after the other, each level in one array.
 
     For studies of a few steps, whose memory does not matter; see `Brownian` for the parameters.
     """
-    for pieces in Brownian(source, dimension, h, finest, fields).pieces():
+    for pieces in Brownian(source, dimension, h, finest, fields, records).pieces():
         yield _levels(pieces, finest)
 
 
@@ -270,7 +275,7 @@ def _levels(pieces: Iterable[Piece], finest: int) -> tuple[LevelNoise, ...]:
     levels: list[list[LevelNoise]] = [[] for _ in range(finest + 1)]
     for piece in pieces:
         levels[piece.level].append(piece.noise)
-    return tuple(_frozen(_concatenated(level)) for level in levels)
+    return tuple(_frozen(concatenated(level)) for level in levels)
 
 
 def completed(noise: Increment, h: Array | float, fields: frozenset[str], rng: np.random.Generator) -> Increment:
@@ -369,14 +374,6 @@ def _halves(total: Array, difference: Array) -> Array:
     np.subtract(total, difference, out=fine[1::2])
     fine *= 0.5
     return fine
-
-
-def _concatenated(pieces: Sequence[LevelNoise]) -> LevelNoise:
-    def whole(name: str) -> Array | None:
-        parts = [getattr(piece, name) for piece in pieces]
-        return None if parts[0] is None else np.concatenate(parts)
-
-    return LevelNoise(np.concatenate([piece.dW for piece in pieces]), whole("H"), K=whole("K"), A=whole("A"))
 
 
 def _frozen(noise: LevelNoise) -> LevelNoise:

@@ -70,7 +70,9 @@ class HolonomicSDAE(Multiplied):
     position, velocity : array_like, shape (n,)
         Initial data, with g(r) = 0 and Dg(r) v = 0.
     mass : array_like, shape (n, n), optional
-        M, symmetric positive definite; the identity if left out.
+        M, symmetric positive definite; the identity if left out. An entry on the diagonal may be infinite, all others
+        of its row and column being 0: such a position moves at its initial velocity, whatever pushes it. With the
+        velocity 1 it is the time, and g(r) a constraint that moves.
     jacobian : callable, r -> ndarray, shape (m, n, P), optional
         Dg; by complex step if left out, and g must then be analytic.
     curvature : callable, (r, y, z) -> ndarray, shape (m, P), optional
@@ -245,7 +247,8 @@ class HolonomicSDAE(Multiplied):
     def squared_norm(self, parts: Parts) -> Array:
         """Return |r|^2 + |M^{1/2} v|^2."""
         r, v = parts["r"], parts["v"]
-        Mv = v if self.mass is None else np.einsum("ij,jp->ip", np.asarray(self.mass), v)
+        M = None if self.mass is None else np.asarray(self.mass)
+        Mv = v if M is None else np.einsum("ij,jp->ip", np.where(np.isinf(M), 0.0, M), v)
         return np.asarray((r * r).sum(axis=0) + (v * Mv).sum(axis=0))
 
     @property
@@ -319,16 +322,28 @@ class HolonomicSDAE(Multiplied):
 def _inverse_mass(mass: ArrayLike | None, n: int) -> Array | None:
     if mass is None:
         return None
-    M = numbers(mass)
-    if M is None or M.shape != (n, n) or not np.isfinite(M).all():
+    M, inverse = numbers(mass), np.zeros((n, n))
+    # What has an infinite mass moves at its own speed, whatever pushes it: a clock.
+    moved = np.ones(n, dtype=bool) if M is None or M.shape != (n, n) else ~np.isposinf(np.diag(M))
+    if M is None or M.shape != (n, n) or not np.isfinite(M[moved][:, moved]).all() or not _alone(M, ~moved):
         raise ProblemError(f"mass must be a finite matrix of shape ({n}, {n}), got {shown(mass)}")
+    if not moved.any():
+        raise ProblemError(f"mass must be finite in some direction, got {M.tolist()}")
+    M = M[moved][:, moved]
     if not np.allclose(M, M.T, rtol=0.0, atol=1e-14 * np.abs(M).max()):
         raise ProblemError(f"mass must be symmetric, got {M.tolist()}")
     eigenvalues = np.linalg.eigvalsh(M)
     if not eigenvalues[0] > n * np.finfo(float).eps * eigenvalues[-1]:
         text = "mass must be positive definite beyond rounding"
         raise ProblemError(f"{text}, its eigenvalues are {eigenvalues.tolist()}")
-    return np.linalg.inv(M)
+    inverse[np.ix_(moved, moved)] = np.linalg.inv(M)
+    return inverse
+
+
+def _alone(M: Array, clocks: Array) -> bool:
+    """Tell whether the rows and columns of some positions are 0 off the diagonal."""
+    others = ~np.eye(len(M), dtype=bool) & (clocks[:, None] | clocks)
+    return not M[others].any()
 
 
 def inherent_sde(problem: "HolonomicSDAE", *, with_multiplier: bool = False) -> SDE:

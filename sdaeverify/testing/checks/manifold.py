@@ -74,13 +74,12 @@ def _pushed_along_normals(subject: ProblemSubject) -> str:
     full = problem.ito()
     state = np.concatenate([x, np.zeros((problem.constraints, x.shape[-1]))])
     f, B, Dg = full.drift(WHEN, state), _matrix(full, state), problem.dg(r)
-    mass = np.linalg.inv(problem.inverse_mass(np.eye(n)))
     push = np.einsum("mnp,mp->np", Dg, f[2 * n :])
     kick = np.einsum("mnp,mlp->nlp", Dg, B[2 * n :])
-    force = np.einsum("ij,jp->ip", mass, f[n : 2 * n]) - problem.force(WHEN, r, v) - push
-    noise = np.einsum("ij,jlp->ilp", mass, B[n : 2 * n]) - problem.diffusion(WHEN, r, v) - kick
+    force = f[n : 2 * n] - problem.inverse_mass(problem.force(WHEN, r, v) + push)
+    noise = B[n : 2 * n] - problem.inverse_mass(problem.diffusion(WHEN, r, v) + kick)
     if text := excess(force, 64 * EPS, push, f) or excess(noise, 64 * EPS, kick, B):
-        return f"M dv - a dt - B dw - grad g dmu is {text}"
+        return f"dv - M^{{-1}} (a dt + B dw + grad g dmu) is {text}"
     drift = excess(subject.equation.drift(WHEN, x) - f[: 2 * n], 64 * EPS, f)
     text = drift or excess(subject.B - B[: 2 * n], 64 * EPS, B)
     return text and f"the inherent SDE without multiplier and that with it differ: {text}"

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from ...arrays import Array, Parts
+from ...arrays import Array, Parts, each
 from ...forms import IndexOne
 from ...forms.truths import Moment, Pathwise
 from ...noise.brownian import BROWNIAN, USUAL, Increment, LevelNoise, Source, brownian_steps
@@ -75,14 +75,14 @@ def euler(problem: Any, level: int, paths: int) -> Walker:
     index_one = problem.capability(IndexOne)
     if index_one is not None and (index_one.delay or index_one.constraints):
         return _delayed(index_one, level, h, paths)
-    ito = problem.ito()
-    if ito is None:
+    equation = problem.equation()
+    if equation is None:
         raise Inapplicable(f"a {type(problem).__name__} has no Ito equation to simulate")
 
     def advance(x: Any, t: float, noise: Increment) -> Any:
-        return x + h * ito.drift(t, x) + ito.diffused(t, x, noise.dW)
+        return equation.euler(t, x, h, noise)
 
-    return Walker(ito.initial(paths), advance, lambda _, x: ito.parts(x), level)
+    return Walker(equation.initial(paths), advance, lambda _, x: equation.parts(x), level)
 
 
 def _delayed(problem: IndexOne, level: int, h: float, paths: int) -> Walker:
@@ -128,7 +128,8 @@ def together(
     """
     finest, H = max(walker.level for walker in walkers), problem.horizon / COARSEST
     source = Source(SEED, f"{label} in the kit", 0, paths // 2 if mirrored else paths)
-    steps = brownian_steps(source, problem.noise_dim, H, finest, problem.noise & {*BROWNIAN} | USUAL)
+    fields = problem.noise & {*BROWNIAN} | USUAL
+    steps = brownian_steps(source, problem.noise_dim, H, finest, fields, problem.records)
     for n, levels in zip(range(COARSEST), steps, strict=False):
         for walker in walkers:
             noise = levels[walker.level]
@@ -143,7 +144,8 @@ def _both(noise: LevelNoise) -> LevelNoise:
 
     dW = np.concatenate([noise.dW, -noise.dW], axis=-1)
     # Areas are products of two components: they keep their sign.
-    return LevelNoise(dW, both(noise.H), K=both(noise.K), A=both(noise.A, 1.0))
+    records = each(lambda part: np.concatenate([part, part], axis=-1), noise.records)
+    return LevelNoise(dW, both(noise.H), records, K=both(noise.K), A=both(noise.A, 1.0))
 
 
 LEVEL = 1e-6
