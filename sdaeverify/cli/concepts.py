@@ -9,7 +9,8 @@ from ..forms import Problem, known_traits
 from ..noise.brownian import Increment
 from ..noise.records import NoiseRecord
 from ..registry.load import Registry
-from .commands.catalogue import docstring, subject
+from ..report.passports import docstring
+from .commands.catalogue import subject
 
 
 def concept_names(registry: Registry) -> set[str]:
