@@ -49,7 +49,8 @@ def order(h: Array, errors: Array, reference: float = 0.0) -> FittedOrder:
     """Return the order p of mean errors E e = C (h^p - h_ref^p).
 
     The slope of log E e over log (h^p - h_ref^p) is 1 at the right p, which takes what a reference with the step
-    size h_ref > 0 has of its own out of the errors.
+    size h_ref > 0 has of its own out of the errors. Errors that fall more slowly than log (h/h_ref) are not of this
+    form, and p tends to 0.
 
     Parameters
     ----------
