@@ -35,6 +35,8 @@ from .discovery import Origin
 
 # From this likeness on, a name of a function is taken for a misspelt hook.
 ALIKE = 0.82
+# What the marker of pluggy leaves on a function.
+MARK = f"{hookspecs.PROJECT}_impl"
 HOOKS = tuple(sorted(name for name in vars(hookspecs) if name.startswith(f"{hookspecs.PROJECT}_")))
 
 
@@ -167,12 +169,19 @@ def collect(plugin: object, origin: Origin) -> Contribution:
     )
 
 
+class _Hooks(SimpleNamespace):
+    """Hooks and nothing else: pluggy looks at all that `dir` names."""
+
+    def __dir__(self) -> Iterable[str]:
+        return list(vars(self))
+
+
 def _manager(plugin: object, hooks: Mapping[str, str], name: str) -> pluggy.PluginManager:
-    """Return a manager of the hooks of one plugin alone: pluggy would look at all that a module holds."""
+    """Return a manager of the hooks of one plugin alone."""
     manager = pluggy.PluginManager(hookspecs.PROJECT)
-    specs = SimpleNamespace(**{hook: getattr(hookspecs, hook) for hook in hooks.values()})
+    specs = _Hooks(**{hook: getattr(hookspecs, hook) for hook in hooks.values()})
     manager.add_hookspecs(specs)  # type: ignore[arg-type] # any object with functions will do
-    manager.register(SimpleNamespace(**{function: getattr(plugin, function) for function in hooks}), name)
+    manager.register(_Hooks(**{function: getattr(plugin, function) for function in hooks}), name)
     return manager
 
 
@@ -187,7 +196,7 @@ def hooks_of(plugin: object) -> dict[str, str | None]:
     found: dict[str, str | None] = {}
     names = vars(plugin) if isinstance(plugin, ModuleType) else dir(plugin)
     for name in sorted(name for name in names if not name.startswith("__")):
-        if isinstance(plugin, ModuleType) and not isroutine(vars(plugin)[name]):
+        if isinstance(plugin, ModuleType) and not _may_be_a_hook(name, vars(plugin)[name]):
             continue
         options = manager.parse_hookimpl_opts(plugin, name)
         if options is not None:
@@ -195,6 +204,11 @@ def hooks_of(plugin: object) -> dict[str, str | None]:
         elif _names_a_hook(name) and isroutine(getattr(plugin, name)):
             found[name] = None
     return found
+
+
+def _may_be_a_hook(name: str, value: object) -> bool:
+    """Tell at once of most that a module holds that pluggy need not look at it."""
+    return isroutine(value) and (name.startswith(hookspecs.PROJECT) or hasattr(value, MARK))
 
 
 def _names_a_hook(name: str) -> bool:
