@@ -126,6 +126,6 @@ function verifierPage() {
 }
 
 function coverage(calibration) {
-  return [...grouped(calibration, (one) => one.study)].map(([study, rows]) => [heading(3, study),
-    forest(rows.map((one) => ({ name: `${one.case} · ${one.statistic}${one.paths ? ` · ${one.paths} paths` : ""}`, value: one.rate, low: one.ci_low, high: one.ci_high, filled: one.agrees === "True", told: `${one.case}, ${one.statistic}: ${short(one.rate)}; promised ${one.promised}` })), { label: `rates of ${study}`, xLabel: "rate", caption: "● as promised, ○ not; with binomial intervals." })]).flat();
+  return [...grouped(calibration, (one) => `${one.study}: ${one.case}`)].map(([study, rows]) => [heading(3, study),
+    forest(rows.map((one) => ({ name: `${one.statistic}${one.paths ? ` · ${one.paths} paths` : ""}`, value: one.rate, low: one.ci_low, high: one.ci_high, filled: one.agrees === "True", told: `${one.case}, ${one.statistic}: ${short(one.rate)}; promised ${one.promised}` })), { label: `rates of ${study}`, xLabel: "rate", caption: "● as promised, ○ not; with binomial intervals." })]).flat();
 }

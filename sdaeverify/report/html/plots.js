@@ -183,13 +183,13 @@ function comparison(series, { label, xLabel = "step size h", yLabel = "error", l
 /** Draw estimates with intervals, a row each: a forest plot. */
 function forest(rows, { label, xLabel = "order", caption }) {
   if (!rows.length) return null;
-  const wide = 16 + 6.4 * Math.min(44, Math.max(...rows.map((row) => row.name.length))), width = wide + 380, line = 19, height = TOP + BOTTOM + line * rows.length;
+  const wide = 16 + 6.4 * Math.min(60, Math.max(...rows.map((row) => row.name.length))), width = wide + 380, line = 19, height = TOP + BOTTOM + line * rows.length;
   const values = rows.flatMap((row) => [row.value, row.low, row.high, row.claim, row.least].filter(finite));
   const x = scaleOf(values, wide + 8, width - RIGHT, { log: false, least: 0.5 }), bottom = height - BOTTOM;
   const grid = x.ticks.map((tick) => [el("line", { class: "grid", x1: x.at(tick), x2: x.at(tick), y1: TOP, y2: bottom }),
     el("text", { class: "soft", x: x.at(tick), y: bottom + 15, "text-anchor": "middle" }, short(tick, 4))]);
   const drawn = rows.map((row, place) => {
-    const at = TOP + line * (place + 0.5), name = row.name.length > 44 ? row.name.slice(0, 43) + "…" : row.name;
+    const at = TOP + line * (place + 0.5), name = row.name.length > 60 ? row.name.slice(0, 59) + "…" : row.name;
     return el("g", {}, el("title", {}, row.told), el("text", { x: wide, y: at + 4, "text-anchor": "end" }, name),
       finite(row.low) && finite(row.high) && el("line", { class: "bar", x1: x.at(row.low), x2: x.at(row.high), y1: at, y2: at }),
       finite(row.claim) && el("line", { class: "claim", x1: x.at(row.claim), x2: x.at(row.claim), y1: at - 7, y2: at + 7 }),
@@ -203,13 +203,13 @@ function forest(rows, { label, xLabel = "order", caption }) {
 /** Draw sets of stable step sizes as bars over a logarithmic axis of h. */
 function windows(rows, { label, caption }) {
   const ends = rows.flatMap((row) => row.windows.flat()).filter((h) => finite(h) && h > 0);
-  const wide = 16 + 6.4 * Math.min(44, Math.max(...rows.map((row) => row.name.length))), width = wide + 380, line = 20, height = TOP + BOTTOM + line * rows.length;
+  const wide = 16 + 6.4 * Math.min(60, Math.max(...rows.map((row) => row.name.length))), width = wide + 380, line = 20, height = TOP + BOTTOM + line * rows.length;
   const x = scaleOf(ends.length ? [...ends, Math.min(...ends) / 4, Math.max(...ends) * 4] : [0.01, 10], wide + 8, width - RIGHT), bottom = height - BOTTOM;
   const clamp = (h) => Math.max(wide + 8, Math.min(width - RIGHT, h > 0 ? (finite(h) ? x.at(h) : width - RIGHT) : wide + 8));
   const grid = x.ticks.map((tick) => [el("line", { class: "grid", x1: x.at(tick), x2: x.at(tick), y1: TOP, y2: bottom }),
     el("text", { class: "soft", x: x.at(tick), y: bottom + 15, "text-anchor": "middle" }, tickText(tick, true))]);
   const drawn = rows.map((row, place) => {
-    const at = TOP + line * place, name = row.name.length > 44 ? row.name.slice(0, 43) + "…" : row.name;
+    const at = TOP + line * place, name = row.name.length > 60 ? row.name.slice(0, 59) + "…" : row.name;
     return el("g", {}, el("title", {}, `${row.name}: ${row.text}`), el("text", { x: wide, y: at + 14, "text-anchor": "end" }, name),
       row.windows.map(([from, to]) => el("rect", { class: "stable", x: clamp(from), y: at + 4, height: line - 8, width: Math.max(2, clamp(to) - clamp(from)), "data-from": from, "data-to": to })),
       !row.windows.length && el("text", { class: "soft", x: wide + 14, y: at + 14 }, "none"));
