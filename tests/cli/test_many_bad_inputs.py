@@ -252,4 +252,4 @@ def test_exceptions_of_any_kind_in_a_step(quick, odd_scheme):
         outcome = quick("--plugin", odd_scheme(step), "-s", "odd", "-p", "gbm", "-m", "strong", "--fresh")
 
         assert (outcome.code, outcome.err) == (3, "")
-        assert f"error: odd on gbm, strong: {reason}" in outcome.out
+        assert f"in error: odd on gbm, strong: no claim; {reason}" in " ".join(outcome.out.split())

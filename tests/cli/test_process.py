@@ -118,7 +118,8 @@ def test_dead_worker(call, odd_scheme, tmp_path):
     outcome = call("matrix", "-s", "odd,milstein", "-p", "gbm", *STRONG, "--plugin", plugin, *BUDGET, "-j", "2")
 
     assert outcome.code == 3
-    assert "error: odd on gbm, strong: its worker process died with exit code 0, twice" in outcome.out
+    told = " ".join(outcome.out.split())
+    assert "in error: odd on gbm, strong: no claim; its worker process died with exit code 0, twice" in told
     rows = verdicts(tmp_path / "reports" / "latest")
     assert {row["verdict"] for row in rows if row["scheme"] == "odd"} == {"error"}
     assert "error" not in {row["verdict"] for row in rows if row["scheme"] == "milstein"}
