@@ -226,7 +226,7 @@ FAULTS = {
 }
 MORE = [
     ("builds", named(dict), "expected a problem"),
-    ("view-equals-form", unpushed, "grad g dmu is off"),
+    ("view-equals-form", unpushed, "grad g dmu) is off"),
     ("view-equals-form", on_the_circle(eps=0.1, geometry=WrongGradient), "the drift of the penalised SDE"),
     ("constraints-kept", on_the_circle(second=lambda x, A: 1.0000001 * A[:, 0]), "lacks a part of Ito's term"),
     ("solution-simulated", solved(gbm, advance=lambda x, t, h, n: x * np.exp(0.32 * h + 0.63 * n.dW)), "it falls"),
