@@ -50,8 +50,9 @@ class Solvability(Measure):
         view = scheme.view_of(problem)
         if view is None:
             return "the problem has no view of the scheme's form"
-        h, zeros = view.horizon / FEW_STEPS, np.zeros((view.noise_dim, 2))
-        noise = view.driven(h, Increment(zeros, zeros))
+        h, l = view.horizon / FEW_STEPS, view.noise_dim
+        zeros, areas = np.zeros((l, 2)), np.zeros((l * (l - 1) // 2, 2))
+        noise = view.driven(h, Increment(zeros, zeros, K=zeros, A=areas))
         with np.errstate(all="ignore"):
             result = scheme.prepare(view, h)(scheme.start(view, 2, h), 0.0, noise)
         return "its steps cannot fail: they solve no equation" if result.failed is None else ""

@@ -15,10 +15,14 @@ from sdaeverify.contracts.tally import Tally
 from sdaeverify.forms import Problem
 from sdaeverify.measures.solvability import PathCount, Solvability
 from sdaeverify.simulate.ensemble import Entry, Task, run_block
+from sdaeverify_problems.harmonic_langevin import harmonic_langevin
+from sdaeverify_problems.levy_area import levy_area
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.milstein_areas import MilsteinAreas
+from sdaeverify_schemes.quicsort import QUICSORT
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 SETTINGS = Settings(paths=256, levels=3)
@@ -128,3 +132,9 @@ def test_shares_of_a_run_are_those_of_the_failed_paths() -> None:
     assert 0.8 < shares[1] < 1.0
     assert 0.0 < shares[2] < 0.2
     assert not truncated.health.sums["without_root"].any()
+
+
+def test_a_step_with_areas_is_asked_whether_it_solves_anything() -> None:
+    """A scheme that uses K or Levy areas gets them, and is told apart from one whose steps can fail."""
+    assert "cannot fail" in Solvability().refuses(MilsteinAreas(), levy_area())
+    assert "cannot fail" in Solvability().refuses(QUICSORT(), harmonic_langevin())

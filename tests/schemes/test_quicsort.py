@@ -5,6 +5,7 @@ import pytest
 
 from sdaeverify import SDE
 from sdaeverify.noise.brownian import Source, brownian_steps
+from sdaeverify.probe.stability.stability import no_stability
 from sdaeverify_problems.harmonic_langevin import harmonic_langevin, weights
 from sdaeverify_schemes.quicsort import QUICSORT
 from sdaeverify_schemes.sra1 import SRA1
@@ -58,3 +59,11 @@ def test_weights_have_the_variance_of_the_integral(h):
 def test_problem_is_an_sde_too():
     """Schemes for SDEs see its first-order system, with K among what is drawn."""
     assert harmonic_langevin().view(SDE).noise == FIELDS
+
+
+def test_its_moments_are_left_to_paths():
+    """Nodes have no K: neither moments nor stability are asked of a step that uses it."""
+    assert (
+        no_stability(QUICSORT(), QUICSORT().view_of(harmonic_langevin()))
+        == "a step uses K: nodes are of dW and H alone"
+    )

@@ -115,7 +115,8 @@ class StabilityRecord(NamedTuple):
 def no_stability(scheme: Scheme, view: Problem) -> str:
     """Return why mean-square stability cannot be asked for, or an empty string."""
     one_step = OneStep(scheme, view)
-    if reason := no_linear_equation(view) or one_step.incomparable() or no_linear_step(scheme, view):
+    reason = no_linear_equation(view) or one_step.not_at_nodes()
+    if reason := reason or one_step.incomparable() or no_linear_step(scheme, view):
         return reason
     # Of admissible states alone one has to know how the scheme goes on from them; others are those of its memory.
     return one_step.unentered() if view.has_constraints else ""
