@@ -10,8 +10,7 @@ from sdaeverify import Claim, HolonomicSDAE, Residual, Scheme, Settings
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures._residuals import EDGES, ResidualObserver, log_spaced, quadrature, quantile
-from sdaeverify.measures.drift import Drift
+from sdaeverify.measures.drift import EDGES, Drift, ResidualObserver, log_spaced, quadrature, quantile
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.gbm_algebraic import gbm_algebraic
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama

@@ -13,7 +13,7 @@ from sdaeverify.forms.truths import Moment
 from sdaeverify.measures import judge
 from sdaeverify.measures.judge import guard
 from sdaeverify.measures.means import MeanObserver, means_of
-from sdaeverify.measures.weak.mean_order import mean_order
+from sdaeverify.measures.weak import mean_order
 from sdaeverify.numerics.statistics import Estimate
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_schemes.stochastic_theta import StochasticTheta

@@ -10,7 +10,7 @@ from sdaeverify import SDE, Claim, Moment, Scheme, Settings
 from sdaeverify.contracts.measure import Evidence, Snapshot
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures.means import MeanObserver, means_of
-from sdaeverify.measures.weak.mean_order import TOO_FEW, mean_order
+from sdaeverify.measures.weak import TOO_FEW, mean_order
 from sdaeverify_problems.gbm import gbm
 
 SETTINGS = Settings(paths=4000)

@@ -8,8 +8,7 @@ from sdaeverify import Claim
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally, packed
-from sdaeverify.measures.uniformity import Uniformity
-from sdaeverify.measures.uniformity.one_step_findings import ONE_STEP
+from sdaeverify.measures.uniformity import ONE_STEP, Uniformity
 from sdaeverify.probe.stiffness.uniform_local import LEVELS, UniformDefects
 from sdaeverify_problems.sphere_product import sphere_product
 

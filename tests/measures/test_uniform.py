@@ -12,8 +12,7 @@ from sdaeverify.contracts.measure import Evidence, Snapshot
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures.strong import Strong
-from sdaeverify.measures.uniform import Uniform
-from sdaeverify.measures.uniform.notes import UniformObserver
+from sdaeverify.measures.uniform import Uniform, UniformObserver
 from sdaeverify.simulate.ensemble import Entry, Task, run_block
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou

@@ -7,7 +7,7 @@ import pytest
 
 from sdaeverify import SDE, HolonomicState, Scheme, Step
 from sdaeverify.contracts.finding import Kind, Verdict
-from sdaeverify.measures.uniform.one_step import judge_consistency
+from sdaeverify.measures.uniform.findings import judge_consistency
 from sdaeverify.numerics import apply
 from sdaeverify.probe.local.consistency import consistency
 from sdaeverify_problems.circle import circle

@@ -6,7 +6,7 @@ import pytest
 from sdaeverify import SDE, Increment, Scheme
 from sdaeverify.arrays import Array
 from sdaeverify.forms.delay.linked import linked_equation
-from sdaeverify.measures.strong.local_order import judge_strong
+from sdaeverify.measures.strong.findings import judge_strong
 from sdaeverify.probe.local.delay_links import keeps_constraint, linked
 from sdaeverify.probe.local.strong_defects import local_strong
 from sdaeverify.probe.local.strong_order import strong_order

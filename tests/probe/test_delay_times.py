@@ -9,10 +9,8 @@ import pytest
 from sdaeverify import DelaySDAE, DelayState, Increment, Scheme, Settings, Step
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.forms import Problem
-from sdaeverify.measures.strong.findings import FIRST, SECOND, WHOLE
-from sdaeverify.measures.strong.local_order import judge_strong
-from sdaeverify.measures.weak.local_order import judge_weak
-from sdaeverify.measures.weak.probe import probe_weak
+from sdaeverify.measures.strong.findings import FIRST, SECOND, WHOLE, judge_strong
+from sdaeverify.measures.weak.probe import judge_weak, probe_weak
 from sdaeverify.probe.linear.delay_map import no_lasting_run, no_lasting_step
 from sdaeverify.probe.linear.delay_moment_errors import delay_moment_errors, no_delay_moments
 from sdaeverify.probe.linear.moments import moment_orders

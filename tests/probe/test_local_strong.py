@@ -13,7 +13,7 @@ from sdaeverify.contracts.finding import Kind, Opinion, Verdict
 from sdaeverify.contracts.tally import packed, unpacked
 from sdaeverify.forms import Problem
 from sdaeverify.measures.judge import claim_for
-from sdaeverify.measures.strong.local_order import judge_strong
+from sdaeverify.measures.strong.findings import judge_strong
 from sdaeverify.noise.laws import THREE_POINT, Law
 from sdaeverify.probe.local.strong_defects import LocalStrong, local_strong, no_local_order
 from sdaeverify.probe.local.strong_order import ACCURACY, StrongOrder, strong_order

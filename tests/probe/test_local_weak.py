@@ -12,7 +12,7 @@ from probe.weak_cells import CORRECT, PLANTED, PROBLEMS, SIGMA, A, B, equation, 
 from sdaeverify import THREE_POINT, HolonomicSDAE, HolonomicState, ProblemError, Scheme, Step
 from sdaeverify.contracts.finding import Kind, Verdict
 from sdaeverify.contracts.tally import packed, unpacked
-from sdaeverify.measures.weak.local_order import judge_weak
+from sdaeverify.measures.weak.probe import judge_weak
 from sdaeverify.probe.local.weak_defects import local_weak, refusal, weak_reference
 from sdaeverify.probe.local.weak_order import LocalWeak, weak_order
 from sdaeverify.probe.step.states import WHEN

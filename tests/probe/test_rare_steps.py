@@ -12,8 +12,8 @@ from sdaeverify import SDE, Array, Increment, Step
 from sdaeverify.conformance.contract import contract_violation
 from sdaeverify.contracts.finding import Kind, Verdict
 from sdaeverify.contracts.scheme import Stepper
-from sdaeverify.measures.strong.local_order import judge_strong
-from sdaeverify.measures.weak.local_order import judge_weak
+from sdaeverify.measures.strong.findings import judge_strong
+from sdaeverify.measures.weak.probe import judge_weak
 from sdaeverify.probe.linear.moments import no_moments
 from sdaeverify.probe.local.strong_defects import local_strong
 from sdaeverify.probe.local.strong_order import strong_order

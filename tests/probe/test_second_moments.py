@@ -8,9 +8,8 @@ from scipy.stats import norm
 from probe import linear_cells as c
 from sdaeverify import SDE, Array, Increment, Scheme
 from sdaeverify.noise.laws import GAUSSIAN
-from sdaeverify.probe.linear.expectation import disagreement
 from sdaeverify.probe.linear.second_moments import Operator, on_symmetric, smat, svec
-from sdaeverify.probe.linear.step_moments import StepMoments, step_moments
+from sdaeverify.probe.linear.step_moments import StepMoments, disagreement, step_moments
 from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify.probe.step.step_noise import StepNoise
 from sdaeverify_problems.noncommuting import B_1, B_2, A, noncommuting

@@ -8,8 +8,8 @@ import pytest
 from probe.weak_cells import equation, euler, scheme
 from sdaeverify import SDE, Array, Increment
 from sdaeverify.contracts.finding import Kind, Verdict
-from sdaeverify.measures.strong.local_order import judge_strong
-from sdaeverify.measures.weak.local_order import judge_weak
+from sdaeverify.measures.strong.findings import judge_strong
+from sdaeverify.measures.weak.probe import judge_weak
 from sdaeverify.probe.local.strong_defects import local_strong
 from sdaeverify.probe.local.strong_order import strong_order
 from sdaeverify.probe.local.weak_defects import local_weak

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sdaeverify.contracts.finding import Kind, Verdict
-from sdaeverify.measures.weak.local_order import judge_weak
+from sdaeverify.measures.weak.probe import judge_weak
 from sdaeverify.probe.local.weak_defects import LEVELS
 from sdaeverify.probe.local.weak_order import LocalWeak, weak_order
 from sdaeverify.probe.step import test_functions as phi

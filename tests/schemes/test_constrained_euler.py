@@ -7,7 +7,7 @@ from scipy.optimize import root
 from schemes.rough_constraints import SIGMA, D, drift, langevin, points, rough
 from sdaeverify import ConstrainedLangevin, Increment, ParameterError
 from sdaeverify.arrays import Array
-from sdaeverify.measures.strong.local_order import judge_strong
+from sdaeverify.measures.strong.findings import judge_strong
 from sdaeverify.numerics import norm
 from sdaeverify.probe.local.strong_defects import local_strong
 from sdaeverify.probe.local.strong_order import strong_order

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...contracts.error_sizes import ErrorSizes
-from ...contracts.finding import Finding, Opinion, Reason, Verdict
+from ...contracts.finding import Finding, Kind, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
@@ -16,10 +16,22 @@ from ...forms.delay.linked import X
 from ...probe.local.algebraic_defects import AlgebraicDefects, algebraic_defects, algebraic_order
 from ...probe.local.delay_links import Y, keeps_constraint, linked, loses_algebraic
 from ...probe.local.strong_defects import LocalStrong, local_strong, no_local_order
-from ...probe.local.strong_order import StrongOrder, at_most, strong_order
+from ...probe.local.strong_order import ACCURACY, StrongOrder, at_most, strong_order
 from ...probe.step.one_step import OneStep
 from ..error_sizes import of_step
-from ..judge import FEWEST, FITTED, Coverage, PathTests, coverage, finding, guard, leave_open, no_fit
+from ..judge import (
+    FEWEST,
+    FITTED,
+    Coverage,
+    PathTests,
+    coverage,
+    finding,
+    guard,
+    leave_open,
+    local_doubt,
+    local_opinion,
+    no_fit,
+)
 from ..path_errors.errors import STATE
 from ..path_errors.order import (
     EXACT,
@@ -33,10 +45,16 @@ from ..path_errors.order import (
     usable_levels,
 )
 from ..path_errors.quantity import Quantity
-from .local_order import judge_strong
 
 # By component.
 Orders = Mapping[str, StrongOrder]
+# By tier, where no slope is fitted.
+EXACT_METHODS = {1: "local order (T1), guarded by paths", 3: "paths (T3)"}
+UNFITTED_METHODS = {1: "local order (T1)", 3: "paths"}
+# How much the next order may differ from the last one for an order to be missed.
+SETTLED = 0.1
+# An order below its claim at few states that rises by more with a level is that of a layer which steps still miss.
+RISING = 2.0 * ACCURACY
 
 
 class Span(NamedTuple):
@@ -57,9 +75,6 @@ class Span(NamedTuple):
     until: float = np.inf
 
 
-# By tier, where no slope is fitted.
-EXACT_METHODS = {1: "local order (T1), guarded by paths", 3: "paths (T3)"}
-UNFITTED_METHODS = {1: "local order (T1)", 3: "paths"}
 WHOLE, FIRST, SECOND = (
     Span("local strong"),
     Span("local strong up to tau", 1),
@@ -278,3 +293,66 @@ def _details(evidence: Evidence, quantity: Quantity, fitted: Fit) -> dict[str, o
         "asymptotic_half_width": half,
         "bias_bound": fitted.bias.bound,
     }
+
+
+def judge_strong(
+    order: StrongOrder, claim: float, tolerance: float = 0.1, *, margin: float = 0.0, sharp: bool = True
+) -> Opinion:
+    """Compare a local order with a claimed least strong order.
+
+    Parameters
+    ----------
+    order : StrongOrder
+    claim : float
+    tolerance : float
+        How far below the claim the order may be.
+    margin : float
+        That of the claim: where it is wider than `tolerance`, an order between the two decides nothing.
+    sharp : bool
+        Whether the scheme's local order is its global one; if not, a low local order decides nothing, and
+        consistency is asked of a step from where the scheme itself has gone.
+
+    Returns
+    -------
+    Opinion
+        Refuted as inconsistent only where most states are, at some time.
+    """
+    figures = f"p2 = {order.p2:.3f}, p1 = {order.p1:.3f}, q2 = {order.q2:.3f}, q1 = {order.q1:.3f}"
+    unknown = np.isnan([order.q2, order.q1 if order.means else order.q2]).any()
+    if not unknown and (not order.consistent or order.inconsistent_share > 0.5):
+        return _inconsistent(order, claim - tolerance, figures, sharp=sharp)
+    if unknown or np.isnan(order.order):
+        return local_doubt(
+            f"no local order: the map is not finite or a solver's tolerance hides its defects; {figures}"
+        )
+    text = f"local order {order.order:.3f}, claimed {claim}; {figures}"
+    if order.order < claim - tolerance:
+        within = order.order >= claim - margin
+        doubt = local_doubt(f"{text}; within the margin {margin:g}")
+        return doubt if within else _too_low(order, claim - tolerance, text, sharp=sharp)
+    if order.ahead < claim - tolerance:
+        return local_doubt(f"{text}; still falling, to {order.ahead:.3f}")
+    void = f"; void below h = {order.plateau_h:.2g}" if order.plateau_h else ""
+    if not order.means:
+        return local_doubt(f"{text}; means are not resolved{void}")
+    return local_opinion(Verdict.VERIFIED, f"local order {order.order:.3f}{void}")
+
+
+def _inconsistent(order: StrongOrder, bound: float, figures: str, *, sharp: bool) -> Opinion:
+    text = f"one step does not follow the equation at {order.inconsistent_share:.0%} of the states; {figures}"
+    if order.inconsistent_share > 0.5 and not order.consistent:
+        if not sharp and order.consistent_later:
+            return local_doubt(f"{text}; later steps do")
+        return local_opinion(Verdict.REFUTED, text, Kind.INCONSISTENT)
+    if sharp and not order.consistent and order.typical < bound:
+        return local_opinion(Verdict.REFUTED, f"local order {order.typical:.3f} at most states; {text}")
+    return local_doubt(text)
+
+
+def _too_low(order: StrongOrder, bound: float, text: str, *, sharp: bool) -> Opinion:
+    if not sharp:
+        return local_doubt(f"{text}; the scheme's local order is not sharp")
+    rises = order.ahead > order.order + RISING and order.typical >= bound
+    if order.ahead >= bound or abs(order.ahead - order.order) > SETTLED or rises:
+        return local_doubt(f"{text}; still changing, to {order.ahead:.3f}")
+    return local_opinion(Verdict.REFUTED, text)

@@ -5,21 +5,25 @@ time, of piecewise linear interpolants against the scheme's own finest paths. Th
 motion read about 1/2, and less on steps that are not small, where it is sqrt(h log(1/h)): whatever the scheme does on
 its grid, nothing in it knows the path between two grid points.
 
-Two kinds of claims are known: an order, and ``converges`` without one; see `_convergence` for what can be verified of
+Two kinds of claims are known: an order, and ``converges`` without one; see `findings` for what can be verified of
 that. The verdict is taken from p = 1; the slopes for p = 2 and p = 4 stand beside it.
 """
 
-from collections.abc import Iterator, Mapping
-from itertools import chain
+from collections import deque
+from collections.abc import Container, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import chain, pairwise
 from typing import Any, ClassVar
 
-from ...arrays import Parts
+import numpy as np
+
+from ...arrays import Array, Parts
 from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Finding, Judgement, Opinion
-from ...contracts.measure import Evidence, Measure
+from ...contracts.measure import Evidence, Measure, Snapshot
 from ...contracts.scheme import Scheme
 from ...contracts.settings import Settings
-from ...contracts.tally import Tally, packed, unpacked
+from ...contracts.tally import EXTREMES, Tally, largest, packed, unpacked
 from ...forms import Problem
 from ...probe.local.consistency import Consistency, consistency
 from ...probe.local.delay_links import linked, loses_algebraic
@@ -28,14 +32,143 @@ from ...probe.step.one_step import OneStep
 from ...registry.hookspecs import hookimpl
 from ..error_sizes import of_paths
 from ..judge import coverage, finding, leave_open, no_claim, withhold_in_doubt
-from ..path_errors.errors import STATE
+from ..path_errors.errors import POWERS, STATE, ErrorObserver, power_sums
 from ..path_errors.level_rows import level_rows
-from .findings import judge_pair
-from .notes import ON_GRID, UniformObserver, pairs_of
-from .one_step import judge_consistency
+from ..path_errors.quantity import Quantity, quantities_of
+from .findings import judge_consistency, judge_pair
 
 PROBED = "local consistency"
 NORMS = {"L2": 2, "L4": 3}
+# Halvings between a level and the grid on which its interpolant is compared.
+HALVINGS = 2
+POINTS = 2**HALVINGS
+CONTINUOUS = "continuous"
+ON_GRID, IN_TIME = " on the grid", " in continuous time"
+
+
+class ContinuousErrors:
+    """Notes c_l = max_t |X_l(t) - X(t)|, X_l the linear interpolant of level l, X the scheme at the finest level.
+
+    The maximum is over the quarters of each step. A Brownian path deviates from its interpolant on N steps by
+    sqrt(h) times a maximum over N independent bridges, and with the same points inside each step that maximum is the
+    same part of the supremum at all levels: it does not tilt a slope, as the finest grid would, which resolves fewer
+    points of a short step. So levels two halvings coarser than the finest are compared, and coarser ones.
+
+    A level is always ahead of the finer ones, by a few steps: only these are held, however many there are.
+
+    Parameters
+    ----------
+    parts : mapping of str to ndarray, shape (n, P)
+        Initial components, of which those are noted that are named.
+    names : sequence of str
+    settings : Settings
+    """
+
+    def __init__(self, parts: Parts, names: Sequence[str], settings: Settings) -> None:
+        self.names, self.settings = list(names), settings
+        self.top = settings.levels - 1
+        self.levels = range(max(0, settings.levels - HALVINGS))
+        self.wanted: Sequence[Container[int]] = [
+            range(1, steps + 1) if level in self.levels or level == self.top else ()
+            for level, steps in enumerate(settings.steps)
+        ]
+        start = self._rows(parts)
+        self.ahead = [deque([start]) for _ in self.levels]
+        self.inside: list[list[Array]] = [[] for _ in self.levels]
+        ends = np.cumsum([0, *(len(parts[name]) for name in self.names)]).tolist()
+        self.slices = [slice(*pair) for pair in pairwise(ends)]
+        self.squares = np.zeros((len(self.quantities), len(self.levels), start.shape[-1]))
+
+    @property
+    def quantities(self) -> list[str]:
+        """The components and, where there are several, the full state."""
+        return self.names if len(self.names) == 1 else [*self.names, STATE]
+
+    def after_step(self, level: int, step: int, parts: Parts) -> None:
+        """Hold a level's value, or compare with the finest one."""
+        x = self._rows(parts)
+        if level < self.top:
+            self.ahead[level].append(x)
+            return
+        for coarse in self.levels:
+            if step % 2 ** (self.top - HALVINGS - coarse) == 0:
+                self.inside[coarse].append(x)
+                if len(self.inside[coarse]) == POINTS:
+                    self._compare(coarse)
+
+    def tally(self) -> Tally:
+        """Return sums of the errors' powers over groups of paths, and the largest errors."""
+        errors = dict(zip(self.quantities, np.sqrt(self.squares), strict=True))
+        return Tally(
+            sums={f"{CONTINUOUS} {name}": power_sums(value, len(POWERS)) for name, value in errors.items()},
+            largest={f"{CONTINUOUS} {name}": largest(value, EXTREMES) for name, value in errors.items()},
+        )
+
+    def _compare(self, level: int) -> None:
+        """Compare at the quarters of the step that ends here."""
+        left = self.ahead[level].popleft()
+        chord, rise = left.copy(), (self.ahead[level][0] - left) / POINTS
+        gap = np.empty_like(chord)
+        for x in self.inside[level]:
+            chord += rise
+            np.subtract(chord, x, out=gap)
+            for noted, square in zip(self.squares, self._squares(gap), strict=True):
+                np.maximum(noted[level], square, out=noted[level])
+        self.inside[level] = []
+
+    def _rows(self, parts: Parts) -> Array:
+        return np.concatenate([parts[name] for name in self.names])
+
+    def _squares(self, gap: Array) -> list[Array]:
+        # einsum: a sum over few rows takes several times as long.
+        squares = [np.einsum("np,np->p", gap[rows], gap[rows]) for rows in self.slices]
+        return squares if len(squares) == 1 else [*squares, sum(squares[1:], squares[0])]
+
+
+class UniformObserver:
+    """Notes errors on the coarsest grid against the truth, and between grid points against the finest level."""
+
+    def __init__(self, problem: Problem, parts: Parts, settings: Settings) -> None:
+        self.grid = ErrorObserver(parts, settings, len(POWERS))
+        self.between = ContinuousErrors(parts, _components_of_truth(problem, parts), settings)
+
+    @property
+    def wanted(self) -> Sequence[Container[int]]:
+        """Steps of each level that are noted between grid points."""
+        return self.between.wanted
+
+    def after_step(self, level: int, step: int, parts: Parts) -> None:
+        """Note the components between grid points."""
+        self.between.after_step(level, step, parts)
+
+    def after_coarsest_step(self, snapshot: Snapshot) -> None:
+        """Note the errors on the grid."""
+        self.grid.after_coarsest_step(snapshot)
+
+    def tally(self) -> Tally:
+        """Return the sums of both."""
+        return self.grid.tally(at_end=False).merged(self.between.tally())
+
+
+def pairs_of(evidence: Evidence) -> Iterator[tuple[str, Quantity, Quantity]]:
+    """Yield each component with its quantity on the grid and in continuous time."""
+    for grid in quantities_of(evidence):
+        error = evidence.tally.sums[f"{CONTINUOUS} {grid.name}"]
+        between = replace(
+            grid,
+            name=f"{grid.name}{IN_TIME}",
+            error=error,
+            difference=np.empty((len(error), 0, len(POWERS))),
+            blurred=None,
+            largest=evidence.tally.largest[f"{CONTINUOUS} {grid.name}"][..., : evidence.settings.extremes],
+        )
+        yield grid.name, replace(grid, name=f"{grid.name}{ON_GRID}"), between
+
+
+def _components_of_truth(problem: Problem, parts: Parts) -> list[str]:
+    """Return the components that the truth knows; all of them where a scheme is its own reference."""
+    truth = problem.pathwise
+    return [name for name in parts if truth is None or name in truth.parts(0.0, truth.start(1))]
 
 
 class Uniform(Measure):

@@ -11,6 +11,7 @@ from ...contracts.finding import Finding, Kind, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...numerics.statistics import slope_weights
+from ...probe.local.consistency import Consistency, consistency_orders
 from ..judge import (
     FEWEST,
     FITTED,
@@ -20,6 +21,8 @@ from ..judge import (
     coverage,
     decide,
     finding,
+    local_doubt,
+    local_opinion,
     no_fit,
     order_tests,
 )
@@ -62,6 +65,10 @@ CONVERGES = "converges"
 FALLING = 0.1
 LEVELLED = 0.5
 SHOWS = "a limit nearer than a third of that would not show, nor what happens below it"
+MEASURE = "uniform"
+NOISE, DRIFT = 0.5, 1.0
+# Local orders are known to a few hundredths; no slower convergence is told from none.
+SLOWEST = 0.05
 
 
 class Grid(NamedTuple):
@@ -205,9 +212,6 @@ def _may_refute(evidence: Evidence, fitted: Fit) -> bool:
     return not (evidence.health.sums["truncated"][fitted.levels] > 0).any()
 
 
-MEASURE = "uniform"
-
-
 class JudgedQuantity(NamedTuple):
     """The finding on a quantity, and the levels that its slope was fitted on."""
 
@@ -323,3 +327,36 @@ def _exact(subject: _Subject) -> tuple[JudgedQuantity, Grid]:
     p_value = 1.0 if still else 0.0
     judged = JudgedQuantity(subject.quantity, finding(subject.covered, opinion, method="paths (T3)"))
     return judged, Grid(PathTests(p_value, 1.0, opinion.reason), p_value)
+
+
+def judge_consistency(record: Consistency, component: int | None = None) -> Opinion:
+    """Return whether one step follows the equation in a component, or in the full state.
+
+    Parameters
+    ----------
+    record : Consistency
+    component : int, optional
+        Its index; the full state if left out.
+
+    Returns
+    -------
+    Opinion
+        Refuted if it does not so at most states.
+    """
+    noise, drift = consistency_orders(record, component)
+    wrong, known = noise < NOISE + SLOWEST, ~np.isnan(noise)
+    if record.means:
+        wrong, known = wrong | (drift < DRIFT + SLOWEST), known & ~np.isnan(drift)
+    first, later = wrong.mean(axis=1)
+    if min(first, later) > 0.5:
+        figures = f"its defect is of order {noise.min():.2f}, in the mean {drift.min():.2f}"
+        text = f"one step does not follow the equation at {first:.0%} of the states: {figures}"
+        return local_opinion(Verdict.REFUTED, text, Kind.INCONSISTENT)
+    if wrong.any():
+        text = f"one step does not follow the equation at {first:.0%} of the states, later ones at {later:.0%}"
+        return local_doubt(text)
+    if not known.all():
+        return local_doubt("whether one step follows the equation is not known at all states")
+    if not record.means:
+        return local_doubt("whether one step follows the equation in the mean is not resolved")
+    return local_opinion(Verdict.VERIFIED, "one step follows the equation")

@@ -12,10 +12,12 @@ eps, nothing is sampled:
     Stationary means by the transition operator, where the family has a chart and known means: one eps a decade.
 
 Elsewhere the weak and the strong error are sampled, all members and step sizes on the same noise; see
-`probe.paired_members` and `_paired_findings`. Whoever claims it by name is asked, too, for
+`probe.paired_members` and `paired_findings`. Whoever claims it by name is asked, too, for
 
 ``one step``
-    The local weak error, for every eps at which one step begins; see `probe.uniform_local`.
+    The local weak error, for every eps at which one step begins; see `probe.uniform_local`. Each first and second
+    moment has an order of its own, the last one above rounding, and what it tends to. One that is below the claim,
+    less its margin, in both refutes it.
 
 A claim is that of Laurent (2022), Theorem 2.7, or of Proposition 3.3: an order, of which the claim's margin is left
 out.
@@ -26,14 +28,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...arrays import Array
 from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence, Measure
-from ...contracts.scheme import Scheme
+from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally, packed, unpacked
 from ...forms import Problem
 from ...probe.linear.moments import no_moments
 from ...probe.linear.pair import no_linear_pair
+from ...probe.local.orders import last_orders
 from ...probe.operator import transition
 from ...probe.operator.transition_errors import invariant_observables
 from ...probe.stiffness.family import member, no_family
@@ -48,8 +52,7 @@ from ...probe.stiffness.uniform_errors import (
 )
 from ...probe.stiffness.uniform_local import UniformDefects, uniform_defects, uniform_defects_refusal
 from ...registry.hookspecs import hookimpl
-from ..judge import NOT_PROBED, coverage, finding, judge_claim, local_doubt, no_claim
-from .one_step_findings import ONE_STEP, one_step_coverage, one_step_finding, one_step_levels
+from ..judge import NOT_PROBED, Coverage, coverage, finding, is_order, judge_claim, local_doubt, no_claim
 from .paired_findings import STRONG, WEAK, paired_findings
 
 INVARIANT, PAIRED = "invariant", "paired"
@@ -58,6 +61,9 @@ METHODS = {
     STRONG: "supremum over eps of distances by moments (T2)",
     INVARIANT: "supremum over eps of errors of stationary means by the transition operator (T2)",
 }
+MEASURE, ONE_STEP = "uniformity", "one step"
+METHOD = "one step against two half steps, supremum over eps (T1)"
+FEWEST = 3
 
 
 class Uniformity(Measure):
@@ -207,3 +213,65 @@ def _levels(evidence: Evidence, name: str, record: UniformErrors) -> Iterator[Le
         for h, value, low, high, eps in zip(record.h, *found[:4], strict=True):
             details = {"functional": label, "low": float(low), "high": float(high), "worst_eps": float(eps)}
             yield LevelFinding(name, None, float(value), 0.0, details, float(h))
+
+
+def one_step_coverage(evidence: Evidence) -> Coverage:
+    """Return what is claimed of one step; a claim about errors along paths is none."""
+    covered = coverage(evidence, MEASURE, ONE_STEP)
+    named = covered.claim is not None and ONE_STEP in covered.claim.quantities
+    return covered if named else covered._replace(claim=None)
+
+
+def one_step_finding(covered: Coverage, record: UniformDefects, names: list[str]) -> Finding:
+    """Return the finding on the order of the local weak error, uniformly in eps.
+
+    Parameters
+    ----------
+    covered : Coverage
+        With a claim.
+    record : UniformDefects
+    names : list of str
+        Of the moments.
+    """
+    assert covered.claim is not None
+    found = [_orders(record, *pair) for pair in ((record.halves, record.floor), (record.euler, record.nearly))]
+    order, ahead = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    against = [f"{name} against {what}" for what in ("two half steps", "Euler's step") for name in names]
+    worst = int(np.where(np.isnan(order), -np.inf, np.fmax(order, ahead)).argmin())
+    figures = {"order": order[worst], "functional": against[worst], "claimed": covered.claim.value}
+    text = "local order {order:.3f} in {functional}; claimed {claimed}"
+    verdict, remark = _verdict(covered.claim, record, order, ahead)
+    joint = "; " if is_order(covered.claim) else ": "
+    opinion = Opinion(verdict, Reason(text, Kind.ORDER, figures).then(remark, joint), 1)
+    return finding(
+        covered, opinion, estimate=float(order[worst]), method=METHOD, details={"functional": against[worst]}
+    )
+
+
+def one_step_levels(record: UniformDefects, names: list[str]) -> Iterator[LevelFinding]:
+    """Yield the largest difference from two half steps of each moment at each step size."""
+    for name, sizes, ratios in zip(names, record.halves, record.ratio, strict=True):
+        for h, size, ratio in zip(record.h, sizes, ratios, strict=True):
+            details = {"functional": name, "worst_eps": float(ratio * h)}
+            yield LevelFinding(ONE_STEP, None, float(size), 0.0, details, float(h))
+
+
+def _orders(record: UniformDefects, size: Array, floor: Array) -> tuple[Array, Array]:
+    rooted = record.failed == 0.0
+    if rooted.sum() < FEWEST:
+        return np.full(len(size), np.nan), np.full(len(size), np.nan)
+    found = last_orders(record.h[rooted], size[:, rooted], floor[:, rooted], np.ones(int(rooted.sum())))
+    return found.order, found.ahead
+
+
+def _verdict(claim: Claim, record: UniformDefects, order: Array, ahead: Array) -> tuple[Verdict, str]:
+    """Return the verdict, and what is to be said beside the figures."""
+    if isinstance(claim.value, str):
+        return Verdict.INCONCLUSIVE, "this measure does not know what that means"
+    bound = claim.value - claim.margin
+    if np.any(np.maximum(order, ahead) < bound):
+        return Verdict.REFUTED, ""
+    if np.all(np.minimum(order, ahead) >= bound):
+        return Verdict.VERIFIED, ""
+    lost = int(np.sum(record.failed > 0.0))
+    return Verdict.INCONCLUSIVE, f"steps without root at {lost} step sizes" if lost else "not settled"
