@@ -1,0 +1,114 @@
+"""The reference: the command line, exit codes, hooks, entry points, public names."""
+
+import inspect
+import tomllib
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import click
+from markup import page, prose, table, verbatim
+
+from sdaeverify.cli.exit_codes import WORDS
+from sdaeverify.cli.program import sdaeverify as cli
+from sdaeverify.forms import known_traits
+from sdaeverify.registry import hookspecs
+
+ROOMS = {
+    "sdaeverify": "sdaeverify: schemes, problems, runs",
+    "sdaeverify.measuring": "sdaeverify.measuring: for authors of measures",
+    "sdaeverify.testing": "sdaeverify.testing: checks and claims as tests",
+    "sdaeverify.numerics": "sdaeverify.numerics: small numerical tools",
+    "sdaeverify.bridges": "sdaeverify.bridges: steps of other libraries",
+}
+
+
+def reference_pages(_reference: Path) -> dict[str, str]:
+    """Return the pages by name."""
+    return {
+        "command-line.md": command_line(),
+        "exit-codes.md": exit_codes(),
+        "hooks.rst": hooks(),
+        "entry-points.md": entry_points(),
+        "traits.md": traits(),
+        **{f"api/{room}.rst": api(room, title) for room, title in ROOMS.items()},
+    }
+
+
+def command_line() -> str:
+    """Return the help of every command."""
+    parent = click.Context(cli, info_name="sdaeverify", max_content_width=100, terminal_width=100)
+    names = cli.list_commands(parent)
+    return page("Command line", *(_command(name, parent) for name in names))
+
+
+def _command(name: str, parent: click.Context) -> str:
+    command = cli.get_command(parent, name)
+    assert command is not None
+    told = command.get_help(click.Context(command, info_name=name, parent=parent))
+    return f"## sdaeverify {name}\n\n{verbatim(told)}"
+
+
+def exit_codes() -> str:
+    """Return a section for each exit code."""
+    sections = (f"## Exit code {code.value}: {words}\n" for code, words in WORDS.items())
+    told = "One meaning each, never a count; the last line of a run says its code in words."
+    return page("Exit codes", told, *sections)
+
+
+def hooks() -> str:
+    """Return the hooks from their specifications."""
+    names = [name for name in vars(hookspecs) if name.startswith("sdaeverify_")]
+    lines = ["Hooks", "=====", "", ".. automodule:: sdaeverify.registry.hookspecs", "   :no-members:", ""]
+    return "\n".join([*lines, *(f".. autofunction:: sdaeverify.registry.hookspecs.{name}\n" for name in names)])
+
+
+def entry_points() -> str:
+    """Return the groups of entry points with what this distribution names in them."""
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]
+    groups = project["entry-points"] | {"console_scripts": project["scripts"]}
+    sections = (
+        f"## {group}\n\n{GROUPS.get(group, '')}\n\n" + table(["name", "leads to"], sorted(names.items()))
+        for group, names in groups.items()
+    )
+    return page("Entry points", "What an installed distribution can bring along, and what this one does.", *sections)
+
+
+GROUPS = {
+    "sdaeverify": "Modules with hooks; of a package, each module without underscore is a plugin.",
+    "sdaeverify.lab": "Modules whose hooks only `selftest`, `calibrate` and `reproduce` ask for.",
+    "sdaeverify.executors": "Functions that make an executor for `--executor NAME`.",
+    "pytest11": "The pytest plugin: `pytest --sdaeverify`.",
+    "console_scripts": "The command.",
+}
+
+
+def traits() -> str:
+    """Return the traits and what they mean."""
+    rows = ([f"`{name}`", prose(trait.meaning)] for name, trait in sorted(known_traits().items()))
+    told = "A trait is a fact of a problem; a claim holds where the problem has the traits that it names in `when=`."
+    asked = "`sdaeverify info traits` tells, beside, which schemes ask for each."
+    return page("Traits", told, asked, table(["trait", "meaning"], rows))
+
+
+def api(room: str, title: str) -> str:
+    """Return the public names of a room, each with its docstring."""
+    module = import_module(room)
+    names = sorted((name for name in module.__all__ if not name.startswith("_")), key=str.lower)
+    lines = [title, "=" * len(title), ""]
+    if room != "sdaeverify":
+        lines += [f".. automodule:: {room}", "   :no-members:", ""]
+    return "\n".join(
+        [*lines, f".. currentmodule:: {room}", "", *(_entry(name, getattr(module, name)) for name in names)]
+    )
+
+
+def _entry(name: str, thing: Any) -> str:
+    underline = "-" * len(name)
+    if inspect.isclass(thing) and thing.__module__.startswith("sdaeverify"):
+        methods = [m for m in vars(thing) if not m.startswith("_") and inspect.isfunction(vars(thing)[m])]
+        members = f"   :members: {', '.join(methods)}\n" if methods else ""
+        return f"{name}\n{underline}\n\n.. autoclass:: {name}\n{members}"
+    if inspect.isfunction(thing):
+        return f"{name}\n{underline}\n\n.. autofunction:: {name}\n"
+    return f"{name}\n{underline}\n\n::\n\n    {' '.join(repr(thing).split()):.300}\n"

@@ -1,0 +1,54 @@
+"""The site: pages, passports, examples that are run; `python -m sphinx -W docs docs/_site` builds it."""
+
+import os
+import sys
+from pathlib import Path
+
+import sdaeverify
+
+HERE = Path(__file__).parent
+ROOT = HERE.parent
+sys.path[:0] = [str(HERE / "_ext"), str(ROOT / "tests")]
+# Commands that pages run are told in as many columns as a page has, and take what cores are left.
+os.environ |= {"COLUMNS": "100", "NO_COLOR": "1", "OMP_NUM_THREADS": "1", "MPLBACKEND": "agg"}
+
+from counts import counts  # noqa: E402 - the folder of extensions has just been named
+from gallery import gallery_conf  # noqa: E402
+
+project = "sdaeverify"
+author = "The authors of sdaeverify"
+version = release = sdaeverify.__version__
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "docstrings",
+    "numpydoc",
+    "sphinx_gallery.gen_gallery",
+    "running",
+    "generated",
+    "checking",
+]
+exclude_patterns = ["_site", "_ext", "gallery/*.py", "gallery/README.txt", "gallery_pages/**/*.ipynb"]
+default_role = "py:obj"
+suppress_warnings = ["config.cache"]  # sphinx-gallery keeps functions in its settings
+
+myst_enable_extensions = ["colon_fence", "substitution", "deflist"]
+myst_heading_anchors = 3
+myst_substitutions = counts(ROOT / "reports" / "reference")
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"
+numpydoc_show_class_members = False
+numpydoc_class_members_toctree = False
+sphinx_gallery_conf = gallery_conf(HERE)
+
+html_theme = "pydata_sphinx_theme"
+html_title = "sdaeverify"
+html_copy_source = html_show_sourcelink = False
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_theme_options = {
+    "secondary_sidebar_items": ["page-toc"],
+    "navigation_with_keys": False,
+    "use_edit_page_button": False,
+}
