@@ -227,7 +227,7 @@ class LockItem(_Item):
 
     def runtest(self) -> None:
         """Hold what is locked against what was run."""
-        from .testing.locked import check_lock  # noqa: PLC0415
+        from .testing.claims import check_lock  # noqa: PLC0415
 
         workers = getattr(self.config, "workerinput", {}).get("workercount", 1)
         check_lock(self.run, self.locked, workers)

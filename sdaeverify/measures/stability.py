@@ -25,7 +25,8 @@ from ..errors import FAULTS, one_line
 from ..forms import Delayed, Problem
 from ..forms.truths import MeanSquareStability
 from ..probe.linear.affine import AFFINE
-from ..probe.linear.delay_map import LARGE, SMALL, UNIT, limits
+from ..probe.linear.delay_equation import LARGE, SMALL, UNIT
+from ..probe.linear.delay_map import limits
 from ..probe.stability.delay_stability import delay_stability, no_delay_stability
 from ..probe.stability.stability import StabilityRecord, no_stability, stability
 from ..probe.stability.windows import smallest_boundary, undecided, worded

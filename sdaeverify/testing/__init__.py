@@ -134,8 +134,8 @@ controls (truths)
 
 from .check import LEVEL, Check
 from .claims import parametrize_with_claims
-from .kit import check_problem, check_scheme
 from .parametrized import parametrize_with_checks
+from .questions import check_problem, check_scheme
 from .table import checks
 
 __all__ = [

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from sdaeverify.lab.calibration import families
-from sdaeverify.lab.calibration.families import family_rates
+from sdaeverify.lab.calibration import studies
 from sdaeverify.lab.calibration.rates import offending
+from sdaeverify.lab.calibration.studies import family_rates
 
 
 def test_holm_keeps_its_promise():
@@ -18,7 +18,7 @@ def test_holm_keeps_its_promise():
 
 def test_a_procedure_that_corrects_nothing_is_reported(monkeypatch):
     """Tests at level alpha each, in the place of Holm's procedure, are reported."""
-    monkeypatch.setattr(families, "holm", lambda p, alpha: {place for place, value in p.items() if value <= alpha})
+    monkeypatch.setattr(studies, "holm", lambda p, alpha: {place for place, value in p.items() if value <= alpha})
 
     named = {rate.statistic for rate in offending(list(family_rates(seed=1, runs=300)))}
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from sdaeverify.lab.calibration import looks
-from sdaeverify.lab.calibration.looks import first_decision, look_rates
+from sdaeverify.lab.calibration import studies
 from sdaeverify.lab.calibration.rates import offending
+from sdaeverify.lab.calibration.studies import first_decision, look_rates
 
 
 def test_first_decision_stands():
@@ -23,13 +23,13 @@ def test_looks_share_the_level(synthetic):
 
     assert not offending(list(rates.values()))
     for side in ("falsely verified", "falsely refuted"):
-        corrected, peeking = (rates[f"{side}, {rule}"] for rule in looks.RULES)
+        corrected, peeking = (rates[f"{side}, {rule}"] for rule in studies.RULES)
         assert corrected.rate <= 0.05 < peeking.interval()[0]
 
 
 def test_uncorrected_looks_are_reported(synthetic, monkeypatch):
     """A rule that promises what only a correction can keep is reported."""
-    promised = looks.RULES["level alpha/K at each look"][1]
-    monkeypatch.setattr(looks, "RULES", {"uncorrected": (1, promised)})
+    promised = studies.RULES["level alpha/K at each look"][1]
+    monkeypatch.setattr(studies, "RULES", {"uncorrected": (1, promised)})
 
     assert offending(list(look_rates(synthetic(240))))

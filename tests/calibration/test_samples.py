@@ -7,7 +7,7 @@ from sdaeverify.contracts.measure import Evidence
 from sdaeverify.lab.calibration import calibration_plan, judged
 from sdaeverify.lab.calibration.repeated import POOLED
 from sdaeverify.lab.calibration.samples import SEQUENCES_A_BLOCK, joined
-from sdaeverify.lab.calibration.verdicts import published_rates, verdict_rates
+from sdaeverify.lab.calibration.studies import published_rates, verdict_rates
 from sdaeverify.registry.load import load_registry
 
 

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from sdaeverify.lab.calibration import slopes
+from sdaeverify.lab.calibration import studies
 from sdaeverify.lab.calibration.rates import NOTHING, offending
-from sdaeverify.lab.calibration.slopes import mean_difference_rates, slope_rates
+from sdaeverify.lab.calibration.studies import mean_difference_rates, slope_rates
 
 
 def widened(factor):
     """Return the estimators with standard errors that are wrong by a factor."""
-    right = slopes.estimates
+    right = studies.estimates
 
     def wrong(*arguments):
         found = right(*arguments)
@@ -21,8 +21,8 @@ def widened(factor):
 
 def test_true_slope_is_found(synthetic):
     """The slope of errors of size h is one, in every norm, and so is what it is compared with."""
-    for norm in slopes.NORMS:
-        found, truth = slopes.slopes(synthetic(), 4, norm)
+    for norm in studies.NORMS:
+        found, truth = studies.slopes(synthetic(), 4, norm)
         assert np.mean(found.value) == pytest.approx(1.0, abs=0.01)
         assert truth == pytest.approx(1.0, abs=0.01)
 
@@ -38,7 +38,7 @@ def test_jackknife_keeps_its_promises(synthetic):
 @pytest.mark.parametrize(("factor", "too"), [(0.5, "narrow"), (2.0, "wide")])
 def test_wrong_intervals_are_reported(synthetic, monkeypatch, factor, too):
     """Intervals of half or of twice their width are reported, and half of it shows in the tails, as well."""
-    monkeypatch.setattr(slopes, "estimates", widened(factor))
+    monkeypatch.setattr(studies, "estimates", widened(factor))
 
     named = {rate.statistic for rate in offending(list(slope_rates(synthetic())))}
 

@@ -3,7 +3,7 @@
 import csv
 from pathlib import Path
 
-from sdaeverify.lab.calibration import slopes
+from sdaeverify.lab.calibration import studies
 
 QUICK = ("calibrate", "--repetitions", "40", "-j", "1", "--progress", "none")
 
@@ -31,13 +31,13 @@ def test_same_seed_same_files(call):
 
 def test_rates_that_disagree_are_named(call, monkeypatch):
     """An interval of half its width ends with exit code 1 and the rows that show it."""
-    right = slopes.estimates
+    right = studies.estimates
 
     def wrong(*arguments):
         found = right(*arguments)
         return found._replace(se=0.5 * found.se)
 
-    monkeypatch.setattr(slopes, "estimates", wrong)
+    monkeypatch.setattr(studies, "estimates", wrong)
 
     outcome = call(*QUICK, "--only", "slope milstein on gbm")
 

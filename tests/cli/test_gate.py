@@ -289,7 +289,7 @@ def test_wrong_options(project, arguments, message):
 )
 def test_junit_file_that_cannot_be_written(project, monkeypatch, file, why):
     """It is noticed before anything is run, and named by its option."""
-    monkeypatch.setattr("sdaeverify.cli.commands.gating.advance", lambda *_: pytest.fail("cells are run"))
+    monkeypatch.setattr("sdaeverify.cli.gating.advance", lambda *_: pytest.fail("cells are run"))
     Path("folder").mkdir()
 
     outcome = project("--junitxml", file)

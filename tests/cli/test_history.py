@@ -6,7 +6,7 @@ import pytest
 
 from browser import browser, needs_chromium
 from report.rows import level, tables, verdict
-from sdaeverify.lab.history import history
+from sdaeverify.cli.commands.history import history_tables
 from sdaeverify.report.html import TablePage, verifier, write_tables
 
 REPORTS = Path(__file__).resolve().parents[2] / "reports"
@@ -26,7 +26,7 @@ def runs():
 
 def test_what_changed_between_runs_is_told(runs):
     """Counts of each run, the verdicts that changed, and the errors that differ by more than chance explains."""
-    told, changed, steps = history(runs)
+    told, changed, steps = history_tables(runs)
     assert [row[0] for row in told.rows] == ["old", "new"]
     assert changed.rows == [("old", "new", "some-euler", "gbm", "strong", "x", "verified", "refuted")]
     assert steps.rows == [("old", "new", "some-euler", "gbm", "strong", "x", 0.01, 0.02, 2.0)]
@@ -34,7 +34,7 @@ def test_what_changed_between_runs_is_told(runs):
 
 def test_a_run_beside_itself_shows_nothing(runs):
     """The same numbers make no step."""
-    _, changed, steps = history([runs[0], runs[0]])
+    _, changed, steps = history_tables([runs[0], runs[0]])
     assert (changed.rows, steps.rows) == ([], [])
     assert "None." in changed.text
 

@@ -11,8 +11,7 @@ from sdaeverify.gate.expected import ExpectedFailure
 from sdaeverify.gate.lock import Lock
 from sdaeverify.gate.policy import Policy
 from sdaeverify.gate.writers.json_file import badge, json_report
-from sdaeverify.gate.writers.markdown import markdown_report
-from sdaeverify.gate.writers.text import text_report
+from sdaeverify.gate.writers.text import markdown_report, text_report
 
 from .conftest import NASTY, Plain, gated, result
 
@@ -63,7 +62,7 @@ def test_markdown_stays_in_its_cells(reason, kind, line):
 
 def test_markdown_of_many(monkeypatch):
     """A long list is cut, and says so."""
-    monkeypatch.setattr("sdaeverify.gate.writers.markdown.MOST", 2)
+    monkeypatch.setattr("sdaeverify.gate.writers.text.MOST_ROWS", 2)
     text = markdown_report(gated(*(result(Verdict.REFUTED, quantity=f"x{n}") for n in range(5))))
 
     assert "and 3 more, see verdicts.csv" in text

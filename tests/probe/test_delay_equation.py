@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from probe.theta_cells import SETS
-from sdaeverify.probe.stability.delay_equation import LinearDelay
+from sdaeverify.probe.linear.delay_equation import LinearDelay
 
 EPS = float(np.finfo(float).eps)
 EQUATIONS = [

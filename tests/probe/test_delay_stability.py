@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sdaeverify.forms import Delayed
-from sdaeverify.probe.linear.delay_map import LARGE, SMALL, UNIT
+from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, UNIT
 from sdaeverify.probe.stability import delay_stability as scanning
 from sdaeverify.probe.stability.delay_stability import delay_stability, no_delay_stability
 from sdaeverify_problems.delay_linear import delay_linear

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import solve_discrete_lyapunov
 
 from sdaeverify.arrays import Array
-from sdaeverify.probe.linear.delay_map import UNIT
+from sdaeverify.probe.linear.delay_equation import UNIT
 from sdaeverify.probe.stability import delay_stability as scanning
 from sdaeverify.probe.stability.delay_stability import delay_stability
 from sdaeverify.probe.stability.stability import refined_scan

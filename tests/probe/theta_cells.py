@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from sdaeverify import Array, Dissipation, Mesh
+from sdaeverify.probe.linear.delay_equation import LinearDelay
 from sdaeverify.probe.linear.delay_step import Lagged, LinearDelayStep
-from sdaeverify.probe.stability.delay_equation import LinearDelay
 
 MESHES = [Mesh(0, 0.0), Mesh(1, 0.0), Mesh(1, 0.3), Mesh(2, 0.0), Mesh(2, 0.7), Mesh(3, 0.4), Mesh(6, 0.1)]
 

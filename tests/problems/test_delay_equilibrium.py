@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 from sdaeverify import InvariantMean, MeanSquareStability
-from sdaeverify.probe.stability.delay_equation import LinearDelay
+from sdaeverify.probe.linear.delay_equation import LinearDelay
 from sdaeverify_problems import _delay_equilibrium as equilibrium
 from sdaeverify_problems._scalar_delay import ScalarDelay
 from sdaeverify_problems.delay_linear import delay_linear

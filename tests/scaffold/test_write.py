@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from sdaeverify.errors import UsageError
-from sdaeverify.lab.scaffold import names_of, write, write_plugin
+from sdaeverify.lab import scaffold
+from sdaeverify.lab.scaffold import names_of, write_plugin
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_problems
 
@@ -86,7 +87,7 @@ def test_a_failure_leaves_nothing_half_written(tmp_path, monkeypatch):
         (root / "README.md").write_text("begun")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(write, "_write", full)
+    monkeypatch.setattr(scaffold, "_write", full)
     with pytest.raises(UsageError, match="No space left on device"):
         write_plugin(tmp_path / "rodeo", NAMES)
 

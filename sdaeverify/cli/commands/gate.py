@@ -13,7 +13,7 @@ from ...errors import UsageError
 from ...gate.policy import Policy, read_policy
 from ...gate.tiers import TIERS, seed_of
 from ...gate.writers.github import annotations, fence
-from ...gate.writers.markdown import markdown_report
+from ...gate.writers.text import markdown_report
 from ...registry.discovery import absolute
 from ..console import complain
 from ..exit_codes import ExitCode, codes_in_words
@@ -69,7 +69,7 @@ def gate(context: click.Context, /, **options: Any) -> ExitCode:
 
 def _gated(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any]) -> "tuple[Gated | None, ExitCode]":
     # Tables need pandas, which takes longer to load than all other commands need in all.
-    from .gating import Request, carry_out_gate  # noqa: PLC0415
+    from ..gating import Request, carry_out_gate  # noqa: PLC0415
 
     registry = loaded(policy.plugins)
     if not _own_plugins_work(registry, policy):

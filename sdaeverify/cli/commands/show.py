@@ -1,4 +1,4 @@
-"""``show`` and ``history``: look again at finished runs, without running anything."""
+"""``show``: look again at a finished run, without running anything."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -26,9 +26,8 @@ from ...report.sentences import (
 )
 from ..console import output, print_lines
 from ..exit_codes import ExitCode
-from ..options import once
 
-FOLDER, HISTORY = Path("reports", "latest"), Path("reports", "history.html")
+FOLDER = Path("reports", "latest")
 HEADINGS = ("", "quantity", "claim", "one step", "along paths", "by")
 INDENT = "    "
 
@@ -66,33 +65,6 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
         print_lines(console, [*map(PlainLine, wrapped(sentence, width)), *_overview(chosen, width, plain=plain)])
     else:
         print_lines(console, ending(sentence, pairs, list(_notes(folder)), width, plain=plain))
-    return ExitCode.OK
-
-
-@click.command(short_help="A page over several runs.")
-@click.argument("runs", nargs=-1, required=True, type=click.Path(path_type=Path))
-@once("--out", type=click.Path(path_type=Path), default=HISTORY, help="File of the page.")
-def history(runs: tuple[Path, ...], out: Path) -> ExitCode:
-    """Put RUNS, folders that matrix or gate wrote, oldest first, onto one page.
-
-    It shows the verdicts of each, those that changed from one run to the next, and errors that made a significant
-    step. Runs with the same seed are on the same noise; compare tells more of two of those.
-    """
-    # Pages and files need pandas, which show does without.
-    from ...lab.history import history as tables_of  # noqa: PLC0415
-    from ...report.files import require_writable_file  # noqa: PLC0415
-    from ...report.html import write_tables  # noqa: PLC0415
-
-    if len(runs) < 2:
-        raise UsageError("history needs two runs or more")
-    require_writable_file(out, "--out")
-    tables = tables_of([read_tables(folder) for folder in runs])
-    told, changed, steps = tables
-    sentence = f"{len(runs)} runs, {len(changed.rows)} verdicts changed, {len(steps.rows)} errors made a step"
-    write_tables(out, sentence, tables)
-    cells = [[f"{cell:g}" if isinstance(cell, float) else visible(str(cell)) for cell in row] for row in told.rows]
-    lines = (*in_columns([list(told.head), *cells]), sentence, f"the page is {visible(str(out))}")
-    print_lines(output(unbroken=True), map(PlainLine, lines))
     return ExitCode.OK
 
 

@@ -15,7 +15,7 @@ from ...noise.brownian import Source
 from ...simulate.chains import Chains
 from .many import opposite
 from .rates import Rate, Trials
-from .slopes import COVERED
+from .studies import COVERED
 
 CHAINS = 16
 # Steps a relaxation time, of the burn-in and of the record: about a thousand are recorded.

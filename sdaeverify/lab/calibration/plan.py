@@ -15,13 +15,18 @@ from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
 from ...study import Advanced
 from .chain_means import ChainJob
-from .families import CELLS, family_rates
-from .looks import look_rates
 from .rates import Rate
 from .repeated import POOLED
 from .samples import PathJob, Sample, joined, path_settings
-from .slopes import mean_difference_rates, slope_rates
-from .verdicts import published_rates, verdict_rates
+from .studies import (
+    CELLS,
+    family_rates,
+    look_rates,
+    mean_difference_rates,
+    published_rates,
+    slope_rates,
+    verdict_rates,
+)
 
 # Repetitions are counted for samples of 400 paths; there are more smaller and fewer larger ones.
 FEWEST = 40

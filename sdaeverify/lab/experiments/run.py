@@ -1,17 +1,115 @@
-"""An experiment under way: blocks over an executor, evidence joined in block order whatever the workers do."""
+"""An experiment under way and what it has found: blocks over an executor, joined in their order."""
 
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from functools import partial
 
-from ...contracts.experiment import ProbeFound, RunFound
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.experiment import Budget, Noted, ProbeFound, RunFound, SchemeMean, SchemeValue
+from ...errors import ProblemError
+from ...forms import Problem
 from ...study import Advanced
 from ...workers.pool import in_turn
 from .block import run_block, run_probe
-from .evidence import FoundEvidence
-from .plan import PROBE, ExperimentPlan, Job
+from .plan import PROBE, ExperimentPlan, Job, named_problem, named_scheme
+from .scheme_means import scheme_means
 
 Call = Callable[[], ProbeFound | tuple[RunFound, ...]]
+NOT_REACHED = "not reached"
+
+
+class FoundEvidence:
+    """The evidence of a plan.
+
+    Parameters
+    ----------
+    plan : ExperimentPlan
+    blocks : mapping of Hashable to sequence of RunFound
+        What came of each run, in the order of its blocks.
+    probes : mapping of Hashable to ProbeFound
+    """
+
+    def __init__(
+        self,
+        plan: ExperimentPlan,
+        blocks: Mapping[Hashable, Sequence[RunFound]],
+        probes: Mapping[Hashable, ProbeFound],
+    ) -> None:
+        self.plan, self.probes = plan, probes
+        self.runs = {key: _joined(found) for key, found in blocks.items()}
+        self.problems: dict[str, Problem] = {}
+
+    @property
+    def paths(self) -> int:
+        """Paths that were asked for."""
+        return self.plan.paths
+
+    @property
+    def budget(self) -> Budget:
+        """The budget it was run with."""
+        return self.plan.budget
+
+    @property
+    def keys(self) -> frozenset[Hashable]:
+        """Keys of what was planned."""
+        return self.plan.keys
+
+    @property
+    def failures(self) -> list[str]:
+        """Why runs and probes have nothing to show, a line each."""
+        found: dict[Hashable, RunFound | ProbeFound] = {**self.runs, **self.probes}
+        words = (f"{key}: {found[key].error if key in found else NOT_REACHED}" for key in self.keys)
+        return sorted(word for word in words if not word.endswith(": "))
+
+    def run(self, key: Hashable) -> RunFound:
+        """Return what came of a run; nothing where it was not reached."""
+        return self.runs.get(key, RunFound())
+
+    def probe(self, key: Hashable) -> Mapping[str, Array]:
+        """Return what came of a probe."""
+        found = self.probes.get(key, ProbeFound(error=NOT_REACHED))
+        if found.error:
+            raise ProblemError(f"{key}: {found.error}")
+        return found.values
+
+    def values(self, key: Hashable, note: str) -> Array:
+        """Return the values of a note."""
+        found = self.run(key)
+        noted = found.noted.get(note, Noted(error=found.error or NOT_REACHED))
+        if noted.error:
+            raise ProblemError(f"{key}: {noted.error}")
+        return noted.values
+
+    def problem(self, label: str) -> Problem:
+        """Return a problem."""
+        if label not in self.problems:
+            self.problems[label] = named_problem(self.plan.registry, label).build()
+        return self.problems[label]
+
+    def scheme_means(self, problem: str, values: Sequence[SchemeValue]) -> Mapping[SchemeValue, SchemeMean]:
+        """Return exact means of schemes, where they have one."""
+        schemes = {value.scheme: named_scheme(self.plan.registry, value.scheme) for value in values}
+        return scheme_means(self.problem(problem), values, schemes)
+
+
+def _joined(blocks: Sequence[RunFound]) -> RunFound:
+    first = blocks[0]
+    if error := next((found.error for found in blocks if found.error), ""):
+        return RunFound(error=error)
+    noted = {name: _one([found.noted[name] for found in blocks]) for name in first.noted}
+    costs = {name: np.concatenate([found.costs[name] for found in blocks]) for name in first.costs}
+    return RunFound(first.h, noted, costs, sum(found.paths for found in blocks))
+
+
+def _one(noted: Sequence[Noted]) -> Noted:
+    if error := next((each.error for each in noted if each.error), ""):
+        return Noted(error=error)
+    values, without_root, lost = (
+        np.concatenate(parts, axis=-1) for parts in zip(*(each[:3] for each in noted), strict=True)
+    )
+    return Noted(values, without_root, lost, noted[0].at)
 
 
 class ExperimentRun:
@@ -33,7 +131,7 @@ class ExperimentRun:
         return len(self.plan.probes) + len(self.plan.groups) * len(self.plan.sizes)
 
     def run(self, executor: Executor | None = None, window: int = 1) -> Iterator[Advanced]:
-        """SchemeRun everything.
+        """Run everything.
 
         Parameters
         ----------

@@ -12,18 +12,16 @@ from ...arrays import Array
 from ...contracts.scheme import Scheme, flatten
 from ...forms import Delayed
 from ...noise.brownian import Increment
-from ..stability.delay_equation import LinearDelay
 from ..step.nodes import SEED
 from ..step.one_step import OneStep
 from ..step.states import WHEN
 from ..step.times import DIFFERENT, ELSEWHEN
 from .affine import AFFINE, at_corners, defect, relative, trial_states
+from .delay_equation import LARGE, SMALL, UNIT
 from .delay_moments import Start
 from .delay_step import LinearDelayStep
 from .linear_map import MemoryStep
 
-# Sizes of the states: in a unit of the problem's own, and small and large enough for either limit.
-UNIT, SMALL, LARGE = 1.0, 1e-12, 1e14
 # Noise at which the step must be what it is by its values at 0 and at one standard deviation.
 REACH, TRIALS = 4.0, 3
 
@@ -109,43 +107,11 @@ def _later(view: Delayed) -> tuple[float, ...]:
     return tuple(view.delay + part * left for part in (WHEN, *ELSEWHEN))
 
 
-def linear_delay(view: Delayed, scale: float = UNIT) -> LinearDelay:
-    """Return the coefficients of the equation with y eliminated, at states of some size; it is scalar."""
-    plain, none = view.without_y(), np.zeros((0, 3))
-    x, v = scale * np.array([[[0.0, 1.0, 0.0]], [[0.0, 0.0, 1.0]]])
-    f = np.broadcast_to(plain.drift(0.0, x, v, none), (1, 3))[0]
-    g = np.broadcast_to(plain.diffusion(0.0, x, v, none), (1, 1, 3))[0, 0]
-    (A, B), (c, d) = ((values[1:] - values[0]) / scale for values in (f, g))
-    return LinearDelay(float(A), float(B), float(c), float(d), view.delay)
-
-
-def is_scalar(view: Delayed) -> bool:
-    """Tell whether x and the noise have one dimension, so that `linear_delay` says all of the equation."""
-    return view.dimension == view.noise_dim == 1
-
-
 def run_start(scheme: Scheme, view: Delayed, h: float, steps: int) -> Start:
     """Return where a run with steps of size h begins: the scheme's state, and the lagged values that so many use."""
     used = min(view.mesh(h).m, max(steps, 1) + 1)
     lagged = [view.past(min(0.0, n * h - view.delay))[:, 0] for n in range(used)]
     return Start(flatten(scheme.start(view, 1, h))[:, 0], np.array(lagged))
-
-
-def at_rest(view: Delayed) -> bool:
-    """Tell whether zero is a solution of the equation with y eliminated."""
-    plain, zero, none = view.without_y(), np.zeros((view.dimension, 1)), np.zeros((0, 1))
-    return not any(np.any(part(0.0, zero, zero, none)) for part in (plain.drift, plain.diffusion))
-
-
-def is_autonomous(view: Delayed) -> bool:
-    """Tell whether drift and diffusion with y eliminated are the same at two times."""
-    plain, none = view.without_y(), np.zeros((0, 4))
-    x, v = np.random.Generator(np.random.Philox(key=SEED + 6)).standard_normal((2, view.dimension, 4))
-    later = WHEN * view.horizon
-    return all(
-        np.allclose(part(0.0, x, v, none), part(later, x, v, none), rtol=1e-12, atol=0.0)
-        for part in (plain.drift, plain.diffusion)
-    )
 
 
 def limits(scheme: Scheme, view: Delayed, h: float) -> tuple[float, ...]:

@@ -16,7 +16,8 @@ from ...forms.truths import Moment
 from ...numerics.statistics import EPS
 from ..step.nodes import SEED
 from .affine import AFFINE
-from .delay_map import is_autonomous, is_scalar, no_lasting_run, probed_step, run_start
+from .delay_equation import is_autonomous, is_scalar
+from .delay_map import no_lasting_run, probed_step, run_start
 from .delay_moments import Start, run_moments
 from .delay_step import LinearDelayStep
 from .moments import ABOVE_FLOOR, ROUNDING, MomentErrors

@@ -12,16 +12,8 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import Delayed
-from ..linear.delay_map import (
-    UNIT,
-    at_rest,
-    is_autonomous,
-    is_scalar,
-    limits,
-    linear_delay,
-    no_lasting_step,
-    probed_step,
-)
+from ..linear.delay_equation import UNIT, at_rest, is_autonomous, is_scalar, linear_delay
+from ..linear.delay_map import limits, no_lasting_step, probed_step
 from .delay_radius import radius
 from .spectral import SpectralRadius
 from .stability import Row, StabilityRecord, radii, refined_scan

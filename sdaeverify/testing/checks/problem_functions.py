@@ -1,10 +1,26 @@
-"""Checks of a problem's functions at its start, on one path and on many, and of its chart."""
+"""Checks of a problem's functions at its start, on one path and on many, of its chart, and of derivatives.
+
+Derivatives that an author gave, and complex steps, are compared with differences of the function itself. A problem is
+refused where it is made if they disagree at the start; here they are compared along a run and closer.
+"""
+
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
+from ...arrays import Array
+from ...errors import ProblemError
+from ...forms import IndexOne, LevelSets, Multiplied, Penalised
+from ...forms.checks import PROBES, check_linearisation
+from ...numerics import directional, is_analytic, jacobian, second_directional
 from ...numerics.statistics import EPS
 from ..check import Inapplicable
-from ..problem_subject import PATHS, WHEN, ProblemSubject, excess
+from ..problem_subject import PATHS, WHEN, ProblemSubject, directions, excess
+from .differences import FIRST_ERROR, SECOND_ERROR, first, second
+
+# Coefficients vary over lengths of 1, or over those of a fine mesh: a right derivative agrees at one of these.
+LENGTHS = (1.0, 2.0**-5)
 
 
 def consistent(subject: ProblemSubject) -> str:
@@ -78,3 +94,164 @@ def charted(subject: ProblemSubject) -> str:
         **{f"{name} on the chart is": pair for name, pair in problem.residuals(ito.parts(x)).items()},
     }
     return next((f"{name} {text}" for name, (v, size) in terms.items() if (text := excess(v, 16 * EPS, size))), "")
+
+
+def of_the_diffusion(subject: ProblemSubject) -> str:
+    """Expect DB(x) y, given or by complex step, to be the derivative of the diffusion: Milstein's scheme needs it."""
+    equation, x = subject.equation, subject.x
+    if reason := equation.no_derivative_of_diffusion():
+        raise Inapplicable(reason)
+
+    def B(z: Array) -> Array:
+        return np.asarray(equation.diffusion(WHEN, z))
+
+    analytic = is_analytic(B, x)
+    for direction in directions(x):
+        derivative = equation.derivative_of_diffusion(WHEN, x, direction)
+        if text := _differs(B, derivative, x, direction, subject.B):
+            return f"DB(x) y is {text}"
+        if analytic and (text := excess(derivative - directional(B, x, direction), 64 * EPS, derivative)):
+            return f"DB(x) y differs from a complex step: {text}"
+    return ""
+
+
+def of_the_constraint(subject: ProblemSubject) -> str:
+    """Expect Dg, given or by complex step, to be the derivative of the constraint, on the manifold and beside it."""
+    problem, x = subject.offering(LevelSets), subject.x[: subject.problem.dimension]
+    Dg, g = problem.dg(x), problem.constraint(x)
+    if is_analytic(problem.constraint, x) and (text := excess(Dg - jacobian(problem.constraint, x), 16 * EPS, Dg)):
+        return f"the Jacobian differs from complex steps: {text}"
+    for y in directions(x):
+        change = np.einsum("mnp,np->mp", Dg, y)
+        if text := _differs(problem.constraint, change, x, y, g):
+            return f"the Jacobian is {text}"
+    return ""
+
+
+def of_the_jacobian(subject: ProblemSubject) -> str:
+    """Expect the curvature D^2 g(y, z) to be symmetric and the second derivative of the constraint."""
+    problem = subject.offering(Multiplied)
+    r = subject.x[: problem.dimension]
+    y, z, _ = directions(r)
+    bend = problem.d2g(r, y, z)
+    if text := excess(bend - problem.d2g(r, z, y), 16 * EPS, bend):
+        return f"the curvature is not symmetric: {text}"
+    # Truncation and rounding balance at 1e-12 there, times fourth derivatives along y and z of size 3.
+    exact = second_directional(problem.constraint, r, y, z) if is_analytic(problem.constraint, r) else bend
+    if text := excess(bend - exact, 1e-9, bend):
+        return f"the curvature differs from complex steps: {text}"
+    for w in (y, z, y + z):
+        if text := excess(problem.d2g(r, w, w) - second(problem.constraint, r, w), SECOND_ERROR, bend):
+            return f"the curvature is {text}"
+    return ""
+
+
+def of_the_gradients(subject: ProblemSubject) -> str:
+    """Expect the second derivatives of the constraint of Langevin dynamics, and their traces, to be those of Dg."""
+    problem, x = subject.offering(Penalised), subject.x
+    for w in directions(x):
+        turned = problem.turned(x, w)
+        if text := _differs(problem.dg, turned, x, w, problem.dg(x)):
+            return f"the second derivative is {text}"
+    units = (np.broadcast_to(unit[:, None], x.shape) for unit in np.eye(len(x)))
+    traces = sum(problem.turned(x, unit)[:, i] for i, unit in enumerate(units))
+    text = excess(problem.traces(x) - traces, 64 * EPS * len(x), traces)
+    return text and f"the laplacians are {text}"
+
+
+def of_the_force(subject: ProblemSubject) -> str:
+    """Expect the given derivatives of the force to be its own: implicit schemes solve with them."""
+    problem = subject.offering(Multiplied)
+    if problem.force_derivatives is None:
+        raise Inapplicable("it gives no force_derivatives")
+    n = problem.dimension
+    x = subject.x[: 2 * n]
+
+    def force(z: Array) -> Array:
+        return np.asarray(problem.force(WHEN, z[:n], z[n:]))
+
+    by_r, by_v = (np.broadcast_to(A, (n, n, PATHS)) for A in problem.force_derivatives(WHEN, x[:n], x[n:]))
+    for y in directions(x):
+        change = np.einsum("ijp,jp->ip", by_r, y[:n]) + np.einsum("ijp,jp->ip", by_v, y[n:])
+        if text := _differs(force, change, x, y, force(x)):
+            return f"force_derivatives is {text}"
+    return ""
+
+
+def structured(subject: ProblemSubject) -> str:
+    """Expect the linearised constraint that was given to do what its matrix does, wherever a path goes."""
+    problem = subject.offering(Multiplied)
+    if problem.linearisation is None:
+        raise Inapplicable("it gives no linearisation")
+    for begin in range(0, PATHS, PROBES):
+        try:
+            check_linearisation(problem, subject.x[: problem.dimension, begin : begin + PROBES])
+        except ProblemError as error:
+            return str(error)
+    return ""
+
+
+def of_a_delay_equation(subject: ProblemSubject) -> str:
+    """Expect the partial derivatives in x, v and y, given or by complex step, to be those of f and of u."""
+    problem = subject.offering(IndexOne)
+    asked = [("drift", problem.drift, problem.linearised_drift)] if not problem.no_jacobian() else []
+    if problem.constraints:
+        asked.append(("constraint", problem.constraint, problem.linearised_constraint))
+    if not asked:
+        raise Inapplicable(problem.no_jacobian())
+    sizes, z = np.cumsum([problem.dimension] * 2), np.concatenate(delay_arguments(problem))
+
+    def split(w: Array) -> list[Array]:
+        return np.split(w, sizes)
+
+    for name, f, linearised in asked:
+        value = f(WHEN, *split(z))
+        for w in directions(z):
+            pairs = zip(linearised(WHEN, *split(z)), split(w), strict=True)
+            change = sum((_times(A, part) for A, part in pairs), np.zeros_like(value))
+            if text := _differs(partial(_joined, f, split), change, z, w, value):
+                return f"the derivatives of {name} are {text}"
+    return ""
+
+
+def _times(A: Array, y: Array) -> Array:
+    return np.asarray(np.einsum("ijp,jp->ip", np.broadcast_to(A, (*A.shape[:2], y.shape[-1])), y))
+
+
+def _joined(f: Callable[..., Array], split: Callable[[Array], list[Array]], z: Array) -> Array:
+    return f(WHEN, *split(z))
+
+
+def eliminated(subject: ProblemSubject) -> str:
+    """Expect the algebraic components, solved for or given by `solved`, to solve 0 = u wherever x and v are."""
+    problem = subject.offering(IndexOne)
+    if not problem.constraints:
+        raise Inapplicable("it has no algebraic components")
+    x, v, _ = delay_arguments(problem)
+    y = problem.eliminated(WHEN, x, v)
+    solved = np.isfinite(y).all(axis=0)
+    if not solved.any():
+        return "0 = u is solved nowhere beside the start"
+    u, sizes = problem.constraint(WHEN, x, v, y)[:, solved], problem.linearised_constraint(WHEN, x, v, y)
+    terms = [np.einsum("ijp,jp->ip", np.abs(A), np.abs(part)) for A, part in zip(sizes, (x, v, y), strict=True)]
+    text = excess(u, 64 * EPS, *(term[:, solved] for term in terms))
+    return text and f"u at the y that solves it is {text}"
+
+
+def delay_arguments(problem: IndexOne) -> tuple[Array, Array, Array]:
+    """Return x, v and y with the solution's sizes, one of each on a path."""
+    rng, d = np.random.default_rng(8), problem.dimension
+    x, v = problem.initial(PATHS).x + rng.standard_normal((2, d, PATHS))
+    return x, v, rng.standard_normal((problem.constraints, PATHS))
+
+
+def _differs(f: Callable[[Array], Array], derivative: Array, x: Array, y: Array, size: Array) -> str:
+    """Return how far a derivative is from differences of f, at that length where it is least, or an empty string."""
+    texts = list(_texts(f, derivative, x, y, size))
+    return texts[-1] if all(texts) else ""
+
+
+def _texts(f: Callable[[Array], Array], derivative: Array, x: Array, y: Array, size: Array) -> Iterator[str]:
+    for length in LENGTHS:
+        difference = first(f, x, length * y)
+        yield excess(length * derivative - difference, FIRST_ERROR, size, derivative)

@@ -12,8 +12,8 @@ from ...forms import Delayed, Dissipation, IndexOne, known_traits
 from ...forms.traits import Trait
 from ...numerics.statistics import EPS
 from ..problem_subject import WHEN, ProblemSubject, excess
-from .derivatives import delay_arguments
 from .differences import FIRST_ERROR, first
+from .problem_functions import delay_arguments
 
 TIMES = (0.0, 0.37, 0.91)
 

@@ -1,4 +1,4 @@
-"""Exact mean-square stability of a scalar linear delay equation.
+"""Delay equations that are linear, found by evaluating them, and the exact mean-square stability of a scalar one.
 
     dx = (A x + B x(t - tau)) dt + (c x + d x(t - tau)) dW,     r' = A r + B r(t - tau), r(0) = 1, r = 0 before 0.
 
@@ -23,11 +23,17 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
+from ...forms import Delayed
+from ..step.nodes import SEED
+from ..step.states import WHEN
+
 EPS = float(np.finfo(float).eps)
 # Rounding of a handful of operations, and of the slack per unit of its two terms.
 ROUNDING = 32.0 * EPS
 # e^CLIP can be squared.
 CLIP = 300.0
+# Sizes of the states: in a unit of the problem's own, and small and large enough for either limit.
+UNIT, SMALL, LARGE = 1.0, 1e-12, 1e14
 
 
 class LinearDelay(NamedTuple):
@@ -162,3 +168,35 @@ def _hyperbolic(w: float, u: float, psi: float, opposed: bool) -> tuple[float, f
         difference = np.sign(psi - u) * np.exp(-min(u, psi)) * -np.expm1(-abs(psi - u))
         return float(gap / (2.0 * w * (1.0 + product))), float(difference / (2.0 * w * (1.0 + product)))
     return float((1.0 + product) / (2.0 * w * gap)), float((np.exp(-u) + np.exp(-psi)) / (2.0 * w * gap))
+
+
+def linear_delay(view: Delayed, scale: float = UNIT) -> LinearDelay:
+    """Return the coefficients of the equation with y eliminated, at states of some size; it is scalar."""
+    plain, none = view.without_y(), np.zeros((0, 3))
+    x, v = scale * np.array([[[0.0, 1.0, 0.0]], [[0.0, 0.0, 1.0]]])
+    f = np.broadcast_to(plain.drift(0.0, x, v, none), (1, 3))[0]
+    g = np.broadcast_to(plain.diffusion(0.0, x, v, none), (1, 1, 3))[0, 0]
+    (A, B), (c, d) = ((values[1:] - values[0]) / scale for values in (f, g))
+    return LinearDelay(float(A), float(B), float(c), float(d), view.delay)
+
+
+def is_scalar(view: Delayed) -> bool:
+    """Tell whether x and the noise have one dimension, so that `linear_delay` says all of the equation."""
+    return view.dimension == view.noise_dim == 1
+
+
+def at_rest(view: Delayed) -> bool:
+    """Tell whether zero is a solution of the equation with y eliminated."""
+    plain, zero, none = view.without_y(), np.zeros((view.dimension, 1)), np.zeros((0, 1))
+    return not any(np.any(part(0.0, zero, zero, none)) for part in (plain.drift, plain.diffusion))
+
+
+def is_autonomous(view: Delayed) -> bool:
+    """Tell whether drift and diffusion with y eliminated are the same at two times."""
+    plain, none = view.without_y(), np.zeros((0, 4))
+    x, v = np.random.Generator(np.random.Philox(key=SEED + 6)).standard_normal((2, view.dimension, 4))
+    later = WHEN * view.horizon
+    return all(
+        np.allclose(part(0.0, x, v, none), part(later, x, v, none), rtol=1e-12, atol=0.0)
+        for part in (plain.drift, plain.diffusion)
+    )

@@ -8,28 +8,27 @@ from pathlib import Path
 
 import click
 
-from ...api import Result
-from ...errors import UsageError
-from ...gate.gated import Gated, shortened
-from ...gate.lock import Claims, Lock, compared
-from ...gate.lock_file import demanded, locked_before, locked_tiers, write_lock
-from ...gate.outcomes import Outcome, idle, outcomes
-from ...gate.plan import gate_plan, left_out
-from ...gate.policy import Policy
-from ...gate.tiers import Cover
-from ...gate.untested import Untested, untested
-from ...gate.writers.json_file import badge, json_report
-from ...gate.writers.junit import junit_xml
-from ...gate.writers.markdown import markdown_report
-from ...gate.writers.text import text_report
-from ...registry.load import Registry
-from ...report.files import require_writable, require_writable_file, write_json, write_text
-from ...workers.executors import Crew
-from ...workers.limits import Limits
-from ..codes_of_runs import code_of_gate
-from ..console import aside, complain
-from ..exit_codes import ExitCode
-from ..running import Run, advance, call_report_hooks, workers
+from ..api import Result
+from ..errors import UsageError
+from ..gate.gated import Gated, shortened
+from ..gate.lock import Claims, Lock, compared
+from ..gate.lock_file import demanded, locked_before, locked_tiers, write_lock
+from ..gate.outcomes import Outcome, idle, outcomes
+from ..gate.plan import gate_plan, left_out
+from ..gate.policy import Policy
+from ..gate.tiers import Cover
+from ..gate.untested import Untested, untested
+from ..gate.writers.json_file import badge, json_report
+from ..gate.writers.junit import junit_xml
+from ..gate.writers.text import markdown_report, text_report
+from ..registry.load import Registry
+from ..report.files import require_writable, require_writable_file, write_json, write_text
+from ..workers.executors import Crew
+from ..workers.limits import Limits
+from .codes_of_runs import code_of_gate
+from .console import aside, complain
+from .exit_codes import ExitCode
+from .running import Run, advance, call_report_hooks, workers
 
 MOST_UNTESTED = 20
 REPORTS = GATE, SUMMARY, BADGE = "gate.json", "gate.md", "badge.json"

@@ -3,11 +3,11 @@
 import math
 from typing import Any
 
-from ...contracts.labels import Parameter, dataclass_parameters, function_parameters
-from ...contracts.scheme import form_names
-from ...registry.contributions import MeasureEntry, ProblemEntry, SchemeEntry
-from ...registry.load import PluginRow, Registry
-from ...report.passports import docstring
+from ..contracts.labels import Parameter, dataclass_parameters, function_parameters
+from ..contracts.scheme import form_names
+from ..registry.contributions import MeasureEntry, ProblemEntry, SchemeEntry
+from ..registry.load import PluginRow, Registry
+from ..report.passports import docstring
 
 Record = dict[str, Any]
 AnyEntry = SchemeEntry | ProblemEntry | MeasureEntry

@@ -1,22 +1,54 @@
-"""Several runs in a row: their verdicts, what changed between them, and errors that made a significant step."""
+"""``history``: runs in a row, their verdicts, what changed between them, errors that made a significant step."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from math import hypot, isnan
+from pathlib import Path
 from statistics import NormalDist
 
-from ..report.folders import Key, SavedTables, TextRow, key_of
-from ..report.html import TablePage
-from ..report.reading import number
-from ..report.sentences import ABSENT, SYMBOLS
+import click
 
+from ...errors import UsageError
+from ...report.files import require_writable_file
+from ...report.folders import Key, SavedTables, TextRow, key_of, read_tables
+from ...report.html import TablePage, write_tables
+from ...report.plain import in_columns, visible
+from ...report.reading import number
+from ...report.sentences import ABSENT, SYMBOLS, PlainLine
+from ..console import output, print_lines
+from ..exit_codes import ExitCode
+from ..options import once
+
+HISTORY = Path("reports", "history.html")
 # Of any step that is marked though nothing has changed, over all that are compared.
 ALPHA = 0.01
 Errors = Mapping[Key, TextRow]
 
 
-def history(runs: Sequence[SavedTables]) -> list[TablePage]:
+@click.command(short_help="A page over several runs.")
+@click.argument("runs", nargs=-1, required=True, type=click.Path(path_type=Path))
+@once("--out", type=click.Path(path_type=Path), default=HISTORY, help="File of the page.")
+def history(runs: tuple[Path, ...], out: Path) -> ExitCode:
+    """Put RUNS, folders that matrix or gate wrote, oldest first, onto one page.
+
+    It shows the verdicts of each, those that changed from one run to the next, and errors that made a significant
+    step. Runs with the same seed are on the same noise; compare tells more of two of those.
+    """
+    if len(runs) < 2:
+        raise UsageError("history needs two runs or more")
+    require_writable_file(out, "--out")
+    tables = history_tables([read_tables(folder) for folder in runs])
+    told, changed, steps = tables
+    sentence = f"{len(runs)} runs, {len(changed.rows)} verdicts changed, {len(steps.rows)} errors made a step"
+    write_tables(out, sentence, tables)
+    cells = [[f"{cell:g}" if isinstance(cell, float) else visible(str(cell)) for cell in row] for row in told.rows]
+    lines = (*in_columns([list(told.head), *cells]), sentence, f"the page is {visible(str(out))}")
+    print_lines(output(unbroken=True), map(PlainLine, lines))
+    return ExitCode.OK
+
+
+def history_tables(runs: Sequence[SavedTables]) -> list[TablePage]:
     """Return tables of runs in the order they are given: counts, verdicts that changed, steps of errors."""
     verdicts = [name for name in SYMBOLS if name != ABSENT]
     counts = [Counter(row["verdict"] for row in run.verdicts) for run in runs]

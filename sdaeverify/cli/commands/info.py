@@ -1,0 +1,328 @@
+"""``info``: all that is known of one registered thing, or of a word of the framework, as text: heading first.
+
+Words are told by docstrings and by what is registered: forms, traits, noise and the like.
+"""
+
+import inspect
+import json
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+
+import click
+import numpy as np
+from rich.console import Console
+from rich.text import Text
+
+from ...contracts.labels import REQUIRED, describe_kind, did_you_mean, parse_label
+from ...contracts.scheme import Claim, Scheme, form_names
+from ...errors import FAULTS, ProblemError, SdaeverifyError, UsageError, one_line
+from ...forms import Delayed, Dissipation, Problem, known_traits
+from ...forms.controls import Control
+from ...noise.brownian import Increment
+from ...noise.records import NoiseRecord
+from ...probe.linear.delay_equation import LARGE, SMALL, at_rest, is_autonomous, is_scalar, linear_delay
+from ...registry.contributions import MeasureEntry, ProblemEntry, SchemeEntry
+from ...registry.load import PluginRow, Registry
+from ...report.passports import (
+    Passport,
+    docstring,
+    measure_passport,
+    problem_passport,
+    scheme_passport,
+    truth_in_words,
+)
+from ...report.plain import visible
+from ..catalogue import AnyEntry, parameters_of, subject
+from ..console import aside, output
+from ..exit_codes import ExitCode
+from ..loading import registered
+from ..options import plugins
+
+THETAS = (0.0, 0.25, 0.5, 1.0)
+
+
+@click.command(short_help="Tell all about one of them.")
+@click.argument("name", metavar="NAME[PARAMETERS]")
+@click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each kind of thing.")
+@plugins
+def info(name: str, plugins: tuple[str, ...], as_json: bool) -> ExitCode:
+    """Tell all about a scheme, a problem, a measure or a plugin: equations, claims, truths, sources.
+
+    Or about a word: a form such as SDE, traits, noise, claims, measures.
+    """
+    registry, label = registered(plugins), parse_label(name)
+    if label.name not in _names(registry):
+        registry = registered(plugins, lab=True)
+    rows, known = {row.name: row for row in registry.plugins}, _names(registry)
+    if label.name not in known:
+        raise UsageError(
+            f"no scheme, problem, measure or plugin is named {label.name!r}{did_you_mean(label.name, known)}"
+        )
+    if as_json:
+        with aside():
+            records = _passports(registry, label.name, label.parameters or {})
+            if label.name in concept_names(registry):
+                records.append({"kind": "word", "text": "\n".join(describe_concept(label.name, registry))})
+        click.echo(json.dumps([*records, *([rows[label.name]._asdict()] if label.name in rows else [])], indent=2))
+        return ExitCode.OK
+    with aside():
+        sections = _sections(registry, label.name, label.parameters or {})
+        if label.name in concept_names(registry):
+            sections.append(describe_concept(label.name, registry))
+    if label.name in rows:
+        sections.append(describe_plugin(rows[label.name]))
+    _print(output(), sections)
+    return ExitCode.OK
+
+
+def _names(registry: Registry) -> set[str]:
+    kinds = (registry.schemes, registry.problems, registry.measures, [row.name for row in registry.plugins])
+    return {name for kind in kinds for name in kind} | concept_names(registry)
+
+
+def _sections(registry: Registry, name: str, texts: Mapping[str, str]) -> list[list[str]]:
+    found = (kind.get(name) for kind in (registry.schemes, registry.problems, registry.measures))
+    return [describe_entry(entry, texts) for entry in found if entry is not None]
+
+
+def _passports(registry: Registry, name: str, texts: Mapping[str, str]) -> list[Passport]:
+    """Return what is known of a name as records: of a scheme, a problem and a measure, as far as it names one."""
+    found: list[Passport] = []
+    if name in registry.schemes:
+        found.append({"kind": "scheme", **scheme_passport(registry.schemes[name].make(texts))})
+    if name in registry.problems:
+        spec = registry.problems[name].make(texts)
+        found.append({"kind": "problem", **problem_passport(spec, built(spec.label, spec.build, given=bool(texts)))})
+    if name in registry.measures:
+        found.append({"kind": "measure", **measure_passport(registry.measures[name].measure)})
+    return found
+
+
+def _print(console: Console, sections: list[list[str]]) -> None:
+    for number, lines in enumerate(sections):
+        if number:
+            console.print()
+        console.print(Text(visible(lines[0]), style="bold"), soft_wrap=True)
+        for line in lines[1:]:
+            console.print(Text(visible(line)), soft_wrap=True)
+
+
+def stability_lines(given: Problem) -> list[str]:
+    """Return growth rates, condition (4.1) with its constants and the step sizes it promises; empty without delay."""
+    problem = given.capability(Delayed)
+    if problem is None:
+        return []
+    lines = [*_growth(problem), *(_condition(problem.dissipation) if problem.dissipation else [])]
+    own = problem.dissipation_without_y
+    if own and not (problem.dissipation and own.C <= problem.dissipation.C):
+        lines += [f"with y eliminated, {line}" for line in _condition(own)]
+    return ["mean-square stability:", *(f"  {line}" for line in lines)] if lines else []
+
+
+def _growth(problem: Delayed) -> list[str]:
+    if not (is_scalar(problem) and at_rest(problem) and is_autonomous(problem)):
+        return []
+    small, large = (linear_delay(problem, size).growth_rate for size in (SMALL, LARGE))
+    between = (
+        "" if abs(large - small) <= 1e-9 * (1.0 + abs(small)) else f" at small states, {large:.5g} at large ones"
+    )
+    return [f"growth rate of E x^2: {small:.5g}{between}"]
+
+
+def _condition(known: Dissipation) -> list[str]:
+    constants = ", ".join(f"{name} = {value:g}" for name, value in known._asdict().items())
+    if known.C <= 0.0:
+        return [f"condition (4.1) fails: C = {known.C:g}; {constants}"]
+    steps = ((theta, known.largest_step(theta), known.sharpened(theta)) for theta in THETAS)
+    bounds = [f"theta = {theta:g}: stable below h_0 = {h:.5g}, sharpened {more:.5g}" for theta, h, more in steps]
+    return [f"condition (4.1) holds: C = {known.C:g}; {constants}", *bounds]
+
+
+def describe_entry(entry: AnyEntry, texts: Mapping[str, str]) -> list[str]:
+    """Describe a scheme, problem or measure.
+
+    Parameters
+    ----------
+    entry : SchemeEntry, ProblemEntry or MeasureEntry
+    texts : mapping of str to str
+        Parameters as written in a label.
+
+    Raises
+    ------
+    UsageError
+        If a parameter is unknown or its value is not accepted.
+    ProblemError
+        If the problem cannot be built.
+    """
+    lines = [*_docstring(entry), *_parameters(entry)]
+    if isinstance(entry, SchemeEntry):
+        scheme = entry.make(texts)
+        lines = [f"scheme {scheme.label}", *lines, *_scheme(scheme)]
+    elif isinstance(entry, ProblemEntry):
+        spec = entry.make(texts)
+        lines = [f"problem {spec.label}", *lines, *_problem(built(spec.label, spec.build, given=bool(texts)))]
+    else:
+        if texts:
+            raise UsageError(f"measure {entry.name!r} takes no parameters")
+        lines = [f"measure {entry.name}", *lines]
+    return [*lines, "", f"from {entry.origin}"]
+
+
+def describe_plugin(row: PluginRow) -> list[str]:
+    """Describe a plugin."""
+    return [f"plugin {row.name}", *(f"{key}: {value}" for key, value in row._asdict().items() if value != "")]
+
+
+def _docstring(entry: AnyEntry) -> list[str]:
+    thing = subject(entry)
+    texts = [docstring(thing)]
+    if isinstance(entry, MeasureEntry):
+        # What a measure asks and how it judges stands at the top of its file.
+        texts.append(inspect.cleandoc(getattr(inspect.getmodule(thing), "__doc__", None) or ""))
+    return [line for text in texts if text for line in ("", *text.splitlines())]
+
+
+def _parameters(entry: AnyEntry) -> list[str]:
+    parameters = parameters_of(entry)
+    if not parameters:
+        return []
+    lines = [
+        f"  {p.name} = {'required' if p.default is REQUIRED else p.default}  ({describe_kind(p.default)})"
+        for p in parameters
+    ]
+    return ["", "parameters and defaults:", *lines]
+
+
+def _scheme(scheme: Scheme) -> list[str]:
+    claims = [f"  {claim.measure}: {_claim(claim)}" for claim in scheme.promises]
+    heading = "claims:" if claims else "claims: none"
+    return ["", f"form: {form_names(scheme)}", heading, *claims, f"source: {scheme.source or 'not given'}"]
+
+
+def _claim(claim: Claim) -> str:
+    of = f" of {', '.join(claim.quantities)}" if claim.quantities else ""
+    when = f" for problems with {', '.join(sorted(claim.when))}" if claim.when else ""
+    return f"{claim}{of}{when}, margin {claim.margin} ({claim.source})"
+
+
+def built(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:
+    """Return a problem; `given` tells whether the user chose its parameters.
+
+    Raises
+    ------
+    UsageError
+        If the parameters are not accepted.
+    ProblemError
+        If it cannot be built.
+    """
+    try:
+        # A number that is not finite is said in one line, by the problem.
+        with np.errstate(all="ignore"):
+            return build()
+    except FAULTS as error:
+        kind = UsageError if given and isinstance(error, SdaeverifyError) else ProblemError
+        raise kind(f"problem {label} cannot be built: {one_line(error)}") from error
+
+
+def _problem(problem: Problem) -> list[str]:
+    lines = [
+        f"form: {type(problem).__name__}",
+        f"Brownian motions: {problem.noise_dim}",
+        f"horizon: {problem.horizon}",
+        f"units: {problem.units}",
+        f"traits: {', '.join(sorted(problem.traits)) or 'none'}",
+        f"observables: {', '.join(problem.observables) or 'none'}",
+        "truths:" if problem.truths else "truths: none",
+    ]
+    truths = [f"  {truth_in_words(truth)}" for truth in problem.truths]
+    truths += stability_lines(problem)
+    controls = ["controls:", *(f"  {_control(control)}" for control in problem.controls)]
+    return ["", *lines, *truths, *(controls if problem.controls else ["controls: none"]), f"source: {problem.source}"]
+
+
+def _control(control: Control) -> str:
+    return f"{control.measure} order {control.order}: {control.positive}, and not {control.negative}"
+
+
+def concept_names(registry: Registry) -> set[str]:
+    """Return the words that `describe_concept` knows."""
+    return {*CONCEPTS, *_forms(registry)}
+
+
+def describe_concept(name: str, registry: Registry) -> list[str]:
+    """Return what a word means, as lines of text: heading first.
+
+    Parameters
+    ----------
+    name : str
+        One of `concept_names`.
+    registry : Registry
+    """
+    if name in CONCEPTS:
+        return [name, *CONCEPTS[name](registry)]
+    return [f"form {name}", *_form(_forms(registry)[name], registry)]
+
+
+def _forms(registry: Registry) -> dict[str, type[Problem]]:
+    """Return the forms that have a name of their own: those of the package, and those that a plugin uses."""
+    found, waiting = dict[str, type[Problem]](), [Problem]
+    while waiting:
+        for form in waiting.pop().__subclasses__():
+            waiting.append(form)
+            found[form.__name__] = form
+    used = {form.__name__ for scheme in _schemes(registry) for form in scheme.forms}
+    return {name: form for name, form in found.items() if name in used or form.__module__.startswith("sdaeverify.")}
+
+
+def _schemes(registry: Registry) -> list[Scheme]:
+    return [entry.variants[0] for entry in registry.schemes.values()]
+
+
+def _form(form: type[Problem], registry: Registry) -> Iterator[str]:
+    yield from ("", *docstring(form).splitlines(), "")
+    solving = (scheme.name for scheme in _schemes(registry) if form in scheme.forms)
+    yield f"schemes that solve it: {', '.join(solving) or 'none'}"
+    families = ((entry.name, inspect.signature(entry.family)) for entry in registry.problems.values())
+    having = (name for name, signature in families if signature.return_annotation in {form, form.__name__})
+    yield f"problems that are declared to have it: {', '.join(having) or 'none'}"
+    yield f"traits that it declares: {', '.join(map(str, form.declared_traits)) or 'none'}"
+
+
+def _traits(registry: Registry) -> Iterator[str]:
+    for name, trait in sorted(known_traits().items()):
+        asking = (
+            scheme.name for scheme in _schemes(registry) if any(name in claim.when for claim in scheme.promises)
+        )
+        yield from ("", name, f"  {trait.meaning}", f"  asked for by claims of: {', '.join(asking) or 'none'}")
+
+
+def _noise(registry: Registry) -> Iterator[str]:
+    yield from ("", *docstring(Increment).splitlines(), "", *docstring(NoiseRecord).splitlines(), "")
+    for name in sorted({name for scheme in _schemes(registry) for name in scheme.noise}):
+        needing = (scheme.name for scheme in _schemes(registry) if name in scheme.noise)
+        yield f"schemes that need {name}: {', '.join(needing)}"
+
+
+def _claims(registry: Registry) -> Iterator[str]:
+    yield from ("", *docstring(Claim).splitlines(), "")
+    for measure, count in _count(registry).items():
+        yield f"schemes with claims about {measure}: {count}"
+
+
+def _measures(registry: Registry) -> Iterator[str]:
+    count = _count(registry)
+    for name, entry in registry.measures.items():
+        lines = docstring(subject(entry)).splitlines() or [""]
+        yield from ("", name, f"  {lines[0]}", f"  schemes with claims about it: {count[name]}")
+
+
+def _count(registry: Registry) -> Counter[str]:
+    return Counter(measure for scheme in _schemes(registry) for measure in {c.measure for c in scheme.promises})
+
+
+CONCEPTS: dict[str, Callable[[Registry], Iterator[str]]] = {
+    "claims": _claims,
+    "measures": _measures,
+    "noise": _noise,
+    "traits": _traits,
+}
