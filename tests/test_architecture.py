@@ -77,13 +77,17 @@ def top(path):
     return path.relative_to(FRAMEWORK).with_suffix("").parts[0]
 
 
+@cache
 def nodes(tree, with_typing=True):
-    """Yield all nodes below a node, those under ``if TYPE_CHECKING`` only if asked for."""
-    for child in ast.iter_child_nodes(tree):
-        hidden = isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING"
-        if with_typing or not hidden:
-            yield child
-            yield from nodes(child, with_typing)
+    """Return a node and all below it, those under ``if TYPE_CHECKING`` only if asked for."""
+    found = tuple(ast.walk(tree))
+    hidden = set() if with_typing else {below for node in found if is_for_typing(node) for below in ast.walk(node)}
+    return tuple(node for node in found if node not in hidden)
+
+
+def is_for_typing(node):
+    """Tell whether a node is a block under ``if TYPE_CHECKING``."""
+    return isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
 
 
 @cache
@@ -117,6 +121,11 @@ def module_file(dotted):
             if parts[0] == FRAMEWORK.name and candidate.is_file():
                 return candidate
     return None
+
+
+def guilty(found, *folders):
+    """Return what a function of a file finds, by file, where it finds anything in the files below some folders."""
+    return {name(path): sorted(each) for path in sources(*folders) if (each := found(path))}
 
 
 def imported_files(path, with_typing=True):
@@ -174,11 +183,14 @@ def test_rooms_can_be_overlooked():
     assert not {name(folder): count for folder, count in files.items() if count > FILES_OF_A_ROOM}
 
 
-@pytest.mark.parametrize("path", sources(FRAMEWORK), ids=name)
-def test_lower_layers_never_import_higher_ones(path):
+def upwards(path):
+    """Return the files of higher layers that a file imports."""
+    return {name(file) for file in imported_files(path) if not allowed(top(path), top(file))}
+
+
+def test_lower_layers_never_import_higher_ones():
     """Imports point downwards, also those for type checkers only."""
-    upwards = {name(file) for file in imported_files(path) if not allowed(top(path), top(file))}
-    assert not upwards, f"{name(path)} imports {sorted(upwards)} from a layer above it"
+    assert guilty(upwards, FRAMEWORK) == {}
 
 
 def classes():
@@ -211,10 +223,9 @@ def readings_of_reasons(tree):
             yield f"{node.lineno}: {ast.unparse(node)}"
 
 
-@pytest.mark.parametrize("path", sources(FRAMEWORK), ids=name)
-def test_the_text_of_a_reason_is_never_parsed(path):
+def test_the_text_of_a_reason_is_never_parsed():
     """Who decides by a reason asks for its kind: no method of strings, no comparison, no part of its text."""
-    assert not list(readings_of_reasons(parsed(path)))
+    assert guilty(lambda path: list(readings_of_reasons(parsed(path))), FRAMEWORK) == {}
 
 
 @pytest.mark.parametrize(
@@ -235,12 +246,17 @@ def test_readings_of_reasons_are_seen(line, found):
     assert bool(list(readings_of_reasons(ast.parse(line)))) is found
 
 
-@pytest.mark.parametrize("path", sources(FRAMEWORK / "probe"), ids=name)
-def test_probes_know_numbers_and_no_verdicts(path):
-    """What is said of a claim stands in the measures: probes name neither claims nor verdicts."""
+def judging(path):
+    """Return the words of judging that a file uses or imports."""
     used = {getattr(node, "id", None) or getattr(node, "attr", None) for node in nodes(parsed(path))}
     imported = {dotted.rpartition(".")[2] for dotted in imported_names(path)}
-    assert not (used | imported) & JUDGING
+    return (used | imported) & JUDGING
+
+
+def test_probes_know_numbers_and_no_verdicts():
+    """What is said of a claim stands in the measures: probes name neither claims nor verdicts."""
+    assert guilty(judging, FRAMEWORK / "probe") == {}
+    assert judging(FRAMEWORK / "contracts" / "finding.py")
 
 
 def test_modules_import_each_other_in_no_circle():
@@ -255,18 +271,26 @@ def test_only_the_registry_imports_pluggy():
     assert using <= PLUGGY
 
 
-@pytest.mark.parametrize("path", sources(FRAMEWORK), ids=name)
-def test_the_framework_knows_no_scheme_and_no_problem(path):
+def shipped(path):
+    """Return the shipped packages that a file imports."""
+    return {dotted.split(".")[0] for dotted in imported_names(path)} & SHIPPED
+
+
+def test_the_framework_knows_no_scheme_and_no_problem():
     """The shipped packages enter through entry points, never through an import."""
-    assert not {dotted.split(".")[0] for dotted in imported_names(path)} & SHIPPED
+    assert guilty(shipped, FRAMEWORK) == {}
+    assert guilty(shipped, *CONTRIBUTED)
 
 
-@pytest.mark.parametrize("path", sources(*CONTRIBUTED), ids=name)
-def test_shipped_schemes_and_problems_use_the_public_names_only(path):
+def deep(path):
+    """Return the names of the framework that a file imports though they are not public."""
+    return {dotted for dotted in imported_names(path) if dotted.split(".")[0] == FRAMEWORK.name} - PUBLIC
+
+
+def test_shipped_schemes_and_problems_use_the_public_names_only():
     """They import from `sdaeverify` and two rooms of it, as anybody else's would."""
-    ours = {dotted for dotted in imported_names(path) if dotted.split(".")[0] == FRAMEWORK.name}
-    deep = ours - PUBLIC
-    assert not deep, f"{name(path)} imports {sorted(deep)}; what it needs should be public in sdaeverify"
+    assert guilty(deep, *CONTRIBUTED) == {}, "what they need should be public in sdaeverify"
+    assert guilty(deep, FRAMEWORK)
 
 
 def test_files_are_short():
@@ -333,15 +357,17 @@ def subclasses(of):
 FORMS = {each for each in sdaeverify.__all__ if each in subclasses(sdaeverify.Problem)}
 
 
-@pytest.mark.parametrize("path", sources(FRAMEWORK), ids=name)
-def test_forms_are_known_by_what_they_offer(path):
+def named_forms(path):
+    """Return the forms that a file names or imports."""
+    named = {node.id for node in nodes(parsed(path)) if isinstance(node, ast.Name)}
+    return (named | {dotted.split(".")[-1] for dotted in imported_names(path)}) & FORMS
+
+
+def test_forms_are_known_by_what_they_offer():
     """No form is named outside its room and the public names: what one can do is asked of it, by kind."""
     # A bridge is the body of schemes, which name the form they solve.
-    if top(path) in {"forms", "bridges", "__init__"}:
-        return
-    named = {node.id for node in ast.walk(parsed(path)) if isinstance(node, ast.Name)} & FORMS
-    imported = {dotted.split(".")[-1] for dotted in imported_names(path)} & FORMS
-    assert not named | imported, f"{name(path)} names {sorted(named | imported)}; ask capability(kind) of the problem"
+    naming = {top(ROOT / file) for file in guilty(named_forms, FRAMEWORK)}
+    assert naming == {"forms", "bridges", "__init__"}, "ask capability(kind) of the problem"
 
 
 @cache
@@ -357,11 +383,16 @@ def shipped_names():
     return {each for each in schemes | problems if "-" in str(each)}
 
 
-@pytest.mark.parametrize("path", sources(FRAMEWORK), ids=name)
-def test_the_framework_names_no_scheme_and_no_problem(path):
+def named_plugins(path):
+    """Return the shipped schemes and problems whose name is a text of a file."""
+    texts = {node.value for node in nodes(parsed(path)) if isinstance(node, ast.Constant)}
+    return texts & shipped_names()
+
+
+def test_the_framework_names_no_scheme_and_no_problem():
     """What is shipped is known by what it declares, not by its name; texts of help and templates may show one."""
-    texts = {node.value for node in ast.walk(parsed(path)) if isinstance(node, ast.Constant)}
-    assert not texts & shipped_names()
+    assert guilty(named_plugins, FRAMEWORK) == {}
+    assert guilty(named_plugins, *CONTRIBUTED)
 
 
 def test_a_cell_keeps_its_match():
