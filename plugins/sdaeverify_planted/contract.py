@@ -74,6 +74,18 @@ class SharedTaming(EulerMaruyama):
         return Step(state + h * f / (1.0 + h * np.abs(f).max()) + apply(problem.diffusion(t, state), noise.dW))
 
 
+@dataclass(frozen=True)
+class LatePaths(EulerMaruyama):
+    """The drift moves the first 200 paths of a batch as it should, and the others by less."""
+
+    name: ClassVar[str] = "planted-em-late-paths"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step; the state x has shape (d, P)."""
+        share = np.where(np.arange(state.shape[1]) < 200, 1.0, 0.95)
+        return Step(state + h * share * problem.drift(t, state) + apply(problem.diffusion(t, state), noise.dW))
+
+
 @hookimpl
 def sdaeverify_planted() -> list[Planted]:
     """Register the bugs."""
@@ -83,5 +95,6 @@ def sdaeverify_planted() -> list[Planted]:
         "writes into the state it is given": WritesIntoState(),
         "drift of the first path for the whole batch": FirstPathForAll(),
         "taming by the largest drift of the batch": SharedTaming(),
+        "paths treated by their place in the batch": LatePaths(),
     }
     return [Planted(bug=f"EM: {bug}", scheme=scheme, problem="gbm") for bug, scheme in bugs.items()]

@@ -28,6 +28,8 @@ from .trial import Trial
 FINE, COARSE = 64, 8
 # A step that goes wrong after some calls counts them; it is made as often as a row of steps is long, on so few paths.
 FEW = slice(0, 2)
+# A step that treats paths by their place in a block may do so late in it: the states, times components, of a batch.
+MANY = 640
 WRITES = "a step writes into its state or its noise"
 
 Check = Callable[[Trial], str]
@@ -126,9 +128,10 @@ def follows_the_paths(trial: Trial) -> str:
 
 
 def takes_paths_alone(trial: Trial) -> str:
-    """Make the step of each half of the paths, and of every fourth alone."""
-    half = trial.paths // 2
-    batches = [slice(0, half), slice(half, None), *(slice(n, n + 1) for n in range(0, trial.paths, 4))]
+    """Make the step of each half of the paths, of every fourth alone, and of all among as many as a run has."""
+    half, many = trial.paths // 2, max(MANY // len(flatten(trial.state)), 1)
+    parts = [slice(0, half), slice(half, None), *(slice(n, n + 1) for n in range(0, trial.paths, 4))]
+    batches = [*parts, np.tile(np.arange(trial.paths), many)]
     return (
         ""
         if all(map(trial.agree, batches))

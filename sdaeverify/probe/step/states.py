@@ -13,6 +13,8 @@ from .nodes import SEED
 # Points of the cloud beside the initial state, in each of its two parts.
 PILOT, SCATTERED = 6, 6
 PILOT_H = 2.0**-6
+# Paths of the pilot that is to go wherever solutions go.
+MANY = 64
 # Of the states, to differentiate a stiff drift.
 DIFFERENCE = 1e-7
 FEWEST_STEPS, MOST_STEPS = 64, 256
@@ -49,7 +51,8 @@ def cloud(view: Problem, ito: Equation) -> Array:
     rng = np.random.Generator(np.random.Philox(key=SEED + 1))
     start = ito.initial(1)
     with np.errstate(all="ignore"):
-        pilot = _pilot(ito, rng)
+        # Of each path its own time.
+        pilot = np.einsum("kdk->dk", _pilot(ito, rng, PILOT)).copy()
         spread = np.abs(pilot - start).max(axis=1, keepdims=True)
         scattered = pilot + np.where(spread > 0.0, spread, 1.0) * rng.uniform(-1.0, 1.0, (len(start), SCATTERED))
         points = np.concatenate([pilot, scattered], axis=1)
@@ -71,27 +74,51 @@ def allowed(view: Any, ito: Equation, points: Array) -> Mask:
     return good
 
 
-def _pilot(ito: Equation, rng: np.random.Generator) -> Array:
+@lru_cache(maxsize=8)
+def reached(view: Problem, ito: Equation) -> Array:
+    """Return the states of 64 pilot paths at six times, on the manifold: where solutions go, rarely as well.
+
+    Parameters
+    ----------
+    view : Problem
+        With its constraints, if it has some.
+    ito : Equation
+        The Ito equation of its comparable components.
+
+    Returns
+    -------
+    ndarray, shape (d, S)
+        Those with finite drift and diffusion.
+    """
+    with np.errstate(all="ignore"):
+        points = np.concatenate([*_pilot(ito, np.random.Generator(np.random.Philox(key=SEED + 10)), MANY)], axis=1)
+        if view.has_constraints:
+            points = view.admissible(points)
+        return np.asarray(points[:, allowed(view, ito, points)])
+
+
+def _pilot(ito: Equation, rng: np.random.Generator, paths: int) -> Array:
+    """Return where the pilot's paths are at six times, shape (6, d, P)."""
     steps = int(np.clip(np.ceil(ito.horizon / PILOT_H), FEWEST_STEPS, MOST_STEPS))
-    h, normals = min(ito.horizon / steps, PILOT_H), rng.standard_normal((steps, ito.noise_dim, PILOT))
+    h, normals = min(ito.horizon / steps, PILOT_H), rng.standard_normal((steps, ito.noise_dim, paths))
     points, stiff = _carried(ito, h, normals, implicit=False)
     if stiff:
         points, _ = _carried(ito, h, normals, implicit=True)
-    return np.where(all_finite(points), points, ito.initial(PILOT))
+    return np.where(np.isfinite(points).all(axis=1, keepdims=True), points, ito.initial(paths))
 
 
 def _carried(ito: Equation, h: float, normals: Array, *, implicit: bool) -> tuple[Array, bool]:
-    """Return where the pilot is at six times, one path each, and whether a drift was larger than the state."""
-    x, steps, stiff = ito.initial(PILOT), len(normals), False
+    """Return where the paths are at six times, and whether a drift was larger than the state."""
+    steps, paths, stiff = len(normals), normals.shape[-1], False
+    x = ito.initial(paths)
     kept = np.linspace(steps / PILOT, steps, PILOT).astype(int)
-    points = np.empty_like(x)
+    points = np.empty((PILOT, *x.shape))
     for step, xi in enumerate(normals):
         t = step * h
         drift, kick = np.broadcast_to(h * ito.drift(t, x), x.shape), ito.diffused(t, x, np.sqrt(h) * xi)
         stiff = stiff or bool(((norm(x) > 0.0) & (norm(drift) > norm(x))).any())
         x = x + solve(_implicit_matrix(ito, t, x, h), drift + kick) if implicit else x + drift + kick
-        done = kept == step + 1
-        points[:, done] = x[:, done]
+        points[kept == step + 1] = x
     return points, stiff
 
 

@@ -1,0 +1,134 @@
+"""Whether a short step follows the equation at every state that solutions reach."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from sdaeverify import SDE, Array, Claim, Increment, Langevin, Scheme, Step, verify
+from sdaeverify.conformance import violation
+from sdaeverify.conformance.contract import contract_violation
+from sdaeverify.conformance.reached_states import departure
+from sdaeverify.contracts.matching import match
+from sdaeverify.probe.step.states import cloud, reached
+from sdaeverify.registry.load import load_registry
+from sdaeverify.registry.selection import select_schemes
+from sdaeverify_planted.contract import LatePaths
+from sdaeverify_planted.far_states import Clipped, FarDrift
+from sdaeverify_problems.angle_pendulum import angle_pendulum
+from sdaeverify_problems.double_well import double_well
+from sdaeverify_problems.fibre_clamped import fibre_clamped
+from sdaeverify_problems.gbm import gbm, linear_test
+from sdaeverify_problems.hyperbolic import hyperbolic
+from sdaeverify_problems.noncommuting import noncommuting
+from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise
+from sdaeverify_problems.spiral import spiral
+from sdaeverify_schemes.displaced_euler import DisplacedEuler
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+
+SDES = {"gbm": gbm(), "linear-test": linear_test(), "double-well": double_well(), "spiral": spiral()}
+SDES |= {"noncommuting": noncommuting(), "hyperbolic": hyperbolic()}
+
+
+@dataclass(frozen=True)
+class Lopsided(EulerMaruyama):
+    """Increments are larger by a hundredth where they are positive."""
+
+    name: ClassVar[str] = "lopsided"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        dW = np.where(noise.dW > 0.0, 1.01 * noise.dW, noise.dW)
+        return super().step(problem, state, t, h, noise._replace(dW=dW))
+
+
+@dataclass(frozen=True)
+class SameNoiseTwice(Scheme):
+    """OBABO whose two Ornstein-Uhlenbeck half steps take the same normal variable."""
+
+    name: ClassVar[str] = "same-noise-twice"
+    form: ClassVar[type] = Langevin
+    claims: ClassVar = (Claim(measure="weak", value=1.0, source="made up"),)
+
+    def step(self, problem: Langevin, state: Array, t: float, h: float, noise: Increment) -> Step:
+        n, c = problem.noise_dim, np.exp(-0.5 * problem.friction * h)
+        kick = problem.strength * np.sqrt((1.0 - c**2) / (2.0 * problem.friction * h)) * noise.dW
+        p = c * state[n:] + kick + 0.5 * h * problem.force(state[:n])
+        q = state[:n] + h * p
+        return Step(np.concatenate([q, c * (p + 0.5 * h * problem.force(q)) + kick]))
+
+
+@pytest.mark.parametrize("problem", SDES.values(), ids=SDES)
+def test_drift_that_is_halved_far_out_is_told_with_the_state(problem: SDE) -> None:
+    """Half a drift beyond 1.5 times the start is found on every equation, wherever its orders are probed."""
+    text = departure(FarDrift(), problem)
+    assert text.startswith("a short step from [")
+    share = float(text.split("off by ")[1].split()[0])
+    assert share == pytest.approx(0.5, abs=0.1)
+    assert "of the drift of x" in text
+
+
+def test_pendulum_that_is_wrong_far_out_was_verified_by_its_cloud() -> None:
+    """No state at which orders are probed has a momentum of 1.5, which one of 64 pilot paths has."""
+    problem = angle_pendulum()
+    view = match(FarDrift(), problem).problem
+    assert view is not None
+    ito = view.equation()
+    assert ito is not None
+    assert np.abs(cloud(view, ito)).max() < 1.5 < np.abs(reached(view, ito)).max()
+    assert "drift" in violation(FarDrift(), view)
+
+
+def test_states_that_are_cut_are_told() -> None:
+    """A clipped state moves by a part of itself, which is no drift."""
+    assert departure(Clipped(), gbm())
+
+
+@pytest.mark.parametrize("scheme", [Lopsided(), DisplacedEuler()], ids=lambda scheme: str(scheme.name))
+def test_wrong_mean_is_told(scheme: Scheme) -> None:
+    """Increments of a mean beside 0 are a drift of their own, which grows as steps are shortened."""
+    assert "drift of x" in departure(scheme, double_well())
+
+
+def test_wrong_covariance_is_told() -> None:
+    """One normal variable in the place of two independent ones gives more than the variance of both."""
+    assert "covariance of p" in departure(SameNoiseTwice(), angle_pendulum())
+
+
+def test_scheme_without_claims_is_not_held_to_the_equation() -> None:
+    """A negative control departs from the equation, and breaks no promise by that."""
+    assert departure(DisplacedEuler(), double_well())
+    assert not violation(DisplacedEuler(), double_well())
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        # Drifts of 1e5 are tamed to a fifth by the longer of these steps.
+        hyperbolic(a=1.55, b=1.28, x_0=2.11, horizon=4.22),
+        # Velocities of 1e-8 have multipliers of 1e-16, an output.
+        pendulum_velocity_noise(sigma=3.69, theta_0=0.121, omega_0=0.234, horizon=0.736),
+        # A truncation that sees a drift of 1e4.
+        fibre_clamped(alpha=0.939, beta=0.493, Dr=0.0625, N=2, horizon=0.00428),
+    ],
+    ids=["hyperbolic", "pendulum", "fibre"],
+)
+def test_shipped_schemes_follow_equations_far_out(problem: SDE) -> None:
+    """Errors that vanish as steps are shortened are none, however large they are at first."""
+    schemes = select_schemes(load_registry(), ["*"])
+    views = [(scheme, match(scheme, problem).problem) for scheme in schemes if scheme.claims]
+    with np.errstate(all="ignore"):
+        assert not [departure(scheme, view) for scheme, view in views if view is not None and departure(scheme, view)]
+
+
+def test_step_of_many_paths_is_compared_with_that_of_few() -> None:
+    """A step that moves paths beyond the 200th elsewhere is no function of each path."""
+    assert "in another batch" in contract_violation(LatePaths(), gbm())
+
+
+def test_claims_of_a_scheme_that_is_wrong_far_out_are_refuted() -> None:
+    """Strong and weak orders are refuted without a path, and the reason names a state."""
+    table = verify(FarDrift(), "angle-pendulum", ["strong", "weak"], paths=256, levels="8..32").verdicts
+    claimed = table[table.scheme == FarDrift.name]
+    assert set(claimed.verdict) == {"refuted"}
+    assert claimed.reason.str.contains("a short step from").all()
