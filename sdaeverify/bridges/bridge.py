@@ -38,6 +38,11 @@ class Bridge(Scheme):
     library: ClassVar[Library]
 
     @property
+    def claimant(self) -> str:
+        """The library: the claims are those of its documentation."""
+        return self.library.name
+
+    @property
     def stratonovich(self) -> bool:
         """Whether the solver is for Stratonovich equations."""
         return False

@@ -146,6 +146,11 @@ class Scheme:
     source: ClassVar[str] = ""
 
     @property
+    def claimant(self) -> str:
+        """Distribution whose project makes the claims and gates them; empty for the one that registers the scheme."""
+        return ""
+
+    @property
     def label(self) -> str:
         """Canonical label: the name and the parameters that differ from their defaults."""
         parameters = dataclass_parameters(type(self))

@@ -157,9 +157,9 @@ def gated_schemes(registry: Registry, policy: Policy) -> list[Scheme]:
 
 
 def _is_of(entry: SchemeEntry, policy: Policy) -> bool:
-    origin = entry.origin
-    named = bool(policy.distribution) and normalized(origin.distribution) == normalized(policy.distribution)
-    return named or origin.module in policy.plugins
+    claimant = entry.variants[0].claimant or entry.origin.distribution
+    named = bool(policy.distribution) and normalized(claimant) == normalized(policy.distribution)
+    return named or entry.origin.module in policy.plugins
 
 
 def _claimed(made: ProblemPlan) -> ProblemPlan:

@@ -30,6 +30,12 @@ class Picky(Plain):
     claims: ClassVar[tuple] = (replace(SHARP, when=frozenset({"algebraic"})),)
 
 
+@dataclass(frozen=True)
+class Bridged(Plain):
+    name: ClassVar[str] = "bridged"
+    claimant: ClassVar[str] = "a-library"
+
+
 def known():
     truth = Pathwise(
         start=lambda paths: np.ones((2, paths)),
@@ -102,6 +108,14 @@ def test_own_schemes():
         cells(both, distribution="unknown")
     assert {scheme for scheme, *_ in cells(both)} == {"plain", "fussy"}
     assert {scheme for scheme, *_ in cells(both, distribution="Pack", schemes=("fussy",))} == {"fussy"}
+
+
+def test_claims_of_a_library_are_its_own():
+    """A scheme that speaks for another project is gated there, whoever registers it."""
+    registry = registered((Plain(), Bridged()))
+
+    assert {scheme for scheme, *_ in cells(registry, distribution="pack")} == {"plain"}
+    assert {scheme for scheme, *_ in cells(registry, distribution="A.Library")} == {"bridged"}
 
 
 def test_schemes_of_plugin_files():
