@@ -11,6 +11,7 @@ import jax.numpy as jnp
 from sdaeverify import SDE, Langevin
 from sdaeverify.bridges import Coefficients, Compiled, Foreign
 
+from ._compiled import batched
 from ._reversible import divided
 
 RECORDS = {1: diffrax.BrownianIncrement, 2: diffrax.SpaceTimeLevyArea, 3: diffrax.SpaceTimeTimeLevyArea}
@@ -105,19 +106,3 @@ def one_step(
         return joined(solver.step(equation, t, t + h, state, None, memory, made_jump=False)[0])
 
     return batched(one)
-
-
-def batched(one: Callable[..., jax.Array]) -> Compiled:
-    """Return a step of one path for all paths at once, compiled in double precision for each shape it meets."""
-
-    def all_paths(y: jax.Array, t: jax.Array, h: jax.Array, *numbers: jax.Array) -> jax.Array:
-        axes = (-1, None, None, *[-1] * len(numbers))
-        return jax.vmap(one, in_axes=axes, out_axes=-1)(y, t, h, *numbers)
-
-    compiled = jax.jit(all_paths)
-
-    def step(*given: Any) -> jax.Array:
-        with jax.enable_x64(True):
-            return compiled(*given)
-
-    return step

@@ -32,7 +32,8 @@ def nonlinear_constraint(a: float = -1.0, b: float = 0.5, tau: float = 0.3, hori
     """
 
     def seen(v: Array, y: Array) -> Array:
-        return np.asarray(y + y**3 + 0.5 * v)
+        sum_of_both: Array = y + y**3 + 0.5 * v
+        return sum_of_both
 
     def scaled(factor: float, y: Array) -> Partials:
         one = np.ones((1, *y.shape))

@@ -32,10 +32,13 @@ class Bridge(Scheme):
     library : Library
     stratonovich : bool
         Whether the solver converges to the Stratonovich solution: it is given that drift then.
+    batched : bool
+        Whether paths come in batches of few sizes, for a step that is compiled for each; else as many as there are.
     """
 
     form: ClassVar[type[Problem] | tuple[type[Problem], ...]] = SDE
     library: ClassVar[Library]
+    batched: ClassVar[bool] = True
 
     @property
     def claimant(self) -> str:
@@ -71,13 +74,18 @@ class Bridge(Scheme):
             # One Brownian motion has no areas, whether or not they are drawn.
             given = noise if noise.A is not None else noise._replace(A=np.zeros((0, noise.dW.shape[-1])))
             numbers = (state, *(getattr(given, name) for name in self.drawn))
-            return Step(in_batches(lambda x, *drawn: compiled(x, t, h, *drawn), numbers))
+            whole = in_batches if self.batched else _at_once
+            return Step(whole(lambda x, *drawn: compiled(x, t, h, *drawn), numbers))
 
         return stepper
 
     def step(self, problem: Any, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""
         return self.prepare(problem, h)(state, t, noise)
+
+
+def _at_once(step: Callable[..., Any], arrays: tuple[Array, ...]) -> Array:
+    return np.asarray(step(*arrays))
 
 
 @lru_cache(maxsize=256)

@@ -109,7 +109,7 @@ def test_method_is_checked(arguments, message):
         TorchSDEIto(*arguments)
 
 
-@pytest.mark.parametrize("library", ["torchsde", "diffrax"])
+@pytest.mark.parametrize("library", ["torchsde", "diffrax", "tinydiffeq"])
 def test_listing_does_not_load_the_library(library):
     """Registering the schemes of a library that takes seconds to load takes none."""
     program = f"import sys, sdaeverify_bridges.{library} as plugin; print({{'torch', 'jax'}} & set(sys.modules))"

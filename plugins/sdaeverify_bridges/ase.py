@@ -1,0 +1,71 @@
+"""The Langevin integrators of ASE as schemes: an atom for each coordinate of each path."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from sdaeverify import Claim, Langevin, ParameterError, Scheme, hookimpl
+from sdaeverify.bridges import Bridge, Compiled, Library
+
+LIBRARY = Library.find("ase")
+# The papers whose propagators the classes name as theirs, and the orders that these state.
+WEAK, STATIONARY = Claim(measure="weak", value=2.0, source=""), Claim(measure="invariant", value=2.0, source="")
+CLAIMS = {
+    "Langevin": ("(23) of Vanden-Eijnden & Ciccotti 2006, Second-order integrators", (WEAK,)),
+    "LangevinBAOAB": ("Leimkuhler & Matthews 2013", (WEAK, STATIONARY)),
+}
+
+
+@dataclass(frozen=True)
+class ASE(Bridge):
+    """One call of ``step`` of an integrator for dq = p dt, dp = (F(q) - gamma p) dt + sigma dW with unit masses.
+
+    Its normal variables are dW/sqrt(h) and, for ``Langevin``, sqrt(12/h) H.
+
+    Attributes
+    ----------
+    integrator : str
+        Name of its class in ``ase.md``.
+    """
+
+    integrator: str = "Langevin"
+
+    name: ClassVar[str] = "ase"
+    form: ClassVar[type[Langevin]] = Langevin
+    library: ClassVar[Library] = LIBRARY
+    batched: ClassVar[bool] = False
+    source: ClassVar[str] = f"{LIBRARY}; Larsen et al. 2017"
+
+    def __post_init__(self) -> None:
+        if self.integrator not in CLAIMS:
+            raise ParameterError(f"integrator must be one of {', '.join(CLAIMS)}, got {self.integrator!r}")
+
+    @property
+    def noise(self) -> frozenset[str]:  # type: ignore[override]
+        """The field dW and, for ``Langevin``, H."""
+        return frozenset({"dW", "H"} if self.integrator == "Langevin" else {"dW"})
+
+    @property
+    def promises(self) -> tuple[Claim, ...]:
+        """The orders of the paper that the docstring of the class names."""
+        paper, claims = CLAIMS[self.integrator]
+        source = f"docstring of {self.integrator} in ASE: {paper}"
+        return tuple(Claim(measure=claim.measure, value=claim.value, source=source) for claim in claims)
+
+    def refuses(self, problem: Langevin) -> str:
+        """Refuse dynamics without friction or noise."""
+        if not (problem.friction > 0.0 and problem.strength > 0.0):
+            return "without friction or without noise there is no temperature, which the integrators are given"
+        return ""
+
+    def compiled(self, problem: Langevin) -> Compiled:
+        """Return the integrator's step for the force of a problem."""
+        from ._ase_step import langevin_step  # noqa: PLC0415 - it may be missing
+
+        return langevin_step(self.integrator, problem)
+
+
+@hookimpl
+def sdaeverify_schemes() -> list[Scheme]:
+    """Register the integrators whose noise has increments."""
+    LIBRARY.require()
+    return [*map(ASE, CLAIMS)]

@@ -1,0 +1,111 @@
+"""The stochastic integrators of QuTiP as schemes for linear equations: one step is one call of a stepper."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from sdaeverify import SDE, Array, Claim, ParameterError, Scheme, hookimpl
+from sdaeverify.bridges import Bridge, Compiled, Library
+
+LIBRARY = Library.find("qutip")
+SEPARATE = frozenset({"scalar-noise", "diagonal-noise", "additive-noise"})
+# Strong and, where there is one, weak orders that the docstrings of the integrators state.
+ORDERS: dict[str, tuple[float, ...]] = {
+    "euler": (0.5,),
+    "pred_corr": (0.5, 1.0),
+    "platen": (1.0, 2.0),
+    "milstein": (1.0,),
+    "milstein_imp": (1.0,),
+    "explicit1.5": (1.5,),
+    "taylor1.5": (1.5,),
+    "taylor1.5_imp": (1.5,),
+}
+HIGH = frozenset({"explicit1.5", "taylor1.5", "taylor1.5_imp"})
+
+
+@dataclass(frozen=True)
+class QuTiP(Bridge):
+    """A step for dx = (A x + a) dt + sum_j (B_j x + b_j) dW_j, which QuTiP sees as a linear system of (x, 1).
+
+    It makes one path at a time. Its second normal variable is sqrt(12) H.
+
+    Attributes
+    ----------
+    method : str
+        Its name among the methods of ``SMESolver``; rouchon's is for density matrices alone.
+    """
+
+    method: str = "euler"
+
+    name: ClassVar[str] = "qutip"
+    library: ClassVar[Library] = LIBRARY
+    batched: ClassVar[bool] = False
+    source: ClassVar[str] = f"{LIBRARY}; Kloeden & Platen 1992; Breuer & Petruccione 2002"
+
+    def __post_init__(self) -> None:
+        if self.method not in ORDERS:
+            raise ParameterError(f"method must be one of {', '.join(ORDERS)}, got {self.method!r}")
+
+    @property
+    def noise(self) -> frozenset[str]:  # type: ignore[override]
+        """The field dW and, for methods of order 1.5, H."""
+        return frozenset({"dW", "H"} if self.method in HIGH else {"dW"})
+
+    @property
+    def promises(self) -> tuple[Claim, ...]:
+        """The orders that the integrator states."""
+        source = f"docstring of the integrator {self.method} in qutip.solver.sode"
+        named = zip(("strong", "weak"), ORDERS[self.method], strict=False)
+        return tuple(Claim(measure=measure, value=value, source=source) for measure, value in named)
+
+    def refuses(self, problem: SDE) -> str:
+        """Refuse what is not linear with constant coefficients and, unless for Euler, noise that needs areas."""
+        if self.method != "euler" and not problem.traits & SEPARATE:
+            return f"noise in {problem.noise_dim} dimensions is neither scalar nor diagonal nor additive"
+        return "" if matrices(problem) else "it is not linear with constant coefficients"
+
+    def compiled(self, problem: SDE) -> Compiled:
+        """Return the method's step for the matrices of a problem."""
+        from qutip import Qobj, QobjEvo  # noqa: PLC0415 - it may be missing
+        from qutip.core.data import Dense  # noqa: PLC0415
+        from qutip.solver.sode.ssystem import SimpleStochasticSystem  # noqa: PLC0415
+        from qutip.solver.stochastic import SMESolver  # noqa: PLC0415
+
+        A, *B = (QobjEvo(Qobj(matrix)) for matrix in matrices(problem))
+        run = SMESolver.avail_integrators()[self.method].stepper(SimpleStochasticSystem(1j * A, B)).run
+
+        def step(x: Array, t: float, h: float, dW: Array, H: Array | None = None) -> Array:
+            numbers = np.stack([dW] if H is None else [dW, np.sqrt(12.0) * H], axis=0)
+            steps = np.ascontiguousarray(numbers.transpose(2, 0, 1)[:, None])
+            states = np.concatenate([x, np.ones((1, x.shape[1]))]).T.astype(complex)
+            ends = [run(t, Dense(state), h, normals, 1) for state, normals in zip(states, steps, strict=True)]
+            return np.stack([end.to_array()[:-1, 0].real for end in ends], axis=-1)
+
+        return step
+
+
+def matrices(problem: SDE) -> tuple[Array, ...]:
+    """Return the matrices of drift and diffusion of (x, 1), shape (d + 1, d + 1); none where they are not linear."""
+    d, l = problem.dimension, problem.noise_dim
+
+    def fields(t: float, x: Array) -> Array:
+        B = np.broadcast_to(problem.diffusion(t, x), (d, l, x.shape[1]))
+        return np.concatenate([np.broadcast_to(problem.drift(t, x), x.shape)[:, None], B], axis=1)
+
+    at_zero, at_units = (fields(0.0, x) for x in (np.zeros((d, 1)), np.eye(d)))
+    linear, x = at_units - at_zero, problem.initial(1) + np.sin(np.arange(1.0, d + 1))[:, None]
+    expected = np.einsum("dle,ep->dlp", linear, x) + at_zero
+    found = [fields(t, x) for t in (0.0, 0.3 * problem.horizon, problem.horizon)]
+    if not all(np.allclose(fields_there, expected, rtol=1e-12, atol=1e-12) for fields_there in found):
+        return ()
+    whole = np.zeros((1 + l, d + 1, d + 1))
+    whole[:, :d, :d], whole[:, :d, d] = linear.transpose(1, 0, 2), at_zero[..., 0].T
+    return tuple(whole)
+
+
+@hookimpl
+def sdaeverify_schemes() -> list[Scheme]:
+    """Register every method that is for linear equations."""
+    LIBRARY.require()
+    return [*map(QuTiP, ORDERS)]

@@ -1,0 +1,123 @@
+"""The stochastic solvers of tinydiffeq as schemes, for SDEs and for SDAEs of index 1."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from sdaeverify import SDE, Claim, DelaySDAE, DelayState, Increment, ParameterError, Scheme, Step, hookimpl
+from sdaeverify.bridges import Bridge, Compiled, Foreign, Library
+
+LIBRARY = Library.find("tinydiffeq")
+# Strong orders that the docstrings of the solvers state.
+ORDERS = {"EulerMaruyama": 0.5, "Milstein": 1.0, "SRA1": 1.5}
+# What solve_semi_explicit_sdae takes.
+REDUCED = ("EulerMaruyama", "SRA1")
+
+
+@dataclass(frozen=True)
+class TinyDiffEq(Bridge):
+    """x(t + h) = solve_sde(f, B, solver, t, t + h, x, n_steps=1, noise=our increment), for diagonal noise.
+
+    Attributes
+    ----------
+    solver : str
+        Name of its class in tinydiffeq.
+    """
+
+    solver: str = "EulerMaruyama"
+
+    name: ClassVar[str] = "tinydiffeq"
+    library: ClassVar[Library] = LIBRARY
+    known: ClassVar[tuple[str, ...]] = tuple(ORDERS)
+    source: ClassVar[str] = f"{LIBRARY}; Roessler 2010"
+
+    def __post_init__(self) -> None:
+        if self.solver not in self.known:
+            raise ParameterError(f"solver must be one of {', '.join(self.known)}, got {self.solver!r}")
+
+    @property
+    def noise(self) -> frozenset[str]:  # type: ignore[override]
+        """The field dW and, for ``SRA1``, H."""
+        return frozenset({"dW", "H"} if self.solver == "SRA1" else {"dW"})
+
+    @property
+    def promises(self) -> tuple[Claim, ...]:
+        """The strong order of the solver."""
+        source = f"docstring of {self.solver} in tinydiffeq"
+        return (Claim(measure="strong", value=ORDERS[self.solver], source=source),)
+
+    def refuses(self, problem: Any) -> str:
+        """Refuse noise that is not diagonal or, for ``SRA1``, not additive, and formulas that only NumPy can run."""
+        if "diagonal-noise" not in problem.traits:
+            return "the noise is not declared diagonal"
+        return self.refuses_dependence(problem) or super().refuses(problem)
+
+    def refuses_dependence(self, problem: Any) -> str:
+        """Refuse what ``SRA1`` is not for."""
+        additive = self.solver != "SRA1" or "additive-noise" in problem.traits
+        return "" if additive else "the noise is not declared additive"
+
+    def compiled(self, problem: SDE) -> Compiled:
+        """Return the solver's step for the formulas of a problem."""
+        from ._tinydiffeq_step import sde_step  # noqa: PLC0415 - loading JAX takes seconds
+
+        return sde_step(self.solver, problem)
+
+
+@dataclass(frozen=True)
+class TinyDiffEqSDAE(TinyDiffEq):
+    """The same with solve_semi_explicit_sdae for dx = f(t, x, y) dt + g(t, x, y) dW, 0 = u(t, x, y).
+
+    A path on which its root solver fails keeps its state and is counted.
+    """
+
+    name: ClassVar[str] = "tinydiffeq-sdae"
+    form: ClassVar[type[DelaySDAE]] = DelaySDAE
+    known: ClassVar[tuple[str, ...]] = REDUCED
+
+    def refuses(self, problem: DelaySDAE) -> str:
+        """Refuse delays, problems without y, and several components or Brownian motions."""
+        if problem.delay or not problem.constraints:
+            return "it has a delay" if problem.delay else "it has no algebraic components"
+        several = not problem.dimension == problem.noise_dim == 1
+        if several:
+            return "the noise is not that of one component"
+        return self.refuses_dependence(problem) or why_not_run(problem)
+
+    def compiled(self, problem: DelaySDAE) -> Compiled:
+        """Return the solver's step for the formulas of a problem; the last row is 1 where it has solved for y."""
+        from ._tinydiffeq_step import sdae_step  # noqa: PLC0415 - loading JAX takes seconds
+
+        return sdae_step(self.solver, problem)
+
+    def prepare(self, problem: DelaySDAE, h: float) -> Callable[..., Step]:
+        """Return the step for one problem and step size."""
+        whole, d = super().prepare(problem, h), problem.dimension
+
+        def stepper(state: DelayState, t: float, noise: Increment) -> Step:
+            found = whole(np.concatenate(state), t, noise).state
+            failed = found[-1] != 1.0
+            x, y = (np.where(failed, *pair) for pair in ((state.x, found[:d]), (state.y, found[d:-1])))
+            return Step(DelayState(x, y), failed)
+
+        return stepper
+
+
+def why_not_run(problem: DelaySDAE) -> str:
+    """Return which formula only NumPy can run, or an empty string."""
+    x, y = (Foreign(part, np) for part in problem.initial(1))
+    for what, formula in (("drift", problem.drift), ("diffusion", problem.diffusion), ("u", problem.constraint)):
+        try:
+            formula(Foreign(np.float64(0.0), np), x, x, y)
+        except TypeError as error:
+            return f"its {what} runs on NumPy's arrays alone: {error}"
+    return ""
+
+
+@hookimpl
+def sdaeverify_schemes() -> list[Scheme]:
+    """Register the solvers of both."""
+    LIBRARY.require()
+    return [*map(TinyDiffEq, ORDERS), *map(TinyDiffEqSDAE, REDUCED)]
