@@ -131,7 +131,7 @@ def takes_paths_alone(trial: Trial) -> str:
     """Make the step of each half of the paths, of every fourth alone, and of all among as many as a run has."""
     half, many = trial.paths // 2, max(MANY // len(flatten(trial.state)), 1)
     parts = [slice(0, half), slice(half, None), *(slice(n, n + 1) for n in range(0, trial.paths, 4))]
-    batches = [*parts, np.tile(np.arange(trial.paths), many)]
+    batches: list[Array | slice] = [*parts, np.tile(np.arange(trial.paths), many)]
     return (
         ""
         if all(map(trial.agree, batches))
