@@ -93,6 +93,16 @@ def cells(registry: Registry) -> Iterator[Cell]:
                 yield Cell(scheme, found, f"{scheme.label} on {label}")
 
 
+def in_turn(registry: Registry, *, chosen: bool) -> Iterator[Cell]:
+    """Yield the cells of one variant of each scheme a problem, the variants taking turns, or all the others."""
+    met: Counter[str] = Counter()
+    for cell in cells(registry):
+        variants = registry.schemes[cell.scheme.name].variants
+        turn, met[cell.scheme.label] = met[cell.scheme.label] % len(variants), met[cell.scheme.label] + 1
+        if (variants[turn] is cell.scheme) is chosen:
+            yield cell
+
+
 def breaches(registry: Registry) -> list[Planted]:
     """Return the planted bugs that break a contract or are inexact."""
     modules = {"contract", "exactness"}
@@ -114,10 +124,10 @@ def asked_of_schemes(registry: Registry) -> Iterator[Inquiry]:
         yield Inquiry(scheme.label, [Question(check, scheme.label, "scheme", "", subject) for check in once])
 
 
-def asked_of_cells(registry: Registry) -> Iterator[Inquiry]:
-    """Yield what every scheme is asked on each of its problems."""
+def asked_of_cells(registry: Registry, *, chosen: bool) -> Iterator[Inquiry]:
+    """Yield what every scheme is asked on each of its problems: the variants that have their turn, or the others."""
     each = [check for check in checks("scheme") if check.each_problem]
-    for cell in cells(registry):
+    for cell in in_turn(registry, chosen=chosen):
         subject = Shared(cell.scheme, cell.problem, cell.label)
         yield Inquiry(cell.label, [Question(check, cell.label, "scheme", "", subject) for check in each])
 

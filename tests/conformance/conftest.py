@@ -8,11 +8,10 @@ from conformance import cells
 from sdaeverify.registry.load import Registry, load_registry
 
 COLLECTIONS = {
-    "shipped_scheme": cells.schemes,
-    "shipped_spec": cells.specs,
     "planted": cells.breaches,
     "asked_of_scheme": cells.asked_of_schemes,
-    "asked_of_cell": cells.asked_of_cells,
+    "asked_of_cell": partial(cells.asked_of_cells, chosen=True),
+    "asked_of_another_cell": partial(cells.asked_of_cells, chosen=False),
     "asked_of_problem": partial(cells.asked_of_problems, long=False),
     "asked_for_long": partial(cells.asked_of_problems, long=True),
 }

@@ -5,11 +5,9 @@ from collections.abc import Container
 
 import pytest
 
-from conformance.cells import Inquiry
+from conformance.cells import Inquiry, cells, in_turn, schemes, specs
 from sdaeverify.bridges import Bridge
 from sdaeverify.contracts.planted import Planted
-from sdaeverify.contracts.scheme import Scheme
-from sdaeverify.contracts.specs import ProblemSpec
 from sdaeverify.forms import known_traits
 from sdaeverify.registry.load import Registry
 from sdaeverify.testing import check_scheme
@@ -40,6 +38,31 @@ def test_a_scheme_passes_on_a_problem(asked_of_cell: Inquiry) -> None:
     assert complaints(asked_of_cell) == []
 
 
+@pytest.mark.slow
+def test_every_variant_passes_on_every_problem(asked_of_another_cell: Inquiry) -> None:
+    """So it does with the parameters whose turn it is not among the fast tests."""
+    assert complaints(asked_of_another_cell) == []
+
+
+def test_every_variant_has_its_turn(registry: Registry) -> None:
+    """Each variant is put to some problem of the fast tests, each scheme to each of its own, and none is left out."""
+    everything, chosen, others = (
+        {cell.label for cell in found}
+        for found in (cells(registry), in_turn(registry, chosen=True), in_turn(registry, chosen=False))
+    )
+
+    assert everything == chosen | others
+    assert not chosen & others
+    assert {label.partition(" on ")[0] for label in chosen} == {scheme.label for scheme in schemes(registry)}
+    assert {by_name(label) for label in chosen} == {by_name(label) for label in everything}
+
+
+def by_name(label: str) -> tuple[str, str]:
+    """Return scheme and problem of a cell, the scheme without its parameters."""
+    scheme, _, problem = label.partition(" on ")
+    return scheme.partition("[")[0], problem
+
+
 def test_a_problem_passes(asked_of_problem: Inquiry) -> None:
     """Derivatives, views, traits and truths of a problem are right, where it has them."""
     assert complaints(asked_of_problem, OF_PROBLEMS) == []
@@ -51,11 +74,11 @@ def test_a_problem_passes_what_takes_long(asked_for_long: Inquiry) -> None:
     assert complaints(asked_for_long, OF_PROBLEMS) == []
 
 
-def test_a_shipped_scheme_describes_itself(shipped_scheme: Scheme) -> None:
+def test_a_shipped_scheme_describes_itself(registry: Registry) -> None:
     """Class and step have docstrings, and the scheme has a source of its own."""
-    assert (type(shipped_scheme).__doc__ or "").strip()
-    assert (type(shipped_scheme).step.__doc__ or "").strip()
-    assert shipped_scheme.source.strip()
+    for scheme in schemes(registry):
+        texts = (type(scheme).__doc__, type(scheme).step.__doc__, scheme.source)
+        assert [bool((text or "").strip()) for text in texts] == [True] * 3, scheme.label
 
 
 def test_a_planted_violation_fails_the_kit(planted: Planted) -> None:
@@ -65,32 +88,27 @@ def test_a_planted_violation_fails_the_kit(planted: Planted) -> None:
     assert [row for row in rows if (row["category"], row["status"]) == ("behaviour", "failed")]
 
 
-def test_a_scheme_without_claims_is_a_control(shipped_scheme: Scheme, negative: set[str]) -> None:
+def test_a_scheme_without_claims_is_a_control(registry: Registry) -> None:
     """Only schemes that are there to be refuted claim nothing."""
-    is_bridge = isinstance(shipped_scheme, Bridge)  # it claims what its library documents, if anything
-    assert shipped_scheme.claims or is_bridge or shipped_scheme.name in negative
-
-
-@pytest.fixture(scope="session")
-def negative(registry: Registry) -> set[str]:
-    """Return the schemes that are there to be refuted."""
     problems = [entry.make().build() for entry in registry.problems.values()]
-    return {control.negative for problem in problems for control in problem.controls}
+    negative = {control.negative for problem in problems for control in problem.controls}
+    # A bridge claims what its library documents, if anything.
+    silent = {each.name for each in schemes(registry) if not each.claims and not isinstance(each, Bridge)}
+
+    assert silent <= negative
 
 
-def test_a_shipped_problem_describes_its_parameters(shipped_spec: ProblemSpec) -> None:
+def test_a_shipped_problem_describes_its_parameters(registry: Registry) -> None:
     """The function's docstring has every parameter and a source with units."""
-    text = inspect.getdoc(shipped_spec.family) or ""
-
-    assert "Source\n------" in text
-    assert "unit" in text
-    for parameter in inspect.signature(shipped_spec.family).parameters:
-        assert f"\n{parameter} : " in text
+    for entry in registry.problems.values():
+        family = entry.make().family
+        wanted = ["Source\n------", "unit", *(f"\n{each} : " for each in inspect.signature(family).parameters)]
+        assert not [each for each in wanted if each not in (inspect.getdoc(family) or "")], entry.name
 
 
-def test_a_shipped_problem_has_observables(shipped_spec: ProblemSpec) -> None:
+def test_a_shipped_problem_has_observables(registry: Registry) -> None:
     """There is something to take expectations of."""
-    assert shipped_spec.build().observables
+    assert [spec.label for spec in specs(registry) if not spec.build().observables] == []
 
 
 def test_every_trait_has_its_evidence() -> None:
