@@ -56,6 +56,8 @@ def sdaeverify_report(folder):
 """
 PROGRAM = (sys.executable, "-m", "sdaeverify")
 BUDGET = ("--paths", "80", "--block", "40", "--levels", "8..32", "-j", "1")
+# No worker process beside the program.
+ALONE = ("-j", "1", "--timeout", "0", "--memory", "0")
 
 
 @pytest.fixture
@@ -95,7 +97,7 @@ def test_json_is_readable(chatty, words, where):
     [
         (("info", "zz-told"), "problem zz-told", ("problem",)),
         (("matrix", "-s", "zz-chatty", "-p", "gbm", "-m", "strong", *BUDGET), "", ("question", "step", "report")),
-        (("matrix", "-s", "zz-chatty", "-p", "gbm", "--dry-run", "-j", "1"), "", ("question",)),
+        (("matrix", "-s", "zz-chatty", "-p", "gbm", "--dry-run", *ALONE), "", ("question",)),
     ],
     ids=["info", "matrix", "dry run"],
 )

@@ -16,7 +16,7 @@ WRONG_WORDS = [
     (["-s", "half-explicit-euler[trunc=none]"], "has no parameter 'trunc'; did you mean truncation?"),
     (["-s", "half-explicit-euler[truncation=maybe]"], "truncation must be theory, none or a positive C_eta"),
     (["-p", "pendulum[c_g=abc]"], "parameter c_g of problem 'pendulum' expects a number, got 'abc'"),
-    (["-p", "ou[a=0]"], "a must not be zero"),
+    (["-p", "ou[a=0]", "-j", "1"], "a must not be zero"),
     (["-p", "pendulum[horizon=-1]", "-j", "1"], "horizon must be a positive time, got -1.0"),
     (["-p", "pendulum[c_g=1"], UNREADABLE),
     (["-p", "pendulum]c_g=1["], UNREADABLE),
@@ -50,7 +50,7 @@ WRONG_WORDS = [
     (["-p", "fibre-clamped[N=1]", "-j", "1"], "a fibre needs at least N = 2 points, got 1"),
     (["-p", "fibre-clamped[Dr=-1]", "-j", "1"], "Dr must be positive and finite, got -1"),
     (["-p", "torus[eps=nan]", "-j", "1"], "eps"),
-    (["-p", "exponential-strip[alpha=1e200]"], "cannot be built with these numbers"),
+    (["-p", "exponential-strip[alpha=1e200]", "-j", "1"], "cannot be built with these numbers"),
     (["-s", "implicit-euler-ggl[guess=V3]"], "guess must be V0, V1 or V2, got 'V3'"),
 ]
 

@@ -76,7 +76,7 @@ def test_levels(text, expected):
 def test_dry_run(call, tmp_path):
     """A dry run shows every cell, its view or why it cannot be run, and writes nothing."""
     outcome = call(
-        *("matrix", "--dry-run", "-s", "euler-maruyama,half-explicit-euler", "-p", "gbm,pendulum"),
+        *("matrix", "--dry-run", "-j", "1", "-s", "euler-maruyama,half-explicit-euler", "-p", "gbm,pendulum"),
         *("-m", "strong,drift", "--out", "x"),
     )
 

@@ -37,7 +37,7 @@ def test_shards_merge_to_one_run(call, tmp_path):
 @pytest.mark.parametrize("text", ["0/3", "4/3", "1", "a/b", "1/0", "-1/3"])
 def test_no_shard(call, tmp_path, text):
     """A part that is none is told in one line."""
-    outcome = call("matrix", *ASKED, f"--shard={text}", "--out", str(tmp_path))
+    outcome = call("matrix", *ASKED, *BUDGET, f"--shard={text}", "--out", str(tmp_path))
 
     assert outcome.code == 2
     assert "--shard expects I/N" in outcome.err

@@ -7,6 +7,7 @@ from sdaeverify.registry.load import load_registry
 from sdaeverify.testing import claims  # noqa: F401 - for the same reason
 
 SCHEMES = '''
+import time
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -62,8 +63,7 @@ class Hanging(Right):
     name: ClassVar[str] = "hanging"
 
     def step(self, problem, state, t, h, noise):
-        while True:
-            pass
+        time.sleep(300.0)
 
 
 @dataclass(frozen=True)

@@ -117,11 +117,26 @@ def test_a_cell_without_a_result_of_its_own(locked):
     locked(claims=raising, schemes=["raising"]).assert_outcomes(passed=1, failed=1)
 
 
+SPREAD = "SKIPPED*the tests are spread over 2 processes*"
+
+
+def test_a_process_of_several(pytester, locked):
+    """One of two processes that pytest-xdist has started has not the results of all: it is skipped and says why."""
+    pytester.makeconftest(
+        "def pytest_collection_finish(session): session.config.workerinput = {'workercount': 2, 'workerid': 'gw0'}"
+    )
+    result = locked()
+
+    result.assert_outcomes(passed=1, failed=1, skipped=1)
+    result.stdout.fnmatch_lines([SPREAD])
+
+
+@pytest.mark.slow
 def test_tests_spread_over_processes(pytester, locked):
-    """No process has the results of all then, so it is skipped and says why, wherever it runs."""
+    """So it is with the processes of pytest-xdist itself, wherever it runs."""
     pytest.importorskip("xdist")
     locked("--collect-only")
     result = pytester.runpytest_subprocess("--sdaeverify", "-rs", "-n2", "-p", "no:hypothesispytest")
 
     result.assert_outcomes(passed=1, failed=1, skipped=1)
-    result.stdout.fnmatch_lines(["SKIPPED*the tests are spread over 2 processes*"])
+    result.stdout.fnmatch_lines([SPREAD])
