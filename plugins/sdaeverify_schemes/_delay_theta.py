@@ -58,16 +58,20 @@ def coupled(problem: DelaySDAE, begin: Begun, t: float, s: float) -> Root:
     """
     d, weight, unit = problem.dimension, begin.lag.weight, np.eye(problem.dimension)[..., None]
 
-    def linearised(z: Array) -> tuple[Array, Array]:
-        x, y = z[:d], z[d:]
-        v = begin.lag.ahead(x)
-        value, df = x - begin.known - s * problem.drift(t, x, v, y), problem.linearised_drift(t, x, v, y)
+    def matrix(x: Array, v: Array, y: Array) -> Array:
+        df = problem.linearised_drift(t, x, v, y)
         top = [unit - s * (df.x + weight * df.v), -s * df.y]
         if problem.constraint is None:
-            return value, top[0]
+            return top[0]
         du = problem.linearised_constraint(t, x, v, y)
-        below = [du.x + weight * du.v, du.y]
-        return np.concatenate([value, problem.constraint(t, x, v, y)]), _blocks([top, below], z.shape[-1])
+        return _blocks([top, [du.x + weight * du.v, du.y]], x.shape[-1])
+
+    def linearised(z: Array) -> tuple[Array, Callable[[], Array]]:
+        x, y = z[:d], z[d:]
+        v = begin.lag.ahead(x)
+        value = x - begin.known - s * problem.drift(t, x, v, y)
+        whole = value if problem.constraint is None else np.concatenate([value, problem.constraint(t, x, v, y)])
+        return whole, lambda: matrix(x, v, y)
 
     return reached(linearised, np.concatenate(begin.guess), begin.known, begin.lag.known)
 
@@ -78,10 +82,14 @@ def algebraic(problem: DelaySDAE, lag: Lag, t: float, x: Array, guess: Array) ->
     if constraint is None or problem.solved is not None:
         y = guess if constraint is None else problem.eliminated(t, x, v)
         return Root(y, np.ones(x.shape[-1], dtype=bool), np.zeros(x.shape[-1], dtype=np.int64))
-    return reached(lambda y: (constraint(t, x, v, y), problem.linearised_constraint(t, x, v, y).y), guess, x, v)
+
+    def linearised(y: Array) -> tuple[Array, Callable[[], Array]]:
+        return constraint(t, x, v, y), lambda: problem.linearised_constraint(t, x, v, y).y
+
+    return reached(linearised, guess, x, v)
 
 
-def reached(linearised: Callable[[Array], tuple[Array, Array]], *given: Array) -> Root:
+def reached(linearised: Callable[[Array], tuple[Array, Callable[[], Array]]], *given: Array) -> Root:
     """Return where Newton's method leads from the first of what is given; the solution is as large as all of it."""
     return newton(linearised, given[0], update_tolerance(*map(largest, given)))
 
@@ -100,5 +108,8 @@ def delay_theta(problem: DelaySDAE, state: DelayState, t: float, h: float, noise
 
 
 def _blocks(rows: list[list[Array]], paths: int) -> Array:
-    full = [[np.broadcast_to(block, (*block.shape[:2], paths)) for block in row] for row in rows]
-    return np.concatenate([np.concatenate(row, axis=1) for row in full])
+    d, whole = len(rows[0][0]), sum(block.shape[1] for block in rows[0])
+    full = np.empty((whole, whole, paths))
+    for place, row in zip((slice(d), slice(d, None)), rows, strict=True):
+        full[place, :d], full[place, d:] = row
+    return full

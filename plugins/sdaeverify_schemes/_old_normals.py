@@ -1,5 +1,6 @@
 """Projection of a point onto the constraint along normals taken elsewhere."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -50,9 +51,9 @@ def onto_constraint(problem: HolonomicSDAE | SDE, y: Array, old: ConstraintJacob
     Projected
     """
 
-    def linearised(kappa: Array) -> tuple[Array, Gram]:
+    def linearised(kappa: Array) -> tuple[Array, Callable[[], Gram]]:
         x = y + problem.push(old, kappa)
-        return problem.constraint(x), problem.linearised(x).gram(old)
+        return problem.constraint(x), lambda: problem.linearised(x).gram(old)
 
     def moved(kappa: Array) -> Array:
         return norm(problem.push(old, kappa))

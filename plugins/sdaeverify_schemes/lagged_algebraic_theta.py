@@ -1,5 +1,6 @@
 """The stochastic theta method for delay equations that solves for x with the old y: not the method of (2.10)."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -49,11 +50,12 @@ class LaggedAlgebraicTheta(Scheme):
         begin, s, y = begun(problem, state, t, h, noise, self.theta), self.theta * h, state.y
         lag, unit = begin.lag, np.eye(problem.dimension)[..., None]
 
-        def linearised(x: Array) -> tuple[Array, Array]:
-            v = lag.ahead(x)
-            df = problem.linearised_drift(t + h, x, v, y)
-            value = x - begin.known - s * problem.drift(t + h, x, v, y)
-            return value, unit - s * (df.x + lag.weight * df.v)
+        def matrix(x: Array) -> Array:
+            df = problem.linearised_drift(t + h, x, lag.ahead(x), y)
+            return np.asarray(unit - s * (df.x + lag.weight * df.v))
+
+        def linearised(x: Array) -> tuple[Array, Callable[[], Array]]:
+            return x - begin.known - s * problem.drift(t + h, x, lag.ahead(x), y), lambda: matrix(x)
 
         first = reached(linearised, begin.guess.x, begin.known, lag.known)
         second = algebraic(problem, lag, t + h, first.x, y)

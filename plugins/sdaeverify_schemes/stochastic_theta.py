@@ -97,8 +97,8 @@ def implicit(f: Callable[[Array], Array], s: float, known: Array, guess: Array) 
     """Solve y = known + s f(y) from a guess, shapes (d, P)."""
     unit = np.eye(len(known))[..., None]
 
-    def linearised(y: Array) -> tuple[Array, Array]:
-        return y - s * f(y) - known, unit - s * jacobian(f, y)
+    def linearised(y: Array) -> tuple[Array, Callable[[], Array]]:
+        return y - s * f(y) - known, lambda: unit - s * jacobian(f, y)
 
     return newton(linearised, guess, update_tolerance(largest(guess)))
 

@@ -14,6 +14,8 @@ Solver = Callable[[Any, Array], Array]
 
 # Newton's last update is below this part of the solution, so that its error is rounding: about the square.
 RELATIVE = 1e-9
+# Where F has fallen to this part of what it was, the derivative before may do for the last update.
+FALLEN = 1e-6
 
 
 class Root(NamedTuple):
@@ -48,10 +50,15 @@ def newton(
     the others go on, so that no path depends on its neighbours. The accepted iterate includes that last
     update: Newton converges quadratically, its error is then far below the tolerance.
 
+    The last update needs no derivative of its own where that before gives the same: an update u after one of u_0
+    tells that DF has changed by about the part |u|/|u_0| of itself, so that u is off by |u|^2/|u_0|, which is to be
+    rounding. Where F is affine that is so from the second update on.
+
     Parameters
     ----------
     f : callable
-        Gives F(x), shape (m, P), and DF(x): shape (m, m, P), or what `solver` takes in its place.
+        Gives F(x), shape (m, P), and DF(x): shape (m, m, P), or what `solver` takes in its place; or a function of
+        nothing that gives it, which is asked only where it is needed.
     x : ndarray, shape (m, P)
         Starting point.
     tolerance : float or ndarray, shape (P,)
@@ -68,9 +75,14 @@ def newton(
     """
     iterations = np.zeros(x.shape[1], dtype=np.int64)
     active = np.ones(x.shape[1], dtype=bool)
+    made: _Made | None = None
     for _ in range(max_iterations):
         value, matrix = f(x)
-        update = solver(matrix, value)
+        update, done = (value, ~active) if made is None else made.once_more(value, active, tolerance)
+        if not done.all():
+            fresh = matrix() if callable(matrix) else matrix
+            update = np.where(active & done, update, solver(fresh, value))
+            made = _Made(fresh, value, update, solver, size) if callable(matrix) else None
         x = np.where(active, x - update, x)
         iterations += active
         # Written so that a NaN stays active and ends as a failure.
@@ -78,6 +90,26 @@ def newton(
         if not active.any():
             break
     return Root(x, ~active, iterations)
+
+
+class _Made(NamedTuple):
+    """An update that was made: of a value, by a matrix."""
+
+    matrix: Any
+    value: Array
+    update: Array
+    solver: Solver
+    size: Callable[[Array], Array]
+
+    def once_more(self, value: Array, active: Mask, tolerance: float | Array) -> tuple[Array, Mask]:
+        """Return the update of another value by the same matrix, and the paths that need no other or none at all."""
+        fallen = active & (largest(value) <= FALLEN * largest(self.value))
+        if not fallen.any():
+            return value, ~active
+        update = self.solver(self.matrix, value)
+        length = self.size(update)
+        sure = (length <= tolerance) & (length**2 <= RELATIVE * tolerance * self.size(self.update))
+        return update, ~active | (fallen & sure)
 
 
 def update_tolerance(*sizes: Array) -> Array:

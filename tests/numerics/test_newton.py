@@ -97,3 +97,47 @@ def test_the_tolerance_of_an_update_follows_the_largest_size() -> None:
     """Of all that is given, path by path; it is absolute where all of it is 0."""
     tolerance = update_tolerance(np.array([0.0, 2.0, 0.0]), np.array([3.0, 1.0, 0.0]))
     assert tolerance == pytest.approx([3e-9, 2e-9, 1e-9], rel=1e-15)
+
+
+def asked(f, counts):
+    """Return F with its derivative on request, and count the requests."""
+
+    def lazy(x):
+        value, matrix = f(x)
+
+        def derivative():
+            counts.append(1)
+            return matrix
+
+        return value, derivative
+
+    return lazy
+
+
+def test_an_affine_function_is_differentiated_once():
+    """The update that finds rounding alone is made with the derivative before, and is the same."""
+    A, b = np.array([[2.0, 1.0], [-1.0, 3.0]])[..., None] * np.ones(3), np.arange(6.0).reshape(2, 3)
+    counts = []
+    affine = lambda x: (np.einsum("mnp,np->mp", A, x) - b, A)  # noqa: E731
+    lazy, eager = newton(asked(affine, counts), np.zeros((2, 3)), TOLERANCE), newton(affine, np.zeros((2, 3)), TOLERANCE)
+    assert len(counts) == 1
+    assert np.array_equal(lazy.x, eager.x)
+    assert lazy.iterations.tolist() == eager.iterations.tolist() == [2, 2, 2]
+
+
+def test_derivatives_on_request_give_the_same_roots_path_by_path():
+    """What is left out changes no root by more than rounding, no count, and no neighbour."""
+    counts, start = [], np.array([[1.1, -0.4, -0.7, 5.0], [0.1, 1.0, -0.6, 3.0]])
+    lazy, eager = newton(asked(cube_roots_of_one, counts), start, TOLERANCE), newton(cube_roots_of_one, start, TOLERANCE)
+    assert np.abs(lazy.x - eager.x).max() <= EPS
+    assert np.array_equal(lazy.iterations, eager.iterations)
+    assert len(counts) <= eager.iterations.max()
+    for p in range(4):
+        one = newton(asked(cube_roots_of_one, []), start[:, p : p + 1], TOLERANCE)
+        assert np.array_equal(one.x[:, 0], lazy.x[:, p])
+
+
+def test_a_path_without_root_is_none_with_derivatives_on_request_either():
+    """Where F falls while the update stays large, nothing is accepted."""
+    root = newton(asked(square_minus(np.array([4.0, -1.0])), []), np.full((1, 2), 3.0), TOLERANCE)
+    assert root.converged.tolist() == [True, False]

@@ -421,12 +421,15 @@ def solve_algebraic(problem: "DelaySDAE", t: float, x: Array, v: Array, guess: A
     assert constraint is not None
     real, lagged = np.real(x), np.real(v)
 
-    def linearised(y: Array) -> tuple[Array, Array]:
-        return constraint(t, real, lagged, y), problem.linearised_constraint(t, real, lagged, y).y
+    def matrix(y: Array) -> Array:
+        return problem.linearised_constraint(t, real, lagged, y).y
+
+    def linearised(y: Array) -> tuple[Array, Callable[[], Array]]:
+        return constraint(t, real, lagged, y), lambda: matrix(y)
 
     begin = np.broadcast_to(guess, (len(guess), x.shape[-1]))
     root = newton(linearised, begin, update_tolerance(largest(begin), largest(real)))
     y = np.where(root.converged, root.x, np.nan)
     if not (np.iscomplexobj(x) or np.iscomplexobj(v)):
         return y
-    return y - solve(linearised(y)[1], constraint(t, x, v, y))
+    return y - solve(matrix(y), constraint(t, x, v, y))
