@@ -10,10 +10,10 @@ from rich.text import Text
 
 from ..contracts.finding import Verdict
 from ..report.plain import visible
-from ..study import Advanced, CellResult, Finished
+from ..study import Advanced, CellResult, Event, Finished
 from .console import errors
 
-Show = Callable[[Advanced | Finished], None]
+Show = Callable[[Event], None]
 
 
 @contextmanager
@@ -44,7 +44,7 @@ def line(result: CellResult) -> str:
     return visible(f"{cell.scheme.label}  {cell.spec.label}  {cell.measure.name}  {verdicts}  {result.seconds:.2f} s")
 
 
-def _lines(event: Advanced | Finished) -> None:
+def _lines(event: Event) -> None:
     if isinstance(event, Finished):
         asked = [result for result in event.results if result.cell.verdict is not Verdict.NOT_APPLICABLE]
         for result in asked:
@@ -65,7 +65,7 @@ def _bar() -> Progress:
 def _moved(bar: Progress, total: int) -> Show:
     task, begun = bar.add_task("", total=None if total else 0, problem="starting", told="", left=""), time.monotonic()
 
-    def show(event: Advanced | Finished) -> None:
+    def show(event: Event) -> None:
         if isinstance(event, Advanced):
             share, left = (event.done / max(1, event.total), None)
             if event.pairs:

@@ -16,6 +16,8 @@ FEWEST_PATHS, MOST_PATHS = 40, 10**9
 FIRST_BLOCK = 256
 FINEST_STEPS = 2**20
 LARGEST_BLOCK = 2**20
+# In place of the index of a block: what one step tells of a scheme on a problem, before any path is drawn.
+SCREENING = -1
 _RANGE = re.compile(r"([0-9]{1,9})\.\.([0-9]{1,9})")
 
 

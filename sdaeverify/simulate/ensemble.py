@@ -19,7 +19,7 @@ from ..conformance import violation
 from ..contracts.matching import match
 from ..contracts.measure import Measure, Observer, Snapshot
 from ..contracts.scheme import Scheme
-from ..contracts.settings import Settings
+from ..contracts.settings import SCREENING, Settings
 from ..contracts.specs import ProblemSpec
 from ..contracts.tally import Tally
 from ..errors import FAULTS, ProblemError, SchemeError, is_out_of_memory, one_line
@@ -41,11 +41,21 @@ class Entry:
 
 @dataclass(frozen=True)
 class Task:
-    """Everything that determines the evidence on one problem; it can be pickled."""
+    """Everything that determines the evidence on one problem; it can be pickled.
+
+    Attributes
+    ----------
+    spec : ProblemSpec
+    entries : tuple of Entry
+    settings : Settings
+    screened : bool
+        Whether one step is looked at before there are paths, as a block of its own; if not, with the first paths.
+    """
 
     spec: ProblemSpec
     entries: tuple[Entry, ...]
     settings: Settings
+    screened: bool = False
 
 
 class LaneEvidence(NamedTuple):
@@ -56,7 +66,7 @@ class LaneEvidence(NamedTuple):
     tallies : tuple of Tally
         What was sampled, one for each measure.
     probes : tuple of Tally
-        What was found without sampling, one for each measure; in the first block only.
+        What was found without sampling, one for each measure; in the first block or the screening only.
     health : Tally
         Failed paths, lost paths, truncated steps and steps of each level.
     seconds : float
@@ -91,7 +101,7 @@ def run_block(
     ----------
     task : Task
     block : int
-        Index of the block.
+        Index of the block, or `SCREENING` for what needs no paths.
     guard : Guard, optional
         Is told whose code runs.
     digests : bool, optional
@@ -152,9 +162,10 @@ def _threads() -> ThreadpoolController:
 def _run_block(task: Task, block: int, guard: Guard, *, digests: bool) -> tuple[LaneEvidence, ...]:
     with guard.of(PROBLEM):
         problem = task.spec.build()
-        reference = Reference(problem, task.settings, block)
+        reference = Reference(problem, task.settings, max(block, 0))
         did = problem_digest(problem) if digests else ""
-    place = _Place(problem, reference, task.settings, guard, did, first=block == 0)
+    first = block == (SCREENING if task.screened else 0)
+    place = _Place(problem, reference, task.settings, guard, did, first=first, sampled=block != SCREENING)
     runs = [_Run(entry, index, place) for index, entry in enumerate(task.entries)]
     if any(run.sampled for run in runs):
         source = Source(task.settings.seed, task.spec.label, block, reference.drawn, reference.paths)
@@ -185,6 +196,7 @@ class _Place(NamedTuple):
     guard: Guard
     did: str
     first: bool
+    sampled: bool
 
 
 def _simulate(place: _Place, runs: "Sequence[_Run]", source: Source) -> None:
@@ -205,11 +217,13 @@ def _simulate(place: _Place, runs: "Sequence[_Run]", source: Source) -> None:
 class _Watch:
     """One measure on one lane; what goes wrong in it costs this measure only."""
 
-    def __init__(self, measure: Measure, index: int, place: _Place, parts: Parts) -> None:
+    def __init__(self, measure: Measure, index: int, place: _Place, parts: Parts | None) -> None:
         problem, settings = place.problem, place.settings
         self.measure, self.index, self.guard, self.error, self.starved = measure, index, place.guard, "", False
         self.observer: Observer | None = None
         self.wanted: Sequence[Container[int]] = [frozenset()] * settings.levels
+        if parts is None:
+            return
         with self.guarded():
             self.observer = measure.observer(problem, parts, settings)
             if self.observer is not None:
@@ -269,8 +283,10 @@ class _Run:
         self.violation = violation(scheme, self.view) if self.place.first else ""
         if self.violation:
             return
-        self.lane = Lane(scheme, self.view, self.settings, paths, self.reference.own)
-        parts = self.lane.tracks[0].constrained_parts()
+        parts = None
+        if self.place.sampled:
+            self.lane = Lane(scheme, self.view, self.settings, paths, self.reference.own)
+            parts = self.lane.tracks[0].constrained_parts()
         self.watches = [_Watch(m, index, self.place, parts) for index, m in enumerate(self.entry.measures)]
 
     @property
@@ -294,7 +310,7 @@ class _Run:
                     watch.after_coarsest_step(snapshot)
 
     def evidence(self) -> LaneEvidence:
-        """Return what was noted; the first block also evaluates the one-step map where a measure asks for it."""
+        """Return what was noted, and what the one-step map tells where a measure asks for it before all paths."""
         tallies: list[Tally] = []
         probes: list[Tally] = []
         if not (self.error or self.violation):
@@ -310,10 +326,10 @@ class _Run:
         return LaneEvidence(
             tuple(tallies),
             tuple(probes),
-            self.lane.health(),
+            self.lane.health() if self.place.sampled else Tally(),
             self.seconds,
             errors,
-            self.reference.paths,
+            self.reference.paths if self.place.sampled else 0,
             behaviour=behaviour,
             starved=frozenset(index for index, watch in enumerate(self.watches) if watch.starved),
         )

@@ -9,7 +9,7 @@ from typing import Any
 
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
-from ..contracts.settings import Settings
+from ..contracts.settings import SCREENING, Settings
 from ..contracts.specs import ProblemSpec
 from .sources import code_of, contents, files_of, framework_source, source_of
 
@@ -29,7 +29,9 @@ def lane_ingredients(scheme: Scheme, spec: ProblemSpec, settings: Settings, bloc
         return None
     loaded = {"code of the scheme": code_of(scheme), "code of the problem": code_of(spec.family)}
     numbers = {name: str(value) for name, value in asdict(settings).items() if name not in BUDGET}
-    drawn = f"{settings.sizes[block]} drawn, {settings.paths_of(block)} used"
+    drawn = "none"
+    if block != SCREENING:
+        drawn = f"{settings.sizes[block]} drawn, {settings.paths_of(block)} used"
     names = {"scheme": scheme.label, "problem": spec.label, "index": str(block)}
     return {**names, "paths of the block": drawn, **numbers, **sources, **loaded, "framework": framework_source()}
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
+from ..contracts.settings import SCREENING
 from ..errors import UsageError
 from ..simulate.behaviour import Behaviour
 from ..simulate.ensemble import Entry, LaneEvidence, Task, behaviours
@@ -148,7 +149,8 @@ class Store:
         known = {measure.name: measure_ingredients(measure, task.settings) for measure in entry.measures}
         measures = {name: given for name, given in known.items() if given}
         names = self.folder / FOLDER / task.spec.name[:LONGEST_NAME] / entry.scheme.name[:LONGEST_NAME]
-        start = f"{block:04d}-{_label_key(entry.scheme.label, task.spec.label)}-"
+        which = "step" if block == SCREENING else f"{block:04d}"
+        start = f"{which}-{_label_key(entry.scheme.label, task.spec.label)}-"
         path, files = names / f"{start}{key(lane)}.npz", lane_files(entry.scheme, task.spec)
         place = Place(path, lane, measures, files, self.fresh)
         if self.fresh:

@@ -2,6 +2,17 @@
 
 from .judging import CellResult
 from .plan import Cell, Plan, ProblemPlan, plan
-from .run import Advanced, Finished, Study
+from .run import Advanced, Event, Finished, Screened, Study
 
-__all__ = ["Advanced", "Cell", "CellResult", "Finished", "Plan", "ProblemPlan", "Study", "plan"]
+__all__ = [
+    "Advanced",
+    "Cell",
+    "CellResult",
+    "Event",
+    "Finished",
+    "Plan",
+    "ProblemPlan",
+    "Screened",
+    "Study",
+    "plan",
+]

@@ -4,11 +4,12 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
-from math import inf
+from math import ceil, inf
 from pathlib import Path
 from typing import NamedTuple, Protocol, TypeVar
 
 from ..contracts.scheme import Scheme
+from ..contracts.settings import SCREENING
 from ..simulate.behaviour import Behaviour
 from ..simulate.ensemble import Entry, LaneEvidence, Task, behaviours, run_block, without_evidence
 from ..simulate.guard import NO_MEASURE, PROBLEM
@@ -75,8 +76,8 @@ Parts = list[tuple[Entry, LaneEvidence]]
 LATE = "no result within {:g} s on a block of paths (--timeout)"
 AGAIN = ", twice"
 MEANWHILE = "while the run was under way; run it again"
-# Schemes that one worker evaluates without paths before another could help.
-PROBED_TOGETHER = 3
+# Pieces of a block for each worker: with one worker the noise is drawn once, with many a scheme is alone.
+PIECES = 2
 # What a worker whose memory is used up may raise outside the code of a scheme.
 SHORT = (MemoryError, OSError)
 
@@ -213,9 +214,9 @@ class Blocks:
         return recalled, self._sent(parcel) if missing else []
 
     def _sent(self, parcel: Parcel) -> list[Begun]:
-        """Send a parcel, the first block of a problem in pieces: what is found without paths outweighs the noise."""
-        entries = parcel.task.entries
-        size = len(entries) if parcel.block else PROBED_TOGETHER
+        """Send a parcel in pieces of some schemes, of one where no noise is drawn that they could share."""
+        entries, jobs = parcel.task.entries, self.crew.jobs
+        size = 1 if parcel.block == SCREENING else max(1, ceil(len(entries) / (PIECES * jobs if jobs > 1 else 1)))
         return [self._send(parcel.only(entries[n : n + size])) for n in range(0, len(entries), size)]
 
     def _end(self, task: Task, recalled: list[Recalled], computed: Parts) -> Lanes:

@@ -5,6 +5,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from statistics import fmean
 
+from ..contracts.settings import Settings
+from ..simulate.reference import OWN_REFERENCE
+from .plan import ProblemPlan
+
 # Until a further look was measured, a path of it is taken for so much of one of the first, which includes probing.
 FURTHER = 0.25
 
@@ -38,8 +42,9 @@ class Forecast:
 
     Attributes
     ----------
-    done, further : dict of str to list of float
-        Measured seconds of each scheme at the first look, and of a scheme and path at further ones, by problem.
+    screened, done, further : dict of str to list of float
+        Measured seconds of each scheme without paths, at the first look, and of a scheme and path at further ones, by
+        problem.
     over : set of str
         Problems whose first look is over.
     first_looks, further_looks : Looks
@@ -49,6 +54,7 @@ class Forecast:
 
     schemes: Mapping[str, int]
     first: int
+    screened: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
     done: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
     further: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
     over: set[str] = field(default_factory=set)
@@ -64,6 +70,11 @@ class Forecast:
         else:
             self.further[problem].append(seconds / (schemes * paths))
 
+    def heard_screening(self, problem: str, seconds: float, schemes: int) -> None:
+        """Take note of what some schemes took on a problem without paths."""
+        self.spent += seconds
+        self.screened[problem] += [seconds / schemes] * schemes
+
     def looked(self, *, first: bool, goes_on: bool) -> None:
         """Take note that a problem was judged, and whether it is looked at again."""
         looks = self.first_looks if first else self.further_looks
@@ -78,17 +89,44 @@ class Forecast:
             Problem, schemes and paths of each block of a further look that is known to be wanted.
         """
         waiting = {name: count for name, count in self.schemes.items() if name not in self.over}
+        left = {name: count - len(self.screened[name]) for name, count in self.schemes.items()}
+        screening = sum(max(0, count) * _mean(self.screened, name) for name, count in left.items())
         first = sum(max(0, count - len(self.done[name])) * self._first(name) for name, count in waiting.items())
         further = sum(schemes * paths * self._path(name) for name, schemes, paths in queued)
         expected = sum(count * self.first * self._path(name) for name, count in waiting.items())
         # A look has as many paths as all before it: what follows one costs twice as much.
-        return first + further * (1.0 + 2.0 * self.further_looks.share) + self.first_looks.share * expected
+        return (
+            screening + first + further * (1.0 + 2.0 * self.further_looks.share) + self.first_looks.share * expected
+        )
 
     def _first(self, problem: str) -> float:
-        known = self.done[problem] or [seconds for all_ in self.done.values() for seconds in all_]
-        return fmean(known) if known else 0.0
+        return _mean(self.done, problem)
 
     def _path(self, problem: str) -> float:
         if self.further[problem]:
             return fmean(self.further[problem])
         return FURTHER * self._first(problem) / self.first
+
+
+def _mean(seconds: Mapping[str, list[float]], problem: str) -> float:
+    """Return the mean of a problem, or of all others; 0 where nothing is known."""
+    known = seconds[problem] or [each for those in seconds.values() for each in those]
+    return fmean(known) if known else 0.0
+
+
+def weight(plan: ProblemPlan, settings: Settings) -> int:
+    """Return how much the first paths of a problem weigh beside those of others: steps of all its schemes.
+
+    Steps on so few paths cost their calls, whatever the problem; a scheme that is its own truth makes most of them.
+    """
+    assert plan.problem is not None
+    last = settings.levels - 1
+    own = OWN_REFERENCE if plan.problem.pathwise is None else 0
+    steps = sum(settings.steps) + (settings.coarsest << (last + own) if own else 0)
+    return steps * len({cell.scheme for cell in (*plan.runnable, *plan.control_cells)})
+
+
+def breadth(plan: ProblemPlan) -> int:
+    """Return how much the screening of a problem weighs: cells, times the noises that nodes are of."""
+    assert plan.problem is not None
+    return len(plan.runnable) * (1 + plan.problem.noise_dim)

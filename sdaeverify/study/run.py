@@ -3,15 +3,15 @@
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from ..contracts.settings import Settings
+from ..contracts.settings import SCREENING, Settings
 from ..simulate.ensemble import Task
 from ..store import Store
 from ..workers.executors import Crew
 from .blocks import Blocks, Lanes, Portion
-from .forecast import Forecast
+from .forecast import Forecast, breadth, weight
 from .holm import family_wise
 from .judging import CellResult
 from .plan import Plan
@@ -44,10 +44,31 @@ class Advanced(NamedTuple):
     pairs: int = 0
 
 
+class Screened(NamedTuple):
+    """All that a problem's schemes tell without paths is found; no path of any problem has been drawn yet.
+
+    Attributes
+    ----------
+    problem : str
+        Label.
+    results : tuple of CellResult
+        Of the cells that need no paths.
+    waiting : int
+        Cells whose verdicts do.
+    """
+
+    problem: str
+    results: tuple[CellResult, ...]
+    waiting: int
+
+
 class Finished(NamedTuple):
     """All cells of a problem are judged."""
 
     results: tuple[CellResult, ...]
+
+
+Event = Advanced | Screened | Finished
 
 
 class Study:
@@ -80,11 +101,11 @@ class Study:
 
     @property
     def total(self) -> int:
-        """Largest number of blocks."""
-        return self.settings.blocks * sum(problem.open for problem in self.problems)
+        """Largest number of blocks, what is found without paths being one of each problem."""
+        return (1 + self.settings.blocks) * sum(problem.open for problem in self.problems)
 
-    def run(self, executor: Crew | Executor | None = None, window: int = 1) -> Iterator[Advanced | Finished]:
-        """Take look after look: run the blocks of every problem that is not decided, and judge it.
+    def run(self, executor: Crew | Executor | None = None, window: int = 1) -> Iterator[Event]:
+        """Find all that needs no paths; then take look after look at every problem that is not decided, and judge it.
 
         Parameters
         ----------
@@ -95,21 +116,42 @@ class Study:
 
         Yields
         ------
-        Advanced or Finished
+        Advanced, Screened or Finished
         """
         blocks = Blocks(executor, self.store)
         yield from self._finish(problem for problem in self.problems if not problem.open)
         waiting = [problem for problem in self.problems if problem.open]
         yield from self._finish(problem for problem in waiting if not self._goes_on(problem, blocks))
-        jobs = deque(job for problem in waiting if problem.open for job in _jobs(problem))
-        state = _Progress(jobs, Forecast({p.plan.spec.label: len(p.task().entries) for p in waiting}, self._first))
+        waiting = [problem for problem in waiting if problem.open]
+        state = _Progress(self.problems, Forecast({p.plan.spec.label: p.schemes for p in waiting}, self._first))
+        yield from self._screen(waiting, blocks, window, state)
+        yield from self._look(waiting, blocks, window, state)
+
+    def _screen(
+        self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int, state: "_Progress"
+    ) -> Iterator[Event]:
+        """Find what needs no paths, of the problems with the most of it first."""
+        widest = sorted(waiting, key=lambda problem: -breadth(problem.plan))
+        state.queue(job for problem in waiting for job in _jobs(problem))
+        for job, found in blocks.results(deque(_screening(problem) for problem in widest), window):
+            yield state.heard(job, found)
+            if not isinstance(found, Portion):
+                job.problem.absorb(job.task, found)
+                results = job.problem.screened()
+                yield Screened(job.problem.plan.spec.label, results, len(job.problem.runs) - len(results))
+
+    def _look(
+        self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int, state: "_Progress"
+    ) -> Iterator[Event]:
+        """Draw paths, of the problems that take longest first."""
+        longest = sorted(waiting, key=lambda problem: -weight(problem.plan, self.settings))
+        jobs = state.queue(job for problem in longest for job in _jobs(problem))
         for job, found in blocks.results(jobs, window):
-            state.heard(job, found)
             if isinstance(found, Portion):
-                yield state.advanced(job, self.problems)
+                yield state.heard(job, found)
                 continue
             job.problem.absorb(job.task, found)
-            yield state.advanced(job, self.problems)
+            yield state.heard(job, found)
             if job.block == job.last:
                 job.problem.judge()
                 goes_on = job.problem.open and self._goes_on(job.problem, blocks)
@@ -129,7 +171,7 @@ class Study:
     def _goes_on(self, problem: ProblemRun, blocks: Blocks) -> bool:
         """Return whether a problem takes its next look; if nothing is computed, cells without evidence are halted."""
         if self.store is not None and self.stored_only:
-            problem.halt(blocks.lacking(problem.task(), problem.blocks), HALTED)
+            problem.halt(blocks.lacking(problem.task(), problem.wanted), HALTED)
         return problem.open
 
     def _finish(self, problems: Iterable[ProblemRun]) -> Iterator[Finished]:
@@ -143,41 +185,46 @@ class Study:
 class _Progress:
     """How far a study is: blocks, and the seconds that are left."""
 
-    jobs: "deque[_Job]"
+    problems: Sequence[ProblemRun]
     forecast: Forecast
+    jobs: "deque[_Job]" = field(default_factory=deque)
     done: int = 0
+    total: int = 0
 
-    def __post_init__(self) -> None:
-        self.total, self.open = len(self.jobs), list(self.jobs)
+    def queue(self, jobs: Iterable["_Job"]) -> "deque[_Job]":
+        """Return the blocks of first looks as a queue, to which those of further ones are added."""
+        self.jobs = deque(jobs)
+        self.total = len(self.forecast.schemes) + len(self.jobs)
+        return self.jobs
 
-    def heard(self, job: "_Job", found: Lanes | Portion) -> None:
-        """Take note of what is done."""
+    def heard(self, job: "_Job", found: Lanes | Portion) -> Advanced:
+        """Take note of what is done, and return the event."""
         label = job.task.spec.label
-        if isinstance(found, Portion):
+        if isinstance(found, Portion) and job.block == SCREENING:
+            self.forecast.heard_screening(label, found.seconds, found.schemes)
+        elif isinstance(found, Portion):
             paths = job.task.settings.paths_of(job.block) if job.block else None
             self.forecast.heard(label, found.seconds, found.schemes, paths)
-            return
-        self.done += 1
-        self.open.remove(job)
-        if not job.block:
-            self.forecast.over.add(label)
+        else:
+            self.done += 1
+            if not job.block:
+                self.forecast.over.add(label)
+        return self._advanced(label)
 
     def looked(self, job: "_Job", further: Iterable["_Job"]) -> None:
         """Put the blocks of a further look into the queue."""
         known = list(further)
         self.forecast.looked(first=job.block == 0, goes_on=bool(known))
         self.jobs += known
-        self.open += known
         self.total += len(known)
 
-    def advanced(self, job: "_Job", problems: Sequence[ProblemRun]) -> Advanced:
-        """Return the event."""
+    def _advanced(self, label: str) -> Advanced:
         queued = (
             (j.task.spec.label, len(j.task.entries), j.task.settings.paths_of(j.block)) for j in self.jobs if j.block
         )
-        pairs, decided = (sum(counts) for counts in zip(*(problem.pairs for problem in problems), strict=True))
+        pairs, decided = (sum(counts) for counts in zip(*(problem.pairs for problem in self.problems), strict=True))
         left = self.forecast.left(queued)
-        return Advanced(self.done, self.total, job.task.spec.label, self.forecast.spent, left, decided, pairs)
+        return Advanced(self.done, self.total, label, self.forecast.spent, left, decided, pairs)
 
 
 class _Job(NamedTuple):
@@ -187,6 +234,10 @@ class _Job(NamedTuple):
     task: Task
     block: int
     last: int
+
+
+def _screening(problem: ProblemRun) -> _Job:
+    return _Job(problem, problem.task(), SCREENING, SCREENING)
 
 
 def _jobs(problem: ProblemRun) -> Iterator[_Job]:

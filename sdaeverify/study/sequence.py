@@ -6,8 +6,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..contracts.finding import Finding, Reason, Verdict
+from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
-from ..contracts.settings import Settings
+from ..contracts.settings import SCREENING, Settings
 from ..errors import FAULTS, one_line
 from ..simulate.ensemble import Entry, LaneEvidence, Task
 from .judging import CellEvidence, CellResult, control_verdicts, excluded_cells, judge_cell, without_evidence
@@ -75,6 +76,16 @@ class ProblemRun:
         return len(schemes), len(schemes - {run.cell.scheme for run in self.runs if not run.settled})
 
     @property
+    def schemes(self) -> int:
+        """Number of schemes of the next look, with controls."""
+        return len(self.task().entries)
+
+    @property
+    def wanted(self) -> tuple[int, ...]:
+        """What the next look needs: its blocks, and what one step tells."""
+        return (*self.blocks, SCREENING)
+
+    @property
     def blocks(self) -> range:
         """Blocks of the next look."""
         return range(self.settings.ends[self.look - 1] if self.look else 0, self.settings.ends[self.look])
@@ -91,7 +102,7 @@ class ProblemRun:
         for run in self._running():
             entries.setdefault(run.cell.scheme, []).append(run)
         made = (Entry(scheme, tuple(run.cell.measure for run in runs)) for scheme, runs in entries.items())
-        return Task(self.plan.spec, tuple(made), self.settings)
+        return Task(self.plan.spec, tuple(made), self.settings, screened=True)
 
     def absorb(self, task: Task, lanes: Iterable[LaneEvidence]) -> None:
         """Merge the evidence of one more block."""
@@ -101,15 +112,16 @@ class ProblemRun:
                 run = runs[entry.scheme, measure.name]
                 run.evidence = _merged(run.evidence, lane, index)
 
+    def screened(self) -> tuple[CellResult, ...]:
+        """Return what is known of the cells about which paths tell nothing; they are judged once more with all."""
+        done = [run for run in self.runs if run.evidence.refused or _draws_none(run.cell.measure)]
+        return tuple(self._judged([run for run in done if not run.halted]))
+
     def judge(self) -> None:
         """Judge the open cells at the end of a look."""
-        runs = (*self.runs, *self.controls)
-        evidence = {_key(run.cell): run.known for run in runs}
-        controls = control_verdicts(self.plan, self.settings, evidence)
-        for run in self.runs:
-            if not run.settled:
-                result = judge_cell(self.plan, run.cell, self.settings, run.evidence, controls)
-                run.result = self._sequential(run, result)
+        runs = [run for run in self.runs if not run.settled]
+        for run, result in zip(runs, self._judged(runs), strict=True):
+            run.result = self._sequential(run, result)
         self.look += 1
 
     def results(self, stopped: str) -> tuple[CellResult, ...]:
@@ -119,6 +131,11 @@ class ProblemRun:
             _as_it_is(run, run.halted or (stopped if unsettled or run.result is None else "")) for run in self.runs
         )
         return (*done, *excluded_cells(self.plan))
+
+    def _judged(self, runs: Sequence[CellRun]) -> list[CellResult]:
+        evidence = {_key(run.cell): run.known for run in (*self.runs, *self.controls)}
+        controls = control_verdicts(self.plan, self.settings, evidence)
+        return [judge_cell(self.plan, run.cell, self.settings, run.evidence, controls) for run in runs]
 
     def _running(self) -> Iterator[CellRun]:
         # A cell that is settled keeps the evidence of its last look; a control goes on for the cells it controls.
@@ -141,6 +158,10 @@ class ProblemRun:
 
 def _key(cell: Cell) -> tuple[Scheme, str]:
     return cell.scheme, cell.measure.name
+
+
+def _draws_none(measure: Measure) -> bool:
+    return type(measure).observer is Measure.observer
 
 
 def _merged(known: CellEvidence, lane: LaneEvidence, index: int) -> CellEvidence:

@@ -127,7 +127,7 @@ def test_second_run(project):
     """What was measured before is reused, and said to be, only where that is asked for."""
     outcomes = [project("-s", "right", *further) for further in ((), (), ("--reuse",), ("--fresh",))]
 
-    told = [("note: evidence of 1 of 1 blocks" in outcome.out) for outcome in outcomes]
+    told = [("note: evidence of 2 of 2 blocks" in outcome.out) for outcome in outcomes]
     assert told == [False, False, True, False]
     assert not any("asked for afresh" in outcome.out for outcome in outcomes)
     assert {outcome.code for outcome in outcomes} == {ExitCode.OK}

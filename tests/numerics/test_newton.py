@@ -119,7 +119,10 @@ def test_an_affine_function_is_differentiated_once():
     A, b = np.array([[2.0, 1.0], [-1.0, 3.0]])[..., None] * np.ones(3), np.arange(6.0).reshape(2, 3)
     counts = []
     affine = lambda x: (np.einsum("mnp,np->mp", A, x) - b, A)  # noqa: E731
-    lazy, eager = newton(asked(affine, counts), np.zeros((2, 3)), TOLERANCE), newton(affine, np.zeros((2, 3)), TOLERANCE)
+    lazy, eager = (
+        newton(asked(affine, counts), np.zeros((2, 3)), TOLERANCE),
+        newton(affine, np.zeros((2, 3)), TOLERANCE),
+    )
     assert len(counts) == 1
     assert np.array_equal(lazy.x, eager.x)
     assert lazy.iterations.tolist() == eager.iterations.tolist() == [2, 2, 2]
@@ -128,7 +131,10 @@ def test_an_affine_function_is_differentiated_once():
 def test_derivatives_on_request_give_the_same_roots_path_by_path():
     """What is left out changes no root by more than rounding, no count, and no neighbour."""
     counts, start = [], np.array([[1.1, -0.4, -0.7, 5.0], [0.1, 1.0, -0.6, 3.0]])
-    lazy, eager = newton(asked(cube_roots_of_one, counts), start, TOLERANCE), newton(cube_roots_of_one, start, TOLERANCE)
+    lazy, eager = (
+        newton(asked(cube_roots_of_one, counts), start, TOLERANCE),
+        newton(cube_roots_of_one, start, TOLERANCE),
+    )
     assert np.abs(lazy.x - eager.x).max() <= EPS
     assert np.array_equal(lazy.iterations, eager.iterations)
     assert len(counts) <= eager.iterations.max()

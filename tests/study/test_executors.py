@@ -132,7 +132,7 @@ def test_evidence_comes_home(tmp_path, capsys):
 
     assert list((tmp_path / "evidence").rglob("*.npz"))
     assert execute(words) == 0
-    assert "evidence of 3 of 3 blocks of paths was reused" in capsys.readouterr().out
+    assert "evidence of 4 of 4 blocks of paths was reused" in capsys.readouterr().out
 
 
 def test_loky_processes_that_have_never_seen_a_plugin(here, tmp_path):

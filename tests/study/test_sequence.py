@@ -12,11 +12,13 @@ from sdaeverify.contracts.measure import Evidence, Measure
 from sdaeverify.contracts.scheme import with_claims
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.contracts.tally import Tally
+from sdaeverify.measures.stability import Stability
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
 from sdaeverify.numerics.statistics import group_sums
-from sdaeverify.study import Finished, Study, plan
+from sdaeverify.study import Finished, Screened, Study, plan
 from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.ou import ou
 from sdaeverify_schemes.balanced_euler import BalancedEuler
 from sdaeverify_schemes.displaced_euler import DisplacedEuler
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
@@ -121,12 +123,33 @@ def test_a_problem_is_finished_when_its_last_cell_is():
     assert [r.paths for r in finished[0].results] == [r.paths for r in results]
 
 
+def test_everything_is_screened_before_any_path():
+    """Of all problems it is told first what needs no paths, and that stays; the rest waits for them."""
+    specs, measures = [problem_spec(gbm), problem_spec(ou)], [Stability(), Patient(wants=1)]
+    study = Study(plan([EulerMaruyama()], specs, measures), SETTINGS)
+    told = []
+    for event in study.run():
+        if isinstance(event, Screened):
+            told.append(event)
+            assert not any(run.evidence.paths for problem in study.problems for run in problem.runs)
+
+    assert {event.problem for event in told} == {"gbm", "ou"}
+    assert [event.waiting for event in told] == [1, 1]
+    final = {(r.cell.spec.label, r.cell.measure.name): r.findings for r in study.results()}
+    for event in told:
+        (early,) = event.results
+        late = final[event.problem, "stability"]
+        assert [(f.quantity, f.verdict, f.reason) for f in early.findings] == [
+            (f.quantity, f.verdict, f.reason) for f in late
+        ]
+
+
 def test_interrupted_studies_keep_what_they_know():
     """Cells that were judged are reported with the paths they had, and why they got no more."""
     study = Study(plan([EulerMaruyama()], [problem_spec(gbm)], [Patient(wants=10**6)]), SETTINGS)
     events = study.run()
-    # A block is computed and taken in, and the next one computed.
-    for _ in range(3):
+    # One step and a block of paths are computed and taken in, and the next block is computed.
+    for _ in range(6):
         next(events)
     study.stopped = "interrupted"
 

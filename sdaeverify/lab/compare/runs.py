@@ -98,7 +98,7 @@ def _is_of(lane: StoredLane, saved: SavedRun) -> bool:
     given = lane.ingredients
     named = given.get("scheme") in saved.schemes and given.get("problem") in saved.problems
     numbers = all(given.get(name) == str(getattr(saved.settings, name)) for name in COMMON)
-    return named and numbers and given.get("index", "").isdecimal()
+    return named and numbers and given.get("index", "").removeprefix("-").isdecimal()
 
 
 def _fingerprint(file: Path) -> str:
