@@ -1,6 +1,9 @@
 """Blocks on executors that are nobody's here: the same bits, evidence that comes home, workers that are lost."""
 
+import os
+import sys
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
+from importlib.util import find_spec
 
 import pandas as pd
 import pytest
@@ -17,7 +20,7 @@ OWN = ["seconds", "reproduce"]
 PLUGIN = """
 from dataclasses import dataclass
 from typing import ClassVar
-from sdaeverify import SDE, Claim, Scheme, hookimpl
+from sdaeverify import SDE, Claim, Scheme, Step, hookimpl
 
 
 @dataclass(frozen=True)
@@ -27,7 +30,8 @@ class Brought(Scheme):
     claims: ClassVar[tuple] = (Claim(measure="strong", value=0.5, source="nowhere"),)
 
     def step(self, problem, state, t, h, noise):
-        return state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW)
+        moved = state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW)
+        return Step(moved)
 
 
 @hookimpl
@@ -36,19 +40,19 @@ def sdaeverify_schemes():
 """
 
 
-MORTAL = (
-    PLUGIN.replace("Brought", "Mortal")
-    .replace("brought", "mortal")
-    .replace(
-        "        return state",
-        """        import multiprocessing, os, pathlib, signal
+DYING = """        import os, pathlib, signal
         died = pathlib.Path({died!r})
-        if "MainProcess" != multiprocessing.current_process().name and not died.exists():
+        if os.getpid() != {tester} and not died.exists():
             died.touch()
             os.kill(os.getpid(), signal.SIGKILL)
-        return state""",
-    )
-)
+"""
+
+
+def mortal(died):
+    """Return a plugin whose scheme kills the first process that makes a step, this one apart, and notes it."""
+    named = PLUGIN.replace("Brought", "Mortal").replace("brought", "mortal")
+    dying = DYING.format(died=str(died), tester=os.getpid())
+    return named.replace("        moved =", f"{dying}        moved =")
 
 
 class Failing(Executor):
@@ -106,7 +110,9 @@ def test_a_lost_worker_costs_a_second_call():
     assert lossy.calls == sound.calls + 2
 
 
-@pytest.mark.parametrize(("executor", "why"), [(Failing(1, 3), "lost twice: .*gone"), (Closed(), "no scheduler")])
+@pytest.mark.parametrize(
+    ("executor", "why"), [(Failing(*range(1, 99)), "lost twice: .*gone"), (Closed(), "no scheduler")]
+)
 def test_an_executor_that_is_gone(executor, why):
     """A call that fails twice, or that nobody takes, ends the run in one line."""
     with pytest.raises(LostExecutorError, match=why):
@@ -132,7 +138,7 @@ def test_evidence_comes_home(tmp_path, capsys):
 
     assert list((tmp_path / "evidence").rglob("*.npz"))
     assert execute(words) == 0
-    assert "evidence of 4 of 4 blocks of paths was reused" in capsys.readouterr().out
+    assert "evidence of 6 of 6 blocks of paths was reused" in capsys.readouterr().out
 
 
 def test_loky_processes_that_have_never_seen_a_plugin(here, tmp_path):
@@ -152,7 +158,7 @@ def test_a_worker_that_is_killed(tmp_path, executor):
     """A process of a cluster that dies in the middle of a block costs that call only: the tables are the same."""
     pytest.importorskip({"dask": "distributed", "loky": "loky"}[executor], reason="not installed (extra cluster)")
     file, died = tmp_path / "mortal.py", tmp_path / "died"
-    file.write_text(MORTAL.format(died=str(died)))
+    file.write_text(mortal(died))
     asked = ("mortal-euler,milstein", "gbm", "strong")
 
     there = sdaeverify.verify(*asked, **SMALL, plugins=[file], executor=executor, jobs=2)
@@ -172,3 +178,42 @@ def test_dask_cluster(here):
     """Two workers of a Dask cluster on this machine lead to the same bits."""
     pytest.importorskip("distributed", reason="dask is not installed (extra cluster)")
     same(here, sdaeverify.verify(*ASKED, **SMALL, executor="dask", jobs=2))
+
+
+def test_processes_of_mpi(here):
+    """Processes that MPI starts lead to the same bits; where it is missing, one line says so."""
+    pytest.importorskip("mpi4py", reason="mpi4py is not installed")
+    same(here, sdaeverify.verify(*ASKED, **SMALL, executor="mpi", jobs=2))
+
+
+def test_mpi_is_missing():
+    """What the executor needs is said in one line."""
+    if find_spec("mpi4py") is not None:
+        pytest.skip("mpi4py is installed")
+    with pytest.raises(UsageError, match=r"executor mpi needs a library that is not installed: .*mpi4py"):
+        sdaeverify.verify(*ASKED, **SMALL, executor="mpi")
+
+
+def test_the_script_of_a_slurm_job():
+    """What the documentation asks dask-jobqueue for is a job of single-threaded workers that know this package."""
+    jobqueue = pytest.importorskip("dask_jobqueue", reason="dask-jobqueue is not installed (extra dask)")
+    with jobqueue.SLURMCluster(
+        queue="normal",
+        cores=16,
+        processes=16,
+        memory="32GB",
+        walltime="02:00:00",
+        job_script_prologue=["export OMP_NUM_THREADS=1"],
+        scheduler_options={"dashboard_address": None},
+    ) as cluster:
+        script, address = cluster.job_script().splitlines(), cluster.scheduler_address
+    directives = [line for line in script if line.startswith("#SBATCH")]
+    assert {"#SBATCH -p normal", "#SBATCH --cpus-per-task=16", "#SBATCH -t 02:00:00"} <= set(directives)
+    assert script.index("export OMP_NUM_THREADS=1") < len(script) - 1
+    (worker,) = [line for line in script if "dask_worker" in line]
+    assert worker.startswith(sys.executable)
+    assert "--nworkers 16" in worker
+    assert "--nthreads 1" in worker
+    # What --executor takes is this address with another scheme.
+    assert address in worker
+    assert address.startswith("tcp://")
