@@ -23,13 +23,15 @@ from .registry.load import Registry, load_registry
 from .registry.selection import select_measures, select_problems, select_schemes
 from .report.earlier import Kept, save_tables
 from .report.files import require_writable
-from .report.folders import LEVELS, VERDICTS
+from .report.folders import LEVELS, NOT_APPLICABLE, VERDICTS
 from .report.html import write_page
 from .report.notebook import CellView, result_html, result_text
 from .report.passports import passports
 from .report.plots import Plots
 from .report.provenance import provenance
-from .report.tables import level_table, verdict_rows, verdict_table
+from .report.tables.columns import COLUMNS, details_file, dictionary
+from .report.tables.command import command_of
+from .report.tables.rows import Rows, level_table, rows_of, tables_of
 from .store import Store
 from .study import CellResult, Plan, Study, plan
 from .study.remote_plan import remote_plan
@@ -64,28 +66,49 @@ class Result:
     results : tuple of CellResult
     settings : Settings
     run : dict
-        Versions, platform, arguments, seed, stream fingerprint and plugins.
-    files : tuple of str
-        Plugin files that were named by path.
-    unnamed : frozenset of str
-        Labels of schemes and problems that are not registered: no command can reproduce their rows.
+        Versions, platform, arguments, seed, stream fingerprint and plugins, as ``run.json`` has them.
     """
 
     results: tuple[CellResult, ...]
     settings: Settings
-    run: dict[str, object]
-    files: tuple[str, ...] = ()
-    unnamed: frozenset[str] = frozenset()
+    run: dict[str, Any]
 
     @cached_property
-    def rows(self) -> list[dict[str, object]]:
-        """The rows of `verdicts`."""
-        return verdict_rows(self.results, self.settings, self.files, self.unnamed)
+    def rows(self) -> Rows:
+        """The rows of all tables but the levels."""
+        return rows_of(self.results)
 
     @cached_property
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """All tables by the names of their files, with the dictionary of their columns."""
+        columns = pd.DataFrame(dictionary(dict.fromkeys(result.cell.measure for result in self.results)))
+        return {**tables_of(self.rows), LEVELS: self.levels, COLUMNS: columns}
+
+    @property
     def verdicts(self) -> pd.DataFrame:
-        """One row for each quantity of each cell: claim, estimate, interval, verdict, reason, command."""
-        return verdict_table(self.rows)
+        """One row for each quantity that is claimed or measured: claim, orders, value, verdict, reason."""
+        return self.tables[VERDICTS]
+
+    @property
+    def not_applicable(self) -> pd.DataFrame:
+        """One row for each cell, or quantity of it, to which its measure does not apply, with the reason."""
+        return self.tables[NOT_APPLICABLE]
+
+    def details(self, measure: str) -> pd.DataFrame:
+        """Return what else a measure tells of its rows of `verdicts`.
+
+        Raises
+        ------
+        UsageError
+            If the result has none of the measure.
+        """
+        if details_file(measure) not in self.tables:
+            raise UsageError(f"the result has no rows of measure {measure!r:.200}")
+        return self.tables[details_file(measure)]
+
+    def command(self, scheme: str, problem: str, measure: str) -> str:
+        """Return the command that computes a cell again; empty where a name of it is not registered."""
+        return command_of({"scheme": scheme, "problem": problem, "measure": measure}, self.run)
 
     @cached_property
     def levels(self) -> pd.DataFrame:
@@ -95,7 +118,7 @@ class Result:
     @property
     def plot(self) -> Plots:
         """Pictures of the tables as matplotlib axes: convergence, matrix, stability, drift, orders, invariant."""
-        return Plots(self.rows, _records(self.levels), self.settings.confidence)
+        return Plots(self.rows.verdicts, _records(self.levels), self.settings.confidence)
 
     def cell(self, scheme: str, problem: str) -> CellView:
         """Return what was found of a scheme on a problem, to be looked at.
@@ -105,16 +128,16 @@ class Result:
         UsageError
             If the result has no such cell.
         """
-        return CellView.of(self.rows, scheme, problem)
+        return CellView.of(self.rows.verdicts, self.rows.absent, scheme, problem)
 
     def __repr__(self) -> str:
-        return result_text(self.rows)
+        return result_text(self.rows.verdicts, self.rows.absent)
 
     def _repr_html_(self) -> str:
-        return result_html(self.rows)
+        return result_html(self.rows.verdicts, self.rows.absent)
 
     def save(self, folder: str | Path) -> Kept:
-        """Write ``verdicts.csv``, ``levels.csv`` and ``run.json`` into a folder.
+        """Write the tables and ``run.json`` into a folder.
 
         Rows on other cells of earlier runs into the folder stay, unless their code has changed.
 
@@ -131,7 +154,7 @@ class Result:
         target = Path(folder)
         require_writable(target)
         cells = {(r.cell.scheme.label, r.cell.spec.label, r.cell.measure.name) for r in self.results}
-        return save_tables(target, {VERDICTS: self.verdicts, LEVELS: self.levels}, self.run, cells)
+        return save_tables(target, self.tables, self.run, cells)
 
 
 class RunOptions(SettingsOptions, total=False):
@@ -299,9 +322,6 @@ def result_of(study: Study, registry: Registry, arguments: Sequence[str]) -> Res
     """Return what is known of a study, finished or not."""
     run: dict[str, Any] = provenance(registry, study, arguments)
     results = tuple(study.results())
-    return Result(results, study.settings, run, registry.files, _unnamed(results, registry))
-
-
-def _unnamed(results: Sequence[CellResult], registry: Registry) -> frozenset[str]:
-    things = (thing for result in results for thing in (result.cell.scheme, result.cell.spec))
-    return frozenset(thing.label for thing in things if not registry.names(thing))
+    things = dict.fromkeys(thing for result in results for thing in (result.cell.scheme, result.cell.spec))
+    run["unnamed"] = sorted({thing.label for thing in things if not registry.names(thing)})
+    return Result(results, study.settings, run)

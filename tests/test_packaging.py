@@ -43,7 +43,8 @@ def test_wheel_runs_a_cell(installed, tmp_path):
 
     run(installed, *words)
 
-    written = {"verdicts.csv", "levels.csv", "run.json", "report.html", "evidence"}
+    tables = {"verdicts.csv", "not_applicable.csv", "levels.csv", "columns.csv", "details"}
+    written = {*tables, "run.json", "report.html", "evidence"}
     assert {path.name for path in tmp_path.iterdir()} == written
 
 

@@ -142,7 +142,7 @@ def _judged(run: Run, result: Result, request: Request, tiers: dict[str, Claims]
         code,
         f"exit code {code.value}: {code.words}",
         request.registry.files,
-        result.unnamed,
+        frozenset(result.run["unnamed"]),
         (*_warnings(found, request), *shortened(missed, MOST_UNTESTED)),
         (*_notes(found, request, tiers), *_told(idle_claims), *(_reused(run) if request.reuse else ())),
     )

@@ -26,8 +26,10 @@ from ..report.folders import LEVELS, VERDICTS
 from ..report.html import PAGE, remove_page, write_page
 from ..report.passports import passports
 from ..report.plain import wrapped
-from ..report.reading import read_row, record, text
-from ..report.sentences import ABSENT, PlainLine, counts_in_words, ending
+from ..report.reading import Row, read_row, record, text
+from ..report.sentences import PlainLine, counts_of, ending
+from ..report.tables.columns import COLUMNS
+from ..report.tables.command import CELL
 from ..report.terminal import drifts, legend, summary_tables, windows
 from ..store import Store
 from ..study import CellResult, Finished, Plan, Study
@@ -249,7 +251,7 @@ def _finished(run: Run, result: Result) -> ExitCode:
 def _of_earlier(run: Run) -> Iterator[str]:
     kept = run.kept
     if kept is not None and kept.verdicts:
-        yield f"{len(kept.verdicts)} rows of verdicts on other cells are kept of earlier runs into the same folder"
+        yield f"{kept.verdicts} rows of verdicts on other cells are kept of earlier runs into the same folder"
     if kept is not None and kept.changed:
         yield f"{kept.changed} rows of earlier runs are left out: the code of their cells has changed"
 
@@ -257,17 +259,22 @@ def _of_earlier(run: Run) -> Iterator[str]:
 def _show(run: Run, result: Result, code: ExitCode) -> None:
     console = output()
     if run.shown is Shown.JSON:
-        click.echo(json.dumps([record(row) for row in result.rows], indent=2))
+        click.echo(json.dumps([_record(row, result) for row in result.rows.verdicts], indent=2))
         return
     if run.shown is Shown.MATRIX:
         _show_matrix(console, result.results)
-    sentence = counts_in_words(text(row, "verdict") for row in result.rows)
+    sentence = counts_of(result.rows.verdicts, result.rows.absent)
     if run.shown is Shown.SENTENCE:
         print_lines(console, [PlainLine(line) for line in wrapped(sentence, console.width)])
         return
-    pairs = [(row, read_row(row)) for row in result.rows if row["verdict"] != ABSENT]
+    pairs = [(row, read_row(row)) for row in result.rows.verdicts]
     notes = [*_notes(run), f"exit code {code.value}: {code.words}"]
     print_lines(console, ending(sentence, pairs, notes, console.width, plain=console.options.ascii_only))
+
+
+def _record(row: Row, result: Result) -> dict[str, Any]:
+    cell = [text(row, name) for name in CELL]
+    return {**record(row), "reproduce": result.command(*cell) or None}
 
 
 def _show_matrix(console: Console, results: Sequence[CellResult]) -> None:
@@ -286,5 +293,5 @@ def _notes(run: Run) -> Iterator[str]:
         yield run.study.store.summary()
     yield from _of_earlier(run)
     page = f"the page is {run.folder / PAGE}; " if run.page else ""
-    yield f"{page}{VERDICTS}, {LEVELS} and run.json are in {run.folder}"
+    yield f"{page}{VERDICTS}, {LEVELS}, {COLUMNS} and run.json are in {run.folder}"
     yield f"sdaeverify show {shlex.quote(str(run.folder))} [SCHEME] [PROBLEM] tells why"

@@ -78,6 +78,11 @@ class Reason:
         first, *further = added.parts
         return replace(self, rest=(*self.rest, replace(first, joint=joint), *further))
 
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of the parts that have one, each once."""
+        return tuple(dict.fromkeys(str(part.kind) for part in self.parts if part.kind))
+
     def has(self, kind: str) -> bool:
         """Tell whether a part is of a kind."""
         return any(part.kind == kind for part in self.parts)

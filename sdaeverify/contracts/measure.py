@@ -109,6 +109,11 @@ class Measure:
     budgeted: ClassVar[bool] = False
     # Whether a cell takes seconds even where hardly any paths are wanted: the gate's smallest tier leaves it out.
     lengthy: ClassVar[bool] = False
+    # What the estimate of a finding is, where it is no order.
+    value_of: ClassVar[str] = ""
+    # What the details of findings and of levels mean, by name.
+    detail_columns: ClassVar[Mapping[str, str]] = {}
+    level_columns: ClassVar[Mapping[str, str]] = {}
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:  # noqa: ARG002 - most measures refuse nothing
         """Return why the question makes no sense for this pair, or an empty string."""

@@ -245,6 +245,20 @@ class Drift(Measure):
     """Violation of each constraint along the paths."""
 
     name: ClassVar[str] = "drift"
+    detail_columns: ClassVar[Mapping[str, str]] = {
+        "class": "what the residual does as h tends to 0",
+        "std_error": "standard error of the order",
+        "growth": "power of t with which the residual grows at the finest step size",
+        "fitted_levels": "levels that the order is fitted to",
+    }
+    level_columns: ClassVar[Mapping[str, str]] = {
+        "l2": "mean over paths of the L2 norm in time of the residual",
+        "l2_std_error": "its standard error",
+        "max": "largest residual of all paths and times",
+        "median": "median over paths of the largest residual",
+        "q99": "quantile 0.99 over paths of the largest residual",
+        "scale": "size of the terms that cancel in the residual",
+    }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse problems without constraints, and schemes that see one without its algebraic components."""

@@ -20,7 +20,7 @@ scheme that reports no iterations has not been tested.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -52,6 +52,15 @@ class Effort(Measure):
 
     name: ClassVar[str] = "effort"
     lengthy: ClassVar[bool] = True
+    value_of: ClassVar[str] = "iterations a step"
+    detail_columns: ClassVar[Mapping[str, str]] = {
+        "without_root": "share of the steps without root",
+    }
+    level_columns: ClassVar[Mapping[str, str]] = {
+        "eps": "stiffness parameter",
+        "most": "most iterations of a step",
+        "without_root": "share of the steps without root",
+    }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse what has no family or no claim."""

@@ -29,10 +29,10 @@ from ..probe.local.delay_links import loses_algebraic
 from ..registry.hookspecs import hookimpl
 from .judge import FITTED, coverage, finding, local_doubt, local_opinion, withhold_in_doubt
 from .path_errors.errors import ErrorObserver
-from .path_errors.level_rows import level_rows
+from .path_errors.level_rows import ERROR_COLUMNS, level_rows
 from .path_errors.order import usable_levels
 from .path_errors.quantity import quantities_of
-from .strong.findings import FIRST, SECOND, WHOLE, local_orders, probe_strong, strong_finding
+from .strong.findings import FIRST, SECOND, STRONG_COLUMNS, WHOLE, local_orders, probe_strong, strong_finding
 
 NORMS = {"L2": 2}
 # A grid time is the end of an interval if it is to so many parts of it.
@@ -50,6 +50,8 @@ class Intervals(Measure):
 
     name: ClassVar[str] = "intervals"
     lengthy: ClassVar[bool] = True
+    detail_columns: ClassVar[Mapping[str, str]] = STRONG_COLUMNS
+    level_columns: ClassVar[Mapping[str, str]] = ERROR_COLUMNS
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse problems without delay or with a single interval, and schemes with bounded increments."""

@@ -5,7 +5,7 @@ a few steps on the same noise, in the root mean square over paths; with noise 1/
 where eps is far below h; its interval is the jackknife's. What is rounding for every eps keeps a claim of any order.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -33,6 +33,9 @@ class StiffLimits(Measure):
 
     name: ClassVar[str] = "limits"
     lengthy: ClassVar[bool] = True
+    level_columns: ClassVar[Mapping[str, str]] = {
+        "eps": "stiffness parameter",
+    }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse what has no family or no claim, and schemes that cannot be run at eps = 0."""

@@ -23,7 +23,7 @@ inconclusive
 Only cells with a claim are sampled.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -112,6 +112,17 @@ class Moments(Measure):
     """Fourth moments of the components, uniformly in the step size."""
 
     name: ClassVar[str] = "moments"
+    value_of: ClassVar[str] = "ratio of moments"
+    detail_columns: ClassVar[Mapping[str, str]] = {
+        "class": "what the value is",
+        "h_of_largest": "step size at which the ratio is largest",
+        "growth_rate": "by how much one step lets the moment grow, a unit of time",
+    }
+    level_columns: ClassVar[Mapping[str, str]] = {
+        "ratio": "moment of the scheme over that of the solution",
+        "hill": "tail index by Hill's estimator",
+        "largest_share": "share of the moment that the largest path has",
+    }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse schemes that claim nothing, so that nothing is sampled for them."""

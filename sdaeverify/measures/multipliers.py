@@ -5,7 +5,7 @@ Estimate (3.17) of Lindner & Stroot (2017) bounds kappa and lambda^re by h^2 and
 quantity that is rounding at every step size keeps a claim of any order, and the reason says so.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -36,6 +36,9 @@ class MultiplierExponents(Measure):
     """Orders of kappa, lambda^re and Lambda^re of schemes that give out their multipliers."""
 
     name: ClassVar[str] = "multipliers"
+    detail_columns: ClassVar[Mapping[str, str]] = {
+        "next_order": "order to be expected at the next smaller step size",
+    }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse schemes that give out no multipliers."""

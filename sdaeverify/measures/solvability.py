@@ -12,7 +12,7 @@ paths that meet a step without root is shown at each step size of the run, with 
 it depends on the problem's horizon and start, so that nothing is claimed of it, and nothing is fitted to it.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import nan
 from typing import Any, ClassVar, NamedTuple
 
@@ -44,6 +44,14 @@ class Solvability(Measure):
     """Whether every step has a root, and on which share of the paths one has none."""
 
     name: ClassVar[str] = "solvability"
+    value_of: ClassVar[str] = "share of paths without a root"
+    detail_columns: ClassVar[Mapping[str, str]] = {
+        "class": "what the value is",
+    }
+    level_columns: ClassVar[Mapping[str, str]] = {
+        "ci_low": "lower end of the interval of the share",
+        "ci_high": "upper end of the interval of the share",
+    }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse schemes whose steps solve nothing."""

@@ -9,7 +9,7 @@ E |x_n|^2 gives wrong verdicts where it is carried by rare paths. Two claims are
     on such a problem it is so for all small step sizes.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -46,6 +46,19 @@ class Stability(Measure):
     """Mean-square stability of a scheme on a linear problem."""
 
     name: ClassVar[str] = "stability"
+    value_of: ClassVar[str] = "largest stable h"
+    detail_columns: ClassVar[Mapping[str, str]] = {
+        "windows": "step sizes at which second moments tend to 0",
+        "undecided": "step sizes of the scan at which the spectral radius is not told from 1",
+        "growth_rate": "growth rate of second moments of the equation, negative where it is stable",
+        "proved_below": "step size below which the scheme proves stability",
+    }
+    level_columns: ClassVar[Mapping[str, str]] = {
+        "certified_width": "bound of the error of the spectral radius",
+        "linearity_defect": "by how much the step is not linear",
+        "failed": "whether a step failed",
+        "pole": "least noise, in standard deviations, at which the step has a pole; inf for none",
+    }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse problems that are not linear with constant coefficients, and steps that cannot be probed."""

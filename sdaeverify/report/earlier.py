@@ -1,20 +1,20 @@
 """What a folder tells of earlier runs: their rows on other cells stay when another run is saved there.
 
-Each row has its seed and the command that makes it again; ``run.json`` lists the runs that rows are left of. Rows of
+Each row of verdicts names its run; ``run.json`` lists the runs that rows are left of. Rows of
 code that has changed since are not kept: they would be about something else than they say.
 """
 
 import csv
 import io
 import json
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
 
-from .files import csv_text, harmless, write_json, write_text
-from .folders import LEVELS, RUN, VERDICTS
+from .files import PARQUET, csv_text, harmless, write_csv, write_json
+from .folders import DETAILS, LEVELS, NOT_APPLICABLE, RUN, SCHEMA, VERDICTS
 from .saved import EARLIER
 
 KINDS = ("schemes", "problems", "measures")
@@ -30,17 +30,22 @@ class Kept(NamedTuple):
 
     Attributes
     ----------
-    verdicts, levels : sequence of mapping of str to str
+    rows : mapping of str to sequence of mapping of str to str
+        By the name of the file.
     runs : sequence of dict
         That they are of, as ``run.json`` told of them.
     changed : int
         Rows of verdicts that are left out.
     """
 
-    verdicts: Sequence[Row] = ()
-    levels: Sequence[Row] = ()
+    rows: Mapping[str, Sequence[Row]] = {}
     runs: Sequence[dict[str, Any]] = ()
     changed: int = 0
+
+    @property
+    def verdicts(self) -> int:
+        """Number of rows of verdicts."""
+        return len(self.rows.get(VERDICTS, ()))
 
 
 def save_tables(
@@ -62,8 +67,13 @@ def save_tables(
     Kept
     """
     kept = _kept(folder, run, {tuple(str(harmless(name)) for name in cell) for cell in cells})
-    for name, rows in ((VERDICTS, kept.verdicts), (LEVELS, kept.levels)):
-        write_text(_joined(csv_text(tables[name]), rows), folder / name)
+    (folder / DETAILS).mkdir(exist_ok=True)
+    for name in (*tables, *(name for name in kept.rows if name not in tables)):
+        rows = kept.rows.get(name, ())
+        write_csv(_joined(csv_text(tables[name]) if name in tables else "", rows), folder / name)
+    for stale in (folder / DETAILS).iterdir():
+        if f"{DETAILS}/{stale.stem}.csv" not in {*tables, *kept.rows} and stale.suffix in {".csv", PARQUET}:
+            stale.unlink()
     write_json({**run, **({EARLIER: list(kept.runs)} if kept.runs else {})}, folder / RUN)
     return kept
 
@@ -73,34 +83,35 @@ def read_runs(folder: Path) -> list[dict[str, Any]]:
     try:
         latest = json.loads((folder / RUN).read_text(encoding="utf-8"))
         earlier = latest.pop(EARLIER, [])
-        runs = [run for run in (latest, *earlier) if _selection(run)]
+        runs = [latest, *earlier] if latest["schema_version"] == SCHEMA else []
     except (OSError, ValueError, AttributeError, TypeError, KeyError, RecursionError):
         return []
-    return runs
+    return [run for run in runs if isinstance(run, dict)]
 
 
 def _kept(folder: Path, run: dict[str, Any], cells: Collection[Key]) -> Kept:
     # Whatever is saved of a run more than once is its own.
-    now = json.loads(json.dumps(run))
-    runs = [one for one in read_runs(folder) if one != now]
-    owners: dict[Key, dict[str, Any]] = {}
-    rows = [row for row in _rows(folder / VERDICTS) if _key(row) not in cells] if runs else []
-    for key in dict.fromkeys(map(_key, rows)):
-        owner = next((one for one in runs if _holds(one, key)), None)
-        if owner is not None and not _changed(owner, run, key):
-            owners[key] = owner
-    verdicts = [row for row in rows if _key(row) in owners]
-    levels = [row for row in _rows(folder / LEVELS) if _key(row) in owners] if owners else []
-    left = [one for one in runs if any(one is owner for owner in owners.values())]
-    return Kept(verdicts, levels, left, len(rows) - len(verdicts))
+    now, runs = json.loads(json.dumps(run)), read_runs(folder)
+    rows = {name: [row for row in of if _key(row) not in cells] for name, of in _tables(folder)} if runs else {}
+    owners: dict[Key, int] = {}
+    for row in (*rows.get(VERDICTS, ()), *rows.get(NOT_APPLICABLE, ())):
+        place = int(row["run"]) if row.get("run", "").isdecimal() else len(runs)
+        if place < len(runs) and runs[place] != now and not _changed(runs[place], run, _key(row)):
+            owners[_key(row)] = place
+    places = sorted({*owners.values()})
+    new = {key: str(1 + places.index(place)) for key, place in owners.items()}
+    kept = {name: [_of_run(row, new[_key(row)]) for row in of if _key(row) in new] for name, of in rows.items()}
+    lost = len(rows.get(VERDICTS, ())) - len(kept.get(VERDICTS, ()))
+    return Kept({name: of for name, of in kept.items() if of}, [runs[place] for place in places], lost)
 
 
-def _selection(run: dict[str, Any]) -> tuple[set[str], ...]:
-    return tuple({str(harmless(name)) for name in run["selection"][kind]} for kind in KINDS)
+def _tables(folder: Path) -> Iterator[tuple[str, list[Row]]]:
+    details = (f"{DETAILS}/{file.name}" for file in sorted((folder / DETAILS).glob("*.csv")))
+    yield from ((name, _rows(folder / name)) for name in (VERDICTS, NOT_APPLICABLE, LEVELS, *details))
 
 
-def _holds(run: dict[str, Any], key: Key) -> bool:
-    return all(name in names for name, names in zip(key, _selection(run), strict=True))
+def _of_run(row: Row, place: str) -> Row:
+    return {**row, "run": place} if "run" in row else row
 
 
 def _changed(owner: dict[str, Any], run: dict[str, Any], key: Key) -> bool:
@@ -135,6 +146,8 @@ def _joined(text: str, rows: Sequence[Row]) -> str:
     """Return a table with further rows below it, as they stand in another one."""
     if not rows:
         return text
+    if not text:
+        text = ",".join(rows[0]) + "\n"
     table = list(csv.reader(io.StringIO(text)))
     head = list(dict.fromkeys((*table[0], *(name for row in rows for name in row))))
     blank = [""] * (len(head) - len(table[0]))

@@ -1,10 +1,12 @@
 """Files of a run, each written as a whole or not at all; text only, so that anybody can read them safely."""
 
+import io
 import json
 import os
 import tempfile
 from collections.abc import Mapping
 from errno import EISDIR
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,7 @@ from ..errors import UsageError
 from ..store.atomic import written
 from .plain import visible
 
+PARQUET = ".parquet"
 # What a spreadsheet takes for the beginning of a formula, full-width signs included.
 FORMULA = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 
@@ -62,6 +65,24 @@ def require_writable_file(file: Path, option: str) -> None:
 def write_table(table: pd.DataFrame, path: Path) -> None:
     """Write a table as CSV, as `csv_text` returns it."""
     write_text(csv_text(table), path)
+
+
+def write_csv(text: str, path: Path) -> None:
+    """Write a table as CSV, and as Parquet beside it where pyarrow is installed.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be written.
+    """
+    write_text(text, path)
+    if find_spec("pyarrow"):
+        table = pd.read_csv(io.StringIO(text), float_precision="round_trip", low_memory=False)
+        try:
+            with written(path.with_suffix(PARQUET)) as file:
+                table.to_parquet(file, index=False)
+        except OSError as error:
+            raise UsageError(f"cannot write {path.with_suffix(PARQUET)}: {error.strerror or error}") from error
 
 
 def csv_text(table: pd.DataFrame) -> str:

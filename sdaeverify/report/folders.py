@@ -2,13 +2,16 @@
 
 import csv
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..errors import UsageError
 
-VERDICTS, LEVELS, RUN = "verdicts.csv", "levels.csv", "run.json"
+# Of the files of a run: 1 had one table of verdicts for all measures and for what does not apply.
+SCHEMA = 2
+VERDICTS, NOT_APPLICABLE, LEVELS, RUN = "verdicts.csv", "not_applicable.csv", "levels.csv", "run.json"
+DETAILS = "details"
 Key = tuple[str, str, str, str]
 NAMES = ("scheme", "problem", "measure", "quantity")
 TextRow = Mapping[str, str]
@@ -20,26 +23,44 @@ class SavedTables(NamedTuple):
     Attributes
     ----------
     folder : Path
-    verdicts, levels : list of mapping of str to str
+    verdicts, absent : sequence of mapping of str to str
+        What was claimed or measured, and what does not apply.
     run : dict
         The contents of ``run.json``.
+    levels, details : sequence of mapping of str to str
+        Empty where they were not asked for.
     """
 
     folder: Path
-    verdicts: list[TextRow]
-    levels: list[TextRow]
+    verdicts: Sequence[TextRow]
+    absent: Sequence[TextRow]
     run: dict[str, Any]
+    levels: Sequence[TextRow] = ()
+    details: Sequence[TextRow] = ()
 
 
 def read_tables(folder: Path) -> SavedTables:
-    """Read the tables of a run.
+    """Read all tables of a run.
 
     Raises
     ------
     UsageError
-        If the folder holds none.
+        If the folder holds none, or those of another version of this program.
     """
-    return SavedTables(folder, _rows(folder / VERDICTS), _rows(folder / LEVELS), _run(folder / RUN))
+    details = [row for file in sorted((folder / DETAILS).glob("*.csv")) for row in _rows(file)]
+    return read_verdicts(folder)._replace(levels=_rows(folder / LEVELS), details=details)
+
+
+def read_verdicts(folder: Path) -> SavedTables:
+    """Read what a run came to, without levels and details; raises as `read_tables`."""
+    verdicts, run = _rows(folder / VERDICTS), _run(folder / RUN)
+    found = run.get("schema_version")
+    if found != SCHEMA:
+        told = f"in format {found}" if isinstance(found, int) else "in no known format"
+        raise UsageError(
+            f"the run in {folder} is {told}, this version of sdaeverify reads format {SCHEMA}: run it again"
+        )
+    return SavedTables(folder, verdicts, _rows(folder / NOT_APPLICABLE), run)
 
 
 def key_of(row: TextRow) -> Key:

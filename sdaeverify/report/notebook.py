@@ -9,11 +9,10 @@ from ..errors import UsageError
 from .plain import visible
 from .reading import Row, read_row, text
 from .sentences import (
-    ABSENT,
     ATTENTION,
     Pair,
     claim_in_words,
-    counts_in_words,
+    counts_of,
     ending,
     found_in_words,
     interval,
@@ -35,16 +34,17 @@ class CellView:
     ----------
     scheme, problem : str
         Labels.
-    rows : tuple of mapping
-        Of the verdicts.
+    rows, absent : tuple of mapping
+        Of the verdicts, and of what does not apply.
     """
 
     scheme: str
     problem: str
     rows: tuple[Row, ...]
+    absent: tuple[Row, ...]
 
     @classmethod
-    def of(cls, rows: Sequence[Row], scheme: str, problem: str) -> "CellView":
+    def of(cls, rows: Sequence[Row], absent: Sequence[Row], scheme: str, problem: str) -> "CellView":
         """Return the view of a cell.
 
         Raises
@@ -52,42 +52,40 @@ class CellView:
         UsageError
             If there is no such cell.
         """
-        found = tuple(row for row in rows if (row["scheme"], row["problem"]) == (scheme, problem))
-        if not found:
+        found = [[r for r in all_ if (r["scheme"], r["problem"]) == (scheme, problem)] for all_ in (rows, absent)]
+        if not any(found):
             raise UsageError(f"the result has no cell of {scheme!r:.200} on {problem!r:.200}")
-        return cls(scheme, problem, found)
+        return cls(scheme, problem, *map(tuple, found))
 
     def __repr__(self) -> str:
         title = visible(f"{self.scheme} on {self.problem}")
         lines = [line.text for pair in _pairs(self.rows) for line in quantity_lines(pair, WIDTH, brief=True)]
-        return "\n".join([title, *lines, *_absent(self.rows)])
+        return "\n".join([title, *lines, *_absent(self.absent)])
 
     def _repr_html_(self) -> str:
-        absent = "".join(f"<p>{escape(line)}</p>" for line in _absent(self.rows))
+        absent = "".join(f"<p>{escape(line)}</p>" for line in _absent(self.absent))
         return f"<h4>{escape(visible(f'{self.scheme} on {self.problem}'))}</h4>{_table(_pairs(self.rows))}{absent}"
 
 
-def result_text(rows: Sequence[Row]) -> str:
+def result_text(rows: Sequence[Row], absent: Sequence[Row] = ()) -> str:
     """Return a result for a prompt: the counts, what needs attention, the schemes by measure."""
-    sentence = counts_in_words(text(row, "verdict") for row in rows)
-    return "\n".join(line.text for line in ending(sentence, _pairs(rows), [], WIDTH)).rstrip()
+    return "\n".join(line.text for line in ending(counts_of(rows, absent), _pairs(rows), [], WIDTH)).rstrip()
 
 
-def result_html(rows: Sequence[Row]) -> str:
+def result_html(rows: Sequence[Row], absent: Sequence[Row] = ()) -> str:
     """Return a result for a notebook: the counts, and a table with what needs attention first."""
-    sentence = escape(counts_in_words(text(row, "verdict") for row in rows))
+    sentence = escape(counts_of(rows, absent))
     pairs = sorted(_pairs(rows), key=lambda pair: pair[1].verdict not in ATTENTION)
     more = f"<p>and {len(pairs) - MOST} more: .verdicts has all</p>" if len(pairs) > MOST else ""
     return f"<p><b>{sentence}</b></p>{_table(pairs[:MOST])}{more}"
 
 
 def _pairs(rows: Sequence[Row]) -> list[Pair]:
-    return [(row, read_row(row)) for row in rows if row["verdict"] != ABSENT]
+    return [(row, read_row(row)) for row in rows]
 
 
 def _absent(rows: Sequence[Row]) -> list[str]:
-    absent = [row for row in rows if row["verdict"] == ABSENT]
-    return [visible(f"{text(row, 'measure')} does not apply: {text(row, 'reason')}") for row in absent]
+    return [visible(f"{text(row, 'measure')} does not apply: {text(row, 'reason')}") for row in rows]
 
 
 def _table(pairs: Sequence[Pair]) -> str:
@@ -103,5 +101,4 @@ def _cells(pair: Pair) -> tuple[str, ...]:
     along = interval(reading.path) or (found_in_words(reading) if not local else "")
     names = (text(row, "scheme"), text(row, "problem"), f"{text(row, 'measure')} {text(row, 'quantity')}".strip())
     symbol = f"{mark(reading.verdict)} {reading.verdict}"
-    why = "; ".join(part for part in (reading.reason, reading.no_order) if part)
-    return symbol, *names, claim_in_words(reading), local, along, reading.decided_by, why
+    return symbol, *names, claim_in_words(reading), local, along, reading.decided_by, reading.reason

@@ -139,8 +139,7 @@ class Plots:
         return _named(ax, f"{measure} {names['quantity']} on {names['problem']}", "step size h", label)
 
     def _chosen(self, **wanted: str) -> list[tuple[Row, Reading]]:
-        rows = (row for row in self.rows if row["verdict"] != ABSENT)
-        fit = (row for row in rows if all(not name or text(row, key) == name for key, name in wanted.items()))
+        fit = (row for row in self.rows if all(not name or text(row, key) == name for key, name in wanted.items()))
         return [(row, read_row(row)) for row in fit]
 
     def _one(self, **wanted: str) -> tuple[Row, Reading]:

@@ -12,8 +12,8 @@ from ..registry.load import Registry
 from ..store.keys import thing_source
 from ..store.sources import framework_source
 from ..study import Study
+from .folders import SCHEMA
 
-SCHEMA = 1
 PACKAGES = ("sdaeverify", "numpy", "scipy", "pandas", "pluggy")
 
 
@@ -39,6 +39,7 @@ def provenance(registry: Registry, study: Study, arguments: Sequence[str]) -> di
             "problems": list(dict.fromkeys(cell.spec.label for cell in cells)),
             "measures": list(dict.fromkeys(cell.measure.name for cell in cells)),
         },
+        "files": list(registry.files),
         "settings": {**asdict(settings), "steps": list(settings.steps)},
         "code": {
             "framework": framework_source(),

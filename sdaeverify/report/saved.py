@@ -1,6 +1,7 @@
 """A run as its folder tells: which cells it was about, and with which settings. Text in, nothing is executed."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -50,6 +51,26 @@ def read_earlier(folder: Path) -> list[SavedRun]:
     return [_run(folder, one) for one in earlier] if isinstance(earlier, list) else []
 
 
+def settings_of(run: Mapping[str, Any]) -> Settings:
+    """Return the settings of what ``run.json`` tells of a run.
+
+    Raises
+    ------
+    UsageError
+        If it is not as this program writes it.
+    """
+    try:
+        numbers = run["settings"]
+        return Settings(**{f.name: _number(numbers[f.name], f.type) for f in fields(Settings)})
+    except (KeyError, TypeError, ValueError, ArithmeticError) as error:
+        raise _unlike(RUN, error) from error
+
+
+def _unlike(file: object, error: Exception) -> UsageError:
+    why = str(error) if isinstance(error, SdaeverifyError) else f"{type(error).__name__}: {error}"
+    return UsageError(f"{file} does not tell of a run as this program writes it: {why}")
+
+
 def _read(folder: Path) -> Any:
     file = folder / RUN
     try:
@@ -68,8 +89,7 @@ def _run(folder: Path, saved: Any) -> SavedRun:
         names = (_texts(selection[kind]) for kind in ("schemes", "problems", "measures"))
         return SavedRun(folder, settings, *names)
     except (KeyError, TypeError, ValueError, ArithmeticError) as error:
-        why = str(error) if isinstance(error, SdaeverifyError) else f"{type(error).__name__}: {error}"
-        raise UsageError(f"{file} does not tell of a run as this program writes it: {why}") from error
+        raise _unlike(file, error) from error
 
 
 def _number(value: Any, kind: object) -> Any:

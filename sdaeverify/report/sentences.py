@@ -50,6 +50,11 @@ def counts_in_words(verdicts: Iterable[str]) -> str:
     return f"{total} {'quantity' if total == 1 else 'quantities'}: {', '.join(parts)}{tail}"
 
 
+def counts_of(rows: Iterable[Row], absent: Sequence[Row]) -> str:
+    """Return in one sentence how many rows have which verdict, those of what does not apply included."""
+    return counts_in_words([*(text(row, "verdict") for row in rows), *(ABSENT for _ in absent)])
+
+
 def ending(
     sentence: str, pairs: Sequence[Pair], notes: Sequence[str], width: int, *, plain: bool = False
 ) -> list[PlainLine]:
@@ -140,7 +145,6 @@ def quantity_lines(pair: Pair, width: int, *, plain: bool = False, brief: bool =
         other_value(reading),
         f"decided by {reading.decided_by}" if reading.decided_by else "",
         f"guarded by {reading.guarded_by}" if reading.guarded_by else "",
-        f"no order along paths: {reading.no_order}" if reading.no_order else "",
     ]
     name = f"{text(row, 'measure')} {text(row, 'quantity')}" if brief else text(row, "quantity")
     head = f"  {mark(reading.verdict, plain=plain)} {visible(name)}: {visible('; '.join(filter(None, told)))}"
@@ -188,15 +192,12 @@ def _attention(pairs: Iterable[Pair], width: int, *, plain: bool) -> Iterator[li
         if reading.verdict in ATTENTION:
             # What is wrong with a scheme as a whole is said once, of all its measures.
             of = (text(row, "measure"), claim_in_words(reading)) if found_in_words(reading) else ()
-            groups.setdefault((reading.verdict, text(row, "problem"), _gist(reading), *of), []).append((row, reading))
+            says = reading.reason_kind or reading.reason
+            groups.setdefault((reading.verdict, text(row, "problem"), says, *of), []).append((row, reading))
     for (verdict, *_), group in sorted(groups.items(), key=lambda item: ATTENTION.index(item[0][0])):
         most = FEW if verdict == "inconclusive" else MANY
         lines = wrapped(_told(group, plain=plain), width, "    ", most)
         yield [PlainLine(line, verdict) for line in lines]
-
-
-def _gist(reading: Reading) -> str:
-    return "".join(letter for letter in reading.reason if not letter.isdigit())
 
 
 def _told(group: Sequence[Pair], *, plain: bool) -> str:

@@ -204,9 +204,9 @@ def test_scheme_that_ends_the_program(quick, odd_scheme):
 
 
 def milstein_estimates(folder: str) -> list[list[str]]:
-    """Return scheme, problem, measure, quantity, claim, estimate and interval of the rows of one scheme."""
+    """Return scheme, problem, measure, quantity, verdict, claim and orders of the rows of one scheme."""
     lines = (Path(folder) / "verdicts.csv").read_text().splitlines()
-    return [line.split(",")[:8] for line in lines if line.startswith("milstein,gbm,strong")]
+    return [line.split(",")[:12] for line in lines if line.startswith("milstein,gbm,strong")]
 
 
 def test_wrong_scheme(call, odd_scheme):

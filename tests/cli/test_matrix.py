@@ -11,6 +11,7 @@ import pytest
 from sdaeverify import Settings
 from sdaeverify.cli.exit_codes import WORDS, ExitCode
 from sdaeverify.cli.options import read_levels
+from sdaeverify.report.tables.command import command_of
 
 Rows = list[dict[str, str]]
 
@@ -112,9 +113,10 @@ def test_what_is_shown(quick):
     assert "drift ✓2" in table
     assert "euler-maruyama drifts off g and Dg v on pendulum (inherent SDE) at order" in words
     assert re.search(r"\d+ quantities: \d+ verified, none refuted", words)
-    assert "verdicts.csv, levels.csv and run.json are in out" in words
+    assert "verdicts.csv, levels.csv, columns.csv and" in words
     assert words.endswith("exit code 0: no claim is refuted\n")
-    written = {"verdicts.csv", "levels.csv", "run.json", "report.html", "evidence"}
+    tables = {"verdicts.csv", "not_applicable.csv", "levels.csv", "columns.csv", "details"}
+    written = {*tables, "run.json", "report.html", "evidence"}
     assert written == {path.name for path in Path("out").iterdir()}
 
 
@@ -207,7 +209,7 @@ def test_one_scheme_alone(quick):
     quick("--out", "all", *others, "-p", "gbm,pendulum", "-m", "strong,weak")
     quick("--out", "alone", "-s", "half-explicit-euler[truncation=none]", "-p", "pendulum", "-m", "strong")
 
-    for name in ("verdicts.csv", "levels.csv"):
+    for name in ("verdicts.csv", "levels.csv", "details/strong.csv"):
         alone = rows("alone", name)
         wanted = [(row["scheme"], row["problem"], row["measure"], row["quantity"]) for row in alone]
         among = {(r["scheme"], r["problem"], r["measure"], r["quantity"], r.get("h")): r for r in rows("all", name)}
@@ -227,7 +229,7 @@ def test_reproduce(call, odd_scheme):
     call("matrix", "-s", "odd", "-p", "gbm[b=0.25]", "--plugin", plugin, *budget, "-j", "1")
     (row, *_) = before = rows("reports/latest")
 
-    command = shlex.split(row["reproduce"])
+    command = shlex.split(command_of(row, json.loads(Path("reports/latest/run.json").read_text())))
     outcome = call(*command[3:], "-j", "1")
 
     assert command[:3] == ["python", "-m", "sdaeverify"]

@@ -1,6 +1,7 @@
 """Runs that are killed, resumed, extended and begun afresh."""
 
 import csv
+import json
 import os
 import signal
 import subprocess
@@ -11,7 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sdaeverify.report.tables import LEVEL_COLUMNS
+from sdaeverify.report.tables.columns import LEVELS, names
+from sdaeverify.report.tables.command import command_of
 
 PROGRAM = (sys.executable, "-m", "sdaeverify", "matrix", "-p", "gbm,ou,pendulum", "-m", "strong,weak,drift")
 CHOSEN = ("-s", "milstein,euler-maruyama,half-explicit-euler", "--paths", "1024", "--looks", "3", "-j", "2")
@@ -35,9 +37,9 @@ def finish(folder: Path, *further: str) -> str:
 
 
 def tables(folder: Path) -> tuple[str, list[dict[str, str]]]:
-    """Return both tables, without the time that it took."""
+    """Return both tables."""
     with (folder / "verdicts.csv").open(newline="") as file:
-        verdicts = [{**row, "seconds": "", "reproduce": ""} for row in csv.DictReader(file)]
+        verdicts = list(csv.DictReader(file))
     return (folder / "levels.csv").read_text(), verdicts
 
 
@@ -245,7 +247,7 @@ def small_failed(small, tmp_path):
 def levels(both):
     """Return the rows of the levels, as far as all measures have the same columns."""
     rows = csv.DictReader(both[0].splitlines())
-    return {tuple(row[name] for name in LEVEL_COLUMNS) for row in rows}
+    return {tuple(row[name] for name in names(LEVELS)) for row in rows}
 
 
 def test_another_selection_into_the_same_folder(small, tmp_path):
@@ -254,8 +256,11 @@ def test_another_selection_into_the_same_folder(small, tmp_path):
 
     second, after = small("out", "-s", "euler-maruyama", "-p", "gbm,ou", "-m", "weak")
 
-    rows = [(row["scheme"], row["measure"], row["seed"]) for row in after[1]]
-    assert set(rows) == {("milstein", "strong", "3"), ("euler-maruyama", "weak", "20170601")}
+    run = json.loads((tmp_path / "out" / "run.json").read_text())
+    seeds = [one["seed"] for one in (run, *run["earlier"])]
+    rows = {(row["scheme"], row["measure"], seeds[int(row["run"])]) for row in after[1]}
+    assert rows == {("milstein", "strong", 3), ("euler-maruyama", "weak", 20170601)}
+    assert "--seed 3" in command_of(next(row for row in after[1] if row["scheme"] == "milstein"), run)
     assert [row["reason"] for row in after[1] if row["scheme"] == "milstein"] == [r["reason"] for r in before[1]]
     assert levels(before) <= levels(after)
     assert "2 rows of verdicts on other cells are kept of earlier runs into the same folder" in second.out
@@ -272,7 +277,7 @@ def test_runs_into_one_folder_are_merged(call, small, tmp_path):
 
     ours, theirs = tables(tmp_path / "merged"), tables(tmp_path / "other")
     assert sorted(row["scheme"] for row in ours[1]) == sorted(row["scheme"] for row in theirs[1])
-    assert [row["estimate"] for row in ours[1]] == [row["estimate"] for row in theirs[1]]
+    assert [row["local_order"] for row in ours[1]] == [row["local_order"] for row in theirs[1]]
 
 
 FILE = """

@@ -5,14 +5,11 @@ import pytest
 
 ASKED = ["-s", "euler-maruyama,milstein,heun", "-p", "gbm,ou", "-m", "strong"]
 BUDGET = ["--paths", "512", "--levels", "3", "-j", "1", "--timeout", "0", "--memory", "0", "--progress", "none"]
-# Of the time that it took, and of how it was run.
-OWN = ["seconds", "reproduce"]
 
 
 def table(folder, name):
     """Return a table of a run, whatever the order of its rows."""
     found = pd.read_csv(folder / name, dtype=str, keep_default_na=False)
-    found = found.drop(columns=[column for column in OWN if column in found])
     keys = [key for key in ("scheme", "problem", "measure", "quantity", "h") if key in found]
     return found.sort_values(keys, ignore_index=True)[sorted(found)]
 

@@ -84,7 +84,7 @@ def test_a_run(call, plugin):
     # What a log of GitHub would take for a command.
     assert not any(line.startswith("::") for line in (outcome.out + outcome.err).split("\n"))
     folder = Path("reports", "latest")
-    for table in ("verdicts.csv", "levels.csv"):
+    for table in ("verdicts.csv", "levels.csv", "details/strong.csv"):
         rows = list(csv.reader(io.StringIO((folder / table).read_text(encoding="utf-8"), newline="")))
         assert len(rows) > 3
         for cell in (cell for row in rows for cell in row):

@@ -1,29 +1,36 @@
 """Rows of tables as texts, as a folder of a run holds them."""
 
 from sdaeverify.report.folders import SavedTables
+from sdaeverify.report.tables.columns import VERDICTS, names
 
 VERDICT = {
+    **dict.fromkeys(names(VERDICTS), ""),
     "scheme": "some-euler",
     "problem": "gbm",
     "measure": "strong",
     "quantity": "x",
-    "claim": "order >= 0.5",
-    "estimate": "0.392",
-    "ci_low": "0.357",
-    "ci_high": "0.428",
     "verdict": "verified",
-    "reason": "local order 0.480",
-    "method": "local order (T1), guarded by paths, exact solution",
-    "paths": "256",
-    "seconds": "0.1",
-    "seed": "1",
-    "reproduce": "python -m sdaeverify matrix -s some-euler -p gbm -m strong",
-    "view": "",
-    "confidence": "0.99",
+    "claim": "order >= 0.5",
     "margin": "0.2",
-    "claim_source": "a book",
-    "tier": "T1",
     "local_order": "0.48",
+    "path_order": "0.392",
+    "path_low": "0.357",
+    "path_high": "0.428",
+    "decided_by": "T1",
+    "guarded_by": "paths, exact solution",
+    "reason": "local order 0.480",
+    "p_refuted": "1.0",
+    "paths": "256",
+    "run": "0",
+}
+DETAIL = {
+    "scheme": "some-euler",
+    "problem": "gbm",
+    "measure": "strong",
+    "quantity": "x",
+    "method": "local order (T1), guarded by paths, exact solution",
+    "claim_source": "a book",
+    "seconds": "0.1",
 }
 LEVEL = {
     "scheme": "some-euler",
@@ -38,13 +45,23 @@ LEVEL = {
     "truncated_share": "0.0",
     "steps": "8",
     "lost_paths": "0",
-    "seed": "1",
     "fitted": "True",
 }
 RUN = {
+    "schema_version": 2,
     "arguments": ["sdaeverify", "matrix"],
     "seed": 1,
-    "settings": {"confidence": 0.99, "steps": [8, 16], "paths": 256, "looks": 6, "family": 1000},
+    "settings": {
+        "paths": 256,
+        "coarsest": 8,
+        "levels": 3,
+        "seed": 1,
+        "confidence": 0.99,
+        "block": 4096,
+        "looks": 6,
+        "family": 1000,
+        "steps": [8, 16, 32],
+    },
     "versions": {"python": "3.11"},
     "platform": {"system": "here"},
 }
@@ -60,23 +77,18 @@ def weak(**changed):
     told = {
         "measure": "weak",
         "quantity": "v_1",
-        "method": "successive differences along paths (T3)",
-        "tier": "T3",
         "verdict": "out_of_scope",
-        "claim": "",
-        "margin": "",
-        "estimate": "-14.05",
-        "ci_low": "-22.17",
-        "ci_high": "-5.93",
-        "local_order": "",
-        "local_weak_order": "0.9988",
-        "path_order": "-14.05",
-        "path_low": "-22.17",
-        "path_high": "-5.93",
-        "resolved": "0.2",
-        "informative": "False",
+        **dict.fromkeys(("claim", "margin", "path_order", "path_low", "path_high", "decided_by", "guarded_by"), ""),
+        "local_order": "0.9988",
+        "reason": "nothing is claimed; no order along paths: a mean difference is 0.2 standard errors",
+        "reason_kind": "no claim",
     }
     return verdict(**{**told, **changed})
+
+
+def detail(**changed):
+    """Return a row of the details of a measure with some cells changed."""
+    return {**DETAIL, **changed}
 
 
 def level(**changed):
@@ -84,6 +96,9 @@ def level(**changed):
     return {**LEVEL, **changed}
 
 
-def tables(verdicts, levels=(), run=RUN, folder=None):
+def tables(verdicts, levels=(), run=RUN, folder=None, absent=()):
     """Return the tables of a run."""
-    return SavedTables(folder, list(verdicts), list(levels), dict(run))
+    rows = list(verdicts)
+    names = ("scheme", "problem", "measure", "quantity")
+    details = [detail(**{name: row[name] for name in names}) for row in rows]
+    return SavedTables(folder, rows, list(absent), dict(run), list(levels), details)

@@ -8,8 +8,9 @@ import pytest
 
 from sdaeverify.report.earlier import read_runs, save_tables
 from sdaeverify.report.files import csv_text
+from sdaeverify.report.folders import SCHEMA
 
-COLUMNS = ("scheme", "problem", "measure", "quantity", "seed", "reason")
+COLUMNS = ("scheme", "problem", "measure", "quantity", "run", "seed", "reason")
 CODE = {"framework": "1", "schemes": {"a": "x", "b": "y", "=c": "z"}, "problems": {"p": "u", "q": "v"}}
 
 
@@ -18,14 +19,21 @@ def run(*cells, seed=1, **code):
     kinds = zip(("schemes", "problems", "measures"), zip(*cells, strict=True), strict=True)
     selection = {kind: sorted({*labels}) for kind, labels in kinds}
     known = {kind: {x: d for x, d in CODE[kind].items() if x in selection[kind]} for kind in ("schemes", "problems")}
-    return {"seed": seed, "selection": selection, "code": {"framework": "1", **known, **code}}
+    return {
+        "schema_version": SCHEMA,
+        "seed": seed,
+        "selection": selection,
+        "code": {"framework": "1", **known, **code},
+    }
 
 
 def saved(folder, *cells, seed=1, reason="", further=(), **code):
     """Save a run on some cells, with a row for each."""
-    rows = [(*cell, "x", seed, reason) for cell in cells]
+    rows = [(*cell, "x", 0, seed, reason) for cell in cells]
     verdicts = pd.DataFrame(rows, columns=COLUMNS).assign(**dict.fromkeys(further, 0.25))
-    tables = {"verdicts.csv": verdicts, "levels.csv": verdicts.assign(h=0.1)}
+    levels = verdicts.drop(columns="run").assign(h=0.1)
+    tables = {"verdicts.csv": verdicts, "levels.csv": levels}
+    tables |= {f"details/{name}.csv": levels[levels["measure"] == name] for name in levels["measure"].unique()}
     return save_tables(folder, tables, run(*cells, seed=seed, **code), set(cells))
 
 
@@ -39,15 +47,17 @@ A, B, C = ("a", "p", "m"), ("b", "p", "m"), ("a", "q", "m")
 
 
 def test_rows_of_another_selection_stay(tmp_path):
-    """Each row keeps its own seed, in both tables, and run.json tells of the runs that they are of."""
+    """Rows stay in all tables, and each names the run that it is of, which run.json tells of."""
     saved(tmp_path, A, seed=1)
     kept = saved(tmp_path, B, seed=2)
     saved(tmp_path, C, seed=3)
 
-    for name in ("verdicts.csv", "levels.csv"):
+    for name in ("verdicts.csv", "levels.csv", "details/m.csv"):
         assert told(tmp_path, name) == [(*C, 3), (*B, 2), (*A, 1)]
     assert [one["seed"] for one in read_runs(tmp_path)] == [3, 2, 1]
-    assert (len(kept.verdicts), kept.changed) == (1, 0)
+    with (tmp_path / "verdicts.csv").open(newline="") as file:
+        assert [int(row["seed"]) + int(row["run"]) for row in csv.DictReader(file)] == [3, 3, 3]
+    assert (kept.verdicts, kept.changed) == (1, 0)
 
 
 def test_rows_of_the_same_cells_are_replaced(tmp_path):
@@ -102,6 +112,25 @@ def test_labels_that_a_spreadsheet_would_evaluate(tmp_path):
     assert told(tmp_path) == [(*A, 3), ("'=c", "p", "m", 2)]
 
 
+def test_details_of_a_measure_that_is_gone(tmp_path):
+    """Where no row of a measure is left, its file is gone, too; that of another measure stays with its rows."""
+    saved(tmp_path, A, ("a", "p", "n"))
+    saved(tmp_path, A, framework="2")
+
+    assert [file.name for file in (tmp_path / "details").iterdir()] == ["m.csv"]
+
+
+def test_rows_in_another_format(tmp_path):
+    """What another version of the program has left is not kept: its columns mean something else."""
+    saved(tmp_path, A)
+    run_file = tmp_path / "run.json"
+    run_file.write_text(json.dumps({**json.loads(run_file.read_text()), "schema_version": 1}))
+
+    saved(tmp_path, B)
+
+    assert told(tmp_path) == [(*B, 1)]
+
+
 @pytest.mark.parametrize("damage", ["", "{", "[]", '{"selection": 3}', '{"selection": {}}', "[" * 100_000])
 def test_a_folder_that_does_not_tell_of_a_run(tmp_path, damage):
     """Rows that no run tells of are nobody's: the tables are those of the run, to the byte."""
@@ -111,7 +140,7 @@ def test_a_folder_that_does_not_tell_of_a_run(tmp_path, damage):
     saved(tmp_path, B)
 
     assert told(tmp_path) == [(*B, 1)]
-    assert (tmp_path / "verdicts.csv").read_text() == csv_text(pd.DataFrame([(*B, "x", 1, "")], columns=COLUMNS))
+    assert (tmp_path / "verdicts.csv").read_text() == csv_text(pd.DataFrame([(*B, "x", 0, 1, "")], columns=COLUMNS))
     assert "earlier" not in json.loads((tmp_path / "run.json").read_text())
 
 

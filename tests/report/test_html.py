@@ -34,10 +34,8 @@ def run():
         for h, e in zip(SIZES, ERRORS, strict=True)
     ]
     other = verdict(scheme="other-scheme", verdict="inconclusive", reason="too few paths; about 9000 would decide")
-    absent = verdict(
-        scheme="other-scheme", problem="circle", verdict="not_applicable", reason="needs constraint_bound"
-    )
-    return tables([verdict(), weak(), other, absent, verdict(problem="circle")], levels)
+    absent = verdict(scheme="other-scheme", problem="circle", reason="needs constraint_bound")
+    return tables([verdict(), weak(), other, verdict(problem="circle")], levels, absent=[absent])
 
 
 def hostile():
@@ -63,7 +61,7 @@ def test_numbers_reach_the_page_with_six_digits_and_texts_once():
     assert data["findings"]["scheme"].count(first) == 3
     assert data["levels"][0]["e"] == ERRORS
     assert data["levels"][0]["f"] == [0, 1, 1]
-    assert data["findings"]["path_value"] == [0.392, None, 0.392, 0.392]
+    assert data["findings"]["path_order"] == [0.392, None, 0.392, 0.392]
     assert data["sentence"].startswith("4 quantities: 2 verified, none refuted, 1 inconclusive, 1 without a claim")
     json.dumps(data, allow_nan=False)
 

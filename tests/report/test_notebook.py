@@ -10,12 +10,14 @@ HOSTILE = "<script>alert(1)</script>\x1b[31m"
 
 
 def rows():
-    """Return a verified row, one without information and one that does not apply."""
+    """Return a verified row and one without information."""
     return [
         verdict(),
         weak(),
-        verdict(measure="drift", verdict="not_applicable", reason="the problem has no constraint"),
     ]
+
+
+ABSENT = [verdict(measure="drift", reason="the problem has no constraint")]
 
 
 def test_a_result_is_short_at_a_prompt():
@@ -34,7 +36,7 @@ def test_a_result_shows_itself_as_html():
 
 def test_a_cell_says_why():
     """At a prompt and in a notebook: what was found, and why the rest does not apply."""
-    view = CellView.of(rows(), "some-euler", "gbm")
+    view = CellView.of(rows(), ABSENT, "some-euler", "gbm")
     for told in (repr(view), view._repr_html_()):
         assert "drift does not apply: the problem has no constraint" in told
         assert "14.05" not in told
@@ -43,13 +45,13 @@ def test_a_cell_says_why():
 def test_names_are_texts():
     """What a plugin is named is shown, and does nothing."""
     odd = [verdict(scheme=HOSTILE, reason=HOSTILE)]
-    for told in (result_html(odd), CellView.of(odd, HOSTILE, "gbm")._repr_html_()):
+    for told in (result_html(odd), CellView.of(odd, [], HOSTILE, "gbm")._repr_html_()):
         assert "<script>" not in told
         assert "\x1b" not in told
-    assert "\x1b" not in result_text(odd) + repr(CellView.of(odd, HOSTILE, "gbm"))
+    assert "\x1b" not in result_text(odd) + repr(CellView.of(odd, [], HOSTILE, "gbm"))
 
 
 def test_a_cell_that_is_not_there_is_an_error_of_the_user():
     """One line with the names."""
     with pytest.raises(UsageError, match="the result has no cell of 'a' on 'b'"):
-        CellView.of(rows(), "a", "b")
+        CellView.of(rows(), [], "a", "b")

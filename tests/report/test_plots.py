@@ -18,9 +18,7 @@ SIZES, ERRORS = [0.125, 0.0625, 0.03125], [0.04, 0.02, 0.01]
 def plots():
     """Return the pictures of two schemes: errors, drift, stability and a stationary mean."""
     rows = [verdict(), weak(), verdict(scheme="other", verdict="inconclusive", problem="ou")]
-    rows += [
-        verdict(measure=name, quantity="g", tier="T2", local_order="") for name in ("drift", "invariant", "stability")
-    ]
+    rows += [verdict(measure=name, quantity="g", local_order="") for name in ("drift", "invariant", "stability")]
     levels = [
         level(measure=row["measure"], scheme=row["scheme"], problem=row["problem"], quantity=row["quantity"],
               h=str(h), estimate=str(e), fitted=str(h < 0.1))

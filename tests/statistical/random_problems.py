@@ -35,6 +35,7 @@ from sdaeverify_problems._delay_coefficients import SETS
 SEED, FACTOR, SIGNIFICANT = 13, 5.0, 3
 # Schemes of a set, and how often a set is drawn until the problem accepts it and a scheme solves it.
 SCHEMES, DRAWS = 1, 100
+CELL = ["scheme", "problem", "measure"]
 WORDS = {"set": tuple(SETS), "shape": tuple(SHAPES), "measure": ("arc", "delta")}
 # One claim in ten million is refuted by chance; fewer than 800 paths decide nothing at such a level.
 SETTINGS = Settings(paths=1024, family=10**5)
@@ -106,7 +107,10 @@ def verdicts(chosen: Drawn, executor: Executor | None = None) -> pd.DataFrame:
     study = Study(_claimed(plan_of(registry(), chosen.schemes, [chosen.problem], ())), SETTINGS)
     for _ in study.run(executor, 1):
         pass
-    table = result_of(study, registry(), []).verdicts
+    result = result_of(study, registry(), [])
+    table = result.verdicts.assign(
+        reproduce=[result.command(*row) for row in result.verdicts[CELL].itertuples(index=False)]
+    )
     claimed = table[table.claim.notna() & (table.claim != "") | (table.verdict == "error")]
     return claimed.assign(number=chosen.number)
 

@@ -10,7 +10,7 @@ from ...contracts.settings import Settings
 from ...registry.load import Registry
 from ...report.plain import in_columns, visible, wrapped
 from ...report.reading import Reading, Row, read_row
-from ...report.sentences import ABSENT, PlainLine, claim_in_words, counts_in_words, interval, mark
+from ...report.sentences import PlainLine, claim_in_words, counts_in_words, interval, mark
 from ..console import aside, output, print_lines
 from ..exit_codes import ExitCode
 from ..limits import read_limits
@@ -42,7 +42,7 @@ def demo(context: click.Context, /, out: Path) -> ExitCode:
         run = _run(registry, tuple(context.obj), out)
         result = advance(run, crew, "none")
         run.write_page()
-    _show([(row, read_row(row)) for row in result.rows if row["verdict"] != ABSENT], out)
+    _show([(row, read_row(row)) for row in result.rows.verdicts], out)
     return ExitCode.OK
 
 

@@ -11,7 +11,7 @@ from rich.text import Text
 from ...contracts.settings import Settings
 from ...errors import UsageError
 from ...registry.load import Registry
-from ...report.folders import read_tables
+from ...report.folders import read_verdicts
 from ...report.plain import visible
 from ...report.sentences import ATTENTION
 from ...report.terminal import plan_table
@@ -118,7 +118,7 @@ def _left_open(plan: Plan, folder: Path) -> Plan:
     UsageError
         If the folder holds no run.
     """
-    rows = read_tables(folder).verdicts
+    rows = read_verdicts(folder).verdicts
     left = {(row["scheme"], row["problem"], row["measure"]) for row in rows if row["verdict"] in ATTENTION}
     problems = []
     for made in plan.problems:

@@ -9,21 +9,21 @@ from pathlib import Path
 import click
 
 from ...errors import UsageError
-from ...report.folders import RUN, TextRow, key_of, read_tables
+from ...report.folders import RUN, SavedTables, TextRow, key_of, read_tables, read_verdicts
 from ...report.plain import in_columns, visible, wrapped
 from ...report.reading import Reading, Row, read_row, record
 from ...report.sentences import (
-    ABSENT,
     ATTENTION,
     Pair,
     PlainLine,
-    counts_in_words,
+    counts_of,
     ending,
     interval,
     mark,
     other_value,
     quantity_lines,
 )
+from ...report.tables.command import command_of
 from ..console import output, print_lines
 from ..exit_codes import ExitCode
 
@@ -44,25 +44,26 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
     With SCHEME, what was found of each quantity; with PROBLEM, too, why, and the command that does it again.
     """
     folder, scheme, problem = _places(what)
-    rows = [row for row in read_tables(folder).verdicts if _fits(row, scheme, problem, measures)]
-    if not rows:
+    tables = read_verdicts(folder)
+    chosen, absent = ([r for r in all_ if _fits(r, scheme, problem, measures)] for all_ in tables[1:3])
+    if not (chosen or absent):
         raise UsageError(
             f"nothing in {folder} is about {' on '.join(filter(None, (scheme, problem)))}{_of(measures)}"
         )
-    pairs = [(row, read_row(row)) for row in rows if row["verdict"] != ABSENT]
-    chosen = [pair for pair in pairs if pair[1].verdict in ATTENTION] if left_open else pairs
+    pairs = [(row, read_row(row)) for row in chosen]
+    shown = [pair for pair in pairs if pair[1].verdict in ATTENTION] if left_open else pairs
     console = output()
     width, plain = console.width, console.options.ascii_only
-    sentence = counts_in_words(row["verdict"] for row in rows)
+    sentence = counts_of(chosen, absent)
     if as_json:
-        click.echo(json.dumps([record(row) for row, _ in chosen], indent=2))
+        click.echo(json.dumps([_record(row, tables) for row, _ in shown], indent=2))
     elif quiet:
         print_lines(console, map(PlainLine, wrapped(sentence, width)))
     elif problem or left_open:
-        print_lines(console, _cells(chosen, width, plain=plain))
-        print_lines(console, _absent(rows if problem else [], width))
+        print_lines(console, _cells(shown, tables, width, plain=plain))
+        print_lines(console, _absent(absent if problem else [], width))
     elif scheme:
-        print_lines(console, [*map(PlainLine, wrapped(sentence, width)), *_overview(chosen, width, plain=plain)])
+        print_lines(console, [*map(PlainLine, wrapped(sentence, width)), *_overview(shown, width, plain=plain)])
     else:
         print_lines(console, ending(sentence, pairs, list(_notes(folder)), width, plain=plain))
     return ExitCode.OK
@@ -143,7 +144,11 @@ def _row(row: Row, reading: Reading, *, plain: bool) -> tuple[str, ...]:
     return mark(reading.verdict, plain=plain), visible(names), visible(claim), local, other, reading.decided_by
 
 
-def _cells(pairs: Sequence[Pair], width: int, *, plain: bool) -> Iterator[PlainLine]:
+def _record(row: Row, tables: SavedTables) -> dict[str, object]:
+    return {**record(row), "reproduce": command_of(row, tables.run) or None}
+
+
+def _cells(pairs: Sequence[Pair], tables: SavedTables, width: int, *, plain: bool) -> Iterator[PlainLine]:
     cells: dict[tuple[str, ...], list[Pair]] = {}
     for row, reading in pairs:
         cells.setdefault(tuple(str(row[name]) for name in ("scheme", "problem", "measure")), []).append(
@@ -153,7 +158,7 @@ def _cells(pairs: Sequence[Pair], width: int, *, plain: bool) -> Iterator[PlainL
         yield PlainLine(visible(f"{scheme} on {problem}, {measure}"))
         for pair in found:
             yield from quantity_lines(pair, width, plain=plain)
-        command = str(found[0][0].get("reproduce", ""))
+        command = command_of(found[0][0], tables.run)
         yield from (PlainLine(line) for line in wrapped(visible(f"  again: {command}"), width, INDENT) if command)
         yield PlainLine("")
 
@@ -162,8 +167,7 @@ def _absent(rows: Sequence[TextRow], width: int) -> Iterator[PlainLine]:
     """Yield what does not apply, measures with the same reason together."""
     reasons: dict[tuple[str, str, str], list[str]] = {}
     for row in rows:
-        if row["verdict"] == ABSENT:
-            reasons.setdefault((row["scheme"], row["problem"], row["reason"]), []).append(key_of(row)[2])
+        reasons.setdefault((row["scheme"], row["problem"], row["reason"]), []).append(key_of(row)[2])
     for (scheme, problem, reason), measures in reasons.items():
         told = f"does not apply: {scheme} on {problem}, {', '.join(measures)}: {reason}"
         yield from map(PlainLine, wrapped(visible(told), width, INDENT))

@@ -6,7 +6,7 @@ from math import isfinite, isnan
 from ...contracts.finding import Finding
 from ...contracts.settings import Settings
 from ...report.plain import visible
-from ...study import CellResult
+from ...report.tables.command import reproduce
 from ..outcomes import Outcome, Status
 
 SAMPLED = 3
@@ -57,10 +57,8 @@ def command_of(outcome: Outcome, settings: Settings, plugins: Sequence[str] = ()
     plugins : sequence of str
         Plugin files named by path.
     """
-    # The tables need pandas, which a run of tests should not have to load for its messages.
-    from ...report.tables import reproduce  # noqa: PLC0415
-
-    return reproduce(CellResult(outcome.cell, (outcome.finding,)), settings, plugins)
+    cell = outcome.cell
+    return reproduce((cell.scheme.label, cell.spec.label, cell.measure.name), settings, plugins)
 
 
 def message(outcome: Outcome, settings: Settings, command: str = "") -> str:

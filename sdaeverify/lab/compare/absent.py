@@ -41,7 +41,7 @@ def _reasons(folder: Path) -> Iterator[str]:
         return
     for row in rows:
         told = {name: str(text or "") for name, text in row.items()}
-        early = " before any path" if told.get("tier") == BEFORE_ANY_PATH else ""
+        early = " before any path" if told.get("decided_by") == BEFORE_ANY_PATH else ""
         if told.get("reason"):
             cell = f"{told.get('scheme')} on {told.get('problem')}, {told.get('measure')}"
             yield f"{cell}: {told.get('verdict')}{early}: {told['reason']}"

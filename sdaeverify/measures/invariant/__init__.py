@@ -43,6 +43,26 @@ class Invariant(Measure):
     name: ClassVar[str] = "invariant"
     lengthy: ClassVar[bool] = True
     budgeted: ClassVar[bool] = True
+    detail_columns: ClassVar[Mapping[str, str]] = {
+        "leading_coefficient": "of the leading power of h in the error",
+        "class": "bias where a bound of the bias is claimed",
+        "local_orders": "orders between consecutive step sizes",
+        "bias": "bias at the smallest step size",
+        "bias_std_error": "its standard error",
+        "resolved": "least mean difference in standard errors",
+        "chains": "chains that were run",
+        "chain_length": "length of a chain after burn-in",
+        "burn_in": "length of the burn-in",
+        "contraction": "rate at which chains of one noise approach each other",
+        "looks": "looks at the chains",
+    }
+    level_columns: ClassVar[Mapping[str, str]] = {
+        "error_floor": "error of the operator's own discretisation",
+        "local_order": "order between this step size and the one before",
+        "fitted": "whether the order is fitted to this level",
+        "difference": "mean difference to the next step size on the same noise",
+        "difference_std_error": "its standard error",
+    }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse problems without known invariant means."""

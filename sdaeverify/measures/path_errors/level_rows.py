@@ -10,6 +10,12 @@ from ...numerics.statistics import Estimate
 from .errors import POWERS
 from .quantity import Quantity
 
+ERROR_COLUMNS = {
+    "estimate_L2": "the error in the L2 norm",
+    "local_order": "order between this step size and the one before",
+    "local_order_std_error": "its standard error",
+    "fitted": "whether the order is fitted to this level",
+}
 # Of the mean relative error at T; the interval that Lindner et al. (2018), section 4.2, quote.
 RELATIVE_CONFIDENCE = 0.9
 

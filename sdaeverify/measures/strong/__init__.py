@@ -20,10 +20,18 @@ from ...registry.hookspecs import hookimpl
 from ..error_sizes import of_paths
 from ..judge import FITTED, coverage, withhold_in_doubt
 from ..path_errors.errors import AT_T, ErrorObserver
-from ..path_errors.level_rows import level_rows
+from ..path_errors.level_rows import ERROR_COLUMNS, level_rows
 from ..path_errors.order import usable_levels
 from ..path_errors.quantity import Quantity, quantities_of
-from .findings import Orders, local_orders, probe_strong, step_sizes, strong_finding, unknown_components
+from .findings import (
+    STRONG_COLUMNS,
+    Orders,
+    local_orders,
+    probe_strong,
+    step_sizes,
+    strong_finding,
+    unknown_components,
+)
 
 # Beside the mean, as indices of the powers that are noted.
 NORMS = {"L1/2": 0, "L2": 2}
@@ -33,6 +41,14 @@ class Strong(Measure):
     """Strong order of convergence for each named component and the full state."""
 
     name: ClassVar[str] = "strong"
+    detail_columns: ClassVar[Mapping[str, str]] = STRONG_COLUMNS
+    level_columns: ClassVar[Mapping[str, str]] = {
+        **ERROR_COLUMNS,
+        "estimate_L1/2": "the error in the L1/2 norm",
+        "relative": "mean relative error at T",
+        "relative_low": "lower end of its interval",
+        "relative_high": "upper end of its interval",
+    }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse schemes with bounded increments."""

@@ -55,6 +55,24 @@ UNFITTED_METHODS = {1: "local order (T1)", 3: "paths"}
 SETTLED = 0.1
 # An order below its claim at few states that rises by more with a level is that of a layer which steps still miss.
 RISING = 2.0 * ACCURACY
+STRONG_COLUMNS = {
+    "local_consistent": "whether one step follows the equation as h tends to 0",
+    "solver_plateau_h": "step size below which the tolerance of a solver hides the local error; 0 for none",
+    "std_error": "standard error of the order along paths",
+    "order_L1/2": "the same in the L1/2 norm",
+    "order_L2": "the same in the L2 norm",
+    "fitted_levels": "levels that the order is fitted to",
+    "contrast": "order of the errors less that of their differences: far below 0 where the limit is wrong",
+    "contrast_low": "lower end of its interval",
+    "contrast_high": "upper end of its interval",
+    "effective_share": "share of the paths that count in the mean error, at the worst of two levels",
+    "largest_share": "share of the mean error that the largest path has, at the worst of two levels",
+    "hill_index": "tail index of the errors by Hill's estimator, at the worst of two levels",
+    "heavy_tails": "whether the tails are too heavy for the interval of a mean",
+    "asymptotic_order": "order as h tends to 0, with one further term of the expansion",
+    "asymptotic_half_width": "half width of its interval",
+    "bias_bound": "bound of what the error of the reference can do to the order",
+}
 
 
 class Span(NamedTuple):

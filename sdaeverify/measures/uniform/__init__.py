@@ -33,7 +33,7 @@ from ...registry.hookspecs import hookimpl
 from ..error_sizes import of_paths
 from ..judge import coverage, finding, leave_open, no_claim, withhold_in_doubt
 from ..path_errors.errors import POWERS, STATE, ErrorObserver, power_sums
-from ..path_errors.level_rows import level_rows
+from ..path_errors.level_rows import ERROR_COLUMNS, level_rows
 from ..path_errors.quantity import Quantity, quantities_of
 from .findings import judge_consistency, judge_pair
 
@@ -175,6 +175,17 @@ class Uniform(Measure):
     """Convergence of the largest error in time, with or without a rate."""
 
     name: ClassVar[str] = "uniform"
+    detail_columns: ClassVar[Mapping[str, str]] = {
+        "std_error": "standard error of the order along paths",
+        "order_L2": "the same in the L2 norm",
+        "order_L4": "the same in the L4 norm",
+        "fitted_levels": "levels that the order is fitted to",
+        "bias_bound": "bound of what the error of the reference can do to the order",
+        "contrast": "order of the errors less that of their differences: far below 0 where the limit is wrong",
+        "contrast_low": "lower end of its interval",
+        "contrast_high": "upper end of its interval",
+    }
+    level_columns: ClassVar[Mapping[str, str]] = {**ERROR_COLUMNS, "estimate_L4": "the error in the L4 norm"}
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse schemes that claim nothing of it here: it is not sampled for them; and bounded increments."""

@@ -23,7 +23,7 @@ A claim is that of Laurent (2022), Theorem 2.7, or of Proposition 3.3: an order,
 out.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -72,6 +72,16 @@ class Uniformity(Measure):
     name: ClassVar[str] = "uniformity"
     lengthy: ClassVar[bool] = True
     budgeted: ClassVar[bool] = True
+    detail_columns: ClassVar[Mapping[str, str]] = {
+        "functional": "of which the supremum is taken",
+        "worst_eps": "eps at which it is taken, at the finest step size",
+    }
+    level_columns: ClassVar[Mapping[str, str]] = {
+        "functional": "what the error is of",
+        "low": "least that the estimate can be",
+        "high": "most that the estimate can be",
+        "worst_eps": "eps at which the estimate is largest",
+    }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse problems without family, schemes without claim, and atoms where errors must be sampled."""

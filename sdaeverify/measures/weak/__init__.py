@@ -191,6 +191,19 @@ class Weak(Measure):
     """Weak order of convergence for each observable; for the state where there is none."""
 
     name: ClassVar[str] = "weak"
+    detail_columns: ClassVar[Mapping[str, str]] = {
+        "moment_order": "weak order at T by moment equations",
+        "slope": "slope of mean differences, which is an order where it is informative",
+        "slope_low": "lower end of its interval",
+        "slope_high": "upper end of its interval",
+        "resolved": "least mean difference in standard errors",
+        "informative": "whether the mean differences tell an order",
+    }
+    level_columns: ClassVar[Mapping[str, str]] = {
+        "mean": "mean of the observable",
+        "mean_std_error": "its standard error",
+        "coupled": "whether the error is of differences to the exact solution, rather than to the next level",
+    }
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> MeanObserver:
         """Return the notebook for one block."""
@@ -285,9 +298,9 @@ def _enough(findings: list[Finding]) -> list[Finding]:
 def _details(sampled: MeanOrder, confidence: float) -> dict[str, object]:
     low, high = sampled.slope.interval(confidence)
     return {
-        "path_order": sampled.slope.value,
-        "path_low": low,
-        "path_high": high,
+        "slope": sampled.slope.value,
+        "slope_low": low,
+        "slope_high": high,
         "resolved": sampled.resolved,
         "informative": not sampled.remark and sampled.resolved >= RESOLVED,
     }

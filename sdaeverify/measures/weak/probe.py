@@ -63,7 +63,7 @@ class WeakProbe(NamedTuple):
     @property
     def details(self) -> dict[str, object]:
         """Further columns of a finding."""
-        found: dict[str, object] = {} if self.local is None else {"local_weak_order": self.order}
+        found: dict[str, object] = {} if self.local is None else {"local_order": self.order}
         return found if self.moments is None else {**found, "moment_order": _middle(*self.moments)}
 
 

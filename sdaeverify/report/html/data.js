@@ -7,7 +7,7 @@ const VERDICTS = {
 };
 const ATTENTION = ["refuted", "diverged", "error", "inconclusive", "not_run"];
 const TEXTS = ["scheme", "problem", "measure", "quantity", "method", "view", "claim_source", "class", "windows", "reproduce", "heavy_tails",
-  "claim", "verdict", "decided_by", "guarded_by", "reason", "no_order", "value_of"];
+  "claim", "verdict", "decided_by", "guarded_by", "reason", "value_of"];
 const value = (given) => (given === "inf" ? Infinity : given === "-inf" ? -Infinity : given);
 
 /** Return the findings as records, each with the columns of its levels. */
@@ -92,12 +92,12 @@ function interval(mid, low, high) {
 
 /** Return in a few words what was found: the order along paths, else the local one, else what the measure estimates. */
 function found(finding) {
-  if (finite(finding.path_value)) return `${interval(finding.path_value, finding.path_low, finding.path_high)} along paths`;
+  if (finite(finding.path_order)) return `${interval(finding.path_order, finding.path_low, finding.path_high)} along paths`;
   if (finite(finding.local_order)) return `${order(finding.local_order)} in one step`;
-  if (finding.value_value === null) return "";
-  if (finding.value_of.includes("order")) return interval(finding.value_value, finding.value_low, finding.value_high);
+  if (finding.value === null) return "";
+  if (finding.value_of.includes("order")) return interval(finding.value, finding.value_low, finding.value_high);
   const spread = finite(finding.value_low) && finite(finding.value_high) ? ` [${short(finding.value_low)}, ${short(finding.value_high)}]` : "";
-  return `${short(finding.value_value)}${spread} (${finding.value_of})`;
+  return `${short(finding.value)}${spread} (${finding.value_of})`;
 }
 
 /** Return sets of step sizes that a text such as "h < 0.5; 2 < h < 3" tells of, as pairs. */

@@ -146,12 +146,12 @@ function command(finding) {
 
 /** Return all that is known of a quantity: claim, margin, what decides and guards, orders, reason, picture. */
 function card(finding) {
-  const along = finding.path_value === null ? "" : interval(finding.path_value, finding.path_low, finding.path_high);
+  const along = finding.path_order === null ? "" : interval(finding.path_order, finding.path_low, finding.path_high);
   return el("article", { class: "card" }, el("h3", {}, finding.quantity || finding.measure, " ", badge(finding.verdict)),
     facts([["claim", claimText(finding)], ["from", finding.claim_source], ["decided by", finding.decided_by && `${finding.decided_by}, ${finding.method.split(" (T")[0]}`], ["guarded by", finding.guarded_by],
       ["local order", finding.local_order === null ? "" : order(finding.local_order)], ["order along paths", along],
-      [finding.value_of, finding.value_value === null ? "" : finding.value_of.includes("order") ? interval(finding.value_value, finding.value_low, finding.value_high) : short(finding.value_value)],
-      ["stable for", finding.windows], ["kind", finding.class], ["tails", finding.heavy_tails === "True" ? "heavy" : ""], ["why", finding.reason], ["no order along paths", finding.no_order]]),
+      [finding.value_of, finding.value === null ? "" : finding.value_of.includes("order") ? interval(finding.value, finding.value_low, finding.value_high) : short(finding.value)],
+      ["stable for", finding.windows], ["kind", finding.class], ["tails", finding.heavy_tails === "True" ? "heavy" : ""], ["why", finding.reason]]),
     cardPicture(finding));
 }
 
@@ -167,7 +167,7 @@ function cardPicture(finding) {
     return figure(convergence(over, { label, quantiles: Z, slopes: slopes(finding), xLabel: "eps" }), ["Distance from the limit against eps."], ["eps", ...head.slice(1)], over.map((point) => [point.h, point.e, point.s, "yes"]));
   }
   if (all.some((point) => point.functional)) return functionals(finding, all, label);
-  const fit = finding.path_value, yLabel = LABELS[finding.measure] || "error";
+  const fit = finding.path_order, yLabel = LABELS[finding.measure] || "error";
   const hollow = all.some((point) => !point.filled), seen = finding.levels.f ? "fitted" : "above three standard errors";
   const caption = [hollow ? `● ${seen}, ○ not` : finding.levels.f ? "● fitted" : "● measured", finite(fit) ? `; line: order along paths ${order(fit)}` : "", claimed(finding) !== null ? "; triangles: claim, and claim − margin (dashed)" : "", all.some((point) => point.s) ? `; band: ${short(100 * (settings.confidence || 0.99), 4)} % intervals` : ""];
   return figure(convergence(all, { label, quantiles: Z, slopes: slopes(finding), fit, yLabel }), caption, head, rows);

@@ -28,8 +28,8 @@ function claims(passport, own) {
 /** Return a forest plot of what one measure found of a scheme, or of a problem. */
 function orders(findings, title, measure, name = (one) => one.problem) {
   const rows = findings.map((one) => {
-    const sampled = finite(one.path_value), byMoments = one.value_of.includes("order") && finite(one.value_value);
-    const estimate = sampled ? one.path_value : byMoments ? one.value_value : finite(one.local_order) ? one.local_order : null;
+    const sampled = finite(one.path_order), byMoments = one.value_of.includes("order") && finite(one.value);
+    const estimate = sampled ? one.path_order : byMoments ? one.value : finite(one.local_order) ? one.local_order : null;
     const low = sampled ? one.path_low : byMoments ? one.value_low : null, high = sampled ? one.path_high : byMoments ? one.value_high : null;
     return { name: `${name(one)} · ${one.quantity}`, value: estimate, low, high, claim: claimed(one), least: least(one), filled: sampled, told: `${name(one)}, ${one.quantity}: ${found(one)}; ${VERDICTS[one.verdict][1]}; claim ${claimText(one)}` };
   }).filter((row) => finite(row.value));
@@ -89,7 +89,7 @@ function problemPage(_, name) {
 }
 
 function controls(passport, own) {
-  const told = (one) => [finite(one.local_order) ? `${order(one.local_order)} in one step` : "", finite(one.path_value) ? `${order(one.path_value)} along paths` : ""].filter(Boolean).join(", ");
+  const told = (one) => [finite(one.local_order) ? `${order(one.local_order)} in one step` : "", finite(one.path_order) ? `${order(one.path_order)} along paths` : ""].filter(Boolean).join(", ");
   const outcome = (scheme, control) => {
     const findings = own.filter((one) => one.scheme === scheme && one.measure === control.measure);
     return el("span", {}, el("a", { href: link("cell", scheme, passport.label) }, scheme), " ", findings.length ? told(findings[0]) : el("span", { class: "soft" }, "not in this run"));

@@ -6,11 +6,11 @@ from math import isnan
 from typing import Any
 
 from ..folders import NAMES, Key, SavedTables, TextRow, key_of
-from ..reading import Reading, number, read_row
-from ..sentences import counts_in_words
+from ..reading import number
+from ..sentences import counts_of
+from ..tables.command import CELL, command_of
 
-ABSENT = "not_applicable"
-SCHEMA = 1
+SCHEMA = 2
 # Columns of a level beside h, estimate and standard error, under the name that the page has for them.
 LEVEL = {
     "steps": "n",
@@ -33,10 +33,21 @@ LEVEL = {
 COST = "mean_"
 # Columns that begin in the same way and are no cost of a step.
 NO_COST = {"mean_std_error"}
-# Texts of a finding that are shown as the table has them, and those that are read from it.
-SHOWN = (*NAMES, "method", "view", "claim_source", "class", "windows", "reproduce", "heavy_tails")
-READ = ("claim", "verdict", "decided_by", "guarded_by", "reason", "no_order", "value_of")
-INTERVAL = ("value", "low", "high")
+# Texts and numbers of a finding, from the verdicts and from the details of its measure.
+TEXTS = (*NAMES, "view", "claim", "verdict", "decided_by", "guarded_by", "reason", "value_of")
+DETAILS = ("method", "claim_source", "class", "windows", "heavy_tails")
+NUMBERS = (
+    "margin",
+    "local_order",
+    "path_order",
+    "path_low",
+    "path_high",
+    "value",
+    "value_low",
+    "value_high",
+    "paths",
+)
+MEASURED = ("seconds", "growth_rate", "growth")
 
 
 class _Texts:
@@ -65,17 +76,15 @@ def payload(tables: SavedTables, passports: Mapping[str, Any] | None = None) -> 
         mapping of columns; ``absent``: scheme, problem, measure and reason of cells that do not apply, by number.
     """
     texts = _Texts()
-    told = [row for row in tables.verdicts if row["verdict"] != ABSENT]
-    readings = [read_row(row) for row in told]
-    levels = _by_key(tables.levels)
+    told, levels = tables.verdicts, _by_key(tables.levels)
     return {
         "schema": SCHEMA,
-        "sentence": counts_in_words(row["verdict"] for row in tables.verdicts),
+        "sentence": counts_of(tables.verdicts, tables.absent),
         "run": _run(tables.run),
-        "findings": _findings(told, readings, texts),
+        "findings": _findings(tables, texts),
         "levels": [_columns(levels.get(key_of(row), ()), texts) for row in told],
         "costs": _costs(tables.levels, texts),
-        "absent": _absent(tables.verdicts, texts),
+        "absent": _absent(tables.absent, texts),
         "passports": dict(passports or {}),
         "texts": list(texts.known),
     }
@@ -96,30 +105,21 @@ def _run(run: Mapping[str, Any]) -> dict[str, Any]:
     return {**{name: run[name] for name in names if name in run}, "earlier": len(run.get("earlier", ()))}
 
 
-def _findings(rows: Sequence[TextRow], readings: Sequence[Reading], texts: _Texts) -> dict[str, list[Any]]:
-    words = [_words(row, reading) for row, reading in zip(rows, readings, strict=True)]
-    numbers = [_numbers(row, reading) for row, reading in zip(rows, readings, strict=True)]
+def _findings(tables: SavedTables, texts: _Texts) -> dict[str, list[Any]]:
+    rows, details = tables.verdicts, {key_of(row): row for row in tables.details}
+    further = [details.get(key_of(row), {}) for row in rows]
+    commands = {_cell(row): command_of(row, tables.run) for row in rows}
     return {
-        **{name: [texts(told[name]) for told in words] for name in (words[0] if words else ())},
-        **{name: [rounded(told[name]) for told in numbers] for name in (numbers[0] if numbers else ())},
+        **{name: [texts(row.get(name, "")) for row in rows] for name in TEXTS},
+        **{name: [texts(row.get(name, "")) for row in further] for name in DETAILS},
+        "reproduce": [texts(commands[_cell(row)]) for row in rows],
+        **{name: [rounded(number(row, name)) for row in rows] for name in NUMBERS},
+        **{name: [rounded(number(row, name)) for row in further] for name in MEASURED},
     }
 
 
-def _words(row: TextRow, reading: Reading) -> dict[str, str]:
-    return {
-        **{name: row.get(name, "") for name in SHOWN},
-        **{name: str(getattr(reading, name)) for name in READ},
-    }
-
-
-def _numbers(row: TextRow, reading: Reading) -> dict[str, float]:
-    return {
-        "margin": reading.margin,
-        "local_order": reading.local_order,
-        **{f"path_{name}": getattr(reading.path, name) for name in INTERVAL},
-        **{f"value_{name}": getattr(reading.value, name) for name in INTERVAL},
-        **{name: number(row, name) for name in ("paths", "seconds", "growth_rate", "growth")},
-    }
+def _cell(row: TextRow) -> tuple[str, ...]:
+    return tuple(row.get(name, "") for name in (*CELL, "run"))
 
 
 def _by_key(rows: Iterable[TextRow]) -> Mapping[Key, list[TextRow]]:
@@ -163,5 +163,4 @@ def _costs(rows: Iterable[TextRow], texts: _Texts) -> list[list[Any]]:
 
 def _absent(rows: Iterable[TextRow], texts: _Texts) -> list[int]:
     """Return scheme, problem, measure and reason of what does not apply, four numbers each, all in a row."""
-    absent = [row for row in rows if row["verdict"] == ABSENT]
-    return [texts(row[name]) for row in absent for name in ("scheme", "problem", "measure", "reason")]
+    return [texts(row[name]) for row in rows for name in ("scheme", "problem", "measure", "reason")]

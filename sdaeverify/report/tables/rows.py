@@ -1,0 +1,146 @@
+"""Results as rows: one a quantity, one a quantity and step size, and one for what does not apply."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from ...arrays import Array
+from ...contracts.finding import Finding, Verdict
+from ...contracts.settings import Settings
+from ...simulate.tracks import COST, COUNTED
+from ...study import CellResult
+from .columns import DETAILS, LEVELS, NOT_APPLICABLE, VERDICTS, WHOLE, Column, details_file, names
+from .findings import read_finding
+
+Record = dict[str, object]
+
+
+class Rows(NamedTuple):
+    """The rows of a run but for its levels.
+
+    Attributes
+    ----------
+    verdicts, absent : list of dict
+        What is claimed or measured, and what does not apply.
+    details : dict of str to list of dict
+        By measure, further columns of the verdicts.
+    """
+
+    verdicts: list[Record]
+    absent: list[Record]
+    details: dict[str, list[Record]]
+
+
+def rows_of(results: Iterable[CellResult]) -> Rows:
+    """Return the rows of results."""
+    rows = Rows([], [], {})
+    for result in results:
+        for finding in result.findings:
+            named = _names(result, finding.quantity)
+            if finding.verdict is Verdict.NOT_APPLICABLE:
+                rows.absent.append({**named, "reason": str(finding.reason), "run": 0})
+                continue
+            rows.verdicts.append({**named, **_judged(result, finding)})
+            rows.details.setdefault(result.cell.measure.name, []).append({**named, **_detailed(result, finding)})
+    return rows
+
+
+def tables_of(rows: Rows) -> dict[str, pd.DataFrame]:
+    """Return rows as tables, by the names of their files."""
+    found = {"verdicts.csv": (rows.verdicts, VERDICTS), "not_applicable.csv": (rows.absent, NOT_APPLICABLE)}
+    found |= {details_file(measure): (told, DETAILS) for measure, told in rows.details.items()}
+    return {file: frame(told, columns) for file, (told, columns) in found.items()}
+
+
+def level_table(results: Iterable[CellResult], settings: Settings) -> pd.DataFrame:
+    """Return one row for each quantity of each cell at each step size.
+
+    Parameters
+    ----------
+    results : iterable of CellResult
+    settings : Settings
+
+    Returns
+    -------
+    DataFrame
+        The columns of all measures first, then those of some.
+    """
+    return frame([row for result in results for row in _level_rows(result, settings)], LEVELS)
+
+
+def frame(rows: Sequence[Mapping[str, object]], columns: Sequence[Column]) -> pd.DataFrame:
+    """Return rows as a table: the columns that are known first, then whatever else the rows have."""
+    known = names(columns)
+    further = dict.fromkeys(name for row in rows for name in row if name not in known)
+    table = pd.DataFrame(rows, columns=[*known, *further])
+    # A column of whole numbers reads the same whether or not other rows leave it empty.
+    whole = {column.name for column in columns if column.kind == WHOLE}
+    whole |= {name for name in further if all(type(row[name]) is int for row in rows if name in row)}
+    return table.astype(dict.fromkeys(whole, "Int64"))
+
+
+def _names(result: CellResult, quantity: str) -> Record:
+    cell = result.cell
+    return {
+        "scheme": cell.scheme.label,
+        "problem": cell.spec.label,
+        "measure": cell.measure.name,
+        "quantity": quantity,
+    }
+
+
+def _judged(result: CellResult, finding: Finding) -> Record:
+    return {
+        "view": result.cell.view,
+        **read_finding(finding, result.cell.measure.value_of).row,
+        "p_verified": finding.p_verified,
+        "p_refuted": finding.p_refuted,
+        "paths": result.paths,
+        "run": 0,
+    }
+
+
+def _detailed(result: CellResult, finding: Finding) -> Record:
+    return {
+        "method": finding.method,
+        "claim_source": finding.claim.source if finding.claim else "",
+        "seconds": round(result.seconds, 3),
+        **{name: value for name, value in finding.details.items() if name not in IN_VERDICTS},
+    }
+
+
+IN_VERDICTS = {"local_order"}
+
+
+def _level_rows(result: CellResult, settings: Settings) -> Iterator[dict[str, Any]]:
+    for row in result.levels:
+        yield {
+            **_names(result, row.quantity),
+            "h": row.h,
+            "estimate": row.estimate,
+            "std_error": row.std_error,
+            **({} if row.level is None else _of_level(result, settings, row.level)),
+            **row.details,
+        }
+
+
+def _of_level(result: CellResult, settings: Settings, level: int) -> Record:
+    health, steps = result.health.sums, result.health.sums["steps"][level]
+    return {
+        "h": result.horizon / settings.steps[level],
+        "paths": result.paths,
+        "failed_paths": int(health["failed"][level]),
+        "truncated_share": health["truncated"][level] / steps,
+        "steps": settings.steps[level],
+        "lost_paths": int(health["lost"][level]),
+        **_means(health, level),
+    }
+
+
+def _means(health: Mapping[str, Array], level: int) -> dict[str, float]:
+    """Return each cost's mean over the steps that have it; NaN if none has."""
+    costs = [name.removeprefix(COST) for name in health if name.startswith(COST)]
+    counts = {name: health[f"{COUNTED}{name}"][level] for name in costs}
+    return {f"mean_{n}": health[f"{COST}{n}"][level] / counts[n] if counts[n] else np.nan for n in costs}
