@@ -75,7 +75,7 @@ def test_what_is_wrong_is_told_with_claim_margin_estimate_and_reason():
 
 
 def test_many_of_a_kind_are_told_together():
-    """Schemes that share problem, claim and the kind of the reason share a line; a reason without a kind is its own."""
+    """Schemes that share problem, claim and the kind of the reason share a line, others do not."""
     told = {"verdict": "inconclusive", "reason_kind": "paths that would decide"}
     rows = [verdict(scheme=f"s{n}", reason=f"about {n}00 paths", **told) for n in range(1, 6)]
     (line,) = [line for line in end_of(rows, 200) if line.startswith("?")]

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from ...errors import UsageError
-from ...report.folders import RUN, SavedTables, TextRow, key_of, read_tables, read_verdicts
+from ...report.folders import RUN, SavedTables, TextRow, key_of, read_verdicts
 from ...report.plain import in_columns, visible, wrapped
 from ...report.reading import Reading, Row, read_row, record
 from ...report.sentences import (
