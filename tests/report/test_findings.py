@@ -16,8 +16,14 @@ WEAK = {"slope": -14.05, "slope_low": -22.17, "slope_high": -5.93, "local_order"
 def finding(verdict=Verdict.VERIFIED, **changed):
     """Return a finding on a strong order that one step decides and paths guard, with some fields changed."""
     told = {
-        "quantity": "x", "claim": CLAIM, "reason": Reason("local order 0.480"), "tier": 1,
-        "estimate": 0.392, "low": 0.357, "high": 0.428, "details": {"local_order": 0.48},
+        "quantity": "x",
+        "claim": CLAIM,
+        "reason": Reason("local order 0.480"),
+        "tier": 1,
+        "estimate": 0.392,
+        "low": 0.357,
+        "high": 0.428,
+        "details": {"local_order": 0.48},
         "method": "local order (T1), guarded by paths, exact solution",
     }
     return Finding(verdict=verdict, **{**told, **changed})
@@ -26,7 +32,11 @@ def finding(verdict=Verdict.VERIFIED, **changed):
 def weak(*, resolved=0.2, informative=False, **changed):
     """Return a finding on an observable by differences of means."""
     told = {
-        "claim": None, "estimate": -14.05, "low": -22.17, "high": -5.93, "tier": 3,
+        "claim": None,
+        "estimate": -14.05,
+        "low": -22.17,
+        "high": -5.93,
+        "tier": 3,
         "method": "successive differences along paths (T3)",
         "details": {**WEAK, "resolved": resolved, "informative": informative},
     }
@@ -60,7 +70,9 @@ def test_a_claim_decided_by_one_step_keeps_both_orders_apart():
     orders = {"slope": 1.1, "slope_low": 0.9, "slope_high": 1.3, "local_order": 0.99}
     found = finding(
         method="local weak order (T1), guarded by successive differences",
-        estimate=0.99, low=nan, high=nan,
+        estimate=0.99,
+        low=nan,
+        high=nan,
         details={**orders, "resolved": 9.0, "informative": True},
     )
     reading = read_finding(found)

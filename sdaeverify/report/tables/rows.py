@@ -76,9 +76,13 @@ def frame(rows: Sequence[Mapping[str, object]], columns: Sequence[Column]) -> pd
     further = dict.fromkeys(name for row in rows for name in row if name not in known)
     table = pd.DataFrame(rows, columns=[*known, *further])
     # A column of whole numbers reads the same whether or not other rows leave it empty.
-    whole = {column.name for column in columns if column.kind == WHOLE}
-    whole |= {name for name in further if all(type(row[name]) is int for row in rows if name in row)}
-    return table.astype(dict.fromkeys(whole, "Int64"))
+    whole = [*(column.name for column in columns if column.kind == WHOLE), *further]
+    return table.astype({name: "Int64" for name in whole if all(_is_whole(row[name]) for row in rows if name in row)})
+
+
+def _is_whole(value: object) -> bool:
+    # Evidence from elsewhere may count to any number.
+    return type(value) is int and abs(value) < 2**63
 
 
 def _names(result: CellResult, quantity: str) -> Record:
