@@ -142,6 +142,22 @@ def test_steps_that_do_not_resolve_the_solution_refute_nothing():
     assert "would decide" not in str(finding.reason)
 
 
+def off_by(shares):
+    """Return errors of so large a part of what each path's solution moves."""
+    sizes = 1.0 + 0.1 * np.random.default_rng(9).normal(size=4000)
+    return [share * sizes for share in shares]
+
+
+def test_solution_that_comes_up_by_more_with_each_halving_refutes_nothing():
+    """A tamed step far below a solution of 1e5 is off by all of it, less and less; a wrong limit stays off."""
+    held = judged(off_by([0.999, 0.995, 0.989, 0.979, 0.963, 0.938]))
+    wrong = judged(off_by([0.999, 0.959, 0.939, 0.929, 0.924, 0.9215]))
+
+    assert held.verdict is Verdict.INCONCLUSIVE
+    assert "no order shows; add finer levels" in str(held.reason)
+    assert wrong.verdict is Verdict.REFUTED
+
+
 def test_one_component_that_is_not_resolved_speaks_for_all():
     """What a velocity drives has no order before the velocity has one; where it is resolved, a low order refutes."""
     held = of_two(errors(0.2, sizes=np.full(4000, 0.1)), scattered(UNRESOLVED))

@@ -126,12 +126,14 @@ def _coarse(evidence: Evidence, finest: int) -> str:
 
     Its error is a large part of what the solution moves, and halving the step still changes it by as much as it does
     where errors of order 1/2 or more fall: they have not begun to. No other component, which it drives, shows its
-    order then. At a wrong limit errors are large and flat as well, but steps change it less and less.
+    order then. Nor have they where a scheme holds its solution far below the true one, and lets it come up by more
+    with each halving. At a wrong limit errors are large and flat as well, but steps change it less and less.
     """
     for each in quantities_of(evidence):
-        change = float(each.difference[:, finest - 1, 1].sum()) / each.paths
-        error = float(each.means()[finest])
-        if error > COARSE * each.motion and change > FALLING * error:
+        changes = each.difference[:, max(finest - 2, 0) : finest, 1].sum(axis=0) / each.paths
+        coarser, error = each.means()[finest - 1 : finest + 1]
+        rising = changes[-1] > changes[0] and error <= coarser
+        if error > COARSE * each.motion and (changes[-1] > FALLING * error or rising):
             off = f"{each.name} is off by {error / each.motion:.0%} of what the solution moves"
             halved = "halving the step still changes that: no order shows; add finer levels"
             return f"{off} at h = {each.h[finest]:.3g}, and {halved}"
