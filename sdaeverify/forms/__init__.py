@@ -14,9 +14,8 @@ from .mechanics.holonomic import HolonomicSDAE, HolonomicState
 from .mechanics.jacobian import ConstraintJacobian, DenseJacobian, Gram
 from .mechanics.multiplied import Multiplied
 from .mechanics.structure import Structure
-from .overdamped.constrained_langevin import ConstrainedLangevin
+from .overdamped.constrained_langevin import ConstrainedLangevin, ConstraintGeometry
 from .overdamped.family import Penalised, StiffnessFamily
-from .overdamped.geometry import ConstraintGeometry
 from .problem import Problem, Residual, components, known_traits, unknown_traits
 from .sde.sde import SDE, as_sde
 

@@ -1,7 +1,7 @@
 """What authors of problems give, made into arrays and checked where a problem is built: one clear line a mistake."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,11 +9,7 @@ from numpy.typing import ArrayLike
 from ..arrays import Array, Parts
 from ..errors import ProblemError
 from ..numerics import apply, matches_differences
-from .mechanics.jacobian import DenseJacobian
-
-if TYPE_CHECKING:
-    from .mechanics.holonomic import HolonomicSDAE
-    from .problem import Problem
+from .problem import Problem
 
 PROBES = 3
 # Rounding alone leaves a few eps; a start further off the manifold is a mistake, not a rounding.
@@ -116,39 +112,13 @@ def check_product(problem: Any, *state: Array) -> None:
         raise ProblemError("diffusion_product disagrees with the product of diffusion and w at the initial state")
 
 
-def check_linearisation(problem: "HolonomicSDAE", r: Array) -> None:
-    """Check that an author's linearised constraint is that of the constraint at r.
-
-    Raises
-    ------
-    ProblemError
-        If one of its operations returns another shape or other numbers, or if there is a mass matrix.
-    """
-    if problem.linearisation is None:
-        return
-    if problem.mass is not None:
-        raise ProblemError("linearisation is for problems without mass matrix; leave one of the two out")
-    J, dense = problem.linearised(r), DenseJacobian(problem.dg(r))
-    y, c = wave(r.shape), wave((problem.constraints, PROBES))
-    pairs = {
-        "times": (J.times(y), dense.times(y)),
-        "transposed": (J.transposed(c), dense.transposed(c)),
-        "gram": (J.gram(J).solve(c), dense.gram(dense).solve(c)),
-        "size": (J.size(), dense.size()),
-    }
-    for name, (given, expected) in pairs.items():
-        check_shape(f"linearisation(r).{name}", given, expected.shape)
-        if not np.allclose(given, expected, rtol=1e-6, atol=1e-9 * np.abs(expected).max()):
-            raise ProblemError(f"linearisation(r).{name} disagrees with the derivative of constraint")
-
-
 def wave(shape: tuple[int, ...]) -> Array:
     """Return numbers without pattern between -1 and 1."""
     numbers: Array = np.cos(1.0 + np.arange(np.prod(shape)))
     return numbers.reshape(shape)
 
 
-def check_observables(problem: "Problem", initial: Parts) -> None:
+def check_observables(problem: Problem, initial: Parts) -> None:
     """Check that a problem's observables are numbers a path, of components that it has.
 
     Parameters
@@ -175,7 +145,7 @@ def check_observables(problem: "Problem", initial: Parts) -> None:
             raise ProblemError(f"{text} for {PROBES} paths")
 
 
-def check_truth(problem: "Problem", initial: Parts) -> None:
+def check_truth(problem: Problem, initial: Parts) -> None:
     """Check that a problem's pathwise truth starts where the problem does.
 
     Parameters

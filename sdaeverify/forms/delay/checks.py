@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,10 +9,8 @@ from ...arrays import Array
 from ...errors import ProblemError
 from ...numerics import apply, is_analytic
 from ..checks import PROBES, check_derivative, check_shape
+from .delayed import IndexOne
 from .partials import Partials
-
-if TYPE_CHECKING:
-    from .delay_sdae import DelaySDAE
 
 NAMES = ("x", "v", "y")
 # A closed form is taken for a solution where it leaves no more than this of the terms.
@@ -22,12 +19,12 @@ SOLVED = 1e-8
 SINGULAR = 16.0 * np.finfo(float).eps
 
 
-def check_jacobians(problem: "DelaySDAE", *at: Array) -> None:
+def check_jacobians(problem: IndexOne, *at: Array) -> None:
     """Check that given derivatives of drift and constraint are right, or that complex steps can take them.
 
     Parameters
     ----------
-    problem : DelaySDAE
+    problem : IndexOne
     *at : ndarray
         x, v and y on a few paths.
 
@@ -47,7 +44,7 @@ def check_jacobians(problem: "DelaySDAE", *at: Array) -> None:
         raise ProblemError("constraint is not analytic (abs, real buffers?); give constraint_partials")
 
 
-def no_drift_partials(problem: "DelaySDAE") -> str:
+def no_drift_partials(problem: IndexOne) -> str:
     """Return why the derivatives of the drift can neither be had from the author nor by complex step, or nothing."""
     if problem.drift_partials is not None:
         return ""
@@ -57,7 +54,7 @@ def no_drift_partials(problem: "DelaySDAE") -> str:
     return "drift is not analytic (abs, real buffers?), so that Newton's method has no Jacobian; give drift_partials"
 
 
-def check_solved(problem: "DelaySDAE", x: Array, v: Array) -> None:
+def check_solved(problem: IndexOne, x: Array, v: Array) -> None:
     """Check that a given solution solves the constraint, at the start and beside it.
 
     Raises
@@ -76,13 +73,13 @@ def check_solved(problem: "DelaySDAE", x: Array, v: Array) -> None:
             raise ProblemError(f"solved(t, x, v) leaves constraint = {off:.3g} at x = {at[0][:, 0].tolist()}")
 
 
-def size_of_terms(problem: "DelaySDAE", *at: Array) -> float:
+def size_of_terms(problem: IndexOne, *at: Array) -> float:
     """Return the size of what cancels in the constraint at time 0, at least 1, at x, v and y of some paths."""
     terms = zip(problem.linearised_constraint(0.0, *at), at, strict=True)
     return max(1.0, *(float(np.abs(A).max() * np.abs(z).max()) for A, z in terms))
 
 
-def check_regular(problem: "DelaySDAE", *at: Array) -> None:
+def check_regular(problem: IndexOne, *at: Array) -> None:
     """Check that du/dy is regular at the start: the problem has index 1.
 
     Raises

@@ -36,6 +36,9 @@ class IndexOne(Problem):
 
     delay: float
     constraint: Callable[[float, Array, Array, Array], Array] | None
+    solved: Callable[[float, Array, Array], Array] | None
+    drift_partials: Callable[[float, Array, Array, Array], Partials] | None
+    constraint_partials: Callable[[float, Array, Array, Array], Partials] | None
     dissipation: Dissipation | None
     dissipation_without_y: Dissipation | None
     drift: Callable[[float, Array, Array, Array], Array]

@@ -19,7 +19,6 @@ from ..checks import (
     CONSISTENCY,
     PROBES,
     check_derivative,
-    check_linearisation,
     check_observables,
     check_product,
     check_shape,
@@ -34,9 +33,9 @@ from ..manifold import onto_manifold
 from ..problem import Problem, Residual
 from ..sde.sde import SDE, zero_columns
 from ..trivial import NOISES, RATE, SOURCE, SPEED, Trivial, Trivials
-from .jacobian import ConstraintJacobian, DenseJacobian
-from .multiplied import Multiplied
-from .structure import Structure, Unstructured, check_structure, no_derivative_of_force
+from .jacobian import ConstraintJacobian, DenseJacobian, check_linearisation
+from .multiplied import Mechanics
+from .structure import Structure, Unstructured, check_structure
 
 
 class HolonomicState(NamedTuple):
@@ -56,7 +55,7 @@ class HolonomicState(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class HolonomicSDAE(Multiplied):
+class HolonomicSDAE(Mechanics):
     """Mechanics with a holonomic constraint: dr = v dt, M dv = a dt + B dw + grad g(r) dmu, g(r) = 0 (Ito).
 
     Attributes
@@ -189,7 +188,12 @@ class HolonomicSDAE(Multiplied):
 
     def no_derivative_of_force(self) -> str:
         """Return why the derivatives of a can neither be had from the author nor by complex step, or nothing."""
-        return no_derivative_of_force(self)
+        n, x = self.dimension, np.concatenate(self.initial(1)[:2])
+        known = self.force_derivatives is not None or self.blocks.differentiates_force
+        if known or is_analytic(lambda z: self.force(0.0, z[:n], z[n:]), x):
+            return ""
+        text = "force is not analytic (abs, real buffers?), so that its derivatives cannot be taken"
+        return f"{text} by complex step; give force_derivatives"
 
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:
         """Return the defects g(r) and Dg(r) v."""
@@ -284,8 +288,11 @@ class HolonomicSDAE(Multiplied):
         check_shape("curvature(r, y, z)", self.d2g(r, v, v), (m, PROBES))
         self._check_derivatives(r)
         check_product(self, r, v)
-        check_linearisation(self, r)
-        check_structure(self, r, v)
+        if self.linearisation is not None and self.mass is not None:
+            raise ProblemError("linearisation is for problems without mass matrix; leave one of the two out")
+        if self.linearisation is not None:
+            check_linearisation(self.linearisation(r), DenseJacobian(self.dg(r)), n, m)
+        check_structure(self.blocks, self, r, v)
         check_observables(self, self.initial(PROBES)._asdict())
         check_truth(self, self.initial(PROBES)._asdict())
 

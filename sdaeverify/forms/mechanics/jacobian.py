@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ...arrays import Array, Mask
+from ...errors import ProblemError
 from ...numerics import (
     Elimination,
     apply,
@@ -17,6 +18,7 @@ from ...numerics import (
     product_transposed,
     solve,
 )
+from ..checks import PROBES, check_shape, wave
 
 # Systems of up to so many equations are solved by Cramer's rule.
 EXPLICIT = 2
@@ -103,3 +105,33 @@ class DenseJacobian(NamedTuple):
     def size(self) -> Array:
         """Return the Frobenius norm of Dg."""
         return norm(self.Dg.reshape(-1, self.Dg.shape[-1]))
+
+
+def check_linearisation(given: ConstraintJacobian, dense: ConstraintJacobian, n: int, m: int) -> None:
+    """Check that an author's linearised constraint is that of the constraint.
+
+    Parameters
+    ----------
+    given : ConstraintJacobian
+        At `PROBES` positions.
+    dense : ConstraintJacobian
+        The matrix there.
+    n, m : int
+        Numbers of positions and of constraints.
+
+    Raises
+    ------
+    ProblemError
+        If one of its operations returns another shape or other numbers.
+    """
+    y, c = wave((n, PROBES)), wave((m, PROBES))
+    pairs = {
+        "times": (given.times(y), dense.times(y)),
+        "transposed": (given.transposed(c), dense.transposed(c)),
+        "gram": (given.gram(given).solve(c), dense.gram(dense).solve(c)),
+        "size": (given.size(), dense.size()),
+    }
+    for name, (value, expected) in pairs.items():
+        check_shape(f"linearisation(r).{name}", value, expected.shape)
+        if not np.allclose(value, expected, rtol=1e-6, atol=1e-9 * np.abs(expected).max()):
+            raise ProblemError(f"linearisation(r).{name} disagrees with the derivative of constraint")

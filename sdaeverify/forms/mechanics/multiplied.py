@@ -1,10 +1,14 @@
-"""What a problem offers whose constraint is kept by multipliers."""
+"""What a problem offers whose constraint is kept by multipliers, and what mechanics give besides."""
 
 from abc import abstractmethod
+from collections.abc import Callable
 from typing import ClassVar
+
+from numpy.typing import ArrayLike
 
 from ...arrays import Array
 from ..manifold import LevelSets
+from .jacobian import ConstraintJacobian
 
 
 class Multiplied(LevelSets):
@@ -27,3 +31,42 @@ class Multiplied(LevelSets):
         -------
         ndarray, shape (S,), twice
         """
+
+
+class Mechanics(Multiplied):
+    """Positions r and velocities v of bodies that a force a(t, r, v) moves and a constraint g(r) = 0 holds."""
+
+    force: Callable[[float, Array, Array], Array]
+    constraint: Callable[[Array], Array]
+    mass: ArrayLike | None
+    force_derivatives: Callable[[float, Array, Array], tuple[Array, Array]] | None
+
+    @property
+    @abstractmethod
+    def dimension(self) -> int:
+        """Return the number n of positions."""
+
+    @property
+    @abstractmethod
+    def constraints(self) -> int:
+        """Return the number m of constraints."""
+
+    @abstractmethod
+    def inverse_mass(self, y: Array) -> Array:
+        """Return M^{-1} y for y of shape (n, P) or (n, l, P)."""
+
+    @abstractmethod
+    def dg(self, r: Array) -> Array:
+        """Return Dg(r), shape (m, n, P)."""
+
+    @abstractmethod
+    def d2g(self, r: Array, y: Array, z: Array) -> Array:
+        """Return D^2 g(r)(y, z), shape (m, P)."""
+
+    @abstractmethod
+    def linearised(self, r: Array) -> ConstraintJacobian:
+        """Return Dg(r) as the operations that schemes need of it."""
+
+    @abstractmethod
+    def no_derivative_of_force(self) -> str:
+        """Return why the derivatives of the force cannot be taken, or an empty string."""

@@ -3,17 +3,15 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from ...arrays import Array
 from ...errors import ProblemError
-from ...numerics import BlockBanded, directional, is_analytic, overlap
+from ...numerics import BlockBanded, directional, overlap
 from ..checks import PROBES, check_derivative, check_shape, wave
-
-if TYPE_CHECKING:
-    from .holonomic import HolonomicSDAE
+from .multiplied import Mechanics
 
 
 class Unit(NamedTuple):
@@ -104,13 +102,13 @@ class Structure:
         """Return positions by nodes, shape (n, P) -> (N, d, P)."""
         return y.reshape(self.nodes, -1, y.shape[-1])
 
-    def inverse_mass_blocks(self, problem: "HolonomicSDAE") -> BlockBanded | None:
+    def inverse_mass_blocks(self, problem: Mechanics) -> BlockBanded | None:
         """Return M^{-1}, blocks of shape (d, d, 1), or None where it is the identity; a mass couples no two nodes."""
         if problem.mass is None:
             return None
         return self._cut(problem.inverse_mass(np.eye(problem.dimension))[..., None], 0)
 
-    def force_blocks(self, problem: "HolonomicSDAE", t: float, r: Array, v: Array) -> tuple[BlockBanded, BlockBanded]:
+    def force_blocks(self, problem: Mechanics, t: float, r: Array, v: Array) -> tuple[BlockBanded, BlockBanded]:
         """Return the derivatives of a(t, r, v) by r and by v, blocks of shape (d, d, P) or (d, d, 1)."""
         if problem.force_derivatives is not None:
             by_r, by_v = problem.force_derivatives(t, r, v)
@@ -120,16 +118,16 @@ class Structure:
             self._differentiated(lambda x: problem.force(t, r, x), v),
         )
 
-    def constraint_blocks(self, problem: "HolonomicSDAE", r: Array) -> BlockBanded:
+    def constraint_blocks(self, problem: Mechanics, r: Array) -> BlockBanded:
         """Return Dg(r), blocks of shape (q, d, P), with `reach` diagonals below the main one and none above."""
         J = problem.linearised(r)
         return self._rows(r, J.times)
 
-    def curvature_rows(self, problem: "HolonomicSDAE", r: Array, v: Array) -> BlockBanded:
+    def curvature_rows(self, problem: Mechanics, r: Array, v: Array) -> BlockBanded:
         """Return the rows v^T Hess g_j(r), blocks of shape (q, d, P), diagonals like those of Dg."""
         return self._rows(r, lambda y: problem.d2g(r, v, y))
 
-    def curvature_sum(self, problem: "HolonomicSDAE", r: Array, c: Array) -> BlockBanded:
+    def curvature_sum(self, problem: Mechanics, r: Array, c: Array) -> BlockBanded:
         """Return H(c) = sum_j c_j Hess g_j(r), c of shape (m, P): blocks of shape (d, d, P)."""
         d = len(r) // self.nodes
         blocks = np.zeros((2 * self.reach + 1, self.nodes, d, d, r.shape[-1]))
@@ -186,21 +184,10 @@ class Structure:
         return BlockBanded(blocks, width)
 
 
-def no_derivative_of_force(problem: "HolonomicSDAE") -> str:
-    """Return why the derivatives of a can neither be had from the author nor by complex step, or an empty string."""
-    n = problem.dimension
-    x = np.concatenate(problem.initial(1)[:2])
-    known = problem.force_derivatives is not None or problem.blocks.differentiates_force
-    if known or is_analytic(lambda z: problem.force(0.0, z[:n], z[n:]), x):
-        return ""
-    text = "force is not analytic (abs, real buffers?), so that its derivatives cannot be taken"
-    return f"{text} by complex step; give force_derivatives"
-
-
 class Unstructured(Structure):
     """One node; derivatives along all unit vectors are taken side by side, as if they were further paths."""
 
-    def force_blocks(self, problem: "HolonomicSDAE", t: float, r: Array, v: Array) -> tuple[BlockBanded, BlockBanded]:
+    def force_blocks(self, problem: Mechanics, t: float, r: Array, v: Array) -> tuple[BlockBanded, BlockBanded]:
         """Return the derivatives of a(t, r, v) by r and by v, blocks of shape (n, n, P) or (n, n, 1)."""
         if problem.force_derivatives is not None:
             return super().force_blocks(problem, t, r, v)
@@ -211,17 +198,17 @@ class Unstructured(Structure):
         by_x = np.broadcast_to(change, (n, 2 * sides)).reshape(n, 2, n, P)
         return one_block(by_x[:, 0]), one_block(by_x[:, 1])
 
-    def constraint_blocks(self, problem: "HolonomicSDAE", r: Array) -> BlockBanded:
+    def constraint_blocks(self, problem: Mechanics, r: Array) -> BlockBanded:
         """Return Dg(r), one block of shape (m, n, P)."""
         return one_block(problem.dg(r))
 
-    def curvature_rows(self, problem: "HolonomicSDAE", r: Array, v: Array) -> BlockBanded:
+    def curvature_rows(self, problem: Mechanics, r: Array, v: Array) -> BlockBanded:
         """Return the rows v^T Hess g_j(r), one block of shape (m, n, P)."""
         n, P = r.shape
         rows = problem.d2g(repeated(r, n), repeated(v, n), units(n, P))
         return one_block(np.broadcast_to(rows, (len(rows), n * P)).reshape(-1, n, P))
 
-    def curvature_sum(self, problem: "HolonomicSDAE", r: Array, c: Array) -> BlockBanded:
+    def curvature_sum(self, problem: Mechanics, r: Array, c: Array) -> BlockBanded:
         """Return H(c) = sum_j c_j Hess g_j(r), one block of shape (n, n, P)."""
         n, P = r.shape
         x, unit, weights = repeated(r, n), units(n, P), repeated(c, n)
@@ -246,15 +233,15 @@ def one_block(matrix: Array) -> BlockBanded:
     return BlockBanded(matrix[None, None])
 
 
-def check_structure(problem: "HolonomicSDAE", r: Array, v: Array) -> None:
-    """Check that a problem couples no more than it says, and that an author's derivatives are those of its functions.
+def check_structure(structure: Structure, problem: Mechanics, r: Array, v: Array) -> None:
+    """Check that a problem couples no more than it says, and that derivatives are those of its functions.
 
     Raises
     ------
     ProblemError
         If the numbers of nodes and owners do not fit, if the mass couples nodes, or if a derivative disagrees.
     """
-    structure, n = problem.blocks, problem.dimension
+    n = problem.dimension
     if n % structure.nodes or len(structure.owners) != problem.constraints:
         given = f"{structure.nodes} nodes and {len(structure.owners)} owners"
         raise ProblemError(f"structure has {given}, the problem {n} positions and {problem.constraints} constraints")
@@ -263,14 +250,14 @@ def check_structure(problem: "HolonomicSDAE", r: Array, v: Array) -> None:
     if problem.force_derivatives is not None:
         for name, value in zip(("r", "v"), problem.force_derivatives(0.0, r, v), strict=True):
             check_shape(f"force_derivatives(t, r, v), by {name},", value, (n, n, PROBES))
-    if problem.structure is None and problem.force_derivatives is None:
+    if isinstance(structure, Unstructured) and problem.force_derivatives is None:
         return
-    if not no_derivative_of_force(problem):
+    if not problem.no_derivative_of_force():
         _check_force(structure, problem, np.concatenate([r, v]))
     _check_constraint(structure, problem, r)
 
 
-def _check_mass(structure: Structure, problem: "HolonomicSDAE") -> None:
+def _check_mass(structure: Structure, problem: Mechanics) -> None:
     y = wave((problem.dimension, PROBES))
     blocks = structure.inverse_mass_blocks(problem)
     assert blocks is not None
@@ -278,7 +265,7 @@ def _check_mass(structure: Structure, problem: "HolonomicSDAE") -> None:
         raise ProblemError("structure: the mass couples nodes, which it must not; leave structure out")
 
 
-def _check_force(structure: Structure, problem: "HolonomicSDAE", x: Array) -> None:
+def _check_force(structure: Structure, problem: Mechanics, x: Array) -> None:
     n, t = problem.dimension, 0.5 * problem.horizon
 
     def force(z: Array) -> Array:
@@ -292,7 +279,7 @@ def _check_force(structure: Structure, problem: "HolonomicSDAE", x: Array) -> No
     check_derivative("the derivative of force by its structure", force, derivative, x)
 
 
-def _check_constraint(structure: Structure, problem: "HolonomicSDAE", r: Array) -> None:
+def _check_constraint(structure: Structure, problem: Mechanics, r: Array) -> None:
     def derivative(x: Array, y: Array) -> Array:
         return structure.by_constraint(structure.constraint_blocks(problem, x).times(structure.by_node(y)))
 

@@ -12,7 +12,8 @@ import numpy as np
 from ...arrays import Array
 from ...errors import ProblemError
 from ...forms import IndexOne, LevelSets, Multiplied, Penalised
-from ...forms.checks import PROBES, check_linearisation
+from ...forms.checks import PROBES
+from ...forms.mechanics.jacobian import DenseJacobian, check_linearisation
 from ...numerics import directional, is_analytic, jacobian, second_directional
 from ...numerics.statistics import EPS
 from ..check import Inapplicable
@@ -185,7 +186,9 @@ def structured(subject: ProblemSubject) -> str:
         raise Inapplicable("it gives no linearisation")
     for begin in range(0, PATHS, PROBES):
         try:
-            check_linearisation(problem, subject.x[: problem.dimension, begin : begin + PROBES])
+            r = subject.x[: problem.dimension, begin : begin + PROBES]
+            dense = DenseJacobian(problem.dg(r))
+            check_linearisation(problem.linearised(r), dense, problem.dimension, problem.constraints)
         except ProblemError as error:
             return str(error)
     return ""
