@@ -25,29 +25,20 @@ if TYPE_CHECKING:
     from .contracts.settings import Settings
     from .contracts.specs import on_request
     from .errors import ParameterError, PluginError, ProblemError, SchemeError, SdaeverifyError, UsageError
-    from .forms import (
-        SDE,
-        ConstrainedLangevin,
-        ConstraintGeometry,
-        ConstraintJacobian,
-        DelaySDAE,
-        DelayState,
-        DenseJacobian,
-        Dissipation,
-        Gram,
-        HolonomicSDAE,
-        HolonomicState,
-        IndexOneSDAE,
-        Lag,
-        Langevin,
-        Mesh,
-        Partials,
-        Problem,
-        Residual,
-        Structure,
-    )
     from .forms.chart import Angle, Chart, Line
     from .forms.controls import Control
+    from .forms.delay.delay_sdae import DelaySDAE, DelayState
+    from .forms.delay.dissipation import Dissipation
+    from .forms.delay.index_one import IndexOneSDAE
+    from .forms.delay.mesh import Lag, Mesh
+    from .forms.delay.partials import Partials
+    from .forms.langevin.langevin import Langevin
+    from .forms.mechanics.holonomic import HolonomicSDAE, HolonomicState
+    from .forms.mechanics.jacobian import ConstraintJacobian, DenseJacobian, Gram
+    from .forms.mechanics.structure import Structure
+    from .forms.overdamped.constrained_langevin import ConstrainedLangevin, ConstraintGeometry
+    from .forms.problem import Problem, Residual
+    from .forms.sde.sde import SDE
     from .forms.traits import Trait
     from .forms.trivial import Trivial
     from .forms.truths import InvariantMean, MeanSquareStability, Moment, Pathwise, Truth
@@ -154,11 +145,18 @@ _NAMES = {
     "contracts.experiment": "Budget Experiment ExperimentEvidence Note Probe SchemeRun SharedNoise Work",
     "contracts.mean_sample": "MeanSample",
     "contracts.mean_table": "FineRun MeanLine MeanTable Row",
-    "forms": (
-        "SDE ConstrainedLangevin ConstraintGeometry ConstraintJacobian DelaySDAE DelayState DenseJacobian "
-        "Dissipation Gram HolonomicSDAE HolonomicState IndexOneSDAE Lag Langevin Mesh Partials Problem "
-        "Residual Structure"
-    ),
+    "forms.delay.delay_sdae": "DelaySDAE DelayState",
+    "forms.delay.dissipation": "Dissipation",
+    "forms.delay.index_one": "IndexOneSDAE",
+    "forms.delay.mesh": "Lag Mesh",
+    "forms.delay.partials": "Partials",
+    "forms.langevin.langevin": "Langevin",
+    "forms.mechanics.holonomic": "HolonomicSDAE HolonomicState",
+    "forms.mechanics.jacobian": "ConstraintJacobian DenseJacobian Gram",
+    "forms.mechanics.structure": "Structure",
+    "forms.overdamped.constrained_langevin": "ConstrainedLangevin ConstraintGeometry",
+    "forms.problem": "Problem Residual",
+    "forms.sde.sde": "SDE",
     "registry.hookspecs": "hookimpl",
     "lab.sampling": "Paths sample",
     "noise.laws": "GAUSSIAN THREE_POINT TWO_POINT Law clipped_gaussian",

@@ -18,8 +18,7 @@ from ..gate.plan import gate_plan, left_out
 from ..gate.policy import Policy
 from ..gate.tiers import Cover
 from ..gate.untested import Untested, untested
-from ..gate.writers.json_file import badge, json_report
-from ..gate.writers.junit import junit_xml
+from ..gate.writers.machine import badge, json_report, junit_xml
 from ..gate.writers.text import markdown_report, text_report
 from ..registry.load import Registry
 from ..report.files import require_writable, require_writable_file, write_json, write_text

@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array, Parts
 from ..errors import ProblemError
-from ..numerics import apply, matches_differences
+from ..numerics.derivatives import matches_differences
+from ..numerics.linalg import apply
 from .problem import Problem
 
 PROBES = 3

@@ -27,8 +27,7 @@ from ..forms.truths import MeanSquareStability
 from ..probe.linear.affine import AFFINE
 from ..probe.linear.delay_equation import LARGE, SMALL, UNIT
 from ..probe.linear.delay_map import limits
-from ..probe.stability.delay_stability import delay_stability, no_delay_stability
-from ..probe.stability.stability import StabilityRecord, no_stability, stability
+from ..probe.stability.stability import StabilityRecord, delay_stability, no_delay_stability, no_stability, stability
 from ..probe.stability.windows import smallest_boundary, undecided, worded
 from ..registry.hookspecs import hookimpl
 from .judge import coverage, finding, judge_claim, leave_open

@@ -14,7 +14,6 @@ from .checks import (
     problem_functions,
     sampled,
     solutions,
-    traits,
     views,
 )
 
@@ -95,7 +94,7 @@ PROBLEM_CHECKS = (
     _once("algebraic-solution", problem_functions.eliminated),
     _once("constraints-kept", views.kept),
     _once("view-equals-form", views.the_same),
-    _once("traits", traits.declared),
+    _once("traits", problem_declarations.traits_hold),
     _once("chart", problem_functions.charted),
     _truth("moments-start", moments.started),
     _truth("moments-rate", moments.moving),

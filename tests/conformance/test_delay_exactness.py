@@ -8,7 +8,7 @@ import pytest
 
 from sdaeverify import Claim, DelaySDAE, DelayState, Increment, Mesh, Scheme, Step
 from sdaeverify.conformance.exactness import exactness_violation
-from sdaeverify.forms.delay.trivial import LONG
+from sdaeverify.forms.delay.delay_sdae import LONG
 from sdaeverify.forms.trivial import H, Trivial
 from sdaeverify_planted.delay_lag import AnticipatingNoise, WrongLag
 from sdaeverify_planted.delay_theta import KeptAlgebraic, OldLagAlgebraic

@@ -11,7 +11,7 @@ from sdaeverify.contracts.planted import Planted
 from sdaeverify.forms import known_traits
 from sdaeverify.registry.load import Registry
 from sdaeverify.testing import check_scheme
-from sdaeverify.testing.checks.traits import EVIDENCE
+from sdaeverify.testing.checks.problem_declarations import EVIDENCE
 from sdaeverify.testing.table import checks
 
 OF_PROBLEMS = {check.name for check in checks("problem")}

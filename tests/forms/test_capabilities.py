@@ -9,7 +9,7 @@ import pytest
 from sdaeverify import SDE, Claim, Problem, ProblemError, SchemeError, Trait
 from sdaeverify.contracts.specs import ProblemSpec
 from sdaeverify.forms import Delayed, Multiplied, StiffnessFamily, known_traits
-from sdaeverify.testing.checks.traits import declared
+from sdaeverify.testing.checks.problem_declarations import declared
 from sdaeverify.testing.problem_subject import ProblemSubject
 from sdaeverify.testing.subjects import installed
 from sdaeverify_problems.affine_constraint import affine_constraint

@@ -10,7 +10,7 @@ from sdaeverify.contracts.finding import Verdict
 from sdaeverify.gate.expected import ExpectedFailure
 from sdaeverify.gate.lock import Lock
 from sdaeverify.gate.policy import Policy
-from sdaeverify.gate.writers.junit import junit_xml
+from sdaeverify.gate.writers.machine import junit_xml
 
 from .conftest import NASTY, gated, result
 

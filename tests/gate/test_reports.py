@@ -10,7 +10,7 @@ from sdaeverify.contracts.finding import Verdict
 from sdaeverify.gate.expected import ExpectedFailure
 from sdaeverify.gate.lock import Lock
 from sdaeverify.gate.policy import Policy
-from sdaeverify.gate.writers.json_file import badge, json_report
+from sdaeverify.gate.writers.machine import badge, json_report
 from sdaeverify.gate.writers.text import markdown_report, text_report
 
 from .conftest import NASTY, Plain, gated, result

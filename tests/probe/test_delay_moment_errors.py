@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify.probe.linear.delay_moment_errors import delay_moment_errors, known_moments, no_delay_moments
-from sdaeverify.probe.linear.moments import moment_orders
+from sdaeverify.probe.linear.moments import delay_moment_errors, known_moments, moment_orders, no_delay_moments
 from sdaeverify.probe.operator.functional_orders import least_order
 from sdaeverify_problems.delay_linear import delay_linear
 from sdaeverify_problems.delay_ou import delay_ou

@@ -5,8 +5,8 @@ import pytest
 
 from sdaeverify.forms import Delayed
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, UNIT
-from sdaeverify.probe.stability import delay_stability as scanning
-from sdaeverify.probe.stability.delay_stability import delay_stability, no_delay_stability
+from sdaeverify.probe.stability import stability as scanning
+from sdaeverify.probe.stability.stability import delay_stability, no_delay_stability
 from sdaeverify_problems.delay_linear import delay_linear
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm

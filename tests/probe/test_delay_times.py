@@ -12,15 +12,14 @@ from sdaeverify.forms import Problem
 from sdaeverify.measures.strong.findings import FIRST, SECOND, WHOLE, judge_strong
 from sdaeverify.measures.weak.probe import judge_weak, probe_weak
 from sdaeverify.probe.linear.delay_map import no_lasting_run, no_lasting_step
-from sdaeverify.probe.linear.delay_moment_errors import delay_moment_errors, no_delay_moments
-from sdaeverify.probe.linear.moments import moment_orders
+from sdaeverify.probe.linear.moments import delay_moment_errors, moment_orders, no_delay_moments
 from sdaeverify.probe.local.delay_links import keeps_constraint, linked
 from sdaeverify.probe.local.strong_defects import local_strong
 from sdaeverify.probe.local.strong_order import strong_order
 from sdaeverify.probe.local.weak_defects import local_weak
 from sdaeverify.probe.local.weak_order import weak_order
 from sdaeverify.probe.operator.functional_orders import least_order
-from sdaeverify.probe.stability.delay_stability import no_delay_stability
+from sdaeverify.probe.stability.stability import no_delay_stability
 from sdaeverify.probe.step.times import DIFFERENT
 from sdaeverify_planted.delay_late import LateLag
 from sdaeverify_problems.delay_linear import delay_linear

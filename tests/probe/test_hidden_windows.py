@@ -8,9 +8,8 @@ from scipy.linalg import solve_discrete_lyapunov
 
 from sdaeverify.arrays import Array
 from sdaeverify.probe.linear.delay_equation import UNIT
-from sdaeverify.probe.stability import delay_stability as scanning
-from sdaeverify.probe.stability.delay_stability import delay_stability
-from sdaeverify.probe.stability.stability import refined_scan
+from sdaeverify.probe.stability import stability as scanning
+from sdaeverify.probe.stability.stability import delay_stability, refined_scan
 from sdaeverify.probe.stability.windows import (
     STEEPER,
     Window,

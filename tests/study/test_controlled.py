@@ -7,7 +7,7 @@ import pytest
 from sdaeverify import SDE, Claim, Control, ProblemError, Scheme
 from sdaeverify.contracts.finding import Finding, Judgement, Reason, Verdict
 from sdaeverify.contracts.measure import Evidence, Measure
-from sdaeverify.study.controlled import ControlEvidence, ControlVerdicts, Objection, heed_controls
+from sdaeverify.study.judging import ControlEvidence, ControlVerdicts, Objection, heed_controls
 from sdaeverify.study.plan import Cell, ControlPlan
 
 CLAIM = Claim(measure="strong", value=1.0, source="a theorem")

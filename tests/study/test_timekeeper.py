@@ -13,8 +13,7 @@ from sdaeverify.simulate.guard import NO_MEASURE
 from sdaeverify.workers.calls import Call, Lost
 from sdaeverify.workers.isolated import Turn
 from sdaeverify.workers.limits import FORMAT, Limits, Mark, Watchdog
-from sdaeverify.workers.pool import worker_pool
-from sdaeverify.workers.timekeeper import BEGINNING, deadline
+from sdaeverify.workers.pool import BEGINNING, deadline, worker_pool
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="processes that fork are a matter of POSIX")
 PATIENCE = 60.0
@@ -86,7 +85,7 @@ def test_deadlines(tmp_path):
 @pytest.mark.slow
 def test_a_call_that_never_begins(tmp_path, monkeypatch):
     """A worker that hangs before it comes to its call is late as well."""
-    monkeypatch.setattr("sdaeverify.workers.timekeeper.BEGINNING", 8.0)
+    monkeypatch.setattr("sdaeverify.workers.pool.BEGINNING", 8.0)
     plugin = tmp_path / "plugin.py"
     plugin.write_text("while True: pass")
 

@@ -85,7 +85,7 @@ def _advance(calibration: "Calibration", jobs: int, files: Sequence[str], kind: 
 
 
 def _save(calibration: "Calibration", folder: Path, command: str) -> None:
-    from ...lab.calibration import markdown, rate_table  # noqa: PLC0415
+    from ...lab.calibration.tables import markdown, rate_table  # noqa: PLC0415
     from ...report.files import write_table, write_text  # noqa: PLC0415
     from ...report.html import PAGE, write_tables  # noqa: PLC0415
     from ...report.html.verifier import coverage  # noqa: PLC0415

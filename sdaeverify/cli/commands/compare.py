@@ -15,7 +15,7 @@ from ..options import once, plugins
 
 if TYPE_CHECKING:
     from ...lab.compare.cells import Omitted
-    from ...lab.compare.tables import Rows
+    from ...lab.compare.changes import Rows
 
 MARGIN, ALPHA = 1.1, 0.01
 WORDS = {
@@ -69,7 +69,7 @@ def compare(**options: Any) -> ExitCode:
 
 
 def _write_page(rows: "Rows", file: Path) -> None:
-    from ...lab.compare.tables import counts, records  # noqa: PLC0415
+    from ...lab.compare.changes import counts, records  # noqa: PLC0415
     from ...report.files import require_writable_file  # noqa: PLC0415
     from ...report.html import TablePage, write_tables  # noqa: PLC0415
 
@@ -87,7 +87,7 @@ def _code(rows: "Rows") -> ExitCode:
 
 
 def _json(rows: "Rows", omitted: "list[Omitted]", options: dict[str, Any], code: ExitCode) -> str:
-    from ...lab.compare.tables import records  # noqa: PLC0415
+    from ...lab.compare.changes import records  # noqa: PLC0415
 
     about = {"old": str(options["old"]), "new": str(options["new"])}
     about |= {name: options[name] for name in ("factor", "alpha")}
@@ -96,7 +96,7 @@ def _json(rows: "Rows", omitted: "list[Omitted]", options: dict[str, Any], code:
 
 
 def _show(rows: "Rows", omitted: "list[Omitted]", *, every: bool) -> None:
-    from ...lab.compare.tables import comparison_table, counts, left_out  # noqa: PLC0415
+    from ...lab.compare.changes import comparison_table, counts, left_out  # noqa: PLC0415
 
     console = output(unbroken=True)
     if shown := [row for row in rows if every or row[1].change != "same"]:

@@ -113,7 +113,7 @@ def _listed(registry: Registry, console: Console) -> ExitCode:
 
 
 def _one(plan: "ExperimentPlan", folder: Path, arguments: tuple[str, ...], options: dict[str, Any]) -> ExitCode:
-    from ...lab.experiments import ExperimentRun  # noqa: PLC0415
+    from ...lab.experiments.run import ExperimentRun  # noqa: PLC0415
 
     run = ExperimentRun(plan)
     code = _carried_out(run, options["jobs"] or available_cores(), options["progress"])

@@ -74,7 +74,7 @@ def _advance(study: Study, jobs: int, files: Sequence[str], kind: str) -> None:
 
 
 def _shown(matrix: "KillMatrix", folder: Path | None, begun: float) -> ExitCode:
-    from ...lab.selftest.tables import counts, in_words, kill_table, terminal_table  # noqa: PLC0415
+    from ...lab.selftest.kills import counts, in_words, kill_table, terminal_table  # noqa: PLC0415
     from ...report.files import write_table  # noqa: PLC0415
     from ...report.html import PAGE, write_tables  # noqa: PLC0415
 

@@ -7,7 +7,8 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import ProblemError
-from ...numerics import apply, is_analytic
+from ...numerics.derivatives import is_analytic
+from ...numerics.linalg import apply
 from ..checks import PROBES, check_derivative, check_shape
 from .delayed import IndexOne
 from .partials import Partials

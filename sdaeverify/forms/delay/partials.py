@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...numerics import jacobian
+from ...numerics.derivatives import jacobian
 
 
 class Partials(NamedTuple):

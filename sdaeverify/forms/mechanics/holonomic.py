@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Array, Parts
 from ...errors import ProblemError
-from ...numerics import apply, directional, is_analytic, jacobian, norm, second_directional
+from ...numerics.derivatives import directional, is_analytic, jacobian, second_directional
+from ...numerics.linalg import apply, norm
 from ..checks import (
     CONSISTENCY,
     PROBES,

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...arrays import Array, Mask
 from ...errors import ProblemError
-from ...numerics import (
+from ...numerics.linalg import (
     Elimination,
     apply,
     apply_transposed,

@@ -9,7 +9,8 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import ProblemError
-from ...numerics import BlockBanded, directional, overlap
+from ...numerics.block_banded import BlockBanded, overlap
+from ...numerics.derivatives import directional
 from ..checks import PROBES, check_derivative, check_shape, wave
 from .multiplied import Mechanics
 

@@ -14,7 +14,9 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Array, Parts
 from ...errors import ProblemError
-from ...numerics import Root, directional, is_analytic, jacobian, norm
+from ...numerics.derivatives import directional, is_analytic, jacobian
+from ...numerics.linalg import norm
+from ...numerics.newton import Root
 from ..checks import (
     CONSISTENCY,
     PROBES,

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from ...arrays import Array, Parts
 from ...errors import ProblemError, SchemeError
 from ...noise.brownian import BROWNIAN, Increment
-from ...numerics import apply, directional, is_analytic, jacobian, norm
+from ...numerics.derivatives import directional, is_analytic, jacobian
+from ...numerics.linalg import apply, norm
 from ..checks import (
     CONSISTENCY,
     PROBES,

@@ -12,8 +12,14 @@ from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally, packed, unpacked
 from ...forms import Delayed, Problem
-from ...probe.linear.delay_moment_errors import delay_moment_errors, no_delay_moments
-from ...probe.linear.moments import MomentErrors, moment_errors, moment_orders, no_moments
+from ...probe.linear.moments import (
+    MomentErrors,
+    delay_moment_errors,
+    moment_errors,
+    moment_orders,
+    no_delay_moments,
+    no_moments,
+)
 from ...probe.local import weak_defects as local
 from ...probe.local.delay_links import linked, loses_algebraic
 from ...probe.local.weak_defects import SemigroupReference, weak_reference

@@ -1,7 +1,120 @@
 """The page of a run: one file that needs no network, its pictures drawn from the numbers of the tables."""
 
-from .page import PAGE, TablePage, page_text, remove_page, write_page, write_tables
+import base64
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ...errors import UsageError
+from ..files import write_text
+from ..folders import read_tables
 from .payload import payload
 from .verifier import verifier
 
 __all__ = ["PAGE", "TablePage", "page_text", "payload", "remove_page", "verifier", "write_page", "write_tables"]
+
+
+PAGE = "report.html"
+SCRIPTS = ("plots.js", "data.js", "pages.js", "passports.js", "start.js")
+
+
+class TablePage(NamedTuple):
+    """A table with a page of its own: numbers where a cell is a number, texts elsewhere."""
+
+    title: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str | float | None]]
+    text: Sequence[str] = ()
+
+
+def write_page(folder: Path, passports: Mapping[str, Any] | None = None) -> Path:
+    """Write the page of the run in a folder, and return its path.
+
+    Parameters
+    ----------
+    folder : Path
+        With the tables of the run.
+    passports : mapping, optional
+        See `payload`.
+
+    Raises
+    ------
+    UsageError
+        If the folder holds no run, or cannot be written into.
+    """
+    path = folder / PAGE
+    data = payload(read_tables(folder), passports)
+    found = verifier(folder.parent)
+    write_text(page_text({**data, **({"verifier": found} if found else {})}), path)
+    return path
+
+
+def write_tables(file: Path, sentence: str, tables: Sequence[TablePage], **further: Any) -> None:
+    """Write a page of tables alone.
+
+    Parameters
+    ----------
+    file : Path
+    sentence : str
+    tables : sequence of TablePage
+    **further
+        Other parts of the page's data, as `payload` and `verifier` name them.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be written.
+    """
+    nothing: dict[str, Any] = {"run": {}, "findings": {}, "levels": [], "absent": [], "texts": []}
+    shown = [table._asdict() for table in tables]
+    write_text(page_text({**nothing, "sentence": sentence, "tables": shown, **further}), file)
+
+
+def remove_page(folder: Path) -> None:
+    """Remove the page of an earlier run.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be removed.
+    """
+    try:
+        (folder / PAGE).unlink(missing_ok=True)
+    except OSError as error:
+        raise UsageError(f"cannot remove {folder / PAGE}: {error.strerror or error}") from error
+
+
+def page_text(data: Mapping[str, Any], title: str = "sdaeverify report") -> str:
+    """Return the page that shows some numbers.
+
+    Parameters
+    ----------
+    data : mapping
+        As `payload` returns it.
+    title : str
+    """
+    script = "\n".join(_asset(name) for name in SCRIPTS)
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'; img-src data:"
+    # Within a script element, only this could end it.
+    numbers = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    parts = {
+        "policy": escape(policy),
+        "title": escape(title),
+        "style": _asset("page.css"),
+        "sentence": escape(str(data.get("sentence", ""))),
+        "data": numbers,
+        "script": script,
+    }
+    frame = _asset("page.html")
+    pieces = frame.split("%%")
+    # Parts stand at odd places; what a part holds is not looked at again.
+    return "".join(parts[piece] if place % 2 else piece for place, piece in enumerate(pieces))
+
+
+def _asset(name: str) -> str:
+    return files(__package__).joinpath(name).read_text(encoding="utf-8")

@@ -1,14 +1,27 @@
-"""Checks of what a problem says of itself."""
+"""Checks of what a problem says of itself.
+
+Claims rest on the traits that it declares of its noise, its constraints and its delay: the functions in `EVIDENCE`
+return what speaks against one in a line, or an empty string.
+"""
 
 import pickle
+from collections.abc import Callable
 
 import numpy as np
 
+from ...arrays import Array
 from ...contracts.labels import parse_label
 from ...contracts.specs import check_family, problem_spec
 from ...errors import SdaeverifyError
+from ...forms import Delayed, Dissipation, IndexOne, known_traits
+from ...forms.traits import Trait
 from ...forms.truths import InvariantMean
-from ..problem_subject import ProblemSubject
+from ...numerics.statistics import EPS
+from ..problem_subject import WHEN, ProblemSubject, excess
+from .differences import FIRST_ERROR, first
+from .problem_functions import delay_arguments
+
+TIMES = (0.0, 0.37, 0.91)
 
 
 def usable(subject: ProblemSubject) -> str:
@@ -73,3 +86,146 @@ def relaxing(subject: ProblemSubject) -> str:
     if not known and np.isfinite(problem.relaxation):
         return "it has a relaxation time, but knows no invariant mean"
     return ""
+
+
+def traits_hold(subject: ProblemSubject) -> str:
+    """Expect every declared trait to be true: where one is false, claims are refuted that nobody made."""
+    for name in sorted(subject.problem.traits):
+        if text := _against(subject, name):
+            return f"trait {name} is false: {text}"
+    return ""
+
+
+def _against(subject: ProblemSubject, name: str) -> str:
+    if name in EVIDENCE:
+        return EVIDENCE[name](subject)
+    stated = next(trait for trait in subject.problem.traits if trait == name)
+    trait = stated if isinstance(stated, Trait) else known_traits()[name]
+    return trait.against(subject.problem) if trait.against else ""
+
+
+def _scalar(subject: ProblemSubject) -> str:
+    noise_dim = subject.problem.noise_dim
+    return "" if noise_dim == 1 else f"it has {noise_dim} Brownian motions"
+
+
+def _additive(subject: ProblemSubject) -> str:
+    problem, x = subject.problem, subject.x
+    own = [problem.own_diffusion(t, x) for t in TIMES]
+    values = [subject.equation.diffusion(t, x) if B is None else B for t, B in zip(TIMES, own, strict=True)]
+    same = all(np.array_equal(B, np.broadcast_to(values[0][..., :1], B.shape)) for B in values)
+    return "" if same else "the diffusion depends on time or on the state"
+
+
+def _diagonal(subject: ProblemSubject) -> str:
+    x, B = subject.x, subject.B
+    if B.shape[0] != B.shape[1] or B[~np.eye(len(x), dtype=bool)].any():
+        return "the diffusion is no diagonal matrix"
+    for k in range(len(x)):
+        unit = np.broadcast_to(np.eye(len(x))[:, k : k + 1], x.shape)
+        change = np.einsum("jjp->jp", _slope(subject, unit) + 0.0 * B)
+        if text := excess(np.delete(change, k, axis=0), FIRST_ERROR, B):
+            return f"an entry of the diffusion depends on component {k + 1}, which is another one's: {text}"
+    return ""
+
+
+def _no_milstein_term(subject: ProblemSubject) -> str:
+    terms = (_slope(subject, subject.B[:, k]) for k in range(subject.equation.noise_dim))
+    return next((f"DB_j B_k is {text}" for term in terms if (text := excess(term, FIRST_ERROR, subject.B))), "")
+
+
+def _normal_milstein_term(subject: ProblemSubject) -> str:
+    if not subject.problem.has_constraints:
+        return "there is no constraint"
+    view = subject.equation
+    x = view.admissible(subject.x)
+    B = np.broadcast_to(view.diffusion(WHEN, x), subject.B.shape)
+    gradients = np.moveaxis(view.dg(x), -1, 0)
+    flat = np.eye(len(x)) - np.linalg.pinv(gradients) @ gradients
+    for k in range(view.noise_dim):
+        change = first(lambda z: view.diffusion(WHEN, z), x, B[:, k])
+        rest = np.einsum("pij,jlp->ilp", flat, np.broadcast_to(change, B.shape))
+        if text := excess(rest, 4 * FIRST_ERROR, B):
+            return f"a part of DB_j B_k beside normals is {text}"
+    return ""
+
+
+def _free(subject: ProblemSubject) -> str:
+    problem = subject.problem
+    return "it has a constraint" if problem.has_constraints or problem.residuals(subject.start()) else ""
+
+
+def _constrained(subject: ProblemSubject) -> str:
+    return "" if subject.problem.has_constraints else "it has no constraint"
+
+
+def _index_1(subject: ProblemSubject) -> str:
+    problem = subject.problem.capability(IndexOne)
+    if problem is None or not problem.constraints:
+        return "it has no algebraic components"
+    u_y = problem.linearised_constraint(WHEN, *delay_arguments(problem)).y
+    regular = np.linalg.matrix_rank(np.moveaxis(u_y, -1, 0)).min() == problem.constraints
+    return "" if regular else "du/dy is singular"
+
+
+def _no_delay(subject: ProblemSubject) -> str:
+    delayed = subject.problem.capability(Delayed)
+    return "" if delayed is None else f"its delay is {delayed.delay}"
+
+
+def _delayed_noise(subject: ProblemSubject) -> str:
+    problem = subject.problem.capability(IndexOne)
+    if problem is None:
+        return "it has no delay"
+    x, v, y = delay_arguments(problem)
+    here, there = (problem.diffusion(WHEN, z, v, w) for z, w in ((x, y), (y.sum() - 2.0 * x, 1.0 - y)))
+    return "" if np.array_equal(here, there) else "the diffusion depends on x or on y"
+
+
+def _dissipative(subject: ProblemSubject) -> str:
+    """Try condition (4.1) at random arguments, far from rounding: as it is, and with y eliminated."""
+    problem = subject.problem.capability(IndexOne)
+    given = None if problem is None else problem.reduced_dissipation
+    if problem is None or given is None or not given.C > 0.0:
+        return "it gives no constants of condition (4.1) with C > 0"
+    own = problem.dissipation
+    return _overstated(problem.without_y(), given) or (_overstated(problem, own) if own else "")
+
+
+def _overstated(problem: IndexOne, k: Dissipation) -> str:
+    """Return which of the constants is wrong, or an empty string."""
+    (x, v, y), slack = delay_arguments(problem), 1.0 + 64 * EPS
+    change = 0.5 * y + 1.0
+    alone = (x * problem.drift(0.0, x, 0.0 * v, 0.0 * y)).sum(axis=0)
+    moved = _size(problem.drift(0.0, x, v, y) - problem.drift(0.0, 2.0 * v, x, change))
+    lipschitz = k.al0 * _size(x - 2.0 * v) + k.al1 * _size(v - x) + k.al2 * _size(y - change)
+    growth = k.be0 * _size(x) ** 2 + k.be1 * _size(v) ** 2 + k.be2 * _size(y) ** 2
+    if np.any(alone > -k.abar * _size(x) ** 2 + 64 * EPS * _size(x) ** 2):
+        return "the drift damps less than abar says"
+    if np.any(moved > slack * lipschitz):
+        return "the drift changes more than al0, al1 and al2 say"
+    large = np.any(_size(problem.diffusion(0.0, x, v, y)) ** 2 > slack * growth)
+    return "the diffusion is larger than be0, be1 and be2 say" if large else ""
+
+
+def _slope(subject: ProblemSubject, y: Array) -> Array:
+    return first(lambda z: subject.equation.diffusion(WHEN, z), subject.x, y)
+
+
+def _size(z: Array) -> Array:
+    return np.asarray(np.sqrt((z * z).sum(axis=tuple(range(z.ndim - 1)))))
+
+
+EVIDENCE: dict[str, Callable[[ProblemSubject], str]] = {
+    "unconstrained": _free,
+    "constrained": _constrained,
+    "scalar-noise": _scalar,
+    "additive-noise": _additive,
+    "diagonal-noise": _diagonal,
+    "vanishing-milstein-term": _no_milstein_term,
+    "normal-milstein-term": _normal_milstein_term,
+    "algebraic": _index_1,
+    "no-delay": _no_delay,
+    "delayed-noise": _delayed_noise,
+    "dissipative": _dissipative,
+}
