@@ -1,11 +1,50 @@
-"""What all tests share: runs of pytest inside a test, and compiled modules for the programs that tests start."""
+"""What all tests share: runs of pytest inside a test, compiled modules, and the rule of what is quick."""
 
 import os
 import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
 
 pytest_plugins = "pytester"
+
+HERE = Path(__file__).parent
+# Whoever imports something from there samples, starts programs or runs whole studies.
+COSTLY = ("multiprocessing", "sdaeverify.api", "sdaeverify.cli", "sdaeverify.lab", "sdaeverify.workers", "subprocess")
+# Tests of programs, of the lab and of what is shipped: nothing in these folders is quick.
+PROGRAMS = {"benchmarks", "cli", "pytest_plugin", "report", "scaffold"}
+LEFT_OUT = PROGRAMS | {"calibration", "experiments", "problems", "statistical"}
+# Of so many cases of a test, one is quick.
+CASES = 50
 
 # Where the environment says that nothing compiled be kept, each of the hundred programs that tests start compiles the
 # package anew, for half a second. Git ignores what is kept.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Read no folder that has nothing quick where only that is asked for."""
+    return True if config.option.markexpr == "quick" and collection_path.name in LEFT_OUT else None
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark as quick the first case of each test that neither samples nor starts programs, and each fiftieth after."""
+    met: Counter[str] = Counter()
+    for item in items:
+        test = item.nodeid.partition("[")[0]
+        if met[test] % CASES == 0 and is_cheap(item):
+            item.add_marker("quick")
+        met[test] += 1
+
+
+def is_cheap(item: pytest.Item) -> bool:
+    """Tell by its folder and by what its file imports whether a test is done in milliseconds."""
+    room = item.path.relative_to(HERE).parts[0] if item.path.is_relative_to(HERE) else "thirdparty"
+    if room in LEFT_OUT or "thirdparty" in item.path.parts or item.get_closest_marker("slow"):
+        return False
+    named = vars(item.module).values()  # type: ignore[attr-defined]
+    origins = (getattr(each, "__module__", None) or getattr(each, "__name__", "") for each in named)
+    return not any(str(origin).startswith(COSTLY) for origin in origins)

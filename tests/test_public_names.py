@@ -9,6 +9,7 @@ import pytest
 
 import sdaeverify
 
+pytestmark = pytest.mark.quick
 SOURCE = Path(sdaeverify.__file__)
 
 

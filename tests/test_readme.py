@@ -21,6 +21,7 @@ def test_examples_are_short(name):
     assert len(example(name).splitlines()) < 30
 
 
+@pytest.mark.quick
 def test_examples_work_as_plugin_files(tmp_path):
     """Both examples load by path, and the scheme keeps its promise on the problem."""
     files = []

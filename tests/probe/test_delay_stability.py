@@ -63,8 +63,8 @@ def test_a_long_delay_is_scanned_down_to_the_equations_own_time() -> None:
 @pytest.mark.usefixtures("few_sizes")
 def test_where_a_history_would_be_too_long_nothing_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
     """With tau = 40 the equation's own time asks for 1600 steps in a delay; fewer do not stand for them."""
-    monkeypatch.setattr(scanning, "LONGEST", 100)
-    monkeypatch.setattr(scanning, "LONG", 50)
+    monkeypatch.setattr(scanning, "LONGEST", 40)
+    monkeypatch.setattr(scanning, "LONG", 20)
     record = delay_stability(StochasticTheta(theta=0.0), delay_linear(tau=40.0), [0.1], UNIT)
     assert record.scan.h[0] == pytest.approx(0.1 / 4.0)
     assert np.isnan(record.scan.rho[0])
