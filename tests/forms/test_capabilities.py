@@ -1,4 +1,4 @@
-"""What a problem offers is asked for by kind, and facts of it are declared by those who need them."""
+"""What a problem offers is asked for by kind, and facts of it are traits_hold by those who need them."""
 
 import pickle
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ import pytest
 from sdaeverify import SDE, Claim, Problem, ProblemError, SchemeError, Trait
 from sdaeverify.contracts.specs import ProblemSpec
 from sdaeverify.forms import Delayed, Multiplied, StiffnessFamily, known_traits
-from sdaeverify.testing.checks.problem_declarations import declared
+from sdaeverify.testing.checks.problem_declarations import traits_hold
 from sdaeverify.testing.problem_subject import ProblemSubject
 from sdaeverify.testing.subjects import installed
 from sdaeverify_problems.affine_constraint import affine_constraint
@@ -85,11 +85,11 @@ def test_kit_asks_the_evidence_of_a_trait(sign, text):
     """What its author evaluates against a trait is a check of the kit."""
     problem = SDE(**{**GIVEN, "drift": lambda t, x: sign * x}, traits=frozenset({STABLE}))
 
-    assert declared(ProblemSubject(ProblemSpec("planted", lambda: problem), installed())) == text
+    assert traits_hold(ProblemSubject(ProblemSpec("planted", lambda: problem), installed())) == text
 
 
 def test_form_declares_its_traits():
-    """What a class of a form declares can be stated by name; all that is declared has a meaning."""
+    """What a class of a form declares can be stated by name; all that is traits_hold has a meaning."""
     before = set(known_traits())
 
     class Charged(Problem):

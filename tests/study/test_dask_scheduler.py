@@ -12,7 +12,7 @@ import pytest
 
 from sdaeverify.cli.program import execute
 
-from .test_executors import OWN, mortal
+from .test_executors import mortal
 
 distributed = pytest.importorskip("distributed", reason="dask is not installed (extra cluster)")
 
@@ -47,9 +47,8 @@ def cluster(folder):
 
 
 def tables(folder):
-    """Return verdicts without what is of the run alone, and levels."""
-    verdicts = pd.read_csv(folder / "verdicts.csv", dtype=str).drop(columns=OWN)
-    return verdicts, pd.read_csv(folder / "levels.csv", dtype=str)
+    """Return verdicts and levels as they are written."""
+    return [pd.read_csv(folder / f"{name}.csv", dtype=str) for name in ("verdicts", "levels")]
 
 
 def same(one, other):
