@@ -111,8 +111,9 @@ class LevelNoise(NamedTuple):
 
     def increment(self, step: int) -> Increment:
         """Return the increment of one step."""
-        dW, H, records, K, A = each(lambda part: part[step], self)
-        return Increment(dW, H, records=records, K=K, A=A)
+        H, K, A = (None if part is None else part[step] for part in (self.H, self.K, self.A))
+        records = each(lambda part: part[step], self.records) if self.records else self.records
+        return Increment(self.dW[step], H, records=records, K=K, A=A)
 
     def part(self, begin: int, end: int) -> "LevelNoise":
         """Return the steps from `begin` up to `end`."""

@@ -124,5 +124,5 @@ def update_tolerance(*sizes: Array) -> Array:
     -------
     ndarray, shape (P,)
     """
-    size = np.fmax.reduce(sizes)
+    size = sizes[0] if len(sizes) == 1 else np.fmax.reduce(sizes)
     return np.asarray(RELATIVE * np.where(size > 0.0, size, 1.0))

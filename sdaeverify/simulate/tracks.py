@@ -86,14 +86,16 @@ class Track:
         self.singular_time += float(np.count_nonzero(ended) * t)
 
     def _count(self, before: State, noise: Increment, result: Step) -> None:
-        if result.failed is not None and (new := result.failed & ~self.failed).any():
+        if result.failed is not None and result.failed.any() and (new := result.failed & ~self.failed).any():
             self.failed = self.failed | new
             self._look_for_a_root(before, noise, new)
         if result.truncated is not None:
             self.truncated_steps += int(np.count_nonzero(result.truncated))
         for name, value in result.costs.items():
-            self.costs[name] = self.costs.get(name, 0.0) + float(np.nansum(value))
-            self.counted[name] = self.counted.get(name, 0) + int(np.count_nonzero(~np.isnan(value)))
+            counts = np.asarray(value).dtype.kind in "iu"
+            self.costs[name] = self.costs.get(name, 0.0) + float(np.sum(value) if counts else np.nansum(value))
+            told = np.size(value) if counts else int(np.count_nonzero(~np.isnan(value)))
+            self.counted[name] = self.counted.get(name, 0) + told
 
     def _look_for_a_root(self, before: State, noise: Increment, paths: Mask) -> None:
         t = self.step * self.h

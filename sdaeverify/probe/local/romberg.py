@@ -77,7 +77,9 @@ def leaves(ito: Equation, x: Array, t: float, h: float, steps: int) -> Array:
 
 
 def _branches(ito: Equation, x: Array, t: float, h: float) -> Array:
-    d, l, P = len(x), ito.noise_dim, x.shape[1]
-    centre = x + h * ito.drift(t, x)
-    kicks = np.sqrt(l * h) * np.moveaxis(np.broadcast_to(ito.diffusion(t, x), (d, l, P)), 1, 2)
-    return np.concatenate([centre[..., None] + kicks, centre[..., None] - kicks], axis=2).reshape(d, -1)
+    l, centre = ito.noise_dim, (x + h * ito.drift(t, x))[..., None]
+    kicks = np.sqrt(l * h) * ito.diffusion(t, x).swapaxes(1, 2)
+    branches = np.empty((*x.shape, 2 * l))
+    np.add(centre, kicks, out=branches[..., :l])
+    np.subtract(centre, kicks, out=branches[..., l:])
+    return branches.reshape(len(x), -1)

@@ -166,4 +166,4 @@ def _level(step: OneStep, known: SemigroupReference, nodes: Nodes, level: int) -
     wide = np.repeat(known.states, count, axis=1)
     phi = test_functions.values(step(wide, t, h, nodes.increment(h, states)) / known.units)
     phi = phi.reshape(len(phi), states, count)
-    return nodes.mean(phi), np.abs(phi).max(axis=-1)
+    return nodes.mean(phi), np.maximum(phi.max(axis=-1), -phi.min(axis=-1))

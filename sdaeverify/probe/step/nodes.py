@@ -5,6 +5,7 @@ polynomials up to degree 2n - 1 in each normal with n Gauss-Hermite nodes.
 """
 
 from collections.abc import Mapping
+from functools import lru_cache
 from math import prod
 from typing import Any, NamedTuple
 
@@ -79,10 +80,14 @@ class Nodes(NamedTuple):
         return np.asarray(np.einsum("...k,k->...", values, self.weights))
 
 
+@lru_cache(maxsize=64)
 def gauss_hermite(count: int) -> tuple[Array, Array]:
     """Return the Gauss-Hermite nodes and weights of the standard normal law, each of shape (count,)."""
     x, w = np.polynomial.hermite_e.hermegauss(count)
-    return x, w / w.sum()
+    w /= w.sum()
+    for part in (x, w):
+        part.flags.writeable = False
+    return x, w
 
 
 def tensor_rule(axes: list[tuple[Array, Array]]) -> Rule:

@@ -3,6 +3,7 @@
 All monomials to degree 3 in up to three variables, to degree 2 beyond; x_i^4, sin(sum x) and exp(-|x|^2/2).
 """
 
+from functools import lru_cache
 from itertools import combinations_with_replacement
 
 import numpy as np
@@ -30,14 +31,21 @@ def values(x: Array) -> Array:
     -------
     ndarray, shape (F, P)
     """
-    monomials: dict[tuple[int, ...], Array] = {}
-    for powers in _powers(len(x)):
-        monomials[powers] = monomials[powers[:-1]] * x[powers[-1]] if len(powers) > 1 else x[powers[0]]
-    squares = [monomials[i, i] for i in range(len(x))]
-    total, square = x.sum(axis=0), sum(squares)
-    return np.stack([*monomials.values(), *(s * s for s in squares), np.sin(total), np.exp(-0.5 * square)])
+    d, places = len(x), {powers: place for place, powers in enumerate(_powers(len(x)))}
+    found = np.empty((len(places) + d + 2, *x.shape[1:]), dtype=np.result_type(x, float))
+    found[:d] = x
+    # Written in place: of many components, they are many megabytes.
+    for powers, place in places.items():
+        if len(powers) > 1:
+            np.multiply(found[places[powers[:-1]]], x[powers[-1]], out=found[place])
+    squares = [found[places[i, i]] for i in range(d)]
+    for i, square in enumerate(squares):
+        np.multiply(square, square, out=found[len(places) + i])
+    found[-2], found[-1] = np.sin(x.sum(axis=0)), np.exp(-0.5 * sum(squares))
+    return found
 
 
-def _powers(dimension: int) -> list[tuple[int, ...]]:
+@lru_cache(maxsize=64)
+def _powers(dimension: int) -> tuple[tuple[int, ...], ...]:
     degrees = range(1, 4 if dimension <= FEW else 3)
-    return [powers for degree in degrees for powers in combinations_with_replacement(range(dimension), degree)]
+    return tuple(powers for degree in degrees for powers in combinations_with_replacement(range(dimension), degree))
