@@ -45,8 +45,9 @@ class Heun(Scheme):
         """Make one step; the state x has shape (d, P)."""
         x = state
         F, B = stratonovich(problem, t, x)
-        G, C = stratonovich(problem, t + h, x + h * F + apply(B, noise.dW))
-        return Step(x + 0.5 * (h * (F + G) + apply(B, noise.dW) + apply(C, noise.dW)))
+        kick = apply(B, noise.dW)
+        G, C = stratonovich(problem, t + h, x + h * F + kick)
+        return Step(x + 0.5 * (h * (F + G) + kick + apply(C, noise.dW)))
 
 
 @dataclass(frozen=True)

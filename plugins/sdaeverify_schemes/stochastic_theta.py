@@ -2,14 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from math import nan
 from typing import Any, ClassVar
 
 import numpy as np
 
 from sdaeverify import SDE, Array, Claim, DelaySDAE, Increment, ParameterError, Problem, Scheme, Step, hookimpl
-from sdaeverify.numerics import Root, is_analytic, jacobian, largest, newton, update_tolerance
+from sdaeverify.numerics import Root, largest, newton, update_tolerance
 
 from ._delay_orders import DELAYED
 from ._delay_theta import delay_theta
@@ -33,7 +32,7 @@ TRAPEZOIDAL = Claim(
 class StochasticTheta(Scheme):
     """x+ = x + h [theta f(t + h, x+) + (1 - theta) f(t, x)] + B(t, x) dW.
 
-    x+ is the root that Newton's method reaches from the Euler-Maruyama step, with Df by complex step. A path on which
+    x+ is the root that Newton's method reaches from the Euler-Maruyama step. A path on which
     it fails keeps its state and is counted.
 
     Attributes
@@ -75,9 +74,7 @@ class StochasticTheta(Scheme):
             return ""
         if isinstance(problem, DelaySDAE):
             return problem.no_jacobian()
-        if is_analytic(lambda x: problem.drift(0.0, x), problem.initial(1)):
-            return ""
-        return "drift is not analytic (abs, real buffers?), so that Newton's method has no Jacobian"
+        return problem.no_derivative_of_drift()
 
     def step(self, problem: SDE | DelaySDAE, state: Any, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x of an SDE has shape (d, P)."""
@@ -88,17 +85,17 @@ class StochasticTheta(Scheme):
         if self.theta == 0.0:
             return Step(x + h * f + kick)
         known = x + h * (1.0 - self.theta) * f + kick
-        root = implicit(partial(problem.drift, t + h), self.theta * h, known, x + h * f + kick)
+        root = implicit(problem, t + h, self.theta * h, known, x + h * f + kick)
         new = np.where(root.converged, root.x, x)
         return Step(new, failed=~root.converged, costs={"newton_iterations": root.iterations})
 
 
-def implicit(f: Callable[[Array], Array], s: float, known: Array, guess: Array) -> Root:
-    """Solve y = known + s f(y) from a guess, shapes (d, P)."""
+def implicit(problem: SDE, t: float, s: float, known: Array, guess: Array) -> Root:
+    """Solve y = known + s f(t, y) from a guess, shapes (d, P)."""
     unit = np.eye(len(known))[..., None]
 
     def linearised(y: Array) -> tuple[Array, Callable[[], Array]]:
-        return y - s * f(y) - known, lambda: unit - s * jacobian(f, y)
+        return y - s * problem.drift(t, y) - known, lambda: unit - s * problem.derivative_of_drift(t, y)
 
     return newton(linearised, guess, update_tolerance(largest(guess)))
 

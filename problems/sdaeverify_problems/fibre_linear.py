@@ -44,10 +44,12 @@ def fibre_linear(
     Lindner et al. (2018), (2.8) and section 4.2, linearised.
     """
     fibre = hanging_fibre(Fibre(chain=clamped_chain(N, 2), alpha=alpha, beta=beta, Dr=Dr), flow)
+    linear, noise = fibre.generator[..., None], fibre.noise[..., None]
     return SDE(
         controls=controls.ADDITIVE,
         drift=lambda t, x: np.concatenate([x[N:], fibre.F[:, None] - fibre.K @ x[:N] - fibre.D @ x[N:]]),
-        diffusion=lambda t, x: fibre.noise[..., None],
+        drift_derivative=lambda t, x: linear,
+        diffusion=lambda t, x: noise,
         diffusion_derivative=lambda t, x, y: np.zeros((2 * N, N, 1)),
         start=np.zeros(2 * N),
         names={"y": slice(0, N), "p": slice(N, 2 * N)},

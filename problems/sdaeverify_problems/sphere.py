@@ -8,6 +8,8 @@ from . import _controls as controls
 
 SOURCE = "spherical harmonics: those of degree n decay at the rate n (n + 1)/2"
 RELAXATION = 1.0
+# Df, the same everywhere.
+SHRINKING = -np.eye(3)[..., None]
 
 
 def sphere(longitude: float = 0.0, latitude: float = 0.9, horizon: float = 0.5) -> SDE:
@@ -38,6 +40,7 @@ def sphere(longitude: float = 0.0, latitude: float = 0.9, horizon: float = 0.5) 
     return SDE(
         controls=controls.GENERAL,
         drift=lambda t, x: -x,
+        drift_derivative=lambda t, x: SHRINKING,
         diffusion=projector,
         start=start,
         constraint=constraint,

@@ -45,7 +45,7 @@ def solve(A: Array, b: Array) -> Array:
 
     Parameters
     ----------
-    A : ndarray, shape (m, m, P)
+    A : ndarray, shape (m, m, P) or (m, m, 1)
     b : ndarray, shape (m, P) or (m, k, P)
 
     Returns
@@ -53,7 +53,7 @@ def solve(A: Array, b: Array) -> Array:
     ndarray, shape of b
     """
     if len(b) > 2:
-        return _lapack_solve(A, b)
+        return _solve_with_one(A[..., 0], b) if A.shape[-1] == 1 else _lapack_solve(A, b)
     x: Array = b / A[0] if len(b) == 1 else _adjugate_times(A, b) / determinant(A)
     return x
 
@@ -87,6 +87,14 @@ def all_finite(x: Array) -> Mask:
 
 def _adjugate_times(A: Array, b: Array) -> Array:
     return np.stack([A[1, 1] * b[0] - A[0, 1] * b[1], A[0, 0] * b[1] - A[1, 0] * b[0]])
+
+
+def _solve_with_one(A: Array, b: Array) -> Array:
+    # A matrix that all paths share is inverted once; with its factors a path would depend on how many there are.
+    try:
+        return np.asarray(np.einsum("mn,n...->m...", np.linalg.inv(A), b))
+    except np.linalg.LinAlgError:
+        return np.full(b.shape, np.nan)
 
 
 def _lapack_solve(A: Array, b: Array) -> Array:

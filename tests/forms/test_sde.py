@@ -65,6 +65,10 @@ REFUSED = [
     ({"diffusion": lambda t, x: None}, "diffusion(t, x) returned NoneType, expected an array of real numbers"),
     ({"noise_dim": 1}, "diffusion(t, x) returned shape (2, 2, 3), expected (2, 1, 3)"),
     (
+        {"drift_derivative": lambda t, x: x},
+        "drift_derivative(t, x) returned shape (2, 3), expected (2, 2, 3)",
+    ),
+    (
         {"diffusion_derivative": lambda t, x, y: x},
         "diffusion_derivative(t, x, y) returned shape (2, 3), expected (2, 2, 3)",
     ),
@@ -291,3 +295,16 @@ def test_impossible_constraints_are_refused_in_one_line(changes, message):
         on_the_ellipse(**changes)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_drift_derivative_is_the_author_s_or_taken_by_complex_step():
+    """Both agree, and a wrong one is refused; a drift that is not analytic needs one."""
+    x, A = np.array([[0.3, -1.0], [0.7, 0.2]]), np.array([[1.0, 2.0], [-0.5, 0.25]])
+    linear = {"drift": lambda t, x: A @ x}
+    given, taken = make(**linear, drift_derivative=lambda t, x: A[..., None]), make(**linear)
+    np.testing.assert_allclose(
+        np.broadcast_to(given.derivative_of_drift(0.0, x), (2, 2, 2)), taken.derivative_of_drift(0.0, x), rtol=1e-15
+    )
+    with pytest.raises(ProblemError, match="drift_derivative disagrees with a difference quotient"):
+        make(**linear, drift_derivative=lambda t, x: 2.0 * A[..., None])
+    assert "drift is not analytic" in make(drift=lambda t, x: np.abs(x)).no_derivative_of_drift()

@@ -105,3 +105,15 @@ def test_what_overflows_is_infinite() -> None:
     with np.errstate(over="ignore"):
         for size in (1e200, np.inf):
             assert spectral_radius(operator([[size]])).rho == np.inf
+
+
+def test_one_factor_of_many_rows_is_as_certain_as_any():
+    """With factors that differ by rounding the radius is that of one of them, and as the whole matrix has it."""
+    rng = np.random.default_rng(5)
+    A = rng.standard_normal((8, 8)) / 4.0
+    alike = Operator(np.stack([A, A * (1.0 + 1e-15), A * (1.0 - 1e-15)], axis=-1), np.array([0.5, 0.25, 0.25]))
+    found = spectral_radius(alike)
+    assert found.rho == pytest.approx(np.abs(np.linalg.eigvals(alike.dense())).max(), rel=1e-12)
+    assert found.width <= 1e-10
+    apart = Operator(np.stack([A, 0.5 * A], axis=-1), np.array([0.5, 0.5]))
+    assert spectral_radius(apart).rho == pytest.approx(np.abs(np.linalg.eigvals(apart.dense())).max(), rel=1e-12)

@@ -46,6 +46,8 @@ class SDE(Problem):
     diffusion_derivative : callable, (t, x, y) -> ndarray, shape (d, l, P), optional
         DB(x) y, the derivative of B in the direction y of shape (d, P); by complex step if left out, and B
         must then be analytic.
+    drift_derivative : callable, (t, x) -> ndarray, shape (d, d, P) or (d, d, 1), optional
+        Df, for implicit schemes; by complex step if left out. The last axis is 1 where it is the same on every path.
     diffusion_product : callable, (t, x, w) -> ndarray, shape (d, P), optional
         B(t, x) w for w of shape (l, P), where it costs less than the product with the matrix.
     names : mapping of str to slice, optional
@@ -65,6 +67,7 @@ class SDE(Problem):
     diffusion: Callable[[float, Array], Array]
     start: ArrayLike
     diffusion_derivative: Callable[[float, Array, Array], Array] | None = None
+    drift_derivative: Callable[[float, Array], Array] | None = None
     diffusion_product: Callable[[float, Array, Array], Array] | None = None
     names: Mapping[str, slice] | None = None
     constraint: Callable[[Array], Array] | None = None
@@ -81,6 +84,9 @@ class SDE(Problem):
             check_derivative(
                 "diffusion_derivative", partial(self.diffusion, 0.0), partial(self.diffusion_derivative, 0.0), x
             )
+        if self.drift_derivative is not None:
+            check_shape("drift_derivative(t, x)", self.drift_derivative(0.0, x), (d, d, PROBES))
+            check_derivative("drift_derivative", partial(self.drift, 0.0), self._drift_change, x)
         check_product(self, x)
         for name, rows in (self.names or {}).items():
             if not (isinstance(rows, slice) and range(d)[rows]):
@@ -171,6 +177,18 @@ class SDE(Problem):
         x = np.concatenate([parts[name] for name in self.names or ("x",)])
         return {"g": Residual(self.constraint(x), self.linearised(x).size() * norm(x))}
 
+    def derivative_of_drift(self, t: float, x: Array) -> Array:
+        """Return Df(x), shape (d, d, P) or (d, d, 1)."""
+        if self.drift_derivative is not None:
+            return self.drift_derivative(t, x)
+        return jacobian(partial(self.drift, t), x)
+
+    def no_derivative_of_drift(self) -> str:
+        """Return why Df can neither be had from the author nor by complex step, or an empty string."""
+        if self.drift_derivative is not None or is_analytic(partial(self.drift, 0.0), self.initial(1)):
+            return ""
+        return "drift is not analytic (abs, real buffers?), so that Newton's method has no Jacobian"
+
     def derivative_of_diffusion(self, t: float, x: Array, y: Array) -> Array:
         """Return DB(x) y, shape (d, l, P)."""
         if self.diffusion_derivative is not None:
@@ -185,6 +203,10 @@ class SDE(Problem):
             return ""
         text = "diffusion is not analytic (abs, real buffers?), so that its derivative cannot be taken"
         return f"{text} by complex step; give diffusion_derivative"
+
+    def _drift_change(self, x: Array, y: Array) -> Array:
+        assert self.drift_derivative is not None
+        return np.asarray(np.einsum("mnp,np->mp", self.drift_derivative(0.0, x), y))
 
     @property
     def _invariant(self) -> Callable[[Array], Array]:
