@@ -188,8 +188,12 @@ def verify(
         ``if __name__ == "__main__":``.
         Of an executor that is given, how many workers it is taken to have.
     executor : Executor or str, optional
-        Anything with the interface of `concurrent.futures.Executor`, or the name of one as on the command line:
-        blocks of paths are run there. Its workers need this package, and see no folder of this machine.
+        Anything with the interface of `concurrent.futures.Executor`, or the name of one as on the command line
+        (``processes``, ``serial``, ``dask``, ``dask://HOST:PORT``, ``loky``, ``mpi``, or one of the entry points
+        `sdaeverify.executors`). What one step tells of each scheme, and blocks of paths, are found there, in about
+        2 `jobs` pieces of a problem, one scheme on one problem at least. The result is the same to the last bit.
+        Workers need this package and see no folder of this machine: plugin files go there with each call, evidence
+        comes home as bytes. A worker that is lost costs one more call; `timeout` and `memory` do not hold there.
     plugins : sequence of str or Path, optional
         Plugin files, beside the installed plugins.
     progress : str, optional
@@ -214,6 +218,8 @@ def verify(
         If a name is unknown or a value is out of its range.
     PluginError
         If a plugin file cannot be used.
+    LostExecutorError
+        If the executor takes no more calls, or loses one twice; evidence that has come home is in `out`.
     """
     run = _requested(options)
     registry = load_registry(run.plugins)

@@ -151,5 +151,7 @@ def _hermite_values(count: int, axis: Line, y: Array) -> Array:
     if count > 1:
         values[1] = x
     for n in range(1, count - 1):
-        values[n + 1] = (x * values[n] - np.sqrt(n) * values[n - 1]) / np.sqrt(n + 1)
+        following = np.multiply(x, values[n], out=values[n + 1])
+        following -= np.sqrt(n) * values[n - 1]
+        following /= np.sqrt(n + 1)
     return values
