@@ -190,8 +190,7 @@ def test_any_number_of_workers(call, tmp_path):
         chosen = ("-p", "gbm,pendulum", "-s", SCHEMES, "-m", "strong,drift", *BUDGET)
         assert call("matrix", *chosen, "-j", jobs, "--out", jobs, "--progress", "none").err == ""
 
-    one, two = verdicts(tmp_path / "1"), verdicts(tmp_path / "2")
-    assert [{**row, "seconds": ""} for row in one] == [{**row, "seconds": ""} for row in two]
+    assert verdicts(tmp_path / "1") == verdicts(tmp_path / "2")
     assert (tmp_path / "1" / "levels.csv").read_text() == (tmp_path / "2" / "levels.csv").read_text()
 
 

@@ -12,13 +12,15 @@ from typing import Any, NamedTuple
 from ...errors import UsageError
 from ..files import write_text
 from ..folders import read_tables
+from ..tables.columns import COLUMNS
 from .payload import payload
-from .verifier import verifier
+from .verifier import read_csv, verifier
 
 __all__ = ["PAGE", "TablePage", "page_text", "payload", "remove_page", "verifier", "write_page", "write_tables"]
 
 
 PAGE = "report.html"
+MEANING = "What the columns of the tables beside this page mean."
 SCRIPTS = ("plots.js", "data.js", "pages.js", "passports.js", "start.js")
 
 
@@ -47,9 +49,10 @@ def write_page(folder: Path, passports: Mapping[str, Any] | None = None) -> Path
         If the folder holds no run, or cannot be written into.
     """
     path = folder / PAGE
-    data = payload(read_tables(folder), passports)
-    found = verifier(folder.parent)
-    write_text(page_text({**data, **({"verifier": found} if found else {})}), path)
+    found, columns = verifier(folder.parent), read_csv(folder / COLUMNS)
+    further = {"verifier": found} if found else {}
+    tables = [TablePage("Columns", columns[0], columns[1:], (MEANING,))._asdict()] if columns else []
+    write_text(page_text({**payload(read_tables(folder), passports), **further, "tables": tables}), path)
     return path
 
 

@@ -20,7 +20,7 @@ def verifier(reports: Path) -> dict[str, Any]:
     reports : Path
         Folder in which they have their folders.
     """
-    kills, calibration = _rows(reports / KILLS), _rows(reports / CALIBRATION)
+    kills, calibration = read_csv(reports / KILLS), read_csv(reports / CALIBRATION)
     return {
         **({"kills": {"head": kills[0], "rows": kills[1:]}} if len(kills) > 1 else {}),
         **({"calibration": coverage(calibration)} if len(calibration) > 1 else {}),
@@ -43,7 +43,8 @@ def _number(text: str) -> float | str | None:
         return None
 
 
-def _rows(file: Path) -> list[list[str]]:
+def read_csv(file: Path) -> list[list[str]]:
+    """Return the rows of a table, headings first; none where there is no such table."""
     try:
         with file.open(newline="", encoding="utf-8") as opened:
             return list(csv.reader(opened))
