@@ -2,9 +2,12 @@
 
 import os
 import platform
+import subprocess
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict
+from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 
 from ..noise.brownian import fingerprint
@@ -14,6 +17,7 @@ from ..store.sources import framework_source
 from ..study import Study
 from .folders import SCHEMA
 
+GIT_SECONDS = 10.0
 PACKAGES = ("sdaeverify", "numpy", "scipy", "pandas", "pluggy")
 
 
@@ -53,6 +57,8 @@ def made_with(registry: Registry, seed: int, arguments: Sequence[str]) -> dict[s
     """Return what every kind of run is made with: versions, platform, arguments, seed, plugins."""
     return {
         "schema_version": SCHEMA,
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "commit": commit(),
         "versions": versions(),
         "platform": {
             "system": platform.platform(),
@@ -66,6 +72,17 @@ def made_with(registry: Registry, seed: int, arguments: Sequence[str]) -> dict[s
         "plugins": [row._asdict() for row in registry.plugins],
         "warnings": list(registry.warnings),
     }
+
+
+@cache
+def commit() -> str:
+    """Return the commit that is checked out in the folder of the call; empty where there is none or no git."""
+    asked = ["git", "rev-parse", "--short=12", "HEAD"]
+    try:
+        done = subprocess.run(asked, capture_output=True, text=True, timeout=GIT_SECONDS, check=False)
+    except (OSError, subprocess.SubprocessError):
+        return ""
+    return done.stdout.strip() if done.returncode == 0 else ""
 
 
 def versions() -> dict[str, str]:

@@ -6,7 +6,7 @@ import pytest
 
 from browser import browser, needs_chromium
 from report.rows import level, tables, verdict
-from sdaeverify.cli.commands.history import history_tables
+from sdaeverify.cli.commands.history import history_series, history_tables
 from sdaeverify.report.html import TablePage, verifier, write_tables
 
 REPORTS = Path(__file__).resolve().parents[2] / "reports"
@@ -55,6 +55,26 @@ def test_reports_beside_a_run_are_on_its_page():
     assert {*found} == {"calibration"}
     assert {"study", "case", "rate", "ci_low", "ci_high"} <= {*found["calibration"][0]}
     assert verifier(Path("nowhere")) == {}
+
+
+def test_the_pictures_have_the_numbers_of_the_tables(runs):
+    """Counts of each verdict run by run; the errors that made a step, marked where the step led to."""
+    drawn = history_series(runs)
+    assert drawn["counts"] == {"refuted": [0, 1], "verified": [1, 0]}
+    assert drawn["errors"] == [{"name": "some-euler on gbm, strong x", "values": [0.01, 0.02], "steps": [0, 1]}]
+
+
+@needs_chromium
+def test_a_history_is_drawn(runs, tmp_path):
+    """A mark for each count and each error, a hollow one where a step is significant."""
+    write_tables(tmp_path / "p.html", "one step", history_tables(runs), history=history_series(runs))
+    with browser() as page:
+        page.look()
+        page.open(tmp_path / "p.html")
+        marks = "[...document.querySelectorAll('main svg circle')].map(c => [+c.dataset.h, +c.dataset.e])"
+        assert page.run(marks) == [[1, 0], [2, 1], [1, 1], [2, 0], [1, 1], [2, 2]]
+        assert page.run("document.querySelectorAll('main circle.hollow').length") == 1
+        assert not page.complaints
 
 
 @needs_chromium

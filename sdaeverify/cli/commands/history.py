@@ -6,13 +6,14 @@ from itertools import pairwise
 from math import hypot, isnan
 from pathlib import Path
 from statistics import NormalDist
+from typing import Any
 
 import click
 
 from ...errors import UsageError
 from ...report.files import require_writable_file
 from ...report.folders import Key, SavedTables, TextRow, key_of, read_tables
-from ...report.html import TablePage, write_tables
+from ...report.html import TablePage, rounded, write_tables
 from ...report.plain import in_columns, visible
 from ...report.reading import number
 from ...report.sentences import ABSENT, SYMBOLS, PlainLine
@@ -32,16 +33,16 @@ Errors = Mapping[Key, TextRow]
 def history(runs: tuple[Path, ...], out: Path) -> ExitCode:
     """Put RUNS, folders that matrix or gate wrote, oldest first, onto one page.
 
-    It shows the verdicts of each, those that changed from one run to the next, and errors that made a significant
-    step. Runs with the same seed are on the same noise; compare tells more of two of those.
+    It shows the verdicts of each run, with its date and the commit that was checked out, those that changed from one
+    run to the next, and errors that made a significant step. Runs with the same seed are on the same noise; compare tells more of two of those.
     """
     if len(runs) < 2:
         raise UsageError("history needs two runs or more")
     require_writable_file(out, "--out")
-    tables = history_tables([read_tables(folder) for folder in runs])
-    told, changed, steps = tables
+    read = [read_tables(folder) for folder in runs]
+    tables = told, changed, steps = history_tables(read)
     sentence = f"{len(runs)} runs, {len(changed.rows)} verdicts changed, {len(steps.rows)} errors made a step"
-    write_tables(out, sentence, tables)
+    write_tables(out, sentence, tables, history=history_series(read))
     cells = [[f"{cell:g}" if isinstance(cell, float) else visible(str(cell)) for cell in row] for row in told.rows]
     lines = (*in_columns([list(told.head), *cells]), sentence, f"the page is {visible(str(out))}")
     print_lines(output(unbroken=True), map(PlainLine, lines))
@@ -52,13 +53,16 @@ def history_tables(runs: Sequence[SavedTables]) -> list[TablePage]:
     """Return tables of runs in the order they are given: counts, verdicts that changed, steps of errors."""
     verdicts = [name for name in SYMBOLS if name != ABSENT]
     counts = [Counter(row["verdict"] for row in run.verdicts) for run in runs]
-    head = ("run", "version", "seed", *verdicts)
+    head = ("run", "date", "commit", "version", "seed", *verdicts)
     rows: list[list[str | float | None]] = [
-        [str(run.folder), _version(run), str(run.run.get("seed", "")), *(float(found[name]) for name in verdicts)]
-        for run, found in zip(runs, counts, strict=True)
+        [*_told(run), *(float(found[name]) for name in verdicts)] for run, found in zip(runs, counts, strict=True)
     ]
     changed = [row for before, after in pairwise(runs) for row in _changes(before, after)]
-    steps = [row for before, after in pairwise(runs) for row in _steps(before, after)]
+    steps = [
+        (str(before.folder), str(after.folder), *key, one, other, other / one)
+        for before, after in pairwise(runs)
+        for key, one, other in _steps(before, after)
+    ]
     names = ("from", "to", "scheme", "problem", "measure", "quantity")
     level = f"Both errors are at the finest step size; family-wise level {ALPHA:g} for each pair of runs."
     return [
@@ -66,6 +70,39 @@ def history_tables(runs: Sequence[SavedTables]) -> list[TablePage]:
         TablePage("Changed verdicts", (*names, "before", "after"), changed, _nothing(changed)),
         TablePage("Steps of errors", (*names, "before", "after", "ratio"), steps, (level, *_nothing(steps))),
     ]
+
+
+def history_series(runs: Sequence[SavedTables]) -> dict[str, Any]:
+    """Return what the pictures of a history are drawn from.
+
+    Returns
+    -------
+    dict
+        ``runs``: what each is called; ``counts``: by verdict, how many there are in each; ``errors``: of each quantity
+        that made a significant step, its errors at the finest step size, and 1 where a step led to it.
+    """
+    counts = [Counter(row["verdict"] for row in run.verdicts) for run in runs]
+    stepped = [{key for key, _, _ in _steps(*pair)} for pair in pairwise(runs)]
+    finest = [_finest(run.levels) for run in runs]
+    return {
+        "runs": [" ".join(filter(None, _told(run)[:3])) for run in runs],
+        "counts": {
+            name: [found[name] for found in counts] for name in SYMBOLS if any(name in found for found in counts)
+        },
+        "errors": [
+            {
+                "name": "{} on {}, {} {}".format(*key),
+                "values": [rounded(number(errors.get(key, {}), "estimate")) for errors in finest],
+                "steps": [0, *(int(key in found) for found in stepped)],
+            }
+            for key in sorted({key for found in stepped for key in found})
+        ],
+    }
+
+
+def _told(run: SavedTables) -> list[str]:
+    about = [str(run.run.get(name, "")) for name in ("date", "commit")]
+    return [str(run.folder), *about, _version(run), str(run.run.get("seed", ""))]
 
 
 def _nothing(rows: Sequence[object]) -> tuple[str, ...]:
@@ -84,8 +121,8 @@ def _changes(before: SavedTables, after: SavedTables) -> Iterator[tuple[str, ...
             yield (str(before.folder), str(after.folder), *key_of(row), known[key_of(row)], row["verdict"])
 
 
-def _steps(before: SavedTables, after: SavedTables) -> Iterator[tuple[str | float, ...]]:
-    """Yield the errors at the finest step size that differ by more than chance explains."""
+def _steps(before: SavedTables, after: SavedTables) -> Iterator[tuple[Key, float, float]]:
+    """Yield the errors at the finest step size that differ by more than chance explains, before and after."""
     old, new = _finest(before.levels), _finest(after.levels)
     common = [key for key in new if key in old and number(old[key], "h") == number(new[key], "h")]
     bound = NormalDist().inv_cdf(1.0 - 0.5 * ALPHA / max(1, len(common)))
@@ -93,7 +130,7 @@ def _steps(before: SavedTables, after: SavedTables) -> Iterator[tuple[str | floa
         one, other = (number(errors[key], "estimate") for errors in (old, new))
         spread = hypot(*(number(errors[key], "std_error") for errors in (old, new)))
         if spread > 0.0 and abs(other - one) > bound * spread:
-            yield str(before.folder), str(after.folder), *key, one, other, other / one
+            yield key, one, other
 
 
 def _finest(levels: Sequence[TextRow]) -> Errors:

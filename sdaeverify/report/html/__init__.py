@@ -13,10 +13,20 @@ from ...errors import UsageError
 from ..files import write_text
 from ..folders import read_tables
 from ..tables.columns import COLUMNS
-from .payload import payload
+from .payload import payload, rounded
 from .verifier import read_csv, verifier
 
-__all__ = ["PAGE", "TablePage", "page_text", "payload", "remove_page", "verifier", "write_page", "write_tables"]
+__all__ = [
+    "PAGE",
+    "TablePage",
+    "page_text",
+    "payload",
+    "remove_page",
+    "rounded",
+    "verifier",
+    "write_page",
+    "write_tables",
+]
 
 
 PAGE = "report.html"

@@ -118,6 +118,18 @@ function uniformityPage() {
     ...[...grouped(here, place).values()].map((group) => [el("h2", {}, cellLink(group[0], `${group[0].scheme} on ${group[0].problem}`)), el("div", { class: "cards" }, group.map(card))]).flat()];
 }
 
+/** Return the page over several runs: their counts, and the errors that made a step beside what they were first. */
+function historyPage() {
+  const { runs, counts, errors } = DATA.history, numbered = el("ol", {}, runs.map((name) => el("li", {}, name)));
+  const series = (name, values, steps = []) => ({ name, points: values.map((one, place) => ({ h: place + 1, e: one, filled: !steps[place] })) });
+  const ratios = errors.map(({ name, values, steps }) => series(name, values.map((one) => (finite(one) && values[0] ? one / values[0] : null)), steps));
+  return ["History", heading(1, "Runs in a row"), el("p", {}, DATA.sentence), numbered,
+    heading(2, "Verdicts"), comparison(Object.entries(counts).map(([name, values]) => series(VERDICTS[name][1], values)),
+      { label: "verdicts of each run", xLabel: "run", yLabel: "quantities", log: false, logX: false, caption: "How many quantities have which verdict." }),
+    heading(2, "Errors that made a significant step"), errors.length ? comparison(ratios,
+      { label: "errors of each run", xLabel: "run", yLabel: "error / error of the first run", logX: false, caption: "Errors at the finest step size; ○ a step led to it that chance does not explain." }) : el("p", {}, "None.")];
+}
+
 function verifierPage() {
   const { kills, calibration } = DATA.verifier;
   return ["Verifier", heading(1, "Is the verifier right?"),

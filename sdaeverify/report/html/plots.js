@@ -154,12 +154,12 @@ function triangles(points, slopes, x, y) {
 }
 
 /** Draw several series on the same axes, one of them chosen by the buttons of the legend; others are grey. */
-function comparison(series, { label, xLabel = "step size h", yLabel = "error", log = true, caption, rule = null }) {
+function comparison(series, { label, xLabel = "step size h", yLabel = "error", log = true, logX = true, caption, rule = null }) {
   const known = series.map((one) => ({ ...one, points: one.points.filter((p) => finite(p.h) && p.h > 0 && finite(p.e) && (!log || p.e !== 0)) })).filter((one) => one.points.length);
   if (!known.length) return el("p", { class: "soft" }, "Nothing to draw here.");
   const value = (point) => (log ? Math.abs(point.e) : point.e), all = known.flatMap((one) => one.points);
   const width = 640, height = 340;
-  const x = scaleOf(all.map((point) => point.h), LEFT, width - RIGHT);
+  const x = scaleOf(all.map((point) => point.h), LEFT, width - RIGHT, { log: logX });
   const y = scaleOf([...all.map(value), ...(rule === null ? [] : [rule])], height - BOTTOM, TOP, { log });
   const ordered = (points) => [...points].sort((a, b) => a.h - b.h);
   const groups = known.map((one) => el("g", {}, el("title", {}, one.name),
