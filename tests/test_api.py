@@ -69,7 +69,8 @@ def test_costs_are_columns_of_the_levels(result):
 
 
 def test_run_says_what_was_selected(result):
-    """The record of a run holds the labels of everything that took part."""
+    """The record of a run holds the labels of everything that took part, and when it was made, of which commit."""
+    assert {"date", "commit", "schema_version"} <= {*result.run}
     assert result.run["selection"] == {"schemes": ["milstein", "mine"], "problems": ["gbm"], "measures": ["strong"]}
 
 

@@ -34,7 +34,8 @@ def history(runs: tuple[Path, ...], out: Path) -> ExitCode:
     """Put RUNS, folders that matrix or gate wrote, oldest first, onto one page.
 
     It shows the verdicts of each run, with its date and the commit that was checked out, those that changed from one
-    run to the next, and errors that made a significant step. Runs with the same seed are on the same noise; compare tells more of two of those.
+    run to the next, and errors that made a significant step. Runs with the same seed are on the same noise; compare
+    tells more of two of those.
     """
     if len(runs) < 2:
         raise UsageError("history needs two runs or more")
@@ -78,8 +79,8 @@ def history_series(runs: Sequence[SavedTables]) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``runs``: what each is called; ``counts``: by verdict, how many there are in each; ``errors``: of each quantity
-        that made a significant step, its errors at the finest step size, and 1 where a step led to it.
+        ``runs``: what each is called; ``counts``: by verdict, how many there are in each; ``errors``: of each
+        quantity that made a significant step, its errors at the finest step size, and 1 where a step led to it.
     """
     counts = [Counter(row["verdict"] for row in run.verdicts) for run in runs]
     stepped = [{key for key, _, _ in _steps(*pair)} for pair in pairwise(runs)]
