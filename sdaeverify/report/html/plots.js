@@ -160,6 +160,7 @@ function comparison(series, { label, xLabel = "step size h", yLabel = "error", l
   const value = (point) => (log ? Math.abs(point.e) : point.e), all = known.flatMap((one) => one.points);
   const width = 640, height = 340;
   const x = scaleOf(all.map((point) => point.h), LEFT, width - RIGHT, { log: logX });
+  if (!logX) x.ticks = x.ticks.filter(Number.isInteger);
   const y = scaleOf([...all.map(value), ...(rule === null ? [] : [rule])], height - BOTTOM, TOP, { log });
   const ordered = (points) => [...points].sort((a, b) => a.h - b.h);
   const groups = known.map((one) => el("g", {}, el("title", {}, one.name),
