@@ -124,9 +124,10 @@ def bad_numbers() -> Iterator[tuple[str, ...]]:
 
 def bad_names() -> Iterator[tuple[str, ...]]:
     """Yield names of schemes, problems, measures and everything else that has one."""
-    for name in NO_NAMES:
+    for number, name in enumerate(NO_NAMES):
         yield from (("matrix", option, name, "--dry-run", "-j", "1") for option in ("-s", "-p", "-m"))
-        yield from (("gate", option, name, *FREE) for option in ("-s", "-p", "-m"))
+        # A gate reads them as a matrix does: one kind of name in turn.
+        yield ("gate", ("-s", "-p", "-m")[number % 3], name, *FREE)
         yield from ((command, name) for command in ("info", "check", "reproduce", "list"))
         yield from ((name,), ("check", "milstein", "-p", name), ("new-plugin", "folder", "--name", name))
 
@@ -143,9 +144,10 @@ def bad_folders() -> Iterator[tuple[str, ...]]:
 
 def bad_plugins() -> Iterator[tuple[str, ...]]:
     """Yield plugin files that are none."""
-    commands = (("matrix", "--dry-run", "-j", "1"), ("gate",), ("list",), ("info", "gbm"), ("check", "gbm"))
-    for plugin in NO_PLUGINS:
-        yield from ((*command, "--plugin", plugin) for command in commands)
+    commands = (("matrix", "--dry-run", "-j", "1"), ("gate",), ("info", "gbm"), ("check", "gbm"))
+    for number, plugin in enumerate(NO_PLUGINS):
+        # All load them alike: each is given to a list, and to one of the others in turn.
+        yield from ((*command, "--plugin", plugin) for command in (("list",), commands[number % 4]))
 
 
 def bad_policies() -> Iterator[tuple[str, ...]]:

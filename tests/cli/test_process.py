@@ -20,7 +20,7 @@ BUDGET = ("--paths", "80", "--block", "40", "--levels", "8..32")
 SLOW = """SDE(
     drift=lambda t, x: (time.sleep(300.0) if x.shape[-1] == 40 else None, x)[1],
     diffusion=lambda t, x: x[:, None], start=[1.0], noise_dim=1, horizon=1.0, source="nowhere")"""
-PATIENCE = 60.0
+PATIENCE = 200.0
 STRONG = ("-m", "strong")
 # No worker process beside the program.
 ALONE = ("-j", "1", "--timeout", "0", "--memory", "0")

@@ -20,7 +20,7 @@ CHOSEN = ("-s", "milstein,euler-maruyama,half-explicit-euler", "--paths", "1024"
 MOMENTS = 20
 # Of the moments, those that are tried among the fast tests.
 FEW = 1
-PATIENCE = 120.0
+PATIENCE = 600.0
 
 
 def begin(folder: Path, *further: str) -> "subprocess.Popen[str]":

@@ -22,9 +22,7 @@ print(json.dumps(sorted(sys.modules)))
 
 def modules(*arguments: str) -> list[str]:
     """Return what a process has imported at the end of a command."""
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, *arguments], check=True, capture_output=True, text=True, timeout=60
-    )
+    done = subprocess.run([sys.executable, "-c", PROGRAM, *arguments], check=True, capture_output=True, text=True)
     found: list[str] = json.loads(done.stdout)
     return found
 

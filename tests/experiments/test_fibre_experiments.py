@@ -123,6 +123,7 @@ class Short(convergence.Convergence):
         return (convergence.Case("4.0", "0.015625", steps),)
 
 
+@pytest.mark.slow
 def test_schemes_converge_on_the_fibre(registry):
     """(A), (B) and (B') have order 1 at alpha = 4 and little noise, and an error is told from one of order 1/2."""
     experiment = registry.experiments["lindner-2018-figure-4-2"].experiment

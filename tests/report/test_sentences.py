@@ -11,7 +11,7 @@ from sdaeverify.report.reading import read_row
 from sdaeverify.report.sentences import counts_of, ending, found_in_words, quantity_lines
 
 REFERENCE = Path(__file__).resolve().parents[2] / "reports" / "reference"
-WIDTHS = [60, 72, 80, 100, 132, 200]
+WIDTHS = [60, 80, 132, 200]
 
 
 def pairs_of(rows):

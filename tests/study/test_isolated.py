@@ -12,7 +12,7 @@ from sdaeverify.workers.isolated import Died, Isolated
 from sdaeverify.workers.limits import Limits
 from sdaeverify.workers.pool import worker_pool
 
-PATIENCE = 60.0
+PATIENCE = 200.0
 
 
 class Pool(Executor):

@@ -19,7 +19,7 @@ from pathlib import Path
 from sdaeverify.simulate.guard import Guard
 from sdaeverify.workers.limits import Watchdog, limit_memory
 """
-PATIENCE = 60.0
+PATIENCE = 200.0
 
 
 @pytest.fixture
@@ -108,12 +108,11 @@ def test_time_is_counted_for_each_scheme(mark):
     with dog.of(0):
         time.sleep(0.2)
 
-    with dog.of(0):
-        first = read_mark(mark).deadline - time.monotonic()
+    before = time.monotonic()
     with dog.of(1):
-        second = read_mark(mark).deadline - time.monotonic()
-
-    assert first <= 99.8 < second <= 100.0
+        assert read_mark(mark).deadline >= before + 100.0
+    with dog.of(0):
+        assert read_mark(mark).deadline <= time.monotonic() + 99.8
 
 
 def test_what_ended_a_process():
