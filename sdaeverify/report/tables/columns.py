@@ -1,9 +1,10 @@
 """The columns of all tables of a run, what each means, and its unit; documentation and page have them from here."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from ...contracts.measure import Measure
+if TYPE_CHECKING:
+    from ...contracts.measure import Measure
 
 COLUMNS = "columns.csv"
 TEXT, NUMBER, WHOLE, TRUTH = "text", "number", "whole number", "truth value"
@@ -94,7 +95,7 @@ def names(columns: Iterable[Column]) -> tuple[str, ...]:
     return tuple(column.name for column in columns)
 
 
-def dictionary(measures: Iterable[Measure]) -> Iterator[dict[str, str]]:
+def dictionary(measures: "Iterable[Measure]") -> Iterator[dict[str, str]]:
     """Yield a row for each column of each table: file, column, kind, unit, meaning.
 
     Parameters
