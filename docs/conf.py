@@ -28,7 +28,14 @@ extensions = [
     "generated",
     "checking",
 ]
-exclude_patterns = ["_site", "_ext", "gallery/*.py", "gallery/README.txt", "gallery_pages/**/*.ipynb"]
+exclude_patterns = [
+    "_site",
+    "_ext",
+    "gallery/*.py",
+    "gallery/README.txt",
+    "generated/tiers.md",
+    "generated/verdict-counts.md",
+]
 default_role = "py:obj"
 suppress_warnings = ["config.cache"]  # sphinx-gallery keeps functions in its settings
 
@@ -45,6 +52,8 @@ sphinx_gallery_conf = gallery_conf(HERE)
 html_theme = "pydata_sphinx_theme"
 html_title = "sdaeverify"
 html_copy_source = html_show_sourcelink = False
+html_context = {"default_mode": "auto"}
+html_favicon = "_static/mark.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_theme_options = {

@@ -60,8 +60,12 @@ class Browser:
 
     def open(self, path, fragment=""):
         """Load a file and wait until it is shown."""
+        self.visit(f"{Path(path).resolve().as_uri()}{fragment}")
+
+    def visit(self, url):
+        """Load an address and wait until it is shown."""
         self.events.clear()
-        self.ask("Page.navigate", url=f"{Path(path).resolve().as_uri()}{fragment}")
+        self.ask("Page.navigate", url=url)
         while not any(event.get("method") == "Page.loadEventFired" for event in self.events):
             self.events.append(self._next())
 

@@ -1,4 +1,4 @@
-"""The README's commands and examples are what is run and tested."""
+"""The commands and examples of the README and of the site are what is run and tested; so are its action and hooks."""
 
 import re
 from pathlib import Path
@@ -6,13 +6,20 @@ from pathlib import Path
 import pytest
 
 from sdaeverify import sample, verify
+from sdaeverify.cli.program import sdaeverify
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
+PAGES = README + (ROOT / "docs" / "how-to" / "my-problem.md").read_text()
 
 
 def example(name):
-    return re.search(rf"<!-- example: {name} -->\n```python\n(.*?)```", README, re.DOTALL).group(1)
+    return re.search(rf"<!-- example: {name} -->\n```\S+(?: \S+)?\n(.*?)```", PAGES, re.DOTALL).group(1)
+
+
+def test_the_readme_is_two_screens():
+    """What the site tells stands there, and not here."""
+    assert len(README.splitlines()) <= 150
 
 
 @pytest.mark.parametrize("name", ["scheme", "problem", "fibre"])
@@ -56,3 +63,40 @@ def test_ci_uses_the_command_of_the_readme():
     quiet = (ROOT / ".ci" / "run").read_text().replace(" --quiet", "")
 
     assert command in quiet
+
+
+def test_links_of_the_readme_lead_somewhere():
+    """A link to a file of the repository names one that is there."""
+    links = [link for link in re.findall(r"\]\(([^)]+)\)", README) if "://" not in link]
+
+    assert [link for link in links if not (ROOT / link).exists()] == []
+    assert len(links) > 10
+
+
+def commands():
+    """Return what the action and the hooks run of this package: words after ``python -m sdaeverify``."""
+    yaml = pytest.importorskip("yaml")
+    action = yaml.safe_load((ROOT / "action.yml").read_text())
+    hooks = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text())
+    scripts = [*(step.get("run", "") for step in action["runs"]["steps"]), *(hook["entry"] for hook in hooks)]
+    return [
+        re.sub(r"\$\{TIER:\+(.*?)\}", r"\1", found) for s in scripts for found in re.findall("sdaeverify (.*)", s)
+    ]
+
+
+def test_the_action_and_the_hooks_name_commands_that_there_are():
+    """Each is a command with options that it has."""
+    found = [words for words in map(str.split, commands()) if not words[0].endswith('"')]
+
+    assert [words[0] for words in found] == ["gate", "gate", "check"]
+    for name, *rest in found:
+        known = {option for parameter in sdaeverify.get_command(None, name).params for option in parameter.opts}
+        assert {word for word in rest if word.startswith("--")} <= known
+
+
+def test_the_action_declares_what_it_uses():
+    """Each input is used by a step, and each that is used is declared."""
+    yaml = pytest.importorskip("yaml")
+    text = (ROOT / "action.yml").read_text()
+
+    assert set(re.findall(r"inputs\.([\w-]+)", text)) == set(yaml.safe_load(text)["inputs"])

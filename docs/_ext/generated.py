@@ -4,6 +4,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from findings import finding_pages
 from mistakes import mistake_pages
 from passports import passport_pages
 from reference import reference_pages
@@ -20,7 +21,12 @@ def _write(app: Sphinx) -> None:
     if stamp.exists() and stamp.read_text() == known:
         return
     reference = root / "reports" / "reference"
-    pages = {**reference_pages(reference), **mistake_pages(), **passport_pages(folder / "pictures", reference)}
+    pages = {
+        **reference_pages(),
+        **finding_pages(reference),
+        **mistake_pages(),
+        **passport_pages(folder / "pictures", reference),
+    }
     for name, text in pages.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -12,6 +12,7 @@ from testing import test_problem_checks, test_scheme_checks
 from testing.asking import of_problem, of_scheme
 
 MODULES = {"scheme": test_scheme_checks, "problem": test_problem_checks}
+LEGEND = "`p` is the problem, `x` the state, `n` the noise; `euler` makes a right step, `ruled` a scheme of a rule."
 WHERE = re.compile(r"\s*\(h = [^()]*\)$")
 
 
@@ -48,7 +49,7 @@ def _pages(kind: str) -> Iterator[tuple[str, tuple[str, str]]]:
         text = page(
             title,
             f"Said by the check `{name}` of a {kind}, which asks:",
-            verbatim(inspect.cleandoc(known[name].function.__doc__ or "")),
+            prose(inspect.cleandoc(known[name].function.__doc__ or "")),
             *_planted(subject, name, kind),
             f"Ask it alone, in a test: `check_{kind}(...)`, row `{name}`. All checks: [](../mistakes.md).",
         )
@@ -59,6 +60,7 @@ def _planted(subject: Any, name: str, kind: str) -> Iterator[str]:
     source = _source(subject, name, kind)
     if source:
         yield "## A subject in which it is planted"
+        yield LEGEND if kind == "scheme" else ""
         yield verbatim(source, "python")
 
 

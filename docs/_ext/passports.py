@@ -19,6 +19,8 @@ from sdaeverify.report.plots import Plots
 
 Rows = list[dict[str, Any]]
 STEPS, PATHS, MOST = 64, 12, 40
+SIGNS = {"verified": "✓", "refuted": "✗", "inconclusive": "?", "error": "!", "diverged": "∞", "out_of_scope": "○"}
+LEGEND = "Numbers of quantities: " + ", ".join(f"{sign} {verdict}" for verdict, sign in SIGNS.items()) + "."
 RUN_ON_REQUEST = "It is run on request: name it to run it."
 
 
@@ -134,22 +136,22 @@ def _again(command: str) -> str:
 
 
 def _found(rows: Rows, key: str, folder: str) -> str:
-    """Return counts of verdicts for each counterpart and measure."""
-    cells: dict[tuple[str, str], Counter[str]] = defaultdict(Counter)
+    """Return counts of verdicts: a row for each counterpart, a column for each measure."""
+    cells: dict[str, dict[str, Counter[str]]] = defaultdict(lambda: defaultdict(Counter))
     for row in rows:
-        if row["verdict"] != "not_applicable":
-            cells[row[key], row["measure"]][row["verdict"]] += 1
+        if row["verdict"] in SIGNS:
+            cells[row[key]][row["measure"]][row["verdict"]] += 1
     if not cells:
         return "Nothing: it is run on request."
+    measures = sorted({measure for counted in cells.values() for measure in counted})
     lines = (
         [
             f"[{prose(label)}](../{folder}/{label.partition('[')[0]}.md)",
-            measure,
-            ", ".join(f"{n} {verdict}" for verdict, n in counter.items()),
+            *(" ".join(f"{SIGNS[v]}{n}" for v, n in counted[measure].most_common()) for measure in measures),
         ]
-        for (label, measure), counter in sorted(cells.items())
+        for label, counted in sorted(cells.items())
     )
-    return table([key, "measure", "verdicts"], lines)
+    return table([key, *measures], lines) + f"\n{LEGEND}"
 
 
 def _orders(rows: Rows, file: Path) -> str:

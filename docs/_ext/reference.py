@@ -25,7 +25,7 @@ ROOMS = {
 }
 
 
-def reference_pages(_reference: Path) -> dict[str, str]:
+def reference_pages() -> dict[str, str]:
     """Return the pages by name."""
     return {
         "command-line.md": command_line(),

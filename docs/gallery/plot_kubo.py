@@ -1,8 +1,43 @@
 """
-Kubo oscillator
-===============
+Kubo oscillator, with a measure of its own
+==========================================
 
-A rotation with a noisy frequency keeps its length.
+A rotation whose frequency is noisy keeps its energy on every path. How fast does a scheme lose it? None of the
+shipped measures asks that. A measure is a plugin, here beside an equation with an exact solution, a scheme that keeps
+its promise, and one that leaves out Milstein's correction and does not.
+
+    dx = J x (dt + sigma o dW),   J = (0, 1; -1, 0)
 """
 
-print(1)
+from pathlib import Path
+
+import numpy as np
+from matplotlib import pyplot as plt
+
+from sdaeverify import sample, verify
+
+energy = Path("../../tests/thirdparty/energy/src/sdaeverify_energy")
+files = [energy / f"{name}.py" for name in ("energy_drift", "kubo_oscillator", "kubo_schemes")]
+paths = [
+    sample(scheme, "kubo-oscillator", steps=64, paths=5, plugins=files)
+    for scheme in ("kubo-milstein", "kubo-forgetful")
+]
+
+figure, axes = plt.subplots(1, 2, figsize=(8, 3), sharey=True, layout="constrained")
+for run, ax in zip(paths, axes, strict=True):
+    ax.plot(run.times, 0.5 * np.sum(run["x"] ** 2, axis=1))
+    ax.set(title=run.scheme, xlabel="t", ylabel="energy")
+
+# %%
+# The measure asks: with which order in h does the energy drift? Both schemes claim order 1.
+
+result = verify("kubo-*", "kubo-oscillator", "energy-drift", plugins=files, paths=2048)
+result
+
+# %%
+# What is not as it is told here ends the build of this site.
+
+assert dict(zip(result.verdicts.scheme, result.verdicts.verdict, strict=True)) == {
+    "kubo-milstein": "verified",
+    "kubo-forgetful": "refuted",
+}

@@ -1,0 +1,141 @@
+"""
+A foreign solver on a cluster
+=============================
+
+A solver that knows nothing of this package: a function that integrates an equation over a grid and draws its own
+noise unless it is given some. As a scheme it makes one step at a time, on the increments that all schemes are given.
+It is put to the test on a cluster of Dask, here of workers on one machine; an address names any other.
+
+Heun's method solves Stratonovich's equations. Beside the bridge that says so and hands it the drift it needs is one
+that gives it Ito's formulas as they are, the most frequent mistake of all.
+"""
+
+import tempfile
+from importlib.util import find_spec
+from pathlib import Path
+
+from matplotlib import pyplot as plt
+
+from sdaeverify import verify
+
+PLUGIN = '''
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from sdaeverify import SDE, Claim, Pathwise, Scheme, Step, hookimpl
+
+
+def heun_solver(drift, diffusion, x0, times, increments=None, rng=None):
+    """The foreign library: one equation with one noise, Stratonovich, over a grid."""
+    x = np.array(x0, dtype=float)
+    for n, h in enumerate(np.diff(times)):
+        dW = increments[n] if increments is not None else np.sqrt(h) * rng.standard_normal(x.shape)
+        y = x + h * drift(x) + diffusion(x) * dW
+        x = x + 0.5 * h * (drift(x) + drift(y)) + 0.5 * (diffusion(x) + diffusion(y)) * dW
+    return x
+
+
+def logistic_growth(sigma: float = 0.5, horizon: float = 1.0) -> SDE:
+    """dx = x (1 - x) dt + sigma x dW, x(0) = 1/2, whose paths are quotients of exponentials and their integrals."""
+    rate = 1.0 - 0.5 * sigma**2
+
+    def advance(z, t, h, noise):
+        # log E, E = exp(rate t + sigma W), and int E: by the trapezoidal rule, with the area of the path.
+        grown = z[0] + rate * h + sigma * noise.dW[0]
+        area = 0.5 * h * (np.exp(z[0]) + np.exp(grown)) + sigma * h * noise.H[0] * np.exp(0.5 * (z[0] + grown))
+        return np.stack([grown, z[1] + area])
+
+    truth = Pathwise(
+        start=lambda paths: np.zeros((2, paths)),
+        advance=advance,
+        parts=lambda t, z: {"x": (0.5 * np.exp(z[0]) / (1.0 + 0.5 * z[1]))[None]},
+        order=1.0,
+        source="Kloeden & Platen 1992, (4.4.38)",
+    )
+    return SDE(
+        drift=lambda t, x: x * (1.0 - x),
+        diffusion=lambda t, x: sigma * x[:, None],
+        start=[0.5],
+        noise_dim=1,
+        horizon=horizon,
+        truths=(truth,),
+        source="Kloeden & Platen 1992, (4.4.38)",
+    )
+
+
+@dataclass(frozen=True)
+class BridgedHeun(Scheme):
+    """The foreign solver over a grid of one step, with Stratonovich's drift."""
+
+    name: ClassVar[str] = "bridged-heun"
+    form: ClassVar[type] = SDE
+    claims: ClassVar = (Claim(measure="strong", value=1.0, when=frozenset({"scalar-noise"}), source="its manual"),)
+    corrected: ClassVar[bool] = True
+
+    def refuses(self, problem):
+        return "" if problem.noise_dim == 1 else "the solver knows one noise, and the problem has more"
+
+    def step(self, problem, state, t, h, noise):
+        def diffusion(x):
+            return problem.diffusion(t, x)[:, 0]
+
+        def drift(x):
+            b = diffusion(x)
+            return problem.drift(t, x) - self.corrected * 0.5 * problem.derivative_of_diffusion(t, x, b)[:, 0]
+
+        return Step(heun_solver(drift, diffusion, state, [t, t + h], increments=[noise.dW[0]]))
+
+
+@dataclass(frozen=True)
+class MistakenHeun(BridgedHeun):
+    """The foreign solver with Ito's drift."""
+
+    name: ClassVar[str] = "mistaken-heun"
+    corrected: ClassVar[bool] = False
+
+
+@hookimpl
+def sdaeverify_schemes():
+    return [BridgedHeun(), MistakenHeun()]
+
+
+@hookimpl
+def sdaeverify_problems():
+    return [logistic_growth]
+'''
+
+file = Path(tempfile.mkdtemp()) / "foreign_heun.py"
+written = file.write_text(PLUGIN)
+
+# %%
+# A client of Dask has the interface of an executor. This one has its workers here, in threads; an address in the
+# place of ``processes=False`` names a cluster elsewhere. Tables are the same, to the last bit, wherever blocks are
+# computed.
+
+
+def judged(executor=None):
+    """Return the result of a run there."""
+    return verify("*-heun", "logistic-growth", "strong", plugins=[file], paths=2048, executor=executor, jobs=2)
+
+
+if find_spec("distributed"):
+    from distributed import Client
+
+    with Client(processes=False, n_workers=2, threads_per_worker=1, dashboard_address=None) as client:
+        result = judged(client.get_executor())
+else:
+    print("Dask is not installed (pip install 'sdaeverify[cluster]'): the run is made here")
+    result = judged("serial")
+result
+
+# %%
+
+figure, axes = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
+for scheme, ax in zip(("bridged-heun", "mistaken-heun"), axes, strict=True):
+    drawn = result.plot.convergence(scheme, "logistic-growth", quantity="x", ax=ax).set_title(scheme)
+verdicts = result.verdicts.groupby("scheme").verdict.agg(set)
+print(verdicts.to_string())
+assert "verified" in verdicts["bridged-heun"]
+assert "refuted" not in verdicts["bridged-heun"]
+assert "refuted" in verdicts["mistaken-heun"]

@@ -1,0 +1,50 @@
+"""
+Jump-diffusion, a form of its own
+=================================
+
+Merton's model jumps. Neither its form nor its noise is part of the framework: a plugin brings both, the equation,
+the record of jump times and marks that refines from level to level like a Brownian path, the trivial equations that a
+step must solve exactly, and the schemes.
+
+    dx = mu x dt + sigma x dW + x- dJ
+
+All of it is in the folder ``tests/thirdparty/jump_diffusion``.
+"""
+
+import sys
+from dataclasses import replace
+
+from matplotlib import pyplot as plt
+
+from sdaeverify import sample, verify
+
+sys.path.append("../../tests/thirdparty/jump_diffusion/src")
+from sdaeverify_jumps._jump_diffusion import JumpDiffusion
+from sdaeverify_jumps.geometric_jumps import geometric_jumps
+from sdaeverify_jumps.jump_euler import CompensatedJumpEuler, JumpEuler, MarcusJumpEuler
+
+
+def merton() -> JumpDiffusion:
+    """Merton's model with marks of two values; its controls are registered where the plugin is installed."""
+    return replace(geometric_jumps(), controls=())
+
+
+paths = sample(JumpEuler(), merton, steps=512, paths=12)
+figure, ax = plt.subplots(figsize=(7, 3), layout="constrained")
+axes = paths.plot(ax=ax)
+
+# %%
+# Euler's scheme with jumps, one that subtracts their mean and one that takes Marcus' canonical jumps instead. All
+# three claim strong order 1/2 and weak order 1.
+
+wrong = [CompensatedJumpEuler(), MarcusJumpEuler()]
+result = verify([JumpEuler(), *wrong], merton, "strong,weak", paths=4096)
+result
+
+# %%
+
+verdicts = result.verdicts.groupby("scheme").verdict.agg(set)
+print(verdicts.to_string())
+assert "verified" in verdicts["jump-euler"]
+assert "refuted" not in verdicts["jump-euler"]
+assert "refuted" in verdicts["marcus-jump-euler"]
