@@ -7,7 +7,7 @@ from pathlib import Path
 from sdaeverify.registry.load import load_registry
 from sdaeverify.testing import checks
 
-KINDS = ("verified", "refuted", "inconclusive", "error", "diverged", "out_of_scope", "not_applicable")
+KINDS = ("verified", "refuted", "inconclusive", "error", "diverged", "out_of_scope")
 
 
 def counts(folder: Path) -> dict[str, str]:
@@ -15,10 +15,9 @@ def counts(folder: Path) -> dict[str, str]:
     with (folder / "verdicts.csv").open(newline="") as file:
         verdicts = Counter(row["verdict"] for row in csv.DictReader(file))
     registry = load_registry(environ={})
-    asked = sum(verdicts.values()) - verdicts["not_applicable"]
     return {
         **{kind: str(verdicts[kind]) for kind in KINDS},
-        "quantities": str(asked),
+        "quantities": str(verdicts.total()),
         "schemes": str(len(registry.schemes)),
         "problems": str(len(registry.problems)),
         "measures": str(len(registry.measures)),

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from markup import table
 
-from sdaeverify.report.folders import read_tables
+from sdaeverify.report.folders import read_verdicts
 
 TIERS = {
     "T0": "contract and exactness",
@@ -18,7 +18,7 @@ TIERS = {
 
 def finding_pages(reference: Path) -> dict[str, str]:
     """Return the pieces by name."""
-    rows = [row for row in read_tables(reference).verdicts if row["verdict"] != "not_applicable"]
+    rows = list(read_verdicts(reference).verdicts)
     return {"verdict-counts.md": _verdicts(rows), "tiers.md": _tiers(rows)}
 
 
@@ -36,5 +36,5 @@ def _verdicts(rows: list[Mapping[str, str]]) -> str:
 
 def _tiers(rows: list[Mapping[str, str]]) -> str:
     """Return the number of decided claims by the tier that decided."""
-    found = Counter(row["tier"] for row in rows if row["claim"] and row["verdict"] in {"verified", "refuted"})
+    found = Counter(row["decided_by"] for row in rows if row["claim"] and row["verdict"] in {"verified", "refuted"})
     return table(["tier", "by", "claims"], ([tier, TIERS.get(tier, ""), str(n)] for tier, n in sorted(found.items())))

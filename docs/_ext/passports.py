@@ -13,7 +13,7 @@ from sdaeverify import sample
 from sdaeverify.contracts.scheme import form_names
 from sdaeverify.errors import SdaeverifyError
 from sdaeverify.registry.load import Registry, load_registry
-from sdaeverify.report.folders import read_tables
+from sdaeverify.report.folders import read_verdicts
 from sdaeverify.report.passports import measure_passport, problem_passport, scheme_passport
 from sdaeverify.report.plots import Plots
 
@@ -26,7 +26,7 @@ RUN_ON_REQUEST = "It is run on request: name it to run it."
 
 def passport_pages(pictures: Path, reference: Path) -> dict[str, str]:
     """Return the pages by name, and draw their pictures into a folder."""
-    registry, rows = load_registry(environ={}), list(map(dict, read_tables(reference).verdicts))
+    registry, rows = load_registry(environ={}), list(map(dict, read_verdicts(reference).verdicts))
     pictures.mkdir(parents=True, exist_ok=True)
     schemes = {name: entry.variants[0] for name, entry in sorted(registry.schemes.items())}
     pages = {f"schemes/{name}.md": _scheme(scheme, rows, pictures) for name, scheme in schemes.items()}

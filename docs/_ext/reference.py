@@ -30,6 +30,7 @@ def reference_pages() -> dict[str, str]:
     return {
         "command-line.md": command_line(),
         "exit-codes.md": exit_codes(),
+        "columns.md": columns(),
         "hooks.rst": hooks(),
         "entry-points.md": entry_points(),
         "traits.md": traits(),
@@ -66,6 +67,22 @@ def exit_codes() -> str:
     sections = (f"## Exit code {code.value}: {words}\n" for code, words in WORDS.items())
     told = "One meaning each, never a count; the last line of a run says its code in words."
     return page("Exit codes", told, *sections)
+
+
+def columns() -> str:
+    """Return a table for each file of a run."""
+    files: dict[str, list[dict[str, str]]] = {}
+    for row in dictionary(entry.measure for entry in load_registry(environ={}).measures.values()):
+        files.setdefault(row["file"], []).append(row)
+    sections = (
+        f"## {file}\n\n"
+        + table(
+            ["column", "meaning", "kind", "unit"],
+            ([f"`{row['column']}`", prose(row["meaning"]), row["kind"], prose(row["unit"])] for row in rows),
+        )
+        for file, rows in files.items()
+    )
+    return page("Columns of the files", "The same is in `columns.csv` beside the tables of each run.", *sections)
 
 
 def hooks() -> str:
