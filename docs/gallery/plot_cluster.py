@@ -14,8 +14,6 @@ import tempfile
 from importlib.util import find_spec
 from pathlib import Path
 
-from matplotlib import pyplot as plt
-
 from sdaeverify import verify
 
 PLUGIN = '''
@@ -131,9 +129,8 @@ result
 
 # %%
 
-figure, axes = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
-for scheme, ax in zip(("bridged-heun", "mistaken-heun"), axes, strict=True):
-    drawn = result.plot.convergence(scheme, "logistic-growth", quantity="x", ax=ax).set_title(scheme)
+axes = result.plot.convergence("bridged-heun", "logistic-growth", quantity="x")
+print(result.cell("mistaken-heun", "logistic-growth"))
 verdicts = result.verdicts.groupby("scheme").verdict.agg(set)
 print(verdicts.to_string())
 assert "verified" in verdicts["bridged-heun"]
