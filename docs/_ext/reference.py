@@ -34,7 +34,6 @@ def reference_pages() -> dict[str, str]:
         "hooks.rst": hooks(),
         "entry-points.md": entry_points(),
         "traits.md": traits(),
-        "columns.md": columns(),
         **{f"api/{room}.rst": api(room, title) for room, title in ROOMS.items()},
     }
 
@@ -44,15 +43,6 @@ def command_line() -> str:
     parent = click.Context(cli, info_name="sdaeverify", max_content_width=100, terminal_width=100)
     names = cli.list_commands(parent)
     return page("Command line", *(_command(name, parent) for name in names))
-
-
-def columns() -> str:
-    """Return the dictionary of the columns of all tables, a section for each file."""
-    rows: dict[str, list[list[str]]] = {}
-    for row in dictionary([entry.measure for entry in load_registry(environ={}).measures.values()]):
-        rows.setdefault(row["file"], []).append([f"`{row['column']}`", row["unit"], prose(row["meaning"])])
-    heads = ("column", "unit", "meaning")
-    return page("Columns of the tables", *(f"## {file}\n\n{table(heads, told)}" for file, told in rows.items()))
 
 
 def _command(name: str, parent: click.Context) -> str:
