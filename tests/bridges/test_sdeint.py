@@ -1,11 +1,15 @@
 """Algorithms of sdeint as schemes; skipped where it is not installed."""
 
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
+import sdaeverify
 from bridges.equations import curved, drawn
 from sdaeverify import SDE, Increment, ParameterError
-from sdaeverify.bridges import Coefficients
+from sdaeverify.bridges import Coefficients, stratonovich_drift
 from sdaeverify_bridges.sdeint import ORDERS, SDEInt
 from sdaeverify_problems.angle_pendulum import angle_pendulum
 from sdaeverify_problems.gbm import gbm
@@ -97,3 +101,34 @@ def test_algorithm_is_checked(arguments, message):
     """An algorithm that cannot be given a step at a time is refused."""
     with pytest.raises(ParameterError, match=message):
         SDEInt(*arguments)
+
+
+@dataclass(frozen=True)
+class Louder(SDEInt):
+    """dW is given to the algorithm with a factor of 1.1."""
+
+    name: ClassVar[str] = "sdeint-louder"
+
+    def compiled(self, problem):
+        right = super().compiled(problem)
+        return lambda x, t, h, dW: right(x, t, h, 1.1 * dW)
+
+
+@dataclass(frozen=True)
+class Mistaken(SDEInt):
+    """An algorithm for Ito's equation is given the drift of the Stratonovich equation."""
+
+    name: ClassVar[str] = "sdeint-mistaken"
+
+    def compiled(self, problem):
+        return super().compiled(replace(problem, drift=lambda t, x: stratonovich_drift(problem, t, x)))
+
+
+@pytest.mark.parametrize("wrong", [Louder("itoSRI2"), Mistaken("itoSRI2")], ids=["scaled noise", "wrong calculus"])
+def test_wrong_bridge_is_refuted(wrong):
+    """A bridge that hands over the wrong noise or the wrong calculus is refuted, not the library's algorithm."""
+    found = sdaeverify.verify([wrong, SDEInt(wrong.algorithm)], [gbm], "strong", paths=512, levels=4, jobs=1).verdicts
+
+    by_scheme = found.groupby("scheme")["verdict"].agg(set)
+    assert by_scheme[wrong.label] == {"refuted"}
+    assert "refuted" not in by_scheme[SDEInt(wrong.algorithm).label]

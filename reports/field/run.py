@@ -1,0 +1,98 @@
+"""Judges the solvers of other libraries, those that are installed, and writes tables and page into this folder.
+
+pip install '.[ase,diffrax,mici,qutip,sdeint,tinydiffeq,torchsde]' && python reports/field/run.py
+"""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import pandas as pd
+
+FOLDER = Path(__file__).parent
+LIBRARIES = ("ase", "diffrax", "jax", "mici", "qutip", "sdeint", "tinydiffeq", "torch", "torchsde")
+EQUATIONS = (
+    "gbm,gbm-heavy,linear-test,hyperbolic,growing-volatility,spiral,hyperbolic-pair,noncommuting,levy-area,"
+    "ou,forced-ou,double-well,angle-pendulum,harmonic-langevin,gbm-algebraic,nonlinear-constraint[tau=0]"
+)
+CONSTRAINED = "damped-pendulum,pendulum,pendulum-tangential,sphere-langevin"
+# mici makes one path at a time, in two milliseconds a step.
+RUNS = (
+    (
+        "diffrax*,torchsde*,sdeint*,qutip*,tinydiffeq*,ase*",
+        EQUATIONS,
+        "strong,weak",
+        "--paths=2048",
+        "--levels=16..256",
+    ),
+    ("ase*", "angle-pendulum,harmonic-langevin", "invariant", "--paths=2048", "--levels=16..256"),
+    ("mici*", CONSTRAINED, "weak,drift", "--paths=64", "--levels=8..64"),
+)
+KEEP = ("verified", "refuted", "inconclusive", "error")
+
+
+def run(schemes: str, problems: str, measures: str, *budget: str) -> None:
+    """Run a part of the matrix into this folder; what was run before and is the same is used again."""
+    command = [sys.executable, "-m", "sdaeverify", "matrix", "-s", schemes, "-p", problems, "-m", measures]
+    given = {**os.environ, "OMP_NUM_THREADS": "1", "JAX_PLATFORMS": "cpu"}
+    done = subprocess.run([*command, *budget, "--out", str(FOLDER), "-q", *sys.argv[1:]], env=given, check=False)
+    # 1 and 3: a claim is refuted, a cell is in error. Both stand in the tables.
+    if done.returncode not in {0, 1, 3}:
+        sys.exit(done.returncode)
+
+
+def tables(rows: pd.DataFrame) -> Iterator[str]:
+    """Yield the lines of tables.md: versions, a row for each solver, and what was refuted or is in error."""
+    named = [f"{name} {found}" for name in LIBRARIES if (found := _version(name))]
+    counts = rows["verdict"].value_counts()
+    yield from ("# Solvers of other libraries, in tables", "", f"Written by `run.py` with {', '.join(named)}.", "")
+    yield f"{rows['scheme'].nunique()} solvers on {rows['problem'].nunique()} problems, {len(rows)} quantities: "
+    yield from (
+        ", ".join(f"{counts.get(kind, 0)} {kind}" for kind in KEEP) + ". Orders are local ones, else of paths.",
+        "",
+    )
+    for measure in ("strong", "weak", "invariant", "drift"):
+        of_measure = rows[rows["measure"] == measure]
+        yield from (
+            "",
+            f"## {measure.capitalize()}",
+            "",
+            "| solver | problem | claim | found | verdict |",
+            "|---|---|---|---|---|",
+        )
+        for (scheme, problem), cell in of_measure.groupby(["scheme", "problem"], sort=True):
+            yield f"| `{scheme}` | `{problem}` | {_claims(cell)} | {_found(cell)} | {_verdicts(cell)} |"
+    yield from ("", "## Refuted or in error", "")
+    for row in rows[rows["verdict"].isin(["refuted", "error"])].itertuples():
+        yield f"* `{row.scheme}` on `{row.problem}`, {row.measure} of {row.quantity}, {row.claim}: {row.reason}"
+
+
+def _claims(cell: pd.DataFrame) -> str:
+    return ", ".join(dict.fromkeys(str(claim).removeprefix("order >= ") for claim in cell["claim"].dropna())) or "-"
+
+
+def _found(cell: pd.DataFrame) -> str:
+    orders = cell["local_order"].fillna(cell["path_order"]).dropna().unique()
+    ends = sorted({f"{orders.min():.2f}", f"{orders.max():.2f}"}, key=float) if len(orders) else []
+    return " to ".join(ends) or "-"
+
+
+def _verdicts(cell: pd.DataFrame) -> str:
+    counts = cell["verdict"].value_counts()
+    return ", ".join(f"{kind} {counts[kind]}" for kind in counts.index)
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return ""
+
+
+if __name__ == "__main__":
+    for part in RUNS:
+        run(*part)
+    (FOLDER / "tables.md").write_text("\n".join(tables(pd.read_csv(FOLDER / "verdicts.csv"))) + "\n")
