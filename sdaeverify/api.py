@@ -107,7 +107,14 @@ class Result:
         return self.tables[details_file(measure)]
 
     def command(self, scheme: str, problem: str, measure: str) -> str:
-        """Return the command that computes a cell again; empty where a name of it is not registered."""
+        """Return the command that computes a cell again; empty where a name of it is not registered.
+
+        Parameters
+        ----------
+        scheme, problem : str
+            Labels.
+        measure : str
+        """
         return command_of({"scheme": scheme, "problem": problem, "measure": measure}, self.run)
 
     @cached_property

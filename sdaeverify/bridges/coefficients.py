@@ -57,7 +57,14 @@ class Coefficients(NamedTuple):
 
 
 def stratonovich_drift(problem: SDE, t: float, x: Array) -> Array:
-    """Return F = f - (1/2) sum_j DB_j B_j, shape (d, P): with it, dx = F dt + B o dW is the Ito equation."""
+    """Return F = f - (1/2) sum_j DB_j B_j, shape (d, P): with it, dx = F dt + B o dW is the Ito equation.
+
+    Parameters
+    ----------
+    problem : SDE
+    t : float
+    x : ndarray, shape (d, P)
+    """
     B = problem.diffusion(t, x)
     drift = problem.drift(t, x)
     for j in range(problem.noise_dim):

@@ -41,7 +41,17 @@ class Observer(Protocol):
         """Steps of each level after which `after_step` is called."""
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:
-        """Note the named components after a wanted step."""
+        """Note the named components after a wanted step.
+
+        Parameters
+        ----------
+        level : int
+            0 for the coarsest step size; each further one halves it.
+        step : int
+            How many steps were made, this one included.
+        parts : mapping of str to ndarray, shape (k, P)
+            The components of the new state.
+        """
 
     def after_coarsest_step(self, snapshot: Snapshot) -> None:
         """Note the named components of all levels and of the truth."""
@@ -120,11 +130,27 @@ class Measure:
         return ""
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> Observer | None:  # noqa: ARG002
-        """Return the notebook for one block, given the initial components; None to sample nothing."""
+        """Return the notebook for one block, given the initial components; None to sample nothing.
+
+        Parameters
+        ----------
+        problem : Problem
+        parts : mapping of str to ndarray, shape (k, P)
+            The components of the initial state.
+        settings : Settings
+        """
         return None
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:  # noqa: ARG002
-        """Evaluate the one-step map and return evidence without sampling error; run once a cell."""
+        """Evaluate the one-step map and return evidence without sampling error; run once a cell.
+
+        Parameters
+        ----------
+        scheme : Scheme
+        view : Problem
+            In the form that the scheme solves.
+        settings : Settings
+        """
         return Tally()
 
     def judge(self, evidence: Evidence) -> Judgement:

@@ -192,11 +192,27 @@ class Scheme:
         """Return the scheme's state, for steps of size h, where the problem's is `state` at time t.
 
         A scheme with further memory adds it here; what `parts` leaves out must not depend on how t was reached.
+
+        Parameters
+        ----------
+        problem : Problem
+            In the form that the scheme solves.
+        state : ndarray or NamedTuple of ndarray
+            The problem's, paths last.
+        t : float
+        h : float
         """
         return state
 
     def start(self, problem: Any, paths: int, h: float) -> State:
-        """Return the initial state on a number of paths, for steps of size h."""
+        """Return the initial state on a number of paths, for steps of size h.
+
+        Parameters
+        ----------
+        problem : Problem
+        paths : int
+        h : float
+        """
         return self.enter(problem, problem.initial(paths), 0.0, h)
 
     def parts(self, problem: Any, state: State) -> Parts:

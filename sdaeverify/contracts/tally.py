@@ -47,7 +47,15 @@ def packed(prefix: str, record: Any) -> Tally:
 
 
 def unpacked(prefix: str, kind: type[Record], tally: Tally) -> Record | None:
-    """Return the NamedTuple that was packed under a prefix, as arrays; None if there is none."""
+    """Return the NamedTuple that was packed under a prefix, as arrays; None if there is none.
+
+    Parameters
+    ----------
+    prefix : str
+        That it was packed under.
+    kind : type of NamedTuple
+    tally : Tally
+    """
     fields = kind._fields  # type: ignore[attr-defined]
     if not all(f"{prefix} {name}" in tally.sums for name in fields):
         return None

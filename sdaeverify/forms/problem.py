@@ -218,7 +218,15 @@ class Problem:
         return False
 
     def kick(self, t: float, parts: Parts, noise: Increment) -> Array | None:
-        """Return what the noise of a short step adds to components, shape (d, P); None where nobody can tell."""
+        """Return what the noise of a short step adds to components, shape (d, P); None where nobody can tell.
+
+        Parameters
+        ----------
+        t : float
+        parts : mapping of str to ndarray, shape (k, P)
+            The components of a state.
+        noise : Increment
+        """
         equation = self.equation()
         if equation is None or not set(equation.names or ("x",)) <= set(parts):
             return None

@@ -78,7 +78,17 @@ class Coverage(NamedTuple):
 
 
 def coverage(evidence: Evidence, measure: str, quantity: str) -> Coverage:
-    """Return a quantity of a measure with the strongest claim that covers it on the problem of a cell."""
+    """Return a quantity of a measure with the strongest claim that covers it on the problem of a cell.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        Of one cell.
+    measure : str
+        Name of the measure.
+    quantity : str
+        What it measures: a component, an observable, a constraint.
+    """
     return _strongest(evidence.promises, evidence.scheme.name, evidence.view.traits, measure, quantity)
 
 
@@ -136,7 +146,16 @@ def leave_open(covered: Coverage, reason: Reason | str) -> Opinion:
 
 
 def local_opinion(verdict: Verdict, text: str, kind: str = Kind.PLAIN) -> Opinion:
-    """Return what one step says (T1)."""
+    """Return what one step says (T1).
+
+    Parameters
+    ----------
+    verdict : Verdict
+    text : str
+        The reason in words.
+    kind : str, optional
+        Reasons of one kind say the same with other numbers.
+    """
     return Opinion(verdict, Reason(text, kind), 1)
 
 
@@ -157,7 +176,17 @@ def unknown_value(claim: Claim) -> Reason:
 
 
 def finding(covered: Coverage, opinion: Opinion, **shown: Any) -> Finding:
-    """Return the row of a quantity: its claim, the opinion on it, and what is shown beside; see `Finding`."""
+    """Return the row of a quantity: its claim, the opinion on it, and what is shown beside; see `Finding`.
+
+    Parameters
+    ----------
+    covered : Coverage
+        The quantity and its claim.
+    opinion : Opinion
+        Verdict and reason.
+    **shown
+        Fields of `Finding` and details of the measure, such as ``estimate`` and ``method``.
+    """
     return Finding(quantity=covered.quantity, claim=covered.claim, **opinion._asdict(), **shown)
 
 
@@ -185,6 +214,14 @@ def guard(local: Opinion | None, tests: PathTests, evidence: Evidence) -> Opinio
     What is refuted without sampling stays so. What is verified needs paths that could be compared, that would show an
     error which the claim forbids, and that do not refute it. Where they look as if they might, or are too few to show
     anything, more of them are asked for, and without more nothing is decided.
+
+    Parameters
+    ----------
+    local : Opinion or None
+        What one step says; None where it was not asked.
+    tests : PathTests
+        What paths say.
+    evidence : Evidence
     """
     if local is None or local.verdict is Verdict.INCONCLUSIVE:
         return decide(tests, evidence).plus(local.reason if local else "")
@@ -268,7 +305,16 @@ def order_tests(claim: Claim, order: Estimate, evidence: Evidence, bias: float =
 
 
 def with_sample(tests: PathTests, paths: int, *, heavy: bool) -> PathTests:
-    """Reject nothing at levels for which the sample is too small, or too much on few paths, to be calibrated."""
+    """Reject nothing at levels for which the sample is too small, or too much on few paths, to be calibrated.
+
+    Parameters
+    ----------
+    tests : PathTests
+    paths : int
+        How many were sampled.
+    heavy : bool
+        Whether the tails of the errors are heavy.
+    """
     if paths < CALIBRATED_PATHS:
         return PathTests.none(f"intervals are calibrated from {CALIBRATED_PATHS} paths on", CALIBRATED_PATHS / paths)
     if paths >= DEEP_PATHS:
@@ -348,7 +394,15 @@ def at_levels(what: str, levels: Mask) -> str:
 
 
 def no_fit(evidence: Evidence, covered: Coverage, left_out: Reason) -> Opinion:
-    """Return the opinion on a quantity that has too few levels for a slope, and why they were left out."""
+    """Return the opinion on a quantity that has too few levels for a slope, and why they were left out.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    covered : Coverage
+    left_out : Reason
+        Why levels were left out.
+    """
     verdict = Verdict.INCONCLUSIVE if covered.claim else Verdict.OUT_OF_SCOPE
     if evidence.health.sums["lost"][-1] > 0:
         verdict = Verdict.DIVERGED

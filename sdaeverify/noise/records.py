@@ -20,10 +20,26 @@ class NoiseRecord(Protocol):
         """Name under which increments hold it, and by which schemes declare that they use it."""
 
     def begin(self, rng: np.random.Generator, h: float, paths: int) -> Any:
-        """Return the data of one step of length h, drawn from a stream of its own; the first axis has length 1."""
+        """Return the data of one step of length h, drawn from a stream of its own; the first axis has length 1.
+
+        Parameters
+        ----------
+        rng : Generator
+        h : float
+        paths : int
+        """
 
     def refined(self, coarse: Any, h: float, rng: np.random.Generator) -> Any:
-        """Return the data of the halves of n steps of length h, one after the other: 2 n steps."""
+        """Return the data of the halves of n steps of length h, one after the other: 2 n steps.
+
+        Parameters
+        ----------
+        coarse : object
+            The data of n steps.
+        h : float
+            Their length.
+        rng : Generator
+        """
 
     def joined(self, first: Any, second: Any) -> Any:
         """Return the data of the single step that two equally long ones make up: the inverse of `refined`."""

@@ -58,6 +58,14 @@ def second_directional(f: Function, x: Array, y: Array, z: Array) -> Array:
 
     With s = 1e-3 e^{i pi/4}, directions y and z scaled to size 1, and w = y + z or y - z,
     Im[f(x + s w) + f(x - s w)] = 1e-6 D^2 f(x)(w, w) + O(1e-18), and (y, z) follows by polarisation.
+
+    Parameters
+    ----------
+    f : callable, ndarray of shape (d, P) -> ndarray of shape (..., P)
+        Analytic.
+    x : ndarray, shape (d, P)
+    y, z : ndarray, shape (d, P)
+        Directions.
     """
 
     def square(w: Array) -> Array:
@@ -83,6 +91,15 @@ def matches_differences(f: Function, derivative: Array, x: Array, y: Array) -> b
 
     The difference of step s = eps^(1/3) is off by s^2/6 of the third derivative and by eps/s of f; a wrong
     derivative is off by as much as the derivative itself.
+
+    Parameters
+    ----------
+    f : callable, ndarray of shape (d, P) -> ndarray of shape (..., P)
+    derivative : ndarray, shape (..., P)
+        Df(x) y as it is given.
+    x : ndarray, shape (d, P)
+    y : ndarray, shape (d, P)
+        The direction.
     """
     step = EPS ** (1 / 3)
     central = (f(x + step * y) - f(x - step * y)) / (2 * step)

@@ -150,7 +150,14 @@ class HolonomicSDAE(Mechanics):
         return self.jacobian(r) if self.jacobian is not None else jacobian(self.constraint, r)
 
     def d2g(self, r: Array, y: Array, z: Array) -> Array:
-        """Return D^2 g(r)(y, z), shape (m, P)."""
+        """Return D^2 g(r)(y, z), shape (m, P).
+
+        Parameters
+        ----------
+        r : ndarray, shape (n, P)
+        y, z : ndarray, shape (n, P)
+            Directions.
+        """
         if self.curvature is not None:
             return self.curvature(r, y, z)
         if self.jacobian is not None:
@@ -168,7 +175,15 @@ class HolonomicSDAE(Mechanics):
         return self.inverse_mass(J.transposed(c))
 
     def diffused(self, t: float, r: Array, v: Array, w: Array) -> Array:
-        """Return B(t, r, v) w, shape (n, P), for w of shape (l, P)."""
+        """Return B(t, r, v) w, shape (n, P), for w of shape (l, P).
+
+        Parameters
+        ----------
+        t : float
+        r, v : ndarray, shape (n, P)
+            Positions and velocities.
+        w : ndarray, shape (l, P)
+        """
         if self.diffusion_product is not None:
             return self.diffusion_product(t, r, v, w)
         return apply(self.diffusion(t, r, v), w)

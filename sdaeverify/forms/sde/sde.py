@@ -133,13 +133,29 @@ class SDE(Problem):
         return self.constraint is not None
 
     def diffused(self, t: float, x: Array, w: Array) -> Array:
-        """Return B(t, x) w, shape (d, P), for w of shape (l, P)."""
+        """Return B(t, x) w, shape (d, P), for w of shape (l, P).
+
+        Parameters
+        ----------
+        t : float
+        x : ndarray, shape (d, P)
+        w : ndarray, shape (l, P)
+            An increment of the Brownian motions, for one.
+        """
         if self.diffusion_product is not None:
             return self.diffusion_product(t, x, w)
         return apply(self.diffusion(t, x), w)
 
     def euler(self, t: float, x: Array, h: float, noise: Increment) -> Array:
-        """Return x + f h + B dW, shape (d, P): a step of Euler-Maruyama."""
+        """Return x + f h + B dW, shape (d, P): a step of Euler-Maruyama.
+
+        Parameters
+        ----------
+        t : float
+        x : ndarray, shape (d, P)
+        h : float
+        noise : Increment
+        """
         return np.asarray(x + h * self.drift(t, x) + self.diffused(t, x, noise.dW))
 
     def linearised(self, x: Array) -> ConstraintJacobian:
@@ -190,7 +206,15 @@ class SDE(Problem):
         return "drift is not analytic (abs, real buffers?), so that Newton's method has no Jacobian"
 
     def derivative_of_diffusion(self, t: float, x: Array, y: Array) -> Array:
-        """Return DB(x) y, shape (d, l, P)."""
+        """Return DB(x) y, shape (d, l, P).
+
+        Parameters
+        ----------
+        t : float
+        x : ndarray, shape (d, P)
+        y : ndarray, shape (d, P)
+            The direction.
+        """
         if self.diffusion_derivative is not None:
             return self.diffusion_derivative(t, x, y)
         return directional(lambda z: self.diffusion(t, z), x, y)
