@@ -11,12 +11,13 @@ pytest_plugins = "pytester"
 
 HERE = Path(__file__).parent
 # Whoever imports something from there samples, starts programs or runs whole studies.
-COSTLY = ("multiprocessing", "sdaeverify.api", "sdaeverify.cli", "sdaeverify.lab", "sdaeverify.workers", "subprocess")
+COSTLY = ("multiprocessing", "sdaeverify.api", "sdaeverify.cli.program", "sdaeverify.lab", "sdaeverify.workers")
+COSTLY += ("subprocess",)
 # Tests of programs, of the lab and of what is shipped: nothing in these folders is quick.
 PROGRAMS = {"benchmarks", "cli", "pytest_plugin", "report", "scaffold"}
 LEFT_OUT = PROGRAMS | {"calibration", "experiments", "problems", "statistical"}
-# Of so many cases of a test, one is quick.
-CASES = 50
+# Of so many cases of a test, one is quick; in rooms of short arithmetic all are.
+CASES, WHOLE = 50, {"forms", "gate", "numerics"}
 
 # Where the environment says that nothing compiled be kept, each of the hundred programs that tests start compiles the
 # package anew, for half a second. Git ignores what is kept.
@@ -31,20 +32,24 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark as quick the first case of each test that neither samples nor starts programs, and each fiftieth after."""
+    """Mark as quick what neither samples nor starts programs: of a test with many cases the first, and some more."""
     met: Counter[str] = Counter()
     for item in items:
         test = item.nodeid.partition("[")[0]
-        if met[test] % CASES == 0 and is_cheap(item):
+        if (met[test] % CASES == 0 or room(item) in WHOLE) and is_cheap(item):
             item.add_marker("quick")
         met[test] += 1
 
 
 def is_cheap(item: pytest.Item) -> bool:
     """Tell by its folder and by what its file imports whether a test is done in milliseconds."""
-    room = item.path.relative_to(HERE).parts[0] if item.path.is_relative_to(HERE) else "thirdparty"
-    if room in LEFT_OUT or "thirdparty" in item.path.parts or item.get_closest_marker("slow"):
+    if room(item) in LEFT_OUT | {"thirdparty"} or item.get_closest_marker("slow"):
         return False
     named = vars(item.module).values()  # type: ignore[attr-defined]
     origins = (getattr(each, "__module__", None) or getattr(each, "__name__", "") for each in named)
     return not any(str(origin).startswith(COSTLY) for origin in origins)
+
+
+def room(item: pytest.Item) -> str:
+    """Return the folder of tests that a test is in."""
+    return item.path.relative_to(HERE).parts[0] if item.path.is_relative_to(HERE) else "thirdparty"

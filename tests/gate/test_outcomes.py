@@ -75,6 +75,13 @@ def test_red(verdict, red):
     assert is_red(outcome, Policy(inconclusive="fail")) is (red or verdict is Verdict.INCONCLUSIVE)
 
 
+def test_a_pass_that_was_not_expected_is_red():
+    """Whoever expects a claim to fail is told that it holds."""
+    (outcome,) = outcomes([result(Verdict.VERIFIED)], Policy(expected_failures=ANY))
+
+    assert is_red(outcome, Policy())
+
+
 def test_idle_expectations():
     """An expected failure that no finding matches is told."""
     entries = (ExpectedFailure(reason="a", quantity="x"), ExpectedFailure(reason="b", quantity="y"))
