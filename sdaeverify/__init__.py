@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .contracts.planted import Planted
     from .contracts.scheme import Claim, Scheme, Step
     from .contracts.settings import Settings
-    from .contracts.specs import on_request
+    from .contracts.specs import in_matrix, on_request
     from .errors import ParameterError, PluginError, ProblemError, SchemeError, SdaeverifyError, UsageError
     from .forms.chart import Angle, Chart, Line
     from .forms.controls import Control
@@ -126,6 +126,7 @@ __all__ = [
     "__version__",
     "clipped_gaussian",
     "hookimpl",
+    "in_matrix",
     "on_request",
     "sample",
     "verify",
@@ -167,7 +168,7 @@ _NAMES = {
     "contracts.planted": "Planted",
     "contracts.scheme": "Claim Scheme Step",
     "contracts.settings": "Settings",
-    "contracts.specs": "on_request",
+    "contracts.specs": "in_matrix on_request",
     "forms.truths": "InvariantMean MeanSquareStability Moment Pathwise Truth",
 }
 

@@ -1,13 +1,13 @@
 """Selections: what a request for schemes, problems and measures means."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import pytest
 
 from sdaeverify.contracts.scheme import Scheme
-from sdaeverify.contracts.specs import ProblemSpec
+from sdaeverify.contracts.specs import ProblemSpec, check_family, in_matrix
 from sdaeverify.errors import ParameterError, UsageError
 from sdaeverify.forms import SDE, Problem
 from sdaeverify.registry.contributions import MeasureEntry, ProblemEntry, SchemeEntry
@@ -160,6 +160,48 @@ def test_unknown_parameter(registry: Registry) -> None:
 def test_problems(registry: Registry, wanted: Any, labels: list[str]) -> None:
     """Patterns, functions and recipes may be mixed."""
     assert [spec.label for spec in select_problems(registry, wanted)] == labels
+
+
+def marked(*rows: Any) -> Any:
+    """Return the long pendulum with these rows in the matrix."""
+
+    def pendulum_long(c_g: float = 2.0) -> SDE:
+        return pendulum(c_g)
+
+    return in_matrix(*rows)(pendulum_long)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "labels"),
+    [
+        ([], ["pendulum", "pendulum-long[c_g=1]", "pendulum-long[c_g=3]"]),
+        ("pendulum-*", ["pendulum-long[c_g=1]", "pendulum-long[c_g=3]"]),
+        ("pendulum-*[c_g=5]", ["pendulum-long[c_g=5]"]),
+        ("pendulum-long", ["pendulum-long"]),
+    ],
+)
+def test_rows_of_the_matrix(registry: Registry, wanted: Any, labels: list[str]) -> None:
+    """Everything and globs mean the parameters a problem has in the matrix, its name the defaults."""
+    entry = ProblemEntry("pendulum-long", marked({"c_g": 1.0}, {"c_g": 3.0}), ORIGIN)
+    problems = {**registry.problems, "pendulum-long": entry}
+
+    assert [spec.label for spec in select_problems(replace(registry, problems=problems), wanted)] == labels
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ({"c_h": 1.0}, "no parameter 'c_h'; did you mean c_g?"),
+        ({"c_g": "heavy"}, "parameter c_g of problem 'pendulum-long' expects a number, got 'heavy'"),
+        ("c_g=1", "in_matrix expects a mapping of parameters for each problem, got an object of type str"),
+        (pendulum, "in_matrix expects a mapping of parameters for each problem, got an object of type function"),
+    ],
+)
+def test_refused_rows(row: Any, message: str) -> None:
+    """What a problem function is marked with is checked where it is registered."""
+    with pytest.raises((ParameterError, UsageError)) as caught:
+        check_family(marked(row))
+    assert message in str(caught.value)
 
 
 @pytest.mark.parametrize(

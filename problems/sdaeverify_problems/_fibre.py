@@ -57,7 +57,7 @@ class Fibre:
     ----------
     chain : Chain
     alpha : float
-        Bending number, positive; a small one is a stiff fibre.
+        Bending number, positive; a small one is a stiff fibre. The default numbers are those of section 4.2.
     Fr, Dr : float
         Froude and drag number, positive; an infinite Fr is no gravity.
     beta : float
@@ -76,7 +76,7 @@ class Fibre:
     """
 
     chain: Chain
-    alpha: float = 4.0
+    alpha: float = 0.4
     Fr: float = 3.0
     Dr: float = 0.1
     beta: float = 0.1

@@ -1,20 +1,21 @@
 """The inextensible fibre with two free ends in a turbulent flow."""
 
-from sdaeverify import HolonomicSDAE, hookimpl, on_request
+from sdaeverify import HolonomicSDAE, hookimpl, in_matrix
 
 from ._chain import free_chain
 from ._fibre import Fibre
 from ._fibre_problem import fibre_problem
 
 
-@on_request
+@in_matrix({"alpha": 4.0, "N": 2, "d": 3, "horizon": 0.01})
 def fibre_free(
-    alpha: float = 4.0, beta: float = 0.1, Dr: float = 0.1, N: int = 7, d: int = 2, horizon: float = 0.01
+    alpha: float = 0.4, beta: float = 0.1, Dr: float = 0.1, N: int = 7, d: int = 2, horizon: float = 0.25
 ) -> HolonomicSDAE:
     """Fibre of N points, free of stress at both ends: dv_i = a_i dt + beta Dr^{-2} ds^{-1/2} dw_i + (grad g dmu)_i.
 
     a_i, g, Fr and the flow are those of the clamped fibre, with ds = 1/N and N - 1 constraints; beyond both ends the
-    chain is straight, r_0 = 2 r_1 - r_2. It starts along the first axis, r_i = s_i e_1, and at rest.
+    chain is straight, r_0 = 2 r_1 - r_2. It starts along the first axis, r_i = s_i e_1, and at rest. In the matrix
+    there is a soft short fibre in space.
 
     Parameters
     ----------

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sdaeverify import Array, HolonomicSDAE, Moment, ParameterError, Parts, hookimpl, on_request
+from sdaeverify import Array, HolonomicSDAE, Moment, ParameterError, Parts, hookimpl, in_matrix
 
 from . import _controls as controls
 from . import _unit_sphere as unit_sphere
@@ -20,7 +20,7 @@ MOMENTUM = np.cross(START, VELOCITY)
 HORIZON = 0.5
 
 
-@on_request
+@in_matrix({"m_2": 2.0, "m_3": 4.0})
 def sphere_langevin(
     c_g: float = 1.0, gamma: float = 1.0, kT: float = 0.1, m_1: float = 1.0, m_2: float = 1.0, m_3: float = 1.0
 ) -> HolonomicSDAE:

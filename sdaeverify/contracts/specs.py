@@ -86,8 +86,38 @@ def problem_spec(family: Callable[..., Problem], texts: Mapping[str, str] | None
 
 def on_request(family: Callable[..., Problem]) -> Callable[..., Problem]:
     """Mark a problem function whose cells take long: a run of everything leaves it out, names and patterns do not."""
-    family.on_request = True  # type: ignore[attr-defined]
-    return family
+    return in_matrix()(family)
+
+
+def in_matrix(*rows: Mapping[str, object]) -> Callable[[Callable[..., Problem]], Callable[..., Problem]]:
+    """Mark a problem function with the parameters that a run of everything takes in place of the defaults.
+
+    Globs mean these, too; the name by itself means the defaults all the same.
+
+    Parameters
+    ----------
+    *rows : mapping of str to object
+        The parameters of each problem in the matrix.
+
+    Raises
+    ------
+    UsageError
+        If one is no mapping.
+    """
+    for row in rows:
+        if not isinstance(row, Mapping):
+            raise UsageError(f"in_matrix expects a mapping of parameters for each problem, got {describe(row)}")
+
+    def mark(family: Callable[..., Problem]) -> Callable[..., Problem]:
+        family.in_matrix = rows  # type: ignore[attr-defined]
+        return family
+
+    return mark
+
+
+def matrix_specs(family: Callable[..., Problem]) -> tuple[ProblemSpec, ...]:
+    """Return the recipes that a run of everything takes, that of the defaults where the function is not marked."""
+    return tuple(problem_spec(family, texts) for texts in _matrix_texts(family))
 
 
 def family_name(family: Callable[..., Problem]) -> str:
@@ -128,11 +158,16 @@ def check_family(family: object) -> None:
     ------
     UsageError
         If it is no function, or a parameter has no default that a label can show.
+    ParameterError
+        If what it is marked with for the matrix is no parameter or no value of one.
     """
     if not inspect.isfunction(family):
         raise UsageError(f"expected a function that returns a problem, got {describe(family)}")
     check_name("problem function", family_name(family))
-    check_parameters(f"problem {family_name(family)!r}", function_parameters(family))
+    owner, parameters = f"problem {family_name(family)!r}", function_parameters(family)
+    check_parameters(owner, parameters)
+    for texts in _matrix_texts(family):
+        read_values(owner, parameters, texts)
 
 
 def check_name(kind: str, name: object) -> None:
@@ -174,6 +209,11 @@ def describe(thing: object) -> str:
 def unknown(kind: str, name: str, known: Mapping[str, object]) -> UsageError:
     """Return the error for a name that is not registered, with the names that are close."""
     return UsageError(f"unknown {kind} {name!r}{did_you_mean(name, known)}")
+
+
+def _matrix_texts(family: Callable[..., Problem]) -> list[dict[str, str]]:
+    rows: tuple[Mapping[str, object], ...] = getattr(family, "in_matrix", ({},))
+    return [{name: str(value) for name, value in row.items()} for row in rows]
 
 
 def _check_declarations(owner: str, kind: type[Scheme]) -> None:

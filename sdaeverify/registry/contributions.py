@@ -26,6 +26,7 @@ from ..contracts.specs import (
     check_scheme,
     describe,
     family_name,
+    matrix_specs,
     problem_spec,
 )
 from ..errors import FAULTS, ParameterError, PluginError, one_line
@@ -76,7 +77,17 @@ class ProblemEntry:
     @property
     def on_request(self) -> bool:
         """Whether a run of everything leaves it out."""
-        return getattr(self.family, "on_request", False)
+        return not self.in_matrix
+
+    @property
+    def in_matrix(self) -> tuple[ProblemSpec, ...]:
+        """The recipes that a run of everything takes."""
+        return matrix_specs(self.family)
+
+    @property
+    def variants(self) -> tuple[ProblemSpec, ...]:
+        """The recipes that a glob means: those in the matrix, or the defaults of a problem on request."""
+        return self.in_matrix or (self.make(),)
 
     def make(self, texts: Mapping[str, str] | None = None) -> ProblemSpec:
         """Return the recipe of the problem with parameters given as the texts of a label.

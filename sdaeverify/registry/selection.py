@@ -81,8 +81,8 @@ def select_problems(
     ----------
     registry : Registry
     wanted : sequence of str, ProblemSpec or callable
-        Patterns, recipes and problem functions, mixed; empty for everything with default parameters that is not
-        marked as run on request.
+        Patterns, recipes and problem functions, mixed; empty for everything with its parameters in the matrix, which
+        are the defaults where a problem function is not marked with others or as run on request.
 
     Raises
     ------
@@ -92,11 +92,12 @@ def select_problems(
         If a parameter is unknown or its text is no value of its type.
     """
     if not wanted and not isinstance(wanted, str):
-        return [entry.make() for _, entry in sorted(registry.problems.items()) if not entry.on_request]
+        return [spec for _, entry in sorted(registry.problems.items()) for spec in entry.in_matrix]
     chosen: list[ProblemSpec] = []
     for item in _items("problem", wanted):
         if isinstance(item, str):
-            chosen += [entry.make(texts) for entry, texts, _ in _matches("problem", item, registry.problems)]
+            for entry, texts, is_glob in _matches("problem", item, registry.problems):
+                chosen += entry.variants if is_glob and texts is None else [entry.make(texts)]
         else:
             chosen.append(_recipe(item))
     return sorted(_unique("problem", chosen, lambda spec: spec.family), key=lambda spec: (spec.name, spec.label))

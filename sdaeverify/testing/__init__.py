@@ -74,8 +74,8 @@ docstring (api)
     Expect a docstring: a list of problems shows its first line.
 source (api)
     Expect sources of the problem and of each truth, and units.
-on-request (api)
-    Expect the mark of a long problem to be that of `on_request`, which a run of everything heeds.
+in-matrix (api)
+    Expect a problem for each row that its function has in the matrix.
 relaxation (api)
     Expect a relaxation time exactly where an invariant law is known: chains are run as long as it says.
 consistent-start (behaviour)

@@ -78,7 +78,7 @@ PROBLEM_CHECKS = (
     _api("pickle", problem_declarations.pickled),
     _api("docstring", problem_declarations.described),
     _api("source", problem_declarations.sourced),
-    _api("on-request", problem_declarations.marked),
+    _api("in-matrix", problem_declarations.in_matrix),
     _api("relaxation", problem_declarations.relaxing),
     _once("consistent-start", problem_functions.consistent),
     _once("observables", problem_functions.observed),

@@ -35,7 +35,7 @@ def step(scheme: Scheme, N: int) -> Callable[[], object]:
     The step size is ds^2/100, as in Fig. 4.1 of Lindner et al. (2018).
     """
     h = 0.01 / (N + 1) ** 2
-    problem = fibre_clamped(N=N, horizon=STEPS * h)
+    problem = fibre_clamped(alpha=4.0, N=N, horizon=STEPS * h)
     stream = Source(1, "benchmark", 0, PATHS).stream("brownian", 0)
     dW = np.sqrt(h) * stream.standard_normal((STEPS + 1, problem.noise_dim, PATHS))
     state, before = problem.initial(PATHS), SEMI_IMPLICIT.prepare(problem, h)

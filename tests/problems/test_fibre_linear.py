@@ -15,8 +15,8 @@ from sdaeverify_schemes.sra1 import SRA1
 N = 3
 
 
-def fibre(**others):
-    return hanging_fibre(Fibre(chain=clamped_chain(N, 2), **others), 1.0)
+def fibre(alpha=4.0, **others):
+    return hanging_fibre(Fibre(chain=clamped_chain(N, 2), alpha=alpha, **others), 1.0)
 
 
 @pytest.mark.parametrize("h", [1e-7, 1e-4, 1e-2])

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from problems.test_fibre_force import C, D
+from sdaeverify.contracts.specs import matrix_specs
 from sdaeverify.numerics import is_analytic
 from sdaeverify_problems._chain import clamped_chain
 from sdaeverify_problems._fibre import Fibre
-from sdaeverify_problems._fibre_problem import fibre_problem, resolved
+from sdaeverify_problems._fibre_problem import fibre_problem, mild, resolved
 from sdaeverify_problems._hanging_fibre import hanging_fibre
 from sdaeverify_problems.fibre_clamped import fibre_clamped
 from sdaeverify_problems.fibre_free import fibre_free
@@ -57,6 +58,26 @@ def test_reference_is_attached_where_it_is_stable():
     assert fibre_clamped(alpha=0.4, horizon=2.0).pathwise is None
     assert max(reference_growth(0.4, horizon) for horizon in attached) < np.e
     assert reference_growth(0.4, 2.0) > 1e3
+
+
+@pytest.mark.parametrize("family", [fibre_clamped, fibre_free])
+def test_fibres_have_controls_where_explicit_steps_are_stable(family):
+    """Those in the matrix have them; with the source's parameters the explicit controls diverge at every level."""
+    (spec,) = matrix_specs(family)
+
+    assert spec.build().controls
+    assert family().controls == ()
+
+
+def test_controls_are_explicit_steps_that_do_not_grow():
+    """Where a fibre is called mild, 256 explicit steps of the hanging fibre grow by less than a factor e."""
+    cases = [(alpha, horizon) for alpha in (0.4, 1.0, 4.0) for horizon in np.geomspace(1e-3, 1.0, 13)]
+    kind = [case for case in cases if mild(fibre_of(case[0]), case[1])]
+
+    assert 0 < len(kind) < len(cases)
+    for alpha, horizon in kind:
+        z = horizon / 256 * np.linalg.eigvals(hanging_fibre(fibre_of(alpha), 1.0).generator)
+        assert (np.abs(1 + z) ** 256).max() < np.e
 
 
 def fibre_of(alpha):

@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from problems.fibre_chains import derivative
+from sdaeverify.contracts.specs import matrix_specs
 from sdaeverify.forms import SDE, HolonomicState
 from sdaeverify.noise.brownian import Increment, Source, brownian_steps
 from sdaeverify_problems._chain import clamped_chain
@@ -23,8 +24,8 @@ def hanging(alpha=4.0, Fr=3.0, Dr=0.1, beta=0.1, flow=1.0, N=N):
     return hanging_fibre(Fibre(chain=clamped_chain(N, 2), alpha=alpha, Fr=Fr, Dr=Dr, beta=beta), flow)
 
 
-def clamped(flow, horizon=0.01, **others):
-    return fibre_problem(Fibre(chain=clamped_chain(N, 2), flow=rotation(flow), **others), horizon)
+def clamped(flow, horizon=0.01, alpha=4.0, **others):
+    return fibre_problem(Fibre(chain=clamped_chain(N, 2), flow=rotation(flow), alpha=alpha, **others), horizon)
 
 
 def across(x):
@@ -184,9 +185,12 @@ def test_another_scheme_is_refuted():
     assert expected > 1.0
 
 
-def test_default_steps_are_stable_for_explicit_schemes():
+@pytest.mark.parametrize("parameters", [spec.parameters for spec in matrix_specs(fibre_clamped)])
+def test_steps_in_the_matrix_are_stable_for_explicit_schemes(parameters):
     """The coarsest of the default levels, 8 steps up to the horizon, is below the explicit limit."""
-    assert fibre_clamped().horizon / 8 < hanging().explicit_limit()
+    given = dict(parameters)
+
+    assert given["horizon"] / 8 < hanging(N=given["N"], alpha=given["alpha"]).explicit_limit()
 
 
 def noise_free(flow, steps=400, horizon=0.25):

@@ -173,7 +173,7 @@ def stiff_length(N: int) -> float:
 
 def test_tolerances_end_the_iteration() -> None:
     """A tolerance saves iterations, and what it leaves of the constraint is below it but more than rounding."""
-    fibre = fibre_clamped()
+    fibre = fibre_clamped(alpha=4.0)
     dW = noise(fibre, 20, 1e-3)
     exact, absolute, relative = (
         move(ImplicitEulerGGL(**tolerance), fibre, fibre.initial(20), 1e-3, dW)
@@ -200,7 +200,7 @@ def test_only_the_strict_scheme_claims_exact_constraints() -> None:
 def coarse() -> tuple[HolonomicSDAE, Array, float]:
     """Return a fibre in strong turbulence with coarse steps, and the noise of the first."""
     h = 1e-2
-    fibre = fibre_clamped(N=20)
+    fibre = fibre_clamped(alpha=4.0, N=20)
     return fibre, noise(fibre, PATHS, h, seed=0), h
 
 
@@ -255,7 +255,7 @@ def test_paths_without_root_keep_their_state() -> None:
         assert np.array_equal(new, old)
 
 
-@pytest.mark.parametrize("make", [pendulum, lambda: fibre_clamped(N=4)])
+@pytest.mark.parametrize("make", [pendulum, lambda: fibre_clamped(alpha=4.0, N=4)])
 def test_a_lost_path_leaves_the_others_alone(make: Any) -> None:
     """A path that is not finite fails and stays; the others go on to the last bit as without it."""
     problem = make()
@@ -292,7 +292,7 @@ def test_guesses_cost_as_in_the_source() -> None:
     h, steps, paths = 1e-2, 10, 20
     means = {}
     for beta in (1e-4, 3e-2):
-        fibre = fibre_clamped(N=20, beta=beta)
+        fibre = fibre_clamped(alpha=4.0, N=20, beta=beta)
         for guess in GUESSES:
             scheme, state, counted = ImplicitEulerGGL(guess=guess, atol=1e-8), fibre.initial(paths), []
             for k in range(steps):

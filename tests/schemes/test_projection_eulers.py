@@ -375,7 +375,7 @@ class Skipping(NamedTuple):
 
 def skipping(n: int, steps: int) -> Skipping:
     """Run the clamped fibre with little noise, h = 2.5e-5, and a projection after every n skipped steps."""
-    problem, h, paths = fibre_clamped(beta=1e-4, horizon=0.25), 2.5e-5, 4
+    problem, h, paths = fibre_clamped(alpha=4.0, beta=1e-4), 2.5e-5, 4
     scheme, rng = ExplicitProjectionEuler(skip=n), np.random.default_rng(5)
     state, stepper = scheme.start(problem, paths, h), scheme.prepare(problem, h)
     updates, squares = [], np.zeros(2)

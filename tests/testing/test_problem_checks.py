@@ -16,6 +16,7 @@ from sdaeverify import (
     Langevin,
     Moment,
     Partials,
+    in_matrix,
     on_request,
 )
 from sdaeverify.contracts.specs import ProblemSpec
@@ -65,12 +66,10 @@ def demanding(scale):
     return gbm(scale)
 
 
-def marked():
-    """Grow, as if that took long."""
-    return gbm()
-
-
-marked.on_request = "yes"
+@in_matrix({"N": 2}, {"N": 1})
+def marked(N: int = 3):
+    """Hang, with a row in the matrix that cannot be built."""
+    return fibre_clamped(N=N)
 
 
 def silent():
@@ -177,7 +176,7 @@ FAULTS = {
     "pickle": (changed(gbm), "pickle"),
     "docstring": (silent, "no docstring"),
     "source": (changed(gbm, source=" "), "source is empty"),
-    "on-request": (marked, "put @on_request"),
+    "in-matrix": (marked, "at least N = 2 points"),
     "relaxation": (changed(gbm, relaxation=1.0), "knows no invariant mean"),
     "consistent-start": (changed(circle, start=circle().start * (1.0 + 1e-13), truths=()), "g at the start"),
     "observables": (changed(gbm, observables={"x": lambda t, s: np.ones(3)}, truths=()), "on 1 paths"),
@@ -302,4 +301,4 @@ def test_a_problem_that_cannot_be_built_is_asked_nothing_else():
 
 def test_the_mark_of_a_long_problem_is_no_fault():
     """What is put on request passes."""
-    assert of_problem(on_request(named(gbm)), "on-request").status == "passed"
+    assert of_problem(on_request(named(gbm)), "in-matrix").status == "passed"

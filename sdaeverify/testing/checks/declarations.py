@@ -126,7 +126,7 @@ def _in_scope(subject: SchemeSubject, claim: Claim) -> list[ProblemSpec]:
     """Return the problems where a claim holds, the smallest first; those on request if there are no others."""
     entries = subject.registry.problems.values()
     for on_request in (False, True):
-        specs = [entry.make() for entry in entries if entry.on_request is on_request]
+        specs = [spec for entry in entries if entry.on_request is on_request for spec in entry.variants]
         found = [(size, spec.label, spec) for spec in specs if (size := _size(subject, claim, spec))]
         if found:
             return [spec for *_, spec in sorted(found, key=lambda each: each[:2])]

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.labels import parse_label
-from ...contracts.specs import check_family, problem_spec
+from ...contracts.specs import check_family, matrix_specs, problem_spec
 from ...errors import SdaeverifyError
 from ...forms import Delayed, Dissipation, IndexOne, known_traits
 from ...forms.traits import Trait
@@ -69,10 +69,14 @@ def sourced(subject: ProblemSubject) -> str:
     return f"a {silent[0]} among its truths has no source" if silent else ""
 
 
-def marked(subject: ProblemSubject) -> str:
-    """Expect the mark of a long problem to be that of `on_request`, which a run of everything heeds."""
-    mark = getattr(subject.spec.family, "on_request", False)
-    return "" if isinstance(mark, bool) else f"its mark on_request is {mark!r}; put @on_request above the function"
+def in_matrix(subject: ProblemSubject) -> str:
+    """Expect a problem for each row that its function has in the matrix."""
+    try:
+        for spec in matrix_specs(subject.spec.family):
+            spec.build()
+    except SdaeverifyError as error:
+        return str(error)
+    return ""
 
 
 def relaxing(subject: ProblemSubject) -> str:
