@@ -61,6 +61,7 @@ def fibre_problem(
         position=r,
         velocity=v,
         horizon=horizon,
+        fastest=_stiffness(fibre) ** -0.5,
         noise_dim=len(r),
         traits=noise.traits,
         observables=observables(fibre),

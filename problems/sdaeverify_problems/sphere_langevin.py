@@ -20,7 +20,7 @@ MOMENTUM = np.cross(START, VELOCITY)
 HORIZON = 0.5
 
 
-@in_matrix({"m_2": 2.0, "m_3": 4.0})
+@in_matrix({"m_2": 2.0, "m_3": 4.0}, views=False)
 def sphere_langevin(
     c_g: float = 1.0, gamma: float = 1.0, kT: float = 0.1, m_1: float = 1.0, m_2: float = 1.0, m_3: float = 1.0
 ) -> HolonomicSDAE:

@@ -6,7 +6,7 @@ The recipe is what is planned with, compared, and sent to worker processes; it i
 import inspect
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 from ..errors import ProblemError, UsageError
@@ -40,11 +40,14 @@ class ProblemSpec:
         A function at the top level of a module: it pickles by reference.
     parameters : tuple of (str, object)
         The parameters that were given.
+    views : bool
+        Whether schemes that solve a view of the problem are crossed with it, beside those of its own form.
     """
 
     name: str
     family: Callable[..., Problem]
     parameters: tuple[tuple[str, object], ...] = ()
+    views: bool = field(default=True, compare=False)
 
     @cached_property
     def label(self) -> str:
@@ -89,7 +92,9 @@ def on_request(family: Callable[..., Problem]) -> Callable[..., Problem]:
     return in_matrix()(family)
 
 
-def in_matrix(*rows: Mapping[str, object]) -> Callable[[Callable[..., Problem]], Callable[..., Problem]]:
+def in_matrix(
+    *rows: Mapping[str, object], views: bool = True
+) -> Callable[[Callable[..., Problem]], Callable[..., Problem]]:
     """Mark a problem function with the parameters that a run of everything takes in place of the defaults.
 
     Globs mean these, too; the name by itself means the defaults all the same.
@@ -98,6 +103,8 @@ def in_matrix(*rows: Mapping[str, object]) -> Callable[[Callable[..., Problem]],
     ----------
     *rows : mapping of str to object
         The parameters of each problem in the matrix.
+    views : bool
+        Whether schemes that solve a view of the problem are crossed with it there, beside those of its own form.
 
     Raises
     ------
@@ -109,7 +116,7 @@ def in_matrix(*rows: Mapping[str, object]) -> Callable[[Callable[..., Problem]],
             raise UsageError(f"in_matrix expects a mapping of parameters for each problem, got {describe(row)}")
 
     def mark(family: Callable[..., Problem]) -> Callable[..., Problem]:
-        family.in_matrix = rows  # type: ignore[attr-defined]
+        family.in_matrix, family.views_in_matrix = rows, views  # type: ignore[attr-defined]
         return family
 
     return mark
@@ -117,7 +124,8 @@ def in_matrix(*rows: Mapping[str, object]) -> Callable[[Callable[..., Problem]],
 
 def matrix_specs(family: Callable[..., Problem]) -> tuple[ProblemSpec, ...]:
     """Return the recipes that a run of everything takes, that of the defaults where the function is not marked."""
-    return tuple(problem_spec(family, texts) for texts in _matrix_texts(family))
+    views = getattr(family, "views_in_matrix", True)
+    return tuple(replace(problem_spec(family, texts), views=views) for texts in _matrix_texts(family))
 
 
 def family_name(family: Callable[..., Problem]) -> str:

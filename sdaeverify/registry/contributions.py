@@ -6,7 +6,7 @@ a broken plugin leaves nothing behind.
 
 import pickle
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
 from inspect import isroutine
 from types import ModuleType, SimpleNamespace
@@ -87,7 +87,7 @@ class ProblemEntry:
     @property
     def variants(self) -> tuple[ProblemSpec, ...]:
         """The recipes that a glob means: those in the matrix, or the defaults of a problem on request."""
-        return self.in_matrix or (self.make(),)
+        return tuple(replace(spec, views=True) for spec in self.in_matrix) or (self.make(),)
 
     def make(self, texts: Mapping[str, str] | None = None) -> ProblemSpec:
         """Return the recipe of the problem with parameters given as the texts of a label.

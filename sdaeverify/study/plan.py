@@ -190,6 +190,7 @@ def _problem_plan(
     found = (
         _seen_here(known[scheme], problem) if scheme in known else scheme_cells(scheme, spec, problem, measures)
         for scheme in schemes
+        if spec.views or isinstance(problem, scheme.form)
     )
     return ProblemPlan(spec, problem, tuple(cell for cells in found for cell in cells))
 

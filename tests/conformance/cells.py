@@ -69,10 +69,14 @@ def schemes(registry: Registry) -> list[Scheme]:
 
 
 def specs(registry: Registry) -> list[ProblemSpec]:
-    """Return every problem with its defaults, and some with other parameters."""
-    defaults = [entry.make() for entry in registry.problems.values()]
+    """Return every problem with its defaults, as it is in the matrix, and with some other parameters."""
+    own = [
+        spec
+        for entry in registry.problems.values()
+        for spec in {entry.make(): None, **dict.fromkeys(entry.in_matrix)}
+    ]
     entries = registry.problems.items()
-    return defaults + [entry.make(texts) for name, entry in entries for texts in VARIANTS.get(name, ())]
+    return own + [entry.make(texts) for name, entry in entries for texts in VARIANTS.get(name, ())]
 
 
 def cells(registry: Registry) -> Iterator[Cell]:
