@@ -82,8 +82,9 @@ class Setting:
         return float(self.horizon) / self.steps
 
     def before(self, skip: int) -> tuple[Note, ...]:
-        """Return what is noted in the steps before those that project."""
-        return (Note("before", AboveBefore(self.h), range(skip, self.steps, skip + 1), "mean"),)
+        """Return what is noted in the steps before those that project, where iterations are compared."""
+        at = range(skip, self.steps, skip + 1)
+        return (Note("before", AboveBefore(self.h), at, "mean"),) if skip in COUNTED else ()
 
     def scheme(self, skip: int, tolerance: str) -> str:
         """Return the label of (B_n)."""

@@ -2,12 +2,13 @@
 
 from sdaeverify import HolonomicSDAE, hookimpl, in_matrix
 
+from ._brief import BRIEF, PROJECTED
 from ._chain import clamped_chain
 from ._fibre import Fibre
 from ._fibre_problem import fibre_problem
 
 
-@in_matrix({"alpha": 4.0, "N": 2, "horizon": 0.01}, views=False)
+@in_matrix({"alpha": 4.0, "N": 2, "horizon": 0.01}, schemes=PROJECTED, measures=BRIEF)
 def fibre_clamped(
     alpha: float = 0.4, beta: float = 0.1, Dr: float = 0.1, N: int = 7, d: int = 2, horizon: float = 0.25
 ) -> HolonomicSDAE:
@@ -20,8 +21,8 @@ def fibre_clamped(
         (grad g dmu)_i = ds^{-2} [(r_{i+1} - r_i) dmu_{i+1/2} - (r_i - r_{i-1}) dmu_{i-1/2}],
 
     |r_i - r_{i-1}| = ds. It starts straight down and at rest; r_{-1} and r_0 are fixed at (+-ds/2) e_2, and the last
-    end is free of stress. The default parameters are those of the source's section 4.2, where explicit Euler steps are
-    stable up to h = 1.34e-5; with alpha = 4 they are up to 1.33e-3. In the matrix there is a soft short fibre. For
+    end is free of stress. The default parameters are those of the source's section 4.2, for which Euler's explicit
+    steps are stable up to h = 1.34e-5; with alpha = 4 they are up to 1.33e-3. The matrix has a soft short fibre. For
     another Fr, another flow, or a drag and a turbulence that are matrices, see `Fibre` and `fibre_problem`.
 
     Parameters

@@ -2,12 +2,13 @@
 
 from sdaeverify import HolonomicSDAE, hookimpl, in_matrix
 
+from ._brief import BRIEF, PROJECTED
 from ._chain import free_chain
 from ._fibre import Fibre
 from ._fibre_problem import fibre_problem
 
 
-@in_matrix({"alpha": 4.0, "N": 2, "d": 3, "horizon": 0.01}, views=False)
+@in_matrix({"alpha": 4.0, "N": 2, "d": 3, "horizon": 0.01}, schemes=PROJECTED[1:], measures=BRIEF)
 def fibre_free(
     alpha: float = 0.4, beta: float = 0.1, Dr: float = 0.1, N: int = 7, d: int = 2, horizon: float = 0.25
 ) -> HolonomicSDAE:

@@ -9,6 +9,7 @@ from sdaeverify import Array, HolonomicSDAE, Moment, ParameterError, Parts, hook
 from . import _controls as controls
 from . import _unit_sphere as unit_sphere
 from ._bath import Bath
+from ._brief import BRIEF, PROJECTED
 from ._canonical_law import Canonical, invariant_means, sphere_nodes
 from ._constrained_langevin import constrained_langevin
 from ._inherent_truth import with_inherent_truth
@@ -20,7 +21,7 @@ MOMENTUM = np.cross(START, VELOCITY)
 HORIZON = 0.5
 
 
-@in_matrix({"m_2": 2.0, "m_3": 4.0}, views=False)
+@in_matrix({"m_2": 2.0, "m_3": 4.0}, schemes=PROJECTED, measures=BRIEF)
 def sphere_langevin(
     c_g: float = 1.0, gamma: float = 1.0, kT: float = 0.1, m_1: float = 1.0, m_2: float = 1.0, m_3: float = 1.0
 ) -> HolonomicSDAE:

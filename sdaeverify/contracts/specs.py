@@ -5,7 +5,7 @@ The recipe is what is planned with, compared, and sent to worker processes; it i
 
 import inspect
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
@@ -22,6 +22,7 @@ from .labels import (
     parse_label,
     read_values,
 )
+from .measure import Measure
 from .scheme import Claim, Scheme
 
 CLASS_VARIABLES = ("name", "form", "noise", "law", "claims", "sharp_locally", "source")
@@ -40,19 +41,29 @@ class ProblemSpec:
         A function at the top level of a module: it pickles by reference.
     parameters : tuple of (str, object)
         The parameters that were given.
-    views : bool
-        Whether schemes that solve a view of the problem are crossed with it, beside those of its own form.
+    schemes, measures : tuple of str
+        Labels of the schemes and names of the measures that it is crossed with; all of a run where empty.
     """
 
     name: str
     family: Callable[..., Problem]
     parameters: tuple[tuple[str, object], ...] = ()
-    views: bool = field(default=True, compare=False)
+    schemes: tuple[str, ...] = field(default=(), compare=False)
+    measures: tuple[str, ...] = field(default=(), compare=False)
 
     @cached_property
     def label(self) -> str:
         """Canonical label, ``name[key=value,...]``."""
         return make_label(self.name, function_parameters(self.family), dict(self.parameters))
+
+    def crossed(
+        self, schemes: Sequence[Scheme], measures: Sequence[Measure]
+    ) -> tuple[tuple[Scheme, ...], tuple[Measure, ...]]:
+        """Return those of a run that the problem is crossed with."""
+        return (
+            tuple(scheme for scheme in schemes if not self.schemes or scheme.label in self.schemes),
+            tuple(measure for measure in measures if not self.measures or measure.name in self.measures),
+        )
 
     def build(self) -> Problem:
         """Call the problem function.
@@ -93,7 +104,7 @@ def on_request(family: Callable[..., Problem]) -> Callable[..., Problem]:
 
 
 def in_matrix(
-    *rows: Mapping[str, object], views: bool = True
+    *rows: Mapping[str, object], schemes: Sequence[str] = (), measures: Sequence[str] = ()
 ) -> Callable[[Callable[..., Problem]], Callable[..., Problem]]:
     """Mark a problem function with the parameters that a run of everything takes in place of the defaults.
 
@@ -103,20 +114,21 @@ def in_matrix(
     ----------
     *rows : mapping of str to object
         The parameters of each problem in the matrix.
-    views : bool
-        Whether schemes that solve a view of the problem are crossed with it there, beside those of its own form.
+    schemes, measures : sequence of str
+        Labels of the schemes and names of the measures that they are crossed with there, where the others would take
+        long; all of them if left out.
 
     Raises
     ------
     UsageError
-        If one is no mapping.
+        If a row is no mapping.
     """
     for row in rows:
         if not isinstance(row, Mapping):
             raise UsageError(f"in_matrix expects a mapping of parameters for each problem, got {describe(row)}")
 
     def mark(family: Callable[..., Problem]) -> Callable[..., Problem]:
-        family.in_matrix, family.views_in_matrix = rows, views  # type: ignore[attr-defined]
+        family.in_matrix, family.crossed_with = rows, (tuple(schemes), tuple(measures))  # type: ignore[attr-defined]
         return family
 
     return mark
@@ -124,8 +136,9 @@ def in_matrix(
 
 def matrix_specs(family: Callable[..., Problem]) -> tuple[ProblemSpec, ...]:
     """Return the recipes that a run of everything takes, that of the defaults where the function is not marked."""
-    views = getattr(family, "views_in_matrix", True)
-    return tuple(replace(problem_spec(family, texts), views=views) for texts in _matrix_texts(family))
+    schemes, measures = getattr(family, "crossed_with", ((), ()))
+    specs = (problem_spec(family, texts) for texts in _matrix_texts(family))
+    return tuple(replace(spec, schemes=schemes, measures=measures) for spec in specs)
 
 
 def family_name(family: Callable[..., Problem]) -> str:

@@ -87,7 +87,7 @@ class ProblemEntry:
     @property
     def variants(self) -> tuple[ProblemSpec, ...]:
         """The recipes that a glob means: those in the matrix, or the defaults of a problem on request."""
-        return tuple(replace(spec, views=True) for spec in self.in_matrix) or (self.make(),)
+        return tuple(replace(spec, schemes=(), measures=()) for spec in self.in_matrix) or (self.make(),)
 
     def make(self, texts: Mapping[str, str] | None = None) -> ProblemSpec:
         """Return the recipe of the problem with parameters given as the texts of a label.

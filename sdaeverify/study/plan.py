@@ -169,6 +169,7 @@ def plan(
 def _problem_plan(
     spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure], planner: Planner | None
 ) -> ProblemPlan:
+    schemes, measures = spec.crossed(schemes, measures)
     remote = planner(spec) if planner else RemoteCells(())
     if not remote.builds:
         return ProblemPlan(spec, None, remote.cells)
@@ -190,7 +191,6 @@ def _problem_plan(
     found = (
         _seen_here(known[scheme], problem) if scheme in known else scheme_cells(scheme, spec, problem, measures)
         for scheme in schemes
-        if spec.views or isinstance(problem, scheme.form)
     )
     return ProblemPlan(spec, problem, tuple(cell for cells in found for cell in cells))
 

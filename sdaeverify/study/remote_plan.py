@@ -62,7 +62,7 @@ def remote_plan(
     if not isinstance(executor, Isolated):
         return None
     pending = {
-        spec.label: _sent(executor, CellsRequest(spec, tuple(schemes), tuple(measures), sources)) for spec in specs
+        spec.label: _sent(executor, CellsRequest(spec, *spec.crossed(schemes, measures), sources)) for spec in specs
     }
     return lambda spec: pending[spec.label].outcome()
 

@@ -75,7 +75,7 @@ docstring (api)
 source (api)
     Expect sources of the problem and of each truth, and units.
 in-matrix (api)
-    Expect a problem for each row that its function has in the matrix.
+    Expect a problem for each row that its function has in the matrix, and the schemes and measures named there.
 relaxation (api)
     Expect a relaxation time exactly where an invariant law is known: chains are run as long as it says.
 consistent-start (behaviour)

@@ -14,6 +14,7 @@ from sdaeverify_experiments import lindner_2018_figure_5_1 as refinement
 from sdaeverify_experiments._estimates import mean, order
 from sdaeverify_experiments._fibres import A, B, differences, edges, spacing
 from sdaeverify_problems._chain import clamped_chain
+from sdaeverify_problems.fibre_clamped import fibre_clamped
 
 
 def evidence_of(registry, name, experiment=None, paths=4):
@@ -166,6 +167,19 @@ def test_defects_grow_with_the_skipped_steps(registry):
         assert 1.0 <= value <= 3.0
         assert a_step == pytest.approx(value / (skip + 1))
     assert skipping.iterations(evidence, 100, "1e-08")[0] <= skipping.iterations(evidence, 100, "1e-11")[0]
+    assert 1.0 <= skipping.tested_before(evidence, 10).value <= skipping.tested_before(evidence, 100).value <= 2.0
+
+
+def test_defects_are_tested_on_the_position_that_is_to_be_projected():
+    """A straight fibre that turns about r_0 with angular velocity 1 has | |d_s r|^2 - 1 | = h^2 after a free step."""
+    problem = fibre_clamped(N=3)
+    r, _, _ = problem.initial(1)
+    turning = np.zeros_like(r)
+    turning[::2, 0] = -r[1::2, 0] - 0.5 * spacing(3)
+    bound = np.sqrt(skipping.BEFORE / np.sqrt(3 * spacing(3)))
+
+    for h, above in ((0.999 * bound, 0.0), (1.001 * bound, 1.0)):
+        assert skipping.AboveBefore(h)(problem, 0.0, {"r": r, "v": turning}) == [above]
 
 
 def test_runs_share_what_the_experiment_says(registry):

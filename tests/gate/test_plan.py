@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from sdaeverify import Control, Pathwise
+from sdaeverify import Control, Pathwise, in_matrix
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.errors import UsageError
 from sdaeverify.gate.plan import gate_plan
@@ -61,6 +61,21 @@ def cells(registry, **policy):
 def test_claimed_cells_only():
     """A cell is run where a claim of its measure is in scope."""
     assert cells(registered((Plain(), Picky()))) == {("plain", name, "sharp") for name in ("line", "added", "plane")}
+
+
+@in_matrix({}, schemes=["fussy"], measures=["sharp"])
+def dear():
+    return problem()
+
+
+def test_a_problem_may_be_there_for_some_schemes_alone():
+    """A run of everything crosses it with these; asked for by name, or by a glob, it has all."""
+    registry = registered((Plain(), Fussy()), (line, dear))
+    everyone = {("plain", "dear", "sharp"), ("fussy", "dear", "sharp")}
+
+    assert {cell for cell in cells(registry) if cell[1] == "dear"} == {("fussy", "dear", "sharp")}
+    assert cells(registry, problems=("dear",)) == everyone
+    assert cells(registry, problems=("de*",)) == everyone
 
 
 def test_every_claim_once():

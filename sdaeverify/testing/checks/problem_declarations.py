@@ -17,6 +17,7 @@ from ...forms import Delayed, Dissipation, IndexOne, known_traits
 from ...forms.traits import Trait
 from ...forms.truths import InvariantMean
 from ...numerics.statistics import EPS
+from ...registry.selection import select_measures, select_schemes
 from ..problem_subject import WHEN, ProblemSubject, excess
 from .differences import FIRST_ERROR, first
 from .problem_functions import delay_arguments
@@ -70,10 +71,12 @@ def sourced(subject: ProblemSubject) -> str:
 
 
 def in_matrix(subject: ProblemSubject) -> str:
-    """Expect a problem for each row that its function has in the matrix."""
+    """Expect a problem for each row that its function has in the matrix, and the schemes and measures named there."""
     try:
         for spec in matrix_specs(subject.spec.family):
             spec.build()
+            select_schemes(subject.registry, spec.schemes or ("*",))
+            select_measures(subject.registry, spec.measures)
     except SdaeverifyError as error:
         return str(error)
     return ""
