@@ -1,17 +1,25 @@
-"""Progress on stderr: a bar on a terminal, one line for each finished cell elsewhere."""
+"""Progress on stderr: a table that fills and a bar on a terminal, one line for each finished cell elsewhere."""
 
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 
+from rich.console import Group
+from rich.live import Live
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
 from rich.text import Text
 
 from ..contracts.finding import Verdict
-from ..report.plain import visible
-from ..study import Advanced, CellResult, Event, Finished
+from ..report.plain import empty_table, visible
+from ..report.sentences import SYMBOLS, mark
+from ..study import Advanced, CellResult, Event, Finished, Screened
 from .console import errors
+
+# Lines of a terminal that the table leaves free: its head, the bar, and the line of the cursor.
+BELOW = 5
 
 Show = Callable[[Event], None]
 
@@ -23,13 +31,12 @@ def progress(kind: str, total: int) -> Iterator[Show]:
     Parameters
     ----------
     kind : str
-        One of `options.KINDS`; ``auto`` is a bar where stderr is a terminal and plain lines elsewhere.
+        One of `options.KINDS`; ``auto`` is a table and a bar where stderr is a terminal and plain lines elsewhere.
     total : int
         Number of blocks.
     """
     if kind == "auto" and errors().is_terminal:
-        with _bar() as bar:
-            yield _moved(bar, total)
+        yield from _live(total)
     elif kind == "none":
         yield lambda _: None
     else:
@@ -51,6 +58,62 @@ def _lines(event: Event) -> None:
             errors().print(Text(line(result)), soft_wrap=True)
 
 
+@dataclass
+class Board:
+    """What is known of each scheme on each problem: first what needs no paths, then what paths add.
+
+    Attributes
+    ----------
+    worst : dict of str to (dict of str to str)
+        By problem and scheme, the worst verdict so far; the problem that was heard of last stands last.
+    waiting : dict of str to int
+        Cells of a problem that wait for paths.
+    """
+
+    worst: dict[str, dict[str, str]] = field(default_factory=dict)
+    waiting: dict[str, int] = field(default_factory=dict)
+
+    def hear(self, event: Event) -> None:
+        """Take note of what is found."""
+        if isinstance(event, Advanced) or not event.results:
+            return
+        problem, found = event.results[0].cell.spec.label, Counter[tuple[str, str]]()
+        for result in event.results:
+            found.update((result.cell.scheme.label, str(finding.verdict)) for finding in result.findings)
+        schemes = sorted({scheme for scheme, _ in found})
+        self.worst.pop(problem, None)
+        self.worst[problem] = {name: next(v for v in SYMBOLS if (name, v) in found) for name in schemes}
+        self.waiting[problem] = event.waiting if isinstance(event, Screened) else 0
+
+    def table(self, most: int, *, plain: bool = False) -> Table:
+        """Return the problems heard of last, at most so many, with a mark for each scheme."""
+        schemes = sorted({name for found in self.worst.values() for name in found})
+        table = empty_table("problem", f"{len(schemes)} schemes, a mark each", "wait for paths")
+        for problem in list(self.worst)[-most:]:
+            waiting = self.waiting[problem]
+            missing = "not_run" if waiting else "not_applicable"
+            verdicts = [self.worst[problem].get(name, missing) for name in schemes]
+            marks = Text.assemble(*((mark(verdict, plain=plain), SYMBOLS[verdict][2]) for verdict in verdicts))
+            table.add_row(Text(visible(problem)), marks, Text(str(waiting or "")))
+        return table
+
+
+def _live(total: int) -> Iterator[Show]:
+    console, board, bar = errors(), Board(), _bar()
+    plain, most = console.options.ascii_only, max(1, console.height - BELOW)
+    moved = _moved(bar, total)
+
+    def show(event: Event) -> None:
+        board.hear(event)
+        moved(event)
+
+    def drawn() -> Group:
+        return Group(*([board.table(most, plain=plain)] if board.worst else []), bar)
+
+    with Live(console=console, transient=True, get_renderable=drawn):
+        yield show
+
+
 def _bar() -> Progress:
     columns = (
         TextColumn("{task.fields[problem]}", markup=False),
@@ -59,7 +122,7 @@ def _bar() -> Progress:
         TimeElapsedColumn(),
         TextColumn("{task.fields[left]}", markup=False),
     )
-    return Progress(*columns, console=errors(), transient=True)
+    return Progress(*columns, console=errors())
 
 
 def _moved(bar: Progress, total: int) -> Show:
