@@ -75,9 +75,10 @@ class Board:
 
     def hear(self, event: Event) -> None:
         """Take note of what is found."""
-        if isinstance(event, Advanced) or not event.results:
+        if isinstance(event, Advanced):
             return
-        problem, found = event.results[0].cell.spec.label, Counter[tuple[str, str]]()
+        problem = event.problem if isinstance(event, Screened) else event.results[0].cell.spec.label
+        found = Counter[tuple[str, str]]()
         for result in event.results:
             found.update((result.cell.scheme.label, str(finding.verdict)) for finding in result.findings)
         schemes = sorted({scheme for scheme, _ in found})
