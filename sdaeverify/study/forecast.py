@@ -3,6 +3,7 @@
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from math import isnan, nan
 from statistics import fmean
 
 from ..contracts.settings import Settings
@@ -11,6 +12,8 @@ from .plan import ProblemPlan
 
 # Until a further look was measured, a path of it is taken for so much of one of the first, which includes probing.
 FURTHER = 0.25
+# As many schemes as what they took without paths counts for, beside those that were measured on paths.
+PRIOR = 2.0
 
 
 @dataclass
@@ -30,8 +33,9 @@ class Looks:
 class Forecast:
     """Seconds of work that are left, those of all workers together.
 
-    The first look at a problem costs what its schemes have cost so far, or those of other problems on average; a
-    further one what its paths have cost; and as many problems are looked at again as were so far.
+    The first look at a problem costs what its schemes have cost so far and, as long as these are few, what schemes
+    that took as long without paths have cost on other problems; a further look costs what its paths have cost; and as
+    many problems are looked at again as were so far.
 
     Parameters
     ----------
@@ -88,24 +92,35 @@ class Forecast:
         queued : iterable of (str, int, int)
             Problem, schemes and paths of each block of a further look that is known to be wanted.
         """
+        pace = self._pace
         waiting = {name: count for name, count in self.schemes.items() if name not in self.over}
         left = {name: count - len(self.screened[name]) for name, count in self.schemes.items()}
         screening = sum(max(0, count) * _mean(self.screened, name) for name, count in left.items())
-        first = sum(max(0, count - len(self.done[name])) * self._first(name) for name, count in waiting.items())
-        further = sum(schemes * paths * self._path(name) for name, schemes, paths in queued)
-        expected = sum(count * self.first * self._path(name) for name, count in waiting.items())
+        first = sum(max(0, count - len(self.done[name])) * self._first(name, pace) for name, count in waiting.items())
+        further = sum(schemes * paths * self._path(name, pace) for name, schemes, paths in queued)
+        expected = sum(count * self.first * self._path(name, pace) for name, count in waiting.items())
         # A look has as many paths as all before it: what follows one costs twice as much.
         return (
             screening + first + further * (1.0 + 2.0 * self.further_looks.share) + self.first_looks.share * expected
         )
 
-    def _first(self, problem: str) -> float:
-        return _mean(self.done, problem)
+    @property
+    def _pace(self) -> float:
+        """Seconds of a first look for each second without paths, of schemes that have had both; NaN for none."""
+        both = [name for name, seconds in self.done.items() if seconds and self.screened[name]]
+        without = sum(len(self.done[name]) * fmean(self.screened[name]) for name in both)
+        return sum(sum(self.done[name]) for name in both) / without if without else nan
 
-    def _path(self, problem: str) -> float:
+    def _first(self, problem: str, pace: float) -> float:
+        done, screened = self.done[problem], self.screened[problem]
+        if isnan(pace) or not screened:
+            return _mean(self.done, problem)
+        return (sum(done) + PRIOR * pace * fmean(screened)) / (len(done) + PRIOR)
+
+    def _path(self, problem: str, pace: float) -> float:
         if self.further[problem]:
             return fmean(self.further[problem])
-        return FURTHER * self._first(problem) / self.first
+        return FURTHER * self._first(problem, pace) / self.first
 
 
 def _mean(seconds: Mapping[str, list[float]], problem: str) -> float:

@@ -6,7 +6,7 @@ from sdaeverify.contracts.settings import Settings
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_measures, select_problems, select_schemes
 from sdaeverify.study import Advanced, Study, plan
-from sdaeverify.study.forecast import FURTHER, Forecast
+from sdaeverify.study.forecast import FURTHER, PRIOR, Forecast
 
 
 def test_nothing_is_known_before_anything_was_measured():
@@ -19,6 +19,18 @@ def test_a_first_look_costs_what_the_schemes_on_it_have_cost():
     forecast = Forecast({"a": 4, "b": 2}, 256)
     forecast.heard("a", 6.0, 3, None)
     assert forecast.left([]) == pytest.approx(1 * 2.0 + 2 * 2.0)
+
+
+def test_a_first_look_costs_more_where_what_needs_no_paths_did():
+    """Another problem took two seconds on paths for each one without; measured schemes outweigh that by and by."""
+    forecast = Forecast({"a": 1, "b": 3}, 256)
+    forecast.heard_screening("a", 4.0, 1)
+    forecast.heard_screening("b", 3.0, 3)
+    forecast.heard("a", 8.0, 1, None)
+    assert forecast.left([]) == pytest.approx(3 * 2.0)
+    forecast.heard("b", 5.0, 1, None)
+    pace = (8.0 + 5.0) / (4.0 + 1.0)
+    assert forecast.left([]) == pytest.approx(2 * (5.0 + PRIOR * pace * 1.0) / (1 + PRIOR))
 
 
 def test_a_further_look_costs_what_its_paths_have_cost():

@@ -47,7 +47,7 @@ NUMBERS = (
     "value_high",
     "paths",
 )
-MEASURED = ("seconds", "growth_rate", "growth")
+MEASURED = ("seconds", "growth_rate", "growth", "order_L1/2", "order_L2", "order_L4")
 
 
 class _Texts:
