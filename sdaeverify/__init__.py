@@ -173,11 +173,13 @@ _NAMES = {
 }
 
 
+_WHERE = {name: module for module, names in _NAMES.items() for name in names.split()}
+
+
 def __getattr__(name: str) -> object:
-    for module, names in _NAMES.items():
-        if name in names.split():
-            return getattr(import_module(f".{module}", __name__), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name not in _WHERE:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f".{_WHERE[name]}", __name__), name)
 
 
 def __dir__() -> list[str]:

@@ -316,6 +316,7 @@ def _loaded(plugin: object, origin: Origin, before: Sequence[LoadedPlugin]) -> L
 
 def _refuse_taken(part: Contribution, before: Sequence[Contribution], origin: Origin) -> None:
     for kind, word in KINDS.items():
-        taken = {name: entry for other in before for name, entry in getattr(other, kind).items()}
-        for name in sorted(getattr(part, kind).keys() & taken.keys()):
-            raise PluginError(f"{word} {name!r} of {origin} is already registered by {taken[name].origin}")
+        own = getattr(part, kind)
+        for known in (getattr(other, kind) for other in (before if own else ())):
+            for name in sorted(own.keys() & known.keys()):
+                raise PluginError(f"{word} {name!r} of {origin} is already registered by {known[name].origin}")
