@@ -15,9 +15,9 @@ COSTLY = ("multiprocessing", "sdaeverify.api", "sdaeverify.cli.program", "sdaeve
 COSTLY += ("subprocess",)
 # Tests of programs, of the lab and of what is shipped: nothing in these folders is quick.
 PROGRAMS = {"benchmarks", "cli", "pytest_plugin", "report", "scaffold"}
-LEFT_OUT = PROGRAMS | {"calibration", "experiments", "problems", "statistical"}
+LEFT_OUT = PROGRAMS | {"calibration", "experiments", "planted", "problems", "schemes", "statistical"}
 # Of so many cases of a test, one is quick; in rooms of short arithmetic all are.
-CASES, WHOLE = 50, {"forms", "gate", "numerics"}
+CASES, WHOLE = 50, {"forms", "gate", "measures", "numerics"}
 
 # Where the environment says that nothing compiled be kept, each of the hundred programs that tests start compiles the
 # package anew, for half a second. Git ignores what is kept.
