@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 from browser import browser, needs_chromium
+from sdaeverify.registry.load import load_registry
+from sdaeverify.testing import checks
 
 SITE = Path(__file__).parents[1] / "docs" / "_site"
 BUILT = pytest.mark.skipif(not (SITE / "index.html").exists(), reason="first: python -m sphinx -W docs docs/_site")
@@ -61,6 +63,16 @@ def window():
             "Network.emulateNetworkConditions", offline=False, latency=0, downloadThroughput=-1, uploadThroughput=-1
         )
         yield page
+
+
+@BUILT
+def test_everything_that_is_registered_has_a_page():
+    """Schemes, problems and the kit's checks are told, each on a page of its own."""
+    registry = load_registry(environ={})
+    names = [f"schemes/{name}" for name in registry.schemes] + [f"problems/{name}" for name in registry.problems]
+    names += [f"mistakes/{kind}-{check.name}" for kind in ("scheme", "problem") for check in checks(kind)]
+
+    assert [name for name in names if not (SITE / "generated" / f"{name}.html").exists()] == []
 
 
 @BUILT
