@@ -319,13 +319,15 @@ def is_stable(step: LinearDelayStep, mesh: Mesh) -> bool | None:
     return {1: True, 0: None, -1: False}[side]
 
 
-def radius(step: LinearDelayStep, mesh: Mesh) -> SpectralRadius:
+def radius(step: LinearDelayStep, mesh: Mesh, *, certified: bool = True) -> SpectralRadius:
     """Return the spectral radius of the second moments of the whole history.
 
     Parameters
     ----------
     step : LinearDelayStep
     mesh : Mesh
+    certified : bool, optional
+        Whether a width is looked for, which costs as much as the radius; where noise acts it is infinite if not.
 
     Returns
     -------
@@ -348,7 +350,7 @@ def radius(step: LinearDelayStep, mesh: Mesh) -> SpectralRadius:
         lambda s: _excess(recursion, float(np.exp(s))), np.log(low), np.log(high), xtol=1e-15, rtol=1e-15
     )
     rho = float(np.exp(logarithm))
-    return SpectralRadius(rho, _width(recursion, rho))
+    return SpectralRadius(rho, _width(recursion, rho) if certified else np.inf)
 
 
 def _without_noise(recursion: Lagged, floor: float) -> SpectralRadius | None:

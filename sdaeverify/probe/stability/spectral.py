@@ -46,8 +46,8 @@ class SpectralRadius(NamedTuple):
     width: float
 
 
-def spectral_radius(operator: Operator) -> SpectralRadius:
-    """Return the spectral radius of a positive operator."""
+def spectral_radius(operator: Operator, *, certified: bool = True) -> SpectralRadius:
+    """Return the spectral radius of a positive operator; without a certificate its width may be infinite."""
     if operator.size > DENSE:
         return _by_values(operator) if np.isfinite(operator.factors).all() else SpectralRadius(np.inf, np.inf)
     matrix = operator.dense()
@@ -56,7 +56,7 @@ def spectral_radius(operator: Operator) -> SpectralRadius:
     if (known := _of_one_factor(operator, matrix)) is not None:
         return known
     rho = float(np.abs(np.linalg.eigvals(matrix)).max())
-    return SpectralRadius(rho, _certified_width(operator, matrix, rho))
+    return SpectralRadius(rho, _certified_width(operator, matrix, rho) if certified else np.inf)
 
 
 def _of_one_factor(operator: Operator, matrix: Array) -> SpectralRadius | None:
