@@ -76,8 +76,9 @@ Parts = list[tuple[Entry, LaneEvidence]]
 LATE = "no result within {:g} s on a block of paths (--timeout)"
 AGAIN = ", twice"
 MEANWHILE = "while the run was under way; run it again"
-# Pieces of a block for each worker: with one worker the noise is drawn once, with many a scheme is alone.
-PIECES = 2
+# Pieces of a block for each worker: with one worker the noise is drawn once, with many a scheme is alone; and the
+# schemes at most that are screened in one piece, where there is no noise to share.
+PIECES, SCREENED_TOGETHER = 2, 3
 # What a worker whose memory is used up may raise outside the code of a scheme.
 SHORT = (MemoryError, OSError)
 
@@ -214,9 +215,11 @@ class Blocks:
         return recalled, self._sent(parcel) if missing else []
 
     def _sent(self, parcel: Parcel) -> list[Begun]:
-        """Send a parcel in pieces of some schemes, of one where no noise is drawn that they could share."""
+        """Send a parcel in pieces of some schemes, the more pieces the more workers there are."""
         entries, jobs = parcel.task.entries, self.crew.jobs
-        size = 1 if parcel.block == SCREENING else max(1, ceil(len(entries) / (PIECES * jobs if jobs > 1 else 1)))
+        size = max(1, ceil(len(entries) / (PIECES * jobs if jobs > 1 else 1)))
+        if parcel.block == SCREENING:
+            size = min(size, SCREENED_TOGETHER)
         return [self._send(parcel.only(entries[n : n + size])) for n in range(0, len(entries), size)]
 
     def _end(self, task: Task, recalled: list[Recalled], computed: Parts) -> Lanes:
