@@ -21,8 +21,10 @@ def verdicts():
 
 
 def test_report_covers_the_shipped_matrix(verdicts):
-    """Every shipped scheme, problem and measure is in it, and nothing else."""
-    plan = plan_of(load_registry(environ={}), (), (), ())
+    """Every shipped scheme, problem and measure is in it, and nothing else: libraries have their own report."""
+    registry = load_registry(environ={})
+    own = [scheme for entry in registry.schemes.values() for scheme in entry.variants if not scheme.claimant]
+    plan = plan_of(registry, own, (), ())
     rows = pd.concat([verdicts, pd.read_csv(FOLDER / "not_applicable.csv")])
 
     assert set(rows[CELL].itertuples(index=False, name=None)) == {

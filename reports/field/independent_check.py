@@ -1,7 +1,8 @@
 """Checks what the report refutes, with torchsde alone: nothing of sdaeverify is imported.
 
-Strong errors at time 1 on dz = lambda z dt + mu z dW with z = x_1 + i x_2, whose solution is known on the same path;
-and the variance of the Levy areas that ``BrownianInterval`` draws over a step of length 1, which is 1/4.
+Strong errors at time 1 on dz = lambda z dt + mu z dW with z = x_1 + i x_2 and on dx = sqrt(1 + x^2) o dW, whose
+solutions are known on the same path, and mean errors of the latter; and the variance of the Levy areas that
+``BrownianInterval`` draws over a step of length 1, which is 1/4.
 
     pip install torchsde && python reports/field/independent_check.py
 """
@@ -50,6 +51,34 @@ def errors(calculus, method, options):
     return found
 
 
+class Hyperbolic:
+    """dx = sqrt(1 + x^2) o dW whose solution from 0 is sinh W."""
+
+    noise_type, sde_type = "diagonal", "stratonovich"
+
+    def f(self, t, y):
+        """Return the drift."""
+        return torch.zeros_like(y)
+
+    def g(self, t, y):
+        """Return the diffusion."""
+        return torch.sqrt(1.0 + y * y)
+
+
+def hyperbolic_errors(options):
+    """Return the mean of |arcsinh x - W| at time 1, and that of arcsinh x - W, for each number of steps."""
+    bm = torchsde.BrownianInterval(0.0, 1.0, size=(PATHS, 1), dtype=torch.float64, entropy=3, dt=1.0 / STEPS[-1])
+    W, x = bm(0.0, 1.0), torch.zeros(PATHS, 1, dtype=torch.float64)
+    found, means = [], []
+    for n in STEPS:
+        ts = torch.tensor([0.0, 1.0]).double()
+        with torch.no_grad():
+            y = torchsde.sdeint(Hyperbolic(), x, ts, bm=bm, method="milstein", dt=1.0 / n, options=dict(options))[-1]
+        found.append(float((torch.asinh(y) - W).abs().mean()))
+        means.append(float((torch.asinh(y) - W).mean()))
+    return found, means
+
+
 def area_variance(approximation):
     """Return the mean of A^2 over a step of length 1 with its standard error."""
     bm = torchsde.BrownianInterval(
@@ -70,5 +99,13 @@ if __name__ == "__main__":
         found = errors(calculus, method, options)
         slope = -np.polyfit(np.log(STEPS), np.log(found), 1)[0]
         print(f"{calculus:13s} {method} {options}: errors {np.round(found, 5).tolist()}, order {slope:.2f}")
+    for options in ({}, {"grad_free": True}):
+        found, means = hyperbolic_errors(options)
+        slope = -np.polyfit(np.log(STEPS), np.log(found), 1)[0]
+        last = np.log2(found[-2] / found[-1])
+        print(
+            f"hyperbolic, stratonovich milstein {options}: errors {np.round(found, 5).tolist()}, order {slope:.2f},"
+        )
+        print(f"  in the last halving {last:.2f}; mean errors of arcsinh x {np.round(means, 5).tolist()}")
     for approximation in ("davie", "foster"):
         print(f"E A^2 of {approximation}: {{:.4f}} +- {{:.4f}}, exactly 0.25".format(*area_variance(approximation)))

@@ -100,4 +100,6 @@ if __name__ == "__main__":
     begin()
     for part in RUNS:
         run(*part)
-    (FOLDER / "tables.md").write_text("\n".join(tables(pd.read_csv(FOLDER / "verdicts.csv"))) + "\n")
+    (FOLDER / "tables.md").write_text(
+        "\n".join(tables(pd.read_csv(FOLDER / "verdicts.csv").fillna({"quantity": "all"}))) + "\n"
+    )
