@@ -1,8 +1,11 @@
 """The public names: each is there, imported by whoever asks for it first."""
 
 import ast
+import inspect
+import re
 import subprocess
 import sys
+from enum import Enum
 from pathlib import Path
 
 import pytest
@@ -45,3 +48,22 @@ def test_importing_the_package_is_cheap():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
 
     assert done.stdout.strip() == "[]"
+
+
+def arguments_without_a_word(thing):
+    """Return the arguments of a class or function with three or more that its documentation does not name."""
+    names = [name for name in inspect.signature(thing).parameters if name not in {"args", "kwargs"}]
+    told = set(re.findall(r"\w+", inspect.getdoc(thing) or ""))
+    sections = re.search(r"^(Parameters|Attributes)$", inspect.getdoc(thing) or "", re.MULTILINE)
+    return [name for name in names if name not in told or not sections] if len(names) >= 3 else []
+
+
+def test_every_argument_of_a_public_name_is_explained():
+    """Whoever calls one of the package's classes or functions with three arguments finds each in its help."""
+    things = {name: getattr(sdaeverify, name) for name in sdaeverify.__all__}
+    own = {
+        name: thing
+        for name, thing in things.items()
+        if inspect.isfunction(thing) or (inspect.isclass(thing) and not issubclass(thing, (Enum, Exception)))
+    }
+    assert {name: missing for name, thing in own.items() if (missing := arguments_without_a_word(thing))} == {}

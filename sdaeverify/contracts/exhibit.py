@@ -182,7 +182,15 @@ class Curve(NamedTuple):
 
 
 class Range(NamedTuple):
-    """A shaded part of the x axis, with what is said of it."""
+    """A shaded part of the x axis.
+
+    Attributes
+    ----------
+    low, high : float
+        Its ends.
+    label : str
+        What is said of it.
+    """
 
     low: float
     high: float

@@ -187,6 +187,8 @@ class MeanTable(Experiment):
 
     Attributes
     ----------
+    name, title, source, full_paths, block, notes
+        As of any `Experiment`.
     rows : tuple of Row
         The step numbers of one problem are the least one times powers of 2.
     equilibrium : bool

@@ -97,8 +97,9 @@ class DelaySDAE(Delayed):
     dissipation : Dissipation, optional
         The constants of condition (4.1) of mean-square stability.
     dissipation_without_y : Dissipation, optional
-        Those of the equation with y eliminated, where they are better than what `dissipation` implies for it. Schemes
-        that solve the constraint at every mesh point solve that equation.
+        Those of the equation with y eliminated, where better than `dissipation` implies: schemes that solve for y do.
+    horizon, noise_dim, source, units, traits, noise, observables, truths, controls, chart, relaxation, fastest
+        As of any `Problem`, and seen_as, which only views set.
 
     Raises
     ------

@@ -39,6 +39,8 @@ class Langevin(Damped):
         q and p at time 0.
     noise_dim : int
         n, set by the form.
+    horizon, source, units, traits, noise, observables, truths, controls, chart, relaxation, fastest
+        As of any `Problem`, and seen_as, which only views set.
 
     Raises
     ------

@@ -170,6 +170,8 @@ class ConstrainedLangevin(StiffnessFamily):
         The same problem, its truths included, with another eps.
     noise_dim : int
         d, set by the form.
+    horizon, source, units, traits, noise, observables, truths, controls, chart, relaxation, fastest
+        As of any `Problem`, and seen_as, which only views set.
 
     Raises
     ------

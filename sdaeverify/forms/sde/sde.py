@@ -55,6 +55,8 @@ class SDE(Problem):
     constraint : callable, x -> ndarray, shape (m, P), optional
         g, which the solution keeps at zero: an invariant of the equation. It must be analytic, Dg is taken by
         complex step.
+    horizon, noise_dim, source, units, traits, noise, observables, truths, controls, chart, relaxation, fastest
+        As of any `Problem`, and seen_as, which only views set.
 
     Raises
     ------
