@@ -77,12 +77,23 @@ def write_csv(text: str, path: Path) -> None:
     """
     write_text(text, path)
     if find_spec("pyarrow"):
-        table = pd.read_csv(io.StringIO(text), float_precision="round_trip", low_memory=False)
+        texts = pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
+        table = texts.apply(_typed)
         try:
             with written(path.with_suffix(PARQUET)) as file:
                 table.to_parquet(file, index=False)
         except OSError as error:
             raise UsageError(f"cannot write {path.with_suffix(PARQUET)}: {error.strerror or error}") from error
+
+
+def _typed(column: "pd.Series[Any]") -> "pd.Series[Any]":
+    """Return a column of texts as whole numbers, else as numbers, to the last bit; as it is if it is neither."""
+    for number in (int, lambda text: float(text or "nan")):
+        try:
+            return pd.Series([number(text) for text in column], index=column.index)
+        except ValueError:
+            continue
+    return column
 
 
 def csv_text(table: pd.DataFrame) -> str:

@@ -117,7 +117,7 @@ def test_what_is_shown(quick):
     assert words.endswith("exit code 0: no claim is refuted\n")
     tables = {"verdicts.csv", "not_applicable.csv", "levels.csv", "columns.csv", "details"}
     written = {*tables, "run.json", "report.html", "evidence"}
-    assert written == {path.name for path in Path("out").iterdir()}
+    assert written == {path.name for path in Path("out").iterdir() if path.suffix != ".parquet"}
 
 
 def test_words_of_the_command_line_are_kept(quick):

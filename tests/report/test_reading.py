@@ -1,11 +1,13 @@
 """What a row of the verdicts is read as, and that the committed report tells no order of noise."""
 
+import json
 from math import inf, isfinite, isnan
 from pathlib import Path
 
 import pytest
 
 from report.rows import verdict, weak
+from sdaeverify.errors import UsageError
 from sdaeverify.report.folders import read_tables
 from sdaeverify.report.reading import Interval, claimed_order, read_row, record
 
@@ -30,6 +32,15 @@ def test_the_order_of_a_claim_is_read_from_its_text():
     """Only a claim of an order names one."""
     assert claimed_order("order >= 1.5") == 1.5
     assert isnan(claimed_order("round-off"))
+
+
+@pytest.mark.parametrize(("found", "told"), [(1, "in format 1"), (None, "in no known format"), (99, "in format 99")])
+def test_a_run_in_another_format_is_told_in_one_line(tmp_path, found, told):
+    """Its columns would mean something else; what to do is said."""
+    (tmp_path / "verdicts.csv").write_text("scheme,problem,measure,quantity\na,b,c,d\n")
+    (tmp_path / "run.json").write_text(json.dumps({"schema_version": found}))
+    with pytest.raises(UsageError, match=f"is {told}, this version of sdaeverify reads format 2: run it again"):
+        read_tables(tmp_path)
 
 
 @pytest.fixture(scope="module")
