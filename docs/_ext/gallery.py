@@ -17,6 +17,7 @@ def gallery_conf(here: Path) -> dict[str, Any]:
         "within_subsection_order": "FileNameSortKey",
         "abort_on_example_error": True,
         "download_all_examples": False,
+        "capture_repr": ("_repr_html_",),
         "remove_config_comments": True,
         "min_reported_time": 0,
         "show_memory": False,
