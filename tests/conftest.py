@@ -13,9 +13,10 @@ HERE = Path(__file__).parent
 # Whoever imports something from there samples, starts programs or runs whole studies.
 COSTLY = ("multiprocessing", "sdaeverify.api", "sdaeverify.cli.program", "sdaeverify.lab", "sdaeverify.workers")
 COSTLY += ("subprocess",)
-# Tests of programs, of the lab and of what is shipped: nothing in these folders is quick.
-PROGRAMS = {"benchmarks", "cli", "pytest_plugin", "report", "scaffold"}
-LEFT_OUT = PROGRAMS | {"calibration", "experiments", "planted", "problems", "schemes", "statistical"}
+# Tests of programs and files, of the lab and of what is shipped: nothing in these folders is quick.
+PROGRAMS = {"benchmarks", "cli", "pytest_plugin", "report", "scaffold", "store", "testing"}
+SHIPPED = {"bridges", "calibration", "experiments", "planted", "problems", "schemes", "selftest", "statistical"}
+LEFT_OUT = PROGRAMS | SHIPPED
 # Of so many cases of a test, one is quick; in rooms of short arithmetic all are.
 CASES, WHOLE = 50, {"forms", "gate", "measures", "numerics"}
 
