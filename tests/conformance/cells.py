@@ -139,6 +139,8 @@ def asked_of_cells(registry: Registry, *, chosen: bool) -> Iterator[Inquiry]:
 def asked_of_problems(registry: Registry, *, long: bool) -> Iterator[Inquiry]:
     """Yield what every problem is asked: what takes seconds, or the rest."""
     for spec in specs(registry):
-        slow = {"controls"} | (LONG if registry.problems[spec.name].on_request or spec.name in LATE else frozenset())
+        entry = registry.problems[spec.name]
+        long_by_default = entry.make() not in entry.in_matrix
+        slow = {"controls"} | (LONG if long_by_default or spec.name in LATE else frozenset())
         asked = problem_questions(ProblemSubject(spec, registry), None)
         yield Inquiry(spec.label, [question for question in asked if (question.check.name in slow) is long])
