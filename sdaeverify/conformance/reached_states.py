@@ -15,6 +15,7 @@ import numpy as np
 from ..arrays import Array
 from ..contracts.scheme import Scheme
 from ..forms import Problem
+from ..numerics import norm
 from ..numerics.statistics import EPS
 from ..probe.local.strong_defects import core
 from ..probe.step.nodes import Nodes, step_nodes
@@ -29,8 +30,10 @@ COUNT, MOST = 2, 64
 WORK = 16_384
 # A part that is wrong by less is left to orders; an error of order 1/2 in h falls below this power of the factor.
 SHARE, VANISHING = 0.05, 0.4
-# At last, what is wrong is the same part of drift or noise for all steps; what is tamed of a drift of 1e7 is not.
+# At last, what is wrong is the same part of drift or noise for all steps; what is tamed is not.
 SAME = 0.9
+# A drift that moves a state by more than this in the shortest step may be tamed or truncated in all of them.
+MOVED = 0.01
 # Of the size that drift and noise have at other states: where they are 0 themselves, nothing is a part of them.
 TYPICAL = 0.2
 ROUNDINGS = 64.0
@@ -59,6 +62,7 @@ def departure(scheme: Scheme, view: Problem) -> str:
     if not nodes.exact or len(nodes.weights) > MOST:
         return ""
     x = reached(view, step.equation)
+    x = x[:, SIZES[-1] * unit * norm(step.equation.drift(WHEN * view.horizon, x)) < MOVED]
     x = x[:, :: max(-(-x.shape[1] * len(nodes.weights) // WORK), 1)]
     return _of_law(ShortSteps.of(step, nodes, x), x) if x.size else ""
 

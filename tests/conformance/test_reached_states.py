@@ -108,12 +108,13 @@ def test_scheme_without_claims_is_not_held_to_the_equation() -> None:
         # Drifts of 1e5 are tamed to a fifth by the longer of these steps.
         hyperbolic(a=1.55, b=1.28, x_0=2.11, horizon=4.22),
         hyperbolic_pair(c=3.75, b_1=0.122, b_2=1.87, x_1=1.6, horizon=1.96),
+        hyperbolic_pair(c=4.74, b_1=0.121, b_2=0.89, x_1=2.37, horizon=2.37),
         # Velocities of 1e-8 have multipliers of 1e-16, an output.
         pendulum_velocity_noise(sigma=3.69, theta_0=0.121, omega_0=0.234, horizon=0.736),
         # A truncation that sees a drift of 1e4.
         fibre_clamped(alpha=0.939, beta=0.493, Dr=0.0625, N=2, horizon=0.00428),
     ],
-    ids=["hyperbolic", "hyperbolic-pair", "pendulum", "fibre"],
+    ids=["hyperbolic", "hyperbolic-pair", "steep pair", "pendulum", "fibre"],
 )
 def test_shipped_schemes_follow_equations_far_out(problem: SDE) -> None:
     """Errors that vanish as steps are shortened are none, however large they are at first."""

@@ -13,7 +13,7 @@ from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import Equation, Problem
 from ..step.nodes import HalfSteps, half_steps
-from ..step.one_step import OneStep, unresolved
+from ..step.one_step import TRUNCATED, OneStep, unresolved
 from ..step.states import WHEN, cloud
 from ..step.times import ProbeTime, times
 from .orders import SETTLED, TOLERANCE, last_orders
@@ -65,7 +65,10 @@ def no_local_order(scheme: Scheme, view: Problem) -> str:
     if scheme.law.bounded:
         return f"sums of {scheme.law.name} increments are no increments of a longer step"
     shortest = float(LEVELS[-1]) * view.time_unit
-    return unresolved(view, shortest) or OneStep(scheme, view).refusal(beside=True)
+    step = OneStep(scheme, view)
+    if text := unresolved(view, shortest) or step.refusal(beside=True):
+        return text
+    return "" if untruncated(step, float(LEVELS[-2]) * view.time_unit).size else TRUNCATED
 
 
 def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
@@ -82,7 +85,7 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     LocalStrong
     """
     step = OneStep(scheme, view)
-    x = cloud(view, step.equation)
+    x = untruncated(step, float(LEVELS[-2]) * view.time_unit)
     nodes = HalfSteps(*(part.few(WORK // len(x)) for part in _half_steps(scheme, view)))
     when = times(step, x)
     counts = np.array(float(nodes.whole.exact)), np.array(float(len(when)))
@@ -90,12 +93,22 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     def probed(h: Array) -> LocalStrong:
         levels = [_level(step, x, nodes, float(size), when) for size in h]
         rms, mean, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
+        truncated = np.tile(step.truncated(x, h), (len(when), 1))
+        rms, mean = (np.where(truncated, np.nan, part) for part in (rms, mean))
         return LocalStrong(h, rms, mean, scale, core(step.equation, x), *counts)
 
     unit = view.time_unit
     with np.errstate(all="ignore"):
         record = probed(LEVELS * unit)
         return _joined(record, probed(FINER * unit)) if _slows_down(record) else record
+
+
+def untruncated(step: OneStep, h: float) -> Array:
+    """Return the states of the cloud at which steps of this size and shorter ones are not truncated, shape (d, S)."""
+    x = cloud(step.view, step.equation)
+    with np.errstate(all="ignore"):
+        truncated = step.truncated(x, np.array([h]))[:, 0]
+    return x[:, ~truncated] if truncated.any() else x
 
 
 def _half_steps(scheme: Scheme, view: Problem) -> HalfSteps:

@@ -23,10 +23,11 @@ from ...forms import Problem
 from ...numerics import jacobian
 from ..step import test_functions
 from ..step.nodes import LARGEST, Nodes, step_nodes
-from ..step.one_step import OneStep, unresolved
+from ..step.one_step import TRUNCATED, OneStep, unresolved
 from ..step.states import WHEN, cloud
 from ..step.times import times
 from .romberg import Romberg, depth
+from .strong_defects import untruncated
 from .weak_order import LocalWeak
 
 # Step sizes 2^-3, ..., 2^-18 of the horizon, or of the unit of time where that is shorter. At the finest, defects of
@@ -35,6 +36,8 @@ LEVELS = 2.0 ** -np.arange(3.0, 19.0)
 # Gauss-Hermite nodes a variable, by the number of variables. Beyond, 3 nodes: exact to degree 5, enough for order 2.
 COUNTS = {1: 8, 2: 6, 3: 5, 4: 4}
 FEWEST_NODES = 3
+# An order needs so many of the finest step sizes that are not truncated.
+LEAST = 5
 
 
 class SemigroupReference(NamedTuple):
@@ -71,7 +74,10 @@ def refusal(scheme: Scheme, view: Problem) -> str:
     if not nodes.exact or len(nodes.weights) > LARGEST:
         return f"noise in {view.noise_dim} dimensions has too many nodes"
     shortest = float(LEVELS[-1]) * view.time_unit
-    return unresolved(view, shortest) or OneStep(scheme, view).refusal()
+    step = OneStep(scheme, view)
+    if text := unresolved(view, shortest) or step.refusal():
+        return text
+    return "" if untruncated(step, float(LEVELS[-LEAST]) * view.time_unit).size else TRUNCATED
 
 
 def sizes(view: Problem) -> Array:
@@ -138,19 +144,24 @@ def local_weak(
     moments = times(step, first.states)[1:]
     known = [first, *(reference(view, tuple(each.of_size(step, float(h)) for h in first.h)) for each in moments)]
     with np.errstate(all="ignore"):
-        found = zip(*(_at(step, each, nodes) for each in known), strict=True)
-        defect, scale = (np.concatenate(parts, axis=1) for parts in found)
+        found = list(zip(*(_at(step, each, nodes) for each in known), strict=True))
+    defect, scale = (np.concatenate(parts, axis=1) for parts in found)
     finite = np.isfinite(defect) & np.isfinite(scale)
     counts = np.array(float(first.trees)), np.array(float(len(first.units)))
-    time = np.repeat(np.arange(len(known), dtype=float), [each.states.shape[1] for each in known])
+    time = np.repeat(np.arange(len(known), dtype=float), [each.shape[1] for each in found[0]])
     return LocalWeak(first.h, np.where(finite, defect, np.nan), np.where(finite, scale, np.nan), *counts, time)
 
 
 def _at(step: OneStep, known: SemigroupReference, nodes: Nodes) -> tuple[Array, Array]:
-    """Return the defects of a step from one time, and their scale, both of shape (F, S, H)."""
+    """Return the defects of a step from one time, and their scale, both of shape (F, S, H).
+
+    Of steps that are truncated they are NaN, and a state has none where some of the finest are.
+    """
     levels = [_level(step, known, nodes, level) for level in range(len(known.h))]
     means, largest = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
-    return means - known.means, largest + known.slopes[..., None]
+    truncated = step.truncated(known.states, known.h)
+    kept, defect = ~truncated[:, -LEAST], np.where(truncated, np.nan, means - known.means)
+    return defect[:, kept], (largest + known.slopes[..., None])[:, kept]
 
 
 def _nodes(scheme: Scheme, noises: int) -> Nodes:

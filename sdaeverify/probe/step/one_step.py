@@ -5,18 +5,21 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, Mask
 from ...contracts.scheme import Scheme, State, flatten
 from ...errors import SchemeError
 from ...forms import Equation, Problem
 from ...noise.brownian import Increment
-from .nodes import SEED
+from .nodes import SEED, step_nodes
 from .states import WHEN, cloud
 
 # A fast component is resolved by steps that are so many times shorter than its time.
 RESOLVED = 64.0
 # Steps of a run, of this part of the unit of time, and how much memory may move one of them: a solver's tolerance.
 RUN, RUN_H, MOVED = 128, 2.0**-8, 1e-6
+# Noise of the steps that tell whether they are truncated: random points, where a rule would be too large.
+FEW = 64
+TRUNCATED = "steps are truncated at every state, however short they are"
 # On so much shorter steps, what is an error of a single step falls faster than with this power.
 FINER, VANISHING = 16.0, 1.2
 
@@ -115,6 +118,22 @@ class OneStep:
     def advance(self, state: State, t: float, h: float, noise: Increment) -> State:
         """Return the scheme's state after a step, all its memory included."""
         return self.scheme.prepare(self.view, h)(state, t, noise).state
+
+    def truncated(self, x: Array, h: Array) -> Mask:
+        """Tell at which states a step of each size is truncated by some noise of its size, shape (S, H).
+
+        A truncated step is not yet what the scheme tends to: it has no order there.
+        """
+        nodes = step_nodes(self.view.noise_dim, 2, areas="H" in self.scheme.noise, law=self.scheme.law).few(FEW)
+        wide, t = np.repeat(x, len(nodes.weights), axis=1), WHEN * self.view.horizon
+        found = np.zeros((x.shape[1], len(h)), dtype=bool)
+        for place, size in enumerate(h.tolist() if not self.view.records else ()):
+            step = self.scheme.prepare(self.view, size)
+            mask = step(self.enter(wide, t, size), t, nodes.increment(size, x.shape[1])).truncated
+            if mask is None:
+                break
+            found[:, place] = mask.reshape(x.shape[1], -1).any(axis=1)
+        return found
 
     def read(self, state: State) -> Array:
         """Return the comparable components of a state, shape (d, P)."""

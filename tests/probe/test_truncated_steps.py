@@ -1,0 +1,55 @@
+"""Steps that are truncated are not yet what a scheme tends to, and have no order."""
+
+import numpy as np
+
+from sdaeverify import SDE
+from sdaeverify.probe.local.strong_defects import LEVELS, local_strong, no_local_order, untruncated
+from sdaeverify.probe.local.strong_order import strong_order
+from sdaeverify.probe.local.weak_defects import local_weak, refusal
+from sdaeverify.probe.local.weak_order import weak_order
+from sdaeverify.probe.step.one_step import TRUNCATED, OneStep
+from sdaeverify.probe.step.states import cloud
+from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
+from sdaeverify_schemes.euler_maruyama import DriftTruncatedEuler, EulerMaruyama
+
+
+def with_drift(size: float) -> SDE:
+    """Return dx = size dt + dW from 1."""
+    return SDE(
+        drift=lambda t, x: size + 0.0 * x,
+        diffusion=lambda t, x: np.ones((1, 1, x.shape[1])),
+        start=[1.0],
+        noise_dim=1,
+        horizon=1.0,
+        source="made up",
+    )
+
+
+def test_drift_that_is_truncated_at_every_state_has_no_local_order() -> None:
+    """A drift of 1e9 is truncated by the shortest step that is probed, and nothing is held against the scheme."""
+    steep = with_drift(1e9)
+
+    assert no_local_order(DriftTruncatedEuler(), steep) == TRUNCATED
+    assert refusal(DriftTruncatedEuler(), steep) == TRUNCATED
+    assert not no_local_order(EulerMaruyama(), steep)
+
+
+def test_states_with_a_truncated_step_are_left_out() -> None:
+    """Where some states of the cloud are far out, orders are those at the others."""
+    scheme, problem = DriftTruncatedEuler(), hyperbolic_pair(c=3.0, b_1=0.121, b_2=0.89, x_1=2.37, horizon=2.0)
+    step = OneStep(scheme, problem)
+    states, left = cloud(problem, step.equation), untruncated(step, float(LEVELS[-2]) * problem.time_unit)
+    record = local_strong(scheme, problem)
+
+    assert 0 < left.shape[1] < states.shape[1]
+    assert record.rms.shape[2] == left.shape[1] * int(record.times)
+    assert strong_order(record).consistent
+    assert weak_order(local_weak(scheme, problem)).inconsistent_share == 0.0
+
+
+def test_gentle_drift_keeps_all_states() -> None:
+    """No step of a drift of 1 is truncated at a size that orders are taken from."""
+    step = OneStep(DriftTruncatedEuler(), with_drift(1.0))
+
+    assert untruncated(step, float(LEVELS[-2])) is cloud(step.view, step.equation)
+    assert not step.truncated(cloud(step.view, step.equation), LEVELS[-3:]).any()
