@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from sdaeverify.contracts.finding import Verdict
@@ -21,7 +21,6 @@ def lines_of(gate, root):
     return list(annotations(gate, root))
 
 
-@settings(deadline=None)
 @given(reason=TEXTS, quantity=TEXTS, kind=TEXTS, gone=TEXTS)
 def test_untrusted_text_begins_no_command(reason, quantity, kind, gone):
     """Whatever a plugin's texts hold, a command is one line that begins as it must and has one message."""

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from sdaeverify.contracts.finding import Verdict
@@ -47,7 +47,6 @@ def test_no_command_without_a_name():
     assert row["reproduce"] == ""
 
 
-@settings(deadline=None)
 @given(reason=ODD, kind=ODD, line=ODD)
 def test_markdown_stays_in_its_cells(reason, kind, line):
     """No text adds a row, a column, HTML or code to the tables."""

@@ -112,7 +112,7 @@ VALUES = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_s
 WHERE = st.sampled_from([(), *((name,) for name in SAVED), *((a, b) for a in SAVED for b in SAVED[a])])
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(where=WHERE, value=VALUES)
 def test_anything(folder, where, value):
     """Whatever stands in place of what belongs there, a run is read or refused in words."""

@@ -70,7 +70,7 @@ def same_tally(a, b):
     )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(written=LANES)
 def test_what_is_read_is_what_was_written(place, written):
     """Numbers of any kind, shape and value come back bit by bit, names of any letters too."""
@@ -286,7 +286,7 @@ WHERE = st.sampled_from(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(where=WHERE, value=JSON)
 def test_headers_from_elsewhere(place, where, value):
     """Whatever a header holds in place of what belongs there, the file is read or refused without an error."""
