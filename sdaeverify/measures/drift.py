@@ -75,6 +75,8 @@ LOWEST, HIGHEST = -64, 32
 EDGES = np.arange(LOWEST * BINS_PER_OCTAVE, HIGHEST * BINS_PER_OCTAVE + 1) / BINS_PER_OCTAVE
 FLAT = 0.35
 HEAVY = 0.2
+FINITE = "round-off wherever finite"
+NEAR_ROOTLESS = "beyond round-off at step sizes alone at which some paths have no root"
 # What a step with random parts leaves is a series in powers of h^(1/2).
 NEXT_POWER = 0.5
 
@@ -325,10 +327,14 @@ def _finding(evidence: Evidence, defect: Defect) -> Finding:
     levels, remarks = sound_levels(evidence.health.sums)
     # A path that is held without root, on a constraint of the state alone, leaves no residual: what it leaves counts.
     bound = 64.0 * EPS * defect.scale * np.sqrt(evidence.settings.steps)
-    if not np.any(defect.worst > bound):
+    beyond = defect.worst > bound
+    if not beyond.any():
         found = _round_off(evidence, defect, covered)
     elif covered.claim is not None and covered.claim.value == ROUND_OFF:
-        found = _beyond_round_off(defect, covered, bound)
+        # Near paths without root the derivative of the constraint is all but singular: a root is known less well.
+        rootless = evidence.health.sums["failed"] > 0
+        known = _beyond_round_off(defect, covered, bound)
+        found = known if beyond[~rootless].any() else _round_off(evidence, defect, covered, NEAR_ROOTLESS)
     elif len(levels) < FEWEST:
         return finding(covered, no_fit(evidence, covered, remarks), method="paths")
     else:
@@ -336,13 +342,13 @@ def _finding(evidence: Evidence, defect: Defect) -> Finding:
     return replace(found, reason=Reason.of(found.reason, remarks, covered.gap))
 
 
-def _round_off(evidence: Evidence, defect: Defect, covered: Coverage) -> Finding:
+def _round_off(evidence: Evidence, defect: Defect, covered: Coverage, text: str = FINITE) -> Finding:
     # An exact constraint keeps a promise of any order, but only where every step could be made.
     health = evidence.health.sums
     verdict = Verdict.INCONCLUSIVE if health["failed"].any() else Verdict.VERIFIED
     if health["lost"][-1] > 0:
         verdict = Verdict.DIVERGED
-    opinion = Opinion(verdict if covered.claim else Verdict.OUT_OF_SCOPE, Reason("round-off wherever finite"))
+    opinion = Opinion(verdict if covered.claim else Verdict.OUT_OF_SCOPE, Reason(text))
     return _of_largest(defect, covered, opinion, ROUND_OFF)
 
 

@@ -149,6 +149,19 @@ def test_steps_without_root_leave_round_off_undecided():
     assert "failed paths" in str(finding.reason)
 
 
+def test_residuals_beside_paths_without_root_refute_nothing():
+    """Near a double root Newton's update tells less of the residual; where all paths have roots, it refutes."""
+    rootless = np.arange(SETTINGS.levels) < 2
+    near = 0.75 * (SETTINGS.steps[1] ** -1.0 + SETTINGS.steps[2] ** -1.0) / 1.5
+
+    held, _ = judge(lambda h, t: 5e-12 if h > near else 1e-16, failed=rootless)
+    wrong, _ = judge(lambda h, t: 5e-12, failed=rootless)
+
+    assert held.verdict is Verdict.INCONCLUSIVE
+    assert "no root" in str(held.reason)
+    assert wrong.verdict is Verdict.REFUTED
+
+
 def test_levels_hold_the_supremum_and_quantiles():
     """Each level reports sup RMS, maximum and quantiles of the largest residual of a path."""
     _, levels = judge(lambda h, t: h * t, value=1.0)
