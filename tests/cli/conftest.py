@@ -17,7 +17,7 @@ import multiprocessing, os, sys, time
 from dataclasses import dataclass
 from typing import ClassVar
 import numpy as np
-from sdaeverify import SDE, Claim, HolonomicSDAE, Scheme, Step, hookimpl
+from sdaeverify import SDE, Claim, HolonomicSDAE, Pathwise, Scheme, Step, hookimpl
 """
 SCHEME = """
 @dataclass(frozen=True)

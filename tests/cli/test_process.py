@@ -17,9 +17,12 @@ from .conftest import SCHEME
 PROGRAM = (sys.executable, "-m", "sdaeverify")
 BUDGET = ("--paths", "80", "--block", "40", "--levels", "8..32")
 # Far longer than any of these tests may take, on a block of paths.
+# With a truth, which nobody asks whether it is one, its paths are as short as those of gbm and come after them.
 SLOW = """SDE(
     drift=lambda t, x: (time.sleep(300.0) if x.shape[-1] == 40 else None, x)[1],
-    diffusion=lambda t, x: x[:, None], start=[1.0], noise_dim=1, horizon=1.0, source="nowhere")"""
+    diffusion=lambda t, x: x[:, None], start=[1.0], noise_dim=1, horizon=1.0, source="nowhere",
+    truths=[Pathwise(start=lambda n: np.ones((1, n)), advance=lambda x, t, h, noise: x, parts=lambda t, x: {"x": x},
+    source="nowhere")])"""
 PATIENCE = 200.0
 STRONG = ("-m", "strong")
 # No worker process beside the program.
