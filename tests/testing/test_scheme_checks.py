@@ -16,8 +16,8 @@ NAMES = [check.name for check in checks("scheme")]
 SOUND = (Claim(measure="strong", value=0.5, source="a book"),)
 
 
-def euler(problem, x, h, noise):
-    return x + h * problem.drift(0.0, x) + apply(problem.diffusion(0.0, x), noise.dW)
+def euler(problem, x, h, noise, t=0.0):
+    return x + h * problem.drift(t, x) + apply(problem.diffusion(t, x), noise.dW)
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Sound(Scheme):
 
     def step(self, problem, state, t, h, noise):
         """Make one step."""
-        return Step(euler(problem, state, h, noise))
+        return Step(euler(problem, state, h, noise, t))
 
 
 class NoDataclass(Sound):
