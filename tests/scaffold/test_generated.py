@@ -16,8 +16,9 @@ from sdaeverify.testing import check_problem, check_scheme
 
 NAMES = names_of(Path(), "rodeo")
 # What is right, what is wrong, and the problem on which it shows.
-SIGN = ("b * dW + difference", "b * dW - difference", "rodeo-sinh")
-TIME = ("problem.drift(t, x)", "problem.drift(0.0, x)", "forced-ou")
+# What stands in the step, what is written in its place, and what is told: an interval, or the state of a short step.
+SIGN = ("b * dW + difference", "b * dW - difference", "rodeo-sinh", "strong x", "(99 % interval)")
+TIME = ("problem.drift(t, x)", "problem.drift(0.0, x)", "forced-ou", "strong", "a short step from [")
 
 
 @pytest.fixture
@@ -115,9 +116,9 @@ def test_plugin_passes_its_own_tests_and_gate(plugin):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("right", "wrong", "problem"), [SIGN, TIME], ids=["sign", "time"])
-def test_mistake_is_refuted_by_tests_and_gate(plugin, right, wrong, problem):
-    """With a sign turned round or the drift of another time, both are red and tell claim, interval and command."""
+@pytest.mark.parametrize(("right", "wrong", "problem", "what", "found"), [SIGN, TIME], ids=["sign", "time"])
+def test_mistake_is_refuted_by_tests_and_gate(plugin, right, wrong, problem, what, found):
+    """With a sign turned round or the drift of another time, both are red and tell claim, finding and command."""
     scheme = plugin / "src" / "rodeo" / "platen.py"
     written = scheme.read_text(encoding="utf-8")
     assert right in written
@@ -128,6 +129,6 @@ def test_mistake_is_refuted_by_tests_and_gate(plugin, right, wrong, problem):
 
     assert (tests.returncode, gate.returncode) == (1, ExitCode.REFUTED)
     for text in (tests.stdout, gate.stdout):
-        assert f"refuted: rodeo-platen on {problem}, strong x: claimed order >= 1.0" in text
-        assert "(99 % interval)" in text
+        assert f"refuted: rodeo-platen on {problem}, {what}: claimed order >= 1.0" in text, text[-3000:]
+        assert found in text
         assert f"python -m sdaeverify matrix -s rodeo-platen -p {problem} -m strong" in text
