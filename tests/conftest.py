@@ -3,16 +3,19 @@
 import os
 import sys
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
-import hypothesis
 import pytest
 
 pytest_plugins = "pytester"
 
-# How long an example takes is the machine's affair.
-hypothesis.settings.register_profile("any machine", deadline=None)
-hypothesis.settings.load_profile("any machine")
+# How long an example takes is the machine's affair. The tests of the site are run without hypothesis.
+with suppress(ImportError):
+    import hypothesis
+
+    hypothesis.settings.register_profile("any machine", deadline=None)
+    hypothesis.settings.load_profile("any machine")
 
 HERE = Path(__file__).parent
 # Whoever imports something from there samples, starts programs or runs whole studies.
