@@ -1,10 +1,10 @@
 """Counts of the reference run, which pages quote as ``{{ name }}``."""
 
-import csv
 from collections import Counter
 from pathlib import Path
 
 from sdaeverify.registry.load import load_registry
+from sdaeverify.report.folders import read_verdicts
 from sdaeverify.testing import checks
 
 KINDS = ("verified", "refuted", "inconclusive", "error", "diverged", "out_of_scope")
@@ -12,8 +12,7 @@ KINDS = ("verified", "refuted", "inconclusive", "error", "diverged", "out_of_sco
 
 def counts(folder: Path) -> dict[str, str]:
     """Return the number of findings of each verdict, and of what is registered."""
-    with (folder / "verdicts.csv").open(newline="") as file:
-        verdicts = Counter(row["verdict"] for row in csv.DictReader(file))
+    verdicts = Counter(row["verdict"] for row in read_verdicts(folder).verdicts)
     registry = load_registry(environ={})
     return {
         **{kind: str(verdicts[kind]) for kind in KINDS},

@@ -137,7 +137,7 @@ class ShortSteps(NamedTuple):
 
 
 def _size(values: Array) -> Array:
-    return np.asarray(np.sqrt((values**2).sum(axis=tuple(range(values.ndim - 1)))))
+    return norm(values.reshape(-1, values.shape[-1]))
 
 
 def _written(x: Array) -> str:

@@ -4,7 +4,8 @@ import csv
 from collections.abc import Iterator
 from pathlib import Path
 
-VERDICTS = "verdicts.csv"
+from ...report.folders import VERDICTS
+
 # Where the contract of a scheme is broken, nothing is simulated.
 BEFORE_ANY_PATH = "T0"
 

@@ -13,8 +13,8 @@ from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import Equation, Problem
 from ..step.nodes import HalfSteps, half_steps
-from ..step.one_step import TRUNCATED, OneStep, unresolved
-from ..step.states import WHEN, cloud
+from ..step.one_step import OneStep, unresolved
+from ..step.states import WHEN
 from ..step.times import ProbeTime, times
 from .orders import SETTLED, TOLERANCE, last_orders
 
@@ -66,9 +66,7 @@ def no_local_order(scheme: Scheme, view: Problem) -> str:
         return f"sums of {scheme.law.name} increments are no increments of a longer step"
     shortest = float(LEVELS[-1]) * view.time_unit
     step = OneStep(scheme, view)
-    if text := unresolved(view, shortest) or step.refusal(beside=True):
-        return text
-    return "" if untruncated(step, float(LEVELS[-2]) * view.time_unit).size else TRUNCATED
+    return unresolved(view, shortest) or step.refusal(beside=True) or step.all_truncated(_last_but_one(view))
 
 
 def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
@@ -85,7 +83,7 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     LocalStrong
     """
     step = OneStep(scheme, view)
-    x = untruncated(step, float(LEVELS[-2]) * view.time_unit)
+    x = step.untruncated(_last_but_one(view))
     nodes = HalfSteps(*(part.few(WORK // len(x)) for part in _half_steps(scheme, view)))
     when = times(step, x)
     counts = np.array(float(nodes.whole.exact)), np.array(float(len(when)))
@@ -103,12 +101,9 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
         return _joined(record, probed(FINER * unit)) if _slows_down(record) else record
 
 
-def untruncated(step: OneStep, h: float) -> Array:
-    """Return the states of the cloud at which steps of this size and shorter ones are not truncated, shape (d, S)."""
-    x = cloud(step.view, step.equation)
-    with np.errstate(all="ignore"):
-        truncated = step.truncated(x, np.array([h]))[:, 0]
-    return x[:, ~truncated] if truncated.any() else x
+def _last_but_one(view: Problem) -> float:
+    # An order needs the two finest step sizes.
+    return float(LEVELS[-2]) * view.time_unit
 
 
 def _half_steps(scheme: Scheme, view: Problem) -> HalfSteps:

@@ -23,11 +23,10 @@ from ...forms import Problem
 from ...numerics import jacobian
 from ..step import test_functions
 from ..step.nodes import LARGEST, Nodes, step_nodes
-from ..step.one_step import TRUNCATED, OneStep, unresolved
+from ..step.one_step import OneStep, unresolved
 from ..step.states import WHEN, cloud
 from ..step.times import times
 from .romberg import Romberg, depth
-from .strong_defects import untruncated
 from .weak_order import LocalWeak
 
 # Step sizes 2^-3, ..., 2^-18 of the horizon, or of the unit of time where that is shorter. At the finest, defects of
@@ -75,9 +74,7 @@ def refusal(scheme: Scheme, view: Problem) -> str:
         return f"noise in {view.noise_dim} dimensions has too many nodes"
     shortest = float(LEVELS[-1]) * view.time_unit
     step = OneStep(scheme, view)
-    if text := unresolved(view, shortest) or step.refusal():
-        return text
-    return "" if untruncated(step, float(LEVELS[-LEAST]) * view.time_unit).size else TRUNCATED
+    return unresolved(view, shortest) or step.refusal() or step.all_truncated(float(sizes(view)[-LEAST]))
 
 
 def sizes(view: Problem) -> Array:

@@ -135,6 +135,17 @@ class OneStep:
             found[:, place] = mask.reshape(x.shape[1], -1).any(axis=1)
         return found
 
+    def untruncated(self, h: float) -> Array:
+        """Return the states of the cloud at which steps of this size are not truncated, shape (d, S)."""
+        x = cloud(self.view, self.equation)
+        with np.errstate(all="ignore"):
+            truncated = self.truncated(x, np.array([h]))[:, 0]
+        return x[:, ~truncated] if truncated.any() else x
+
+    def all_truncated(self, h: float) -> str:
+        """Return that steps of this size are truncated at every state of the cloud, or an empty string."""
+        return "" if self.untruncated(h).size else TRUNCATED
+
     def read(self, state: State) -> Array:
         """Return the comparable components of a state, shape (d, P)."""
         parts = self.scheme.parts(self.view, state)

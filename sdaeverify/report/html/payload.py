@@ -8,6 +8,7 @@ from typing import Any
 from ..folders import NAMES, Key, SavedTables, TextRow, key_of
 from ..reading import number
 from ..sentences import counts_of
+from ..tables.columns import MEAN
 from ..tables.command import CELL, command_of
 
 SCHEMA = 2
@@ -30,7 +31,6 @@ LEVEL = {
     "failed": "x",
     "most": "most",
 }
-COST = "mean_"
 # Columns that begin in the same way and are no cost of a step.
 NO_COST = {"mean_std_error"}
 # Texts and numbers of a finding, from the verdicts and from the details of its measure.
@@ -154,10 +154,10 @@ def _costs(rows: Iterable[TextRow], texts: _Texts) -> list[list[Any]]:
         if row.get("steps") and (place not in finest or number(row, "steps") >= number(finest[place], "steps")):
             finest[place] = row
     return [
-        [texts(scheme), texts(problem), texts(name.removeprefix(COST).replace("_", " ")), rounded(number(row, name))]
+        [texts(scheme), texts(problem), texts(name.removeprefix(MEAN).replace("_", " ")), rounded(number(row, name))]
         for (scheme, problem), row in finest.items()
         for name in row
-        if name.startswith(COST) and name not in NO_COST and row[name]
+        if name.startswith(MEAN) and name not in NO_COST and row[name]
     ]
 
 

@@ -3,12 +3,14 @@
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
+from .. import folders
+
 if TYPE_CHECKING:
     from ...contracts.measure import Measure
 
 COLUMNS = "columns.csv"
 TEXT, NUMBER, WHOLE, TRUTH = "text", "number", "whole number", "truth value"
-COST = "mean_"
+MEAN = "mean_"
 
 
 class Column(NamedTuple):
@@ -82,12 +84,12 @@ DETAILS = (
     Column("claim_source", "who claims it, and where"),
     _number("seconds", "time of the scheme on the problem, all its measures together", "s"),
 )
-FILES = {"verdicts.csv": VERDICTS, "not_applicable.csv": NOT_APPLICABLE, "levels.csv": LEVELS}
+FILES = {folders.VERDICTS: VERDICTS, folders.NOT_APPLICABLE: NOT_APPLICABLE, folders.LEVELS: LEVELS}
 
 
 def details_file(measure: str) -> str:
     """Return the name of the file with the details of a measure."""
-    return f"details/{measure}.csv"
+    return f"{folders.DETAILS}/{measure}.csv"
 
 
 def names(columns: Iterable[Column]) -> tuple[str, ...]:
@@ -109,7 +111,7 @@ def dictionary(measures: "Iterable[Measure]") -> Iterator[dict[str, str]]:
         yield from (_row(file, column) for column in columns)
         if columns is LEVELS:
             yield from _told(file, further)
-            yield _row(file, _number(f"{COST}*", "mean over steps and paths of a cost that the scheme reports"))
+            yield _row(file, _number(f"{MEAN}*", "mean over steps and paths of a cost that the scheme reports"))
     for measure in known:
         file = details_file(measure.name)
         yield from (_row(file, column) for column in DETAILS)

@@ -11,7 +11,8 @@ from ...contracts.finding import Finding, Verdict
 from ...contracts.settings import Settings
 from ...simulate.tracks import COST, COUNTED
 from ...study import CellResult
-from .columns import DETAILS, LEVELS, NOT_APPLICABLE, VERDICTS, WHOLE, Column, details_file, names
+from .. import folders
+from .columns import DETAILS, LEVELS, MEAN, NOT_APPLICABLE, VERDICTS, WHOLE, Column, details_file, names
 from .findings import read_finding
 
 Record = dict[str, object]
@@ -49,7 +50,7 @@ def rows_of(results: Iterable[CellResult]) -> Rows:
 
 def tables_of(rows: Rows) -> dict[str, pd.DataFrame]:
     """Return rows as tables, by the names of their files."""
-    found = {"verdicts.csv": (rows.verdicts, VERDICTS), "not_applicable.csv": (rows.absent, NOT_APPLICABLE)}
+    found = {folders.VERDICTS: (rows.verdicts, VERDICTS), folders.NOT_APPLICABLE: (rows.absent, NOT_APPLICABLE)}
     found |= {details_file(measure): (told, DETAILS) for measure, told in rows.details.items()}
     return {file: frame(told, columns) for file, (told, columns) in found.items()}
 
@@ -147,4 +148,4 @@ def _means(health: Mapping[str, Array], level: int) -> dict[str, float]:
     """Return each cost's mean over the steps that have it; NaN if none has."""
     costs = [name.removeprefix(COST) for name in health if name.startswith(COST)]
     counts = {name: health[f"{COUNTED}{name}"][level] for name in costs}
-    return {f"mean_{n}": health[f"{COST}{n}"][level] / counts[n] if counts[n] else np.nan for n in costs}
+    return {f"{MEAN}{n}": health[f"{COST}{n}"][level] / counts[n] if counts[n] else np.nan for n in costs}
