@@ -61,6 +61,14 @@ def check_shape(name: str, value: object, expected: tuple[int, ...]) -> None:
 
     The last axis may be 1 where the value is the same on every path.
 
+    Parameters
+    ----------
+    name : str
+        What the message calls the value: the function as its author wrote it.
+    value : object
+    expected : tuple of int
+        Its shape, paths last.
+
     Raises
     ------
     ProblemError
@@ -82,6 +90,15 @@ def check_derivative(
     """Check an author's derivative (x, y) -> Df(x) y against differences at x and at a point nearby.
 
     At the initial state alone, a wrong derivative may be right by chance.
+
+    Parameters
+    ----------
+    name : str
+        What the message calls the derivative.
+    f : callable, x -> array of shape (m, P)
+    derivative : callable, (x, y) -> array of shape (m, P)
+    x : Array, shape (d, P)
+        The initial state, on every path the same.
 
     Raises
     ------

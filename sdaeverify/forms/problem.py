@@ -155,7 +155,18 @@ class Problem:
         return ()
 
     def drawn(self, rng: np.random.Generator, h: float, paths: int, far: Any = 1.0) -> Increment:
-        """Return random noise of one step of size h, its normals `far` times as large as they are by law."""
+        """Return random noise of one step of size h, its normals `far` times as large as they are by law.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+        h : float
+            Step size, in the problem's unit of time.
+        paths : int
+            Number P of paths.
+        far : float or Array, shape (P,)
+            By which factor the normals are larger than the law's, to see states that are rarely reached.
+        """
         dW, areas = far * np.sqrt(h) * rng.standard_normal((2, self.noise_dim, paths))
         records = {r.name: each(lambda data: data[0], r.begin(rng, h, paths)) for r in self.records}
         drawn = Increment(dW, areas / np.sqrt(12.0) if "H" in self.noise else None, records=records)
@@ -248,11 +259,30 @@ class Problem:
         return np.asarray(sum((part**2).sum(axis=0) for part in parts.values()))
 
     def index_lost(self, t: float, h: float, parts: Parts, noise: Increment) -> Mask:  # noqa: ARG002 - as above
-        """Tell on which paths a constraint's root is lost within a step, whoever makes it."""
+        """Tell on which paths a constraint's root is lost within a step, whoever makes it.
+
+        Parameters
+        ----------
+        t : float
+            Start of the step.
+        h : float
+            Its size.
+        parts : dict of str to Array
+            Components at the start of the step.
+        noise : Increment
+            Of the step.
+        """
         return np.zeros(noise.dW.shape[-1], dtype=bool)
 
     def without_index(self, t: float, x: Array, v: Array) -> Mask:  # noqa: ARG002 - as above
-        """Tell at which x and lagged v a constraint of index 1 has no root that is regular, as it was at time 0."""
+        """Tell at which x and lagged v a constraint of index 1 has no root that is regular, as it was at time 0.
+
+        Parameters
+        ----------
+        t : float
+        x, v : Array, shape (d, P)
+            The solution at t, and a delay before t.
+        """
         return np.zeros(x.shape[-1], dtype=bool)
 
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:  # noqa: ARG002 - forms with constraints use it

@@ -40,7 +40,13 @@ def outer(a: Array, b: Array) -> Array:
 
 
 def known_part(dW: Array, H: Array, K: Array) -> Array:
-    """Return E[A | dW, H, K], shape (..., l (l - 1)/2, P)."""
+    """Return E[A | dW, H, K], shape (..., l (l - 1)/2, P).
+
+    Parameters
+    ----------
+    dW, H, K : Array, shape (..., l, P)
+        Increment, its first and its second time integral, as in `Increment`.
+    """
     return outer(H, dW) + 12.0 * outer(K, H)
 
 

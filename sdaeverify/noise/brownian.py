@@ -266,6 +266,21 @@ def brownian_steps(
     """Yield the noise of one coarsest step after the other, each level in one array.
 
     For studies of a few steps, whose memory does not matter; see `Brownian` for the parameters.
+
+    Parameters
+    ----------
+    source : Source
+        Seed, name and paths.
+    dimension : int
+        Number l of Brownian motions.
+    h : float
+        Coarsest step size.
+    finest : int
+        Finest level: its steps are h/2^finest long.
+    fields : frozenset of str
+        What is drawn, of "dW", "H", "K", "A".
+    records : tuple of NoiseRecord
+        What is drawn beside the Brownian motions, such as jumps.
     """
     for pieces in Brownian(source, dimension, h, finest, fields, records).pieces():
         yield _levels(pieces, finest)
@@ -280,7 +295,19 @@ def _levels(pieces: Iterable[Piece], finest: int) -> tuple[LevelNoise, ...]:
 
 
 def completed(noise: Increment, h: Array | float, fields: frozenset[str], rng: np.random.Generator) -> Increment:
-    """Return an increment of dW and H with K and A beside them, drawn as far as they are among the fields."""
+    """Return an increment of dW and H with K and A beside them, drawn as far as they are among the fields.
+
+    Parameters
+    ----------
+    noise : Increment
+        With dW and H, shape (l, P).
+    h : Array or float
+        Length of the step; an array where it differs by path.
+    fields : frozenset of str
+        What the increment is to hold, of "dW", "H", "K", "A".
+    rng : numpy.random.Generator
+        Draws what is missing.
+    """
     K = np.sqrt(h / PARTS["K"]) * rng.standard_normal(noise.dW.shape) if "K" in fields else None
     if "A" not in fields:
         return noise._replace(K=K)
@@ -289,7 +316,17 @@ def completed(noise: Increment, h: Array | float, fields: frozenset[str], rng: n
 
 
 def drawn_areas(noise: LevelNoise, h: Array | float, normals: Callable[[int], Array]) -> Array:
-    """Draw areas given the rest of the noise of steps of length h; normals(rows) are so many a step and path."""
+    """Draw areas given the rest of the noise of steps of length h; normals(rows) are so many a step and path.
+
+    Parameters
+    ----------
+    noise : LevelNoise
+        dW and H, and K where it is known.
+    h : Array or float
+        Length of the steps.
+    normals : callable, rows -> Array of shape (..., rows, P)
+        Draws independent standard normals.
+    """
     l = noise.dW.shape[-2]
     if noise.H is None:
         raise SchemeError("areas are drawn around what dW and H tell of them, and H is not drawn")

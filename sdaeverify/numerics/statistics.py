@@ -47,6 +47,15 @@ class Estimate(NamedTuple):
         """Return by which factor the sample must grow until the value is told from `bound`; infinite if never.
 
         The distance stays and the standard error falls like 1/sqrt(paths).
+
+        Parameters
+        ----------
+        bound : float
+            What the value is told from.
+        level : float
+            Level of the one-sided test.
+        bias : float
+            What is taken off the distance, in the value's unit: a systematic error that more paths leave as it is.
         """
         distance = abs(self.value - bound) - bias
         if not (distance > 0.0 and np.isfinite(self.se)):
@@ -58,6 +67,15 @@ class Estimate(NamedTuple):
         """Return by which factor the sample must grow until a deviation of a size shows; infinite if it never does.
 
         It shows if a test of level 1 - confidence finds it with a probability of `confidence`.
+
+        Parameters
+        ----------
+        size : float
+            Of the deviation, in the value's unit.
+        confidence : float
+            Between 0 and 1.
+        bias : float
+            A systematic error, which hides as much of the deviation.
         """
         if not (size > bias and np.isfinite(self.se)):
             return float("inf")
@@ -115,7 +133,17 @@ def jackknife(sums: Array, counts: Array, statistic: Callable[[Array], float]) -
 
 
 def pseudo_values(sums: Array, counts: Array, statistic: Callable[[Array], float | Array]) -> Array:
-    """Return the jackknife's pseudo-values of one or many statistics, shape (G, ...); see `jackknife`."""
+    """Return the jackknife's pseudo-values of one or many statistics, shape (G, ...); see `jackknife`.
+
+    Parameters
+    ----------
+    sums : Array, shape (G, ...)
+        Sum of each group of paths.
+    counts : Array, shape (G,)
+        Paths of each group.
+    statistic : callable, means -> float or Array
+        What is computed from the means over paths.
+    """
     total, n = sums.sum(axis=0), counts.sum()
     full = statistic(total / n)
     means = (total - sums) / (n - counts).reshape(-1, *(1,) * total.ndim)
@@ -156,7 +184,17 @@ def order_of(h: Array, sums: Array, counts: Array, p: float = 1.0) -> Estimate:
 
 
 def log_functional(weights: Array, p: float, means: Array) -> float:
-    """Return sum_l w_l log2 (E e_l^p)^(1/p)."""
+    """Return sum_l w_l log2 (E e_l^p)^(1/p).
+
+    Parameters
+    ----------
+    weights : Array, shape (L,)
+        w, one for each level.
+    p : float
+        Of the norm.
+    means : Array, shape (L,)
+        E e_l^p, one for each level.
+    """
     # einsum, not a BLAS product: the same bits on every number of threads.
     return float(np.einsum("l,l->", weights, log_norms(means, p)))
 
@@ -216,6 +254,13 @@ def clopper_pearson(hits: int, trials: int, confidence: float) -> tuple[float, f
 
     With tails of alpha/2 on either side it covers the true rate at least at its nominal level, for every n and p:
     low and high are the quantiles of Beta(k, n - k + 1) at alpha/2 and of Beta(k + 1, n - k) at 1 - alpha/2.
+
+    Parameters
+    ----------
+    hits, trials : int
+        k of n.
+    confidence : float
+        1 - alpha.
     """
     outside = 0.5 * (1.0 - confidence)
     low = float(scipy.special.betaincinv(hits, trials - hits + 1, outside)) if hits else 0.0

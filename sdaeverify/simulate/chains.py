@@ -60,7 +60,17 @@ class ChainPlan(NamedTuple):
         return SEGMENTS * int(np.ceil(times * self.relaxation / (SEGMENTS * self.h)))
 
     def source(self, view: Any, purpose: str, chains: int) -> Source:
-        """Return where the noise of some chains comes from."""
+        """Return where the noise of some chains comes from.
+
+        Parameters
+        ----------
+        view : Problem
+            What the scheme sees; its name is part of the stream's.
+        purpose : str
+            Chains for different purposes have different noise.
+        chains : int
+            How many there are.
+        """
         return Source(self.seed, f"{view.source}|chains|{purpose}", 0, chains)
 
     def affords(self, steps: int) -> bool:
@@ -193,7 +203,16 @@ class Pilot(NamedTuple):
 
 
 def run_pilot(scheme: Scheme, view: Any, plan: ChainPlan) -> Pilot:
-    """Halve the step size until no chain blows up while it burns in, then look at pairs of chains."""
+    """Halve the step size until no chain blows up while it burns in, then look at pairs of chains.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        What the scheme sees.
+    plan : ChainPlan
+        Its step size is the first that is tried.
+    """
     diverged = np.nan
     for halving in range(HALVINGS + 1):
         tried = plan._replace(h=plan.h / 2**halving)

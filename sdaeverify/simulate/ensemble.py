@@ -181,7 +181,21 @@ def _run_block(task: Task, block: int, guard: Guard, *, digests: bool) -> tuple[
 def without_evidence(
     entry: Entry, error: str, seconds: float = 0.0, violation: str = "", *, starved: bool = False
 ) -> LaneEvidence:
-    """Return that nothing is known of a scheme, and why."""
+    """Return that nothing is known of a scheme, and why.
+
+    Parameters
+    ----------
+    entry : Entry
+        The scheme, and what should have been measured of it.
+    error : str
+        Why, in a line.
+    seconds : float
+        What it took until it was known.
+    violation : str
+        How its steps break their contract; empty if they do not.
+    starved : bool
+        Whether memory was short, so that less at once may succeed.
+    """
     nothing = tuple(Tally() for _ in entry.measures)
     errors, measures = tuple(error for _ in entry.measures), range(len(entry.measures) if starved else 0)
     return LaneEvidence(nothing, nothing, Tally(), seconds, errors, violation=violation, starved=frozenset(measures))

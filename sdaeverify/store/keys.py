@@ -23,7 +23,17 @@ BUDGET = frozenset({"paths", "looks", "confidence", "family"})
 
 
 def lane_ingredients(scheme: Scheme, spec: ProblemSpec, settings: Settings, block: int) -> Ingredients | None:
-    """Return what determines the paths of a scheme on a block; None where code without a source takes part."""
+    """Return what determines the paths of a scheme on a block; None where code without a source takes part.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    spec : ProblemSpec
+        The problem by name and parameters.
+    settings : Settings
+    block : int
+        Of paths; `SCREENING` for what is found without paths.
+    """
     sources = {f"source of the {kind}": source_of(module) for kind, module in _modules(scheme, spec)}
     if not all(sources.values()):
         return None
@@ -55,6 +65,13 @@ def changed_files(given: Files) -> str:
 
 def read_sources(schemes: Iterable[Scheme], specs: Iterable[ProblemSpec], measures: Iterable[Measure]) -> Sources:
     """Read what determines evidence as soon as it is known what is run: files may be saved while that is planned.
+
+    Parameters
+    ----------
+    schemes : iterable of Scheme
+    specs : iterable of ProblemSpec
+    measures : iterable of Measure
+        Their own code counts, too.
 
     Returns
     -------

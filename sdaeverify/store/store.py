@@ -125,7 +125,16 @@ class Store:
         return [self._recall(entry, *one, now.get(entry)) for entry, one in zip(task.entries, found, strict=True)]
 
     def lacking(self, task: Task, blocks: Iterable[int], observe: Observe = behaviours) -> set[tuple[Scheme, str]]:
-        """Return of which scheme and measure not all evidence on some blocks is there; nothing is counted."""
+        """Return of which scheme and measure not all evidence on some blocks is there; nothing is counted.
+
+        Parameters
+        ----------
+        task : Task
+            Schemes on a problem, with what is measured of each.
+        blocks : iterable of int
+        observe : callable, task -> Behaviours
+            Tells what the schemes do, which is part of what evidence is kept under.
+        """
         quiet = Store(self.folder)
         recalled = (known for block in blocks for known in quiet.recall(task, block, observe))
         return {(known.entry.scheme, measure.name) for known in recalled for measure in known.missing}
@@ -192,6 +201,15 @@ class Store:
 
 def keep(places: Iterable[Place | None], entries: Sequence[Entry], lanes: Sequence[LaneEvidence]) -> None:
     """Write the evidence of a block; what failed is not kept, so that it is tried again.
+
+    Parameters
+    ----------
+    places : iterable of Place or None
+        Where each scheme's evidence goes; None where it is not kept.
+    entries : sequence of Entry
+        The schemes, in the same order.
+    lanes : sequence of LaneEvidence
+        What was found of them.
 
     Raises
     ------

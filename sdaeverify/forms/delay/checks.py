@@ -58,6 +58,12 @@ def no_drift_partials(problem: IndexOne) -> str:
 def check_solved(problem: IndexOne, x: Array, v: Array) -> None:
     """Check that a given solution solves the constraint, at the start and beside it.
 
+    Parameters
+    ----------
+    problem : IndexOne
+    x, v : Array, shape (d, P)
+        The initial state, and the solution a delay before it.
+
     Raises
     ------
     ProblemError

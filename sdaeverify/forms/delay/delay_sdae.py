@@ -212,30 +212,27 @@ class DelaySDAE(Delayed):
         return apply(self.diffusion(t, x, v, y), w)
 
     def linearised_drift(self, t: float, x: Array, v: Array, y: Array) -> Partials:
-        """Return the derivatives of f in x, v and y."""
+        """Return the derivatives of f in x, v and y.
+
+        Parameters
+        ----------
+        t : float
+        x, v : Array, shape (d, P)
+            The solution at t, and a delay before t.
+        y : Array, shape (q, P)
+            Algebraic components at t.
+        """
         return self.drift_partials(t, x, v, y) if self.drift_partials else partials(self.drift, t, x, v, y)
 
     def linearised_constraint(self, t: float, x: Array, v: Array, y: Array) -> Partials:
-        """Return the derivatives of u in x, v and y.
-
-        Raises
-        ------
-        ProblemError
-            If the equation has no algebraic component.
-        """
+        """Return the derivatives of u in x, v and y."""
         if self.constraint is None:
             raise ProblemError(NO_Y)
         given = self.constraint_partials
         return given(t, x, v, y) if given else partials(self.constraint, t, x, v, y)
 
     def eliminated(self, t: float, x: Array, v: Array) -> Array:
-        """Return U(t, x, v), the y that solves the constraint, shape (q, P); NaN where Newton's method fails.
-
-        Raises
-        ------
-        ProblemError
-            If the equation has no algebraic component.
-        """
+        """Return U(t, x, v), the y that solves the constraint, shape (q, P); NaN where Newton's method fails."""
         if self.constraint is None:
             raise ProblemError(NO_Y)
         if self.solved is not None:

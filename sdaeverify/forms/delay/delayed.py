@@ -77,19 +77,66 @@ class IndexOne(Problem):
 
     @abstractmethod
     def lag(self, x: Array, h: float, noise: Increment) -> Lag:
-        """Return the lagged values of a step of size h from x, driven by `noise`."""
+        """Return the lagged values of a step of size h from x, driven by `noise`.
+
+        Parameters
+        ----------
+        x : Array, shape (d, P)
+            The solution at the start of the step; the lagged value itself where the delay is 0.
+        h : float
+            Step size, in the problem's unit of time.
+        noise : Increment
+            Of this step: it carries the values that the delay reaches back to.
+        """
 
     @abstractmethod
     def eliminated(self, t: float, x: Array, v: Array) -> Array:
-        """Return the y that solves the constraint, shape (q, P)."""
+        """Return the y that solves the constraint, shape (q, P).
+
+        Parameters
+        ----------
+        t : float
+        x, v : Array, shape (d, P)
+            The solution at t, and a delay before t.
+
+        Raises
+        ------
+        ProblemError
+            If the equation has no algebraic component.
+        """
 
     @abstractmethod
     def diffused(self, t: float, x: Array, v: Array, y: Array, w: Array) -> Array:
-        """Return g(t, x, v, y) w, shape (d, P)."""
+        """Return g(t, x, v, y) w, shape (d, P).
+
+        Parameters
+        ----------
+        t : float
+        x, v : Array, shape (d, P)
+            The solution at t, and a delay before t.
+        y : Array, shape (q, P)
+            Algebraic components at t.
+        w : Array, shape (l, P)
+            What g is multiplied with, such as an increment of the Brownian motions.
+        """
 
     @abstractmethod
     def linearised_constraint(self, t: float, x: Array, v: Array, y: Array) -> Partials:
-        """Return the derivatives of u in x, v and y."""
+        """Return the derivatives of u in x, v and y.
+
+        Parameters
+        ----------
+        t : float
+        x, v : Array, shape (d, P)
+            The solution at t, and a delay before t.
+        y : Array, shape (q, P)
+            Algebraic components at t: u need not vanish there.
+
+        Raises
+        ------
+        ProblemError
+            If the equation has no algebraic component.
+        """
 
     @abstractmethod
     def without_y(self) -> "IndexOne":
@@ -97,10 +144,26 @@ class IndexOne(Problem):
 
     @abstractmethod
     def consistent(self, t: float, x: Array, v: Array) -> Any:
-        """Return the state at x and v with the y that solves the constraint."""
+        """Return the state at x and v with the y that solves the constraint.
+
+        Parameters
+        ----------
+        t : float
+        x, v : Array, shape (d, P)
+            The solution at t, and a delay before t.
+        """
 
     def near_past(self, rng: np.random.Generator, paths: int, spread: float) -> dict[str, Any]:
-        """Return lagged values of a step around x at time 0, by their names in `Increment`; none without delay."""
+        """Return lagged values of a step around x at time 0, by their names in `Increment`; none without delay.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+        paths : int
+            Number P of paths.
+        spread : float
+            Standard deviation of the lagged values around the start, in units of x.
+        """
         x = np.repeat(self.past(0.0), paths, axis=1)
         drawn = x + spread * rng.standard_normal((2, *x.shape))
         return dict(zip(("lagged", "ahead"), drawn, strict=True)) if self.delay else {}

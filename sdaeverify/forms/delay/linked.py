@@ -32,7 +32,16 @@ class LinkedEquation(SDE):
 
 @lru_cache(maxsize=8)
 def linked_equation(problem: Delayed, links: int, until: float = np.inf) -> SDE:
-    """Return the Ito equation of (..., x(s + tau), x(s)), shape (links d, P), with y eliminated and time s."""
+    """Return the Ito equation of (..., x(s + tau), x(s)), shape (links d, P), with y eliminated and time s.
+
+    Parameters
+    ----------
+    problem : Delayed
+    links : int
+        Number of solutions, a delay apart, that make up one state: 1 or 2.
+    until : float
+        Last time that two links tell, in delays; the horizon if it is earlier.
+    """
     plain, d, l, tau = problem.without_y(), problem.dimension, problem.noise_dim, problem.delay
     none, first = np.zeros((0, 1)), min(problem.horizon, tau)
     # With two links, s is the time of the older solution; a problem that ends before has no such time.
@@ -68,5 +77,14 @@ def linked_equation(problem: Delayed, links: int, until: float = np.inf) -> SDE:
 
 
 def history_at(problem: Delayed, s: float, z: Array) -> Array:
-    """Return phi(s - tau) on every path of z, and phi(0) after tau."""
+    """Return phi(s - tau) on every path of z, and phi(0) after tau.
+
+    Parameters
+    ----------
+    problem : Delayed
+    s : float
+        Time of the oldest link.
+    z : Array, shape (links d, P)
+        State of the linked equation; it sets the number of paths alone.
+    """
     return problem.past(min(0.0, s - problem.delay)) + 0.0 * z[: problem.dimension]

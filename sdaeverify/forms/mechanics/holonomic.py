@@ -191,7 +191,16 @@ class HolonomicSDAE(Mechanics):
         return apply(self.diffusion(t, r, v), w)
 
     def inherent_multiplier(self, J: ConstraintJacobian, r: Array, v: Array, impulse: Array) -> Array:
-        """Return -G_M^{-1} { Dg M^{-1} impulse + D^2 g(v, v) }, shape (m, P): the integrand of (2.8); J at r."""
+        """Return -G_M^{-1} { Dg M^{-1} impulse + D^2 g(v, v) }, shape (m, P): the integrand of (2.8); J at r.
+
+        Parameters
+        ----------
+        J : ConstraintJacobian
+            Dg at r, prepared once.
+        r, v : Array, shape (n, P)
+        impulse : Array, shape (n, P) or (n, l, P)
+            Force, or the columns of the noise: what the constraint has to answer.
+        """
         return -J.gram(J).solve(J.times(self.inverse_mass(impulse)) + self.d2g(r, v, v))
 
     def tangent(self, J: ConstraintJacobian, v: Array) -> tuple[Array, Array]:
@@ -432,7 +441,16 @@ def inherent_sde(problem: "HolonomicSDAE", *, with_multiplier: bool = False) -> 
 
 
 def projected(problem: "HolonomicSDAE", J: "ConstraintJacobian", y: Array) -> tuple[Array, Array]:
-    """Return P_M y and the multipliers -G_M^{-1} Dg M^{-1} y that make it up, for y of shape (n, P) or (n, l, P)."""
+    """Return P_M y and the multipliers -G_M^{-1} Dg M^{-1} y that make it up, for y of shape (n, P) or (n, l, P).
+
+    Parameters
+    ----------
+    problem : HolonomicSDAE
+    J : ConstraintJacobian
+        At the positions where it is projected.
+    y : Array, shape (n, P) or (n, l, P)
+        Velocities, or columns of noise.
+    """
     # y may be constant on all paths; what is taken from it is not.
     lam = -J.gram(J).solve(J.times(problem.inverse_mass(y)))
     return y + J.transposed(lam), lam

@@ -61,7 +61,14 @@ class Mechanics(Multiplied):
 
     @abstractmethod
     def d2g(self, r: Array, y: Array, z: Array) -> Array:
-        """Return D^2 g(r)(y, z), shape (m, P)."""
+        """Return D^2 g(r)(y, z), shape (m, P).
+
+        Parameters
+        ----------
+        r : Array, shape (n, P)
+        y, z : Array, shape (n, P)
+            Directions; the derivative is bilinear and symmetric in them.
+        """
 
     @abstractmethod
     def linearised(self, r: Array) -> ConstraintJacobian:

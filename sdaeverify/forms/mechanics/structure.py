@@ -110,7 +110,15 @@ class Structure:
         return self._cut(problem.inverse_mass(np.eye(problem.dimension))[..., None], 0)
 
     def force_blocks(self, problem: Mechanics, t: float, r: Array, v: Array) -> tuple[BlockBanded, BlockBanded]:
-        """Return the derivatives of a(t, r, v) by r and by v, blocks of shape (d, d, P) or (d, d, 1)."""
+        """Return the derivatives of a(t, r, v) by r and by v, blocks of shape (d, d, P) or (d, d, 1).
+
+        Parameters
+        ----------
+        problem : Mechanics
+        t : float
+        r, v : Array, shape (n, P)
+            Where the force is differentiated.
+        """
         if problem.force_derivatives is not None:
             by_r, by_v = problem.force_derivatives(t, r, v)
             return self._cut(by_r, self.width), self._cut(by_v, self.width)
@@ -125,11 +133,29 @@ class Structure:
         return self._rows(r, J.times)
 
     def curvature_rows(self, problem: Mechanics, r: Array, v: Array) -> BlockBanded:
-        """Return the rows v^T Hess g_j(r), blocks of shape (q, d, P), diagonals like those of Dg."""
+        """Return the rows v^T Hess g_j(r), blocks of shape (q, d, P), diagonals like those of Dg.
+
+        Parameters
+        ----------
+        problem : Mechanics
+        r : Array, shape (n, P)
+            Where the constraint is differentiated twice.
+        v : Array, shape (n, P)
+            Direction in which.
+        """
         return self._rows(r, lambda y: problem.d2g(r, v, y))
 
     def curvature_sum(self, problem: Mechanics, r: Array, c: Array) -> BlockBanded:
-        """Return H(c) = sum_j c_j Hess g_j(r), c of shape (m, P): blocks of shape (d, d, P)."""
+        """Return H(c) = sum_j c_j Hess g_j(r), c of shape (m, P): blocks of shape (d, d, P).
+
+        Parameters
+        ----------
+        problem : Mechanics
+        r : Array, shape (n, P)
+            Where the constraint is differentiated twice.
+        c : Array, shape (m, P)
+            Weights of the constraints, such as multipliers.
+        """
         d = len(r) // self.nodes
         blocks = np.zeros((2 * self.reach + 1, self.nodes, d, d, r.shape[-1]))
 
@@ -236,6 +262,14 @@ def one_block(matrix: Array) -> BlockBanded:
 
 def check_structure(structure: Structure, problem: Mechanics, r: Array, v: Array) -> None:
     """Check that a problem couples no more than it says, and that derivatives are those of its functions.
+
+    Parameters
+    ----------
+    structure : Structure
+        What the problem says that it couples.
+    problem : Mechanics
+    r, v : Array, shape (n, P)
+        Where derivatives are compared with differences.
 
     Raises
     ------

@@ -79,7 +79,16 @@ def probed_step(scheme: Scheme, view: Delayed, h: float, scale: float = UNIT) ->
 
 
 def no_lasting_step(scheme: Scheme, view: Delayed, h: float) -> str:
-    """Return why the matrices of a step are not those of all steps after the first delay, or an empty string."""
+    """Return why the matrices of a step are not those of all steps after the first delay, or an empty string.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Delayed
+        The problem as the scheme sees it.
+    h : float
+        Step size.
+    """
     inputs, xi = (
         trial_states(len(flatten(scheme.start(view, 1, h))) + 2 * view.dimension),
         np.ones((view.noise_dim, 1)),
@@ -89,7 +98,16 @@ def no_lasting_step(scheme: Scheme, view: Delayed, h: float) -> str:
 
 
 def no_lasting_run(scheme: Scheme, view: Delayed, h: float) -> str:
-    """Return why the matrices are not those of all steps of a run, those that the history drives among them."""
+    """Return why the matrices are not those of all steps of a run, those that the history drives among them.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Delayed
+        The problem as the scheme sees it.
+    h : float
+        Step size.
+    """
     if reason := no_lasting_step(scheme, view, h):
         return reason
     probed, t = probed_step(scheme, view, h), min(WHEN * view.delay, view.delay - h)
@@ -108,14 +126,34 @@ def _later(view: Delayed) -> tuple[float, ...]:
 
 
 def run_start(scheme: Scheme, view: Delayed, h: float, steps: int) -> Start:
-    """Return where a run with steps of size h begins: the scheme's state, and the lagged values that so many use."""
+    """Return where a run with steps of size h begins: the scheme's state, and the lagged values that so many use.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Delayed
+        The problem as the scheme sees it.
+    h : float
+        Step size.
+    steps : int
+        Length of the run: no lagged value is returned that it does not use.
+    """
     used = min(view.mesh(h).m, max(steps, 1) + 1)
     lagged = [view.past(min(0.0, n * h - view.delay))[:, 0] for n in range(used)]
     return Start(flatten(scheme.start(view, 1, h))[:, 0], np.array(lagged))
 
 
 def limits(scheme: Scheme, view: Delayed, h: float) -> tuple[float, ...]:
-    """Return the sizes of states at which a step is linear: one of a linear step, else a small and a large one."""
+    """Return the sizes of states at which a step is linear: one of a linear step, else a small and a large one.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Delayed
+        The problem as the scheme sees it.
+    h : float
+        Step size.
+    """
     if probed_step(scheme, view, h).defect <= AFFINE:
         return (UNIT,)
     return tuple(size for size in (SMALL, LARGE) if probed_step(scheme, view, h, size).defect <= AFFINE)

@@ -87,7 +87,17 @@ def _weights(mesh: Mesh) -> tuple[tuple[tuple[int, float], ...], tuple[tuple[int
 
 
 def arguments(k: int, d: int, mesh: Mesh) -> Array:
-    """Return the map of (y_n, v_n, ..., v_{n+m-1}) to (y_n, v_n, known part of v_{n+1})."""
+    """Return the map of (y_n, v_n, ..., v_{n+m-1}) to (y_n, v_n, known part of v_{n+1}).
+
+    Parameters
+    ----------
+    k : int
+        Numbers in the memory y of the scheme.
+    d : int
+        Numbers in a solution x.
+    mesh : Mesh
+        How the delay lies on the steps.
+    """
     m, delta = mesh
     chosen = np.zeros((k + 2 * d, k + m * d))
     chosen[:k, :k] = np.eye(k)

@@ -68,7 +68,17 @@ class MemoryStep:
         return type(self.start)(*np.split(x, cuts))
 
     def advance(self, x: Array, noise: Increment, t: float = 0.0) -> tuple[Array, bool]:
-        """Return the memory after a step, and whether any path found no root."""
+        """Return the memory after a step, and whether any path found no root.
+
+        Parameters
+        ----------
+        x : Array, shape (k, P)
+            Memory before the step.
+        noise : Increment
+            Of the step.
+        t : float
+            Start of the step.
+        """
         step: Step = self.stepper(self.state(x), t, noise)
         return flatten(step.state), step.failed is not None and bool(np.any(step.failed))
 

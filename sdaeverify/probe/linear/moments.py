@@ -173,7 +173,16 @@ def constrained(view: Delayed, steps: Sequence[int]) -> list[int]:
 
 
 def no_delay_moments(scheme: Scheme, view: Delayed, steps: Sequence[int]) -> str:
-    """Return why moments cannot be propagated for these numbers of steps, or an empty string."""
+    """Return why moments cannot be propagated for these numbers of steps, or an empty string.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Delayed
+        The problem as the scheme sees it.
+    steps : sequence of int
+        Numbers of steps to the horizon that are asked for.
+    """
     if len(constrained(view, steps)) < FEWEST:
         return "the delay is no multiple of the steps"
     if not is_scalar(view):

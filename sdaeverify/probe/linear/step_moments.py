@@ -271,7 +271,17 @@ def disagreement(a: Operator, b: Operator) -> float:
 
 
 def factors_of(step: MemoryStep, noise: StepNoise, x: Array) -> Array:
-    """Return [[R, r], [0, 1]] where the normals are x, shape (k + 1, k + 1, K)."""
+    """Return [[R, r], [0, 1]] where the normals are x, shape (k + 1, k + 1, K).
+
+    Parameters
+    ----------
+    step : MemoryStep
+        A step that is linear in the memory for each value of its normals.
+    noise : StepNoise
+        How normals become the noise of a step.
+    x : Array, shape (n, K)
+        Values of its n normals, at K nodes.
+    """
     return factors_at(step, noise.nodes(x, np.ones(x.shape[1])))
 
 

@@ -68,6 +68,15 @@ def output_rows(ito: Equation, chart: Chart, z: Array) -> Mask:
 def coefficients(ito: Equation, chart: Chart, z: Array) -> ChartCoefficients:
     """Return drift and diffusion of the coordinates at z, shape (k, P).
 
+    Parameters
+    ----------
+    ito : Equation
+        The Ito equation of the problem.
+    chart : Chart
+        Coordinates of its manifold.
+    z : Array, shape (k, P)
+        Where they are asked.
+
     Raises
     ------
     ProblemError
@@ -90,6 +99,15 @@ def generator(ito: Equation, chart: Chart, basis: Basis) -> Array:
     """Return the matrix of u -> b . grad u + (1/2) s s^T : D^2 u in a basis, shape (n, n).
 
     Its exponential is the semigroup u -> E u(z_t) to the accuracy of the basis: a reference that knows of no scheme.
+
+    Parameters
+    ----------
+    ito : Equation
+        The Ito equation of the problem; its coefficients at time 0 count.
+    chart : Chart
+        Coordinates of its manifold.
+    basis : Basis
+        Functions of the coordinates, n of them.
     """
     b, s = coefficients(ito, chart, basis.nodes)
     A = np.einsum("ilp,jlp->ijp", s, s)

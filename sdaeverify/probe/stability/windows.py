@@ -25,7 +25,15 @@ Window = tuple[float, float]
 
 
 def scan_sizes(low: float = 1e-3, high: float = 1e3, count: int = COUNT) -> Array:
-    """Return step sizes with a constant ratio, shape (count,)."""
+    """Return step sizes with a constant ratio, shape (count,).
+
+    Parameters
+    ----------
+    low, high : float
+        Smallest and largest step size, in the problem's unit of time.
+    count : int
+        Number of step sizes, both ends among them.
+    """
     return np.geomspace(low, high, count)
 
 

@@ -162,7 +162,18 @@ def step_nodes(dimension: int, count: int, *, areas: bool = False, law: Law = GA
 
 
 def crossed(nodes: Nodes, name: str, data: Any, weights: Array) -> Nodes:
-    """Return each node with each of R nodes of an independent record, whose probabilities are `weights`."""
+    """Return each node with each of R nodes of an independent record, whose probabilities are `weights`.
+
+    Parameters
+    ----------
+    nodes : Nodes
+    name : str
+        What the record is called in an increment.
+    data : Array or record of Array, shape (..., R)
+        The record at its nodes.
+    weights : Array, shape (R,)
+        Probabilities of its nodes.
+    """
 
     def repeated(part: Array) -> Array:
         return np.repeat(part, len(weights), axis=-1)
@@ -205,6 +216,15 @@ def half_steps(dimension: int, count: int, *, areas: bool = False) -> HalfSteps:
     """Return nodes for the Gaussian noise of two half steps and of the step they make up.
 
     dW = dW_1 + dW_2,   H = (H_1 + H_2)/2 + (dW_1 - dW_2)/4.
+
+    Parameters
+    ----------
+    dimension : int
+        Number l of Brownian motions.
+    count : int
+        Nodes of each normal.
+    areas : bool
+        Whether time integrals H go with dW.
     """
     rule = normal_rule(dimension * (4 if areas else 2), count)
     W1, W2, *areas_ = np.split(rule.x / np.sqrt(2.0), 4 if areas else 2)

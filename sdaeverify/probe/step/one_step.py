@@ -112,11 +112,32 @@ class OneStep:
         return ""
 
     def enter(self, x: Array, t: float, h: float) -> State:
-        """Return the scheme's state at x, for steps of size h from time t."""
+        """Return the scheme's state at x, for steps of size h from time t.
+
+        Parameters
+        ----------
+        x : Array, shape (d, P)
+        t : float
+            When the scheme enters.
+        h : float
+            Step size: what a scheme remembers may depend on it.
+        """
         return self.scheme.enter(self.view, self.view.state(x, t), t, h)
 
     def advance(self, state: State, t: float, h: float, noise: Increment) -> State:
-        """Return the scheme's state after a step, all its memory included."""
+        """Return the scheme's state after a step, all its memory included.
+
+        Parameters
+        ----------
+        state : State
+            The scheme's, on P paths.
+        t : float
+            Start of the step.
+        h : float
+            Its size.
+        noise : Increment
+            On the same paths.
+        """
         return self.scheme.prepare(self.view, h)(state, t, noise).state
 
     def truncated(self, x: Array, h: Array) -> Mask:
@@ -159,7 +180,18 @@ class OneStep:
         return self.read(self.advance(self.enter(x, t, h), t, h, noise))
 
     def euler(self, x: Array, t: float, h: float, noise: Increment) -> Array:
-        """Return a step of Euler's method for the equation, shape (d, P)."""
+        """Return a step of Euler's method for the equation, shape (d, P).
+
+        Parameters
+        ----------
+        x : Array, shape (d, P)
+        t : float
+            Start of the step.
+        h : float
+            Its size.
+        noise : Increment
+            On the same paths.
+        """
         return self.equation.euler(t, x, h, noise)
 
 

@@ -65,7 +65,16 @@ def cloud(view: Problem, ito: Equation) -> Array:
 
 
 def allowed(view: Any, ito: Equation, points: Array) -> Mask:
-    """Tell which points of shape (d, S) are on the manifold, with finite drift and diffusion."""
+    """Tell which points of shape (d, S) are on the manifold, with finite drift and diffusion.
+
+    Parameters
+    ----------
+    view : Problem
+        What the scheme sees: its constraints say where the manifold is.
+    ito : Equation
+        Whose coefficients have to be finite.
+    points : Array, shape (d, S)
+    """
     f, B = ito.drift(0.0, points), ito.diffusion(0.0, points)
     good = all_finite(points) & all_finite(f) & all_finite(B.reshape(-1, B.shape[-1]))
     if view.has_constraints:

@@ -41,7 +41,18 @@ def short_step(view: Problem) -> float:
 
 
 def few_steps(scheme: Scheme, view: Problem, h: float, seed: int) -> list[Increment]:
-    """Return the increments of a few steps on a few paths, as the scheme is given them: the seed decides alone."""
+    """Return the increments of a few steps on a few paths, as the scheme is given them: the seed decides alone.
+
+    Parameters
+    ----------
+    scheme : Scheme
+        Whose law turns Gaussian increments into those that it asks for.
+    view : Problem
+    h : float
+        Step size.
+    seed : int
+        The same seed draws the same paths for every member of the family.
+    """
     rng = np.random.Generator(np.random.Philox(key=seed))
     xi = rng.standard_normal((FEW_STEPS, 2, view.noise_dim, FEW_PATHS))
     drawn = (Increment(np.sqrt(h) * each[0], np.sqrt(h / 12.0) * each[1]) for each in xi)

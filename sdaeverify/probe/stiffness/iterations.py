@@ -80,7 +80,16 @@ def counters(scheme: Scheme, view: Any) -> list[str]:
 
 
 def iterations(scheme: Scheme, view: Any, seed: int) -> Iterations:
-    """Return what a few steps take from the problem's start, the noise being the same for every eps."""
+    """Return what a few steps take from the problem's start, the noise being the same for every eps.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        A member of a family with a stiffness eps.
+    seed : int
+        Of the noise.
+    """
     h, eps = short_step(view), stiffnesses(PER_DECADE)
     noise = few_steps(scheme, view, h, seed)
     with np.errstate(all="ignore"):
@@ -108,7 +117,18 @@ def _counted(scheme: Scheme, problem: Any, h: float, noise: list[Increment]) -> 
 
 
 def run_iterations(scheme: Scheme, view: Any, steps: Sequence[int], seed: int) -> RunIterations:
-    """Return what the steps of runs to the horizon take, at the first five of these numbers of steps."""
+    """Return what the steps of runs to the horizon take, at the first five of these numbers of steps.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        A member of a family with a stiffness eps.
+    steps : sequence of int
+        Numbers of steps to the horizon.
+    seed : int
+        Of the noise.
+    """
     eps, sizes = np.array(RUNS), view.horizon / np.array(steps[:LEVELS])
     with np.errstate(all="ignore"):
         found = [[_along(scheme, member(view, each), float(h), seed) for h in sizes] for each in eps]

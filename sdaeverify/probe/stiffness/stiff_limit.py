@@ -69,7 +69,16 @@ class Slope(NamedTuple):
 
 
 def limit_distances(scheme: Scheme, view: Any, seed: int) -> LimitDistances:
-    """Return the distances on paths whose noise depends on the seed alone, from the problem's start."""
+    """Return the distances on paths whose noise depends on the seed alone, from the problem's start.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        A member of a family with a stiffness eps, whose limit eps = 0 is a member, too.
+    seed : int
+        Of the noise.
+    """
     h = short_step(view)
     eps = h * 0.5 ** np.array(POWERS)
     noise = few_steps(scheme, view, h, seed)
