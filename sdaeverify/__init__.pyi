@@ -1,0 +1,80 @@
+# The public names, each with the module that has it: for type checkers, and for the package when it is asked for one.
+from .api import Result as Result, verify as verify
+from .arrays import Array as Array, Mask as Mask, Parts as Parts
+from .contracts.calibrated import CalibrationCase as CalibrationCase
+from .contracts.exhibit import (
+    Curve as Curve,
+    Exhibit as Exhibit,
+    Panel as Panel,
+    Printed as Printed,
+    Range as Range,
+    TableEntry as TableEntry,
+)
+from .contracts.experiment import (
+    Budget as Budget,
+    Experiment as Experiment,
+    ExperimentEvidence as ExperimentEvidence,
+    Note as Note,
+    Probe as Probe,
+    SchemeRun as SchemeRun,
+    SharedNoise as SharedNoise,
+    Work as Work,
+)
+from .contracts.mean_sample import MeanSample as MeanSample
+from .contracts.mean_table import FineRun as FineRun, MeanLine as MeanLine, MeanTable as MeanTable, Row as Row
+from .contracts.planted import Planted as Planted
+from .contracts.scheme import Claim as Claim, Scheme as Scheme, Step as Step
+from .contracts.settings import Settings as Settings
+from .contracts.specs import in_matrix as in_matrix, on_request as on_request
+from .errors import (
+    ParameterError as ParameterError,
+    PluginError as PluginError,
+    ProblemError as ProblemError,
+    SchemeError as SchemeError,
+    SdaeverifyError as SdaeverifyError,
+    UsageError as UsageError,
+)
+from .forms.chart import Angle as Angle, Chart as Chart, Line as Line
+from .forms.controls import Control as Control
+from .forms.delay.delay_sdae import DelaySDAE as DelaySDAE, DelayState as DelayState
+from .forms.delay.dissipation import Dissipation as Dissipation
+from .forms.delay.index_one import IndexOneSDAE as IndexOneSDAE
+from .forms.delay.mesh import Lag as Lag, Mesh as Mesh
+from .forms.delay.partials import Partials as Partials
+from .forms.langevin.langevin import Langevin as Langevin
+from .forms.mechanics.holonomic import HolonomicSDAE as HolonomicSDAE, HolonomicState as HolonomicState
+from .forms.mechanics.jacobian import (
+    ConstraintJacobian as ConstraintJacobian,
+    DenseJacobian as DenseJacobian,
+    Gram as Gram,
+)
+from .forms.mechanics.structure import Structure as Structure
+from .forms.overdamped.constrained_langevin import (
+    ConstrainedLangevin as ConstrainedLangevin,
+    ConstraintGeometry as ConstraintGeometry,
+)
+from .forms.problem import Problem as Problem, Residual as Residual
+from .forms.sde.sde import SDE as SDE
+from .forms.traits import Trait as Trait
+from .forms.trivial import Trivial as Trivial
+from .forms.truths import (
+    InvariantMean as InvariantMean,
+    MeanSquareStability as MeanSquareStability,
+    Moment as Moment,
+    Pathwise as Pathwise,
+    Truth as Truth,
+)
+from .lab.sampling import Paths as Paths, sample as sample
+from .noise.brownian import Increment as Increment
+from .noise.laws import (
+    GAUSSIAN as GAUSSIAN,
+    THREE_POINT as THREE_POINT,
+    TWO_POINT as TWO_POINT,
+    Law as Law,
+    clipped_gaussian as clipped_gaussian,
+)
+from .noise.records import NoiseRecord as NoiseRecord
+from .registry.hookspecs import hookimpl as hookimpl
+
+__version__: str
+__all__: list[str]
