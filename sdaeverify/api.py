@@ -322,7 +322,17 @@ def settings_from(**settings: Unpack[SettingsOptions]) -> Settings:
 def plan_of(
     registry: Registry, schemes: Schemes, problems: Problems, measures: Measures, executor: Executor | None = None
 ) -> Plan:
-    """Select and cross; see `verify` for the parameters. Isolated workers are asked what can be run."""
+    """Select and cross; see `verify` for the parameters. Isolated workers are asked what can be run.
+
+    Parameters
+    ----------
+    registry : Registry
+        What labels and globs are looked up in.
+    schemes, problems, measures : str, object or sequence of them
+        As `verify` takes them.
+    executor : Executor or None
+        Workers that are asked what can be run; this process itself if there are none.
+    """
     chosen = (
         select_schemes(registry, schemes),
         select_problems(registry, problems),
@@ -332,7 +342,16 @@ def plan_of(
 
 
 def result_of(study: Study, registry: Registry, arguments: Sequence[str]) -> Result:
-    """Return what is known of a study, finished or not."""
+    """Return what is known of a study, finished or not.
+
+    Parameters
+    ----------
+    study : Study
+        What it knows so far counts.
+    registry : Registry
+    arguments : sequence of str
+        The call, kept in the record of the run.
+    """
     run: dict[str, Any] = provenance(registry, study, arguments)
     results = tuple(study.results())
     things = dict.fromkeys(thing for result in results for thing in (result.cell.scheme, result.cell.spec))

@@ -186,7 +186,17 @@ class ClaimItem(_Item):
 
     @classmethod
     def of(cls, parent: Claims, run: "ClaimRun", cell: "Cell") -> "ClaimItem":
-        """Return the test of a cell; workers of pytest-xdist are asked to keep those of a problem together."""
+        """Return the test of a cell; workers of pytest-xdist are asked to keep those of a problem together.
+
+        Parameters
+        ----------
+        parent : Claims
+            The problem's collector.
+        run : ClaimRun
+            What all items share: it computes each cell once.
+        cell : Cell
+            A scheme on a problem, with a measure.
+        """
         item: ClaimItem = cls.from_parent(parent, name=_visible(cell.measure.name), run=run, cell=cell)
         item.add_marker(NAME)
         if parent.config.pluginmanager.hasplugin("xdist"):
@@ -220,7 +230,16 @@ class LockItem(_Item):
 
     @classmethod
     def of(cls, session: pytest.Session, run: "ClaimRun", locked: "LockedClaims") -> "LockItem":
-        """Return the test of what is locked."""
+        """Return the test of what is locked.
+
+        Parameters
+        ----------
+        session : pytest.Session
+        run : ClaimRun
+            What all items share: its outcomes are compared with the lock.
+        locked : LockedClaims
+            Claims that must be found.
+        """
         item: LockItem = cls.from_parent(session, name=LOCK, nodeid=f"{NAME}::{LOCK}", run=run, locked=locked)
         item.add_marker(NAME)
         return item

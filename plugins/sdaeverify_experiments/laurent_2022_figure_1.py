@@ -78,7 +78,16 @@ def exact(evidence: ExperimentEvidence, eps: str) -> float:
 
 
 def found(evidence: ExperimentEvidence, scheme: str, eps: str, k: int) -> tuple[float, float]:
-    """Return the mean of the time averages and its standard error; NaN where paths are lost."""
+    """Return the mean of the time averages and its standard error; NaN where paths are lost.
+
+    Parameters
+    ----------
+    evidence : ExperimentEvidence
+    scheme, eps : str
+        Label, and eps as it is written in the plan.
+    k : int
+        The run has steps of T/2^k.
+    """
     if scheme == EXPLICIT and eps == "0":
         return np.nan, np.nan
     values = evidence.values((scheme, eps, k), "mean")[-1]

@@ -33,6 +33,15 @@ def exact_share(omega: float, h: float, steps: int) -> float:
 
     omega+ is normal with mean omega/cos(phi) and deviation sqrt(h)/cos(phi), sin(phi) = omega h. The survival of the
     steps is carried on Gauss-Legendre nodes in phi.
+
+    Parameters
+    ----------
+    omega : float
+        Angular velocity at time 0, in 1/time.
+    h : float
+        Step size.
+    steps : int
+        Length of the chain.
     """
     x, w = np.polynomial.legendre.leggauss(max(FEWEST, round(PER_H / h)))
     phi = 0.5 * np.pi * x
@@ -85,7 +94,16 @@ class WithoutRoot(Experiment):
 
 
 def share(evidence: ExperimentEvidence, truncation: str, omega: str, steps: int) -> tuple[float, float]:
-    """Return the share of paths without root and its standard error."""
+    """Return the share of paths without root and its standard error.
+
+    Parameters
+    ----------
+    evidence : ExperimentEvidence
+    truncation, omega : str
+        As they are written in the plan.
+    steps : int
+        From 0 to T.
+    """
     evidence.values((truncation, omega, steps), "r")
     lost = evidence.run((truncation, omega, steps)).noted["r"].without_root[-1]
     p = float(lost.mean())

@@ -33,7 +33,15 @@ EXPECTED = {"B = Id": 1.0, "B = v": 0.5}
 
 
 def multipliers(problem: Problem, t: float, parts: Parts) -> Array:
-    """Return mu, shape (m, P)."""
+    """Return mu, shape (m, P).
+
+    Parameters
+    ----------
+    problem : Problem
+    t : float
+    parts : dict of str to ndarray
+        Components of a state, mu among them.
+    """
     return parts["mu"]
 
 

@@ -93,7 +93,20 @@ class Convergence(Experiment):
 
 
 def errors(evidence: ExperimentEvidence, case: Case, beta: str, scheme: str, z: str) -> Array:
-    """Return the relative error of each path at each step size, shape (L, P)."""
+    """Return the relative error of each path at each step size, shape (L, P).
+
+    Parameters
+    ----------
+    evidence : ExperimentEvidence
+    case : Case
+        A fibre with its numbers of steps, the last of them the reference.
+    beta : str
+        Factor of the noise.
+    scheme : str
+        Label.
+    z : str
+        What is compared: "r" or "(r, v)".
+    """
     *steps, reference = case.steps[scheme]
     last = _final(evidence, (case.alpha, beta, scheme, reference), z)
     found = [_final(evidence, (case.alpha, beta, scheme, each), z) - last for each in steps]

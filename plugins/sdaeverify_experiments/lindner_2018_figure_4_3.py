@@ -35,14 +35,30 @@ BEFORE = 1e-5
 
 
 def length_defect(problem: Problem, t: float, parts: Parts) -> Array:
-    """Return sum_i ds (|d_s r|^2 - 1)^2 on the edges, shape (P,)."""
+    """Return sum_i ds (|d_s r|^2 - 1)^2 on the edges, shape (P,).
+
+    Parameters
+    ----------
+    problem : Problem
+    t : float
+    parts : dict of str to ndarray
+        r counts, shape (2 N, P).
+    """
     ds = spacing(len(parts["r"]) // 2)
     e = edges(parts["r"]) / ds
     return ds * (((e * e).sum(axis=1) - 1.0) ** 2).sum(axis=0)
 
 
 def velocity_defect(problem: Problem, t: float, parts: Parts) -> Array:
-    """Return sum_i ds <d_s r, d_s v>^2 on the edges, shape (P,)."""
+    """Return sum_i ds <d_s r, d_s v>^2 on the edges, shape (P,).
+
+    Parameters
+    ----------
+    problem : Problem
+    t : float
+    parts : dict of str to ndarray
+        r and v count, shape (2 N, P) each.
+    """
     ds = spacing(len(parts["r"]) // 2)
     e, y = edges(parts["r"]) / ds, differences(parts["v"]) / ds
     return ds * ((e * y).sum(axis=1) ** 2).sum(axis=0)
@@ -136,7 +152,18 @@ class Skipping(Experiment):
 
 
 def defect(evidence: ExperimentEvidence, at: Setting, note: str, skip: int) -> Mean:
-    """Return the mean over paths of the norm in L2(space x time)."""
+    """Return the mean over paths of the norm in L2(space x time).
+
+    Parameters
+    ----------
+    evidence : ExperimentEvidence
+    at : Setting
+        Its horizon is the length of the time integral.
+    note : str
+        Which defect: time averages of its square were noted.
+    skip : int
+        Steps without projection between two with one.
+    """
     squares = evidence.values((skip, TOLERANCES[0]), note)[-1] * float(at.horizon)
     return mean(np.sqrt(squares))
 
@@ -150,7 +177,16 @@ def error(evidence: ExperimentEvidence, skip: int) -> Mean:
 
 
 def iterations(evidence: ExperimentEvidence, skip: int, tolerance: str) -> tuple[float, float, float]:
-    """Return iterations a projected step with their standard error over blocks, and a step."""
+    """Return iterations a projected step with their standard error over blocks, and a step.
+
+    Parameters
+    ----------
+    evidence : ExperimentEvidence
+    skip : int
+        Steps without projection between two with one.
+    tolerance : str
+        Of Newton's method.
+    """
     counted = evidence.run((skip, tolerance)).costs["newton_iterations"]
     blocks = counted[:, 0] / counted[:, 1]
     value = counted[:, 0].sum() / counted[:, 1].sum()

@@ -118,7 +118,18 @@ def on_cells(z: Array, cells: int) -> Array:
 
 
 def distance(evidence: ExperimentEvidence, beta: str, z: str, cells: int, finer: int) -> Array:
-    """Return |z - z_finer|/|z_finer| at T of each path, on the cells of the coarse grid, shape (P,)."""
+    """Return |z - z_finer|/|z_finer| at T of each path, on the cells of the coarse grid, shape (P,).
+
+    Parameters
+    ----------
+    evidence : ExperimentEvidence
+    beta : str
+        Factor of the noise.
+    z : str
+        What is compared, a key of `Z`.
+    cells, finer : int
+        Cells of space and time of the two grids.
+    """
     squares = np.zeros(2)[:, None]
     for name in Z[z]:
         fine = on_cells(evidence.values((beta, finer), name)[-1], cells)
@@ -128,7 +139,20 @@ def distance(evidence: ExperimentEvidence, beta: str, z: str, cells: int, finer:
 
 
 def relative_error(evidence: ExperimentEvidence, at: Cells, beta: str, z: str, cells: int) -> Array:
-    """Return the distance from the finest grid, shape (P,)."""
+    """Return the distance from the finest grid, shape (P,).
+
+    Parameters
+    ----------
+    evidence : ExperimentEvidence
+    at : Cells
+        The grids, the last of them the finest.
+    beta : str
+        Factor of the noise.
+    z : str
+        What is compared, a key of `Z`.
+    cells : int
+        Of the grid.
+    """
     return distance(evidence, beta, z, cells, at.numbers[-1])
 
 

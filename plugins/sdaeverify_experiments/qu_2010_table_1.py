@@ -48,7 +48,19 @@ def rows() -> Iterator[Row]:
 
 
 def row(scheme: str, finer: int, observable: str, printed: Printed | None = None) -> Row:
-    """Return the row of steps 1/finer."""
+    """Return the row of steps 1/finer.
+
+    Parameters
+    ----------
+    scheme : str
+        Label.
+    finer : int
+        Steps in a unit of time.
+    observable : str
+        Whose error it is.
+    printed : Printed, optional
+        Number of the paper.
+    """
     return Row(
         problem=PROBLEM,
         scheme=scheme,

@@ -15,7 +15,16 @@ from ._projection import projected
 
 
 def euler(problem: SDE, x: Array, t: float, h: float, noise: Increment) -> Array:
-    """Return x + h f + B dW."""
+    """Return x + h f + B dW.
+
+    Parameters
+    ----------
+    problem : SDE
+    x : ndarray, shape (d, P)
+    t, h : float
+        Start and size of the step.
+    noise : Increment
+    """
     return x + h * problem.drift(t, x) + apply(problem.diffusion(t, x), noise.dW)
 
 

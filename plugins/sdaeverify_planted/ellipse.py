@@ -52,14 +52,33 @@ class WrongFixman(ProjectedEuler):
 
 
 def tangential(problem: SDE, x: Array, t: float, h: float, noise: Increment) -> Array:
-    """Return x + h P f + B dW, P the orthogonal projector onto the tangent at x."""
+    """Return x + h P f + B dW, P the orthogonal projector onto the tangent at x.
+
+    Parameters
+    ----------
+    problem : SDE
+        With a constraint.
+    x : ndarray, shape (d, P)
+    t, h : float
+        Start and size of the step.
+    noise : Increment
+    """
     f, Dg = problem.drift(t, x), problem.dg(x)
     normal = apply_transposed(Dg, solve(product_transposed(Dg, Dg), apply(Dg, f)))
     return x + h * (f - normal) + apply(problem.diffusion(t, x), noise.dW)
 
 
 def fixman(problem: SDE, x: Array, tangent: Array) -> Array:
-    """Return F = -(1/2) t <t, grad log |grad g|>, the drift from arc length to the measure delta(g)."""
+    """Return F = -(1/2) t <t, grad log |grad g|>, the drift from arc length to the measure delta(g).
+
+    Parameters
+    ----------
+    problem : SDE
+        With one constraint.
+    x : ndarray, shape (d, P)
+    tangent : ndarray, shape (d, P)
+        Unit vector t along the curve.
+    """
     assert problem.constraint is not None
     gradient = problem.dg(x)[0]
     turned = second_directional(problem.constraint, x, gradient, tangent)

@@ -25,7 +25,17 @@ class Led(UniformlyAccurate):
     name: ClassVar[str] = "planted-uniform-led"
 
     def onto(self, at: ConstraintGeometry, y: Array, level: Array) -> Step:
-        """Return the step from the point of `at` to y + g lambda on the level set."""
+        """Return the step from the point of `at` to y + g lambda on the level set.
+
+        Parameters
+        ----------
+        at : ConstraintGeometry
+            Of the old point.
+        y : ndarray, shape (d, P)
+            Where the step without constraint leads.
+        level : ndarray, shape (q, P)
+            Value zeta of the level set.
+        """
         halvings = int(np.ceil(np.log2(1.0 / at.problem.eps))) if at.problem.eps else 1
         new = OldNormals(at, y, level).followed(self.stages or max(1, halvings))
         return Step(

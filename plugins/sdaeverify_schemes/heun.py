@@ -80,7 +80,15 @@ class HeunAdditive(Scheme):
 
 
 def stratonovich(problem: SDE, t: float, x: Array) -> tuple[Array, Array]:
-    """Return F(t, x) = f - (1/2) sum_j DB_j B_j, shape (d, P), and B(t, x)."""
+    """Return F(t, x) = f - (1/2) sum_j DB_j B_j, shape (d, P), and B(t, x).
+
+    Parameters
+    ----------
+    problem : SDE
+        Of Ito's form.
+    t : float
+    x : ndarray, shape (d, P)
+    """
     B = problem.diffusion(t, x)
     columns = [np.broadcast_to(B[:, j], x.shape) for j in range(problem.noise_dim)]
     turning = sum(problem.derivative_of_diffusion(t, x, b)[:, j] for j, b in enumerate(columns))

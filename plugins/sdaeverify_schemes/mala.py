@@ -53,14 +53,33 @@ class MALA(Scheme):
 
 
 def log_ratio(problem: SDE, t: float, h: float, x: Array, y: Array) -> Array:
-    """Return a for steps from x to y, shape (1, P)."""
+    """Return a for steps from x to y, shape (1, P).
+
+    Parameters
+    ----------
+    problem : SDE
+        A gradient system with scalar noise.
+    t, h : float
+        Start and size of the step.
+    x, y : ndarray, shape (1, P)
+        Where the chain is, and what is proposed.
+    """
     variance = problem.diffusion(t, x)[:, 0] ** 2
     back, forth = ((b - a - h * problem.drift(t, a)) ** 2 for a, b in ((y, x), (x, y)))
     return density_ratio(problem, t, x, y) + (forth - back) / (2.0 * h * variance)
 
 
 def density_ratio(problem: SDE, t: float, x: Array, y: Array) -> Array:
-    """Return log rho(y) - log rho(x), shape (1, P)."""
+    """Return log rho(y) - log rho(x), shape (1, P).
+
+    Parameters
+    ----------
+    problem : SDE
+        A gradient system with scalar noise; rho is its invariant density.
+    t : float
+    x, y : ndarray, shape (1, P)
+        Where the chain is, and what is proposed.
+    """
     middle, half = 0.5 * (x + y), 0.5 * (y - x)
     integral = sum(w * problem.drift(t, middle + z * half) for z, w in zip(NODES, WEIGHTS, strict=True)) * half
     return np.asarray(2.0 * integral / problem.diffusion(t, x)[:, 0] ** 2)

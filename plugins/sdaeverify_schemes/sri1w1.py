@@ -50,7 +50,17 @@ class SRI1W1(Scheme):
 
 
 def stages(problem: SDE, x: Array, t: float, h: float, f: Array) -> tuple[Array, Array, Array, Array]:
-    """Return b_1 and the combinations that multiply dW, (dW^2 - h)/(2 s) and (dW^3 - 3 h dW)/(6 h), shape (d, P)."""
+    """Return b_1 and the combinations that multiply dW, (dW^2 - h)/(2 s) and (dW^3 - 3 h dW)/(6 h), shape (d, P).
+
+    Parameters
+    ----------
+    problem : SDE
+    x : ndarray, shape (d, P)
+    t, h : float
+        Start and size of the step.
+    f : ndarray, shape (d, P)
+        Drift at its start.
+    """
     s, b_1 = np.sqrt(h), own_noise(problem, t, x)
     b_2 = own_noise(problem, t + 0.25 * h, x + 0.25 * h * f + 0.5 * s * b_1)
     b_3 = own_noise(problem, t + h, x + h * f - s * b_1)
@@ -60,7 +70,15 @@ def stages(problem: SDE, x: Array, t: float, h: float, f: Array) -> tuple[Array,
 
 
 def own_noise(problem: SDE, t: float, x: Array) -> Array:
-    """Return the one column of scalar noise, or the diagonal of diagonal noise, shape (d, P) or (d, 1)."""
+    """Return the one column of scalar noise, or the diagonal of diagonal noise, shape (d, P) or (d, 1).
+
+    Parameters
+    ----------
+    problem : SDE
+        With scalar or diagonal noise.
+    t : float
+    x : ndarray, shape (d, P)
+    """
     B = problem.diffusion(t, x)
     return np.asarray(B[:, 0] if problem.noise_dim == 1 else np.einsum("jjp->jp", B))
 

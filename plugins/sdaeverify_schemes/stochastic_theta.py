@@ -91,7 +91,20 @@ class StochasticTheta(Scheme):
 
 
 def implicit(problem: SDE, t: float, s: float, known: Array, guess: Array) -> Root:
-    """Solve y = known + s f(t, y) from a guess, shapes (d, P)."""
+    """Solve y = known + s f(t, y) from a guess, shapes (d, P).
+
+    Parameters
+    ----------
+    problem : SDE
+    t : float
+        Time of the new state.
+    s : float
+        theta h, the weight of the drift there.
+    known : ndarray, shape (d, P)
+        What does not depend on y.
+    guess : ndarray, shape (d, P)
+        Where Newton's method begins.
+    """
     unit = np.eye(len(known))[..., None]
 
     def linearised(y: Array) -> tuple[Array, Callable[[], Array]]:

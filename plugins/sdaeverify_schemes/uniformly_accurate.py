@@ -88,7 +88,19 @@ class UniformlyAccurate(ImplicitLangevin):
         return problem.near(x)
 
     def level(self, at: ConstraintGeometry, f: Array, dW: Array, weights: Weights) -> Array:
-        """Return zeta(x+), shape (q, P)."""
+        """Return zeta(x+), shape (q, P).
+
+        Parameters
+        ----------
+        at : ConstraintGeometry
+            Of the old point.
+        f : ndarray, shape (d, P)
+            Drift there.
+        dW : ndarray, shape (d, P)
+            Increment of the noise.
+        weights : Weights
+            Of the terms, which depend on h and eps.
+        """
         moved = weights.noise * dW
         if not weights.drift:
             return weights.zeta * at.zeta + at.J.times(moved)

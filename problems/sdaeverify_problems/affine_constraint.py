@@ -66,7 +66,19 @@ def affine_constraint(
 
 
 def affine_langevin(eps: float, d: int, q: int, coupling: float, sigma: float) -> AffineLangevin:
-    """Return the data of the problem."""
+    """Return the data of the problem.
+
+    Parameters
+    ----------
+    eps : float
+        Stiffness; 0 is the limit on the constraint.
+    d, q : int
+        Dimension, and number of constraints.
+    coupling : float
+        Size of what makes K differ from the identity.
+    sigma : float
+        Strength of the noise.
+    """
     check_stiffness(eps)
     if not 0 < q < d:
         raise ParameterError(f"q must be between 1 and d - 1, got q = {q!r} and d = {d!r}")

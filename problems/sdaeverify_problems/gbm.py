@@ -103,7 +103,18 @@ def exponential(a: float, b: float) -> Callable[[Array, float, float, Increment]
 
 
 def power(name: str, n: int, x_0: float, a: float, b: float) -> Moment:
-    """Return E x^n = x_0^n exp([n a + n (n - 1) b^2/2] t)."""
+    """Return E x^n = x_0^n exp([n a + n (n - 1) b^2/2] t).
+
+    Parameters
+    ----------
+    name : str
+        Of the observable x^n.
+    n : int
+    x_0 : float
+        Start.
+    a, b : float
+        Rates of drift and noise: dx = a x dt + b x dW.
+    """
     rate = n * a + 0.5 * n * (n - 1) * b * b
     return Moment(observable=name, value=lambda t: x_0**n * np.exp(rate * t), source=SOURCE)
 

@@ -107,7 +107,17 @@ def same(z: Array) -> Array:
 
 
 def means(M: Array, still: Array, q_0: float) -> Iterator[Truth]:
-    """Yield the expectations of q and of products at every time and under the invariant law of covariance `still`."""
+    """Yield the expectations of q and of products at every time and under the invariant law of covariance `still`.
+
+    Parameters
+    ----------
+    M : ndarray, shape (2, 2)
+        Drift of (q, p).
+    still : ndarray, shape (2, 2)
+        Stationary covariance.
+    q_0 : float
+        Position at time 0; the momentum is 0 there.
+    """
     yield Moment(observable="q", value=lambda t: float((scipy.linalg.expm(M * t) @ [q_0, 0.0])[0]), source=SOURCE)
     yield InvariantMean(observable="q", value=0.0, source=SOURCE)
 

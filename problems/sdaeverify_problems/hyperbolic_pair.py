@@ -79,7 +79,17 @@ def hyperbolic_pair(
 
 
 def moments(start: Array, c: float, b_1: float, b_2: float) -> Iterator[Moment]:
-    """Yield what is known of products of x_1 and x_2."""
+    """Yield what is known of products of x_1 and x_2.
+
+    Parameters
+    ----------
+    start : ndarray, shape (2,)
+        y at time 0, where x = sinh(y).
+    c : float
+        Drift of y_2 for each unit of y_1.
+    b_1, b_2 : float
+        Strengths of the noises.
+    """
     known = partial(law, start, c, b_1, b_2)
 
     def product(t: float) -> float:
@@ -93,7 +103,18 @@ def moments(start: Array, c: float, b_1: float, b_2: float) -> Iterator[Moment]:
 
 
 def law(start: Array, c: float, b_1: float, b_2: float, t: float) -> tuple[float, float, float]:
-    """Return the mean and the variance of y_2, and its covariance with y_1, whose mean stays y_1(0): y is normal."""
+    """Return the mean and the variance of y_2, and its covariance with y_1, whose mean stays y_1(0): y is normal.
+
+    Parameters
+    ----------
+    start : ndarray, shape (2,)
+        y at time 0.
+    c : float
+        Drift of y_2 for each unit of y_1.
+    b_1, b_2 : float
+        Strengths of the noises.
+    t : float
+    """
     return start[1] + c * start[0] * t, b_2**2 * t + c**2 * b_1**2 * t**3 / 3.0, 0.5 * c * b_1**2 * t**2
 
 

@@ -80,7 +80,17 @@ def levy_area(c: float = 2.0, horizon: float = 1.0) -> SDE:
 
 
 def advance(z: Array, t: float, h: float, noise: Increment) -> Array:
-    """Return W_1, W_2 and A one step later, by Chen's relation."""
+    """Return W_1, W_2 and A one step later, by Chen's relation.
+
+    Parameters
+    ----------
+    z : ndarray, shape (3, P)
+        W_1, W_2 and A at t.
+    t, h : float
+        Start and size of the step.
+    noise : Increment
+        With the area A of the step itself.
+    """
     (dW_1, dW_2), (area,) = noise.dW, noise.A
     return np.stack([z[0] + dW_1, z[1] + dW_2, z[2] + area + 0.5 * (z[0] * dW_2 - z[1] * dW_1)])
 

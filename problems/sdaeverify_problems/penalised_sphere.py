@@ -77,7 +77,19 @@ def turned(x: Array) -> Array:
 
 
 def check_parameters(eps: float, d: int, pull: float, damping: float, spin: float) -> None:
-    """Check that there is a sphere, and that its closed forms are known."""
+    """Check that there is a sphere, and that its closed forms are known.
+
+    Parameters
+    ----------
+    eps : float
+        Stiffness.
+    d : int
+        Dimension of the space around the sphere.
+    pull : float
+        Strength of a constant force.
+    damping, spin : float
+        Rates of the pull to the centre and of the rotation, 1/time.
+    """
     check_stiffness(eps)
     if d < 2:
         raise ParameterError(f"d must be at least 2, got {d!r}")

@@ -80,6 +80,15 @@ def exponential_integral(a: float, b: float, h: float, noise: Increment) -> Arra
     """Return int_0^h exp(a s + b W(s)) ds up to zero-mean terms of size h^2, shape (P,).
 
     = h + b int W ds + a h^2/2 + (b^2/2) E[int W^2 ds | dW, H] + remainder.
+
+    Parameters
+    ----------
+    a, b : float
+        Rates of time and of noise.
+    h : float
+        Step size.
+    noise : Increment
+        With dW and H of one Brownian motion W.
     """
     linear = b * noise.time_integral(h)[0]
     return h + linear + 0.5 * a * h**2 + 0.5 * b**2 * circle.square_integral(h, noise)[0]

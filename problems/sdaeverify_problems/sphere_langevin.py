@@ -94,7 +94,19 @@ def observed(masses: Array) -> dict[str, object]:
 
 
 def moments(masses: Array, c_g: float, gamma: float, kT: float) -> tuple[Moment, ...]:
-    """Return the expectations that obey equations of their own, where masses are the same."""
+    """Return the expectations that obey equations of their own, where masses are the same.
+
+    Parameters
+    ----------
+    masses : ndarray, shape (3,)
+        Of the coordinates.
+    c_g : float
+        Force in direction 3.
+    gamma : float
+        Friction.
+    kT : float
+        Temperature, in units of energy.
+    """
     m, start = float(masses[0]), float(VELOCITY @ VELOCITY)
     alike, all_alike = masses[1] == m, bool(np.all(masses == m)) and c_g == 0.0
 

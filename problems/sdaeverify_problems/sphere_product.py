@@ -88,7 +88,17 @@ def known_of(law: RadialLaw) -> dict[str, Known]:
 
 
 def at_block(i: int, d: int, known: Known) -> Known:
-    """Return what is known of the i-th point."""
+    """Return what is known of the i-th point.
+
+    Parameters
+    ----------
+    i : int
+        Which of the points, from 0.
+    d : int
+        Coordinates of each.
+    known : Known
+        Of one point.
+    """
     return known._replace(value=lambda x: known.value(x[i * d : (i + 1) * d]))
 
 

@@ -62,6 +62,7 @@ def stratonovich_drift(problem: SDE, t: float, x: Array) -> Array:
     Parameters
     ----------
     problem : SDE
+        Of Ito's form.
     t : float
     x : ndarray, shape (d, P)
     """

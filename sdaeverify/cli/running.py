@@ -198,7 +198,17 @@ def workers(jobs: int, limits: Limits | None, registry: Registry, executor: str 
 
 
 def advance(run: Run, crew: Crew, kind: str) -> Result:
-    """Run the study, show its progress, save and return what it comes to; see `carry_out` for the parameters."""
+    """Run the study, show its progress, save and return what it comes to; see `carry_out` for the parameters.
+
+    Parameters
+    ----------
+    run : Run
+        The study, and where its tables go.
+    crew : Crew
+        Who computes.
+    kind : str
+        Of progress: "auto", "plain" or "none".
+    """
     due = 0.0
     with aside(), progress(kind, run.study.total) as show:
         for event in run.study.run(crew, BLOCKS_A_WORKER * crew.jobs):

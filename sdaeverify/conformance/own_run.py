@@ -71,7 +71,18 @@ def parts_along(scheme: Scheme, problem: Problem, h: float, noises: Sequence[Inc
 
 
 def level_noise(view: Any, paths: int, h: float, block: int) -> Increment:
-    """Return the noise of one step, drawn by address."""
+    """Return the noise of one step, drawn by address.
+
+    Parameters
+    ----------
+    view : Problem
+        What the scheme sees.
+    paths : int
+    h : float
+        Step size.
+    block : int
+        Number of the draw: another number, other noise.
+    """
     source = Source(1, "conformance", block, paths)
     noise = Brownian(source, view.noise_dim, h, 0, view.noise & {*BROWNIAN} | USUAL, view.records)
     return next(next(noise.pieces())).noise.increment(0)

@@ -102,7 +102,17 @@ class ShortSteps(NamedTuple):
 
     @classmethod
     def of(cls, step: OneStep, nodes: Nodes, x: Array) -> "ShortSteps":
-        """Return those of a scheme whose states x, shape (d, S), are typical."""
+        """Return those of a scheme whose states x, shape (d, S), are typical.
+
+        Parameters
+        ----------
+        step : OneStep
+            The scheme's step and the equation.
+        nodes : Nodes
+            Of its noise.
+        x : ndarray, shape (d, S)
+            States, whose sizes of a step tell what is typical.
+        """
         parts = zip(step.names.items(), core(step.equation, x), strict=True)
         found = cls(step, nodes, {name: rows for (name, rows), counts in parts if counts}, np.zeros(0))
         least = TYPICAL * np.median(found._equation(x)[1], axis=-1)

@@ -56,7 +56,18 @@ def sampled(h: Array, sums: Array, counts: Array, remark: str = "") -> ErrorSize
 
 
 def deterministic(h: Array, sizes: Array, seen: Array, remark: str = "") -> ErrorSizes:
-    """Return the sizes of errors that are known without sampling, where they are seen above rounding."""
+    """Return the sizes of errors that are known without sampling, where they are seen above rounding.
+
+    Parameters
+    ----------
+    h : ndarray, shape (L,)
+    sizes : ndarray, shape (L,)
+        Of the error at each step size.
+    seen : ndarray of bool, shape (L,)
+        Where the error is above rounding: the rest is left out.
+    remark : str
+        What has to be said beside the numbers.
+    """
     return ErrorSizes(h[seen], _log_size(sizes[seen]), remark=remark)
 
 

@@ -36,7 +36,15 @@ class MeanSample(NamedTuple):
 
     @classmethod
     def of(cls, values: Array, without_root: int = 0, lost: int = 0) -> "MeanSample":
-        """Return the sample of some values, shape (P,)."""
+        """Return the sample of some values, shape (P,).
+
+        Parameters
+        ----------
+        values : ndarray, shape (P,)
+            Of the paths that count.
+        without_root, lost : int
+            Further paths: how many met a step without root, and how many are not finite.
+        """
         if not len(values):
             return cls()
         mean = float(values.mean())

@@ -210,8 +210,11 @@ class Scheme:
         Parameters
         ----------
         problem : Problem
+            As the scheme sees it.
         paths : int
+            Number P of paths.
         h : float
+            What a scheme remembers may depend on it.
         """
         return self.enter(problem, problem.initial(paths), 0.0, h)
 

@@ -228,7 +228,17 @@ def describe(thing: object) -> str:
 
 
 def unknown(kind: str, name: str, known: Mapping[str, object]) -> UsageError:
-    """Return the error for a name that is not registered, with the names that are close."""
+    """Return the error for a name that is not registered, with the names that are close.
+
+    Parameters
+    ----------
+    kind : str
+        "scheme", "problem" or "measure".
+    name : str
+        What was asked for.
+    known : mapping by name
+        What is registered.
+    """
     return UsageError(f"unknown {kind} {name!r}{did_you_mean(name, known)}")
 
 

@@ -97,7 +97,7 @@ def check_derivative(
         What the message calls the derivative.
     f : callable, x -> array of shape (m, P)
     derivative : callable, (x, y) -> array of shape (m, P)
-    x : Array, shape (d, P)
+    x : ndarray, shape (d, P)
         The initial state, on every path the same.
 
     Raises

@@ -55,7 +55,26 @@ class Equation(Hashable, Protocol):
         """Return drift, diffusion and whatever else the equation holds."""
 
     def diffused(self, t: float, x: Array, w: Array) -> Array:
-        """Return B(t, x) w, shape (d, P)."""
+        """Return B(t, x) w, shape (d, P).
+
+        Parameters
+        ----------
+        t : float
+        x : ndarray, shape (d, P)
+        w : ndarray, shape (l, P)
+            What B is multiplied with, such as an increment of the Brownian motions.
+        """
 
     def euler(self, t: float, x: Array, h: float, noise: Increment) -> Array:
-        """Return x after a step of size h of Euler's method, shape (d, P)."""
+        """Return x after a step of size h of Euler's method, shape (d, P).
+
+        Parameters
+        ----------
+        t : float
+            Start of the step.
+        x : ndarray, shape (d, P)
+        h : float
+            Its size, in the problem's unit of time.
+        noise : Increment
+            Of the step.
+        """

@@ -164,7 +164,7 @@ class Problem:
             Step size, in the problem's unit of time.
         paths : int
             Number P of paths.
-        far : float or Array, shape (P,)
+        far : float or ndarray, shape (P,)
             By which factor the normals are larger than the law's, to see states that are rarely reached.
         """
         dW, areas = far * np.sqrt(h) * rng.standard_normal((2, self.noise_dim, paths))
@@ -267,7 +267,7 @@ class Problem:
             Start of the step.
         h : float
             Its size.
-        parts : dict of str to Array
+        parts : dict of str to ndarray
             Components at the start of the step.
         noise : Increment
             Of the step.
@@ -280,7 +280,7 @@ class Problem:
         Parameters
         ----------
         t : float
-        x, v : Array, shape (d, P)
+        x, v : ndarray, shape (d, P)
             The solution at t, and a delay before t.
         """
         return np.zeros(x.shape[-1], dtype=bool)

@@ -58,5 +58,14 @@ class ExpectedFailure:
 
 
 def expectation(cell: Cell, finding: Finding, expected: Iterable[ExpectedFailure]) -> ExpectedFailure | None:
-    """Return the first expected failure that a finding matches, or None."""
+    """Return the first expected failure that a finding matches, or None.
+
+    Parameters
+    ----------
+    cell : Cell
+    finding : Finding
+        Of one quantity in the cell.
+    expected : iterable of ExpectedFailure
+        Those of the policy, in its order.
+    """
     return next((one for one in expected if one.matches(cell, finding)), None)

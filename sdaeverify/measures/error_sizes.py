@@ -76,7 +76,17 @@ def of_moments(record: MomentErrors) -> Iterator[tuple[str, ErrorSizes]]:
 
 
 def of_operator(record: TransitionErrors, names: Sequence[str], kind: str) -> Iterator[tuple[str, ErrorSizes]]:
-    """Yield the errors of expectations by the transition operator, of the observables that tell something."""
+    """Yield the errors of expectations by the transition operator, of the observables that tell something.
+
+    Parameters
+    ----------
+    record : TransitionErrors
+        Errors at each step size, of each observable.
+    names : sequence of str
+        Observables, in the record's order.
+    kind : str
+        What the names of the errors begin with.
+    """
     floors, orders = ABOVE_FLOOR * error_floors(record), functional_orders(record)
     for index, name in enumerate(names):
         if orders[index].informative:

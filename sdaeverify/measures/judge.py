@@ -110,7 +110,17 @@ def claim_for(scheme: Scheme, traits: Iterable[str], measure: str, quantity: str
 
 
 def no_claim(scheme: Scheme, problem: Problem, measure: str, what: str = "") -> str:
-    """Return that a scheme claims nothing about a measure on a problem, or `what` it measures; empty if it does."""
+    """Return that a scheme claims nothing about a measure on a problem, or `what` it measures; empty if it does.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    problem : Problem
+    measure : str
+        A claim about it counts where its traits are among those of the problem as the scheme sees it.
+    what : str
+        What the reason names in place of the measure.
+    """
     view = scheme.view_of(problem)
     traits = frozenset() if view is None else view.traits
     claimed = any(claim.measure == measure and claim.when <= traits for claim in scheme.promises)
@@ -330,6 +340,19 @@ def hold_back(
     """Refute nothing by levels that do not resolve the problem's fastest time; what they show stays suspicious.
 
     Nor by levels that look too coarse for another reason, which so many times as many paths would make sure of.
+
+    Parameters
+    ----------
+    tests : PathTests
+        Of a claim, along paths.
+    evidence : Evidence
+        Of its cell.
+    levels : ndarray of int
+        Levels that the tests use.
+    coarse : str
+        Another reason why they look too coarse; empty if there is none.
+    growth : float
+        How many times as many paths would make sure of it.
     """
     why = unresolved(evidence.view, min(evidence.step_sizes[level] for level in levels)) or coarse
     suspected, growth = min(tests.refuted, tests.suspected), growth if coarse else tests.growth
@@ -339,7 +362,14 @@ def hold_back(
 
 
 def order_in(order: float, low: float, high: float, claim: Claim) -> Reason:
-    """Return an order with its interval, beside what is claimed."""
+    """Return an order with its interval, beside what is claimed.
+
+    Parameters
+    ----------
+    order, low, high : float
+        Estimate and ends of its interval.
+    claim : Claim
+    """
     text = "order {order:.3f}, at least {low:.3f} and at most {high:.3f}; claimed {claimed}"
     return Reason(text, Kind.ORDER, {"order": order, "low": low, "high": high, "claimed": claim.value})
 

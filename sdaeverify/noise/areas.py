@@ -44,7 +44,7 @@ def known_part(dW: Array, H: Array, K: Array) -> Array:
 
     Parameters
     ----------
-    dW, H, K : Array, shape (..., l, P)
+    dW, H, K : ndarray, shape (..., l, P)
         Increment, its first and its second time integral, as in `Increment`.
     """
     return outer(H, dW) + 12.0 * outer(K, H)

@@ -301,7 +301,7 @@ def completed(noise: Increment, h: Array | float, fields: frozenset[str], rng: n
     ----------
     noise : Increment
         With dW and H, shape (l, P).
-    h : Array or float
+    h : ndarray or float
         Length of the step; an array where it differs by path.
     fields : frozenset of str
         What the increment is to hold, of "dW", "H", "K", "A".
@@ -322,9 +322,9 @@ def drawn_areas(noise: LevelNoise, h: Array | float, normals: Callable[[int], Ar
     ----------
     noise : LevelNoise
         dW and H, and K where it is known.
-    h : Array or float
+    h : ndarray or float
         Length of the steps.
-    normals : callable, rows -> Array of shape (..., rows, P)
+    normals : callable, rows -> ndarray of shape (..., rows, P)
         Draws independent standard normals.
     """
     l = noise.dW.shape[-2]

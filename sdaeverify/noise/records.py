@@ -25,8 +25,11 @@ class NoiseRecord(Protocol):
         Parameters
         ----------
         rng : Generator
+            Of this record alone.
         h : float
+            Length of the step.
         paths : int
+            Number P of paths.
         """
 
     def refined(self, coarse: Any, h: float, rng: np.random.Generator) -> Any:

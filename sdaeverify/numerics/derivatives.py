@@ -28,7 +28,11 @@ def directional(f: Function, x: Array, y: Array) -> Array:
     Parameters
     ----------
     f : callable, (n, P) -> (..., P)
-    x, y : ndarray, shape (n, P)
+        Analytic: it is evaluated at complex x.
+    x : ndarray, shape (n, P)
+        Where.
+    y : ndarray, shape (n, P)
+        Direction.
 
     Returns
     -------

@@ -137,11 +137,11 @@ def pseudo_values(sums: Array, counts: Array, statistic: Callable[[Array], float
 
     Parameters
     ----------
-    sums : Array, shape (G, ...)
+    sums : ndarray, shape (G, ...)
         Sum of each group of paths.
-    counts : Array, shape (G,)
+    counts : ndarray, shape (G,)
         Paths of each group.
-    statistic : callable, means -> float or Array
+    statistic : callable, means -> float or ndarray
         What is computed from the means over paths.
     """
     total, n = sums.sum(axis=0), counts.sum()
@@ -188,11 +188,11 @@ def log_functional(weights: Array, p: float, means: Array) -> float:
 
     Parameters
     ----------
-    weights : Array, shape (L,)
+    weights : ndarray, shape (L,)
         w, one for each level.
     p : float
         Of the norm.
-    means : Array, shape (L,)
+    means : ndarray, shape (L,)
         E e_l^p, one for each level.
     """
     # einsum, not a BLAS product: the same bits on every number of threads.

@@ -47,6 +47,15 @@ class CellView:
     def of(cls, rows: Sequence[Row], absent: Sequence[Row], scheme: str, problem: str) -> "CellView":
         """Return the view of a cell.
 
+        Parameters
+        ----------
+        rows : sequence of Row
+            Quantities that were claimed or measured.
+        absent : sequence of Row
+            Cells that were not applicable, with reasons.
+        scheme, problem : str
+            Labels, as in the tables.
+
         Raises
         ------
         UsageError

@@ -93,7 +93,17 @@ class Plots:
         return ax
 
     def orders(self, measure: str = "strong", scheme: str = "", problem: str = "", ax: Axes | None = None) -> Axes:
-        """Draw orders with their intervals, a row each: filled along paths, hollow without sampling; and claims."""
+        """Draw orders with their intervals, a row each: filled along paths, hollow without sampling; and claims.
+
+        Parameters
+        ----------
+        measure : str
+            Whose orders are drawn.
+        scheme, problem : str
+            Labels or globs; all if empty.
+        ax : matplotlib.axes.Axes, optional
+            Where to; a new figure if left out.
+        """
         ax = _axes(ax)
         found = [
             (row, reading, *_order(reading))
@@ -115,11 +125,31 @@ class Plots:
         return ax
 
     def drift(self, problem: str = "", quantity: str = "", ax: Axes | None = None) -> Axes:
-        """Draw residuals of a constraint against the step size, a line for each scheme."""
+        """Draw residuals of a constraint against the step size, a line for each scheme.
+
+        Parameters
+        ----------
+        problem : str
+            Label or glob; may be empty if there is one problem.
+        quantity : str
+            Name of the constraint; may be empty if there is one.
+        ax : matplotlib.axes.Axes, optional
+            Where to; a new figure if left out.
+        """
         return self._compared("drift", problem, quantity, "residual", ax)
 
     def invariant(self, problem: str = "", quantity: str = "", ax: Axes | None = None) -> Axes:
-        """Draw errors of a stationary mean against the step size, a line for each scheme."""
+        """Draw errors of a stationary mean against the step size, a line for each scheme.
+
+        Parameters
+        ----------
+        problem : str
+            Label or glob; may be empty if there is one problem.
+        quantity : str
+            Name of the observable; may be empty if there is one.
+        ax : matplotlib.axes.Axes, optional
+            Where to; a new figure if left out.
+        """
         return self._compared("invariant", problem, quantity, "|error of the mean|", ax)
 
     def stability(self, problem: str = "", ax: Axes | None = None) -> Axes:

@@ -54,7 +54,16 @@ def provenance(registry: Registry, study: Study, arguments: Sequence[str]) -> di
 
 
 def made_with(registry: Registry, seed: int, arguments: Sequence[str]) -> dict[str, object]:
-    """Return what every kind of run is made with: versions, platform, arguments, seed, plugins."""
+    """Return what every kind of run is made with: versions, platform, arguments, seed, plugins.
+
+    Parameters
+    ----------
+    registry : Registry
+        Whose plugins took part.
+    seed : int
+    arguments : sequence of str
+        Command line or call.
+    """
     return {
         "schema_version": SCHEMA,
         "date": datetime.now(UTC).isoformat(timespec="seconds"),

@@ -154,7 +154,17 @@ def quantity_lines(pair: Pair, width: int, *, plain: bool = False, brief: bool =
 
 
 def by_scheme(pairs: Iterable[Pair], width: int, *, plain: bool = False) -> list[PlainLine]:
-    """Return a line or more for each scheme with the counts of its claims by measure, those in need first."""
+    """Return a line or more for each scheme with the counts of its claims by measure, those in need first.
+
+    Parameters
+    ----------
+    pairs : iterable of (row, reading)
+        Of the table of verdicts.
+    width : int
+        Columns of the screen.
+    plain : bool
+        Without signs that need a terminal: words for verdicts.
+    """
     counted: dict[str, dict[str, Counter[str]]] = {}
     for row, reading in pairs:
         measures = counted.setdefault(visible(text(row, "scheme")), {})

@@ -26,7 +26,17 @@ Behaviours = tuple[Behaviour | None, ...]
 
 
 def behaviours_pickled(task: bytes, mark: Path, timeout: float) -> Behaviours:
-    """Tell in a worker process what the schemes of a task do."""
+    """Tell in a worker process what the schemes of a task do.
+
+    Parameters
+    ----------
+    task : bytes
+        A pickled `Task`.
+    mark : Path
+        File that tells the parent what is being done, in case it takes too long.
+    timeout : float
+        Seconds for each scheme.
+    """
     return behaviours(unpacked(task), Watchdog(mark, timeout))
 
 
@@ -110,7 +120,17 @@ def run_parcel(parcel: Parcel, guard: Watchdog | None = None) -> Lanes:
 
 
 def run_pickled(parcel: bytes, mark: Path | None = None, timeout: float = inf) -> Lanes:
-    """Run a parcel in a worker process; memory that is short even for reading it is told as such."""
+    """Run a parcel in a worker process; memory that is short even for reading it is told as such.
+
+    Parameters
+    ----------
+    parcel : bytes
+        A pickled `Parcel`.
+    mark : Path or None
+        File that tells the parent what is being done; None where nobody watches.
+    timeout : float
+        Seconds for each scheme.
+    """
     loaded: Parcel = unpacked(parcel, MemoryError)
     return run_parcel(loaded, None if mark is None else Watchdog(mark, timeout))
 

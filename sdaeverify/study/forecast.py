@@ -67,7 +67,19 @@ class Forecast:
     spent: float = 0.0
 
     def heard(self, problem: str, seconds: float, schemes: int, paths: int | None) -> None:
-        """Take note of what some schemes took on a problem; `paths` is None for the first look."""
+        """Take note of what some schemes took on a problem; `paths` is None for the first look.
+
+        Parameters
+        ----------
+        problem : str
+            Label.
+        seconds : float
+            Measured, of one worker.
+        schemes : int
+            How many were run together.
+        paths : int or None
+            On each; None for the first look, whose number of paths is everybody's.
+        """
         self.spent += seconds
         if paths is None:
             self.done[problem] += [seconds / schemes] * schemes
@@ -75,7 +87,17 @@ class Forecast:
             self.further[problem].append(seconds / (schemes * paths))
 
     def heard_screening(self, problem: str, seconds: float, schemes: int) -> None:
-        """Take note of what some schemes took on a problem without paths."""
+        """Take note of what some schemes took on a problem without paths.
+
+        Parameters
+        ----------
+        problem : str
+            Label.
+        seconds : float
+            Measured, of one worker.
+        schemes : int
+            How many were screened together.
+        """
         self.spent += seconds
         self.screened[problem] += [seconds / schemes] * schemes
 

@@ -66,7 +66,15 @@ class ControlVerdicts:
         self.objection, self._refuted = cache(self._objection), cache(self._refuted_quantities)
 
     def suspicion(self, scheme: Scheme, measure: str, quantity: str) -> str:
-        """Return why paths cannot refute a scheme's claim on a measure in a quantity; empty if they can."""
+        """Return why paths cannot refute a scheme's claim on a measure in a quantity; empty if they can.
+
+        Parameters
+        ----------
+        scheme : Scheme
+            Whose claim it is; it is no evidence against itself.
+        measure, quantity : str
+            What is claimed about.
+        """
         known = [plan for plan in self.plans if plan.control.measure == measure and not plan.missing]
         others = [plan for plan in known if plan.positive is not None and plan.positive.scheme.label != scheme.label]
         wrong = next((plan.control for plan in others if quantity in self._refuted(plan)), None)
@@ -245,7 +253,16 @@ class CellResult:
 
 
 def without_evidence(cell: Cell, verdict: Verdict, reason: str) -> CellResult:
-    """Return the result of a cell without evidence."""
+    """Return the result of a cell without evidence.
+
+    Parameters
+    ----------
+    cell : Cell
+    verdict : Verdict
+        Of the whole cell.
+    reason : str
+        Why there is none, in a line.
+    """
     return CellResult(cell, (Finding(quantity="", verdict=verdict, reason=Reason(reason)),))
 
 

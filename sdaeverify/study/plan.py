@@ -215,7 +215,17 @@ def _matched(scheme: Scheme, problem: Problem) -> Match:
 
 
 def scheme_cells(scheme: Scheme, spec: ProblemSpec, problem: Problem, measures: Sequence[Measure]) -> list[Cell]:
-    """Return the cells of a scheme on a problem, one for each measure: this asks all three."""
+    """Return the cells of a scheme on a problem, one for each measure: this asks all three.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    spec : ProblemSpec
+        The problem by name and parameters.
+    problem : Problem
+        As it was built from them.
+    measures : sequence of Measure
+    """
     matched = _matched(scheme, problem)
     if matched.failed:
         return [Cell(scheme, spec, m, "", Verdict.ERROR, matched.reason) for m in measures]

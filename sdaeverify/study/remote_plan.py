@@ -93,7 +93,17 @@ def plan_cells(request: CellsRequest, guard: Guard) -> CellPlans | None:
 
 
 def plan_pickled(request: bytes, mark: Path, timeout: float) -> CellPlans | None:
-    """Plan the cells of a problem in a worker process."""
+    """Plan the cells of a problem in a worker process.
+
+    Parameters
+    ----------
+    request : bytes
+        A pickled `CellsRequest`.
+    mark : Path
+        File that tells the parent what is being done, in case it takes too long.
+    timeout : float
+        Seconds for each scheme.
+    """
     return plan_cells(unpacked(request), Watchdog(mark, timeout))
 
 

@@ -114,7 +114,17 @@ def directions(x: Array, count: int = 3) -> list[Array]:
 
 
 def excess(value: Array, bound: float, *terms: Array) -> str:
-    """Return in words how far a number is from a rounding error of terms that cancel, or an empty string."""
+    """Return in words how far a number is from a rounding error of terms that cancel, or an empty string.
+
+    Parameters
+    ----------
+    value : ndarray
+        What should be 0.
+    bound : float
+        Rounding error relative to the terms.
+    *terms : ndarray
+        What cancels in it.
+    """
     size = max(1.0, *(float(np.max(np.abs(term), initial=0.0)) for term in terms), 0.0)
     worst = float(np.max(np.abs(value), initial=0.0))
     return "" if worst <= bound * size else f"off by {worst:.2g}, where {bound * size:.1g} would be rounding"

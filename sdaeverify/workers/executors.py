@@ -132,7 +132,16 @@ class Remote(Generic[Value]):
 
 
 def call_pickled(function: Callable[[bytes], object], argument: bytes, plugins: Plugins) -> bytes:
-    """Make a call in a worker that has never seen the plugin files, and return its value as bytes."""
+    """Make a call in a worker that has never seen the plugin files, and return its value as bytes.
+
+    Parameters
+    ----------
+    function : callable, bytes -> object
+    argument : bytes
+        What it is called with.
+    plugins : Plugins
+        Files that have to be loaded first.
+    """
     plugins.load()
     return pickle.dumps(function(argument))
 

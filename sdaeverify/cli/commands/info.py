@@ -208,6 +208,14 @@ def _claim(claim: Claim) -> str:
 def built(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:
     """Return a problem; `given` tells whether the user chose its parameters.
 
+    Parameters
+    ----------
+    label : str
+        Problem with its parameters, for messages.
+    build : callable, () -> Problem
+    given : bool
+        Whether the user chose its parameters, and is to blame if they are not accepted.
+
     Raises
     ------
     UsageError

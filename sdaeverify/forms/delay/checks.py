@@ -61,7 +61,7 @@ def check_solved(problem: IndexOne, x: Array, v: Array) -> None:
     Parameters
     ----------
     problem : IndexOne
-    x, v : Array, shape (d, P)
+    x, v : ndarray, shape (d, P)
         The initial state, and the solution a delay before it.
 
     Raises

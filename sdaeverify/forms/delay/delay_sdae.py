@@ -217,9 +217,9 @@ class DelaySDAE(Delayed):
         Parameters
         ----------
         t : float
-        x, v : Array, shape (d, P)
+        x, v : ndarray, shape (d, P)
             The solution at t, and a delay before t.
-        y : Array, shape (q, P)
+        y : ndarray, shape (q, P)
             Algebraic components at t.
         """
         return self.drift_partials(t, x, v, y) if self.drift_partials else partials(self.drift, t, x, v, y)
@@ -416,6 +416,7 @@ def solve_algebraic(problem: "DelaySDAE", t: float, x: Array, v: Array, guess: A
     t : float
     x, v : ndarray, shape (d, P)
     guess : ndarray, shape (q, P) or (q, 1)
+        Where Newton's method begins.
 
     Returns
     -------

@@ -81,7 +81,7 @@ class IndexOne(Problem):
 
         Parameters
         ----------
-        x : Array, shape (d, P)
+        x : ndarray, shape (d, P)
             The solution at the start of the step; the lagged value itself where the delay is 0.
         h : float
             Step size, in the problem's unit of time.
@@ -96,7 +96,7 @@ class IndexOne(Problem):
         Parameters
         ----------
         t : float
-        x, v : Array, shape (d, P)
+        x, v : ndarray, shape (d, P)
             The solution at t, and a delay before t.
 
         Raises
@@ -112,11 +112,11 @@ class IndexOne(Problem):
         Parameters
         ----------
         t : float
-        x, v : Array, shape (d, P)
+        x, v : ndarray, shape (d, P)
             The solution at t, and a delay before t.
-        y : Array, shape (q, P)
+        y : ndarray, shape (q, P)
             Algebraic components at t.
-        w : Array, shape (l, P)
+        w : ndarray, shape (l, P)
             What g is multiplied with, such as an increment of the Brownian motions.
         """
 
@@ -127,9 +127,9 @@ class IndexOne(Problem):
         Parameters
         ----------
         t : float
-        x, v : Array, shape (d, P)
+        x, v : ndarray, shape (d, P)
             The solution at t, and a delay before t.
-        y : Array, shape (q, P)
+        y : ndarray, shape (q, P)
             Algebraic components at t: u need not vanish there.
 
         Raises
@@ -149,7 +149,7 @@ class IndexOne(Problem):
         Parameters
         ----------
         t : float
-        x, v : Array, shape (d, P)
+        x, v : ndarray, shape (d, P)
             The solution at t, and a delay before t.
         """
 

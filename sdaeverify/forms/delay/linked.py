@@ -84,7 +84,7 @@ def history_at(problem: Delayed, s: float, z: Array) -> Array:
     problem : Delayed
     s : float
         Time of the oldest link.
-    z : Array, shape (links d, P)
+    z : ndarray, shape (links d, P)
         State of the linked equation; it sets the number of paths alone.
     """
     return problem.past(min(0.0, s - problem.delay)) + 0.0 * z[: problem.dimension]

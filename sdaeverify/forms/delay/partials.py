@@ -24,13 +24,16 @@ class Partials(NamedTuple):
 
 
 def partials(f: Callable[[float, Array, Array, Array], Array], t: float, x: Array, v: Array, y: Array) -> Partials:
-    """Return the derivatives of f at (t, x, v, y); shapes (d, P), (d, P) and (q, P).
+    """Return the derivatives of f at (t, x, v, y), by complex steps.
 
     Parameters
     ----------
     f : callable, (t, x, v, y) -> ndarray, shape (n, P)
     t : float
-    x, v, y : ndarray
+    x, v : ndarray, shape (d, P)
+        The solution at t, and a delay before t.
+    y : ndarray, shape (q, P)
+        Algebraic components; q may be 0.
 
     Returns
     -------

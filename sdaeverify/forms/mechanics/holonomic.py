@@ -197,8 +197,8 @@ class HolonomicSDAE(Mechanics):
         ----------
         J : ConstraintJacobian
             Dg at r, prepared once.
-        r, v : Array, shape (n, P)
-        impulse : Array, shape (n, P) or (n, l, P)
+        r, v : ndarray, shape (n, P)
+        impulse : ndarray, shape (n, P) or (n, l, P)
             Force, or the columns of the noise: what the constraint has to answer.
         """
         return -J.gram(J).solve(J.times(self.inverse_mass(impulse)) + self.d2g(r, v, v))
@@ -448,7 +448,7 @@ def projected(problem: "HolonomicSDAE", J: "ConstraintJacobian", y: Array) -> tu
     problem : HolonomicSDAE
     J : ConstraintJacobian
         At the positions where it is projected.
-    y : Array, shape (n, P) or (n, l, P)
+    y : ndarray, shape (n, P) or (n, l, P)
         Velocities, or columns of noise.
     """
     # y may be constant on all paths; what is taken from it is not.

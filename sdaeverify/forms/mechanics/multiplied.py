@@ -65,8 +65,8 @@ class Mechanics(Multiplied):
 
         Parameters
         ----------
-        r : Array, shape (n, P)
-        y, z : Array, shape (n, P)
+        r : ndarray, shape (n, P)
+        y, z : ndarray, shape (n, P)
             Directions; the derivative is bilinear and symmetric in them.
         """
 

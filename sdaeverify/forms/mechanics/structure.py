@@ -116,7 +116,7 @@ class Structure:
         ----------
         problem : Mechanics
         t : float
-        r, v : Array, shape (n, P)
+        r, v : ndarray, shape (n, P)
             Where the force is differentiated.
         """
         if problem.force_derivatives is not None:
@@ -138,9 +138,9 @@ class Structure:
         Parameters
         ----------
         problem : Mechanics
-        r : Array, shape (n, P)
+        r : ndarray, shape (n, P)
             Where the constraint is differentiated twice.
-        v : Array, shape (n, P)
+        v : ndarray, shape (n, P)
             Direction in which.
         """
         return self._rows(r, lambda y: problem.d2g(r, v, y))
@@ -151,9 +151,9 @@ class Structure:
         Parameters
         ----------
         problem : Mechanics
-        r : Array, shape (n, P)
+        r : ndarray, shape (n, P)
             Where the constraint is differentiated twice.
-        c : Array, shape (m, P)
+        c : ndarray, shape (m, P)
             Weights of the constraints, such as multipliers.
         """
         d = len(r) // self.nodes
@@ -268,7 +268,7 @@ def check_structure(structure: Structure, problem: Mechanics, r: Array, v: Array
     structure : Structure
         What the problem says that it couples.
     problem : Mechanics
-    r, v : Array, shape (n, P)
+    r, v : ndarray, shape (n, P)
         Where derivatives are compared with differences.
 
     Raises

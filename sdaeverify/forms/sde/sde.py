@@ -154,9 +154,12 @@ class SDE(Problem):
         Parameters
         ----------
         t : float
+            Start of the step.
         x : ndarray, shape (d, P)
         h : float
+            Its size, in the problem's unit of time.
         noise : Increment
+            Of the step.
         """
         return np.asarray(x + h * self.drift(t, x) + self.diffused(t, x, noise.dW))
 

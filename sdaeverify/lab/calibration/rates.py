@@ -77,7 +77,17 @@ class Trials(NamedTuple):
     paths: float = float("nan")
 
     def rate(self, statistic: str, hits: Mask, expected: ExpectedRate) -> Rate:
-        """Return the rate at which some trials hit."""
+        """Return the rate at which some trials hit.
+
+        Parameters
+        ----------
+        statistic : str
+            What is counted.
+        hits : ndarray of bool, shape (trials,)
+            In which of the trials it happened.
+        expected : ExpectedRate
+            Range of rates that is promised.
+        """
         return Rate(self.study, self.case, statistic, self.paths, int(hits.sum()), len(hits), expected)
 
 

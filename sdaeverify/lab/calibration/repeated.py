@@ -81,7 +81,17 @@ def appended(tallies: Sequence[Tally]) -> Tally:
 
 
 def pooled(tally: Tally, count: int, every: int | None = None) -> Tally:
-    """Pool the first `count` of every `every` neighbouring repetitions (of every `count` if left out)."""
+    """Pool the first `count` of every `every` neighbouring repetitions (of every `count` if left out).
+
+    Parameters
+    ----------
+    tally : Tally
+        Sums and maxima with the repetitions first.
+    count : int
+        Repetitions that make up one larger sample.
+    every : int, optional
+        Distance of the first repetitions of two samples: more than `count` leaves the rest unused.
+    """
     every = every or count
 
     def runs(values: Array) -> Array:

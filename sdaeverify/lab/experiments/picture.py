@@ -32,7 +32,9 @@ def draw(panels: Sequence[Panel], title: str, path: Path) -> None:
     ----------
     panels : sequence of Panel
     title : str
+        Of the whole picture.
     path : Path
+        Its suffix is that of a kind that matplotlib writes.
 
     Raises
     ------

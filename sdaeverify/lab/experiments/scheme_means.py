@@ -74,7 +74,16 @@ class LinearRun(NamedTuple):
 
 
 def linear_run(scheme: Scheme, steps: int, problem: Problem) -> LinearRun | None:
-    """Return the run of a scheme with so many steps to the final time; None where it is not linear."""
+    """Return the run of a scheme with so many steps to the final time; None where it is not linear.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    steps : int
+        From 0 to the horizon.
+    problem : Problem
+        With or without a delay.
+    """
     matched, h = match(scheme, problem).problem, problem.horizon / steps
     view = None if matched is None else matched.capability(Delayed)
     if view is None or scheme.law.clip:

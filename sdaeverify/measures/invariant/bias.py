@@ -43,7 +43,17 @@ def bias_bound(claim: Claim | None) -> float | None:
 
 
 def with_bias(found: Finding, bias: StationaryBias, opinion: Opinion) -> Finding:
-    """Return a finding with what is said of a claimed bound, in place of an order."""
+    """Return a finding with what is said of a claimed bound, in place of an order.
+
+    Parameters
+    ----------
+    found : Finding
+        With all but the verdict.
+    bias : StationaryBias
+        Estimate and interval, in the observable's unit.
+    opinion : Opinion
+        Of the claimed bound.
+    """
     return replace(
         found,
         verdict=opinion.verdict,

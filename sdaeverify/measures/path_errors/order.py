@@ -88,14 +88,36 @@ def usable_levels(evidence: Evidence, quantity: Quantity) -> tuple[Array, Reason
 
 
 def fit(evidence: Evidence, quantity: Quantity, usable: Array, left_out: Reason) -> Fit:
-    """Return the slope on the finest usable levels."""
+    """Return the slope on the finest usable levels.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    quantity : Quantity
+        Errors along paths, one for each level.
+    usable : ndarray of int
+        Levels that can be fitted, coarse to fine.
+    left_out : Reason
+        Why the others cannot.
+    """
     levels = usable[-FITTED:]
     bias = reference_bias(evidence.problem.pathwise, quantity, levels, evidence.settings.confidence)
     return Fit(usable, levels, left_out, quantity.slope(levels), bias)
 
 
 def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim) -> PathTests:
-    """Return what the paths say of a claimed order: the slope's tests, and those of the limit."""
+    """Return what the paths say of a claimed order: the slope's tests, and those of the limit.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    quantity : Quantity
+        Errors along paths, one for each level.
+    fitted : Fit
+        Their slope.
+    claim : Claim
+        Of an order.
+    """
     truth, bias = evidence.problem.pathwise, fitted.bias
     if not np.isfinite(bias.bound):
         return PathTests.none(f"no finite interval: {bias.reference} is too coarse or not finite")
@@ -149,7 +171,16 @@ def _on_its_way(quantity: Quantity, levels: Array, claim: Claim) -> str:
 
 
 def calibrate(tests: PathTests, quantity: Quantity, levels: Array) -> PathTests:
-    """Return the tests as far as the sample is large enough for its tails at the ends of the fit."""
+    """Return the tests as far as the sample is large enough for its tails at the ends of the fit.
+
+    Parameters
+    ----------
+    tests : PathTests
+    quantity : Quantity
+        The sample, its heavy tails among what counts.
+    levels : ndarray of int
+        Levels of the fit, coarse to fine.
+    """
     heavy = quantity.tail(levels[0]).heavy or quantity.tail(levels[-1]).heavy
     return with_sample(tests, quantity.paths, heavy=heavy)
 
@@ -158,6 +189,15 @@ def asymptotic_order(quantity: Quantity, usable: Array, confidence: float) -> tu
     """Return the asymptotic order with its half width: y = a + p x + c h on all levels but the coarsest.
 
     What the coarsest level would change is part of the interval, which is never quoted tighter than 0.05.
+
+    Parameters
+    ----------
+    quantity : Quantity
+        y = log2 of its errors, x = log2 h.
+    usable : ndarray of int
+        Levels that can be fitted, coarse to fine.
+    confidence : float
+        Of the interval.
     """
     if len(usable) <= FITTED:
         return float("nan"), float("nan")
@@ -177,7 +217,17 @@ def _above(evidence: Evidence, fitted: Fit, claim: Claim) -> bool:
 
 
 def rises(evidence: Evidence, quantity: Quantity, fitted: Fit) -> bool:
-    """Tell whether the local order still grows with refinement: steps are too coarse then to hold it against them."""
+    """Tell whether the local order still grows with refinement: steps are too coarse then to hold it against them.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        Whose settings say how sure.
+    quantity : Quantity
+        Errors along paths, one for each level.
+    fitted : Fit
+        Which of the levels are compared.
+    """
     return quantity.rise(fitted.levels).interval(evidence.settings.confidence)[0] > RISING
 
 

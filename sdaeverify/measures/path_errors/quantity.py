@@ -68,7 +68,16 @@ class Quantity:
         return order_of(self.h[levels], self.error[:, levels, power], self.counts, POWERS[power])
 
     def linear(self, levels: Array, weights: Array, power: int = 1) -> Estimate:
-        """Return a linear functional of y on some levels."""
+        """Return a linear functional of y on some levels.
+
+        Parameters
+        ----------
+        levels : ndarray of int
+        weights : ndarray, shape (levels,)
+            Of y = log2 (E e^p)^(1/p) on them.
+        power : int
+            Place of p among `POWERS`.
+        """
         return jackknife(self.error[:, levels, power], self.counts, partial(log_functional, weights, POWERS[power]))
 
     def contrast(self, levels: Array, share: float = 1.0) -> Estimate:

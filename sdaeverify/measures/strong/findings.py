@@ -277,7 +277,18 @@ def _opinion_without_fit(evidence: Evidence, local: _Local, covered: Coverage, l
 
 
 def unknown_components(evidence: Evidence, measure: str, orders: Orders, known: set[str]) -> Iterator[Finding]:
-    """Yield findings on the components that the truth does not know: by their local order, without a guard."""
+    """Yield findings on the components that the truth does not know: by their local order, without a guard.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    measure : str
+        Under which name claims are looked up.
+    orders : dict of str to local orders
+        By component, from one step.
+    known : set of str
+        Components that the truth knows: the rest is told of.
+    """
     start = evidence.scheme.start(evidence.view, 1, evidence.step_sizes[0])
     for name in evidence.scheme.parts(evidence.view, start):
         if name in known:

@@ -90,6 +90,14 @@ def levels_for(evidence: Evidence, quantity: Quantity, claim: Claim | None) -> t
     """Return the levels that can be fitted, and what is to be said of levels.
 
     A theorem on convergence is about the scheme with its truncation: truncated levels count, and are named.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    quantity : Quantity
+        Errors along paths, one for each level.
+    claim : Claim or None
+        Of convergence or of an order.
     """
     if claim is None or claim.value != CONVERGES:
         return usable_levels(evidence, quantity)
@@ -102,7 +110,18 @@ def levels_for(evidence: Evidence, quantity: Quantity, claim: Claim | None) -> t
 
 
 def grid_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim) -> PathTests:
-    """Return what errors on the grid say of a claim: of convergence or of an order."""
+    """Return what errors on the grid say of a claim: of convergence or of an order.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    quantity : Quantity
+        Errors on the grid, one for each level.
+    fitted : Fit
+        Their slope.
+    claim : Claim
+        Of convergence or of an order.
+    """
     if claim.value != CONVERGES:
         return path_tests(evidence, quantity, fitted, claim)
     if not np.isfinite(fitted.bias.bound):
@@ -127,6 +146,18 @@ def continuous_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim:
 
     Convergence needs no bound of the bias. An error is at most the distance from the finest paths and the error of
     these: the first has to fall here, the second on the grid, where the limit is told as well.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    quantity : Quantity
+        Distances from the finest paths between grid times, one for each level.
+    fitted : Fit
+        Their slope.
+    claim : Claim
+        Of convergence or of an order.
+    grid : Grid
+        What the errors at grid times came to.
     """
     if claim.value == CONVERGES:
         unbiased = fitted._replace(bias=fitted.bias._replace(bound=0.0))
@@ -148,7 +179,16 @@ def continuous_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim:
 
 
 def fall_tests(evidence: Evidence, quantity: Quantity, fitted: Fit) -> PathTests:
-    """Return the tests of a fall of errors, and of their growth."""
+    """Return the tests of a fall of errors, and of their growth.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    quantity : Quantity
+        Errors along paths, one for each level.
+    fitted : Fit
+        Their slope, and the bias of what they are measured against.
+    """
     slope, bias, last = fitted.slope, fitted.bias.bound, fitted.levels[-1]
     low, high = slope.interval(evidence.settings.confidence, bias)
     if not np.isfinite([low, high]).all():

@@ -149,6 +149,14 @@ def sample_of(evidence: Evidence, record: PairedErrors, name: str) -> PairedMean
     """Return the errors of one kind where no more than one path in a hundred met a step without root.
 
     That is from the first or the second level on, whichever leaves more values of eps.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    record : PairedErrors
+        Errors of members of the family on the same noise.
+    name : str
+        Kind of error: strong or weak.
     """
     bad = record.failed.sum(axis=1) > FAILED * record.counts.sum()
     first = min(range(2), key=lambda level: (bad[:, level:].any(axis=1).sum(), level))

@@ -77,7 +77,16 @@ class MeanOrder(NamedTuple):
 
 
 def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrder:
-    """Return the order of one observable's mean differences, with the tests of a claim."""
+    """Return the order of one observable's mean differences, with the tests of a claim.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    means : Means
+        Of one observable, on each level.
+    claim : Claim or None
+        That covers the observable.
+    """
     sound, _ = sound_levels(evidence.health.sums)
     levels = sound[sound < means.errors][-FITTED:]
     unknown = Estimate(float("nan"), float("nan"))

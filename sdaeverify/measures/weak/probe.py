@@ -74,7 +74,16 @@ class WeakProbe(NamedTuple):
 
 
 def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
-    """Return local weak defects; moments where the problem is linear; the operator where the former do not decide."""
+    """Return local weak defects; moments where the problem is linear; the operator where the former do not decide.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        What the scheme sees.
+    settings : Settings
+        Numbers of steps, for moments and operators.
+    """
     evidence, found = Tally(), None
     pair = linked(scheme, view)
     if not (loses_algebraic(scheme, view) or local.refusal(*pair)):
@@ -122,6 +131,14 @@ def judge_probe(probed: WeakProbe, claim: Claim | None, observable: str) -> tupl
 
     The local order decides; moments can take back what it verifies, and decide where it does not. So does the
     operator for the observables it is informative about.
+
+    Parameters
+    ----------
+    probed : WeakProbe
+        What tiers T1 and T2 found.
+    claim : Claim or None
+        That covers the observable.
+    observable : str
 
     Returns
     -------

@@ -51,8 +51,11 @@ def run_moments(step: LinearDelayStep, mesh: Mesh, start: Start, steps: int) -> 
     ----------
     step : LinearDelayStep
     mesh : Mesh
+        How the delay lies on the steps.
     start : Start
+        State of the scheme, and the lagged values that the run uses.
     steps : int
+        Length of the run.
 
     Returns
     -------

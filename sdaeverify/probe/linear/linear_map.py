@@ -72,7 +72,7 @@ class MemoryStep:
 
         Parameters
         ----------
-        x : Array, shape (k, P)
+        x : ndarray, shape (k, P)
             Memory before the step.
         noise : Increment
             Of the step.

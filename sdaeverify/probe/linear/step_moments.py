@@ -279,7 +279,7 @@ def factors_of(step: MemoryStep, noise: StepNoise, x: Array) -> Array:
         A step that is linear in the memory for each value of its normals.
     noise : StepNoise
         How normals become the noise of a step.
-    x : Array, shape (n, K)
+    x : ndarray, shape (n, K)
         Values of its n normals, at K nodes.
     """
     return factors_at(step, noise.nodes(x, np.ones(x.shape[1])))

@@ -74,7 +74,7 @@ def coefficients(ito: Equation, chart: Chart, z: Array) -> ChartCoefficients:
         The Ito equation of the problem.
     chart : Chart
         Coordinates of its manifold.
-    z : Array, shape (k, P)
+    z : ndarray, shape (k, P)
         Where they are asked.
 
     Raises

@@ -169,9 +169,9 @@ def crossed(nodes: Nodes, name: str, data: Any, weights: Array) -> Nodes:
     nodes : Nodes
     name : str
         What the record is called in an increment.
-    data : Array or record of Array, shape (..., R)
+    data : ndarray or record of ndarray, shape (..., R)
         The record at its nodes.
-    weights : Array, shape (R,)
+    weights : ndarray, shape (R,)
         Probabilities of its nodes.
     """
 

@@ -116,7 +116,7 @@ class OneStep:
 
         Parameters
         ----------
-        x : Array, shape (d, P)
+        x : ndarray, shape (d, P)
         t : float
             When the scheme enters.
         h : float
@@ -184,7 +184,7 @@ class OneStep:
 
         Parameters
         ----------
-        x : Array, shape (d, P)
+        x : ndarray, shape (d, P)
         t : float
             Start of the step.
         h : float

@@ -73,7 +73,7 @@ def allowed(view: Any, ito: Equation, points: Array) -> Mask:
         What the scheme sees: its constraints say where the manifold is.
     ito : Equation
         Whose coefficients have to be finite.
-    points : Array, shape (d, S)
+    points : ndarray, shape (d, S)
     """
     f, B = ito.drift(0.0, points), ito.diffusion(0.0, points)
     good = all_finite(points) & all_finite(f) & all_finite(B.reshape(-1, B.shape[-1]))

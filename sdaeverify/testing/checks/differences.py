@@ -25,13 +25,31 @@ SECOND = {1: 8 / 5, 2: -1 / 5, 3: 8 / 315, 4: -1 / 560}
 
 
 def first(f: Function, x: Array, y: Array) -> Array:
-    """Return Df(x) y."""
+    """Return Df(x) y.
+
+    Parameters
+    ----------
+    f : callable, (d, P) -> (m, P)
+    x : ndarray, shape (d, P)
+        Where.
+    y : ndarray, shape (d, P)
+        Direction; steps are multiples of it.
+    """
     s = FIRST_STEP
     return np.asarray(sum(w * (f(x + k * s * y) - f(x - k * s * y)) for k, w in FIRST.items()) / s)
 
 
 def second(f: Function, x: Array, y: Array) -> Array:
-    """Return D^2 f(x)(y, y)."""
+    """Return D^2 f(x)(y, y).
+
+    Parameters
+    ----------
+    f : callable, (d, P) -> (m, P)
+    x : ndarray, shape (d, P)
+        Where.
+    y : ndarray, shape (d, P)
+        Direction; steps are multiples of it.
+    """
     s = SECOND_STEP
     sides = sum(w * (f(x + k * s * y) + f(x - k * s * y)) for k, w in SECOND.items())
     return np.asarray((sides - 205 / 72 * f(x)) / s**2)

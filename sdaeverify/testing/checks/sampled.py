@@ -66,6 +66,13 @@ class Walker:
 def euler(problem: Any, level: int, paths: int) -> Walker:
     """Return Euler-Maruyama on the Ito equation of a problem, or on its equation with delay.
 
+    Parameters
+    ----------
+    problem : Problem
+    level : int
+        Its steps are as many times shorter than the coarsest as 2^level.
+    paths : int
+
     Raises
     ------
     Inapplicable
@@ -99,7 +106,17 @@ def _delayed(problem: IndexOne, level: int, h: float, paths: int) -> Walker:
 
 
 def known(problem: Any, truth: Pathwise, level: int, paths: int) -> Walker:
-    """Return the solution that a problem knows, which draws its further normals beside the Brownian paths."""
+    """Return the solution that a problem knows, which draws its further normals beside the Brownian paths.
+
+    Parameters
+    ----------
+    problem : Problem
+    truth : Pathwise
+        How the problem advances its own solution.
+    level : int
+        Its steps are as many times shorter than the coarsest as 2^level.
+    paths : int
+    """
     h = problem.horizon / (COARSEST * 2**level)
     rng = np.random.default_rng(SEED)
 
