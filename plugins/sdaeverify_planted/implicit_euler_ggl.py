@@ -59,7 +59,7 @@ def sdaeverify_planted() -> list[Planted]:
         "half of the force": WrongImplicitEuler(force=0.5),
         "velocity from positions, hidden constraint dropped": WrongImplicitEuler(velocity="quotient"),
         "multiplier sign": WrongImplicitEuler(multiplier=-1.0),
-        "Newton's method ended early": WrongImplicitEuler(atol=1e-3),
+        "Newton's method ended early": WrongImplicitEuler(tolerance=1e-3),
     }
     ito = WrongImplicitEuler(noise_at="new")
     return [

@@ -16,13 +16,12 @@ class Stop(NamedTuple):
 
     Attributes
     ----------
-    rtol, atol : float
-        Of the largest component of F, relative to that of the first guess, and absolute.
+    tolerance : float
+        Of the largest component of F.
     max_iterations : int
     """
 
-    rtol: float
-    atol: float
+    tolerance: float
     max_iterations: int
 
 
@@ -47,9 +46,9 @@ class Root(NamedTuple):
 def solved(equations: Equations, guess: Unknowns, stop: Stop) -> Root:
     """Solve the equations from a guess.
 
-    A path has found its root where no component of F is larger than max(atol, rtol |F(guess)|), or than what rounding
-    may leave of its equation. It has failed where no point along Newton's update lowers |F|^2, or after too many
-    iterations. The others go on without it, so that no path depends on its neighbours.
+    A path has found its root where no component of F is larger than the tolerance, or than what rounding may leave of
+    its equation. It has failed where no point along Newton's update lowers |F|^2, or after too many iterations. The
+    others go on without it, so that no path depends on its neighbours.
 
     Parameters
     ----------
@@ -62,16 +61,16 @@ def solved(equations: Equations, guess: Unknowns, stop: Stop) -> Root:
     Root
     """
     here = Iterate(equations, guess, equations.defects(guess))
-    goal = np.maximum(stop.atol, stop.rtol * here.F.largest.max(axis=0))
-    found, x, paths = np.zeros(goal.shape, dtype=bool), guess, np.arange(goal.size)
-    iterations, halvings = np.zeros((2, goal.size), dtype=np.int64)
+    count = here.F.square.size
+    found, x, paths = np.zeros(count, dtype=bool), guess, np.arange(count)
+    iterations, halvings = np.zeros((2, count), dtype=np.int64)
     for _ in range(stop.max_iterations):
         L = linearised(here.equations, here.x)
         here, lower, halved = searched(here, L)
         iterations[paths] += 1
         halvings[paths] += halved
         x = replaced(x, paths, here.x)
-        found[paths] = (here.F.largest <= np.maximum(goal[paths], L.rounding(here.x, here.F))).all(axis=0)
+        found[paths] = (here.F.largest <= np.maximum(stop.tolerance, L.rounding(here.x, here.F))).all(axis=0)
         on = np.flatnonzero(lower & ~found[paths])
         if not on.size:
             break

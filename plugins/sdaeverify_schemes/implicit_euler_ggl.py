@@ -31,9 +31,9 @@ class ImplicitEulerGGL(Scheme):
     guess : str
         Where Newton's method starts, always with nu = 0. ``V0``: at (r_0, v_0) with lambda = 0; ``V2``: there, with
         the multiplier of the explicit scheme; ``V1``: with its position and velocity, too, before any projection.
-    rtol, atol : float
-        The iteration ends where no component of the equations is larger than atol, or than rtol times the largest one
-        at the guess, or than what rounding leaves of it; with 0 it always goes on to rounding errors.
+    tolerance : float
+        The iteration ends where no component of the equations is larger, or than what rounding leaves of it; with 0
+        it always goes on to rounding errors.
     max_iterations : int
         Of each call of Newton's method.
     stages : int
@@ -41,8 +41,7 @@ class ImplicitEulerGGL(Scheme):
     """
 
     guess: str = "V2"
-    rtol: float = 0.0
-    atol: float = 0.0
+    tolerance: float = 0.0
     max_iterations: int = 50
     stages: int = 4
 
@@ -59,9 +58,8 @@ class ImplicitEulerGGL(Scheme):
     def __post_init__(self) -> None:
         if self.guess not in {"V0", "V1", "V2"}:
             raise ParameterError(f"guess must be V0, V1 or V2, got {self.guess!r}")
-        for name in ("rtol", "atol"):
-            if not 0.0 <= getattr(self, name) < 1.0:
-                raise ParameterError(f"{name} must be at least 0 and below 1, got {getattr(self, name)!r}")
+        if not 0.0 <= self.tolerance < 1.0:
+            raise ParameterError(f"tolerance must be at least 0 and below 1, got {self.tolerance!r}")
         for name in ("max_iterations", "stages"):
             if not getattr(self, name) >= 1:
                 raise ParameterError(f"{name} must be at least 1, got {getattr(self, name)!r}")
@@ -69,7 +67,7 @@ class ImplicitEulerGGL(Scheme):
     @property
     def promises(self) -> tuple[Claim, ...]:
         """The orders, and constraints kept to rounding unless a tolerance lets Newton's method end before."""
-        return self.claims if self.rtol or self.atol else (*self.claims, TO_ROUNDING)
+        return self.claims if self.tolerance else (*self.claims, TO_ROUNDING)
 
     def refuses(self, problem: HolonomicSDAE) -> str:
         """Refuse forces whose derivatives cannot be had."""
@@ -79,7 +77,7 @@ class ImplicitEulerGGL(Scheme):
         """Make one step."""
         r, v, mu = state
         equations = Equations(problem, t + h, h, r, v, self._kick(problem, state, t, h, noise))
-        stop = Stop(self.rtol, self.atol, self.max_iterations)
+        stop = Stop(self.tolerance, self.max_iterations)
         root = solved(equations, self._guess(equations, t), stop)
         if self.stages > 1 and not root.found.all():
             root = continued(equations, root, stop, self.stages)

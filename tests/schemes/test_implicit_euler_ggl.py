@@ -156,7 +156,7 @@ def test_a_tolerance_below_rounding_can_be_met() -> None:
     h = 1e-4
     state = stiff.initial(3)
     for k in range(3):
-        step = move(ImplicitEulerGGL(atol=1e-14, stages=1), stiff, state, h, noise(stiff, 3, h, seed=k))
+        step = move(ImplicitEulerGGL(tolerance=1e-14, stages=1), stiff, state, h, noise(stiff, 3, h, seed=k))
         assert step.failed is not None
         assert not step.failed.any()
         assert step.costs["newton_iterations"].max() <= 5
@@ -171,30 +171,25 @@ def stiff_length(N: int) -> float:
     return 1.0 / (N + 1)
 
 
-def test_tolerances_end_the_iteration() -> None:
+def test_a_tolerance_ends_the_iteration() -> None:
     """A tolerance saves iterations, and what it leaves of the constraint is below it but more than rounding."""
     fibre = fibre_clamped(alpha=4.0)
     dW = noise(fibre, 20, 1e-3)
-    exact, absolute, relative = (
-        move(ImplicitEulerGGL(**tolerance), fibre, fibre.initial(20), 1e-3, dW)
-        for tolerance in ({}, {"atol": 1e-6}, {"rtol": 1e-6})
+    exact, early = (
+        move(ImplicitEulerGGL(tolerance=tolerance), fibre, fibre.initial(20), 1e-3, dW) for tolerance in (0.0, 1e-6)
     )
-    iterations = [step.costs["newton_iterations"].mean() for step in (exact, absolute, relative)]
-    left = [np.abs(fibre.constraint(step.state.r)).max() for step in (exact, absolute, relative)]
+    iterations = [step.costs["newton_iterations"].mean() for step in (exact, early)]
+    left = [np.abs(fibre.constraint(step.state.r)).max() for step in (exact, early)]
 
     assert iterations[0] >= iterations[1] + 0.5
-    assert iterations[0] >= iterations[2] + 0.5
     assert left[0] <= 64 * EPS
     assert 64 * EPS < left[1] <= 1e-6
-    # The largest component at the guess is that of the velocity: the kick of the noise, of size 1 here.
-    assert 64 * EPS < left[2] <= 1e-6 * np.abs(fibre.diffused(0.0, *fibre.initial(20)[:2], dW)).max()
 
 
 def test_only_the_strict_scheme_claims_exact_constraints() -> None:
     """With a tolerance the constraint is kept to the tolerance only, and nothing is claimed of it."""
     assert any(claim.measure == "drift" for claim in ImplicitEulerGGL().promises)
-    assert not any(claim.measure == "drift" for claim in ImplicitEulerGGL(atol=1e-8).promises)
-    assert not any(claim.measure == "drift" for claim in ImplicitEulerGGL(rtol=1e-8).promises)
+    assert not any(claim.measure == "drift" for claim in ImplicitEulerGGL(tolerance=1e-8).promises)
 
 
 def coarse() -> tuple[HolonomicSDAE, Array, float]:
@@ -294,7 +289,7 @@ def test_guesses_cost_as_in_the_source() -> None:
     for beta in (1e-4, 3e-2):
         fibre = fibre_clamped(alpha=4.0, N=20, beta=beta)
         for guess in GUESSES:
-            scheme, state, counted = ImplicitEulerGGL(guess=guess, atol=1e-8), fibre.initial(paths), []
+            scheme, state, counted = ImplicitEulerGGL(guess=guess, tolerance=1e-8), fibre.initial(paths), []
             for k in range(steps):
                 step = move(scheme, fibre, state, h, noise(fibre, paths, h, seed=k))
                 state = step.state
@@ -328,7 +323,12 @@ def test_a_force_without_derivatives_is_refused() -> None:
 
 @pytest.mark.parametrize(
     "parameters",
-    [{"guess": "V3"}, {"rtol": -1e-3}, {"atol": 1.0}, {"atol": float("nan")}, {"max_iterations": 0}, {"stages": 0}],
+    [
+        {"guess": "V3"},
+        *({"tolerance": tolerance} for tolerance in (-1e-3, 1.0, float("nan"))),
+        {"max_iterations": 0},
+        {"stages": 0},
+    ],
 )
 def test_parameters_that_make_no_sense_are_refused(parameters: dict[str, Any]) -> None:
     """A guess, tolerance or number that cannot be is refused in words that name it."""
