@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout, suppress
 from typing import IO
 
@@ -11,6 +11,7 @@ from rich.text import Text
 
 from ..report.plain import visible
 from ..report.sentences import SYMBOLS, PlainLine
+from .exit_codes import ExitCode
 
 PROGRAM = "sdaeverify"
 # Wider than any table: a line that is piped into another program is not broken.
@@ -93,6 +94,20 @@ def print_lines(console: Console, lines: Iterable[PlainLine]) -> None:
     for line in lines:
         style = SYMBOLS[line.verdict][2] if line.verdict else ""
         console.print(Text(line.text, style=style), soft_wrap=True)
+
+
+def print_texts(console: Console, texts: Iterable[str]) -> None:
+    """Print texts, each on a line of its own; what cannot be shown is escaped."""
+    for text in texts:
+        console.print(Text(visible(text)), soft_wrap=True)
+
+
+def conclude(code: ExitCode, words: Mapping[ExitCode, str], seconds: float | None = None) -> ExitCode:
+    """Print what a command came to, with the seconds that it took if they are given, and return its code."""
+    taken = "" if seconds is None else f"{seconds:.0f} s; "
+    style = "green" if code is ExitCode.OK else "red"
+    output().print(f"{taken}exit code {code.value}: {words[code]}", style=style, soft_wrap=True)
+    return code
 
 
 def silence(stream: IO[str]) -> None:

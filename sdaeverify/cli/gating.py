@@ -24,9 +24,8 @@ from ..registry.load import Registry
 from ..report.files import require_writable, require_writable_file, write_json, write_text
 from ..workers.executors import Crew
 from ..workers.limits import Limits
-from .codes_of_runs import code_of_gate
 from .console import aside, complain
-from .exit_codes import ExitCode
+from .exit_codes import ExitCode, code_of_gate
 from .running import Run, advance, call_report_hooks, workers
 
 MOST_UNTESTED = 20

@@ -2,9 +2,11 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import Any
 
 from rich.console import Group
 from rich.live import Live
@@ -16,7 +18,9 @@ from ..contracts.finding import Verdict
 from ..report.plain import empty_table, visible
 from ..report.sentences import SYMBOLS, mark
 from ..study import Advanced, CellResult, Event, Finished, Screened
-from .console import errors
+from ..workers.pool import BLOCKS_A_WORKER, available_cores, executor_for
+from .console import complain, errors
+from .exit_codes import ExitCode
 
 # Lines of a terminal that the table leaves free: its head, the bar, and the line of the cursor.
 BELOW = 5
@@ -41,6 +45,31 @@ def progress(kind: str, total: int) -> Iterator[Show]:
         yield lambda _: None
     else:
         yield _lines
+
+
+def done_by_workers(work: Any, jobs: int | None, files: Sequence[str], kind: str) -> ExitCode:
+    """Do some work on processes of its own, and show how far it is.
+
+    Parameters
+    ----------
+    work : Study, Calibration or ExperimentRun
+        With its number of jobs, and the events of doing them on workers, so many sent ahead.
+    jobs : int or None
+        Number of processes at most; all cores by default.
+    files : sequence of str
+        Plugin files that they load.
+    kind : str
+        Of progress.
+    """
+    processes = max(1, min(jobs or available_cores(), work.total))
+    try:
+        with executor_for(processes, files) as executor, progress(kind, work.total) as show:
+            for event in work.run(executor, BLOCKS_A_WORKER * processes):
+                show(event)
+    except BrokenExecutor:
+        complain("error", "a worker process died, perhaps for want of memory; try fewer --jobs")
+        return ExitCode.NOT_MEASURED
+    return ExitCode.OK
 
 
 def line(result: CellResult) -> str:

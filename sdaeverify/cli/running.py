@@ -36,9 +36,8 @@ from ..study import CellResult, Finished, Plan, Study
 from ..workers.executors import PROCESSES, Crew, LostExecutorError, named_crew
 from ..workers.limits import Limits
 from ..workers.pool import BLOCKS_A_WORKER, executor_for
-from .codes_of_runs import code_of_results
 from .console import aside, complain, output, print_lines
-from .exit_codes import ExitCode
+from .exit_codes import ExitCode, code_of_results
 from .progress import progress
 
 

@@ -24,6 +24,10 @@ class Verdict(StrEnum):
     NOT_APPLICABLE = "not_applicable"
 
 
+# Nothing was measured of what was to be.
+UNMEASURED = frozenset({Verdict.ERROR, Verdict.DIVERGED, Verdict.NOT_RUN})
+
+
 class Kind(StrEnum):
     """What a reason says, where something is decided by it or somebody counts it."""
 

@@ -4,13 +4,11 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from ..contracts.finding import Finding, Verdict
+from ..contracts.finding import UNMEASURED, Finding, Verdict
 from ..study import Cell, CellResult
 from ..study.plan import promises_of
 from .expected import ExpectedFailure, expectation
 from .policy import Policy
-
-UNMEASURED = frozenset({Verdict.ERROR, Verdict.DIVERGED, Verdict.NOT_RUN})
 
 
 class Status(StrEnum):

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
-from ..contracts.finding import Verdict
+from ..contracts.finding import UNMEASURED, Verdict
 from ..contracts.labels import did_you_mean
 from ..contracts.matching import match
 from ..contracts.scheme import Claim, Scheme
@@ -12,7 +12,6 @@ from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems
 from ..study import CellResult, Plan
 from ..study.plan import claims_of
-from .outcomes import UNMEASURED
 from .plan import gated_schemes, left_out
 from .policy import Policy
 from .tiers import Cover

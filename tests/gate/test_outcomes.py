@@ -2,8 +2,7 @@
 
 import pytest
 
-from sdaeverify.cli.codes_of_runs import code_of_gate
-from sdaeverify.cli.exit_codes import ExitCode
+from sdaeverify.cli.exit_codes import ExitCode, code_of_gate
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.gate.expected import ExpectedFailure
 from sdaeverify.gate.outcomes import Status, idle, is_red, outcomes

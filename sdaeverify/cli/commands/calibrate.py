@@ -2,8 +2,6 @@
 
 import shlex
 import time
-from collections.abc import Sequence
-from concurrent.futures import BrokenExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,12 +11,11 @@ from rich.text import Text
 
 from ...contracts.settings import Settings
 from ...report.plain import empty_table, visible
-from ...workers.pool import available_cores, executor_for
-from ..console import PROGRAM, complain, output
+from ..console import PROGRAM, conclude, output, print_texts
 from ..exit_codes import ExitCode
 from ..loading import registered
 from ..options import jobs, once, plugins, progress_bar, seed
-from ..progress import progress
+from ..progress import done_by_workers
 
 if TYPE_CHECKING:
     from ...lab.calibration import Calibration, CalibrationPlan, Section
@@ -58,43 +55,30 @@ def calibrate(**options: Any) -> ExitCode:
     plan = calibration_plan(registry, options["seed"], options["repetitions"], options["only"])
     require_writable(options["out"])
     calibration = Calibration(plan)
-    try:
-        _advance(calibration, options["jobs"] or available_cores(), registry.files, options["progress"])
-    except BrokenExecutor:
-        complain("error", "a worker process died, perhaps for want of memory; try fewer --jobs")
-        return ExitCode.NOT_MEASURED
+    code = done_by_workers(calibration, options["jobs"], registry.files, options["progress"])
+    if code is not ExitCode.OK:
+        return code
     _save(calibration, options["out"], _command(options, plan))
     console = output(unbroken=True)
     for section in sections(calibration.rates):
         console.print(_table(section))
         console.print()
-    for line in summary(calibration.rates):
-        console.print(Text(visible(line)), soft_wrap=True)
-    console.print(Text(visible(f"{CSV}, {MARKDOWN} and report.html are in {options['out']}")), soft_wrap=True)
+    written = f"{CSV}, {MARKDOWN} and report.html are in {options['out']}"
+    print_texts(console, (*summary(calibration.rates), written))
     code = ExitCode.REFUTED if offending(calibration.rates) else ExitCode.OK
-    words = f"exit code {code.value}: {WORDS[code]}; {time.monotonic() - begun:.0f} s"
-    console.print(words, style="green" if code is ExitCode.OK else "red")
-    return code
-
-
-def _advance(calibration: "Calibration", jobs: int, files: Sequence[str], kind: str) -> None:
-    count = len(calibration.jobs)
-    with executor_for(min(jobs, count), files) as executor, progress(kind, count) as show:
-        for event in calibration.run(executor):
-            show(event)
+    return conclude(code, WORDS, time.monotonic() - begun)
 
 
 def _save(calibration: "Calibration", folder: Path, command: str) -> None:
     from ...lab.calibration.tables import markdown, rate_table  # noqa: PLC0415
     from ...report.files import write_table, write_text  # noqa: PLC0415
     from ...report.html import PAGE, write_tables  # noqa: PLC0415
-    from ...report.html.verifier import coverage  # noqa: PLC0415
+    from ...report.html.verifier import coverage, read_csv  # noqa: PLC0415
 
     table = rate_table(calibration.rates, calibration.plan)
     write_table(table, folder / CSV)
-    texts = [list(table.columns), *([str(cell) for cell in row] for row in table.itertuples(index=False))]
     sentence = f"Calibration: {len(table)} rates"
-    write_tables(folder / PAGE, sentence, (), verifier={"calibration": coverage(texts)})
+    write_tables(folder / PAGE, sentence, (), verifier={"calibration": coverage(read_csv(folder / CSV))})
     write_text(markdown(calibration.rates, calibration.plan, command), folder / MARKDOWN)
 
 

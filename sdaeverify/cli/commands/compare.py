@@ -5,10 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from rich.text import Text
 
-from ...report.plain import visible
-from ..console import aside, complain, output
+from ..console import aside, complain, conclude, output, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import loaded
 from ..options import once, plugins
@@ -63,8 +61,7 @@ def compare(**options: Any) -> ExitCode:
         click.echo(_json(rows, omitted, options, code))
     else:
         _show(rows, omitted, every=options["every"])
-        words = f"exit code {code.value}: {WORDS[code]}"
-        output().print(words, style="green" if code is ExitCode.OK else "red", soft_wrap=True)
+        conclude(code, WORDS)
     return code
 
 
@@ -102,5 +99,4 @@ def _show(rows: "Rows", omitted: "list[Omitted]", *, every: bool) -> None:
     if shown := [row for row in rows if every or row[1].change != "same"]:
         console.print(comparison_table(shown))
         console.print()
-    for line in (*left_out(omitted), counts(rows)):
-        console.print(Text(visible(line)), soft_wrap=True)
+    print_texts(console, (*left_out(omitted), counts(rows)))

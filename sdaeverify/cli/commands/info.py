@@ -33,7 +33,7 @@ from ...report.passports import (
 )
 from ...report.plain import visible
 from ..catalogue import AnyEntry, parameters_of, subject
-from ..console import aside, output
+from ..console import aside, output, print_texts
 from ..exit_codes import ExitCode
 from ..loading import registered
 from ..options import plugins
@@ -103,8 +103,7 @@ def _print(console: Console, sections: list[list[str]]) -> None:
         if number:
             console.print()
         console.print(Text(visible(lines[0]), style="bold"), soft_wrap=True)
-        for line in lines[1:]:
-            console.print(Text(visible(line)), soft_wrap=True)
+        print_texts(console, lines[1:])
 
 
 def stability_lines(given: Problem) -> list[str]:

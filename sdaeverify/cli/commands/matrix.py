@@ -6,18 +6,16 @@ from pathlib import Path
 from typing import Any
 
 import click
-from rich.text import Text
 
 from ...contracts.settings import Settings
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...report.folders import read_verdicts
-from ...report.plain import visible
 from ...report.sentences import ATTENTION
 from ...report.terminal import plan_table
 from ...study import Plan
 from ...study.plan import shard
-from ..console import aside, complain, output
+from ..console import aside, complain, output, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..limits import limits, options_of
 from ..loading import loaded
@@ -144,5 +142,5 @@ def _shown(todo: Plan, settings: Settings) -> ExitCode:
     console.print(plan_table(todo))
     runnable = sum(cell.verdict is None for cell in todo.cells)
     budget = f"{settings.paths} paths, {levels_text(settings)} steps, seed {settings.seed}"
-    console.print(Text(visible(f"{runnable} of {len(todo.cells)} cells would be run: {budget}")), soft_wrap=True)
+    print_texts(console, [f"{runnable} of {len(todo.cells)} cells would be run: {budget}"])
     return ExitCode.OK if runnable else ExitCode.NOTHING

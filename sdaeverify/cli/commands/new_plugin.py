@@ -5,8 +5,7 @@ from pathlib import Path
 
 import click
 
-from ...report.plain import visible
-from ..console import output
+from ..console import output, print_texts
 from ..exit_codes import ExitCode
 from ..options import once
 
@@ -24,10 +23,8 @@ def new_plugin(folder: Path, name: str | None) -> ExitCode:
 
     names = names_of(folder, name)
     written = write_plugin(folder, names)
-    console = output()
     commands = (f"cd {shlex.quote(str(folder))}", "pip install '.[test]'", "pytest", "sdaeverify gate")
     lines = [f"{names.distribution} is in {folder}:", *(f"  {path}" for path in written)]
     lines += ["Try it:", *(f"  {command}" for command in commands)]
-    for line in lines:
-        console.print(visible(line), soft_wrap=True)
+    print_texts(output(), lines)
     return ExitCode.OK

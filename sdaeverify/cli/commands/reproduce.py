@@ -1,7 +1,6 @@
 """``reproduce``: tables and figures of papers, run again at a chosen budget."""
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import BrokenExecutor
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,16 +14,15 @@ from ...contracts.specs import unknown
 from ...errors import FAULTS, UsageError, one_line
 from ...registry.load import Registry
 from ...report.plain import visible
-from ...workers.pool import BLOCKS_A_WORKER, available_cores, executor_for
-from ..console import complain, output
+from ..console import conclude, output, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import loaded
 from ..options import jobs, once, plugins, progress_bar, seed
-from ..progress import progress
+from ..progress import done_by_workers
 
 if TYPE_CHECKING:
     from ...contracts.exhibit import Exhibit
-    from ...lab.experiments import ExperimentPlan, ExperimentRun
+    from ...lab.experiments import ExperimentPlan
 
 FOLDER = Path("reports")
 ALL = "all"
@@ -81,9 +79,7 @@ def reproduce(context: click.Context, /, **options: Any) -> ExitCode:
         worst = max(worst, code)
         if code is ExitCode.INTERRUPTED:
             break
-    style = "green" if worst is ExitCode.OK else "red"
-    output(unbroken=True).print(f"exit code {worst.value}: {WORDS[worst]}", style=style, soft_wrap=True)
-    return worst
+    return conclude(worst, WORDS)
 
 
 def _chosen(patterns: Sequence[str], registry: Registry) -> list[str]:
@@ -107,8 +103,8 @@ def _listed(registry: Registry, console: Console) -> ExitCode:
     for name, entry in registry.experiments.items():
         experiment = entry.experiment
         console.print(Text(name, style="bold"))
-        for text in (experiment.title, f"{experiment.source}; {experiment.paths} paths"):
-            console.print(Text(f"    {visible(text)}"), soft_wrap=True)
+        texts = experiment.title, f"{experiment.source}; {experiment.paths} paths"
+        print_texts(console, (f"    {text}" for text in texts))
     return ExitCode.OK
 
 
@@ -116,40 +112,26 @@ def _one(plan: "ExperimentPlan", folder: Path, arguments: tuple[str, ...], optio
     from ...lab.experiments.run import ExperimentRun  # noqa: PLC0415
 
     run = ExperimentRun(plan)
-    code = _carried_out(run, options["jobs"] or available_cores(), options["progress"])
+    try:
+        code = done_by_workers(run, options["jobs"], plan.registry.files, options["progress"])
+    except KeyboardInterrupt:
+        code = ExitCode.INTERRUPTED
     evidence = run.evidence
     console = output(unbroken=True)
     console.print(Text(f"{visible(plan.experiment.source)}: {visible(plan.experiment.title)}", style="bold"))
     try:
         exhibit = plan.experiment.exhibit(evidence)
     except FAULTS as error:
-        for text in evidence.failures or [f"{plan.experiment.name}: {one_line(error)}"]:
-            console.print(Text(visible(text)), soft_wrap=True)
+        print_texts(console, evidence.failures or [f"{plan.experiment.name}: {one_line(error)}"])
         return max(code, ExitCode.NOT_MEASURED)
-    for text in _shown(exhibit, plan, console):
-        console.print(Text(visible(text)), soft_wrap=True)
-    for text in _saved(exhibit, plan, folder, arguments, options["format"]):
-        console.print(Text(visible(text)), soft_wrap=True)
+    print_texts(console, _shown(exhibit, plan, console))
+    print_texts(console, _saved(exhibit, plan, folder, arguments, options["format"]))
     console.print()
     return max(code, ExitCode.NOT_MEASURED) if evidence.failures or _unmeasured(exhibit) else code
 
 
 def _unmeasured(exhibit: "Exhibit") -> bool:
     return any(entry.more.get("error") for entry in exhibit.entries)
-
-
-def _carried_out(run: "ExperimentRun", jobs: int, kind: str) -> ExitCode:
-    jobs = min(jobs, run.total)
-    try:
-        with executor_for(jobs, run.plan.registry.files) as executor, progress(kind, run.total) as show:
-            for event in run.run(executor, BLOCKS_A_WORKER * jobs):
-                show(event)
-    except KeyboardInterrupt:
-        return ExitCode.INTERRUPTED
-    except BrokenExecutor:
-        complain("error", "a worker process died, perhaps for want of memory; try fewer --jobs")
-        return ExitCode.NOT_MEASURED
-    return ExitCode.OK
 
 
 def _shown(exhibit: "Exhibit", plan: "ExperimentPlan", console: Console) -> Iterator[str]:

@@ -1,24 +1,19 @@
 """``selftest``: whether the program refutes what is known to be wrong, and nothing else."""
 
 import time
-from collections.abc import Sequence
-from concurrent.futures import BrokenExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from rich.text import Text
 
 from ...contracts.settings import Settings
-from ...report.plain import visible
 from ...study import Study
-from ...workers.pool import BLOCKS_A_WORKER, available_cores, executor_for
-from ..console import complain, output
+from ..console import conclude, output, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import loaded
 from ..options import jobs, once, plugins, progress_of_cells, seed
-from ..progress import progress
+from ..progress import done_by_workers
 
 if TYPE_CHECKING:
     from ...lab.selftest import KillMatrix
@@ -58,25 +53,15 @@ def selftest(**options: Any) -> ExitCode:
     if folder is not None:
         require_writable(folder)
     study = Study(trial.plan, settings)
-    try:
-        _advance(study, options["jobs"] or available_cores(), registry.files, options["progress"])
-    except BrokenExecutor:
-        complain("error", "a worker process died, perhaps for want of memory; try fewer --jobs")
-        return ExitCode.NOT_MEASURED
-    return _shown(kill_matrix(trial, study.results()), folder, begun)
-
-
-def _advance(study: Study, jobs: int, files: Sequence[str], kind: str) -> None:
-    jobs = max(1, min(jobs, study.total))
-    with executor_for(jobs, files) as executor, progress(kind, study.total) as show:
-        for event in study.run(executor, BLOCKS_A_WORKER * jobs):
-            show(event)
+    code = done_by_workers(study, options["jobs"], registry.files, options["progress"])
+    return code if code is not ExitCode.OK else _shown(kill_matrix(trial, study.results()), folder, begun)
 
 
 def _shown(matrix: "KillMatrix", folder: Path | None, begun: float) -> ExitCode:
     from ...lab.selftest.kills import counts, in_words, kill_table, terminal_table  # noqa: PLC0415
     from ...report.files import write_table  # noqa: PLC0415
     from ...report.html import PAGE, write_tables  # noqa: PLC0415
+    from ...report.html.verifier import read_csv  # noqa: PLC0415
 
     console = output(unbroken=True)
     if matrix.bugs:
@@ -85,17 +70,11 @@ def _shown(matrix: "KillMatrix", folder: Path | None, begun: float) -> ExitCode:
     for line in in_words(matrix):
         console.print(line, soft_wrap=True)
     if folder is not None:
-        table = kill_table(matrix)
-        write_table(table, folder / FILE)
-        rows = [[str(cell) for cell in row] for row in table.itertuples(index=False)]
-        write_tables(
-            folder / PAGE, counts(matrix), (), verifier={"kills": {"head": list(table.columns), "rows": rows}}
-        )
-        console.print(Text(visible(f"{FILE} and {PAGE} are in {folder}")), soft_wrap=True)
-    code = _code(matrix)
-    words = f"{time.monotonic() - begun:.0f} s; exit code {code.value}: {WORDS[code]}"
-    console.print(words, style="green" if code is ExitCode.OK else "red", soft_wrap=True)
-    return code
+        write_table(kill_table(matrix), folder / FILE)
+        head, *rows = read_csv(folder / FILE)
+        write_tables(folder / PAGE, counts(matrix), (), verifier={"kills": {"head": head, "rows": rows}})
+        print_texts(console, [f"{FILE} and {PAGE} are in {folder}"])
+    return conclude(_code(matrix), WORDS, time.monotonic() - begun)
 
 
 def _code(matrix: "KillMatrix") -> ExitCode:

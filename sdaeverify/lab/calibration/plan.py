@@ -181,7 +181,12 @@ class Calibration:
         self.jobs = plan.jobs()
         self.rates: list[Rate] = []
 
-    def run(self, executor: Executor | None = None) -> Iterator[Advanced]:
+    @property
+    def total(self) -> int:
+        """Number of jobs."""
+        return len(self.jobs)
+
+    def run(self, executor: Executor | None = None, _: int = 1) -> Iterator[Advanced]:
         """Do all jobs, in this process if there is no executor, then count."""
         samples: dict[str, list[Sample]] = {}
         chains: list[Rate] = []

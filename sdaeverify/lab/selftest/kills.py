@@ -8,14 +8,13 @@ import pandas as pd
 from rich.table import Table
 from rich.text import Text
 
-from ...contracts.finding import Finding, Verdict
+from ...contracts.finding import UNMEASURED, Finding, Verdict
 from ...contracts.planted import Planted
 from ...report.plain import empty_table, visible
 from ...study import Cell, CellResult
 from .trial import SelfTest
 
 CONTRACT = "contract"
-UNMEASURED = frozenset({Verdict.ERROR, Verdict.DIVERGED, Verdict.NOT_RUN})
 MARKS = {True: ("✓", "x"), False: ("·", ".")}
 
 
