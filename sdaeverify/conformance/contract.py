@@ -67,7 +67,10 @@ def _first_violation(tries: list[tuple[str, Trial, Check]]) -> str:
 
 
 def leaves_inputs_alone(trial: Trial) -> str:
-    """Compare the inputs of the first step, which cannot be written into, with what they were before."""
+    """Expect a step to leave state and noise as they were, read-only or not: other schemes read the noise, too.
+
+    Compare the inputs of the first step, which cannot be written into, with what they were before.
+    """
     try:
         copies = each(np.copy, trial.state), each(np.copy, trial.noise)
         _ = trial.first
@@ -79,7 +82,10 @@ def leaves_inputs_alone(trial: Trial) -> str:
 
 
 def returns_its_kind(trial: Trial) -> str:
-    """Compare the shapes and types of what the step returns with those of its state and its paths."""
+    """Expect a step to return a state like the one it was given, and flags, outputs and costs with a value a path.
+
+    Compare the shapes and types of what the step returns with those of its state and its paths.
+    """
     result, paths = trial.first, trial.paths
     try:
         same_kind(trial.state, result)
@@ -93,7 +99,10 @@ def returns_its_kind(trial: Trial) -> str:
 
 
 def stays_finite(trial: Trial) -> str:
-    """Look for numbers that are not finite on paths whose states are, and whose step did not fail."""
+    """Expect a step from finite states to be finite, unless it says that it failed.
+
+    Look for numbers that are not finite on paths whose states are, and whose step did not fail.
+    """
     before, after = all_finite(flatten(trial.state)), all_finite(flatten(trial.first.state))
     failed = np.zeros(trial.paths, dtype=bool) if trial.first.failed is None else trial.first.failed
     lost = int(np.count_nonzero(before & ~after & ~failed))
@@ -101,7 +110,10 @@ def stays_finite(trial: Trial) -> str:
 
 
 def repeats_itself(trial: Trial) -> str:
-    """Make the step again, after another one, and by a step that is prepared anew."""
+    """Expect the same call to give the same bits, after another call and from a step prepared anew.
+
+    Make the step again, after another one, and by a step that is prepared anew.
+    """
     # What a step remembers shows after it was asked something else in between.
     first, backwards = trial.first, slice(None, None, -1)
     trial.step(taken(trial.state, backwards), taken(trial.noise, backwards))
@@ -122,7 +134,10 @@ def _counts_calls(trial: Trial) -> str:
 
 
 def follows_the_paths(trial: Trial) -> str:
-    """Make the step of the same paths in another order."""
+    """Expect paths in another order to go where they went: their place in the batch is no part of the noise.
+
+    Make the step of the same paths in another order.
+    """
     order = np.roll(np.arange(trial.paths)[::-1], 4)
     return "" if trial.agree(order) else "in another order, paths go elsewhere"
 
@@ -140,7 +155,10 @@ def takes_paths_alone(trial: Trial) -> str:
 
 
 def uses_declared_noise(trial: Trial) -> str:
-    """Put NaN in the place of noise that the scheme does not declare."""
+    """Expect a step to use no noise but what it declares: the rest may not be drawn, or be anything.
+
+    Put NaN in the place of noise that the scheme does not declare.
+    """
     given, known = trial.noise, trial.scheme.noise
     fields = [name for name in BROWNIAN if getattr(given, name) is not None and name not in known]
     silent = given._replace(
@@ -174,7 +192,9 @@ CHECKS: dict[str, Check] = {
 
 
 def hears_its_noise(trial: Trial) -> str:
-    """Make the step with noise of the other sign and of half the size.
+    """Expect a step to use the increment of the Brownian motion wherever the equation has noise.
+
+    Make the step with noise of the other sign and of half the size.
 
     A linear step may by chance be even in dW, or constant on one side of 0, at one step size; a step that fails may
     stay where it was, and where the equation has no noise, nothing moves. A step that accepts or rejects may stay on
@@ -192,7 +212,10 @@ def hears_its_noise(trial: Trial) -> str:
 
 
 def keeps_no_noise(trial: Trial) -> str:
-    """Look for memory that the new state shares with the noise."""
+    """Expect the new state to share no memory with the noise, which is drawn afresh.
+
+    Look for memory that the new state shares with the noise.
+    """
     noise = list(arrays(trial.noise))
     shared = any(np.may_share_memory(a, b) for a in arrays(trial.first.state) for b in noise)
     return "the new state is a view of the noise, into which the next noise is drawn" if shared else ""

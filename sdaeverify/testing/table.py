@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from ..conformance import contract
 from ..errors import UsageError
 from .check import Check
 from .checks import (
@@ -16,8 +17,6 @@ from .checks import (
     solutions,
     views,
 )
-
-API, BEHAVIOUR, TRUTHS = "api", "behaviour", "truths"
 
 
 def checks(kind: str) -> tuple[Check, ...]:
@@ -33,21 +32,15 @@ def checks(kind: str) -> tuple[Check, ...]:
     return TABLE[kind]
 
 
-def _api(name: str, function: Callable[[Any], str], since: int = 1) -> Check:
-    return Check(name, API, since, function)
+def _of(category: str, *, each_problem: bool = False) -> Callable[..., Check]:
+    def check(name: str, function: Callable[[Any], str], since: int = 1) -> Check:
+        return Check(name, category, since, function, each_problem)
+
+    return check
 
 
-def _once(name: str, function: Callable[[Any], str], since: int = 1) -> Check:
-    return Check(name, BEHAVIOUR, since, function)
-
-
-def _step(name: str, function: Callable[[Any], str], since: int = 1) -> Check:
-    return Check(name, BEHAVIOUR, since, function, each_problem=True)
-
-
-def _truth(name: str, function: Callable[[Any], str], since: int = 1) -> Check:
-    return Check(name, TRUTHS, since, function)
-
+_api, _once, _truth = _of("api"), _of("behaviour"), _of("truths")
+_step = _of("behaviour", each_problem=True)
 
 SCHEME_CHECKS = (
     _api("declaration", declarations.usable),
@@ -58,16 +51,16 @@ SCHEME_CHECKS = (
     _api("source", declarations.sourced),
     _api("claims", declarations.claimed),
     _once("exact-on-trivial-equations", behaviour.exact),
-    _step("inputs-untouched", behaviour.untouched),
-    _step("state-like-its-own", behaviour.like_its_state),
+    _step("inputs-untouched", behaviour.on_trials(contract.leaves_inputs_alone)),
+    _step("state-like-its-own", behaviour.on_trials(contract.returns_its_kind)),
     _step("any-number-of-paths", behaviour.any_number),
-    _step("finite", behaviour.finite),
-    _step("same-call-same-bits", behaviour.same_again),
-    _step("paths-in-any-order", behaviour.reordered),
+    _step("finite", behaviour.on_trials(contract.stays_finite)),
+    _step("same-call-same-bits", behaviour.on_trials(contract.repeats_itself)),
+    _step("paths-in-any-order", behaviour.on_trials(contract.follows_the_paths)),
     _step("paths-alone", behaviour.alone),
-    _step("declared-noise-only", behaviour.nothing_else_heard),
-    _step("noise-is-used", behaviour.heard),
-    _step("own-memory", behaviour.own_memory),
+    _step("declared-noise-only", behaviour.on_trials(contract.uses_declared_noise)),
+    _step("noise-is-used", behaviour.on_trials(contract.hears_its_noise)),
+    _step("own-memory", behaviour.on_trials(contract.keeps_no_noise)),
     _step("state-is-whole", behaviour.whole_state),
     _once("claims-tested", declarations.tested, since=2),
 )
