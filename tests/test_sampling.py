@@ -65,7 +65,7 @@ def test_table_and_picture():
         (("milstein", "gbm"), {"paths": 257}, "paths must be from 1 to 256, got 257"),
         (("milstein", "gbm"), {"paths": 1.5}, "paths must be"),
         (("milstein", "gbm"), {"seed": -1}, "seed must be"),
-        (("mil*,euler*", "gbm"), {}, "sample takes one scheme"),
+        (("mil*,euler*", "gbm"), {}, "expected the label of one scheme"),
         (("milstein", "gbn"), {}, "unknown problem 'gbn'"),
     ],
 )

@@ -65,16 +65,16 @@ class Settings:
             value = getattr(self, field.name)
             given = number(field.name, value) if field.name == "confidence" else whole(field.name, value)
             object.__setattr__(self, field.name, given)
-        _require(self.paths >= FEWEST_PATHS, "paths", f"at least {FEWEST_PATHS}", self.paths)
-        _require(self.paths <= MOST_PATHS, "paths", "at most 10^9", self.paths)
-        _require(self.coarsest >= 1, "the coarsest number of steps", "at least 1", self.coarsest)
-        _require(self.levels >= 3, "levels", "at least 3, or no slope can be told", self.levels)
-        _require(self.steps[-1] <= FINEST_STEPS, "the finest number of steps", "at most 2^20", self.steps[-1])
-        _require(0 <= self.seed < 2**63, "seed", "between 0 and 2^63 - 1", self.seed)
-        _require(0.5 <= self.confidence < 1, "confidence", "between 0.5 and 1", self.confidence)
-        _require(1 <= self.looks <= 20, "looks", "between 1 and 20", self.looks)
-        _require(1 <= self.family <= 10**9, "family", "at least 1", self.family)
-        _require(FEWEST_PATHS <= self.block <= LARGEST_BLOCK, "block", f"between {FEWEST_PATHS} and 2^20", self.block)
+        require(self.paths >= FEWEST_PATHS, "paths", f"at least {FEWEST_PATHS}", self.paths)
+        require(self.paths <= MOST_PATHS, "paths", "at most 10^9", self.paths)
+        require(self.coarsest >= 1, "the coarsest number of steps", "at least 1", self.coarsest)
+        require(self.levels >= 3, "levels", "at least 3, or no slope can be told", self.levels)
+        require(self.steps[-1] <= FINEST_STEPS, "the finest number of steps", "at most 2^20", self.steps[-1])
+        require(0 <= self.seed < 2**63, "seed", "between 0 and 2^63 - 1", self.seed)
+        require(0.5 <= self.confidence < 1, "confidence", "between 0.5 and 1", self.confidence)
+        require(1 <= self.looks <= 20, "looks", "between 1 and 20", self.looks)
+        require(1 <= self.family <= 10**9, "family", "at least 1", self.family)
+        require(FEWEST_PATHS <= self.block <= LARGEST_BLOCK, "block", f"between {FEWEST_PATHS} and 2^20", self.block)
 
     @cached_property
     def steps(self) -> tuple[int, ...]:
@@ -175,6 +175,19 @@ def number(name: str, value: object) -> float:
     return float(value)
 
 
-def _require(condition: bool, name: str, expected: str, given: object) -> None:
+def require(condition: bool, name: str, expected: str, given: object) -> None:
+    """Refuse a number or word that is not as it must be.
+
+    Parameters
+    ----------
+    condition : bool
+        Whether it is.
+    name, expected : str
+    given : object
+
+    Raises
+    ------
+    UsageError
+    """
     if not condition:
         raise UsageError(f"{name} must be {expected}, got {given}")

@@ -10,7 +10,7 @@ from typing import Any
 from ..contracts.labels import did_you_mean
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
-from ..contracts.settings import Settings
+from ..contracts.settings import Settings, require
 from ..contracts.specs import ProblemSpec
 from ..errors import UsageError
 from ..forms import Problem
@@ -49,7 +49,7 @@ def read_table(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 def _known(table: Mapping[str, Any], known: Iterable[str]) -> None:
     for key in table:
         if key not in known:
-            raise UsageError(f"unknown key {key!r}{did_you_mean(key, known)} (known: {', '.join(known)})")
+            raise UsageError(f"unknown key {key!r}{did_you_mean(str(key), known)} (known: {', '.join(known)})")
 
 
 def _fits(key: str, expected: str, value: object, *, fits: bool) -> None:
@@ -92,10 +92,24 @@ def _memory(key: str, value: Any) -> int:
 def _failures(key: str, value: Any) -> tuple[ExpectedFailure, ...]:
     fits = isinstance(value, list) and all(isinstance(entry, dict) for entry in value)
     _fits(key, f"tables [[tool.sdaeverify.{key}]]", value, fits=fits)
-    return tuple(_failure(f"{key}[{number}]", entry) for number, entry in enumerate(value, start=1))
+    return tuple(expected_failure(f"{key}[{number}]", entry) for number, entry in enumerate(value, start=1))
 
 
-def _failure(where: str, entry: Mapping[str, Any]) -> ExpectedFailure:
+def expected_failure(where: str, entry: Mapping[str, Any]) -> ExpectedFailure:
+    """Read an expected failure.
+
+    Parameters
+    ----------
+    where : str
+        In which words it is to be found.
+    entry : mapping
+        With the fields of `ExpectedFailure`.
+
+    Raises
+    ------
+    UsageError
+        If it has no reason, an unknown field, or a value that is none of the field.
+    """
     names = [field.name for field in fields(ExpectedFailure)]
     try:
         _known(entry, names)
@@ -192,25 +206,20 @@ class Policy:
     distribution: str = ""
 
     def __post_init__(self) -> None:
-        _require(LEAST_ALPHA <= self.alpha <= 0.5, "alpha", f"at least {LEAST_ALPHA:g} and at most 0.5", self.alpha)
-        _require(0 <= self.seed < 2**63, "seed", "between 0 and 2^63 - 1", self.seed)
+        require(LEAST_ALPHA <= self.alpha <= 0.5, "alpha", f"at least {LEAST_ALPHA:g} and at most 0.5", self.alpha)
+        require(0 <= self.seed < 2**63, "seed", "between 0 and 2^63 - 1", self.seed)
         hint = did_you_mean(self.tier, TIERS) if isinstance(self.tier, str) else ""
-        _require(
-            isinstance(self.tier, str) and self.tier in TIERS,
-            "tier",
-            f"one of {', '.join(TIERS)}",
-            repr(self.tier),
-            hint,
-        )
+        known = isinstance(self.tier, str) and self.tier in TIERS
+        require(known, "tier", f"one of {', '.join(TIERS)}", f"{self.tier!r}{hint}")
         fits = self.inconclusive in {"", PASS, FAIL}
-        _require(fits, "inconclusive", f"{PASS} or {FAIL}", repr(self.inconclusive))
+        require(fits, "inconclusive", f"{PASS} or {FAIL}", repr(self.inconclusive))
         fits = self.timeout is None or 0.0 <= self.timeout < float("inf")
-        _require(fits, "timeout", "a number of seconds, or 0 for no limit", self.timeout)
+        require(fits, "timeout", "a number of seconds, or 0 for no limit", self.timeout)
         fits = self.level is None or self.level >= 1
-        _require(fits, "level", "a level of the conformance kit, from 1 on", self.level)
+        require(fits, "level", "a level of the conformance kit, from 1 on", self.level)
         # Said before anything is run: what is no lock file is never overwritten.
         fits = Path(self.lock).suffix not in {".toml", ".py"}
-        _require(fits, "lock", f"a file of its own, such as {LOCK}", repr(self.lock))
+        require(fits, "lock", f"a file of its own, such as {LOCK}", repr(self.lock))
 
     @property
     def budget(self) -> Tier:
@@ -288,8 +297,3 @@ def _table(data: Mapping[str, Any], key: str, file: Path) -> Mapping[str, Any]:
     if not isinstance(value, dict):
         raise UsageError(f"{file}: expected a table [{key}], got {value!r}")
     return value
-
-
-def _require(condition: bool, name: str, expected: str, given: object, hint: str = "") -> None:
-    if not condition:
-        raise UsageError(f"{name} must be {expected}, got {given}{hint}")

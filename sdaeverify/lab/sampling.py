@@ -18,7 +18,7 @@ from ..errors import SchemeError, UsageError
 from ..forms import Problem
 from ..noise.brownian import Brownian, Piece, Source
 from ..registry.load import load_registry
-from ..registry.selection import select_problems, select_schemes
+from ..registry.selection import only, select_problems, select_schemes
 from ..simulate.ensemble import one_thread
 from ..simulate.tracks import Track
 
@@ -139,17 +139,11 @@ def sample(
     if not 1 <= paths <= FIRST_BLOCK:
         raise UsageError(f"paths must be from 1 to {FIRST_BLOCK}, got {paths}")
     registry = load_registry([str(path) for path in plugins])
-    (one,) = _single("scheme", select_schemes(registry, [scheme]))
-    (spec,) = _single("problem", select_problems(registry, [problem]))
+    one = only("scheme", scheme, select_schemes(registry, [scheme]))
+    spec = only("problem", problem, select_problems(registry, [problem]))
     source = Source(seed, spec.label, 0, FIRST_BLOCK, paths)
     with np.errstate(all="ignore"), one_thread():
         return _simulated(one, spec, source, level)
-
-
-def _single(kind: str, found: Sequence[Any]) -> Sequence[Any]:
-    if len(found) != 1:
-        raise UsageError(f"sample takes one {kind}, and {len(found)} are named")
-    return found
 
 
 def _simulated(scheme: Scheme, spec: ProblemSpec, source: Source, level: int) -> Paths:

@@ -126,6 +126,26 @@ def select_measures(registry: Registry, wanted: Any = ()) -> list[Any]:
     return [chosen[name] for name in sorted(chosen)]
 
 
+def only(kind: str, wanted: object, found: Sequence[Entry]) -> Entry:
+    """Return the one thing that a label means.
+
+    Parameters
+    ----------
+    kind, wanted : str
+        What kind of thing is wanted, and the label.
+    found : sequence
+        What it means.
+
+    Raises
+    ------
+    UsageError
+        If it means none or several.
+    """
+    if len(found) != 1:
+        raise UsageError(f"expected the label of one {kind}, got {wanted!r}, which means {len(found)}")
+    return found[0]
+
+
 def _require_own_name(scheme: Scheme, registry: Registry) -> None:
     """Check that no other scheme is registered under the name of a given one: controls are found by their names."""
     entry = registry.schemes.get(scheme.name)

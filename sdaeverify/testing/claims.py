@@ -6,16 +6,14 @@ on the worker that runs it. The lock file is a test, too: what it demands is hel
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from math import inf
-from operator import index
-from typing import TYPE_CHECKING, Any, SupportsIndex
+from typing import TYPE_CHECKING, Any
 
 from ..contracts.finding import Finding, Verdict
-from ..contracts.labels import did_you_mean
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
-from ..contracts.settings import Settings
+from ..contracts.settings import Settings, whole
 from ..contracts.specs import ProblemSpec
 from ..errors import UsageError
 from ..forms import Problem
@@ -23,7 +21,7 @@ from ..gate.expected import ExpectedFailure
 from ..gate.lock import Claims, compared
 from ..gate.outcomes import ORDER, Outcome, Status, is_red, outcomes
 from ..gate.plan import gate_plan
-from ..gate.policy import Policy
+from ..gate.policy import Policy, expected_failure
 from ..gate.writers.messages import command_of, message, title
 from ..registry.load import Registry
 from ..report.plain import visible
@@ -204,7 +202,7 @@ def parametrize_with_claims(
     expected = tuple(map(_expected, () if expected_failures is None else _sequence(expected_failures)))
     policy = Policy(
         schemes=_sequence(schemes), problems=_sequence(problems), measures=_sequence(measures), tier=tier,
-        seed=Settings().seed if seed is None else _seed(seed), expected_failures=expected,
+        seed=Settings().seed if seed is None else whole("seed", seed), expected_failures=expected,
     )  # fmt: skip
     run = claim_run(installed(), policy)
     _require_cells(run.plan, expected)
@@ -250,27 +248,12 @@ def _sequence(given: Any) -> tuple[Any, ...]:
     return (given,) if isinstance(given, str) or not isinstance(given, Iterable) else tuple(given)
 
 
-def _seed(given: Any) -> int:
-    if isinstance(given, bool) or not isinstance(given, SupportsIndex):
-        raise UsageError(f"seed expects a whole number, got {given!r}")
-    return index(given)
-
-
 def _expected(given: Expected) -> ExpectedFailure:
     if isinstance(given, ExpectedFailure):
         return given
     if not isinstance(given, Mapping):
         raise UsageError(f"expected_failures expects a sequence of mappings, each with a reason, got {given!r} in it")
-    known = [each.name for each in fields(ExpectedFailure)]
-    for key in given:
-        if key not in known:
-            raise UsageError(f"expected failure with unknown key {key!r}{did_you_mean(str(key), known)}")
-    if "reason" not in given:
-        raise UsageError(f"the expected failure {dict(given)} has no reason; say why it is expected")
-    for key in (key for key, value in given.items() if not isinstance(value, bool if key == "strict" else str)):
-        wanted = "true or false" if key == "strict" else "a text"
-        raise UsageError(f"the expected failure {dict(given)} has {given[key]!r} for {key}, expected {wanted}")
-    return ExpectedFailure(**given)
+    return expected_failure(f"the expected failure {dict(given)}", given)
 
 
 def _require_cells(plan: Plan, expected: Iterable[ExpectedFailure]) -> None:

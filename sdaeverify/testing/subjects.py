@@ -16,7 +16,7 @@ from ..contracts.specs import ProblemSpec, describe, family_name
 from ..errors import FAULTS, UsageError, one_line
 from ..forms import Problem, components
 from ..registry.load import Registry, load_registry
-from ..registry.selection import select_problems, select_schemes
+from ..registry.selection import only, select_problems, select_schemes
 
 Problems = str | Sequence[str | ProblemSpec | Callable[..., Problem]]
 
@@ -104,10 +104,7 @@ def scheme_of(given: object, registry: Registry) -> Scheme:
     if not isinstance(given, str):
         hint = f"; write {given.__name__}()" if isinstance(given, type) else ""
         raise UsageError(f"expected a scheme or its label, got {describe(given)}{hint}")
-    found = select_schemes(registry, given)
-    if len(found) != 1:
-        raise UsageError(f"expected the label of one scheme, got {given!r}, which means {len(found)}")
-    return found[0]
+    return only("scheme", given, select_schemes(registry, given))
 
 
 def problem_of(given: object, registry: Registry) -> ProblemSpec:
@@ -122,10 +119,7 @@ def problem_of(given: object, registry: Registry) -> ProblemSpec:
     """
     if inspect.isfunction(given):
         return ProblemSpec(family_name(given), given)
-    found = select_problems(registry, [given])  # type: ignore[list-item]
-    if len(found) != 1:
-        raise UsageError(f"expected the label of one problem, got {given!r}, which means {len(found)}")
-    return found[0]
+    return only("problem", given, select_problems(registry, [given]))  # type: ignore[list-item]
 
 
 def cells_of(scheme: Scheme, problems: Problems | None, registry: Registry) -> list[CellSubject]:

@@ -53,7 +53,7 @@ def test_unknown_experiment(registry):
         (row("gbn"), "unknown problem 'gbn'"),
         (row(scheme="milsten"), "unknown scheme 'milsten'"),
         (row(scheme="gbm*"), "gbm"),
-        (row("gbm*"), r"names one problem, and 'gbm\*' names"),
+        (row("gbm*"), r"label of one problem, got 'gbm\*'"),
     ],
 )
 def test_labels_that_name_nothing(planned, wrong, message):

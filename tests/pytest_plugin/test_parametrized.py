@@ -103,10 +103,14 @@ def test_in_a_test_file(pytester):
         (["milstein"], {"expected_failures": ["weak"]}, "mappings, each with a reason, got 'weak' in it"),
         (["milstein"], {"expected_failures": {"reason": "r"}}, "a sequence of mappings, .*, got 'reason' in it"),
         (["milstein"], {"expected_failures": 5}, "a sequence of mappings, each with a reason, got 5 in it"),
-        (["milstein"], {"expected_failures": [{"reason": 5}]}, "has 5 for reason, expected a text"),
-        (["milstein"], {"expected_failures": [{"reason": "r", "strict": "no"}]}, "'no' for strict, expected true or"),
-        (["milstein"], {"seed": "x"}, "seed expects a whole number, got 'x'"),
-        (["milstein"], {"seed": 1.5}, "seed expects a whole number, got 1.5"),
+        (["milstein"], {"expected_failures": [{"reason": 5}]}, "reason expects a text, got 5"),
+        (
+            ["milstein"],
+            {"expected_failures": [{"reason": "r", "strict": "no"}]},
+            "strict expects true or false, got 'no'",
+        ),
+        (["milstein"], {"seed": "x"}, "seed must be a whole number, got 'x'"),
+        (["milstein"], {"seed": 1.5}, "seed must be a whole number, got 1.5"),
         (["milstein"], {"seed": -1}, "seed must be between 0 and"),
     ],
 )

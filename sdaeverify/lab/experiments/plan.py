@@ -1,6 +1,6 @@
 """What an experiment runs: its labels resolved, the runs on one noise together."""
 
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -10,7 +10,7 @@ from ...contracts.settings import Settings
 from ...contracts.specs import ProblemSpec, unknown
 from ...errors import UsageError
 from ...registry.load import Registry
-from ...registry.selection import select_problems, select_schemes
+from ...registry.selection import only, select_problems, select_schemes
 from .block import NoiseTask, PlannedRun, ProbeTask
 
 Thing = TypeVar("Thing")
@@ -129,15 +129,9 @@ def _probe(registry: Registry, probe: Probe, key: Hashable) -> ProbeTask:
 
 def named_scheme(registry: Registry, label: str) -> Scheme:
     """Return the one scheme of a label."""
-    return _one("scheme", label, select_schemes(registry, [label]))
+    return only("scheme", label, select_schemes(registry, [label]))
 
 
 def named_problem(registry: Registry, label: str) -> ProblemSpec:
     """Return the recipe of the one problem of a label."""
-    return _one("problem", label, select_problems(registry, [label]))
-
-
-def _one(kind: str, label: str, found: Sequence[Thing]) -> Thing:
-    if len(found) != 1:
-        raise UsageError(f"an experiment names one {kind}, and {label!r} names {len(found)}")
-    return found[0]
+    return only("problem", label, select_problems(registry, [label]))
