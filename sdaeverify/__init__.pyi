@@ -1,7 +1,7 @@
 # The public names, each with the module that has it: for type checkers, and for the package when it is asked for one.
 from .api import Result as Result, verify as verify
 from .arrays import Array as Array, Mask as Mask, Parts as Parts
-from .contracts.calibrated import CalibrationCase as CalibrationCase
+from .contracts.cases import CalibrationCase as CalibrationCase
 from .contracts.exhibit import (
     Curve as Curve,
     Exhibit as Exhibit,
@@ -22,7 +22,7 @@ from .contracts.experiment import (
 )
 from .contracts.mean_sample import MeanSample as MeanSample
 from .contracts.mean_table import FineRun as FineRun, MeanLine as MeanLine, MeanTable as MeanTable, Row as Row
-from .contracts.planted import Planted as Planted
+from .contracts.cases import Planted as Planted
 from .contracts.scheme import Claim as Claim, Scheme as Scheme, Step as Step
 from .contracts.settings import Settings as Settings
 from .contracts.specs import in_matrix as in_matrix, on_request as on_request

@@ -271,7 +271,7 @@ def _planned(config: pytest.Config) -> "ClaimRun":
 
 
 def _locked(policy: "Policy") -> "LockedClaims | None":
-    from .gate.lock_file import locked_tiers  # noqa: PLC0415
+    from .gate.lock import locked_tiers  # noqa: PLC0415
 
     return (locked_tiers(policy) or {}).get(policy.tier)
 

@@ -11,8 +11,7 @@ import click
 from ..api import Result
 from ..errors import UsageError
 from ..gate.gated import Gated, shortened
-from ..gate.lock import Claims, Lock, compared
-from ..gate.lock_file import demanded, locked_before, locked_tiers, write_lock
+from ..gate.lock import Claims, Lock, compared, demanded, locked_before, locked_tiers, write_lock
 from ..gate.outcomes import Outcome, idle, outcomes
 from ..gate.plan import gate_plan, left_out
 from ..gate.policy import Policy

@@ -7,8 +7,7 @@ from enum import StrEnum
 from ..contracts.finding import UNMEASURED, Finding, Verdict
 from ..study import Cell, CellResult
 from ..study.plan import promises_of
-from .expected import ExpectedFailure, expectation
-from .policy import Policy
+from .policy import ExpectedFailure, Policy, expectation
 
 
 class Status(StrEnum):

@@ -29,9 +29,8 @@ from ..probe.local.delay_links import loses_algebraic
 from ..registry.hookspecs import hookimpl
 from .judge import FITTED, coverage, finding, local_doubt, local_opinion, withhold_in_doubt
 from .path_errors.errors import ErrorObserver
-from .path_errors.level_rows import ERROR_COLUMNS, level_rows
 from .path_errors.order import usable_levels
-from .path_errors.quantity import quantities_of
+from .path_errors.quantity import ERROR_COLUMNS, level_rows, quantities_of
 from .strong.findings import FIRST, SECOND, STRONG_COLUMNS, WHOLE, local_orders, probe_strong, strong_finding
 
 NORMS = {"L2": 2}

@@ -26,7 +26,7 @@ from ..forms import Delayed, Problem
 from ..forms.truths import MeanSquareStability
 from ..probe.linear.affine import AFFINE
 from ..probe.linear.delay_equation import LARGE, SMALL, UNIT
-from ..probe.linear.delay_map import limits
+from ..probe.linear.delay_step import limits
 from ..probe.stability.stability import StabilityRecord, delay_stability, no_delay_stability, no_stability, stability
 from ..probe.stability.windows import smallest_boundary, undecided, worded
 from ..registry.hookspecs import hookimpl

@@ -14,10 +14,9 @@ from typing import Any, NamedTuple
 
 import pluggy
 
-from ..contracts.calibrated import CalibrationCase
+from ..contracts.cases import CalibrationCase, Planted
 from ..contracts.experiment import Experiment
 from ..contracts.labels import dataclass_parameters, did_you_mean, parse_label, read_values
-from ..contracts.planted import Planted
 from ..contracts.scheme import Scheme
 from ..contracts.specs import (
     ProblemSpec,

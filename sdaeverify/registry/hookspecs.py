@@ -27,9 +27,8 @@ from typing import Any
 
 import pluggy
 
-from ..contracts.calibrated import CalibrationCase
+from ..contracts.cases import CalibrationCase, Planted
 from ..contracts.experiment import Experiment
-from ..contracts.planted import Planted
 from ..contracts.scheme import Scheme
 from ..forms import Problem
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple, TypeVar
 
-from ..contracts.calibrated import CalibrationCase
+from ..contracts.cases import CalibrationCase
 from ..contracts.labels import did_you_mean
 from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec

@@ -134,8 +134,7 @@ controls (truths)
 
 from .check import LEVEL, Check
 from .claims import parametrize_with_claims
-from .parametrized import parametrize_with_checks
-from .questions import check_problem, check_scheme
+from .questions import check_problem, check_scheme, parametrize_with_checks
 from .table import checks
 
 __all__ = [

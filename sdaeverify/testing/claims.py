@@ -17,11 +17,10 @@ from ..contracts.settings import Settings, whole
 from ..contracts.specs import ProblemSpec
 from ..errors import UsageError
 from ..forms import Problem
-from ..gate.expected import ExpectedFailure
 from ..gate.lock import Claims, compared
 from ..gate.outcomes import ORDER, Outcome, Status, is_red, outcomes
 from ..gate.plan import gate_plan
-from ..gate.policy import Policy, expected_failure
+from ..gate.policy import ExpectedFailure, Policy, expected_failure
 from ..gate.writers.messages import command_of, message, title
 from ..registry.load import Registry
 from ..report.plain import visible

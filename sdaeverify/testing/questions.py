@@ -1,26 +1,79 @@
-"""What a scheme or a problem is asked, every check with its subject, and the answers, as data.
+"""What a scheme or a problem is asked, every check with its subject, and the answers, as data or as tests.
 
-`check_scheme` and `check_problem` are the kit as plain functions.
+`check_scheme` and `check_problem` are the kit as plain functions, `parametrize_with_checks` is the kit as parameters
+of a test, one for each check. Failures that an author expects have a reason each.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..contracts.labels import did_you_mean, matches, parse_label
 from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
-from ..errors import FAULTS, UsageError, one_line
+from ..errors import FAULTS, UsageError, is_blank, one_line
 from ..forms import Problem
+from ..report.plain import visible
 from .check import LEVEL, Check, CheckOutcome, CheckStatus, asked
 from .checks.declarations import usable
 from .checks.problem_declarations import built
 from .checks.problem_declarations import usable as usable_family
-from .expected import Expected, expected_reason, require_known
-from .problem_subject import ProblemSubject
-from .subjects import Problems, SchemeSubject, cells_of, installed, problem_of, scheme_of
+from .subjects import Problems, ProblemSubject, SchemeSubject, cells_of, installed, problem_of, scheme_of
 from .table import checks
+
+Expected = Mapping[str, str]
+
+
+def expected_reason(expected: Expected, check: str, problem: str = "") -> str:
+    """Return the reason why a check is expected to fail, or an empty string.
+
+    Parameters
+    ----------
+    expected : mapping of str to str
+        Reasons by the name of a check, or by ``check on problem``; ``*`` and ``?`` are wildcards.
+    check : str
+    problem : str
+        Label of the problem a scheme is asked on; empty if there is none.
+    """
+    names = _names(check, problem)
+    return next((reason for pattern, reason in expected.items() if _means(pattern, names)), "")
+
+
+def require_known(expected: Expected, asked: Iterable[tuple[str, str]]) -> None:
+    """Check that each pattern of an expected failure names a check that is asked, and has a reason.
+
+    Parameters
+    ----------
+    expected : mapping of str to str
+    asked : iterable of (str, str)
+        Names of checks and labels of their problems.
+
+    Raises
+    ------
+    UsageError
+        If one does not: a failure that is expected of nothing hides a misspelt name.
+    """
+    if not (isinstance(expected, Mapping) and all(isinstance(pattern, str) for pattern in expected)):
+        raise UsageError(f"expected_failures expects a mapping of names of checks to reasons, got {expected!r}")
+    names = [_names(check, problem) for check, problem in asked]
+    known = sorted({check for check, *_ in names})
+    for pattern, reason in expected.items():
+        if not any(_means(pattern, each) for each in names):
+            hint = did_you_mean(pattern, known)
+            raise UsageError(f"expected failure {pattern!r} matches no check{hint} (known: {', '.join(known)})")
+        if not (isinstance(reason, str) and not is_blank(reason)):
+            raise UsageError(f"expected failure {pattern!r} has no reason; say in words why the check fails")
+
+
+def _names(check: str, problem: str) -> tuple[str, ...]:
+    return (check, f"{check} on {problem}") if problem else (check,)
+
+
+def _means(pattern: str, names: Iterable[str]) -> bool:
+    return any(matches(pattern, name) for name in names)
+
 
 # What a problem is asked even if it cannot be built.
 FIRST = ("declaration", "builds", "docstring")
@@ -202,3 +255,93 @@ def check_problem(
     registry = installed()
     questions = problem_questions(ProblemSubject(problem_of(problem, registry), registry), level)
     return [outcome.row for outcome in answers(questions, expected_failures)]
+
+
+if TYPE_CHECKING:
+    import pytest
+
+Subject = str | Scheme | ProblemSpec | Callable[..., Problem]
+
+
+@dataclass(frozen=True)
+class BoundCheck:
+    """A check of a test's subject: calling it raises AssertionError with the reason, or skips the test."""
+
+    question: Question
+
+    def __call__(self, subject: object) -> None:  # noqa: ARG002 - a test reads better with its subject
+        """Ask the question that this is bound to."""
+        import pytest  # noqa: PLC0415 - the kit itself needs no pytest
+
+        outcome = self.question.answer({})
+        if outcome.status is CheckStatus.SKIPPED:
+            pytest.skip(visible(outcome.reason))
+        if outcome.status is CheckStatus.FAILED:
+            where = f"{outcome.subject} on {outcome.problem}" if outcome.problem else outcome.subject
+            raise AssertionError(visible(f"{where} fails {outcome.check}: {outcome.reason}"))
+
+    def __repr__(self) -> str:
+        return self.question.check.name
+
+
+def parametrize_with_checks(
+    subjects: Sequence[Subject],
+    *,
+    problems: Problems | None = None,
+    level: int | None = None,
+    expected_failures: Mapping[str, str] | None = None,
+) -> "pytest.MarkDecorator":
+    """Return a decorator of a test function of ``subject`` and ``check`` that makes a test of each check.
+
+    ::
+
+        @parametrize_with_checks([MyScheme(), my_problem])
+        def test_conformance(subject, check):
+            check(subject)
+
+    Parameters
+    ----------
+    subjects : sequence of Scheme, callable, ProblemSpec or str
+        Schemes and problem functions, mixed, and labels of registered ones.
+    problems, level, expected_failures
+        As for `check_scheme`. Expected failures become strict xfail marks: a check that passes all the same fails the
+        test.
+
+    Returns
+    -------
+    pytest.MarkDecorator
+
+    Raises
+    ------
+    UsageError
+        As for `check_scheme`, or if there is no subject.
+    """
+    if isinstance(subjects, str | bytes) or not isinstance(subjects, Iterable):
+        raise UsageError(f"subjects expects a list of schemes and problems, got {subjects!r:.200}")
+    if not subjects:
+        raise UsageError("subjects is empty; name the schemes and problems that are to be checked")
+    import pytest  # noqa: PLC0415 - the kit itself needs no pytest
+
+    expected = expected_failures or {}
+    asked = [(subject, question) for subject in subjects for question in _questions(subject, problems, level)]
+    require_known(expected, [(question.check.name, question.problem) for _, question in asked])
+    return pytest.mark.parametrize(("subject", "check"), [_parameters(*pair, expected) for pair in asked])
+
+
+def _questions(subject: Any, problems: Problems | None, level: int | None) -> Iterator[Question]:
+    registry = installed()
+    name = parse_label(subject).name if isinstance(subject, str) else ""
+    if isinstance(subject, Scheme) or (name and name not in registry.problems):
+        yield from scheme_questions(SchemeSubject(scheme_of(subject, registry), registry), problems, level)
+    else:
+        yield from problem_questions(ProblemSubject(problem_of(subject, registry), registry), level)
+
+
+def _parameters(subject: Any, question: Question, expected: Expected) -> Any:
+    import pytest  # noqa: PLC0415
+
+    why = expected_reason(expected, question.check.name, question.problem)
+    marks = [pytest.mark.xfail(reason=visible(why), raises=AssertionError, strict=True)] if why else []
+    where = f"{question.label}-{question.check.name}"
+    name = f"{where}-on-{question.problem}" if question.problem else where
+    return pytest.param(subject, BoundCheck(question), id=visible(name), marks=marks)

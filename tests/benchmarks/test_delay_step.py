@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.pairs import run_pairs
 from sdaeverify.noise.brownian import LevelNoise, Source
-from sdaeverify.probe.linear.delay_map import probed_step
+from sdaeverify.probe.linear.delay_step import probed_step
 from sdaeverify.probe.stability.delay_radius import is_stable
 from sdaeverify.simulate.tracks import Track
 from sdaeverify_problems.delay_test import delay_test

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdaeverify.lab.calibration.many import estimates, opposite
+from sdaeverify.lab.calibration.repeated import estimates, opposite
 from sdaeverify.numerics.statistics import GROUPS, jackknife
 
 

@@ -5,9 +5,8 @@ import pytest
 from sdaeverify import CalibrationCase, ProblemError, Settings, UsageError
 from sdaeverify.contracts.scheme import Claim
 from sdaeverify.lab.calibration import calibration_plan
-from sdaeverify.lab.calibration.chain_means import ChainJob
 from sdaeverify.lab.calibration.plan import STUDIES
-from sdaeverify.lab.calibration.samples import SEQUENCE, SEQUENCES_A_BLOCK, PathJob, path_settings
+from sdaeverify.lab.calibration.samples import SEQUENCE, SEQUENCES_A_BLOCK, ChainJob, PathJob, path_settings
 from sdaeverify.registry.load import load_registry
 
 CONSTRAINED = "half-explicit-euler[truncation=none]"

@@ -6,15 +6,14 @@ from functools import cached_property
 from typing import NamedTuple
 
 from sdaeverify.conformance.trial import Trial
+from sdaeverify.contracts.cases import Planted
 from sdaeverify.contracts.matching import match
-from sdaeverify.contracts.planted import Planted
 from sdaeverify.contracts.scheme import Scheme
 from sdaeverify.contracts.specs import ProblemSpec
 from sdaeverify.forms import Problem, components
 from sdaeverify.registry.load import Registry
-from sdaeverify.testing.problem_subject import ProblemSubject
 from sdaeverify.testing.questions import Question, problem_questions
-from sdaeverify.testing.subjects import CellSubject, SchemeSubject
+from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubject
 from sdaeverify.testing.table import checks
 
 # Parameters that switch truths or terms on which the defaults leave off.

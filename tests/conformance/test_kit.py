@@ -7,7 +7,7 @@ import pytest
 
 from conformance.cells import Inquiry, cells, in_turn, schemes, specs
 from sdaeverify.bridges import Bridge
-from sdaeverify.contracts.planted import Planted
+from sdaeverify.contracts.cases import Planted
 from sdaeverify.forms import known_traits
 from sdaeverify.registry.load import Registry
 from sdaeverify.testing import check_scheme

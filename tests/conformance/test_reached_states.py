@@ -9,7 +9,7 @@ import pytest
 from sdaeverify import SDE, Array, Claim, Increment, Langevin, Scheme, Step, verify
 from sdaeverify.conformance import violation
 from sdaeverify.conformance.contract import contract_violation
-from sdaeverify.conformance.reached_states import departure
+from sdaeverify.conformance.violation import departure
 from sdaeverify.contracts.matching import match
 from sdaeverify.probe.step.states import cloud, reached
 from sdaeverify.registry.load import load_registry

@@ -10,8 +10,7 @@ from sdaeverify import SDE, Claim, Problem, ProblemError, SchemeError, Trait
 from sdaeverify.contracts.specs import ProblemSpec
 from sdaeverify.forms import Delayed, Multiplied, StiffnessFamily, known_traits
 from sdaeverify.testing.checks.problem_declarations import traits_hold
-from sdaeverify.testing.problem_subject import ProblemSubject
-from sdaeverify.testing.subjects import installed
+from sdaeverify.testing.subjects import ProblemSubject, installed
 from sdaeverify_problems.affine_constraint import affine_constraint
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm

@@ -4,7 +4,7 @@ import pytest
 
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.errors import UsageError
-from sdaeverify.gate.expected import ExpectedFailure, expectation
+from sdaeverify.gate.policy import ExpectedFailure, expectation
 
 from .conftest import Plain, result
 

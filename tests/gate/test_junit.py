@@ -7,9 +7,8 @@ import pytest
 import xmlschema
 
 from sdaeverify.contracts.finding import Verdict
-from sdaeverify.gate.expected import ExpectedFailure
 from sdaeverify.gate.lock import Lock
-from sdaeverify.gate.policy import Policy
+from sdaeverify.gate.policy import ExpectedFailure, Policy
 from sdaeverify.gate.writers.machine import junit_xml
 
 from .conftest import NASTY, gated, result

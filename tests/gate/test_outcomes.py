@@ -4,9 +4,8 @@ import pytest
 
 from sdaeverify.cli.exit_codes import ExitCode, code_of_gate
 from sdaeverify.contracts.finding import Verdict
-from sdaeverify.gate.expected import ExpectedFailure
 from sdaeverify.gate.outcomes import Status, idle, is_red, outcomes
-from sdaeverify.gate.policy import Policy
+from sdaeverify.gate.policy import ExpectedFailure, Policy
 
 from .conftest import result
 

@@ -3,8 +3,7 @@
 import pytest
 
 from sdaeverify.errors import UsageError
-from sdaeverify.gate.expected import ExpectedFailure
-from sdaeverify.gate.policy import Policy, read_policy
+from sdaeverify.gate.policy import ExpectedFailure, Policy, read_policy
 
 FULL = """
 [project]

@@ -7,9 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sdaeverify.contracts.finding import Verdict
-from sdaeverify.gate.expected import ExpectedFailure
 from sdaeverify.gate.lock import Lock
-from sdaeverify.gate.policy import Policy
+from sdaeverify.gate.policy import ExpectedFailure, Policy
 from sdaeverify.gate.writers.machine import badge, json_report
 from sdaeverify.gate.writers.text import markdown_report, text_report
 

@@ -10,8 +10,7 @@ from sdaeverify import Claim, Settings, Step
 from sdaeverify.contracts.finding import Finding, Verdict
 from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures.invariant import stationary_record
-from sdaeverify.measures.invariant.operator_findings import operator_findings
+from sdaeverify.measures.invariant import operator_findings, stationary_record
 from sdaeverify_planted.uniformly_accurate import ScaledTerms
 from sdaeverify_problems.affine_constraint import affine_constraint
 from sdaeverify_problems.angle_pendulum import angle_pendulum

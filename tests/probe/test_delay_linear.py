@@ -9,7 +9,7 @@ from probe.theta_cells import SETS
 from sdaeverify import DelaySDAE
 from sdaeverify.probe.linear.affine import AFFINE
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, UNIT, at_rest, is_autonomous, linear_delay
-from sdaeverify.probe.linear.delay_map import limits, probed_step
+from sdaeverify.probe.linear.delay_step import limits, probed_step
 from sdaeverify_problems.delay_ou import delay_ou
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta

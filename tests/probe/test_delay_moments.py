@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from probe.delay_queue import queue_operator
 from probe.theta_cells import MESHES, SETS, Linear, random_step, walked
 from sdaeverify import Mesh
-from sdaeverify.probe.linear.delay_moments import RunMoments, Start, run_moments
+from sdaeverify.probe.linear.delay_step import RunMoments, Start, run_moments
 from sdaeverify.probe.stability.delay_radius import radius
 
 

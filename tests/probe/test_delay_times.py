@@ -11,7 +11,7 @@ from sdaeverify.contracts.finding import Verdict
 from sdaeverify.forms import Problem
 from sdaeverify.measures.strong.findings import FIRST, SECOND, WHOLE, judge_strong
 from sdaeverify.measures.weak.probe import judge_weak, probe_weak
-from sdaeverify.probe.linear.delay_map import no_lasting_run, no_lasting_step
+from sdaeverify.probe.linear.delay_step import no_lasting_run, no_lasting_step
 from sdaeverify.probe.linear.moments import delay_moment_errors, moment_orders, no_delay_moments
 from sdaeverify.probe.local.delay_links import keeps_constraint, linked
 from sdaeverify.probe.local.strong_defects import local_strong

@@ -5,8 +5,7 @@ import pytest
 
 from sdaeverify import SDE
 from sdaeverify.numerics import norm
-from sdaeverify.probe.step.far_states import SIZES, extreme_states
-from sdaeverify.probe.step.states import SCATTERED, SIZE, cloud
+from sdaeverify.probe.step.states import SCATTERED, SIZE, SIZES, cloud, extreme_states
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.pendulum import pendulum

@@ -11,8 +11,7 @@ from scipy.linalg import expm
 from sdaeverify import DelaySDAE, InvariantMean, MeanSquareStability, Moment
 from sdaeverify.arrays import Array
 from sdaeverify.probe.linear.delay_equation import LinearDelay
-from sdaeverify.probe.linear.delay_map import probed_step, run_start
-from sdaeverify.probe.linear.delay_moments import run_moments
+from sdaeverify.probe.linear.delay_step import probed_step, run_moments, run_start
 from sdaeverify_problems import _delay_equilibrium as equilibrium
 from sdaeverify_problems import _delay_test_moments as of_test
 from sdaeverify_problems._delay_coefficients import SETS

@@ -7,7 +7,7 @@ import pytest
 from sdaeverify import Claim
 from sdaeverify.contracts.finding import Finding, Kind, Reason, Verdict
 from sdaeverify.report.reading import Interval
-from sdaeverify.report.tables.findings import read_finding
+from sdaeverify.report.tables.rows import read_finding
 
 CLAIM = Claim(measure="strong", value=0.5, source="a book")
 WEAK = {"slope": -14.05, "slope_low": -22.17, "slope_high": -5.93, "local_order": 0.9988}

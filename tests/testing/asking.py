@@ -1,8 +1,7 @@
 """One check of the kit put to one subject."""
 
-from sdaeverify.testing.problem_subject import ProblemSubject
 from sdaeverify.testing.questions import problem_questions, scheme_questions
-from sdaeverify.testing.subjects import SchemeSubject, installed, problem_of
+from sdaeverify.testing.subjects import ProblemSubject, SchemeSubject, installed, problem_of
 
 
 def of_scheme(scheme, check, problem):

@@ -6,8 +6,7 @@ import pytest
 from sdaeverify import SDE, DelaySDAE, Dissipation, ProblemError
 from sdaeverify.contracts.specs import ProblemSpec
 from sdaeverify.testing.checks.problem_declarations import EVIDENCE
-from sdaeverify.testing.problem_subject import ProblemSubject
-from sdaeverify.testing.subjects import installed
+from sdaeverify.testing.subjects import ProblemSubject, installed
 
 
 def against(trait, build):

@@ -55,9 +55,8 @@ def _questions(
     registry: Registry, names: Sequence[str], problems: Sequence[str] | None, level: int | None
 ) -> Iterable["Question"]:
     # The kit has simulations and studies, which no other command needs to load.
-    from ...testing.problem_subject import ProblemSubject  # noqa: PLC0415
     from ...testing.questions import problem_questions, scheme_questions  # noqa: PLC0415
-    from ...testing.subjects import SchemeSubject  # noqa: PLC0415
+    from ...testing.subjects import ProblemSubject, SchemeSubject  # noqa: PLC0415
 
     patterns = [each for name in names for each in split_list(name)]
     if not patterns:

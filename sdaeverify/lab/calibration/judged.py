@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.calibrated import CalibrationCase
+from ...contracts.cases import CalibrationCase
 from ...contracts.finding import Finding, Verdict
 from ...contracts.matching import match
 from ...contracts.measure import Evidence

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Protocol
 
-from ...contracts.calibrated import CalibrationCase
+from ...contracts.cases import CalibrationCase
 from ...contracts.labels import split_list
 from ...contracts.scheme import Scheme
 from ...contracts.specs import ProblemSpec
@@ -14,10 +14,9 @@ from ...errors import UsageError
 from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
 from ...study import Advanced
-from .chain_means import ChainJob
 from .rates import Rate
 from .repeated import POOLED
-from .samples import PathJob, Sample, joined, path_settings
+from .samples import ChainJob, PathJob, Sample, joined, path_settings
 from .studies import (
     CELLS,
     family_rates,

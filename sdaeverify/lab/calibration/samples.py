@@ -1,13 +1,19 @@
-"""The paths of the calibration: blocks of repetitions, simulated by the ensemble like any other run."""
+"""The jobs of the calibration: blocks of repetitions along paths, and time averages along replicated chains.
+
+Paths are simulated by the ensemble like those of any other run; a time average has Student's interval from K
+independent chains.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from ...arrays import Array
-from ...contracts.calibrated import CalibrationCase
+from ...contracts.cases import CalibrationCase
+from ...contracts.matching import match
 from ...contracts.scheme import Scheme
 from ...contracts.settings import Settings
 from ...contracts.specs import ProblemSpec
@@ -15,9 +21,12 @@ from ...contracts.tally import Tally
 from ...errors import SchemeError
 from ...measures.strong import Strong
 from ...measures.weak import Weak
+from ...noise.brownian import Source
+from ...simulate.chains import Chains
 from ...simulate.ensemble import Entry, LaneEvidence, Task, run_block
 from .judged import JudgedSequences, judge_sequences
-from .repeated import POOLED, UNIT, Repeated, appended
+from .rates import COVERED, Rate, Trials
+from .repeated import POOLED, UNIT, Repeated, appended, opposite
 
 SEQUENCE = UNIT * POOLED
 SEQUENCES_A_BLOCK = 4
@@ -129,4 +138,57 @@ def of_state(tally: Tally) -> Tally:
         {name: value for name, value in tally.sums.items() if name.partition(" ")[2] in {quantity, ""}},
         {name: value for name, value in tally.maxima.items() if name.partition(" ")[2] in about},
         {name: value for name, value in tally.largest.items() if name == quantity},
+    )
+
+
+CHAINS = 16
+# Steps a relaxation time, of the burn-in and of the record: about a thousand are recorded.
+STEPS_A_TIME, BURN_IN, RECORD = 20, 10, 50
+
+
+@dataclass(frozen=True)
+class ChainJob:
+    """All chains of a case; it can be pickled.
+
+    Attributes
+    ----------
+    spec : ProblemSpec
+    case : CalibrationCase
+    scheme : Scheme
+    seed : int
+    repetitions : int
+        Of `CHAINS` chains each, an even number.
+    """
+
+    spec: ProblemSpec
+    case: CalibrationCase
+    scheme: Scheme
+    seed: int
+    repetitions: int
+
+    @property
+    def label(self) -> str:
+        """The problem's."""
+        return self.spec.label
+
+    def run(self) -> list[Rate]:
+        """Return the coverage for each observable of the case."""
+        view = match(self.scheme, self.spec.build()).problem
+        if view is None:
+            raise SchemeError(f"calibration of {self.case.label}: the scheme does not solve the problem")
+        source = Source(self.seed, f"{self.spec.label}|calibration", 0, CHAINS * self.repetitions)
+        chains = Chains(self.scheme, view, source, view.relaxation / STEPS_A_TIME)
+        chains.advance(BURN_IN * STEPS_A_TIME)
+        averages = chains.average(RECORD * STEPS_A_TIME)[0]
+        rows = zip(view.observables, averages, strict=True)
+        return [_rate(self.case, name, row.reshape(-1, CHAINS)) for name, row in rows if name in self.case.stationary]
+
+
+def _rate(case: CalibrationCase, observable: str, averages: Array) -> Rate:
+    means = averages.mean(axis=1)
+    half = scipy.special.stdtrit(CHAINS - 1, 0.975) * averages.std(axis=1, ddof=1) / np.sqrt(CHAINS)
+    truth = opposite(means[:, None], lambda mean: mean[0], len(means), len(means))
+    trials = Trials("chains", f"{case.label}, {observable}")
+    return trials.rate(
+        f"interval of the stationary mean from {CHAINS} chains, 95 %", abs(means - truth) <= half, COVERED
     )

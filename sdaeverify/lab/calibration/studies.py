@@ -29,12 +29,10 @@ from ...noise.brownian import Source
 from ...numerics.statistics import GROUPS, Estimate, log_norms, slope_weights
 from ...study.holm import holm
 from .judged import ABOVE, LOOKS
-from .many import estimates, opposite
-from .rates import NOTHING, ExpectedRate, Rate, Trials
-from .repeated import POOLED, UNIT, pooled
+from .rates import COVERED, NOTHING, ExpectedRate, Rate, Trials
+from .repeated import POOLED, UNIT, estimates, opposite, pooled
 from .samples import Sample
 
-COVERED = ExpectedRate(0.93, 0.97, "0.95 within 0.02")
 COUNTS = (1, 4, POOLED)
 NORMS = {"L1/2": (0, 0.5), "L1": (1, 1.0), "L2": (2, 2.0)}
 # Of tests at one side; the true level is promised to be at most twice as large.

@@ -8,11 +8,10 @@
     changes     same, worse, better, undecided                   changes
 """
 
-from .absent import damages
 from .cells import Comparison, Omitted, compare
 from .changes import Change, Changed, changes
 from .factors import Factor, factor
-from .runs import StoredRun, read_run
+from .runs import StoredRun, damages, read_run
 
 __all__ = [
     "Change",

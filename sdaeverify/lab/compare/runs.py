@@ -1,17 +1,17 @@
-"""The evidence of a run as it was stored, with the settings it was drawn with."""
+"""The evidence of a run as it was stored, with the settings it was drawn with, or why there is none to compare."""
 
+import csv
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from ...contracts.settings import Settings
 from ...errors import UsageError
-from ...report.folders import RUN
+from ...report.folders import RUN, VERDICTS
 from ...report.saved import SavedRun
 from ...report.saved import read_run as read_saved
 from ...store import StoredLane, read_lane
-from .absent import why_absent
 
 # What has to agree for the noise to be the same, and the step sizes.
 COMMON = ("seed", "coarsest", "levels", "block")
@@ -103,3 +103,45 @@ def _is_of(lane: StoredLane, saved: SavedRun) -> bool:
 
 def _fingerprint(file: Path) -> str:
     return str(json.loads(file.read_text(encoding="utf-8")).get(FINGERPRINT, ""))
+
+
+# Where the contract of a scheme is broken, nothing is simulated.
+BEFORE_ANY_PATH = "T0"
+
+
+def why_absent(folder: Path, damaged: int) -> str:
+    """Return in one line why there is no evidence of the run, and what to do about it where that is known.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the run.
+    damaged : int
+        Files of evidence that cannot be read.
+    """
+    if damaged:
+        return f"{damages(folder, damaged)}; run matrix or gate with --out {folder}"
+    reasons = list(_reasons(folder))
+    more = f" (and {len(reasons) - 1} more cells)" if len(reasons) > 1 else ""
+    cause = f"{reasons[0]}{more}" if reasons else f"run matrix or gate with --out {folder}"
+    return f"{folder} holds no evidence of the run in it; {cause}"
+
+
+def damages(folder: Path, damaged: int) -> str:
+    """Return how many files of evidence are damaged, in words."""
+    one = damaged == 1
+    return f"{damaged} {'file' if one else 'files'} of evidence in {folder} {'is' if one else 'are'} damaged"
+
+
+def _reasons(folder: Path) -> Iterator[str]:
+    try:
+        with (folder / VERDICTS).open(newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+    except (OSError, ValueError, csv.Error):
+        return
+    for row in rows:
+        told = {name: str(text or "") for name, text in row.items()}
+        early = " before any path" if told.get("decided_by") == BEFORE_ANY_PATH else ""
+        if told.get("reason"):
+            cell = f"{told.get('scheme')} on {told.get('problem')}, {told.get('measure')}"
+            yield f"{cell}: {told.get('verdict')}{early}: {told['reason']}"

@@ -20,9 +20,7 @@ from ...errors import FAULTS
 from ...forms import Delayed, DelayState, Problem
 from ...probe.linear.affine import AFFINE, relative
 from ...probe.linear.delay_equation import at_rest, is_autonomous, is_scalar, linear_delay
-from ...probe.linear.delay_map import probed_step, run_start
-from ...probe.linear.delay_moments import RunMoments, run_moments
-from ...probe.linear.delay_step import LinearDelayStep
+from ...probe.linear.delay_step import LinearDelayStep, RunMoments, probed_step, run_moments, run_start
 from ...probe.stability.delay_radius import radius
 from ...probe.step.nodes import SEED
 

@@ -8,8 +8,8 @@ import pandas as pd
 from rich.table import Table
 from rich.text import Text
 
+from ...contracts.cases import Planted
 from ...contracts.finding import UNMEASURED, Finding, Verdict
-from ...contracts.planted import Planted
 from ...report.plain import empty_table, visible
 from ...study import Cell, CellResult
 from .trial import SelfTest

@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 
+from ...contracts.cases import Planted
 from ...contracts.finding import Verdict
-from ...contracts.planted import Planted
 from ...contracts.scheme import Scheme
 from ...contracts.specs import ProblemSpec
 from ...errors import SdaeverifyError, UsageError, one_line

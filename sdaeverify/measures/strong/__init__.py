@@ -20,9 +20,8 @@ from ...registry.hookspecs import hookimpl
 from ..error_sizes import of_paths
 from ..judge import FITTED, coverage, withhold_in_doubt
 from ..path_errors.errors import AT_T, ErrorObserver
-from ..path_errors.level_rows import ERROR_COLUMNS, level_rows
 from ..path_errors.order import usable_levels
-from ..path_errors.quantity import Quantity, quantities_of
+from ..path_errors.quantity import ERROR_COLUMNS, Quantity, level_rows, quantities_of
 from .findings import (
     STRONG_COLUMNS,
     Orders,

@@ -33,8 +33,7 @@ from ...registry.hookspecs import hookimpl
 from ..error_sizes import of_paths
 from ..judge import coverage, finding, leave_open, no_claim, withhold_in_doubt
 from ..path_errors.errors import POWERS, STATE, ErrorObserver, power_sums
-from ..path_errors.level_rows import ERROR_COLUMNS, level_rows
-from ..path_errors.quantity import Quantity, quantities_of
+from ..path_errors.quantity import ERROR_COLUMNS, Quantity, level_rows, quantities_of
 from .findings import judge_consistency, judge_pair
 
 PROBED = "local consistency"

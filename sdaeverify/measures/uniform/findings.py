@@ -30,6 +30,7 @@ from ..path_errors.order import (
     EXACT,
     RIGHT_LIMIT,
     STILL,
+    Bias,
     Fit,
     calibrate,
     fit,
@@ -40,7 +41,6 @@ from ..path_errors.order import (
     usable_levels,
 )
 from ..path_errors.quantity import Quantity
-from ..path_errors.reference_bias import Bias
 
 # What paths say of convergence without rate: errors fall, towards the right limit.
 #

@@ -1,4 +1,4 @@
-"""One step of a scheme with a lag on a linear equation, as matrices.
+"""One step of a scheme with a lag on a linear equation, as matrices, found by evaluating it; moments along a run.
 
     y_{n+1} = R y_n + S v_n + V v_{n+1} + sum_j (R_j y_n + S_j v_n + V_j v_{n+1}) xi_j
 
@@ -9,6 +9,13 @@ as in Qu, Huang & Liu (2010), (2.11),
 
 For m = 1 only (1 - delta) x_n of v_{n+1} is known before the step, which is what its columns multiply there; for
 m = 0 nothing of it is, and v_n = x_n.
+
+Bounded nonlinear terms vanish beside the others at large states, and differ from their derivatives as little as one
+likes at small ones. A step that is not linear is looked at in both limits, between which its solutions move.
+
+Means and second moments along a run from a deterministic start are exact. The known of a step are y_n and the lagged
+values v_n, ..., v_{n+m-1}; a step adds v_{n+m} = delta x_{n+1} + (1 - delta) x_n and forgets v_n, whose place the new
+one takes. All others keep their moments, so that a step costs a multiple of m.
 """
 
 from typing import NamedTuple
@@ -16,7 +23,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...forms import Mesh
+from ...contracts.scheme import Scheme, flatten
+from ...forms import Delayed, Mesh
+from ...noise.brownian import Increment
+from ..step.nodes import SEED
+from ..step.one_step import OneStep
+from ..step.states import WHEN
+from ..step.times import DIFFERENT, ELSEWHEN
+from .affine import AFFINE, at_corners, defect, relative, trial_states
+from .delay_equation import LARGE, SMALL, UNIT
+from .linear_map import MemoryStep
 
 
 class LinearDelayStep(NamedTuple):
@@ -109,3 +125,253 @@ def arguments(k: int, d: int, mesh: Mesh) -> Array:
     else:
         chosen[k + d :, k + d : k + 2 * d] = np.eye(d)
     return chosen
+
+
+class Start(NamedTuple):
+    """Where a run begins.
+
+    Attributes
+    ----------
+    y : ndarray, shape (k,)
+        y_0.
+    lagged : ndarray, shape (m, d)
+        v_0, ..., v_{m-1}, which come from the history left of the start; v_0, ..., v_N are enough for N steps.
+    """
+
+    y: Array
+    lagged: Array
+
+
+class RunMoments(NamedTuple):
+    """Moments at every mesh point.
+
+    Attributes
+    ----------
+    mean : ndarray, shape (N + 1, k)
+        E y_n.
+    second : ndarray, shape (N + 1, k, k)
+        E y_n y_n^T.
+    """
+
+    mean: Array
+    second: Array
+
+
+def run_moments(step: LinearDelayStep, mesh: Mesh, start: Start, steps: int) -> RunMoments:
+    """Return the moments of a run of some steps.
+
+    Parameters
+    ----------
+    step : LinearDelayStep
+    mesh : Mesh
+        How the delay lies on the steps.
+    start : Start
+        State of the scheme, and the lagged values that the run uses.
+    steps : int
+        Length of the run.
+
+    Returns
+    -------
+    RunMoments
+    """
+    # A run that is shorter than the delay reaches no later values of its past.
+    k, d, m = step.rows, step.delayed, min(mesh.m, max(steps, 1) + 1)
+    known = np.concatenate([start.y, np.ravel(start.lagged[:m]), [1.0]])
+    # Of (y_n, all lagged values, 1): the last column carries the means.
+    P = np.outer(known, known)
+    chosen = arguments(k, d, Mesh(min(m, 2), mesh.delta))
+    found = [P[:k, [*range(k), -1]]]
+    for n in range(steps):
+        lagged = [_places(k, d, (n + i) % m) for i in range(min(m, 2))]
+        used = np.concatenate([np.arange(k), *lagged])
+        taken = chosen @ P[used]
+        _advance(P, step, Known(taken, taken[:, used] @ chosen.T), lagged[:1], mesh.delta)
+        found.append(P[:k, [*range(k), -1]])
+    collected = np.array(found)
+    return RunMoments(collected[..., -1], collected[..., :-1])
+
+
+class Known(NamedTuple):
+    """Moments of z = (y_n, v_n, known part of v_{n+1}).
+
+    Attributes
+    ----------
+    taken : ndarray, shape (k + 2 d, k + m d + 1)
+        With (y_n, all lagged values, 1).
+    within : ndarray, shape (k + 2 d, k + 2 d)
+        E z z^T.
+    """
+
+    taken: Array
+    within: Array
+
+
+def _places(k: int, d: int, place: int) -> Array:
+    return k + d * place + np.arange(d)
+
+
+def _advance(P: Array, step: LinearDelayStep, known: Known, forgotten: list[Array], delta: float) -> None:
+    # `forgotten` are the places of v_n, where v_{n+m} is put; without a delay there are none.
+    k, d, maps = step.rows, step.delayed, step.maps
+    second = (maps @ known.within @ maps.swapaxes(1, 2)).sum(axis=0)
+    cross = step.drift @ known.taken
+    # The new lagged value with all that was known, with y_{n+1} and with itself.
+    fresh = delta * cross[:d] + (1.0 - delta) * P[:d]
+    with_y = delta * second[:d] + (1.0 - delta) * cross[:, :d].T
+    for slot in forgotten:
+        P[slot], P[:, slot], cross[:, slot] = fresh, fresh.T, with_y.T
+        P[np.ix_(slot, slot)] = delta * with_y[:, :d] + (1.0 - delta) * fresh[:, :d]
+    cross[:, :k] = second
+    P[:k], P[:, :k] = cross, cross.T
+
+
+# Noise at which the step must be what it is by its values at 0 and at one standard deviation.
+REACH, TRIALS = 4.0, 3
+
+
+class ProbedStep(NamedTuple):
+    """What was found.
+
+    Attributes
+    ----------
+    step : LinearDelayStep
+    offset : ndarray, shape (1 + l, k)
+        What a step adds to linear terms: without noise, and for one standard deviation of each noise.
+    defect : float
+        Of linearity in the state and in the noise, relative.
+    failed : bool
+        Whether the scheme found no root somewhere.
+    """
+
+    step: LinearDelayStep
+    offset: Array
+    defect: float
+    failed: bool
+
+
+def probed_step(scheme: Scheme, view: Delayed, h: float, scale: float = UNIT) -> ProbedStep:
+    """Return the matrices of a step of size h after the first delay.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Delayed
+        Of the scheme's form.
+    h : float
+    scale : float
+        Size of the states at which it is evaluated.
+
+    Returns
+    -------
+    ProbedStep
+    """
+    k, l = len(flatten(scheme.start(view, 1, h))), view.noise_dim
+    inputs = trial_states(k + 2 * view.dimension)
+    xi = np.concatenate([np.zeros((l, 1)), np.eye(l), _further(l)], axis=1)
+    values, failed = _evaluated(scheme, view, h, (scale * inputs, xi), _later(view)[0])
+    values = values / scale
+    factors = at_corners(values[:, : inputs.shape[0] + 1])
+    noise = factors[..., 1 : 1 + l] - factors[..., :1]
+    expected = factors[..., :1] + np.einsum("ijn,ns->ijs", noise, xi[:, 1 + l :])
+    found = factors[..., 1 + l :]
+    off = relative(found - expected, np.abs(found).max(axis=1, keepdims=True) + 0.0 * found)
+    matrices = np.moveaxis(noise[:-1, :-1], -1, 0)
+    step = LinearDelayStep(factors[:-1, :-1, 0], matrices)
+    offset = scale * np.concatenate([factors[:-1, -1, :1], noise[:-1, -1]], axis=1).T
+    return ProbedStep(step, offset, max(defect(values[..., : 1 + l], factors[..., : 1 + l]), off), failed)
+
+
+def no_lasting_step(scheme: Scheme, view: Delayed, h: float) -> str:
+    """Return why the matrices of a step are not those of all steps after the first delay, or an empty string.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Delayed
+        The problem as the scheme sees it.
+    h : float
+        Step size.
+    """
+    inputs, xi = (
+        trial_states(len(flatten(scheme.start(view, 1, h))) + 2 * view.dimension),
+        np.ones((view.noise_dim, 1)),
+    )
+    first, *others = (_evaluated(scheme, view, h, (inputs, xi), t)[0] for t in _later(view))
+    return "" if all(relative(other - first, np.abs(first)) <= AFFINE for other in others) else DIFFERENT
+
+
+def no_lasting_run(scheme: Scheme, view: Delayed, h: float) -> str:
+    """Return why the matrices are not those of all steps of a run, those that the history drives among them.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Delayed
+        The problem as the scheme sees it.
+    h : float
+        Step size.
+    """
+    if reason := no_lasting_step(scheme, view, h):
+        return reason
+    probed, t = probed_step(scheme, view, h), min(WHEN * view.delay, view.delay - h)
+    known = np.concatenate([view.past(t - view.delay), view.past(min(0.0, t + h - view.delay))])
+    memory = trial_states(probed.step.rows)
+    inputs = np.concatenate([memory, np.repeat(known, memory.shape[1], axis=1)])
+    made = _evaluated(scheme, view, h, (inputs, np.zeros((view.noise_dim, 1))), t)[0][..., 0]
+    expected = probed.step.drift @ inputs + probed.offset[0, :, None]
+    return "" if relative(made - expected, np.abs(expected)) <= AFFINE else DIFFERENT
+
+
+def _later(view: Delayed) -> tuple[float, ...]:
+    """Return times after the first delay: before, the lagged values are the history's, and a scheme may know them."""
+    left = max(view.horizon - view.delay, 0.0)
+    return tuple(view.delay + part * left for part in (WHEN, *ELSEWHEN))
+
+
+def run_start(scheme: Scheme, view: Delayed, h: float, steps: int) -> Start:
+    """Return where a run with steps of size h begins: the scheme's state, and the lagged values that so many use.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Delayed
+        The problem as the scheme sees it.
+    h : float
+        Step size.
+    steps : int
+        Length of the run: no lagged value is returned that it does not use.
+    """
+    used = min(view.mesh(h).m, max(steps, 1) + 1)
+    lagged = [view.past(min(0.0, n * h - view.delay))[:, 0] for n in range(used)]
+    return Start(flatten(scheme.start(view, 1, h))[:, 0], np.array(lagged))
+
+
+def limits(scheme: Scheme, view: Delayed, h: float) -> tuple[float, ...]:
+    """Return the sizes of states at which a step is linear: one of a linear step, else a small and a large one.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Delayed
+        The problem as the scheme sees it.
+    h : float
+        Step size.
+    """
+    if probed_step(scheme, view, h).defect <= AFFINE:
+        return (UNIT,)
+    return tuple(size for size in (SMALL, LARGE) if probed_step(scheme, view, h, size).defect <= AFFINE)
+
+
+def _evaluated(scheme: Scheme, view: Delayed, h: float, at: tuple[Array, Array], t: float) -> tuple[Array, bool]:
+    """Return the new states at all inputs, shape (k, S, K), of a step at time t for every column of noise."""
+    inputs, xi = at
+    d, count = view.dimension, xi.shape[1]
+    z, dW = np.repeat(inputs, count, axis=1), np.sqrt(h) * np.tile(xi, inputs.shape[1])
+    noise = Increment(dW, np.zeros_like(dW), lagged=z[-2 * d : -d], ahead=z[-d:])
+    after, failed = MemoryStep(OneStep(scheme, view), h).advance(z[: -2 * d], noise, t)
+    return after.reshape(-1, inputs.shape[1], count), failed
+
+
+def _further(l: int) -> Array:
+    rng = np.random.Generator(np.random.Philox(key=SEED + 7))
+    return np.asarray(REACH * rng.uniform(-1.0, 1.0, (l, TRIALS)))

@@ -28,9 +28,7 @@ from ..step.one_step import OneStep
 from ..step.times import changing
 from .affine import AFFINE
 from .delay_equation import is_autonomous, is_scalar
-from .delay_map import no_lasting_run, probed_step, run_start
-from .delay_moments import Start, run_moments
-from .delay_step import LinearDelayStep
+from .delay_step import LinearDelayStep, Start, no_lasting_run, probed_step, run_moments, run_start
 from .equation import linear_equation
 from .linear_map import MemoryStep
 from .observable_part import observed

@@ -20,7 +20,7 @@ from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import Delayed, Problem
 from ..linear.delay_equation import UNIT, at_rest, is_autonomous, is_scalar, linear_delay
-from ..linear.delay_map import limits, no_lasting_step, probed_step
+from ..linear.delay_step import limits, no_lasting_step, probed_step
 from ..linear.equation import linear_equation, no_linear_equation
 from ..linear.linear_map import MemoryStep
 from ..linear.observable_part import essential_equation, essential_operator

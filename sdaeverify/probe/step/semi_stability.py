@@ -14,10 +14,9 @@ import numpy as np
 from ...arrays import Array, Parts
 from ...contracts.scheme import Scheme
 from ...forms import Problem
-from .far_states import extreme_states
 from .nodes import Nodes, step_nodes
 from .one_step import OneStep
-from .states import WHEN
+from .states import WHEN, extreme_states
 
 POWER = 4
 # Step sizes 4^-2, ..., 4^-8 of the horizon, or of the unit of time where that is shorter.

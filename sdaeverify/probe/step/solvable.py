@@ -9,10 +9,9 @@ from ...contracts.scheme import Scheme, flatten
 from ...forms import Problem
 from ...noise.brownian import Increment
 from ...numerics import all_finite
-from .far_states import extreme_states
 from .nodes import SEED
 from .one_step import OneStep
-from .states import WHEN
+from .states import WHEN, extreme_states
 
 # Two a decade.
 SCANNED = 10.0 ** np.arange(-6.0, 3.25, 0.5)

@@ -1,4 +1,4 @@
-"""The cloud of states, and the time, at which a one-step map is probed."""
+"""The cloud of states, and the time, at which a one-step map is probed; states as far out as it may be asked of."""
 
 from functools import lru_cache
 from typing import Any
@@ -137,3 +137,35 @@ def _implicit_matrix(ito: Equation, t: float, x: Array, h: float) -> Array:
     moved = x[:, None] + size * np.eye(d)[..., None]
     there = np.broadcast_to(ito.drift(t, moved.reshape(d, -1)), (d, d * x.shape[1])).reshape(moved.shape)
     return np.eye(d)[..., None] - h * (there - ito.drift(t, x)[:, None]) / size
+
+
+SIZES = 10.0 ** np.arange(0.0, 8.5, 0.5)
+
+
+def extreme_states(view: Problem, ito: Equation) -> Array:
+    """Return the cloud of states, and its scattered points blown up to the sizes 1, 10^(1/2), ..., 10^8.
+
+    Of constrained mechanics the velocities are blown up, which stay tangent; of an equation without constraints, the
+    whole state. An equation with another constraint has its cloud alone. States at which drift or diffusion are not
+    finite are left out.
+
+    Parameters
+    ----------
+    view : Problem
+        With its constraints, if it has some.
+    ito : Equation
+        The Ito equation of its comparable components.
+
+    Returns
+    -------
+    ndarray, shape (d, S)
+    """
+    x = cloud(view, ito)
+    rows = view.free_rows
+    base = x[:, -SCATTERED:]
+    with np.errstate(all="ignore"):
+        length = norm(base[rows])
+        far = np.repeat(base, len(SIZES), axis=1)
+        far[rows] *= (SIZES / np.where(length > 0.0, length, 1.0)[:, None]).ravel()
+        states = np.concatenate([x, far], axis=1) if len(base[rows]) else x
+        return np.asarray(states[:, allowed(view, ito, states)])

@@ -10,7 +10,7 @@ from ...forms.controls import Control
 from ...registry.selection import select_measures, select_schemes
 from ...study import CellResult, Plan, Study, plan
 from ..check import Inapplicable
-from ..problem_subject import ProblemSubject
+from ..subjects import ProblemSubject
 
 # Most orders are told by probing one step, and paths only have to agree; so few of them refute nothing alone.
 BUDGET = Settings(paths=256, looks=1)

@@ -12,7 +12,7 @@ from ...forms.truths import InvariantMean, Moment
 from ...numerics import apply
 from ...numerics.statistics import EPS
 from ..check import Inapplicable
-from ..problem_subject import ProblemSubject
+from ..subjects import ProblemSubject
 from .differences import SECOND_ERROR, first, second
 
 # After so many relaxation times e^{-20} = 2e-9 is left of the start.

@@ -18,7 +18,7 @@ from ...forms.traits import Trait
 from ...forms.truths import InvariantMean
 from ...numerics.statistics import EPS
 from ...registry.selection import select_measures, select_schemes
-from ..problem_subject import WHEN, ProblemSubject, excess
+from ..subjects import WHEN, ProblemSubject, excess
 from .differences import FIRST_ERROR, first
 from .problem_functions import delay_arguments
 

@@ -17,7 +17,7 @@ from ...forms.mechanics.jacobian import DenseJacobian, check_linearisation
 from ...numerics import directional, is_analytic, jacobian, second_directional
 from ...numerics.statistics import EPS
 from ..check import Inapplicable
-from ..problem_subject import PATHS, WHEN, ProblemSubject, directions, excess
+from ..subjects import PATHS, WHEN, ProblemSubject, directions, excess
 from .differences import FIRST_ERROR, SECOND_ERROR, first, second
 
 # Coefficients vary over lengths of 1, or over those of a fine mesh: a right derivative agrees at one of these.

@@ -17,7 +17,7 @@ from ...forms.truths import Moment, Pathwise
 from ...noise.brownian import BROWNIAN, USUAL, Increment, LevelNoise, Source, brownian_steps
 from ...numerics.statistics import EPS, tail
 from ..check import Inapplicable
-from ..problem_subject import ProblemSubject
+from ..subjects import ProblemSubject
 from .moments import moments
 from .solutions import solution
 

@@ -6,7 +6,7 @@ from ...conformance.own_run import level_noise
 from ...forms.truths import Pathwise
 from ...numerics.statistics import EPS
 from ..check import Inapplicable
-from ..problem_subject import ProblemSubject
+from ..subjects import ProblemSubject
 
 
 def solution(subject: ProblemSubject) -> Pathwise:

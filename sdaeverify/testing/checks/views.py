@@ -8,7 +8,7 @@ from ...arrays import Array
 from ...forms import Damped, Delayed, IndexOne, Multiplied, Penalised
 from ...numerics.statistics import EPS
 from ..check import Inapplicable
-from ..problem_subject import WHEN, ProblemSubject, excess
+from ..subjects import WHEN, ProblemSubject, excess
 from .differences import FIRST_ERROR, SECOND_ERROR, first, second
 
 
