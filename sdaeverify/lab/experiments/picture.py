@@ -15,7 +15,7 @@ from ...errors import UsageError
 MISSING = "no picture without matplotlib: pip install 'sdaeverify[plot]'"
 # Inches.
 WIDTH, HEIGHT = 5.2, 3.9
-COLUMNS = 2
+COLUMNS, IN_A_ROW = 2, 3
 # Colours of Okabe and Ito, told apart by anybody, and marks that tell curves apart without colour.
 HUES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8B6F47")
 MARKS = "os^vDPX*"
@@ -47,7 +47,7 @@ def draw(panels: Sequence[Panel], title: str, path: Path) -> None:
         from matplotlib.figure import Figure  # noqa: PLC0415
     except ImportError as error:
         raise UsageError(MISSING) from error
-    columns = min(COLUMNS, len(panels))
+    columns = len(panels) if len(panels) <= IN_A_ROW else COLUMNS
     rows = ceil(len(panels) / columns)
     with rc_context(SETTINGS):
         figure = Figure(figsize=(WIDTH * columns, HEIGHT * rows + 0.4), layout="constrained")
@@ -70,6 +70,8 @@ def _draw_panel(panel: Panel, ax: Any) -> None:
         ax.set_aspect("equal", adjustable="datalim")
     for each in panel.ranges:
         ax.axvspan(each.low, each.high, color="0.88", lw=0, zorder=0, label=each.label)
+    if not panel.y:
+        ax.set_yticks([])
     ax.grid(visible=True, which="major", color="0.9", lw=0.6)
     hues, dashes = count(), cycle(DASHES)
     for curve in panel.curves:
@@ -83,12 +85,13 @@ def _draw_panel(panel: Panel, ax: Any) -> None:
 
 def _unclutter(axis: Any, low: float, high: float) -> None:
     """Label powers of 10 where an axis has two of them, and 2 and 5 times a power where it has not."""
-    from matplotlib.ticker import LogLocator  # noqa: PLC0415 - only pictures need it
+    from matplotlib.ticker import LogFormatterSciNotation, LogLocator  # noqa: PLC0415 - only pictures need it
 
     if floor(log10(high)) > ceil(log10(low)):
         axis.set_tick_params(which="minor", labelbottom=False, labelleft=False)
     else:
         axis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
+        axis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(np.inf, np.inf)))
 
 
 def _explain(panel: Panel, ax: Any) -> None:
