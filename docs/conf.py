@@ -33,8 +33,7 @@ exclude_patterns = [
     "_ext",
     "gallery/*.py",
     "gallery/README.txt",
-    "generated/tiers.md",
-    "generated/verdict-counts.md",
+    "generated/pieces",
 ]
 default_role = "py:obj"
 suppress_warnings = ["config.cache"]  # sphinx-gallery keeps functions in its settings
@@ -56,6 +55,7 @@ html_context = {"default_mode": "auto"}
 html_favicon = "_static/mark.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_sidebars = {name: [] for name in ("index", "tutorial", "project")}  # pages without pages below them
 html_theme_options = {
     "secondary_sidebar_items": ["page-toc"],
     "navigation_with_keys": False,

@@ -100,3 +100,30 @@ def test_the_action_declares_what_it_uses():
     text = (ROOT / "action.yml").read_text()
 
     assert set(re.findall(r"inputs\.([\w-]+)", text)) == set(yaml.safe_load(text)["inputs"])
+
+
+def test_the_hook_of_the_page_is_the_one_of_the_repository():
+    """The hook that a project copies from the page on CI runs what the repository's own does."""
+    yaml = pytest.importorskip("yaml")
+    page = (ROOT / "docs" / "how-to" / "ci.md").read_text()
+    (written,) = (found for found in re.findall(r"```yaml\n(.*?)```", page, re.DOTALL) if "repo: local" in found)
+    (copied,) = yaml.safe_load(written)["repos"][0]["hooks"]
+    own = {hook["id"]: hook for hook in yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text())}
+
+    assert copied.items() <= own[copied["id"]].items()
+
+
+@pytest.mark.parametrize(
+    "page", ["README.md", "CITATION.cff", "action.yml", *(f"docs/how-to/{p}.md" for p in ("ci", "bridge"))]
+)
+def test_no_address_is_left_to_be_filled_in(page):
+    """What is copied from a page works as it is: no word in capitals stands for an owner."""
+    assert "OWNER" not in (ROOT / page).read_text()
+
+
+def test_no_measured_number_is_written_by_hand():
+    """The page of measurements has numbers in what it includes, and in commands, alone."""
+    page = (ROOT / "docs" / "explanation" / "measured.md").read_text()
+    prose = re.sub(r"```.*?```|`[^`]*`|\{\{.*?\}\}|\]\(.*?\)", "", page, flags=re.DOTALL)
+
+    assert re.findall(r".*(?<![A-Z])\d.*", prose) == []

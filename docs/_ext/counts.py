@@ -1,8 +1,14 @@
-"""Counts of the reference run, which pages quote as ``{{ name }}``."""
+"""Counts of the reference run, and constants of the code, which pages quote as ``{{ name }}``."""
 
+import inspect
 from collections import Counter
 from pathlib import Path
 
+from sdaeverify import Claim
+from sdaeverify.measures.judge import DEEP_PATHS
+from sdaeverify.measures.strong.findings import judge_strong
+from sdaeverify.measures.weak.probe import TOLERANCE
+from sdaeverify.probe.local.strong_order import LEAST_Q1, LEAST_Q2
 from sdaeverify.registry.load import load_registry
 from sdaeverify.report.folders import read_verdicts
 from sdaeverify.testing import checks
@@ -22,4 +28,17 @@ def counts(folder: Path) -> dict[str, str]:
         "measures": str(len(registry.measures)),
         "scheme_checks": str(len(checks("scheme"))),
         "problem_checks": str(len(checks("problem"))),
+        **{name: str(value) for name, value in constants().items()},
+    }
+
+
+def constants() -> dict[str, float]:
+    """Return what verdicts are held to."""
+    return {
+        "margin": Claim(measure="strong", value=1.0, source="default").margin,
+        "strong_tolerance": inspect.signature(judge_strong).parameters["tolerance"].default,
+        "weak_tolerance": TOLERANCE,
+        "least_q1": LEAST_Q1,
+        "least_q2": LEAST_Q2,
+        "deep_paths": DEEP_PATHS,
     }

@@ -19,7 +19,7 @@ TIERS = {
 def finding_pages(reference: Path) -> dict[str, str]:
     """Return the pieces by name."""
     rows = list(read_verdicts(reference).verdicts)
-    return {"verdict-counts.md": _verdicts(rows), "tiers.md": _tiers(rows)}
+    return {"pieces/verdict-counts.md": _verdicts(rows), "pieces/tiers.md": _tiers(rows)}
 
 
 def _verdicts(rows: list[Mapping[str, str]]) -> str:

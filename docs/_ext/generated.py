@@ -5,13 +5,15 @@ from pathlib import Path
 from typing import Any
 
 from findings import finding_pages
+from kept import kept_pages
 from mistakes import mistake_pages
 from passports import passport_pages
 from reference import reference_pages
 from sphinx.application import Sphinx
 
 FOLDER = "generated"
-MADE_OF = ("sdaeverify", "plugins", "problems", "tests/testing", "reports/reference", "docs/_ext")
+MADE_OF = ("sdaeverify", "plugins", "problems", "tests/testing", "reports", "docs/_ext")
+READ = {".py", ".csv", ".json", ".jsonl"}
 
 
 def _write(app: Sphinx) -> None:
@@ -24,6 +26,7 @@ def _write(app: Sphinx) -> None:
     pages = {
         **reference_pages(),
         **finding_pages(reference),
+        **kept_pages(root / "reports"),
         **mistake_pages(),
         **passport_pages(folder / "pictures", reference),
     }
@@ -40,9 +43,7 @@ def _write(app: Sphinx) -> None:
 
 def _fingerprint(root: Path) -> str:
     """Return a hash of all that the pages are made of."""
-    files = [
-        path for place in MADE_OF for path in sorted((root / place).rglob("*")) if path.suffix in {".py", ".csv"}
-    ]
+    files = [path for place in MADE_OF for path in sorted((root / place).rglob("*")) if path.suffix in READ]
     return sha256(b"".join(path.read_bytes() for path in [*files, root / "pyproject.toml"])).hexdigest()
 
 

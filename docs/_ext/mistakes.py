@@ -28,7 +28,7 @@ def mistake_pages() -> dict[str, str]:
                 ["check", "it says"],
                 ([f"`{name}`", f"[{title}](mistakes/{kind}-{name}.md)"] for name, (title, _) in pages.items()),
             ),
-            toctree(f"mistakes/{kind}-{name}" for name in pages),
+            toctree(f"{name} <mistakes/{kind}-{name}>" for name in pages),
         )
     ]
     told = (

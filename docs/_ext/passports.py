@@ -78,7 +78,7 @@ def _scheme(scheme: Any, rows: Rows, pictures: Path) -> str:
             f"`{c['claim']}`",
             ", ".join(c["quantities"]) or "all",
             ", ".join(c["when"]),
-            str(c["margin"]),
+            str(c["margin"]) if c["claim"].startswith("order") else "",
             prose(c["source"]),
         ]
         for c in told["claims"]

@@ -2,7 +2,7 @@
 
 A page has a folder of its own, in which all of it happens in order::
 
-    ```{file} my_scheme.py            writes and shows a file
+    ```{file} my_scheme.py            writes and shows a file; option :from: (a file of the repository)
     ```{command} list schemes         runs ``sdaeverify list schemes``; options :code: and :shown: (lines)
     ```{python}                       runs a program and shows it and what it prints; :picture: saves its figure
 """
@@ -53,7 +53,16 @@ class File(Running):
     """Write a file and show it."""
 
     required_arguments = 1
-    option_spec = {"hidden": directives.flag}
+    option_spec = {"hidden": directives.flag, "from": directives.path}
+
+    @property
+    def text(self) -> str:
+        """What is between the fences, or in the file that is named."""
+        if "from" not in self.options:
+            return super().text
+        source = Path(self.env.srcdir).parent / self.options["from"]
+        self.env.note_dependency(str(source))
+        return source.read_text(encoding="utf-8")
 
     def run(self) -> list[nodes.Node]:
         """Write the content."""
