@@ -6,7 +6,7 @@ from typing import Any
 from ..contracts.labels import Parameter, dataclass_parameters, function_parameters
 from ..contracts.scheme import form_names
 from ..registry.contributions import MeasureEntry, ProblemEntry, SchemeEntry
-from ..registry.load import PluginRow, Registry
+from ..registry.load import Registry
 from ..report.passports import docstring
 
 Record = dict[str, Any]
@@ -19,7 +19,7 @@ def catalogue(registry: Registry) -> dict[str, list[Record]]:
         "schemes": [_record("scheme", entry) for entry in registry.schemes.values()],
         "problems": [_record("problem", entry) for entry in registry.problems.values()],
         "measures": [_record("measure", entry) for entry in registry.measures.values()],
-        "plugins": [_plugin(row) for row in registry.plugins],
+        "plugins": [{"kind": "plugin", **row._asdict()} for row in registry.plugins],
     }
 
 
@@ -49,10 +49,6 @@ def _record(kind: str, entry: AnyEntry) -> Record:
         "distribution": entry.origin.distribution,
         "version": entry.origin.version,
     }
-
-
-def _plugin(row: PluginRow) -> Record:
-    return {"kind": "plugin", **row._asdict()}
 
 
 def _plain(default: Any) -> Any:

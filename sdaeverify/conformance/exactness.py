@@ -15,7 +15,6 @@ import numpy as np
 from ..arrays import Array, Parts
 from ..contracts.scheme import Scheme
 from ..errors import FAULTS, SdaeverifyError, one_line
-from ..forms import Problem
 from ..forms.trivial import H, Trivial, Trivials
 from ..noise.brownian import Increment
 from ..numerics.statistics import EPS
@@ -169,7 +168,7 @@ def _trivial_problems(form: Any) -> Trivials:
 def _first_miss(scheme: Scheme, variants: tuple[Trivial, ...]) -> str:
     """Return what is wrong on the first variant that the scheme refuses neither beforehand nor in its step."""
     for trivial in variants:
-        if not _accepts(scheme, trivial.problem):
+        if not (scheme.noise <= trivial.problem.noise and not scheme.refuses(trivial.problem)):
             continue
         try:
             text = _miss(scheme, trivial)
@@ -179,10 +178,6 @@ def _first_miss(scheme: Scheme, variants: tuple[Trivial, ...]) -> str:
         hint = f" with {several} Brownian motions, which the scheme does not refuse" if several > 1 else ""
         return f"{text} on {trivial.name}{hint}" if text else ""
     return ""
-
-
-def _accepts(scheme: Scheme, problem: Problem) -> bool:
-    return scheme.noise <= problem.noise and not scheme.refuses(problem)
 
 
 def _miss(scheme: Scheme, trivial: Trivial) -> str:

@@ -108,13 +108,8 @@ def _status(finding: Finding, expected: ExpectedFailure | None) -> Status:
     # A step that raises, hangs, dies or breaks its contract is no way to fail that anybody expects.
     if finding.verdict in UNMEASURED - {Verdict.DIVERGED}:
         return Status.UNMEASURED
-    if expected is not None and not _breaks_contract(finding):
+    if expected is not None and not (finding.verdict is Verdict.REFUTED and not finding.quantity):
         return Status.XFAILED
     if finding.verdict in UNMEASURED:
         return Status.UNMEASURED
     return Status.FAILED if finding.verdict is Verdict.REFUTED else Status.UNDECIDED
-
-
-def _breaks_contract(finding: Finding) -> bool:
-    """Tell whether a cell is refuted as a whole: its step is no pure function, or not exact where all are."""
-    return finding.verdict is Verdict.REFUTED and not finding.quantity

@@ -171,7 +171,7 @@ def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
     truth, bias = evidence.problem.pathwise, fitted.bias
     if not np.isfinite(bias.bound):
         return PathTests.none(f"no finite interval: {bias.reference} is too coarse or not finite")
-    if not _sharp(truth, claim):
+    if not (truth is None or isinstance(claim.value, str) or truth.order >= claim.value + 0.5):
         return PathTests.none(f"{bias.reference}: it should be half an order above the claim")
     tests = order_tests(claim, fitted.slope, evidence, bias.bound)
     if tests.refuted <= SUSPECT and not isinstance(claim.value, str) and rises(evidence, quantity, fitted):
@@ -255,10 +255,6 @@ def asymptotic_order(quantity: Quantity, usable: Array, confidence: float) -> tu
     order = quantity.linear(finer, corrected_slope_weights(x[finer]))
     gap = abs(order.value - quantity.linear(usable, corrected_slope_weights(x[usable])).value)
     return order.value, max(order.interval(confidence)[1] - order.value + gap, 0.05)
-
-
-def _sharp(truth: Pathwise | None, claim: Claim) -> bool:
-    return truth is None or isinstance(claim.value, str) or truth.order >= claim.value + 0.5
 
 
 def _above(evidence: Evidence, fitted: Fit, claim: Claim) -> bool:
