@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
+from joined_noise import aggregate
 from sdaeverify.errors import SchemeError
 from sdaeverify.noise.brownian import (
     LONGEST,
@@ -16,7 +17,6 @@ from sdaeverify.noise.brownian import (
     Increment,
     LevelNoise,
     Source,
-    aggregate,
     brownian_steps,
     fingerprint,
     refine,

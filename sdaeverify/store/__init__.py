@@ -1,6 +1,6 @@
 """Evidence on disk: one file for each scheme, problem and block, under a hash of everything that determines it."""
 
-from .files import StoredLane, joined, read_lane, read_lanes
+from .files import StoredLane, joined, read_lane
 from .store import Place, Recalled, Store, keep, saved_meanwhile
 
 __all__ = [
@@ -11,6 +11,5 @@ __all__ = [
     "joined",
     "keep",
     "read_lane",
-    "read_lanes",
     "saved_meanwhile",
 ]

@@ -6,7 +6,7 @@ cannot fill the memory, and objects are never unpickled.
 
 import json
 import zipfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import reduce
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -100,13 +100,6 @@ def read_ingredients(path: Path) -> Ingredients | None:
             return _texts(_read_header(file)["ingredients"])
     except FAULTS:
         return None
-
-
-def read_lanes(folder: Path) -> Iterator[StoredLane]:
-    """Yield the evidence in a folder and below it, damaged files left out, in the order of their names."""
-    for path in sorted(folder.rglob("*.npz")):
-        if (lane := read_lane(path)) is not None:
-            yield lane
 
 
 def _header(lane: StoredLane, arrays: list[Array]) -> dict[str, object]:

@@ -65,9 +65,6 @@ class Crew(NamedTuple):
     plugins: Plugins = Plugins()
 
 
-Open = Callable[[str, int], AbstractContextManager[Crew]]
-
-
 class LostExecutorError(BrokenExecutor):
     """An executor makes no more calls: its workers are lost, or its scheduler is."""
 

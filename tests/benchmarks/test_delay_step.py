@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from benchmarks.pairs import run_pairs
+from probe.theta_cells import is_stable
 from sdaeverify.noise.brownian import LevelNoise, Source
 from sdaeverify.probe.linear.delay_step import probed_step
-from sdaeverify.probe.stability.delay_radius import is_stable
 from sdaeverify.simulate.tracks import Track
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_schemes.stochastic_theta import StochasticTheta

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from probe.theta_cells import SETS, Linear
+from probe.theta_cells import SETS, Linear, is_stable
 from sdaeverify import Dissipation
-from sdaeverify.probe.stability.delay_radius import is_stable
 from sdaeverify_problems.delay_test import delay_test
 
 # In parts of a bound; where there is none, in parts of the delay.

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from probe.delay_queue import mean_radius, queue_operator
-from probe.theta_cells import MESHES, SETS, Linear, companion, random_step
+from probe.theta_cells import MESHES, SETS, Linear, companion, is_stable, random_step
 from sdaeverify import Mesh
 from sdaeverify.probe.linear.delay_step import LinearDelayStep, lagged
 from sdaeverify.probe.stability import delay_radius
-from sdaeverify.probe.stability.delay_radius import is_stable, outside, radius
+from sdaeverify.probe.stability.delay_radius import outside, radius
 from sdaeverify.probe.stability.spectral import spectral_radius
 
 

@@ -6,7 +6,8 @@ from math import prod
 import numpy as np
 import pytest
 
-from sdaeverify.noise.brownian import LevelNoise, aggregate
+from joined_noise import aggregate
+from sdaeverify.noise.brownian import LevelNoise
 from sdaeverify.noise.laws import THREE_POINT, TWO_POINT, Law
 from sdaeverify.probe.step.nodes import (
     LARGEST,

@@ -6,7 +6,9 @@ import numpy as np
 
 from sdaeverify import Array, Dissipation, Mesh
 from sdaeverify.probe.linear.delay_equation import LinearDelay
-from sdaeverify.probe.linear.delay_step import Lagged, LinearDelayStep
+from sdaeverify.probe.linear.delay_step import Lagged, LinearDelayStep, lagged
+from sdaeverify.probe.stability.delay_radius import side_of
+from sdaeverify.probe.stability.spectral import WIDTHS
 
 MESHES = [Mesh(0, 0.0), Mesh(1, 0.0), Mesh(1, 0.3), Mesh(2, 0.0), Mesh(2, 0.7), Mesh(3, 0.4), Mesh(6, 0.1)]
 
@@ -59,6 +61,21 @@ SETS = {
     "V": Linear(-4.0, 1.0, 0.0, 3.0, 1.0, 2.0),
     "VI": Linear(-4.0, 1.0, 0.0, 1.0, 0.2, 1.0),
 }
+
+
+def is_stable(step: LinearDelayStep, mesh: Mesh) -> bool | None:
+    """Tell whether second moments tend to 0; None if the arithmetic does not tell."""
+    if not np.isfinite(step.maps).all():
+        return None
+    recursion = lagged(step, mesh)
+    side = side_of(recursion, 1.0)
+    # Widths up to 1e-9 are tried: on the circle itself an eigenvalue of the means may lie, while noise makes the
+    # radius larger.
+    beside = (d for width in WIDTHS[:4] for d in (width, -width))
+    while side == 0 and (d := next(beside, 0.0)):
+        found = side_of(recursion, 1.0 + d)
+        side = found if found * d < 0.0 else 0
+    return {1: True, 0: None, -1: False}[side]
 
 
 def random_step(rng: np.random.Generator, k: int, d: int, noises: int) -> LinearDelayStep:

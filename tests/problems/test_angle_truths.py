@@ -6,10 +6,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from joined_noise import aggregate
 from sdaeverify import HolonomicSDAE, Increment
 from sdaeverify.arrays import Array
 from sdaeverify.forms import SDE
-from sdaeverify.noise.brownian import LevelNoise, Source, aggregate, brownian_steps
+from sdaeverify.noise.brownian import LevelNoise, Source, brownian_steps
 from sdaeverify.numerics.statistics import Estimate, group_sums, jackknife, log_norms, slope_weights
 from sdaeverify_problems import _circle as circle
 from sdaeverify_problems import pendulum_velocity_noise as velocity_noise

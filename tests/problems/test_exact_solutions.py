@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.special import chdtri
 
+from joined_noise import aggregate
 from sdaeverify import SDE, ParameterError
 from sdaeverify.arrays import Array
-from sdaeverify.noise.brownian import Source, aggregate, brownian_steps
+from sdaeverify.noise.brownian import Source, brownian_steps
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
 from sdaeverify_problems.ou import exponential_integral, ou

@@ -6,11 +6,12 @@ from functools import cache
 import numpy as np
 import pytest
 
+from joined_noise import aggregate
 from sdaeverify import SDE, Increment, Pathwise
 from sdaeverify.arrays import Array
 from sdaeverify.contracts.scheme import Scheme
 from sdaeverify.forms import Problem
-from sdaeverify.noise.brownian import LevelNoise, Source, aggregate, brownian_steps
+from sdaeverify.noise.brownian import LevelNoise, Source, brownian_steps
 from sdaeverify.numerics.statistics import Estimate, group_sums, jackknife, log_norms, slope_weights
 from sdaeverify_problems import _arc_length as arc_length
 from sdaeverify_problems.angle_pendulum import angle_pendulum

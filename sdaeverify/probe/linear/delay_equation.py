@@ -129,15 +129,6 @@ class LinearDelay(NamedTuple):
         )
         return float(root)
 
-    @property
-    def boundary_in_d(self) -> tuple[float, float]:
-        """The d between which E x^2 tends to 0, all else being kept: NaN if there are none."""
-        at_0, at_tau = self.covariances
-        with np.errstate(invalid="ignore"):
-            root = float(np.sqrt(self.c**2 * (at_tau - at_0) * (at_tau + at_0) + at_0)) / at_0
-            middle = -self.c * at_tau / at_0
-        return middle - root, middle + root
-
     def slowed(self, rate: float) -> "LinearDelay":
         """Return the equation of e^(-rate t/2) x."""
         factor = float(np.exp(np.clip(-0.5 * rate * self.tau, -CLIP, CLIP)))

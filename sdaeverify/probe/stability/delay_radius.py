@@ -301,22 +301,6 @@ LARGEST_RADIUS = 1e30
 # Rows of a companion matrix whose eigenvalues are looked for, what rounding leaves of no noise, and the width that is
 # enough, relative to the radius.
 DENSE, NEGLIGIBLE, CERTAIN = 256, 1e-12, 1e-10
-# Widths about 1 that a decision tries, up to 1e-9.
-CLOSE = 4
-
-
-def is_stable(step: LinearDelayStep, mesh: Mesh) -> bool | None:
-    """Tell whether second moments tend to 0; None if the arithmetic does not tell."""
-    if not np.isfinite(step.maps).all():
-        return None
-    recursion = lagged(step, mesh)
-    side = _side(recursion, 1.0)
-    # On the circle itself an eigenvalue of the means may lie, while noise makes the radius larger.
-    beside = (d for width in WIDTHS[:CLOSE] for d in (width, -width))
-    while side == 0 and (d := next(beside, 0.0)):
-        found = _side(recursion, 1.0 + d)
-        side = found if found * d < 0.0 else 0
-    return {1: True, 0: None, -1: False}[side]
 
 
 def radius(step: LinearDelayStep, mesh: Mesh, *, certified: bool = True) -> SpectralRadius:
@@ -377,8 +361,8 @@ def _excess(recursion: Lagged, r: float) -> float:
     return 1.0 / gain - 1.0 if gain > 0.5 else 1.0
 
 
-def _side(recursion: Lagged, r: float) -> int:
-    # 1 if r is above the radius, -1 if it is below, 0 if that is not certain.
+def side_of(recursion: Lagged, r: float) -> int:
+    """Return 1 if r is above the spectral radius, -1 if it is below, 0 if that is not certain."""
     count = outside(recursion, float(np.sqrt(r)))
     if count != 0:
         return 0 if count is None else -1
@@ -400,6 +384,6 @@ def _bracket(recursion: Lagged, floor: float) -> tuple[float, float]:
 def _width(recursion: Lagged, rho: float) -> float:
     for width in WIDTHS:
         d = width * rho
-        if _side(recursion, rho + d) > 0 and _side(recursion, rho - d) < 0:
+        if side_of(recursion, rho + d) > 0 and side_of(recursion, rho - d) < 0:
             return d
     return np.inf
