@@ -2,9 +2,11 @@
 
 import ast
 import inspect
+import pydoc
 import re
 import subprocess
 import sys
+import textwrap
 from enum import Enum
 from pathlib import Path
 
@@ -61,3 +63,19 @@ def test_every_argument_of_a_public_name_is_explained():
         if inspect.isfunction(thing) or (inspect.isclass(thing) and not issubclass(thing, (Enum, Exception)))
     }
     assert {name: missing for name, thing in own.items() if (missing := arguments_without_a_word(thing))} == {}
+
+
+FORMS = ("SDE", "Langevin", "IndexOneSDAE", "DelaySDAE", "HolonomicSDAE", "ConstrainedLangevin")
+SCREEN, COLUMNS = 54, 120
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_the_help_of_a_form_begins_with_all_of_it(name):
+    """One screen of `help` has the equation and every argument, with what each is; methods come after."""
+    form = getattr(sdaeverify, name)
+    told, _, methods = pydoc.plain(pydoc.render_doc(form)).partition("Method resolution order:")
+    lines = [row for line in told.splitlines() for row in textwrap.wrap(line, COLUMNS) or [""]]
+
+    assert len(lines) <= SCREEN
+    assert [each for each in inspect.signature(form).parameters if told.count(each) < 2] == []
+    assert max(map(len, methods.partition("__init__")[2].splitlines()[:1])) < 10 * COLUMNS

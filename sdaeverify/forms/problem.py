@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
+from inspect import Signature, signature
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -18,6 +19,7 @@ from .trivial import Trivials
 from .truths import InvariantMean, Moment, Pathwise, Truth
 
 K = TypeVar("K")
+Form = TypeVar("Form", bound=type)
 Observable = Callable[[float, Parts], Array]
 
 # What a view of the same states has of its own.
@@ -288,6 +290,15 @@ class Problem:
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:  # noqa: ARG002 - forms with constraints use it
         """Return the defect of each constraint by name; a problem without constraints has none."""
         return {}
+
+
+def briefly_signed(form: Form) -> Form:
+    """Leave the types out of the signature that `help` shows of a form: its docstring tells them in fewer words."""
+    init = vars(form)["__init__"]
+    init.__signature__ = Signature(
+        [each.replace(annotation=each.empty) for each in signature(init).parameters.values()]
+    )
+    return form
 
 
 def known_traits() -> dict[str, Trait]:

@@ -24,7 +24,7 @@ from ..checks import (
     shown,
     vector,
 )
-from ..problem import Problem, Residual
+from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE
 from ..trivial import NOISES, RATE, SHORTER, SOURCE, H, Trivial, Trivials
 from .checks import check_jacobians, check_regular, check_solved, no_drift_partials, size_of_terms
@@ -65,6 +65,7 @@ def _is_number(given: object) -> TypeGuard[int]:
     return isinstance(given, int | np.integer)
 
 
+@briefly_signed
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DelaySDAE(Delayed):
     """A stochastic delay differential-algebraic equation of index 1 (Ito).

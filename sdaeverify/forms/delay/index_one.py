@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Array
 from ..checks import vector
+from ..problem import briefly_signed
 from .delay_sdae import DelaySDAE
 from .partials import Partials
 
@@ -47,6 +48,7 @@ class PastlessPartials:
         return Partials(in_x, np.zeros_like(in_x), in_y)
 
 
+@briefly_signed
 @dataclass(frozen=True, kw_only=True, eq=False)
 class IndexOneSDAE(DelaySDAE):
     """A stochastic differential-algebraic equation of index 1 (Ito), an electric circuit for example.

@@ -12,7 +12,7 @@ from ...arrays import Array, Parts
 from ...errors import ProblemError
 from ...noise.brownian import BROWNIAN
 from ..checks import PROBES, check_observables, check_shape, check_truth, columns, vector
-from ..problem import Problem
+from ..problem import Problem, briefly_signed
 from ..sde.sde import SDE
 from ..trivial import SOURCE, SPEED, Trivial, Trivials
 
@@ -23,6 +23,7 @@ class Damped(Problem):
     absent: ClassVar[str] = "has no friction of its own"
 
 
+@briefly_signed
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Langevin(Damped):
     """Langevin dynamics dq = p dt, dp = (F(q) - gamma p) dt + sigma dW, q and p in R^n, W in R^n.

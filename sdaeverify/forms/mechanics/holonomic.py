@@ -31,7 +31,7 @@ from ..checks import (
     vector,
 )
 from ..manifold import onto_manifold
-from ..problem import Problem, Residual
+from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE, zero_columns
 from ..trivial import NOISES, RATE, SOURCE, SPEED, Trivial, Trivials
 from .jacobian import ConstraintJacobian, DenseJacobian, check_linearisation
@@ -55,6 +55,7 @@ class HolonomicState(NamedTuple):
     mu: Array
 
 
+@briefly_signed
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HolonomicSDAE(Mechanics):
     """Mechanics with a holonomic constraint: dr = v dt, M dv = a dt + B dw + grad g(r) dmu, g(r) = 0 (Ito).

@@ -30,7 +30,7 @@ from ..checks import (
 )
 from ..manifold import onto_manifold
 from ..mechanics.jacobian import ConstraintJacobian, DenseJacobian, Gram
-from ..problem import Problem, Residual
+from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE
 from .family import StiffnessFamily
 
@@ -132,6 +132,7 @@ class ConstraintGeometry:
         return self.J.transposed(self.gram.solve(self.J.times(y)))
 
 
+@briefly_signed
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ConstrainedLangevin(StiffnessFamily):
     """Overdamped Langevin dynamics near or on the manifold zeta = 0, W in R^d.

@@ -27,10 +27,11 @@ from ..checks import (
 )
 from ..manifold import onto_manifold
 from ..mechanics.jacobian import ConstraintJacobian, DenseJacobian
-from ..problem import Problem, Residual
+from ..problem import Problem, Residual, briefly_signed
 from ..trivial import NOISES, RATE, SOURCE, Trivial, Trivials
 
 
+@briefly_signed
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SDE(Problem):
     """A stochastic differential equation dx = f dt + B dW (Ito).
