@@ -25,6 +25,8 @@ PAGES = (
     "generated/mistakes",
     "generated/schemes/half-explicit-euler",
     "generated/problems/pendulum",
+    "generated/forms",
+    "how-to/cluster",
     "generated/api/sdaeverify",
 )
 # What is looked for, and a page that has to be among what is found.

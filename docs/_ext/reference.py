@@ -2,6 +2,7 @@
 
 import inspect
 import tomllib
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,8 @@ from typing import Any
 import click
 from markup import page, prose, table, verbatim
 
+import sdaeverify as package
+from sdaeverify.cli.commands.info import concept_names, describe_concept
 from sdaeverify.cli.exit_codes import WORDS
 from sdaeverify.cli.program import sdaeverify as cli
 from sdaeverify.forms import known_traits
@@ -34,6 +37,10 @@ def reference_pages() -> dict[str, str]:
         "hooks.rst": hooks(),
         "entry-points.md": entry_points(),
         "traits.md": traits(),
+        "forms.md": words("Forms", lambda name: name in package.__all__),
+        "words.md": words(
+            "Claims, noise and measures in words", lambda name: name in {"claims", "noise", "measures"}
+        ),
         **{f"api/{room}.rst": api(room, title) for room, title in ROOMS.items()},
     }
 
@@ -50,6 +57,15 @@ def _command(name: str, parent: click.Context) -> str:
     assert command is not None
     told = command.get_help(click.Context(command, info_name=name, parent=parent))
     return f"## sdaeverify {name}\n\n{verbatim(told)}"
+
+
+def words(title: str, chosen: Callable[[str], bool]) -> str:
+    """Return a section for each word that ``info`` explains and that is chosen."""
+    registry = load_registry(environ={})
+    names = sorted(filter(chosen, concept_names(registry)))
+    sections = (f"## {name}\n\n{verbatim(chr(10).join(describe_concept(name, registry)))}" for name in names)
+    told = ", ".join(f"`sdaeverify info {name}`" for name in names)
+    return page(title, f"The same in a terminal: {told}.", *sections)
 
 
 def exit_codes() -> str:
