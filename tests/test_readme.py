@@ -73,6 +73,24 @@ def test_links_of_the_readme_lead_somewhere():
     assert len(links) > 10
 
 
+PLACE = re.compile(r"`((?:sdaeverify|plugins|problems|tests|docs|reports)/[\w./-]+|\.ci/run)`")
+TELLING = [
+    ROOT / "README.md",
+    ROOT / "CONTRIBUTING.md",
+    *sorted((ROOT / "docs").glob("[eh]*/*.md")),
+    ROOT / "docs/tutorial.md",
+]
+
+
+@pytest.mark.parametrize("page", TELLING, ids=lambda page: page.stem)
+def test_files_that_pages_name_are_there(page):
+    """A page sends nobody to a file or folder that has moved; what a command writes is not committed."""
+    written = {"reports/latest", "reports/gate", "docs/_site"}
+    named = set(PLACE.findall(page.read_text())) - written
+
+    assert sorted(place for place in named if not (ROOT / place).exists()) == []
+
+
 def commands():
     """Return what the action and the hooks run of this package: words after ``python -m sdaeverify``."""
     yaml = pytest.importorskip("yaml")
