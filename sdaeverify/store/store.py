@@ -1,4 +1,4 @@
-"""The evidence of a run: what of it is on disk already, why the rest is not, and where it goes."""
+"""The evidence of a run: what is on disk already, why the rest is not, where it goes, and how runs share it."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -8,13 +8,17 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING
+from ..contracts.tally import Tally
 from ..errors import UsageError
 from ..simulate.behaviour import Behaviour
 from ..simulate.ensemble import Entry, LaneEvidence, Task, behaviours
-from .files import MeasureRecord, StoredLane, fuller, read_ingredients, read_lane, write_lane
+from .atomic import written
+from .files import KINDS, MeasureRecord, StoredLane, fuller, read_ingredients, read_lane, write_lane
 from .keys import (
     Files,
     Ingredients,
@@ -276,3 +280,72 @@ def _why_not(place: Place, start: str) -> str:
 
 def _label_key(scheme: str, problem: str) -> str:
     return blake2b(f"{scheme}\0{problem}".encode(), digest_size=6).hexdigest()
+
+
+class Copied(NamedTuple):
+    """How many files were copied, were there already, were there with other numbers, or are damaged."""
+
+    new: int = 0
+    same: int = 0
+    other: int = 0
+    damaged: int = 0
+
+
+def copy_evidence(source: Path, target: Path) -> Copied:
+    """Copy the evidence of a run into another run's folder; of numbers that differ, those that are there stay.
+
+    Parameters
+    ----------
+    source, target : Path
+        Folders of reports.
+
+    Returns
+    -------
+    Copied
+
+    Raises
+    ------
+    UsageError
+        If it cannot be written, for example because the disk is full.
+    """
+    counts = Copied()
+    for file in sorted((source / FOLDER).rglob("*.npz")):
+        place = target / FOLDER / file.relative_to(source / FOLDER)
+        try:
+            kind = _copied(file, place)
+        except OSError as error:
+            raise UsageError(f"cannot write {place}: {error.strerror or error}; choose another --out") from error
+        counts = counts._replace(**{kind: getattr(counts, kind) + 1})
+    return counts
+
+
+def _copied(file: Path, place: Path) -> str:
+    lane, there = read_lane(file), read_lane(place)
+    if lane is None:
+        return "damaged"
+    if there is None:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        with written(place) as copy:
+            copy.write(file.read_bytes())
+        return "new"
+    added = {name: record for name, record in lane.measures.items() if name not in there.measures}
+    if added:
+        write_lane(there._replace(measures={**there.measures, **added}), place)
+    return "same" if _agree(lane, there) else "other"
+
+
+def _agree(one: StoredLane, other: StoredLane) -> bool:
+    pairs = ((one.measures[name], other.measures[name]) for name in one.measures if name in other.measures)
+    return all(_equal(a, b) for a, b in pairs)
+
+
+def _equal(a: MeasureRecord, b: MeasureRecord) -> bool:
+    return a.ingredients != b.ingredients or (_same(a.sampled, b.sampled) and _same(a.probed, b.probed))
+
+
+def _same(a: Tally, b: Tally) -> bool:
+    return all(
+        getattr(a, kind).keys() == getattr(b, kind).keys()
+        and all(np.array_equal(x, getattr(b, kind)[name], equal_nan=True) for name, x in getattr(a, kind).items())
+        for kind in KINDS
+    )

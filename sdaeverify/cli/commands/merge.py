@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from ...report.saved import SavedRun
-    from ...store.copying import Copied
+    from ...store.store import Copied
 
 FOLDER = Path("reports", "merged")
 
@@ -40,7 +40,7 @@ def merge(context: click.Context, /, runs: tuple[Path, ...], **options: Any) -> 
     # Tables need pandas, which takes longer to load than all other commands need in all.
     from ...report.files import require_writable  # noqa: PLC0415
     from ...report.saved import read_earlier, read_run  # noqa: PLC0415
-    from ...store.copying import copy_evidence  # noqa: PLC0415
+    from ...store.store import copy_evidence  # noqa: PLC0415
     from ..running import Run, carry_out, workers  # noqa: PLC0415
 
     latest = [read_run(folder) for folder in runs]
