@@ -98,19 +98,19 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
         with aside():
             plan = gate_plan(request.registry, policy, crew.executor)
         run = Run(plan, policy.settings, request.registry, request.arguments, request.folder, not request.reuse)
-        result, code = _run(run, crew, request.progress)
+        result, code = _run_to_its_end(run, crew, request.progress)
     if result is None:
         return None, code
     run.write_page()
     call_report_hooks(run, result)
-    gated = _judged(run, result, request, {} if request.write_lock else before)
-    _written(gated, request)
-    for line in _printed(gated, request.report):
+    gated = _judge(run, result, request, {} if request.write_lock else before)
+    _write_reports(gated, request)
+    for line in _report_lines(gated, request.report):
         click.echo(line)
     return gated, ExitCode(gated.code)
 
 
-def _run(run: Run, crew: Crew, kind: str) -> tuple[Result | None, ExitCode]:
+def _run_to_its_end(run: Run, crew: Crew, kind: str) -> tuple[Result | None, ExitCode]:
     """Return what a run came to; None and why not if it did not come to its end."""
     try:
         return advance(run, crew, kind), ExitCode.OK
@@ -123,12 +123,12 @@ def _run(run: Run, crew: Crew, kind: str) -> tuple[Result | None, ExitCode]:
     return None, code
 
 
-def _judged(run: Run, result: Result, request: Request, tiers: dict[str, Claims] | None) -> Gated:
+def _judge(run: Run, result: Result, request: Request, tiers: dict[str, Claims] | None) -> Gated:
     policy, lock = request.policy, Lock()
     found = tuple(outcomes(result.results, policy))
     if tiers and policy.tier in tiers:
         lock = compared(demanded(tiers[policy.tier], request.registry, policy, narrowed=request.narrowed), found)
-    idle_claims = _untested(run, result, request)
+    idle_claims = _untested_here(run, result, request)
     missed = [str(each) for each in idle_claims if not each.chosen]
     code = code_of_gate(found, policy, complete=not (lock.violations or missed))
     return Gated(
@@ -141,7 +141,11 @@ def _judged(run: Run, result: Result, request: Request, tiers: dict[str, Claims]
         request.registry.files,
         frozenset(result.run["unnamed"]),
         (*_warnings(found, request), *shortened(missed, MOST_UNTESTED)),
-        (*_notes(found, request, tiers), *_told(idle_claims), *(_reused(run) if request.reuse else ())),
+        (
+            *_notes(found, request, tiers),
+            *_idle_words(idle_claims),
+            *(_reuse(run) if request.reuse else ()),
+        ),
     )
 
 
@@ -166,7 +170,7 @@ def _notes(found: tuple[Outcome, ...], request: Request, tiers: dict[str, Claims
         yield f"tier {tier} leaves out {', '.join(skipped)}; a larger tier runs them, or a policy that names them"
 
 
-def _untested(run: Run, result: Result, request: Request) -> list[Untested]:
+def _untested_here(run: Run, result: Result, request: Request) -> list[Untested]:
     """Return the claims that are not tested; of a part of the problems or measures nothing is known but names."""
     found = untested(request.registry, request.policy, run.plan, result.results)
     if request.partial:
@@ -174,11 +178,11 @@ def _untested(run: Run, result: Result, request: Request) -> list[Untested]:
     return found
 
 
-def _told(found: Iterable[Untested]) -> list[str]:
+def _idle_words(found: Iterable[Untested]) -> list[str]:
     return shortened([str(each) for each in found if each.chosen], MOST_UNTESTED)
 
 
-def _reused(run: Run) -> list[str]:
+def _reuse(run: Run) -> list[str]:
     store = run.study.store
     return [store.summary()] if store is not None and store.telling else []
 
@@ -194,7 +198,7 @@ def _remove_reports(folder: Path) -> None:
             ) from error
 
 
-def _written(gated: Gated, request: Request) -> None:
+def _write_reports(gated: Gated, request: Request) -> None:
     write_json(json_report(gated), request.folder / GATE)
     write_text(markdown_report(gated), request.folder / SUMMARY)
     write_json(badge(gated), request.folder / BADGE)
@@ -202,7 +206,7 @@ def _written(gated: Gated, request: Request) -> None:
         write_text(junit_xml(gated), request.junitxml)
 
 
-def _printed(gated: Gated, report: str) -> Iterator[str]:
+def _report_lines(gated: Gated, report: str) -> Iterator[str]:
     if report == "json":
         yield json.dumps(json_report(gated), indent=2)
     elif report == "markdown":

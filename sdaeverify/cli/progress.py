@@ -131,7 +131,7 @@ class Board:
 def _live(total: int) -> Iterator[Show]:
     console, board, bar = errors(), Board(), _bar()
     plain, most = console.options.ascii_only, max(1, console.height - BELOW)
-    moved = _moved(bar, total)
+    moved = _mover(bar, total)
 
     def show(event: Event) -> None:
         board.hear(event)
@@ -155,7 +155,7 @@ def _bar() -> Progress:
     return Progress(*columns, console=errors())
 
 
-def _moved(bar: Progress, total: int) -> Show:
+def _mover(bar: Progress, total: int) -> Show:
     task, begun = bar.add_task("", total=None if total else 0, problem="starting", told="", left=""), time.monotonic()
 
     def show(event: Event) -> None:

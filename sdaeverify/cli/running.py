@@ -161,14 +161,14 @@ def carry_out(run: Run, crew: Crew, kind: str) -> ExitCode:
     try:
         result = advance(run, crew, kind)
     except KeyboardInterrupt:
-        return _stopped(run, "interrupted", ExitCode.INTERRUPTED)
+        return _stop(run, "interrupted", ExitCode.INTERRUPTED)
     except LostExecutorError as error:
-        return _stopped(run, one_line(error), ExitCode.NOT_MEASURED)
+        return _stop(run, one_line(error), ExitCode.NOT_MEASURED)
     except BrokenExecutor:
-        return _stopped(run, "a worker process died, perhaps for want of memory", ExitCode.NOT_MEASURED)
+        return _stop(run, "a worker process died, perhaps for want of memory", ExitCode.NOT_MEASURED)
     except MemoryError:
-        return _stopped(run, "out of memory", ExitCode.NOT_MEASURED)
-    return _finished(run, result)
+        return _stop(run, "out of memory", ExitCode.NOT_MEASURED)
+    return _finish(run, result)
 
 
 @contextmanager
@@ -235,7 +235,7 @@ def call_report_hooks(run: Run, result: Result) -> None:
         complain("warning", failure)
 
 
-def _stopped(run: Run, why: str, code: ExitCode) -> ExitCode:
+def _stop(run: Run, why: str, code: ExitCode) -> ExitCode:
     run.stop(why)
     if code is ExitCode.INTERRUPTED:
         complain("", f"{why}; {run.so_far}")
@@ -244,7 +244,7 @@ def _stopped(run: Run, why: str, code: ExitCode) -> ExitCode:
     return code
 
 
-def _finished(run: Run, result: Result) -> ExitCode:
+def _finish(run: Run, result: Result) -> ExitCode:
     run.write_page()
     call_report_hooks(run, result)
     code = code_of_results(result.results)
@@ -257,7 +257,7 @@ def _finished(run: Run, result: Result) -> ExitCode:
     return code
 
 
-def _of_earlier(run: Run) -> Iterator[str]:
+def _earlier_words(run: Run) -> Iterator[str]:
     kept = run.kept
     if kept is not None and kept.verdicts:
         yield f"{kept.verdicts} rows of verdicts on other cells are kept of earlier runs into the same folder"
@@ -300,7 +300,7 @@ def _show_matrix(console: Console, results: Sequence[CellResult]) -> None:
 def _notes(run: Run) -> Iterator[str]:
     if run.study.store is not None and run.study.store.telling:
         yield run.study.store.summary()
-    yield from _of_earlier(run)
+    yield from _earlier_words(run)
     page = f"the page is {run.folder / PAGE}; " if run.page else ""
     yield f"{page}{VERDICTS}, {LEVELS}, {COLUMNS} and run.json are in {run.folder}"
     yield f"sdaeverify show {shlex.quote(str(run.folder))} [SCHEME] [PROBLEM] tells why"

@@ -37,7 +37,7 @@ def stopped_states(scheme: Scheme, view: Any, paths: int) -> State:
     for n in range(last[-1]):
         noise = scheme.law.increment(level_noise(view, paths, h, n), h)
         new = stepper(frozen(state), n * h, noise if recall is None else recall.driven(noise)).state
-        state = _chosen(last > n, new, state)
+        state = _choose(last > n, new, state)
         if recall is not None:
             recall.push(scheme.parts(view, state)["x"])
     return frozen(state)
@@ -88,7 +88,7 @@ def level_noise(view: Any, paths: int, h: float, block: int) -> Increment:
     return next(next(noise.pieces())).noise.increment(0)
 
 
-def _chosen(mask: np.ndarray[Any, np.dtype[np.bool_]], new: State, old: State) -> State:
+def _choose(mask: np.ndarray[Any, np.dtype[np.bool_]], new: State, old: State) -> State:
     if not isinstance(new, tuple):
         return np.where(mask, new, old)
     return type(new)(*(np.where(mask, a, b) for a, b in zip(new, old, strict=True)))

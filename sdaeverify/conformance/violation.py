@@ -81,7 +81,7 @@ def _of_law(steps: "ShortSteps", x: Array) -> str:
         x, before = x[:, wrong], after[..., wrong]
     moment, component, state = np.unravel_index(before.argmax(), before.shape)
     part = f"{before.max():.2g} of the {MOMENTS[moment]} of {list(steps.rows)[component]}"
-    return f"a short step from {_written(x[:, state])} is off by {part}, and by no less if it is shorter"
+    return f"a short step from {_state_words(x[:, state])} is off by {part}, and by no less if it is shorter"
 
 
 class ShortSteps(NamedTuple):
@@ -153,7 +153,7 @@ def _size(values: Array) -> Array:
     return norm(values.reshape(-1, values.shape[-1]))
 
 
-def _written(x: Array) -> str:
+def _state_words(x: Array) -> str:
     return f"[{', '.join(f'{value:.3g}' for value in x[:4])}{', ...' if len(x) > 4 else ''}]"
 
 

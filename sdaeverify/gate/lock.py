@@ -120,7 +120,7 @@ def read_lock(file: Path) -> dict[str, Claims]:
     # What is nested too deeply for the reader is no ValueError to it.
     except (ValueError, RecursionError) as error:
         raise UsageError(f"{file} is no lock file: {error}; {WRITE}") from error
-    if not isinstance(data, dict) or not _is_known(data.get("schema_version")):
+    if not isinstance(data, dict) or not _is_version(data.get("schema_version")):
         raise UsageError(f"{file} is no lock file of version {SCHEMA}; {WRITE}")
     try:
         return {tier: _flat(nested) for tier, nested in data["tiers"].items()}
@@ -139,7 +139,7 @@ def _key(outcome: Outcome) -> Key:
     return Key(cell.scheme.label, cell.spec.label, cell.measure.name, outcome.finding.quantity)
 
 
-def _is_known(version: object) -> bool:
+def _is_version(version: object) -> bool:
     return version == SCHEMA and not isinstance(version, bool)
 
 
@@ -152,7 +152,7 @@ def _nested(claims: Claims) -> dict[str, Any]:
 
 def _flat(nested: Mapping[str, Any]) -> Claims:
     return {
-        Key(scheme, problem, measure, quantity): _claimed(text)
+        Key(scheme, problem, measure, quantity): _read_claim(text)
         for scheme, problems in nested.items()
         for problem, measures in problems.items()
         for measure, quantities in measures.items()
@@ -160,7 +160,7 @@ def _flat(nested: Mapping[str, Any]) -> Claims:
     }
 
 
-def _claimed(text: object) -> str:
+def _read_claim(text: object) -> str:
     """Return the words of a claim, which may be any, unless they look like an order and are none."""
     if not isinstance(text, str) or (text.startswith(ORDER) and not _ORDER.fullmatch(text)):
         raise TypeError(f"{text!r} is no claim")

@@ -61,7 +61,7 @@ def every_claim_once(plans: Sequence[ProblemPlan]) -> list[ProblemPlan]:
         if test.rank < known.rank:
             best[test.scheme, test.claim] = test
     kept = {id(test.cell) for test in best.values()}
-    return [replace(made, cells=tuple(_kept(made.cells, kept))) for made in plans]
+    return [replace(made, cells=tuple(_cells_among(made.cells, kept))) for made in plans]
 
 
 def size(problem: Any) -> int:
@@ -90,7 +90,7 @@ def _counts(claim: Claim, scheme: Scheme, view: Any) -> bool:
     return any(claim_for(scheme, view.traits, claim.measure, name).claim is claim for name in quantities)
 
 
-def _kept(cells: Iterable[Cell], kept: set[int]) -> Iterator[Cell]:
+def _cells_among(cells: Iterable[Cell], kept: set[int]) -> Iterator[Cell]:
     return (cell for cell in cells if cell.verdict is not None or id(cell) in kept)
 
 
@@ -124,9 +124,9 @@ def gate_plan(registry: Registry, policy: Policy, executor: Executor | None = No
     )
     resolve = (lambda label: select_schemes(registry, label)[0]) if tier.controls else None
     made = plan(*chosen, resolve, remote_plan(executor, *chosen))
-    claimed = [_claimed(problem) for problem in made.problems]
+    claimed = [_claimed_part(problem) for problem in made.problems]
     kept = every_claim_once(claimed) if tier.cover is Cover.EVERY_CLAIM_ONCE else claimed
-    ready = [_controlled(problem, controls=tier.controls) for problem in kept if problem.cells]
+    ready = [_with_asked_controls(problem, controls=tier.controls) for problem in kept if problem.cells]
     return Plan(tuple(sorted(ready, key=_work, reverse=True)))
 
 
@@ -162,18 +162,18 @@ def _is_of(entry: SchemeEntry, policy: Policy) -> bool:
     return named or entry.origin.module in policy.plugins
 
 
-def _claimed(made: ProblemPlan) -> ProblemPlan:
+def _claimed_part(made: ProblemPlan) -> ProblemPlan:
     return replace(made, cells=tuple(cell for cell in made.cells if claims_of(cell)))
 
 
-def _controlled(made: ProblemPlan, *, controls: bool) -> ProblemPlan:
+def _with_asked_controls(made: ProblemPlan, *, controls: bool) -> ProblemPlan:
     """Run the controls of what is claimed; of another order it is known all the same that there are some."""
     claims = {claim for cell in made.cells for claim in claims_of(cell)}
     measures = {claim.measure for claim in claims} if controls else set()
     kept = [plan for plan in made.controls if plan.control.measure in measures]
     asked = {(claim.measure, order) for claim in claims for order in _deciding(kept, claim)}
     return replace(
-        made, controls=tuple(p if (p.control.measure, p.control.order) in asked else _idle(p) for p in kept)
+        made, controls=tuple(p if (p.control.measure, p.control.order) in asked else _without_cells(p) for p in kept)
     )
 
 
@@ -183,7 +183,7 @@ def _deciding(plans: Sequence[ControlPlan], claim: Claim) -> tuple[float, ...]:
     return deciding((plan.control.order for plan in plans if plan.control.measure == claim.measure), claim.value)
 
 
-def _idle(unasked: ControlPlan) -> ControlPlan:
+def _without_cells(unasked: ControlPlan) -> ControlPlan:
     return ControlPlan(unasked.control, missing="no claim asks for it")
 
 

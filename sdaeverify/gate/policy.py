@@ -103,48 +103,48 @@ def read_table(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     UsageError
         If a key is unknown or a value has another type.
     """
-    _known(table, READERS)
+    _require_known(table, READERS)
     values = {key.replace("-", "_"): READERS[key](key, value) for key, value in table.items()}
     if "plugins" in values:
         values["plugins"] = tuple(str(folder.absolute() / file) for file in values["plugins"])
     return {**values, "lock_named": "lock" in table}
 
 
-def _known(table: Mapping[str, Any], known: Iterable[str]) -> None:
+def _require_known(table: Mapping[str, Any], known: Iterable[str]) -> None:
     for key in table:
         if key not in known:
             raise UsageError(f"unknown key {key!r}{did_you_mean(str(key), known)} (known: {', '.join(known)})")
 
 
-def _fits(key: str, expected: str, value: object, *, fits: bool) -> None:
+def _require_fit(key: str, expected: str, value: object, *, fits: bool) -> None:
     if not fits:
         raise UsageError(f"{key} expects {expected}, got {value!r}")
 
 
 def _text(key: str, value: Any) -> str:
-    _fits(key, "a text", value, fits=isinstance(value, str) and bool(value.strip()))
+    _require_fit(key, "a text", value, fits=isinstance(value, str) and bool(value.strip()))
     return str(value)
 
 
 def _texts(key: str, value: Any) -> tuple[str, ...]:
     fits = isinstance(value, list) and value and all(isinstance(text, str) and text.strip() for text in value)
-    _fits(key, "a list of texts", value, fits=bool(fits))
+    _require_fit(key, "a list of texts", value, fits=bool(fits))
     return tuple(value)
 
 
 def _number(key: str, value: Any) -> float:
     fits = isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
-    _fits(key, "a number", value, fits=fits)
+    _require_fit(key, "a number", value, fits=fits)
     return float(value)
 
 
 def _whole(key: str, value: Any) -> int:
-    _fits(key, "a whole number", value, fits=isinstance(value, int) and not isinstance(value, bool))
+    _require_fit(key, "a whole number", value, fits=isinstance(value, int) and not isinstance(value, bool))
     return int(value)
 
 
 def _switch(key: str, value: Any) -> bool:
-    _fits(key, "true or false", value, fits=isinstance(value, bool))
+    _require_fit(key, "true or false", value, fits=isinstance(value, bool))
     return bool(value)
 
 
@@ -155,7 +155,7 @@ def _memory(key: str, value: Any) -> int:
 
 def _failures(key: str, value: Any) -> tuple[ExpectedFailure, ...]:
     fits = isinstance(value, list) and all(isinstance(entry, dict) for entry in value)
-    _fits(key, f"tables [[tool.sdaeverify.{key}]]", value, fits=fits)
+    _require_fit(key, f"tables [[tool.sdaeverify.{key}]]", value, fits=fits)
     return tuple(expected_failure(f"{key}[{number}]", entry) for number, entry in enumerate(value, start=1))
 
 
@@ -176,7 +176,7 @@ def expected_failure(where: str, entry: Mapping[str, Any]) -> ExpectedFailure:
     """
     names = [field.name for field in fields(ExpectedFailure)]
     try:
-        _known(entry, names)
+        _require_known(entry, names)
         if "reason" not in entry:
             raise UsageError("has no reason; say why the failure is expected")
         values: dict[str, Any] = {key: (_switch if key == "strict" else _text)(key, entry[key]) for key in entry}

@@ -61,7 +61,7 @@ def untested(registry: Registry, policy: Policy, made: Plan, results: Sequence[C
         each
         for scheme in gated_schemes(registry, policy)
         for claim in dict.fromkeys(scheme.promises)
-        for each in _untested(registry, policy, (scheme, claim), tested.get((scheme, claim), []))
+        for each in _why_untested(registry, policy, (scheme, claim), tested.get((scheme, claim), []))
     ]
 
 
@@ -79,7 +79,7 @@ def unknown_quantities(claim: Claim, found: Iterable[str]) -> Iterator[tuple[str
             yield quantity, f"no result is about {quantity!r}{did_you_mean(quantity, names)}{listed}"
 
 
-def _untested(
+def _why_untested(
     registry: Registry, policy: Policy, promise: tuple[Scheme, Claim], results: list[CellResult]
 ) -> Iterator[Untested]:
     scheme, claim = promise

@@ -89,14 +89,14 @@ def entry_points(group: str = GROUP) -> list[metadata.EntryPoint]:
     """
 
     def rank(entry: metadata.EntryPoint) -> tuple[bool, str, str]:
-        distribution = normalized(_named(entry.dist)[0] if entry.dist else "")
+        distribution = normalized(_name_and_version(entry.dist)[0] if entry.dist else "")
         return distribution != OWN_DISTRIBUTION, entry.name, distribution
 
     return sorted(metadata.entry_points(group=group), key=rank)
 
 
 @cache
-def _named(distribution: metadata.Distribution) -> tuple[str, str]:
+def _name_and_version(distribution: metadata.Distribution) -> tuple[str, str]:
     """Return name and version; each time, they are read from a file that holds the whole README."""
     header = distribution.metadata
     return header["Name"] or "", header["Version"] or ""
@@ -106,7 +106,7 @@ def origin_of(entry: metadata.EntryPoint) -> Origin:
     """Return who declares an entry point."""
     if entry.dist is None:
         return Origin(entry.name, "unknown", "unknown", entry.value)
-    name, version = _named(entry.dist)
+    name, version = _name_and_version(entry.dist)
     return Origin(entry.name, name or "unknown", version or "unknown", entry.value)
 
 

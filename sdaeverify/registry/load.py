@@ -181,7 +181,7 @@ def _load(paths: Sequence[str | Path], environ: Mapping[str, str], *, lab: bool)
     entries, further, outcomes = entry_points(), entry_points(LAB), list[LoadedPlugin]()
     for entry in (*entries, *further) if lab else entries:
         outcomes += _from_entry_point(entry, settings.disabled, outcomes)
-    outcomes += [] if lab else [_left(origin_of(entry), settings.disabled) for entry in further]
+    outcomes += [] if lab else [_for_the_lab(origin_of(entry), settings.disabled) for entry in further]
     if settings.strict:
         _refuse_broken([outcome.row for outcome in outcomes])
     files = tuple(dict.fromkeys(str(absolute(path)) for path in paths))
@@ -296,7 +296,7 @@ def _disabled(origin: Origin) -> LoadedPlugin:
     return LoadedPlugin(PluginRow(*origin, "disabled", f"named in {DISABLED}"))
 
 
-def _left(origin: Origin, disabled: frozenset[str]) -> LoadedPlugin:
+def _for_the_lab(origin: Origin, disabled: frozenset[str]) -> LoadedPlugin:
     return (
         _disabled(origin) if is_disabled(origin, disabled) else LoadedPlugin(PluginRow(*origin, ON_REQUEST, WHO_ASKS))
     )

@@ -66,11 +66,11 @@ def save_tables(
     -------
     Kept
     """
-    kept = _kept(folder, run, {tuple(str(harmless(name)) for name in cell) for cell in cells})
+    kept = _keep(folder, run, {tuple(str(harmless(name)) for name in cell) for cell in cells})
     (folder / DETAILS).mkdir(exist_ok=True)
     for name in (*tables, *(name for name in kept.rows if name not in tables)):
         rows = kept.rows.get(name, ())
-        write_csv(_joined(csv_text(tables[name]) if name in tables else "", rows), folder / name)
+        write_csv(_join(csv_text(tables[name]) if name in tables else "", rows), folder / name)
     for stale in (folder / DETAILS).iterdir():
         if f"{DETAILS}/{stale.stem}.csv" not in {*tables, *kept.rows} and stale.suffix in {".csv", PARQUET}:
             stale.unlink()
@@ -89,7 +89,7 @@ def read_runs(folder: Path) -> list[dict[str, Any]]:
     return [run for run in runs if isinstance(run, dict)]
 
 
-def _kept(folder: Path, run: dict[str, Any], cells: Collection[Key]) -> Kept:
+def _keep(folder: Path, run: dict[str, Any], cells: Collection[Key]) -> Kept:
     # Whatever is saved of a run more than once is its own.
     now, runs = json.loads(json.dumps(run)), read_runs(folder)
     rows = {name: [row for row in of if _key(row) not in cells] for name, of in _tables(folder)} if runs else {}
@@ -142,7 +142,7 @@ def _rows(file: Path) -> list[Row]:
     return [row for row in rows if "" not in row]
 
 
-def _joined(text: str, rows: Sequence[Row]) -> str:
+def _join(text: str, rows: Sequence[Row]) -> str:
     """Return a table with further rows below it, as they stand in another one."""
     if not rows:
         return text

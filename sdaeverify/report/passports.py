@@ -25,13 +25,13 @@ def passports(plan: "Plan") -> dict[str, dict[str, Passport]]:
     problems = {made.spec.label: (made.spec, made.problem) for made in plan.problems}
     measures = {cell.measure.name: cell.measure for cell in plan.cells}
     return {
-        "schemes": {label: _told(label, scheme_passport, scheme) for label, scheme in schemes.items()},
-        "problems": {label: _told(label, problem_passport, *made) for label, made in problems.items()},
-        "measures": {name: _told(name, measure_passport, measure) for name, measure in measures.items()},
+        "schemes": {label: _tell(label, scheme_passport, scheme) for label, scheme in schemes.items()},
+        "problems": {label: _tell(label, problem_passport, *made) for label, made in problems.items()},
+        "measures": {name: _tell(name, measure_passport, measure) for name, measure in measures.items()},
     }
 
 
-def _told(label: str, tell: Callable[..., Passport], *things: Any) -> Passport:
+def _tell(label: str, tell: Callable[..., Passport], *things: Any) -> Passport:
     """Return a passport; where the code of a plugin fails at that, what it failed with."""
     try:
         return tell(*things)

@@ -71,11 +71,11 @@ class Plots:
             kept = fitted if fitted.any() else np.ones_like(fitted)
             middle = (fmean(np.log(h[kept])), fmean(np.log(np.abs(e)[kept])))
             ax.plot(h, np.exp(middle[1] + slope * (np.log(h) - middle[0])), style, label=f"{label} {slope:.2f}")
-        return _named(ax, _name(row), "step size h", "error")
+        return _label(ax, _name(row), "step size h", "error")
 
     def matrix(self, measure: str = "", ax: Axes | None = None) -> Axes:
         """Draw schemes against problems: the worst verdict of each cell, with its symbol and how many there are."""
-        ax, found = _axes(ax), self._chosen(measure=measure)
+        ax, found = _axes(ax), self._choose(measure=measure)
         schemes = sorted({text(row, "scheme") for row, _ in found})
         problems = sorted({text(row, "problem") for row, _ in found})
         for y, scheme in enumerate(schemes):
@@ -107,7 +107,7 @@ class Plots:
         ax = _axes(ax)
         found = [
             (row, reading, *_order(reading))
-            for row, reading in self._chosen(measure=measure, scheme=scheme, problem=problem)
+            for row, reading in self._choose(measure=measure, scheme=scheme, problem=problem)
             if _order(reading)[0].known and isfinite(_order(reading)[0].value)
         ]
         if not found:
@@ -162,18 +162,18 @@ class Plots:
     def _compared(self, measure: str, problem: str, quantity: str, label: str, ax: Axes | None) -> Axes:
         row, _ = self._one(measure=measure, problem=problem, quantity=quantity)
         ax, names = _axes(ax), {"problem": text(row, "problem"), "quantity": text(row, "quantity")}
-        for (one, _), marker in zip(self._chosen(measure=measure, **names), cycle(MARKERS), strict=False):
+        for (one, _), marker in zip(self._choose(measure=measure, **names), cycle(MARKERS), strict=False):
             points = sorted((h, abs(e)) for h, e, *_ in self._points(one) if e)
             if points:
                 ax.plot(*zip(*points, strict=True), marker=marker, mfc="none", lw=1, label=text(one, "scheme"))
-        return _named(ax, f"{measure} {names['quantity']} on {names['problem']}", "step size h", label)
+        return _label(ax, f"{measure} {names['quantity']} on {names['problem']}", "step size h", label)
 
-    def _chosen(self, **wanted: str) -> list[tuple[Row, Reading]]:
+    def _choose(self, **wanted: str) -> list[tuple[Row, Reading]]:
         fit = (row for row in self.rows if all(not name or text(row, key) == name for key, name in wanted.items()))
         return [(row, read_row(row)) for row in fit]
 
     def _one(self, **wanted: str) -> tuple[Row, Reading]:
-        found = self._chosen(**wanted)
+        found = self._choose(**wanted)
         if not found:
             told = ", ".join(f"{key} {name!r:.200}" for key, name in wanted.items() if name)
             raise UsageError(f"nothing to draw: the result has no {told}")
@@ -207,7 +207,7 @@ def _square(x: float, y: float, colour: str, hatch: str) -> Any:
     return Rectangle((x - 0.5, y - 0.5), 1, 1, facecolor=colour, hatch=hatch, edgecolor="0.7", lw=0.4)
 
 
-def _named(ax: Axes, title: str, x: str, y: str) -> Axes:
+def _label(ax: Axes, title: str, x: str, y: str) -> Axes:
     ax.set(xscale="log", yscale="log", xlabel=x, ylabel=y, title=title)
     ax.legend(fontsize=7)
     return ax

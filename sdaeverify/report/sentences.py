@@ -78,9 +78,9 @@ def ending(
     room = MOST_LINES - len(first) - len(last) - 2
     needs, schemes = list(_attention(pairs, width, plain=plain)), by_scheme(pairs, width, plain=plain)
     share = max(room - len(schemes), room // 2)
-    shown = _fitted(needs, share, "more of them; show --open has all")
+    shown = _fit(needs, share, "more of them; show --open has all")
     table = [[line] for line in schemes]
-    return [*first, *_spaced(shown), *_spaced(_fitted(table, room - len(shown), "more schemes; show has all")), *last]
+    return [*first, *_space(shown), *_space(_fit(table, room - len(shown), "more schemes; show has all")), *last]
 
 
 def found_in_words(reading: Reading) -> str:
@@ -206,11 +206,11 @@ def _attention(pairs: Iterable[Pair], width: int, *, plain: bool) -> Iterator[li
             groups.setdefault((reading.verdict, text(row, "problem"), says, *of), []).append((row, reading))
     for (verdict, *_), group in sorted(groups.items(), key=lambda item: ATTENTION.index(item[0][0])):
         most = FEW if verdict == "inconclusive" else MANY
-        lines = wrapped(_told(group, plain=plain), width, "    ", most)
+        lines = wrapped(_group_words(group, plain=plain), width, "    ", most)
         yield [PlainLine(line, verdict) for line in lines]
 
 
-def _told(group: Sequence[Pair], *, plain: bool) -> str:
+def _group_words(group: Sequence[Pair], *, plain: bool) -> str:
     (row, reading), schemes = group[0], list(dict.fromkeys(text(row, "scheme") for row, _ in group))
     measures: dict[str, dict[str, None]] = {}
     for one, _ in group:
@@ -228,7 +228,7 @@ def _told(group: Sequence[Pair], *, plain: bool) -> str:
     return f"{symbol}: {visible(where)}: {claim}; {visible(reading.reason)}"
 
 
-def _fitted(blocks: Sequence[Sequence[PlainLine]], room: int, rest: str) -> list[PlainLine]:
+def _fit(blocks: Sequence[Sequence[PlainLine]], room: int, rest: str) -> list[PlainLine]:
     """Return as many blocks as there is room for, and how many more there are."""
     lines: list[PlainLine] = []
     for number, block in enumerate(blocks):
@@ -239,5 +239,5 @@ def _fitted(blocks: Sequence[Sequence[PlainLine]], room: int, rest: str) -> list
     return lines
 
 
-def _spaced(lines: Sequence[PlainLine]) -> Sequence[PlainLine]:
+def _space(lines: Sequence[PlainLine]) -> Sequence[PlainLine]:
     return [*lines, PlainLine("")] if lines else []

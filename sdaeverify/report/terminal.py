@@ -38,7 +38,7 @@ def summary_tables(results: Iterable[CellResult], width: int, *, plain: bool = F
     plain : bool
         Whether only ASCII can be shown.
     """
-    cells = _counted(results)
+    cells = _count_verdicts(results)
     schemes, problems = sorted({scheme for scheme, _ in cells}), list(dict.fromkeys(problem for _, problem in cells))
     # A run that was merged has not crossed everything with everything.
     texts = {place: _cell(cells.get(place, {}), plain=plain) for place in product(schemes, problems)}
@@ -130,7 +130,7 @@ def _drifts(result: CellResult) -> Iterator[str]:
             yield DRIFTS[kind].format(scheme=cell.scheme.label, quantity=finding.quantity, where=where)
 
 
-def _counted(results: Iterable[CellResult]) -> Cells:
+def _count_verdicts(results: Iterable[CellResult]) -> Cells:
     cells: Cells = {}
     for result in results:
         place = cells.setdefault((result.cell.scheme.label, result.cell.spec.label), {})

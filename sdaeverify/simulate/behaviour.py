@@ -77,8 +77,8 @@ def problem_digest(problem: Any) -> str:
     spread = (0.1 + np.abs(start)) * np.linspace(0.0, 1.0, PATHS)
     x = start + spread * rng.uniform(-1.0, 1.0, start.shape)
     with np.errstate(all="ignore"):
-        known = (item for truth in problem.truths for item in _known(problem, truth, rng))
-        return _digest([*_given(problem, x), *known])
+        known = (item for truth in problem.truths for item in _of_truth(problem, truth, rng))
+        return _digest([*_of_equation(problem, x), *known])
 
 
 def differing(*given: Behaviour | None) -> str:
@@ -139,7 +139,7 @@ def _returned(before: State, result: Step) -> Iterator[Result]:
         yield from (name, _content(value, least))
 
 
-def _given(problem: Any, x: Array) -> Iterator[Result]:
+def _of_equation(problem: Any, x: Array) -> Iterator[Result]:
     yield repr((sorted(problem.traits), sorted(problem.noise), problem.controls))
     yield from (problem.horizon, problem.relaxation, problem.noise_dim, flatten(problem.initial(1)))
     for when in WHEN:
@@ -155,7 +155,7 @@ def _read(problem: Any, x: Array) -> Iterator[Result]:
         yield from (name, *(observable(when * problem.horizon, parts) for when in WHEN))
 
 
-def _known(problem: Problem, truth: Truth, rng: np.random.Generator) -> Iterator[Result]:
+def _of_truth(problem: Problem, truth: Truth, rng: np.random.Generator) -> Iterator[Result]:
     if isinstance(truth, Pathwise):
         yield from _tried(_path, problem, truth, rng)
     elif isinstance(truth, Moment):

@@ -109,19 +109,19 @@ def _header(lane: StoredLane, arrays: list[Array]) -> dict[str, object]:
         "behaviour": lane.behaviour._asdict(),
         "seconds": lane.seconds,
         "paths": lane.paths,
-        "health": _placed(lane.health, arrays),
+        "health": _place(lane.health, arrays),
         "measures": {
             name: {
                 "ingredients": dict(record.ingredients),
-                "sampled": _placed(record.sampled, arrays),
-                "probed": _placed(record.probed, arrays),
+                "sampled": _place(record.sampled, arrays),
+                "probed": _place(record.probed, arrays),
             }
             for name, record in lane.measures.items()
         },
     }
 
 
-def _placed(tally: Tally, arrays: list[Array]) -> dict[str, dict[str, int]]:
+def _place(tally: Tally, arrays: list[Array]) -> dict[str, dict[str, int]]:
     """Put the arrays of a tally into a list and return where they are."""
     places: dict[str, dict[str, int]] = {}
     for kind in KINDS:

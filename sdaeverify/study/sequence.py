@@ -115,12 +115,12 @@ class ProblemRun:
     def screened(self) -> tuple[CellResult, ...]:
         """Return what is known of the cells about which paths tell nothing; they are judged once more with all."""
         done = [run for run in self.runs if run.evidence.refused or _draws_none(run.cell.measure)]
-        return tuple(self._judged([run for run in done if not run.halted]))
+        return tuple(self._judge_runs([run for run in done if not run.halted]))
 
     def judge(self) -> None:
         """Judge the open cells at the end of a look."""
         runs = [run for run in self.runs if not run.settled]
-        for run, result in zip(runs, self._judged(runs), strict=True):
+        for run, result in zip(runs, self._judge_runs(runs), strict=True):
             run.result = self._sequential(run, result)
         self.look += 1
 
@@ -132,7 +132,7 @@ class ProblemRun:
         )
         return (*done, *excluded_cells(self.plan))
 
-    def _judged(self, runs: Sequence[CellRun]) -> list[CellResult]:
+    def _judge_runs(self, runs: Sequence[CellRun]) -> list[CellResult]:
         evidence = {_key(run.cell): run.known for run in (*self.runs, *self.controls)}
         controls = control_verdicts(self.plan, self.settings, evidence)
         return [judge_cell(self.plan, run.cell, self.settings, run.evidence, controls) for run in runs]

@@ -56,7 +56,7 @@ def history_tables(runs: Sequence[SavedTables]) -> list[TablePage]:
     counts = [Counter(row["verdict"] for row in run.verdicts) for run in runs]
     head = ("run", "date", "commit", "version", "seed", *verdicts)
     rows: list[list[str | float | None]] = [
-        [*_told(run), *(float(found[name]) for name in verdicts)] for run, found in zip(runs, counts, strict=True)
+        [*_about(run), *(float(found[name]) for name in verdicts)] for run, found in zip(runs, counts, strict=True)
     ]
     changed = [row for before, after in pairwise(runs) for row in _changes(before, after)]
     steps = [
@@ -68,8 +68,8 @@ def history_tables(runs: Sequence[SavedTables]) -> list[TablePage]:
     level = f"Both errors are at the finest step size; family-wise level {ALPHA:g} for each pair of runs."
     return [
         TablePage("Runs", head, rows),
-        TablePage("Changed verdicts", (*names, "before", "after"), changed, _nothing(changed)),
-        TablePage("Steps of errors", (*names, "before", "after", "ratio"), steps, (level, *_nothing(steps))),
+        TablePage("Changed verdicts", (*names, "before", "after"), changed, _none_words(changed)),
+        TablePage("Steps of errors", (*names, "before", "after", "ratio"), steps, (level, *_none_words(steps))),
     ]
 
 
@@ -86,7 +86,7 @@ def history_series(runs: Sequence[SavedTables]) -> dict[str, Any]:
     stepped = [{key for key, _, _ in _steps(*pair)} for pair in pairwise(runs)]
     finest = [_finest(run.levels) for run in runs]
     return {
-        "runs": [" ".join(filter(None, _told(run)[:3])) for run in runs],
+        "runs": [" ".join(filter(None, _about(run)[:3])) for run in runs],
         "counts": {
             name: [found[name] for found in counts] for name in SYMBOLS if any(name in found for found in counts)
         },
@@ -101,12 +101,12 @@ def history_series(runs: Sequence[SavedTables]) -> dict[str, Any]:
     }
 
 
-def _told(run: SavedTables) -> list[str]:
+def _about(run: SavedTables) -> list[str]:
     about = [str(run.run.get(name, "")) for name in ("date", "commit")]
     return [str(run.folder), *about, _version(run), str(run.run.get("seed", ""))]
 
 
-def _nothing(rows: Sequence[object]) -> tuple[str, ...]:
+def _none_words(rows: Sequence[object]) -> tuple[str, ...]:
     return () if rows else ("None.",)
 
 

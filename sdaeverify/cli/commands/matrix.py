@@ -82,13 +82,13 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
         with aside():
             todo = plan_of(registry, schemes, problems, measures, crew.executor)
         if options["lf"]:
-            todo = _left_open(todo, options["out"])
+            todo = _open_part(todo, options["out"])
         if options["shard"]:
             todo = shard(todo, *_read_shard(options["shard"]))
         if not todo.cells:
             return _nothing(f"all was verified in {options['out']}" if options["lf"] else _missing(registry))
         if options["dry_run"]:
-            return _shown(todo, settings)
+            return _show_plan(todo, settings)
         run = Run(todo, settings, registry, tuple(context.obj), options["out"], options["fresh"])
         run.page, run.shown, run.first_only = not options["no_html"], shown_of(options), options["exitfirst"]
         return carry_out(run, crew, options["progress"])
@@ -108,7 +108,7 @@ def _read_shard(text: str) -> tuple[int, int]:
     return index, count
 
 
-def _left_open(plan: Plan, folder: Path) -> Plan:
+def _open_part(plan: Plan, folder: Path) -> Plan:
     """Return a plan without what was verified, or not asked, in the last run into a folder.
 
     Raises
@@ -137,7 +137,7 @@ def _nothing(reason: str) -> ExitCode:
     return ExitCode.NOTHING
 
 
-def _shown(todo: Plan, settings: Settings) -> ExitCode:
+def _show_plan(todo: Plan, settings: Settings) -> ExitCode:
     console = output(unbroken=True)
     console.print(plan_table(todo))
     runnable = sum(cell.verdict is None for cell in todo.cells)

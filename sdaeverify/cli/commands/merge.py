@@ -45,7 +45,7 @@ def merge(context: click.Context, /, runs: tuple[Path, ...], **options: Any) -> 
 
     latest = [read_run(folder) for folder in runs]
     _require_same(latest)
-    saved = [*latest, *_fitting(latest[0], [run for folder in runs for run in read_earlier(folder)])]
+    saved = [*latest, *_runs_like(latest[0], [run for folder in runs for run in read_earlier(folder)])]
     settings = replace(latest[0].settings, paths=max(run.settings.paths for run in saved))
     registry = loaded(options["plugins"])
     with workers(*read_limits(None, None, None), registry) as crew:
@@ -67,15 +67,15 @@ def _tell(folder: Path, copied: "Copied") -> None:
 
 def _require_same(saved: "Sequence[SavedRun]") -> None:
     for run in saved[1:]:
-        if (name := _differing(saved[0], run)) is not None:
+        if (name := _first_difference(saved[0], run)) is not None:
             one, other = getattr(saved[0].settings, name), getattr(run.settings, name)
             raise UsageError(f"{saved[0].folder} was run with {name} {one}, {run.folder} with {other}: cannot merge")
 
 
-def _fitting(latest: "SavedRun", earlier: "Sequence[SavedRun]") -> "Iterator[SavedRun]":
+def _runs_like(latest: "SavedRun", earlier: "Sequence[SavedRun]") -> "Iterator[SavedRun]":
     """Yield the earlier runs into the same folders that can be merged; the others are told."""
     for run in earlier:
-        if (name := _differing(latest, run)) is None:
+        if (name := _first_difference(latest, run)) is None:
             yield run
         else:
             complain(
@@ -83,7 +83,7 @@ def _fitting(latest: "SavedRun", earlier: "Sequence[SavedRun]") -> "Iterator[Sav
             )
 
 
-def _differing(one: "SavedRun", other: "SavedRun") -> str | None:
+def _first_difference(one: "SavedRun", other: "SavedRun") -> str | None:
     """Return the first setting in which two runs differ that must be the same."""
     names = (field.name for field in fields(Settings) if field.name != "paths")
     return next((name for name in names if getattr(one.settings, name) != getattr(other.settings, name)), None)
@@ -96,7 +96,7 @@ def _plan(saved: "Sequence[SavedRun]", registry: Registry, executor: "Executor |
     select = {"schemes": select_schemes, "problems": select_problems, "measures": select_measures}
     plans = []
     for run in saved:
-        known = {kind: _known(registry, run, kind, select[kind]) for kind in select}
+        known = {kind: _registered(registry, run, kind, select[kind]) for kind in select}
         if all(known.values()):
             plans.append(plan_of(registry, known["schemes"], known["problems"], known["measures"], executor))
     if not plans:
@@ -104,7 +104,7 @@ def _plan(saved: "Sequence[SavedRun]", registry: Registry, executor: "Executor |
     return union(plans)
 
 
-def _known(registry: Registry, run: "SavedRun", kind: str, select: Any) -> list[str]:
+def _registered(registry: Registry, run: "SavedRun", kind: str, select: Any) -> list[str]:
     """Return the labels that mean something here; the others are told."""
     known = []
     for label in getattr(run, kind):

@@ -66,8 +66,8 @@ def reproduce(context: click.Context, /, **options: Any) -> ExitCode:
 
     registry = loaded(options["plugins"], lab=True)
     if options["as_list"]:
-        return _listed(registry, output(unbroken=True))
-    names = _chosen(options["names"], registry)
+        return _list(registry, output(unbroken=True))
+    names = _names_of(options["names"], registry)
     budget = {"budget": Budget(options["budget"]), "paths": options["paths"], "seed": options["seed"]}
     plans = [experiment_plan(registry, name, **budget) for name in names]
     folders = [_folder(options["out"], name, alone=len(names) == 1) for name in names]
@@ -75,14 +75,14 @@ def reproduce(context: click.Context, /, **options: Any) -> ExitCode:
         require_writable(folder)
     worst = ExitCode.OK
     for plan, folder in zip(plans, folders, strict=True):
-        code = _one(plan, folder, tuple(context.obj), options)
+        code = _reproduce(plan, folder, tuple(context.obj), options)
         worst = max(worst, code)
         if code is ExitCode.INTERRUPTED:
             break
     return conclude(worst, WORDS)
 
 
-def _chosen(patterns: Sequence[str], registry: Registry) -> list[str]:
+def _names_of(patterns: Sequence[str], registry: Registry) -> list[str]:
     if not patterns:
         raise UsageError("reproduce expects the name of an experiment; --list shows all")
     known, names = registry.experiments, dict[str, None]()
@@ -99,7 +99,7 @@ def _folder(out: Path | None, name: str, *, alone: bool) -> Path:
     return out if out and alone else (out or FOLDER) / name
 
 
-def _listed(registry: Registry, console: Console) -> ExitCode:
+def _list(registry: Registry, console: Console) -> ExitCode:
     for name, entry in registry.experiments.items():
         experiment = entry.experiment
         console.print(Text(name, style="bold"))
@@ -108,7 +108,7 @@ def _listed(registry: Registry, console: Console) -> ExitCode:
     return ExitCode.OK
 
 
-def _one(plan: "ExperimentPlan", folder: Path, arguments: tuple[str, ...], options: dict[str, Any]) -> ExitCode:
+def _reproduce(plan: "ExperimentPlan", folder: Path, arguments: tuple[str, ...], options: dict[str, Any]) -> ExitCode:
     from ...lab.experiments.run import ExperimentRun  # noqa: PLC0415
 
     run = ExperimentRun(plan)
@@ -124,8 +124,8 @@ def _one(plan: "ExperimentPlan", folder: Path, arguments: tuple[str, ...], optio
     except FAULTS as error:
         print_texts(console, evidence.failures or [f"{plan.experiment.name}: {one_line(error)}"])
         return max(code, ExitCode.NOT_MEASURED)
-    print_texts(console, _shown(exhibit, plan, console))
-    print_texts(console, _saved(exhibit, plan, folder, arguments, options["format"]))
+    print_texts(console, _lines(exhibit, plan, console))
+    print_texts(console, _save(exhibit, plan, folder, arguments, options["format"]))
     console.print()
     return max(code, ExitCode.NOT_MEASURED) if evidence.failures or _unmeasured(exhibit) else code
 
@@ -134,7 +134,7 @@ def _unmeasured(exhibit: "Exhibit") -> bool:
     return any(entry.more.get("error") for entry in exhibit.entries)
 
 
-def _shown(exhibit: "Exhibit", plan: "ExperimentPlan", console: Console) -> Iterator[str]:
+def _lines(exhibit: "Exhibit", plan: "ExperimentPlan", console: Console) -> Iterator[str]:
     from ...report.entries import entry_tables, explanations  # noqa: PLC0415
 
     for part in entry_tables(exhibit.entries):
@@ -143,7 +143,7 @@ def _shown(exhibit: "Exhibit", plan: "ExperimentPlan", console: Console) -> Iter
     yield from (*exhibit.remarks, *plan.experiment.notes, *exhibit.errors)
 
 
-def _saved(
+def _save(
     exhibit: "Exhibit", plan: "ExperimentPlan", folder: Path, arguments: tuple[str, ...], suffix: str
 ) -> Iterator[str]:
     import pandas as pd  # noqa: PLC0415

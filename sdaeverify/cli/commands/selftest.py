@@ -54,10 +54,10 @@ def selftest(**options: Any) -> ExitCode:
         require_writable(folder)
     study = Study(trial.plan, settings)
     code = done_by_workers(study, options["jobs"], registry.files, options["progress"])
-    return code if code is not ExitCode.OK else _shown(kill_matrix(trial, study.results()), folder, begun)
+    return code if code is not ExitCode.OK else _show(kill_matrix(trial, study.results()), folder, begun)
 
 
-def _shown(matrix: "KillMatrix", folder: Path | None, begun: float) -> ExitCode:
+def _show(matrix: "KillMatrix", folder: Path | None, begun: float) -> ExitCode:
     from ...lab.selftest.kills import counts, in_words, kill_table, terminal_table  # noqa: PLC0415
     from ...report.files import write_table  # noqa: PLC0415
     from ...report.html import PAGE, write_tables  # noqa: PLC0415

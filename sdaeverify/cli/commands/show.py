@@ -123,12 +123,12 @@ def _overview(pairs: Sequence[Pair], width: int, *, plain: bool) -> Iterator[Pla
         yield PlainLine(visible(f"{scheme} on {problem}"))
         lines = in_columns([HEADINGS, *(_row(row, reading, plain=plain) for row, reading in found)])
         if max(map(len, lines)) <= width:
-            yield from _styled(lines, found)
+            yield from _table_lines(lines, found)
         else:
             yield from (line for pair in found for line in quantity_lines(pair, width, plain=plain, brief=True))
 
 
-def _styled(lines: Sequence[str], found: Sequence[Pair]) -> Iterator[PlainLine]:
+def _table_lines(lines: Sequence[str], found: Sequence[Pair]) -> Iterator[PlainLine]:
     """Yield the lines of a table, each in the style of its verdict."""
     yield PlainLine(lines[0])
     for line, (_, reading) in zip(lines[1:], found, strict=True):

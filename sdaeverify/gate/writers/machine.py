@@ -130,7 +130,7 @@ def junit_xml(gated: Gated) -> str:
         suites[LOCK] = [_Case(LOCK, line, tag="failure", kind="lock", message=line) for line in gated.lock.violations]
     totals = Counter[str]()
     for name, cases in suites.items():
-        totals += _suite(root, name, cases, gated)
+        totals += _add_suite(root, name, cases, gated)
     for name in ("tests", "failures", "errors"):
         root.set(name, str(totals[name]))
     indent(root)
@@ -147,7 +147,7 @@ def _case(outcome: Outcome, gated: Gated, seconds: float) -> _Case:
     return _Case(cell.scheme.label, name, seconds, tag, str(outcome.status), first, measured)
 
 
-def _suite(root: Element, name: str, cases: Sequence[_Case], gated: Gated) -> Counter[str]:
+def _add_suite(root: Element, name: str, cases: Sequence[_Case], gated: Gated) -> Counter[str]:
     counts = Counter(case.tag for case in cases)
     numbers = {"tests": len(cases), "failures": counts["failure"], "errors": 0, "skipped": counts["skipped"]}
     seconds = sum(case.seconds for case in cases)
@@ -157,11 +157,11 @@ def _suite(root: Element, name: str, cases: Sequence[_Case], gated: Gated) -> Co
     for key, value in _properties(gated).items():
         SubElement(properties, "property", name=key, value=visible(str(value)))
     for case in cases:
-        _written(suite, case)
+        _add_case(suite, case)
     return Counter(numbers)
 
 
-def _written(suite: Element, case: _Case) -> None:
+def _add_case(suite: Element, case: _Case) -> None:
     texts = {"classname": visible(case.classname), "name": visible(case.name), "time": f"{case.seconds:.3f}"}
     element = SubElement(suite, "testcase", texts)
     if case.tag:

@@ -70,16 +70,16 @@ def markdown_report(gated: Gated) -> str:
         f"{gated.budget}.",
         "",
     ]
-    lines += _listed("Lock file", gated.lock.violations)
+    lines += _bullets("Lock file", gated.lock.violations)
     for status in ORDER:
         if status is not Status.PASSED:
             lines += _section(status, gated)
-    lines += _listed("Warnings", gated.warnings)
-    lines += _listed("Notes", (*gated.lock.notes, *gated.notes))
+    lines += _bullets("Warnings", gated.warnings)
+    lines += _bullets("Notes", (*gated.lock.notes, *gated.notes))
     return "\n".join([*lines, *_schemes(gated.outcomes)]) + "\n"
 
 
-def _listed(title: str, lines: Iterable[str]) -> list[str]:
+def _bullets(title: str, lines: Iterable[str]) -> list[str]:
     items = [f"- {escaped(line)}" for line in shortened(list(lines), MOST_ROWS)]
     return [f"### {title}", "", *items, ""] if items else []
 

@@ -128,12 +128,12 @@ def calibration_plan(registry: Registry, seed: int, repetitions: int, only: Sequ
     """
     if repetitions < FEWEST:
         raise UsageError(f"repetitions must be at least {FEWEST}, got {repetitions}")
-    placed = [_placed(registry, case, only) for case in registry.cases.values()]
+    placed = [_place(registry, case, only) for case in registry.cases.values()]
     made = CalibrationPlan(
         tuple(one for one in placed if one.studies),
         seed,
         repetitions,
-        _asked(only, FAMILIES, f"runs of {CELLS} cells"),
+        _is_asked_for(only, FAMILIES, f"runs of {CELLS} cells"),
     )
     if not (made.placed or made.families):
         known = ", ".join([*STUDIES, CHAINS_STUDY, FAMILIES, *registry.cases])
@@ -141,9 +141,9 @@ def calibration_plan(registry: Registry, seed: int, repetitions: int, only: Sequ
     return made
 
 
-def _placed(registry: Registry, case: CalibrationCase, only: Sequence[str]) -> Placed:
+def _place(registry: Registry, case: CalibrationCase, only: Sequence[str]) -> Placed:
     (scheme,), (spec,) = select_schemes(registry, [case.scheme]), select_problems(registry, [case.problem])
-    studies = [study for study in _studies(case) if _asked(only, study, case.label)]
+    studies = [study for study in _studies(case) if _is_asked_for(only, study, case.label)]
     return Placed(case, scheme, spec, tuple(studies))
 
 
@@ -152,7 +152,7 @@ def _studies(case: CalibrationCase) -> Iterable[str]:
     return [*strong, *([CHAINS_STUDY] if case.stationary else [])]
 
 
-def _asked(only: Sequence[str], study: str, case: str) -> bool:
+def _is_asked_for(only: Sequence[str], study: str, case: str) -> bool:
     name = f"{study} {case}"
     patterns = [word for text in only for word in split_list(text)]
     # Brackets are those of a label as well as of a pattern.

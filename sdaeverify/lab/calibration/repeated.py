@@ -74,12 +74,12 @@ class RepeatedObserver:
 
 def stacked(tallies: Sequence[Tally]) -> Tally:
     """Return the tallies of several repetitions as one."""
-    return _joined(tallies, np.stack)
+    return _join(tallies, np.stack)
 
 
 def appended(tallies: Sequence[Tally]) -> Tally:
     """Return several stacked tallies one after the other."""
-    return _joined(tallies, np.concatenate)
+    return _join(tallies, np.concatenate)
 
 
 def pooled(tally: Tally, count: int, every: int | None = None) -> Tally:
@@ -118,7 +118,7 @@ def one(tally: Tally, repetition: int) -> Tally:
     return Tally(_each(tally.sums, taken), _each(tally.maxima, taken), _each(tally.largest, taken))
 
 
-def _joined(tallies: Sequence[Tally], join: Callable[[list[Array]], Array]) -> Tally:
+def _join(tallies: Sequence[Tally], join: Callable[[list[Array]], Array]) -> Tally:
     def joined(kind: str) -> dict[str, Array]:
         maps: list[Mapping[str, Array]] = [getattr(tally, kind) for tally in tallies]
         return {name: join([values[name] for values in maps]) for name in maps[0]}

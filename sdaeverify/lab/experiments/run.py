@@ -38,7 +38,7 @@ class FoundEvidence:
         probes: Mapping[Hashable, ProbeFound],
     ) -> None:
         self.plan, self.probes = plan, probes
-        self.runs = {key: _joined(found) for key, found in blocks.items()}
+        self.runs = {key: _join_blocks(found) for key, found in blocks.items()}
         self.problems: dict[str, Problem] = {}
 
     @property
@@ -94,16 +94,16 @@ class FoundEvidence:
         return scheme_means(self.problem(problem), values, schemes)
 
 
-def _joined(blocks: Sequence[RunFound]) -> RunFound:
+def _join_blocks(blocks: Sequence[RunFound]) -> RunFound:
     first = blocks[0]
     if error := next((found.error for found in blocks if found.error), ""):
         return RunFound(error=error)
-    noted = {name: _one([found.noted[name] for found in blocks]) for name in first.noted}
+    noted = {name: _join_notes([found.noted[name] for found in blocks]) for name in first.noted}
     costs = {name: np.concatenate([found.costs[name] for found in blocks]) for name in first.costs}
     return RunFound(first.h, noted, costs, sum(found.paths for found in blocks))
 
 
-def _one(noted: Sequence[Noted]) -> Noted:
+def _join_notes(noted: Sequence[Noted]) -> Noted:
     if error := next((each.error for each in noted if each.error), ""):
         return Noted(error=error)
     values, without_root, lost = (

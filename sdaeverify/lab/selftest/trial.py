@@ -58,7 +58,7 @@ def selftest_trial(registry: Registry, only: str = "*") -> SelfTest:
     def wanted(scheme: Scheme, spec: ProblemSpec) -> bool:
         return fnmatchcase(scheme.name, only) or fnmatchcase(spec.name, only)
 
-    placed, missing = _placed(registry)
+    placed, missing = _place(registry)
     placed = {bug: spec for bug, spec in placed.items() if wanted(bug.scheme, spec)}
     plans = [made for made in _plans(registry, placed, wanted) if made.cells]
     missing = {bug: why for bug, why in missing.items() if fnmatchcase(bug.scheme.name, only)}
@@ -68,7 +68,7 @@ def selftest_trial(registry: Registry, only: str = "*") -> SelfTest:
     return SelfTest(Plan(tuple(sorted(plans, key=lambda made: -len(made.cells)))), placed, missing)
 
 
-def _placed(registry: Registry) -> tuple[dict[Planted, ProblemSpec], dict[Planted, str]]:
+def _place(registry: Registry) -> tuple[dict[Planted, ProblemSpec], dict[Planted, str]]:
     placed: dict[Planted, ProblemSpec] = {}
     missing: dict[Planted, str] = {}
     for bug in (entry.planted for entry in registry.planted.values()):
@@ -87,10 +87,10 @@ def _plans(registry: Registry, placed: Mapping[Planted, ProblemSpec], wanted: Wa
         right = [scheme for scheme in schemes if label in registered and wanted(scheme, spec)]
         if wrong or right:
             (made,) = plan([*wrong, *right], [spec], measures).problems
-            yield replace(made, cells=tuple(_claimed(made.cells, wrong)), controls=())
+            yield replace(made, cells=tuple(_claiming(made.cells, wrong)), controls=())
 
 
-def _claimed(cells: tuple[Cell, ...], wrong: list[Scheme]) -> Iterator[Cell]:
+def _claiming(cells: tuple[Cell, ...], wrong: list[Scheme]) -> Iterator[Cell]:
     """Yield the cells about which something is claimed, and of the correct schemes those that apply."""
     for cell in cells:
         if promises_of(cell) and (cell.scheme in wrong or cell.verdict is not Verdict.NOT_APPLICABLE):

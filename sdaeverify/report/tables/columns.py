@@ -110,15 +110,15 @@ def dictionary(measures: "Iterable[Measure]") -> Iterator[dict[str, str]]:
     for file, columns in FILES.items():
         yield from (_row(file, column) for column in columns)
         if columns is LEVELS:
-            yield from _told(file, further)
+            yield from _column_rows(file, further)
             yield _row(file, _number(f"{MEAN}*", "mean over steps and paths of a cost that the scheme reports"))
     for measure in known:
         file = details_file(measure.name)
         yield from (_row(file, column) for column in DETAILS)
-        yield from _told(file, measure.detail_columns)
+        yield from _column_rows(file, measure.detail_columns)
 
 
-def _told(file: str, further: Mapping[str, str]) -> Iterator[dict[str, str]]:
+def _column_rows(file: str, further: Mapping[str, str]) -> Iterator[dict[str, str]]:
     return (_row(file, Column(name, meaning, "")) for name, meaning in further.items())
 
 

@@ -69,14 +69,14 @@ def described(subject: SchemeSubject) -> str:
     kind = type(subject.scheme)
     text = vars(kind).get("__doc__") or ""
     # A dataclass without docstring is given its signature.
-    return "" if _says(text) and not text.startswith(f"{kind.__name__}(") else "its class has no docstring"
+    return "" if _is_text(text) and not text.startswith(f"{kind.__name__}(") else "its class has no docstring"
 
 
 def sourced(subject: SchemeSubject) -> str:
     """Expect a source, of the scheme or of each of its claims: where it is from."""
     scheme = subject.scheme
     claims = [claim.source for claim in scheme.promises]
-    known = _says(scheme.source) or (claims and all(map(_says, claims)))
+    known = _is_text(scheme.source) or (claims and all(map(_is_text, claims)))
     return "" if known else "its class variable source is empty, and so is a claim's, or there is none"
 
 
@@ -88,14 +88,14 @@ def claimed(subject: SchemeSubject) -> str:
     for claim in scheme.promises:
         if claim.measure not in measures:
             return f"a claim is about measure {claim.measure!r}, unknown{did_you_mean(claim.measure, measures)}"
-        if not _says(claim.source):
+        if not _is_text(claim.source):
             return f"its claim of {claim.measure} {claim} has no source"
         if unknown := unknown_traits(claim.when):
             return f"its claim of {claim.measure} holds for unknown traits {', '.join(unknown)}"
     return ""
 
 
-def _says(text: object) -> bool:
+def _is_text(text: object) -> bool:
     return isinstance(text, str) and bool(text.strip())
 
 
@@ -104,10 +104,10 @@ def tested(subject: SchemeSubject) -> str:
     known = [claim for claim in subject.scheme.promises if claim.measure in subject.registry.measures]
     if not known:
         raise Inapplicable("it claims nothing of a known measure")
-    return "; ".join(text for claim in known for text in _untested(subject, claim))
+    return "; ".join(text for claim in known for text in _why_untested(subject, claim))
 
 
-def _untested(subject: SchemeSubject, claim: Claim) -> Iterator[str]:
+def _why_untested(subject: SchemeSubject, claim: Claim) -> Iterator[str]:
     what = f"its claim of {claim.measure} {claim}"
     specs = _in_scope(subject, claim)
     if not specs:

@@ -23,7 +23,7 @@ def discriminating(subject: ProblemSubject) -> str:
         raise Inapplicable("it declares no controls")
     undecided = ""
     for measure in dict.fromkeys(control.measure for control in controls):
-        for control, results in _judged(subject, measure, [each for each in controls if each.measure == measure]):
+        for control, results in _judge(subject, measure, [each for each in controls if each.measure == measure]):
             if text := _contradicted(control, *results):
                 return text
             undecided = undecided or _undecided(control, *results)
@@ -32,7 +32,7 @@ def discriminating(subject: ProblemSubject) -> str:
     return ""
 
 
-def _judged(
+def _judge(
     subject: ProblemSubject, measure: str, controls: list[Control]
 ) -> Iterator[tuple[Control, tuple[CellResult, CellResult]]]:
     """Yield each control with the results of its two schemes, of which its order is claimed."""
@@ -83,12 +83,12 @@ def _absent(result: CellResult) -> bool:
 def _all_verified(result: CellResult) -> str:
     judged = [finding for finding in result.findings if finding.verdict is not Verdict.OUT_OF_SCOPE]
     verified = bool(judged) and all(finding.verdict is Verdict.VERIFIED for finding in judged)
-    return _told(judged[0]) if verified else ""
+    return _finding_words(judged[0]) if verified else ""
 
 
 def _first(result: CellResult, verdicts: set[Verdict]) -> str:
-    return next((_told(finding) for finding in result.findings if finding.verdict in verdicts), "")
+    return next((_finding_words(finding) for finding in result.findings if finding.verdict in verdicts), "")
 
 
-def _told(finding: Finding) -> str:
+def _finding_words(finding: Finding) -> str:
     return f"{finding.quantity} {finding.verdict}, {finding.reason}".strip()
