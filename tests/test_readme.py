@@ -1,5 +1,6 @@
 """The commands and examples of the README and of the site are what is run and tested; so are its action and hooks."""
 
+import importlib
 import re
 from pathlib import Path
 
@@ -145,3 +146,15 @@ def test_no_measured_number_is_written_by_hand():
     prose = re.sub(r"```.*?```|`[^`]*`|\{\{.*?\}\}|\]\(.*?\)", "", page, flags=re.DOTALL)
 
     assert re.findall(r".*(?<![A-Z])\d.*", prose) == []
+
+
+def test_what_pages_quote_and_include_is_made(monkeypatch):
+    """Each number that a page quotes, and each piece that it includes, is made of the code and of kept results."""
+    monkeypatch.syspath_prepend(ROOT / "docs" / "_ext")
+    made = {name: importlib.import_module(name) for name in ("counts", "findings", "kept", "reference")}
+    reports, text = ROOT / "reports", "".join(page.read_text() for page in (ROOT / "docs").glob("[eh]*/*.md"))
+    pages = made["kept"].kept_pages(reports) | made["findings"].finding_pages(reports / "reference")
+
+    assert set(re.findall(r"\{\{ (\w+) \}\}", text)) <= set(made["counts"].counts(reports / "reference"))
+    assert set(re.findall(r"generated/(pieces/[\w-]+\.md)", text)) == set(pages)
+    assert [name for name, page in (pages | made["reference"].reference_pages()).items() if not page.strip()] == []

@@ -23,7 +23,7 @@ NOT_KEPT = "Not kept of this version: `python reports/measure.py {}` does it.\n"
 def kept_pages(reports: Path) -> dict[str, str]:
     """Return the pieces by name."""
     known = json.loads((reports / "measured.json").read_text())
-    rates = list(csv.DictReader((reports / "calibration" / "calibration.csv").open()))
+    rates = list(csv.DictReader((reports / "calibration" / "calibration.csv").read_text().splitlines()))
     verdicts = list(read_verdicts(reports / "reference").verdicts)
     sets = [json.loads(line) for line in (reports / "random-sets" / "sets.jsonl").read_text().splitlines()]
     return {
