@@ -10,9 +10,12 @@ Heun's method solves Stratonovich's equations. Beside the bridge that says so an
 that gives it Ito's formulas as they are, the most frequent mistake of all.
 """
 
+import os
 import tempfile
-from importlib.util import find_spec
 from pathlib import Path
+
+from distributed import Client
+from distributed.deploy import SubprocessCluster
 
 from sdaeverify import verify
 
@@ -107,9 +110,8 @@ file = Path(tempfile.mkdtemp()) / "foreign_heun.py"
 written = file.write_text(PLUGIN)
 
 # %%
-# A client of Dask has the interface of an executor. This one has its workers here, in threads; an address in the
-# place of ``processes=False`` names a cluster elsewhere. Tables are the same, to the last bit, wherever blocks are
-# computed.
+# A client of Dask has the interface of an executor. This one has a scheduler and two workers here, each a process of
+# its own that has never seen the file; ``Client("tcp://host:8786")`` is one elsewhere.
 
 
 def judged(executor=None):
@@ -117,15 +119,17 @@ def judged(executor=None):
     return verify("*-heun", "logistic-growth", "strong", plugins=[file], paths=2048, executor=executor, jobs=2)
 
 
-if find_spec("distributed"):
-    from distributed import Client
-
-    with Client(processes=False, n_workers=2, threads_per_worker=1, dashboard_address=None) as client:
-        result = judged(client.get_executor())
-else:
-    print("Dask is not installed (pip install 'sdaeverify[cluster]'): the run is made here")
-    result = judged("serial")
+worker = {"nthreads": 1, "dashboard": False}
+with SubprocessCluster(n_workers=2, worker_kwargs=worker) as cluster, Client(cluster) as client:
+    client.wait_for_workers(2)
+    print(len({*client.run(os.getpid).values()} - {os.getpid()}), "processes beside this one")
+    result = judged(client.get_executor())
 result
+
+# %%
+# Tables are the same, to the last bit, wherever blocks are computed.
+
+assert result.levels.equals(judged("serial").levels)
 
 # %%
 
