@@ -1,6 +1,7 @@
 """The reference: the command line, exit codes, hooks, entry points, public names."""
 
 import inspect
+import textwrap
 import tomllib
 from collections.abc import Callable
 from importlib import import_module
@@ -19,6 +20,7 @@ from sdaeverify.registry import hookspecs
 from sdaeverify.registry.load import load_registry
 from sdaeverify.report.tables.columns import dictionary
 
+WIDTH = 110
 ROOMS = {
     "sdaeverify": "sdaeverify: schemes, problems, runs",
     "sdaeverify.measuring": "sdaeverify.measuring: for authors of measures",
@@ -63,9 +65,14 @@ def words(title: str, chosen: Callable[[str], bool]) -> str:
     """Return a section for each word that ``info`` explains and that is chosen."""
     registry = load_registry(environ={})
     names = sorted(filter(chosen, concept_names(registry)))
-    sections = (f"## {name}\n\n{verbatim(chr(10).join(describe_concept(name, registry)))}" for name in names)
+    sections = (f"## {name}\n\n{verbatim(_wrapped(describe_concept(name, registry)))}" for name in names)
     told = ", ".join(f"`sdaeverify info {name}`" for name in names)
     return page(title, f"The same in a terminal: {told}.", *sections)
+
+
+def _wrapped(lines: list[str]) -> str:
+    """Return text of which no line is wider than a page."""
+    return "\n".join(row for line in lines for row in textwrap.wrap(line, WIDTH, subsequent_indent="  ") or [""])
 
 
 def exit_codes() -> str:
