@@ -53,7 +53,7 @@ def read_tables(folder: Path) -> SavedTables:
 
 def read_verdicts(folder: Path) -> SavedTables:
     """Read what a run came to, without levels and details; raises as `read_tables`."""
-    verdicts, run = _rows(folder / VERDICTS), _run(folder / RUN)
+    verdicts, run = _rows(folder / VERDICTS), run_of(folder)
     found = run.get("schema_version")
     if found != SCHEMA:
         told = f"in format {found}" if isinstance(found, int) else "in no known format"
@@ -81,7 +81,15 @@ def _rows(file: Path) -> list[TextRow]:
     return rows
 
 
-def _run(file: Path) -> dict[str, Any]:
+def run_of(folder: Path) -> dict[str, Any]:
+    """Return what ``run.json`` tells of the run in a folder.
+
+    Raises
+    ------
+    UsageError
+        If the folder holds no run, or the file is not one that this program writes.
+    """
+    file = folder / RUN
     try:
         run = json.loads(file.read_text(encoding="utf-8"))
     except OSError as error:

@@ -1,6 +1,5 @@
 """A run as its folder tells: which cells it was about, and with which settings. Text in, nothing is executed."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -8,7 +7,7 @@ from typing import Any
 
 from ..contracts.settings import Settings
 from ..errors import SdaeverifyError, UsageError
-from .folders import RUN
+from .folders import RUN, run_of
 
 # Where ``run.json`` tells of earlier runs into the same folder.
 EARLIER = "earlier"
@@ -41,18 +40,23 @@ def read_run(folder: Path) -> SavedRun:
     UsageError
         If the folder holds no run, or its ``run.json`` is not as this program writes it.
     """
-    return _run(folder, _read(folder))
+    return _run(folder, run_of(folder))
 
 
 def read_earlier(folder: Path) -> list[SavedRun]:
     """Read what the earlier runs were about that have left rows in a folder; raises as `read_run`."""
-    saved = _read(folder)
-    earlier = saved.get(EARLIER, []) if isinstance(saved, dict) else []
+    earlier = run_of(folder).get(EARLIER, [])
     return [_run(folder, one) for one in earlier] if isinstance(earlier, list) else []
 
 
-def settings_of(run: Mapping[str, Any]) -> Settings:
+def settings_of(run: Mapping[str, Any], file: object = RUN) -> Settings:
     """Return the settings of what ``run.json`` tells of a run.
+
+    Parameters
+    ----------
+    run : mapping
+    file : Path
+        The file, to be named where it is not as it should be.
 
     Raises
     ------
@@ -63,7 +67,7 @@ def settings_of(run: Mapping[str, Any]) -> Settings:
         numbers = run["settings"]
         return Settings(**{f.name: _number(numbers[f.name], f.type) for f in fields(Settings)})
     except (KeyError, TypeError, ValueError, ArithmeticError) as error:
-        raise _unlike(RUN, error) from error
+        raise _unlike(file, error) from error
 
 
 def _unlike(file: object, error: Exception) -> UsageError:
@@ -71,24 +75,12 @@ def _unlike(file: object, error: Exception) -> UsageError:
     return UsageError(f"{file} does not tell of a run as this program writes it: {why}")
 
 
-def _read(folder: Path) -> Any:
-    file = folder / RUN
-    try:
-        return json.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UsageError(f"{folder} holds no run: cannot read {file}: {error.strerror or error}") from error
-    except (ValueError, RecursionError) as error:
-        raise UsageError(f"{file} is no JSON: {error}") from error
-
-
 def _run(folder: Path, saved: Any) -> SavedRun:
     file = folder / RUN
     try:
-        selection, numbers = saved["selection"], saved["settings"]
-        settings = Settings(**{f.name: _number(numbers[f.name], f.type) for f in fields(Settings)})
-        names = (_texts(selection[kind]) for kind in ("schemes", "problems", "measures"))
-        return SavedRun(folder, settings, *names)
-    except (KeyError, TypeError, ValueError, ArithmeticError) as error:
+        names = (_texts(saved["selection"][kind]) for kind in ("schemes", "problems", "measures"))
+        return SavedRun(folder, settings_of(saved, file), *names)
+    except (KeyError, TypeError) as error:
         raise _unlike(file, error) from error
 
 

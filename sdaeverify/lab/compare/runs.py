@@ -1,14 +1,12 @@
 """The evidence of a run as it was stored, with the settings it was drawn with, or why there is none to compare."""
 
-import csv
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from ...contracts.settings import Settings
 from ...errors import UsageError
-from ...report.folders import RUN, VERDICTS
+from ...report.folders import read_verdicts, run_of
 from ...report.saved import SavedRun
 from ...report.saved import read_run as read_saved
 from ...store import StoredLane, read_lane
@@ -75,7 +73,7 @@ def read_run(folder: Path) -> StoredRun:
             lanes.setdefault((lane.scheme, lane.problem), {})[lane.block] = lane
     if not lanes:
         raise UsageError(why_absent(folder, damaged))
-    return StoredRun(saved, _fingerprint(folder / RUN), lanes, damaged)
+    return StoredRun(saved, str(run_of(folder).get(FINGERPRINT, "")), lanes, damaged)
 
 
 def require_common_noise(old: StoredRun, new: StoredRun) -> None:
@@ -99,10 +97,6 @@ def _is_of(lane: StoredLane, saved: SavedRun) -> bool:
     named = given.get("scheme") in saved.schemes and given.get("problem") in saved.problems
     numbers = all(given.get(name) == str(getattr(saved.settings, name)) for name in COMMON)
     return named and numbers and given.get("index", "").removeprefix("-").isdecimal()
-
-
-def _fingerprint(file: Path) -> str:
-    return str(json.loads(file.read_text(encoding="utf-8")).get(FINGERPRINT, ""))
 
 
 # Where the contract of a scheme is broken, nothing is simulated.
@@ -135,12 +129,10 @@ def damages(folder: Path, damaged: int) -> str:
 
 def _reasons(folder: Path) -> Iterator[str]:
     try:
-        with (folder / VERDICTS).open(newline="", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
-    except (OSError, ValueError, csv.Error):
+        rows = read_verdicts(folder).verdicts
+    except UsageError:
         return
-    for row in rows:
-        told = {name: str(text or "") for name, text in row.items()}
+    for told in rows:
         early = " before any path" if told.get("decided_by") == BEFORE_ANY_PATH else ""
         if told.get("reason"):
             cell = f"{told.get('scheme')} on {told.get('problem')}, {told.get('measure')}"
