@@ -410,6 +410,28 @@ def test_the_framework_names_no_scheme_and_no_problem():
     assert guilty(named_plugins, *CONTRIBUTED)
 
 
+MEASURES = {
+    node.value.value
+    for path in sources(FRAMEWORK / "measures")
+    for node in nodes(parsed(path))
+    if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "name" and node.value is not None
+}
+
+
+def measures_listed(path):
+    """Return the measures whose names stand side by side in a set, tuple or list of texts of a file."""
+    groups = [node.elts for node in nodes(parsed(path)) if isinstance(node, (ast.Set, ast.Tuple, ast.List))]
+    texts = [{each.value for each in group if isinstance(each, ast.Constant)} & MEASURES for group in groups]
+    return {listed for found in texts if len(found) > 1 for listed in found}
+
+
+def test_measures_declare_what_is_asked_of_them():
+    """No list of measures stands outside their room: what one is like is declared by its class."""
+    elsewhere = {file for file in guilty(measures_listed, FRAMEWORK) if "/measures/" not in file}
+    assert elsewhere == set()
+    assert {"strong", "weak", "drift", "limits", "intervals", "uniformity"} <= MEASURES
+
+
 def test_a_cell_keeps_its_match():
     """A problem is offered to a scheme where a cell is planned and where a worker begins, nowhere in between."""
     callers = {

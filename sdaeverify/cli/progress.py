@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -15,6 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ..contracts.finding import Verdict
+from ..registry.load import Registry
 from ..report.plain import empty_table, visible
 from ..report.sentences import SYMBOLS, mark
 from ..study import Advanced, CellResult, Event, Finished, Screened
@@ -47,7 +48,7 @@ def progress(kind: str, total: int) -> Iterator[Show]:
         yield _lines
 
 
-def done_by_workers(work: Any, jobs: int | None, files: Sequence[str], kind: str) -> ExitCode:
+def done_by_workers(work: Any, jobs: int | None, registry: Registry, kind: str) -> ExitCode:
     """Do some work on processes of its own, and show how far it is.
 
     Parameters
@@ -56,14 +57,15 @@ def done_by_workers(work: Any, jobs: int | None, files: Sequence[str], kind: str
         With its number of jobs, and the events of doing them on workers, so many sent ahead.
     jobs : int or None
         Number of processes at most; all cores by default.
-    files : sequence of str
-        Plugin files that they load.
+    registry : Registry
+        With the plugins that they load.
     kind : str
         Of progress.
     """
     processes = max(1, min(jobs or available_cores(), work.total))
+    workers = executor_for(processes, registry.files, modules=registry.modules)
     try:
-        with executor_for(processes, files) as executor, progress(kind, work.total) as show:
+        with workers as executor, progress(kind, work.total) as show:
             for event in work.run(executor, BLOCKS_A_WORKER * processes):
                 show(event)
     except BrokenExecutor:

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array, Parts
+from ..contracts.measure import measures_following
 from ..contracts.scheme import Scheme
 from ..errors import FAULTS, SdaeverifyError, one_line
 from ..forms.trivial import H, Trivial, Trivials
@@ -141,8 +142,6 @@ def _stacked(parts: Parts, known: list[str]) -> Array:
 STEPS, PATHS = 8, 3
 # A relative error of order 1/2 or more in h falls below this power of the factor that steps are shortened by.
 VANISHING = 0.4
-# Measures that compare a scheme with the solution for the same Brownian motion.
-PATHWISE = frozenset({"intervals", "limits", "multipliers", "strong", "uniform", "uniformity"})
 
 
 @cache
@@ -188,7 +187,7 @@ def _miss(scheme: Scheme, trivial: Trivial) -> str:
         fine, fine_moved, fine_bound = _error(scheme, *trivial.shortened)
         if fine <= max(fine_bound, trivial.shorter**VANISHING * fine_moved * error / moved if moved else 0.0):
             return ""
-        if trivial.noisy and PATHWISE.isdisjoint(claim.measure for claim in scheme.promises):
+        if trivial.noisy and measures_following("paths").isdisjoint(claim.measure for claim in scheme.promises):
             return _miss_in_law(scheme, trivial)
     except SdaeverifyError:
         raise

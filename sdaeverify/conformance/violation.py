@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
+from ..contracts.measure import measures_following
 from ..contracts.scheme import Scheme
 from ..forms import Problem
 from ..numerics import norm
@@ -23,7 +24,7 @@ from ..probe.step.nodes import Nodes, step_nodes
 from ..probe.step.one_step import OneStep, unresolved
 from ..probe.step.states import WHEN, reached
 from .contract import contract_violation
-from .exactness import PATHWISE, exactness_violation
+from .exactness import exactness_violation
 
 # In units of the horizon, or of time where that is shorter: errors that vanish as steps are shortened are let pass.
 SIZES = 4.0 ** -np.array([6.0, 8.0, 10.0, 12.0, 14.0])
@@ -157,10 +158,6 @@ def _state_words(x: Array) -> str:
     return f"[{', '.join(f'{value:.3g}' for value in x[:4])}{', ...' if len(x) > 4 else ''}]"
 
 
-# Measures that compare a scheme with the solution at a time, in law or path by path.
-TRANSIENT = PATHWISE | {"weak"}
-
-
 def violation(scheme: Scheme, view: Problem) -> str:
     """Return the first violation in one line, or an empty string.
 
@@ -189,4 +186,4 @@ def violation(scheme: Scheme, view: Problem) -> str:
 def _follows(scheme: Scheme, view: Problem) -> bool:
     """Tell whether a scheme claims to follow the equation on this problem in all its quantities."""
     held = [claim for claim in scheme.promises if claim.when <= view.traits and not claim.quantities]
-    return any(claim.measure in TRANSIENT for claim in held)
+    return not measures_following("paths", "law").isdisjoint(claim.measure for claim in held)

@@ -119,6 +119,8 @@ class Measure:
     budgeted: ClassVar[bool] = False
     # Whether a cell takes seconds even where hardly any paths are wanted: the gate's smallest tier leaves it out.
     lengthy: ClassVar[bool] = False
+    # What a claim about it says that short steps follow: the ``paths`` of the equation, their ``law``, or neither.
+    follows: ClassVar[str] = ""
     # What the estimate of a finding is, where it is no order.
     value_of: ClassVar[str] = ""
     # What the details of findings and of levels mean, by name.
@@ -160,3 +162,13 @@ class Measure:
     def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:  # noqa: ARG002 - most measures size nothing
         """Return how large errors are, by quantity, to compare two versions of a scheme; a pure function."""
         return {}
+
+
+def measures_following(*what: str) -> frozenset[str]:
+    """Return the names of the loaded measures whose claims say that short steps follow ``paths`` or their ``law``."""
+    found, kinds = set[str](), Measure.__subclasses__()
+    while kinds:
+        kind = kinds.pop()
+        kinds += kind.__subclasses__()
+        found |= {kind.name} if kind.follows in what else set()
+    return frozenset(found)

@@ -48,6 +48,7 @@ class Intervals(Measure):
     """Strong order of convergence of each component over each interval of the delay."""
 
     name: ClassVar[str] = "intervals"
+    follows: ClassVar[str] = "paths"
     lengthy: ClassVar[bool] = True
     detail_columns: ClassVar[Mapping[str, str]] = STRONG_COLUMNS
     level_columns: ClassVar[Mapping[str, str]] = ERROR_COLUMNS

@@ -32,6 +32,7 @@ class StiffLimits(Measure):
     """Exponents of eps in the distance from the limit and in the constraint."""
 
     name: ClassVar[str] = "limits"
+    follows: ClassVar[str] = "paths"
     lengthy: ClassVar[bool] = True
     level_columns: ClassVar[Mapping[str, str]] = {
         "eps": "stiffness parameter",

@@ -36,6 +36,7 @@ class MultiplierExponents(Measure):
     """Orders of kappa, lambda^re and Lambda^re of schemes that give out their multipliers."""
 
     name: ClassVar[str] = "multipliers"
+    follows: ClassVar[str] = "paths"
     detail_columns: ClassVar[Mapping[str, str]] = {
         "next_order": "order to be expected at the next smaller step size",
     }

@@ -124,9 +124,10 @@ class Registry:
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """Modules of the plugins of other distributions, which a worker process imports before anything else."""
-        others = (row for row in self.plugins if row.status == "loaded" and row.distribution)
-        named = (row.module.partition(":")[0] for row in others if normalized(row.distribution) != OWN_DISTRIBUTION)
+        """Modules that a worker imports before anything else: measures, and plugins of other distributions."""
+        loaded = (row for row in self.plugins if row.status == "loaded" and row.distribution)
+        wanted = (row for row in loaded if row.measures or normalized(row.distribution) != OWN_DISTRIBUTION)
+        named = (row.module.partition(":")[0] for row in wanted)
         return tuple(dict.fromkeys(named))
 
     def names(self, given: Scheme | ProblemSpec) -> bool:

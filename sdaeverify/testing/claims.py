@@ -110,7 +110,7 @@ class ClaimRun:
 
     def _run(self, made: ProblemPlan) -> tuple[CellResult, ...]:
         # Not the results of the study: those hold for a whole run of cells, and these for each cell by itself.
-        with executor_for(1, self.registry.files, self._limits) as executor:
+        with executor_for(1, self.registry.files, self._limits, self.registry.modules) as executor:
             events = Study(Plan((made,)), self.settings).run(executor)
             return tuple(result for event in events if isinstance(event, Finished) for result in event.results)
 

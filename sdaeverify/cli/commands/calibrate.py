@@ -55,7 +55,7 @@ def calibrate(**options: Any) -> ExitCode:
     plan = calibration_plan(registry, options["seed"], options["repetitions"], options["only"])
     require_writable(options["out"])
     calibration = Calibration(plan)
-    code = done_by_workers(calibration, options["jobs"], registry.files, options["progress"])
+    code = done_by_workers(calibration, options["jobs"], registry, options["progress"])
     if code is not ExitCode.OK:
         return code
     _save(calibration, options["out"], _command(options, plan))

@@ -113,7 +113,7 @@ def _reproduce(plan: "ExperimentPlan", folder: Path, arguments: tuple[str, ...],
 
     run = ExperimentRun(plan)
     try:
-        code = done_by_workers(run, options["jobs"], plan.registry.files, options["progress"])
+        code = done_by_workers(run, options["jobs"], plan.registry, options["progress"])
     except KeyboardInterrupt:
         code = ExitCode.INTERRUPTED
     evidence = run.evidence

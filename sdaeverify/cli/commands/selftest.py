@@ -53,7 +53,7 @@ def selftest(**options: Any) -> ExitCode:
     if folder is not None:
         require_writable(folder)
     study = Study(trial.plan, settings)
-    code = done_by_workers(study, options["jobs"], registry.files, options["progress"])
+    code = done_by_workers(study, options["jobs"], registry, options["progress"])
     return code if code is not ExitCode.OK else _show(kill_matrix(trial, study.results()), folder, begun)
 
 

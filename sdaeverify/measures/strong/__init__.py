@@ -40,6 +40,7 @@ class Strong(Measure):
     """Strong order of convergence for each named component and the full state."""
 
     name: ClassVar[str] = "strong"
+    follows: ClassVar[str] = "paths"
     detail_columns: ClassVar[Mapping[str, str]] = STRONG_COLUMNS
     level_columns: ClassVar[Mapping[str, str]] = {
         **ERROR_COLUMNS,

@@ -174,6 +174,7 @@ class Uniform(Measure):
     """Convergence of the largest error in time, with or without a rate."""
 
     name: ClassVar[str] = "uniform"
+    follows: ClassVar[str] = "paths"
     detail_columns: ClassVar[Mapping[str, str]] = {
         "std_error": "standard error of the order along paths",
         "order_L2": "the same in the L2 norm",

@@ -70,6 +70,7 @@ class Uniformity(Measure):
     """Orders of suprema over eps."""
 
     name: ClassVar[str] = "uniformity"
+    follows: ClassVar[str] = "paths"
     lengthy: ClassVar[bool] = True
     budgeted: ClassVar[bool] = True
     detail_columns: ClassVar[Mapping[str, str]] = {

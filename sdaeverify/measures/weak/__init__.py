@@ -200,6 +200,7 @@ class Weak(Measure):
     """Weak order of convergence for each observable; for the state where there is none."""
 
     name: ClassVar[str] = "weak"
+    follows: ClassVar[str] = "law"
     detail_columns: ClassVar[Mapping[str, str]] = {
         "moment_order": "weak order at T by moment equations",
         "slope": "slope of mean differences, which is an order where it is informative",
