@@ -124,8 +124,9 @@ class Result:
 
     @property
     def plot(self) -> Plots:
-        """Pictures of the tables as matplotlib axes: convergence, matrix, stability, drift, orders, invariant."""
-        return Plots(self.rows.verdicts, _records(self.levels), self.settings.confidence)
+        """Pictures of the tables as matplotlib axes: convergence, matrix, orders, work, density, drift and more."""
+        details = [row for rows in self.rows.details.values() for row in rows]
+        return Plots(self.rows.verdicts, _records(self.levels), details, self.settings.confidence)
 
     def cell(self, scheme: str, problem: str) -> CellView:
         """Return what was found of a scheme on a problem, to be looked at.

@@ -43,3 +43,14 @@ def test_a_nan_is_never_lost():
     assert np.isnan(merged.sums["s"][0])
     assert merged.maxima["m"] == good.maxima["max"]
     assert np.isnan(merged.largest["t"][0])
+
+
+def test_numbers_lie_as_they_do_in_what_was_read():
+    """Rows lie one behind the other however they were made, so that sums are the same to the last bit."""
+    turned = np.arange(6.0).reshape(2, 3).T
+
+    tally = Tally({"a": turned}, {"b": np.array(1.0)})
+
+    assert tally.sums["a"].flags.c_contiguous
+    assert np.array_equal(tally.sums["a"], turned)
+    assert tally.maxima["b"].shape == ()

@@ -117,6 +117,9 @@ class Run:
         """Save and return what is known so far."""
         result = self.result
         kept = result.save(self.folder)
+        if kept.aside is not None:
+            moved = f"{self.folder} held tables of another version of sdaeverify, which are moved into {kept.aside}"
+            complain("warning", moved)
         self.kept = self.kept or kept
         return result
 

@@ -30,6 +30,12 @@ class Tally:
     maxima: Mapping[str, Array] = field(default_factory=dict)
     largest: Mapping[str, Array] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        # A sum depends on how numbers lie in memory: they lie as they do in what was kept and read.
+        for kind in ("sums", "maxima", "largest"):
+            given: Mapping[str, Array] = getattr(self, kind)
+            object.__setattr__(self, kind, {name: np.asarray(value, order="C") for name, value in given.items()})
+
     def merged(self, other: "Tally") -> "Tally":
         """Return the evidence of both sets of paths; names of either are kept."""
         return Tally(

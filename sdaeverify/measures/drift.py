@@ -36,6 +36,7 @@ from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..forms import Problem
 from ..numerics import norm
+from ..numerics.digits import SAMPLED, significant
 from ..numerics.statistics import (
     EPS,
     RISING,
@@ -150,8 +151,8 @@ class ResidualObserver:
         maxima: dict[str, Array] = {}
         for name in self.names:
             for level, squares in enumerate(self.squares[name]):
-                sums[f"squares {name} {level}"] = np.stack(squares, axis=-1)
-            sums[f"l2 {name}"] = group_sums(np.sqrt(self.integral[name]))
+                sums[f"squares {name} {level}"] = significant(np.stack(squares, axis=-1), SAMPLED)
+            sums[f"l2 {name}"] = significant(group_sums(np.sqrt(self.integral[name])), SAMPLED)
             sums[f"histogram {name}"] = np.stack([_histogram(worst) for worst in self.worst[name]])
             maxima[f"worst {name}"] = self.worst[name].max(axis=-1)
             maxima[f"scale {name}"] = self.scale[name]

@@ -2,21 +2,28 @@
 
 Each row of verdicts names its run; ``run.json`` lists the runs that rows are left of. Rows of
 code that has changed since are not kept: they would be about something else than they say.
+Tables of another version of this program are moved into a folder beside the new ones as they are.
 """
 
 import csv
 import io
 import json
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
 
+from ..errors import UsageError
 from .files import PARQUET, csv_text, harmless, write_csv, write_json
 from .folders import DETAILS, LEVELS, NOT_APPLICABLE, RUN, SCHEMA, VERDICTS
+from .html import PAGE
 from .saved import EARLIER
+from .tables.columns import COLUMNS as DICTIONARY
 
+# Folders for what was left by another version.
+ASIDE = "other-version"
 KINDS = ("schemes", "problems", "measures")
 COLUMNS = ("scheme", "problem", "measure")
 
@@ -36,11 +43,14 @@ class Kept(NamedTuple):
         That they are of, as ``run.json`` told of them.
     changed : int
         Rows of verdicts that are left out.
+    aside : Path or None
+        The folder that the tables of another version of this program were moved into.
     """
 
     rows: Mapping[str, Sequence[Row]] = {}
     runs: Sequence[dict[str, Any]] = ()
     changed: int = 0
+    aside: Path | None = None
 
     @property
     def verdicts(self) -> int:
@@ -65,7 +75,13 @@ def save_tables(
     Returns
     -------
     Kept
+
+    Raises
+    ------
+    UsageError
+        If tables of another version cannot be moved out of the way.
     """
+    aside = _move_aside(folder)
     kept = _keep(folder, run, {tuple(str(harmless(name)) for name in cell) for cell in cells})
     (folder / DETAILS).mkdir(exist_ok=True)
     for name in (*tables, *(name for name in kept.rows if name not in tables)):
@@ -75,7 +91,25 @@ def save_tables(
         if f"{DETAILS}/{stale.stem}.csv" not in {*tables, *kept.rows} and stale.suffix in {".csv", PARQUET}:
             stale.unlink()
     write_json({**run, **({EARLIER: list(kept.runs)} if kept.runs else {})}, folder / RUN)
-    return kept
+    return kept._replace(aside=aside)
+
+
+def _move_aside(folder: Path) -> Path | None:
+    """Move the tables of a run that is not one of this version into a folder; None if there are none."""
+    if read_runs(folder) or not (folder / VERDICTS).exists():
+        return None
+    target = next(place for n in count(1) if not (place := folder / f"{ASIDE}-{n}").exists())
+    tables = (VERDICTS, NOT_APPLICABLE, LEVELS)
+    names = (*tables, *(Path(name).with_suffix(PARQUET).name for name in tables), DICTIONARY, RUN, DETAILS, PAGE)
+    try:
+        target.mkdir()
+        for name in names:
+            if (folder / name).exists():
+                (folder / name).rename(target / name)
+    except OSError as error:
+        why = error.strerror or error
+        raise UsageError(f"cannot move {folder / VERDICTS}: {why}; choose another --out") from error
+    return target
 
 
 def read_runs(folder: Path) -> list[dict[str, Any]]:

@@ -4,22 +4,43 @@ import io
 import json
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from errno import EISDIR
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import pandas as pd
 from pandas.api.types import is_numeric_dtype
 
 from ..errors import UsageError
-from ..store.atomic import written
 from .plain import visible
 
 PARQUET = ".parquet"
+UNFINISHED = ".unfinished-"
 # What a spreadsheet takes for the beginning of a formula, full-width signs included.
 FORMULA = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
+
+
+@contextmanager
+def written(path: Path) -> Iterator[IO[bytes]]:
+    """Give a file to write to, beside its place, and move it there at the end: no reader ever finds half of it.
+
+    Parameters
+    ----------
+    path : Path
+        In a folder that exists; what is there is replaced, or left as it is if writing fails.
+    """
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=UNFINISHED)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            yield file
+        Path(name).chmod(0o644)
+        Path(name).replace(path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
 
 
 def require_writable(folder: Path, option: str = "--out") -> None:

@@ -1,15 +1,16 @@
 """Pictures of a result for a paper: matplotlib axes, drawn from the numbers of the tables."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import cycle
-from math import isfinite, isnan
+from math import isfinite, isnan, nan
 from statistics import NormalDist, fmean
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import UsageError
+from .folders import NAMES
 from .reading import Interval, Reading, Row, claimed_order, number, read_row, text
 from .sentences import ABSENT, SYMBOLS
 
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 else:
     Axes = Any
 
+# Quantities of the levels, by the number of a coordinate.
+DENSITY = "density of coordinate"
 MISSING = "result.plot needs matplotlib: pip install 'sdaeverify[plot]'"
 MARKERS = "osD^v<>pP*"
 COLOURS = {
@@ -32,14 +35,15 @@ class Plots:
 
     Parameters
     ----------
-    rows, levels : sequence of mapping
-        Of the verdicts and of the levels.
+    rows, levels, details : sequence of mapping
+        Of the verdicts, of the levels, and of the details of all measures.
     confidence : float
         Of intervals.
     """
 
     rows: Sequence[Row]
     levels: Sequence[Row]
+    details: Sequence[Row] = ()
     confidence: float = 0.99
 
     def convergence(
@@ -152,6 +156,36 @@ class Plots:
         """
         return self._compared("invariant", problem, quantity, "|error of the mean|", ax)
 
+    def work(self, problem: str = "", measure: str = "strong", quantity: str = "", ax: Axes | None = None) -> Axes:
+        """Draw errors against the measured time of a path's steps, a line for each scheme: work against precision."""
+        times = {_key(row): number(row, "step_seconds") for row in self.details}
+        row, _ = self._one(measure=measure, problem=problem, quantity=quantity)
+        ax, names = _axes(ax), {"problem": text(row, "problem"), "quantity": text(row, "quantity")}
+        for (one, _), marker in zip(self._choose(measure=measure, **names), cycle(MARKERS), strict=False):
+            known = times.get(_key(one), nan)
+            points = [(known * number(level, "steps"), abs(number(level, "estimate"))) for level in self._levels(one)]
+            points = sorted(point for point in points if point[0] > 0.0 and point[1] > 0.0)
+            if points:
+                ax.plot(*zip(*points, strict=True), marker=marker, mfc="none", lw=1, label=text(one, "scheme"))
+        title = f"{measure} {names['quantity']} on {names['problem']}"
+        return _label(_require_lines(ax, title), title, "seconds a path", "error")
+
+    def density(self, scheme: str = "", problem: str = "", coordinate: int = 1, ax: Axes | None = None) -> Axes:
+        """Draw the stationary density of a coordinate of the chart under a scheme beside that of the equation."""
+        wanted = {"scheme": scheme, "problem": problem, "quantity": f"{DENSITY} {coordinate}"}
+        found = [row for row in self.levels if text(row, "at") and _fits(row, wanted)]
+        if not found:
+            raise UsageError(f"nothing to draw: no {wanted['quantity']} is known")
+        points = [row for row in found if _key(row) == _key(found[0])]
+        at, own, exact = ([number(row, name) for row in points] for name in ("at", "estimate", "exact"))
+        ax = _axes(ax)
+        ax.plot(at, own, "-", color="C0", label=f"scheme, h = {number(points[0], 'h'):.3g}")
+        ax.plot(at, exact, "--", color="0.3", label="equation")
+        title = f"{text(points[0], 'scheme')} on {text(points[0], 'problem')}"
+        ax.set(xlabel=f"coordinate {coordinate}", ylabel="stationary density", title=title)
+        ax.legend(fontsize=7)
+        return ax
+
     def stability(self, problem: str = "", ax: Axes | None = None) -> Axes:
         """Draw spectral radii of second-moment maps against the step size; below 1 a step size is stable."""
         ax = self._compared("stability", problem, "", "spectral radius", ax)
@@ -169,8 +203,7 @@ class Plots:
         return _label(ax, f"{measure} {names['quantity']} on {names['problem']}", "step size h", label)
 
     def _choose(self, **wanted: str) -> list[tuple[Row, Reading]]:
-        fit = (row for row in self.rows if all(not name or text(row, key) == name for key, name in wanted.items()))
-        return [(row, read_row(row)) for row in fit]
+        return [(row, read_row(row)) for row in self.rows if _fits(row, wanted)]
 
     def _one(self, **wanted: str) -> tuple[Row, Reading]:
         found = self._choose(**wanted)
@@ -180,12 +213,13 @@ class Plots:
         return found[0]
 
     def _points(self, row: Row) -> Iterator[tuple[float, float, float, bool]]:
-        keys = ("scheme", "problem", "measure", "quantity")
-        for level in self.levels:
-            if all(level[key] == row[key] for key in keys) and not isnan(number(level, "estimate")):
-                e, spread = number(level, "estimate"), number(level, "std_error")
-                told = text(level, "fitted")
-                yield number(level, "h"), e, spread, told == "True" if told else not spread or abs(e) > 3.0 * spread
+        for level in self._levels(row):
+            e, spread = number(level, "estimate"), number(level, "std_error")
+            told = text(level, "fitted")
+            yield number(level, "h"), e, spread, told == "True" if told else not spread or abs(e) > 3.0 * spread
+
+    def _levels(self, row: Row) -> list[Row]:
+        return [level for level in self.levels if _key(level) == _key(row) and not isnan(number(level, "estimate"))]
 
 
 FULL = {"refuted", "diverged", "error", "verified"}
@@ -199,6 +233,20 @@ def _axes(ax: Axes | None) -> Axes:
     except ImportError as error:
         raise UsageError(MISSING) from error
     return plt.subplots(layout="constrained")[1]
+
+
+def _fits(row: Row, wanted: Mapping[str, str]) -> bool:
+    return all(not name or text(row, key) == name for key, name in wanted.items())
+
+
+def _key(row: Row) -> tuple[str, ...]:
+    return tuple(text(row, name) for name in NAMES)
+
+
+def _require_lines(ax: Axes, what: str) -> Axes:
+    if not ax.lines:
+        raise UsageError(f"nothing to draw: {what} has no measured times")
+    return ax
 
 
 def _square(x: float, y: float, colour: str, hatch: str) -> Any:

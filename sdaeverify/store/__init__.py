@@ -1,15 +1,18 @@
-"""Evidence on disk: one file for each scheme, problem and block, under a hash of everything that determines it."""
+"""Evidence on disk: one file a problem, a row in it for each scheme and block, by what determines it."""
 
-from .files import StoredLane, joined, read_lane
-from .store import Place, Recalled, Store, keep, saved_meanwhile
+from .container import Container, containers
+from .lanes import StoredLane, joined
+from .store import FOLDER, Place, Recalled, Store, keep, saved_meanwhile
 
 __all__ = [
+    "FOLDER",
+    "Container",
     "Place",
     "Recalled",
     "Store",
     "StoredLane",
+    "containers",
     "joined",
     "keep",
-    "read_lane",
     "saved_meanwhile",
 ]

@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from hashlib import blake2b
 from pathlib import Path
@@ -17,8 +16,7 @@ from ..contracts.tally import Tally
 from ..errors import UsageError
 from ..simulate.behaviour import Behaviour
 from ..simulate.ensemble import Entry, LaneEvidence, Task, behaviours
-from .atomic import written
-from .files import KINDS, MeasureRecord, StoredLane, fuller, read_ingredients, read_lane, write_lane
+from .container import SUFFIX, Container, containers
 from .keys import (
     Files,
     Ingredients,
@@ -29,9 +27,11 @@ from .keys import (
     lane_ingredients,
     measure_ingredients,
 )
+from .lanes import KINDS, MeasureRecord, StoredLane, fuller
 
 FOLDER = "evidence"
 NEW, DAMAGED, SOURCELESS = "not there yet", "damaged", "code without a source file"
+EARLIER = "in files of an earlier version, which are not read"
 AFRESH, UNTOLD = "asked for afresh", "of which nobody can tell what it does now"
 # Tells what the schemes of a task do on its problem; None where that cannot be told.
 Observe = Callable[[Task], Sequence[Behaviour | None]]
@@ -44,7 +44,9 @@ class Place(NamedTuple):
 
     Attributes
     ----------
-    path : Path
+    container : Container
+    name : str
+        Of the lane in it.
     lane : mapping of str to str
     measures : mapping of str to (mapping of str to str)
         Without those whose source is unknown.
@@ -54,7 +56,8 @@ class Place(NamedTuple):
         Whether what is there is replaced rather than added to.
     """
 
-    path: Path
+    container: Container
+    name: str
     lane: Ingredients
     measures: Mapping[str, Ingredients]
     files: Files
@@ -126,7 +129,11 @@ class Store:
         found = [self._found(task, block, entry) for entry in task.entries]
         doubtful = [entry for entry, (_, stored, _) in zip(task.entries, found, strict=True) if stored is not None]
         now = dict(zip(doubtful, observe(replace(task, entries=tuple(doubtful))), strict=True)) if doubtful else {}
-        return [self._recall(entry, *one, now.get(entry)) for entry, one in zip(task.entries, found, strict=True)]
+        recalled = [self._recall(entry, *one, now.get(entry)) for entry, one in zip(task.entries, found, strict=True)]
+        if used := [known.place for known in recalled if known.place is not None and not known.missing]:
+            # What was used last counts where there is evidence of several versions: `compare` goes by that.
+            used[0].container.mark_used(place.name for place in used)
+        return recalled
 
     def lacking(self, task: Task, blocks: Iterable[int], observe: Observe = behaviours) -> set[tuple[Scheme, str]]:
         """Return of which scheme and measure not all evidence on some blocks is there; nothing is counted.
@@ -161,14 +168,14 @@ class Store:
             return _Found(None, None, SOURCELESS)
         known = {measure.name: measure_ingredients(measure, task.settings) for measure in entry.measures}
         measures = {name: given for name, given in known.items() if given}
-        names = self.folder / FOLDER / task.spec.name[:LONGEST_NAME] / entry.scheme.name[:LONGEST_NAME]
+        container = Container(self.folder / FOLDER / f"{task.spec.name[:LONGEST_NAME]}{SUFFIX}")
         which = "step" if block == SCREENING else f"{block:04d}"
         start = f"{which}-{_label_key(entry.scheme.label, task.spec.label)}-"
-        path, files = names / f"{start}{key(lane)}.npz", lane_files(entry.scheme, task.spec)
-        place = Place(path, lane, measures, files, self.fresh)
+        files = lane_files(entry.scheme, task.spec)
+        place = Place(container, f"{start}{key(lane)}", lane, measures, files, self.fresh)
         if self.fresh:
             return _Found(place, None, AFRESH)
-        stored = read_lane(path)
+        stored = container.lane(place.name)
         if stored is None or stored.ingredients != lane:
             return _Found(place, None, _why_not(place, start))
         return _Found(place, stored)
@@ -197,9 +204,6 @@ class Store:
             self.reasons["of which a measure has changed" if changed else "to which a measure was added"] += 1
         else:
             self.reused += 1
-            # The newest file is the one that was used last: `compare` goes by that.
-            with suppress(OSError):
-                place.path.touch()
         return Recalled(Entry(entry.scheme, known), _lane(stored, known), missing, place)
 
 
@@ -235,15 +239,20 @@ def saved_meanwhile(place: Place | None) -> str:
 
 def _write(place: Place, lane: StoredLane) -> None:
     try:
-        before = None if place.replace else read_lane(place.path)
-        if before is not None and (before.ingredients, before.behaviour) == (place.lane, lane.behaviour):
-            # Measures that were kept before stay, as far as this program knows what determines them.
-            others = {name: record for name, record in before.measures.items() if name not in lane.measures}
-            health, seconds = fuller(lane.health, before.health), lane.seconds + before.seconds
-            lane = lane._replace(health=health, seconds=seconds, measures={**others, **lane.measures})
-        write_lane(lane, place.path)
+        place.container.write(place.name, lambda before: lane if place.replace else _add(before, lane))
     except OSError as error:
-        raise UsageError(f"cannot write {place.path}: {error.strerror or error}; choose another --out") from error
+        raise UsageError(
+            f"cannot write {place.container.path}: {error.strerror or error}; choose another --out"
+        ) from error
+
+
+def _add(before: StoredLane | None, lane: StoredLane) -> StoredLane:
+    """Return evidence with that on measures that were kept before, as far as the same code made it."""
+    if before is None or (before.ingredients, before.behaviour) != (lane.ingredients, lane.behaviour):
+        return lane
+    others = {name: record for name, record in before.measures.items() if name not in lane.measures}
+    health, seconds = fuller(lane.health, before.health), lane.seconds + before.seconds
+    return lane._replace(health=health, seconds=seconds, measures={**others, **lane.measures})
 
 
 def _records(place: Place, entry: Entry, lane: LaneEvidence) -> Iterable[tuple[str, MeasureRecord]]:
@@ -268,14 +277,15 @@ def _otherwise(before: Behaviour, now: Behaviour) -> str:
 
 
 def _why_not(place: Place, start: str) -> str:
-    """Return what differs from the newest file of the same scheme, problem and block."""
-    others = sorted(place.path.parent.glob(f"{start}*.npz"), key=lambda path: path.lstat().st_mtime)
-    if not others:
-        return NEW
-    old = read_ingredients(others[-1])
-    if old is None or others[-1] == place.path:
+    """Return what differs from the evidence on the same scheme, problem and block that was used last."""
+    found = place.container.newest(start)
+    if found is None:
+        earlier = place.container.path.with_suffix("")
+        return EARLIER if next(earlier.glob("*/*.npz"), None) else NEW
+    name, old = found
+    if old is None or name == place.name:
         return DAMAGED
-    return f"with another {', '.join(differences(old, place.lane))}"
+    return f"with another {', '.join(differences(old.ingredients, place.lane))}"
 
 
 def _label_key(scheme: str, problem: str) -> str:
@@ -283,7 +293,7 @@ def _label_key(scheme: str, problem: str) -> str:
 
 
 class Copied(NamedTuple):
-    """How many files were copied, were there already, were there with other numbers, or are damaged."""
+    """On how many lanes evidence was copied, was there already, was there with other numbers, or is damaged."""
 
     new: int = 0
     same: int = 0
@@ -309,28 +319,26 @@ def copy_evidence(source: Path, target: Path) -> Copied:
         If it cannot be written, for example because the disk is full.
     """
     counts = Copied()
-    for file in sorted((source / FOLDER).rglob("*.npz")):
-        place = target / FOLDER / file.relative_to(source / FOLDER)
+    for container in containers(source / FOLDER):
+        place = Container(target / FOLDER / container.path.name)
         try:
-            kind = _copied(file, place)
+            for name, lane in container.lanes():
+                kind = "damaged" if lane is None else _copied(name, lane, place)
+                counts = counts._replace(**{kind: getattr(counts, kind) + 1})
         except OSError as error:
-            raise UsageError(f"cannot write {place}: {error.strerror or error}; choose another --out") from error
-        counts = counts._replace(**{kind: getattr(counts, kind) + 1})
+            reason = error.strerror or error
+            raise UsageError(f"cannot write {place.path}: {reason}; choose another --out") from error
     return counts
 
 
-def _copied(file: Path, place: Path) -> str:
-    lane, there = read_lane(file), read_lane(place)
-    if lane is None:
-        return "damaged"
+def _copied(name: str, lane: StoredLane, place: Container) -> str:
+    there = place.lane(name)
     if there is None:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        with written(place) as copy:
-            copy.write(file.read_bytes())
+        place.write(name, lambda _: lane)
         return "new"
     added = {name: record for name, record in lane.measures.items() if name not in there.measures}
     if added:
-        write_lane(there._replace(measures={**there.measures, **added}), place)
+        place.write(name, lambda _: there._replace(measures={**there.measures, **added}))
     return "same" if _agree(lane, there) else "other"
 
 

@@ -2,11 +2,11 @@
 
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import Executor
-from dataclasses import replace
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from dataclasses import dataclass, field, replace
 from math import ceil, inf
 from pathlib import Path
-from typing import NamedTuple, Protocol, TypeVar
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING
@@ -181,6 +181,21 @@ class Begun(NamedTuple):
     again: bool = False
 
 
+@dataclass
+class _Started(Generic[SomeJob]):
+    """A job under way: its pieces, and the evidence of those that are done."""
+
+    job: SomeJob
+    recalled: list[Recalled]
+    begun: list[Begun]
+    parts: dict[int, Parts] = field(default_factory=dict)
+
+    @property
+    def open(self) -> list[tuple[int, Begun]]:
+        """Pieces that are not done, with their numbers."""
+        return [(index, one) for index, one in enumerate(self.begun) if index not in self.parts]
+
+
 class Blocks:
     """Runs blocks over an executor.
 
@@ -204,7 +219,7 @@ class Blocks:
     def results(self, jobs: "deque[SomeJob]", window: int) -> "Iterator[tuple[SomeJob, Lanes | Portion]]":
         """Take jobs from a queue, which may grow meanwhile, and yield their evidence in their order.
 
-        What is computed of a block, perhaps in pieces, is told before its evidence.
+        What is computed of a block, perhaps in pieces, is told as soon as it is, and before its evidence.
 
         Parameters
         ----------
@@ -212,18 +227,30 @@ class Blocks:
         window : int
             Blocks under way at most.
         """
-        waiting: deque[tuple[SomeJob, list[Recalled], list[Begun]]] = deque()
+        waiting: deque[_Started[SomeJob]] = deque()
         most = window if self.crew.executor else 1
         while jobs or waiting:
             while jobs and len(waiting) < most:
                 job = jobs.popleft()
-                waiting.append((job, *self._begin(job.task, job.block)))
-            job, recalled, begun = waiting.popleft()
-            parts = []
-            for one in begun:
-                parts += (found := self._parts(one))
-                yield job, Portion(len(found), sum(lane.seconds for _, lane in found))
-            yield job, self._end(job.task, recalled, parts)
+                waiting.append(_Started(job, *self._begin(job.task, job.block)))
+            yield from self._tell_done(waiting)
+            first = waiting[0]
+            if len(first.parts) == len(first.begun):
+                waiting.popleft()
+                parts = [part for index in range(len(first.begun)) for part in first.parts[index]]
+                yield first.job, self._end(first.job.task, first.recalled, parts)
+            else:
+                calls = [one.call for each in waiting for _, one in each.open if one.call is not None]
+                futures: list[Future[Any]] = [call.future for call in calls]
+                wait(futures, return_when=FIRST_COMPLETED)
+
+    def _tell_done(self, waiting: "deque[_Started[SomeJob]]") -> "Iterator[tuple[SomeJob, Portion]]":
+        """Tell of all pieces that are done, in whatever order; those of this process are done in their order."""
+        for each in waiting:
+            for index, one in each.open:
+                if one.call.future.done() if one.call is not None else each is waiting[0]:
+                    found = each.parts[index] = self._parts(one)
+                    yield each.job, Portion(len(found), sum(lane.seconds for _, lane in found))
 
     def _begin(self, task: Task, block: int) -> tuple[list[Recalled], list[Begun]]:
         if self.store is None:

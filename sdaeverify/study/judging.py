@@ -182,8 +182,8 @@ class CellEvidence:
         From paths, and without sampling.
     health : Tally
         Of the scheme's steps.
-    seconds : float
-        Time of the scheme on this problem, all its measures together.
+    seconds, path_seconds : float
+        Time of the scheme on this problem, all its measures together, and what of it paths took.
     paths : int
     error, violation : str
         Why there is no evidence: what was raised, or which contract is broken; empty if there is some.
@@ -197,6 +197,7 @@ class CellEvidence:
     probed: Tally = field(default_factory=Tally)
     health: Tally = field(default_factory=Tally)
     seconds: float = 0.0
+    path_seconds: float = 0.0
     paths: int = 0
     error: str = ""
     violation: str = ""
@@ -215,6 +216,7 @@ class CellEvidence:
             self.probed.merged(lane.probes[index]),
             self.health.merged(lane.health),
             self.seconds + lane.seconds,
+            self.path_seconds + (lane.seconds if lane.paths else 0.0),
             self.paths + lane.paths,
             self.error or lane.errors[index] or differing(self.behaviour, lane.behaviour),
             self.violation or lane.violation,
@@ -237,8 +239,8 @@ class CellResult:
     levels : tuple of LevelFinding
     health : Tally
     paths : int
-    seconds : float
-        Time of the scheme on this problem, all its measures together.
+    seconds, path_seconds : float
+        Time of the scheme on this problem, all its measures together, and what of it paths took.
     horizon : float
         Final time, in the problem's unit of time.
     """
@@ -250,6 +252,13 @@ class CellResult:
     paths: int = 0
     seconds: float = 0.0
     horizon: float = float("nan")
+    path_seconds: float = 0.0
+
+    @property
+    def step_seconds(self) -> float:
+        """Mean time of a step on a path, with what is noted of it; NaN where there are no paths."""
+        steps = float(self.health.sums["steps"].sum()) if "steps" in self.health.sums else 0.0
+        return self.path_seconds / steps if steps else float("nan")
 
 
 def without_evidence(cell: Cell, verdict: Verdict, reason: str) -> CellResult:
@@ -303,9 +312,8 @@ def judge_cell(
         return without_evidence(cell, Verdict.ERROR, f"measure {cell.measure.name}: {one_line(error)}")
     assert plan.problem is not None
     findings = (*findings, *_unmet(cell, findings))
-    return CellResult(
-        cell, findings, judgement.levels, known.health, known.paths, known.seconds, plan.problem.horizon
-    )
+    times = known.seconds, plan.problem.horizon, known.path_seconds
+    return CellResult(cell, findings, judgement.levels, known.health, known.paths, *times)
 
 
 def control_verdicts(plan: ProblemPlan, settings: Settings, evidences: Evidences) -> ControlVerdicts:

@@ -1,9 +1,11 @@
 """Blocks over an executor: evidence merged in block order, so that the result does not depend on the workers."""
 
+from bisect import bisect_right
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import NamedTuple
 
 from ..contracts.settings import SCREENING, Settings
@@ -11,7 +13,7 @@ from ..simulate.ensemble import Task
 from ..store import Store
 from ..workers.executors import Crew
 from .blocks import Blocks, Lanes, Portion
-from .forecast import Forecast, breadth, weight
+from .forecast import Forecast, Queued, breadth, weight
 from .holm import family_wise
 from .judging import CellResult
 from .plan import Plan
@@ -123,7 +125,8 @@ class Study:
         waiting = [problem for problem in self.problems if problem.open]
         yield from self._finish(problem for problem in waiting if not self._goes_on(problem, blocks))
         waiting = [problem for problem in waiting if problem.open]
-        state = _Progress(self.problems, Forecast({p.plan.spec.label: p.schemes for p in waiting}, self._first))
+        schemes = {problem.plan.spec.label: problem.schemes for problem in waiting}
+        state = _Progress(self.problems, Forecast(schemes, self._paths_of_looks))
         yield from self._screen(waiting, blocks, window, state)
         yield from self._look(waiting, blocks, window, state)
 
@@ -160,8 +163,10 @@ class Study:
                     yield from self._finish([job.problem])
 
     @property
-    def _first(self) -> int:
-        return self.settings.totals[self.settings.ends[0] - 1]
+    def _paths_of_looks(self) -> list[int]:
+        """Paths of the first block, and those that each further look adds."""
+        totals = [self.settings.totals[end - 1] for end in self.settings.ends]
+        return [self.settings.paths_of(0), *(after - before for before, after in pairwise(totals))]
 
     def results(self) -> list[CellResult]:
         """Return the results of all cells as they are, family-wise errors corrected; see `stopped` for the others."""
@@ -188,13 +193,15 @@ class _Progress:
     problems: Sequence[ProblemRun]
     forecast: Forecast
     jobs: "deque[_Job]" = field(default_factory=deque)
+    queued: "dict[tuple[str, int], Queued]" = field(default_factory=dict)
     done: int = 0
     total: int = 0
 
     def queue(self, jobs: Iterable["_Job"]) -> "deque[_Job]":
         """Return the blocks of first looks as a queue, to which those of further ones are added."""
         self.jobs = deque(jobs)
-        self.total = len(self.forecast.schemes) + len(self.jobs)
+        self._count(self.jobs)
+        self.total += len(self.forecast.schemes)
         return self.jobs
 
     def heard(self, job: "_Job", found: Lanes | Portion) -> Advanced:
@@ -205,8 +212,11 @@ class _Progress:
         elif isinstance(found, Portion):
             paths = job.task.settings.paths_of(job.block) if job.block else None
             self.forecast.heard(label, found.seconds, found.schemes, paths)
+            if one := self.queued.get((label, job.block)):
+                self.queued[label, job.block] = one._replace(schemes=max(0, one.schemes - found.schemes))
         else:
             self.done += 1
+            self.queued.pop((label, job.block), None)
             if not job.block:
                 self.forecast.over.add(label)
         return self._advanced(label)
@@ -216,14 +226,19 @@ class _Progress:
         known = list(further)
         self.forecast.looked(first=job.block == 0, goes_on=bool(known))
         self.jobs += known
-        self.total += len(known)
+        self._count(known)
+
+    def _count(self, jobs: "Collection[_Job]") -> None:
+        self.total += len(jobs)
+        for job in (job for job in jobs if job.block > 0):
+            label, settings = job.task.spec.label, job.task.settings
+            look = bisect_right(settings.ends, job.block)
+            one = Queued(label, len(job.task.entries), settings.paths_of(job.block), look)
+            self.queued[label, job.block] = one
 
     def _advanced(self, label: str) -> Advanced:
-        queued = (
-            (j.task.spec.label, len(j.task.entries), j.task.settings.paths_of(j.block)) for j in self.jobs if j.block
-        )
         pairs, decided = (sum(counts) for counts in zip(*(problem.pairs for problem in self.problems), strict=True))
-        left = self.forecast.left(queued)
+        left = self.forecast.left(self.queued.values())
         return Advanced(self.done, self.total, label, self.forecast.spent, left, decided, pairs)
 
 

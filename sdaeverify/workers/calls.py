@@ -73,6 +73,11 @@ class Call(Generic[Value]):
         self._mark = executor.new_mark()
         self._future = self._sent()
 
+    @property
+    def future(self) -> "Future[Value]":
+        """What is waited for."""
+        return self._future
+
     def outcome(self) -> Value | Lost:
         """Wait for the value and return it, or what is left if the process died of the call."""
         try:

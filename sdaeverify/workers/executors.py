@@ -99,6 +99,11 @@ class Remote(Generic[Value]):
         self._crew, self._function, self._argument = crew, function, argument
         self._future = self._sent()
 
+    @property
+    def future(self) -> "Future[bytes]":
+        """What is waited for."""
+        return self._future
+
     def outcome(self) -> Value:
         """Wait for the value and return it.
 

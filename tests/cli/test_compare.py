@@ -8,8 +8,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from sdaeverify.store import read_lane
-from sdaeverify.store.files import write_lane
+from evidence import change_lanes, damage_lanes, lanes_in
 
 SCHEME = '''
 from dataclasses import dataclass
@@ -183,26 +182,26 @@ def flipped(data):
 
 @pytest.mark.parametrize("damage", [truncated, emptied, flipped])
 def test_damaged_evidence(measured, call, damage):
-    """Where no file of the run can be read, that is what is told."""
+    """Where no evidence of the run can be read, that is what is told."""
     measured("old"), measured("new", DOUBLED)
-    for file in Path("new/evidence/gbm/mine").glob("*.npz"):
-        file.write_bytes(damage(file.read_bytes()))
+    every = len(lanes_in(Path("new")))
+    damage_lanes(Path("new/evidence/gbm.sqlite"), damage)
     outcome = call("compare", "old", "new", "--plugin", "old.py")
 
     assert (outcome.code, outcome.out) == (2, "")
-    told = "2 files of evidence in new are damaged; run matrix or gate with --out new"
+    told = f"{every} pieces of evidence in new are damaged; run matrix or gate with --out new"
     assert outcome.err == f"sdaeverify: error: {told}\n"
 
 
 def test_evidence_that_is_damaged_in_part(measured, call):
     """What is left is compared, and a warning tells how much is not."""
     measured("old", problems="gbm,ou"), measured("new", problems="gbm,ou")
-    for damaged in Path("new/evidence/ou/mine").glob("*.npz"):
-        damaged.write_bytes(b"")
+    damaged = sum(file.name == "ou.sqlite" for file, _, _ in lanes_in(Path("new")))
+    damage_lanes(Path("new/evidence/ou.sqlite"), emptied)
     outcome = call("compare", "old", "new", "--plugin", "old.py")
 
     assert outcome.code == 0
-    assert outcome.err == "sdaeverify: warning: 2 files of evidence in new are damaged and left out\n"
+    assert outcome.err == f"sdaeverify: warning: {damaged} pieces of evidence in new are damaged and left out\n"
     assert "not compared: mine on ou: only in old" in outcome.out
 
 
@@ -221,12 +220,6 @@ def test_a_scheme_that_was_refuted_before_any_path(measured, call, tmp_path):
     told = "new holds no evidence of the run in it; mine on gbm, strong: refuted before any path: 8 steps are off by"
     assert told in outcome.err
     assert len(outcome.err.splitlines()) == 1
-
-
-def changed_lanes(folder, change):
-    """Write the evidence in a folder again with changes."""
-    for path in Path(folder).rglob("*.npz"):
-        write_lane(change(read_lane(path)), path)
 
 
 def with_ingredients(**changes):
@@ -256,7 +249,7 @@ def test_evidence_that_cannot_be_compared(measured, compared, change, reason):
     """Each cell that is left out is listed with its reason, and a comparison of nothing is no success."""
     measured("old")
     shutil.copytree("old", "new")
-    changed_lanes("new", change)
+    change_lanes(Path("new"), change)
     code, answer = compared("old", "new")
 
     assert code == 5
@@ -288,7 +281,7 @@ def test_names_from_elsewhere_are_shown_in_letters(measured, call):
     measured("old")
     shutil.copytree("old", "new")
     nasty = "\x1b[2J\n::error::=1+1"
-    changed_lanes("new", with_ingredients(scheme=nasty))
+    change_lanes(Path("new"), with_ingredients(scheme=nasty))
     about = json.loads(Path("new/run.json").read_text(encoding="utf-8"))
     about["selection"]["schemes"] = [nasty]
     Path("new/run.json").write_text(json.dumps(about), encoding="utf-8")

@@ -231,7 +231,7 @@ def test_loop_of_links_in_place_of_evidence(quick, call, tmp_path):
     """A file of evidence that is a loop of links is damaged, whoever reads it; what is computed takes its place."""
     run = (*MILSTEIN, "--out", "out")
     quick(*run)
-    for file in tmp_path.rglob("*.npz"):
+    for file in tmp_path.rglob("*.sqlite"):
         file.unlink()
         file.symlink_to(file.name)
 
@@ -239,7 +239,7 @@ def test_loop_of_links_in_place_of_evidence(quick, call, tmp_path):
 
     assert (compared.code, compared.err.count("\n")) == (2, 1)
     assert (again.code, again.err) == (0, "")
-    assert not any(file.is_symlink() for file in tmp_path.rglob("*.npz"))
+    assert not any(file.is_symlink() for file in tmp_path.rglob("*.sqlite"))
 
 
 def test_exceptions_of_any_kind_in_a_step(quick, odd_scheme):

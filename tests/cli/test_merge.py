@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from evidence import change_lanes, files_in, lanes_in
 from sdaeverify.contracts.tally import Tally
-from sdaeverify.store.files import read_lane, write_lane
+from sdaeverify.store import Container
 
 SMALL = ("--block", "40", "--levels", "8..32", "-j", "1", "--progress", "none")
 STRONG = ("-m", "strong")
@@ -133,14 +134,14 @@ def test_more_paths_in_one_of_the_runs(made, merged):
 def test_a_gap_is_told(made, merged):
     """Where evidence is missing nothing is computed: the rows say how to go on, and that does."""
     one = made("one", "-s", "milstein", "-p", "gbm", *STRONG)
-    for file in (one / "evidence").rglob("*.npz"):
+    for file in files_in(one):
         file.unlink()
 
     merged(one)
 
     assert {row["verdict"] for row in rows(Path("both"))} == {"not_run"}
     assert "matrix with the same --out computes it" in rows(Path("both"))[0]["reason"]
-    assert not list(Path("both").rglob("*.npz"))
+    assert not files_in(Path("both"))
 
 
 def test_a_scheme_without_evidence_beside_others(made, merged, call, odd_scheme):
@@ -177,11 +178,11 @@ def test_other_numbers_are_told(made, merged):
     """Of numbers that differ, the first ones stay, with a warning."""
     one = made("one", "-s", "milstein", "-p", "gbm", *STRONG)
     two = Path(shutil.copytree(one, "two"))
-    lanes = ((file, read_lane(file)) for file in two.rglob("*.npz"))
-    file, lane = next((file, lane) for file, lane in lanes if lane.measures["strong"].sampled.sums)
+    file, name, lane = next(found for found in lanes_in(two) if found[2].measures["strong"].sampled.sums)
     record = lane.measures["strong"]
     sums = {name: value + 1.0 for name, value in record.sampled.sums.items()}
-    write_lane(lane._replace(measures={"strong": record._replace(sampled=Tally(sums))}), file)
+    changed = lane._replace(measures={"strong": record._replace(sampled=Tally(sums))})
+    Container(file).write(name, lambda _: changed)
 
     outcome = merged(one, two)
 
@@ -192,11 +193,11 @@ def test_other_numbers_are_told(made, merged):
 def test_damaged_files_are_told(made, merged):
     """What cannot be read is left out, with a warning."""
     one = made("one", "-s", "milstein", "-p", "gbm", *STRONG)
-    next(one.rglob("*.npz")).write_bytes(b"PK")
+    files_in(one)[0].write_bytes(b"PK")
 
     outcome = merged(one)
 
-    assert "one: 1 files of evidence are damaged and left out" in outcome.err
+    assert "one: 1 pieces of evidence are damaged and left out" in outcome.err
 
 
 def test_a_folder_that_cannot_be_written(made, merged):
@@ -319,8 +320,8 @@ TWISTS = {
 def test_numbers_from_elsewhere(made, merged, twist, first):
     """Evidence that makes no sense has no traceback: it costs the cells it is about."""
     one = made("one", "-s", "milstein", "-p", "gbm", *STRONG, "--looks", "1", paths=200)
-    file = sorted((one / "evidence" / "gbm" / "milstein").glob("*.npz"))[0 if first else -1]
-    write_lane(twisted(read_lane(file), twist), file)
+    file, name, lane = sorted(lanes_in(one), key=lambda found: found[1])[0 if first else -1]
+    Container(file).write(name, lambda _: twisted(lane, twist))
 
     outcome = merged(one)
 
@@ -332,8 +333,7 @@ def test_numbers_from_elsewhere(made, merged, twist, first):
 def test_counts_from_elsewhere(made, merged, paths):
     """A number of paths that is none has no traceback."""
     one = made("one", "-s", "milstein", "-p", "gbm", *STRONG)
-    for file in one.rglob("*.npz"):
-        write_lane(read_lane(file)._replace(paths=paths, seconds=float("inf")), file)
+    change_lanes(one, lambda lane: lane._replace(paths=paths, seconds=float("inf")))
 
     outcome = merged(one)
 

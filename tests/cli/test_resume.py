@@ -4,14 +4,17 @@ import csv
 import json
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from evidence import lanes_in
 from sdaeverify.report.tables.columns import LEVELS, names
 from sdaeverify.report.tables.command import command_of
 
@@ -99,11 +102,12 @@ def small(call, tmp_path):
 
 
 def evidence(folder):
-    """Return which file each one of evidence is: one that is written anew is another."""
-    return {path.relative_to(folder): path.stat().st_ino for path in folder.rglob("*.npz")}
+    """Return how long each lane took, to the last digit: one that is computed anew took another time."""
+    return {(file.name, name): lane.seconds for file, name, lane in lanes_in(folder)}
 
 
 TWO = ("-s", "milstein,euler-maruyama", "-p", "gbm", "-m", "strong,weak")
+BOTH = ("-s", "milstein,euler-maruyama", "-p", "gbm,ou", "-m", "strong,weak")
 
 
 def test_a_repeated_run_reuses_everything(small, tmp_path):
@@ -214,15 +218,46 @@ def test_four_times_the_paths(call, tmp_path):
 
 
 def test_damaged_evidence(small, tmp_path):
-    """A file that was cut is computed again, and said to have been damaged."""
-    _, before = small("out", *TWO)
-    file = next((tmp_path / "out").rglob("*.npz"))
+    """A file that was cut is computed again, and said to have been damaged; those of other problems are reused."""
+    _, before = small("out", *BOTH)
+    file = tmp_path / "out" / "evidence" / "gbm.sqlite"
     file.write_bytes(file.read_bytes()[:100])
+
+    outcome, after = small("out", *BOTH)
+
+    lanes = evidence(tmp_path / "out")
+    damaged = sum(name == "gbm.sqlite" for name, _ in lanes)
+    assert after == before
+    told = " ".join(outcome.out.split())
+    assert f"evidence of {len(lanes) - damaged} of {len(lanes)} blocks of paths was reused" in told
+    # What is written first takes the place of the file: of the blocks that follow nothing is there any more.
+    assert "computed: " in told
+    assert " damaged" in told
+
+
+def test_damaged_evidence_on_a_lane(small, tmp_path):
+    """Of a file with a damaged row, that row alone is computed again."""
+    _, before = small("out", *TWO)
+    file, name, _ = lanes_in(tmp_path / "out")[0]
+    with closing(sqlite3.connect(file)) as rows, rows:
+        rows.execute("UPDATE lanes SET content = substr(content, 1, 100) WHERE name = ?", (name,))
 
     outcome, after = small("out", *TWO)
 
     assert after == before
     assert "computed: 1 damaged" in outcome.out
+
+
+def test_evidence_of_an_earlier_version(small, tmp_path):
+    """Files of the format before are left as they are, and said to be what is not read."""
+    old = tmp_path / "out" / "evidence" / "gbm" / "milstein" / "0000-old.npz"
+    old.parent.mkdir(parents=True)
+    old.write_bytes(b"PK")
+
+    outcome, _ = small("out", *TWO)
+
+    assert "in files of an earlier version, which are not read" in " ".join(outcome.out.split())
+    assert old.read_bytes() == b"PK"
 
 
 def test_a_folder_that_holds_no_evidence(small, tmp_path):
@@ -311,3 +346,18 @@ def test_another_behaviour(small, write, tmp_path):
     assert [right.code, again.code, wrong.code] == [0, 0, 1]
     assert "computed" not in again.out
     assert "with another behaviour of the scheme" in " ".join(wrong.out.split())
+
+
+def test_tables_of_another_version(small, tmp_path):
+    """Tables in another format are moved aside, and one line says so; they are what they were."""
+    small("out", *TWO)
+    about = tmp_path / "out" / "run.json"
+    about.write_text(json.dumps({**json.loads(about.read_text()), "schema_version": 1}))
+    before = (tmp_path / "out" / "verdicts.csv").read_bytes()
+
+    outcome, _ = small("out", "-s", "heun", "-p", "gbm", "-m", "strong")
+
+    moved = Path("out", "other-version-1")
+    told = f"out held tables of another version of sdaeverify, which are moved into {moved}"
+    assert outcome.err == f"sdaeverify: warning: {told}\n"
+    assert (tmp_path / moved / "verdicts.csv").read_bytes() == before

@@ -11,6 +11,7 @@ from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures.drift import EDGES, Drift, ResidualObserver, log_spaced, quadrature, quantile
+from sdaeverify.numerics.digits import SAMPLED
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.gbm_algebraic import gbm_algebraic
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
@@ -89,8 +90,8 @@ def test_order_and_growth_are_found(growth):
     finding, _ = judge(lambda h, t: h * t**growth, value=1.0)
 
     assert finding.verdict is Verdict.VERIFIED
-    assert finding.estimate == pytest.approx(1.0, abs=1e-9)
-    assert finding.details["growth"] == pytest.approx(growth, abs=1e-9)
+    assert finding.estimate == pytest.approx(1.0, abs=2.0**-SAMPLED)
+    assert finding.details["growth"] == pytest.approx(growth, abs=2.0**-SAMPLED)
 
 
 def test_lower_order_is_refuted():

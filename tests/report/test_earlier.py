@@ -2,6 +2,7 @@
 
 import csv
 import json
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -121,14 +122,37 @@ def test_details_of_a_measure_that_is_gone(tmp_path):
 
 
 def test_rows_in_another_format(tmp_path):
-    """What another version of the program has left is not kept: its columns mean something else."""
+    """What another version of the program has left is moved aside as it is: its columns mean something else."""
     saved(tmp_path, A)
+    for name in ("report.html", "columns.csv", "levels.parquet", "gate.json"):
+        (tmp_path / name).write_text(name)
     run_file = tmp_path / "run.json"
     run_file.write_text(json.dumps({**json.loads(run_file.read_text()), "schema_version": 1}))
 
+    before = {file.relative_to(tmp_path): file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
+    gate = before.pop(Path("gate.json"))
+
+    kept = saved(tmp_path, B)
+
+    aside = tmp_path / "other-version-1"
+    assert kept.aside == aside
+    assert {file.relative_to(aside): file.read_bytes() for file in aside.rglob("*") if file.is_file()} == before
+    assert told(tmp_path) == [(*B, 1)]
+    assert (tmp_path / "gate.json").read_bytes() == gate
+    assert saved(tmp_path, A).aside is None
+    assert told(tmp_path) == [(*A, 1), (*B, 1)]
+
+
+def test_formats_of_several_versions(tmp_path):
+    """Each is moved into a folder of its own; what was moved before stays."""
+    for version in (1, 99):
+        saved(tmp_path, A, seed=version)
+        run_file = tmp_path / "run.json"
+        run_file.write_text(json.dumps({**json.loads(run_file.read_text()), "schema_version": version}))
+
     saved(tmp_path, B)
 
-    assert told(tmp_path) == [(*B, 1)]
+    assert [told(tmp_path / f"other-version-{n}") for n in (1, 2)] == [[(*A, 1)], [(*A, 99)]]
 
 
 @pytest.mark.parametrize("damage", ["", "{", "[]", '{"selection": 3}', '{"selection": {}}', "[" * 100_000])

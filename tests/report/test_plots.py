@@ -77,6 +77,33 @@ def test_schemes_are_compared_by_the_numbers_of_the_levels(plots, kind):
     assert found == sorted(zip(SIZES, ERRORS, strict=True))
 
 
+def test_work_is_the_measured_time_of_the_steps(plots):
+    """Errors stand against steps times the time of one; without a measured time there is nothing to draw."""
+    levels = [{**row, "steps": str(round(1.0 / float(row["h"])))} for row in plots.levels]
+    details = [{**row, "step_seconds": "0.002"} for row in plots.rows]
+    ax = Plots(plots.rows, levels, details).work("gbm")
+    found, _ = points(ax, "some-euler")
+    assert found == [(0.002 * round(1 / h), e) for h, e in zip(SIZES, ERRORS, strict=True)]
+    with pytest.raises(UsageError, match="nothing to draw: strong x on gbm has no measured times"):
+        Plots(plots.rows, levels).work("gbm")
+
+
+def test_densities_are_those_of_the_levels(plots):
+    """The scheme's is solid, the equation's dashed; a coordinate without one is told."""
+    at, own, exact = [-1.0, 0.0, 1.0], [0.1, 0.6, 0.2], [0.2, 0.5, 0.2]
+    rows = [
+        level(measure="invariant", quantity="density of coordinate 1", at=str(x), estimate=str(a), exact=str(b))
+        for x, a, b in zip(at, own, exact, strict=True)
+    ]
+    ax = Plots(plots.rows, [*plots.levels, *rows]).density("some-euler", "gbm")
+    (_, own_line), (found, line) = (points(ax, one.get_label()) for one in ax.get_lines())
+    assert own_line.get_ydata().tolist() == own
+    assert found == list(zip(at, exact, strict=True))
+    assert line.get_linestyle() == "--"
+    with pytest.raises(UsageError, match="no density of coordinate 2 is known"):
+        Plots(plots.rows, [*plots.levels, *rows]).density(coordinate=2)
+
+
 def test_a_picture_goes_onto_given_axes(plots):
     """Where axes are given nothing else is opened."""
     _, ax = matplotlib.pyplot.subplots()

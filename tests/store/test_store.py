@@ -1,6 +1,7 @@
 """What is kept of a run is found again as long as nothing that determines it has changed."""
 
 import os
+import sqlite3
 import sys
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -8,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from evidence import damage_lanes, files_in, lanes_in
 from sdaeverify import Settings
 from sdaeverify.contracts.measure import Measure
 from sdaeverify.contracts.specs import problem_spec
@@ -17,9 +19,8 @@ from sdaeverify.measures.drift import Drift
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
 from sdaeverify.simulate.ensemble import Entry, LaneEvidence, Task, behaviours, run_block, without_evidence
-from sdaeverify.store import Store, joined, keep
+from sdaeverify.store import Container, Store, joined, keep
 from sdaeverify.store import keys as keys_module
-from sdaeverify.store.files import read_lane
 from sdaeverify.store.keys import differences, key, lane_ingredients, measure_ingredients
 from sdaeverify.store.store import NEW, SOURCELESS
 from sdaeverify_problems.gbm import gbm
@@ -233,7 +234,7 @@ def test_a_measure_is_added_to_what_is_there(tmp_path):
 
     assert dict(store.reasons) == {"to which a measure was added": 1}
     assert [measure.name for measure in recalled.missing] == ["drift"]
-    assert len(list(tmp_path.rglob("*.npz"))) == 1
+    assert len(lanes_in(tmp_path)) == 1
     lane = found(tmp_path, both)[0].lane
     assert (lane.seconds, lane.health.sums["steps"]) == (3.0, 320.0)
 
@@ -284,7 +285,7 @@ def test_what_failed_is_not_kept(tmp_path):
     assert [measure.name for measure in found(tmp_path, both)[0].missing] == ["strong"]
     assert found(tmp_path, both, block=1)[0].lane is None
     assert found(tmp_path, both, block=2)[0].lane is None
-    assert len(list(tmp_path.rglob("*.npz"))) == 1
+    assert len(lanes_in(tmp_path)) == 1
 
 
 def test_nothing_is_kept_of_nothing(tmp_path):
@@ -293,7 +294,7 @@ def test_nothing_is_kept_of_nothing(tmp_path):
     (recalled,) = Store(tmp_path).recall(given, 0)
     keep([recalled.place], given.entries, [without_evidence(given.entries[0], "it hangs")])
 
-    assert not list(tmp_path.rglob("*.npz"))
+    assert not files_in(tmp_path)
 
 
 def test_afresh(tmp_path):
@@ -310,11 +311,12 @@ def test_afresh(tmp_path):
     assert found(tmp_path)[0].lane.seconds == 9.0
 
 
-def test_a_damaged_file_is_computed_again(tmp_path):
+@pytest.mark.parametrize("length", [-9, 100, 0], ids=["end", "beginning", "nothing"])
+def test_a_damaged_file_is_computed_again(tmp_path, length):
     """A file that was cut is said to be damaged, and replaced."""
     filled(tmp_path)
-    (file,) = tmp_path.rglob("*.npz")
-    file.write_bytes(file.read_bytes()[:-9])
+    (file,) = files_in(tmp_path)
+    file.write_bytes(file.read_bytes()[:length])
 
     recalled, store = found(tmp_path)
     filled(tmp_path)
@@ -324,19 +326,33 @@ def test_a_damaged_file_is_computed_again(tmp_path):
     assert found(tmp_path)[0].missing == ()
 
 
-def test_a_file_under_the_name_of_another_is_not_believed(tmp_path):
-    """What a file says it is about counts, not what it is called; nothing of it is taken over."""
+def test_a_damaged_row_costs_itself(tmp_path):
+    """Of two blocks in a file the one that can be read is reused, and the other replaced."""
+    filled(tmp_path)
+    filled(tmp_path, block=1)
+    (file,) = files_in(tmp_path)
+    damage_lanes(file, lambda content: content[:-9])
+    filled(tmp_path, block=1)
+
+    assert found(tmp_path, block=1)[0].missing == ()
+    assert dict(found(tmp_path)[1].reasons) == {"damaged": 1}
+    filled(tmp_path)
+    assert found(tmp_path)[0].missing == ()
+
+
+def test_a_lane_under_the_name_of_another_is_not_believed(tmp_path):
+    """What evidence says it is about counts, not what it is called; nothing of it is taken over."""
     filled(tmp_path, task(measures=(Strong(), Weak())), block=1)
-    (file,) = tmp_path.rglob("*.npz")
-    place = found(tmp_path, block=0)[0].place.path
-    file.replace(place)
+    ((file, _, lane),) = lanes_in(tmp_path)
+    name = found(tmp_path, block=0)[0].place.name
+    Container(file).write(name, lambda _: lane)
 
     recalled, store = found(tmp_path)
     filled(tmp_path)
 
     assert recalled.lane is None
     assert dict(store.reasons) == {"damaged": 1}
-    assert set(read_lane(place).measures) == {"strong"}
+    assert set(Container(file).lane(name).measures) == {"strong"}
 
 
 def test_code_without_a_source_is_not_kept(tmp_path, monkeypatch):
@@ -395,13 +411,23 @@ def test_a_folder_that_cannot_be_written(tmp_path):
 
 
 def test_a_full_disk(tmp_path, monkeypatch):
-    """A full disk is an error in one line, and leaves nothing half-written."""
-    monkeypatch.setattr(np, "savez", lambda *_, **__: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+    """A full disk is an error in one line, and leaves what is there as it is."""
+    filled(tmp_path)
+    (before,) = lanes_in(tmp_path)
+    full = "PRAGMA max_page_count = 1; "
+    opened = sqlite3.connect
 
-    with pytest.raises(UsageError, match=r"cannot write .*No space left on device; choose another --out"):
-        filled(tmp_path)
+    class Full(sqlite3.Connection):
+        def executescript(self, script):
+            return super().executescript(full + script)
 
-    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+    monkeypatch.setattr(sqlite3, "connect", lambda *words, **options: opened(*words, factory=Full, **options))
+    with pytest.raises(UsageError, match=r"cannot write .*database or disk is full; choose another --out"):
+        filled(tmp_path, block=1)
+
+    monkeypatch.undo()
+    (after,) = lanes_in(tmp_path)
+    assert (after[1], after[2].seconds) == (before[1], before[2].seconds)
 
 
 def test_a_file_where_a_folder_belongs(tmp_path):

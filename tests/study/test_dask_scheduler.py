@@ -10,6 +10,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from evidence import lanes_in
 from sdaeverify.cli.program import execute
 
 from .test_executors import mortal
@@ -81,7 +82,7 @@ def test_the_scheduler_dies_in_the_middle(tmp_path, capsys):
 
     def kill_after_first_evidence(process):
         end = time.monotonic() + PATIENCE
-        while not list((tmp_path / "out").rglob("*.npz")) and time.monotonic() < end:
+        while not lanes_in(tmp_path / "out") and time.monotonic() < end:
             time.sleep(0.001)
         process.kill()
 
@@ -94,7 +95,7 @@ def test_the_scheduler_dies_in_the_middle(tmp_path, capsys):
     told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("sdaeverify: error")]
     assert code == 3
     assert len(told) == 1
-    kept = list((tmp_path / "out").rglob("*.npz"))
+    kept = lanes_in(tmp_path / "out")
     assert kept
     assert execute([*words, "-j", "2"]) == 0
     assert f"evidence of {len(kept)} of " in capsys.readouterr().out

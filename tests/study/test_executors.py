@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 import sdaeverify
+from evidence import lanes_in
 from sdaeverify import UsageError
 from sdaeverify.cli.program import execute
 from sdaeverify.workers.executors import LostExecutorError, Serial
@@ -135,7 +136,7 @@ def test_evidence_comes_home(tmp_path, capsys):
     assert execute(words) == 0
     assert "no limits of time and memory hold on executor serial" in capsys.readouterr().err
 
-    assert list((tmp_path / "evidence").rglob("*.npz"))
+    assert lanes_in(tmp_path)
     assert execute(words) == 0
     assert "evidence of 6 of 6 blocks of paths was reused" in capsys.readouterr().out
 

@@ -62,7 +62,7 @@ def _tell(folder: Path, copied: "Copied") -> None:
     if copied.other:
         complain("warning", f"{folder}: {copied.other} blocks are there with other numbers, which are kept")
     if copied.damaged:
-        complain("warning", f"{folder}: {copied.damaged} files of evidence are damaged and left out")
+        complain("warning", f"{folder}: {copied.damaged} pieces of evidence are damaged and left out")
 
 
 def _require_same(saved: "Sequence[SavedRun]") -> None:

@@ -9,7 +9,7 @@ from ...errors import UsageError
 from ...report.folders import read_verdicts, run_of
 from ...report.saved import SavedRun
 from ...report.saved import read_run as read_saved
-from ...store import StoredLane, read_lane
+from ...store import FOLDER, StoredLane, containers
 
 # What has to agree for the noise to be the same, and the step sizes.
 COMMON = ("seed", "coarsest", "levels", "block")
@@ -30,7 +30,7 @@ class StoredRun:
     lanes : mapping of (str, str) to (mapping of int to StoredLane)
         By labels of scheme and problem, block by block.
     damaged : int
-        Files of evidence that cannot be read.
+        Pieces of evidence that cannot be read.
     """
 
     saved: SavedRun
@@ -65,11 +65,10 @@ def read_run(folder: Path) -> StoredRun:
     saved = read_saved(folder)
     lanes: dict[tuple[str, str], dict[int, StoredLane]] = {}
     damaged = 0
-    for path in sorted(folder.rglob("*.npz"), key=lambda file: (file.lstat().st_mtime_ns, file.name)):
-        lane = read_lane(path)
+    for lane in (lane for container in containers(folder / FOLDER) for _, lane in container.lanes()):
         damaged += lane is None
         if lane is not None and _is_of(lane, saved):
-            # Evidence of an earlier version stays where it was: the latest counts.
+            # Evidence of an earlier version stays where it was: what was used last counts.
             lanes.setdefault((lane.scheme, lane.problem), {})[lane.block] = lane
     if not lanes:
         raise UsageError(why_absent(folder, damaged))
@@ -111,7 +110,7 @@ def why_absent(folder: Path, damaged: int) -> str:
     folder : Path
         Of the run.
     damaged : int
-        Files of evidence that cannot be read.
+        Pieces of evidence that cannot be read.
     """
     if damaged:
         return f"{damages(folder, damaged)}; run matrix or gate with --out {folder}"
@@ -122,9 +121,9 @@ def why_absent(folder: Path, damaged: int) -> str:
 
 
 def damages(folder: Path, damaged: int) -> str:
-    """Return how many files of evidence are damaged, in words."""
+    """Return how many pieces of evidence are damaged, in words."""
     one = damaged == 1
-    return f"{damaged} {'file' if one else 'files'} of evidence in {folder} {'is' if one else 'are'} damaged"
+    return f"{damaged} {'piece' if one else 'pieces'} of evidence in {folder} {'is' if one else 'are'} damaged"
 
 
 def _reasons(folder: Path) -> Iterator[str]:

@@ -23,7 +23,13 @@ from ...forms import Problem
 from ...forms.truths import InvariantMean
 from ...probe.operator.functional_orders import FunctionalOrder, bounded, error_floors, functional_orders, obstacle
 from ...probe.operator.transition import refusal
-from ...probe.operator.transition_errors import TransitionErrors, invariant_errors, invariant_observables
+from ...probe.operator.transition_errors import (
+    Densities,
+    TransitionErrors,
+    invariant_errors,
+    invariant_observables,
+    stationary_densities,
+)
 from ...probe.step.one_step import unresolved
 from ...registry.hookspecs import hookimpl
 from ...simulate.chains import ChainPlan, ChainRecord, run_chains
@@ -117,7 +123,9 @@ def _local_order(h: Array, errors: Array, level: int) -> float:
     return float(np.log(abs(errors[level - 1] / errors[level])) / np.log(h[level - 1] / h[level]))
 
 
-OPERATOR, CHAINS = "stationary law", "chains"
+OPERATOR, CHAINS, DENSITIES = "stationary law", "chains", "densities"
+# Quantities of the levels alone.
+DENSITY = "density of coordinate"
 STEP_SIZES = 5
 # Finer ones that follow where a claim is not verified on those, or they do not resolve the problem: at most so many
 # in all, each half of the one before. What is not sampled costs the same at every step size.
@@ -149,6 +157,8 @@ class Invariant(Measure):
         "fitted": "whether the order is fitted to this level",
         "difference": "mean difference to the next step size on the same noise",
         "difference_std_error": "its standard error",
+        "at": "value of a coordinate, where the estimate is its stationary density under the scheme",
+        "exact": "its stationary density under the equation",
     }
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
@@ -161,7 +171,7 @@ class Invariant(Measure):
         evidence = Evidence(scheme, view, view, settings, Tally(), Tally(), level=settings.level)
         operator = stationary_record(evidence)
         if operator is not None:
-            evidence = replace(evidence, tally=packed(OPERATOR, operator))
+            evidence = replace(evidence, tally=packed(OPERATOR, operator).merged(_densities(evidence, operator)))
         left = _open_quantities({found.quantity: found for found in self.judge(evidence).findings})
         if not (left and np.isfinite(view.relaxation)):
             return evidence.tally
@@ -178,6 +188,7 @@ class Invariant(Measure):
             if operator is not None:
                 findings |= {found.quantity: found for found in operator_findings(evidence, operator)}
                 levels += operator_levels(evidence, operator)
+                levels += density_levels(unpacked(DENSITIES, Densities, evidence.tally))
             if chains is not None:
                 sampled = {found.quantity: found for found in chain_findings(evidence, chains)}
                 findings |= {name: sampled[name] for name in _open_quantities(findings)}
@@ -217,6 +228,22 @@ def stationary_record(evidence: Evidence) -> TransitionErrors | None:
     if usable(record) and more > STEP_SIZES:
         record = record.refined(invariant_errors(scheme, view, sizes[STEP_SIZES:more]))
     return record if usable(record) else None
+
+
+def _densities(evidence: Evidence, record: TransitionErrors) -> Tally:
+    """Return the densities at the largest step size that resolves them, where errors are largest."""
+    found = (stationary_densities(evidence.scheme, evidence.view, float(h)) for h in record.h[:STEP_SIZES])
+    return next((packed(DENSITIES, densities) for densities in found if densities.resolved), Tally())
+
+
+def density_levels(record: Densities | None) -> Iterator[LevelFinding]:
+    """Yield the density of each coordinate at each point, beside the exact one."""
+    if record is None:
+        return
+    for number, (points, own, exact) in enumerate(zip(record.at, record.scheme, record.exact, strict=True), 1):
+        for y, density, right in zip(points, own, exact, strict=True):
+            details = {"at": float(y), "exact": float(right)}
+            yield LevelFinding(f"{DENSITY} {number}", None, float(density), 0.0, details, float(record.h))
 
 
 def _steps_needed(evidence: Evidence, record: TransitionErrors, sizes: Sequence[float]) -> int:

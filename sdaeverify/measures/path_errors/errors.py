@@ -10,6 +10,7 @@ from ...arrays import Array, Parts
 from ...contracts.measure import Snapshot
 from ...contracts.settings import Settings
 from ...contracts.tally import EXTREMES, Tally, largest
+from ...numerics.digits import SAMPLED, TAIL, significant
 from ...numerics.statistics import group_sums
 
 POWERS = np.array([0.5, 1.0, 2.0, 4.0])
@@ -75,7 +76,7 @@ class ErrorObserver:
         return some
 
     def tally(self, *, at_end: bool = True) -> Tally:
-        """Return sums of the errors' powers over groups of paths, with what the tail diagnostics need.
+        """Return sums of the errors' powers and of the other distances over groups of paths, and the largest errors.
 
         Of the maxima over the grid, and of the errors at T unless they are not wanted.
         """
@@ -84,8 +85,9 @@ class ErrorObserver:
         for index, name in enumerate(self._quantities()):
             for suffix, values in (("", self.worst), (AT_T, self.final))[: 1 + at_end]:
                 for kind, value in values.items():
-                    sums[f"{kind} {name}{suffix}"] = power_sums(value[index], self.powers)
-                tops[f"{name}{suffix}"] = largest(values["error"][index], EXTREMES)
+                    key = f"{kind} {name}{suffix}"
+                    sums[key] = power_sums(value[index], self.powers) if kind == "error" else _sums(value[index])
+                tops[f"{name}{suffix}"] = largest_errors(values["error"][index])
             if at_end:
                 sums[f"relative {name}{AT_T}"] = self._relative(index)
         paths = self.final["error"].shape[-1]
@@ -103,7 +105,7 @@ class ErrorObserver:
 
     def _relative(self, index: int) -> Array:
         with np.errstate(divide="ignore", invalid="ignore"):
-            return group_sums(self.final["error"][index] / self.length[index])
+            return _sums(self.final["error"][index] / self.length[index])
 
     def _quantities(self) -> list[str]:
         return self.names if len(self.names) == 1 else [*self.names, STATE]
@@ -116,7 +118,16 @@ def power_sums(values: Array, powers: int) -> Array:
     """Return the sums of e^p over groups for the first of `POWERS`, shape (G, L, powers), from errors (L, P)."""
     squares = values * values
     raised = [np.sqrt(values), values, squares, *([squares * squares] if powers > COMMON else [])]
-    return np.moveaxis(group_sums(np.stack(raised)), 1, -1)
+    return np.moveaxis(_sums(np.stack(raised)), 1, -1)
+
+
+def largest_errors(values: Array) -> Array:
+    """Return the largest errors of each level, descending."""
+    return significant(largest(values, EXTREMES), TAIL)
+
+
+def _sums(values: Array) -> Array:
+    return significant(group_sums(values), SAMPLED)
 
 
 def _norms(components: Sequence[Array]) -> Array:

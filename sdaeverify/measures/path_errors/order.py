@@ -202,7 +202,7 @@ def _coarse(evidence: Evidence, finest: int) -> str:
     with each halving. At a wrong limit errors are large and flat as well, but steps change it less and less.
     """
     for each in quantities_of(evidence):
-        changes = each.difference[:, max(finest - 2, 0) : finest, 1].sum(axis=0) / each.paths
+        changes = each.difference[:, max(finest - 2, 0) : finest].sum(axis=0) / each.paths
         coarser, error = each.means()[finest - 1 : finest + 1]
         rising = changes[-1] > changes[0] and error <= coarser
         if error > COARSE * each.motion and (changes[-1] > FALLING * error or rising):

@@ -26,10 +26,10 @@ class Quantity:
         Step sizes.
     error : ndarray, shape (G, L, 3) or (G, L, 4)
         Sums of e_l^p over groups, p = 1/2, 1, 2 and perhaps 4.
-    difference : ndarray, shape (G, L - 1, 3) or (G, L - 1, 4)
-        The same of |x_l - x_{l+1}|.
-    blurred : ndarray, shape (G, L, 3) or (G, L, 4), or None
-        The same as `error` against the truth at half its resolution, where it has an error of its own.
+    difference : ndarray, shape (G, L - 1)
+        Sums of |x_l - x_{l+1}|.
+    blurred : ndarray, shape (G, L), or None
+        Sums of e_l against the truth at half its resolution, where it has an error of its own.
     relative : ndarray, shape (G, L), or None
         Sums of |x_l - x|/|x| over groups, at T.
     counts : ndarray, shape (G,)
@@ -89,7 +89,7 @@ class Quantity:
         """
         coarse, fine = levels[:-1], levels[1:]
         weights = slope_weights(np.log2(self.h[coarse]))
-        both = np.concatenate([self.error[:, fine, 1], self.difference[:, coarse, 1]], axis=1)
+        both = np.concatenate([self.error[:, fine, 1], self.difference[:, coarse]], axis=1)
         return jackknife(both, self.counts, partial(log_functional, np.concatenate([weights, -share * weights]), 1.0))
 
     def rise(self, levels: Array) -> Estimate:
@@ -104,7 +104,7 @@ class Quantity:
         """Return by how much the slope changes if the truth is taken at half its resolution."""
         assert self.blurred is not None
         weights = slope_weights(np.log2(self.h[levels]))
-        both = np.concatenate([self.error[:, levels, 1], self.blurred[:, levels, 1]], axis=1)
+        both = np.concatenate([self.error[:, levels, 1], self.blurred[:, levels]], axis=1)
         return jackknife(both, self.counts, partial(log_functional, np.concatenate([-weights, weights]), 1.0))
 
     def relative_error(self, level: int) -> Estimate:
@@ -140,7 +140,7 @@ def quantities_of(evidence: Evidence) -> Iterator[Quantity]:
 
 
 def _mean(sums: Array | None, counts: Array) -> float:
-    return inf if sums is None else float(sums[:, 0, 1].sum() / counts.sum())
+    return inf if sums is None else float(sums.sum() / counts.sum())
 
 
 ERROR_COLUMNS = {

@@ -23,7 +23,7 @@ from ...contracts.finding import Finding, Judgement, Opinion
 from ...contracts.measure import Evidence, Measure, Snapshot
 from ...contracts.scheme import Scheme
 from ...contracts.settings import Settings
-from ...contracts.tally import EXTREMES, Tally, largest, packed, unpacked
+from ...contracts.tally import Tally, packed, unpacked
 from ...forms import Problem
 from ...probe.local.consistency import Consistency, consistency
 from ...probe.local.delay_links import linked, loses_algebraic
@@ -32,7 +32,7 @@ from ...probe.step.one_step import OneStep
 from ...registry.hookspecs import hookimpl
 from ..error_sizes import of_paths
 from ..judge import coverage, finding, leave_open, no_claim, withhold_in_doubt
-from ..path_errors.errors import POWERS, STATE, ErrorObserver, power_sums
+from ..path_errors.errors import POWERS, STATE, ErrorObserver, largest_errors, power_sums
 from ..path_errors.quantity import ERROR_COLUMNS, Quantity, level_rows, quantities_of
 from .findings import judge_consistency, judge_pair
 
@@ -100,7 +100,7 @@ class ContinuousErrors:
         errors = dict(zip(self.quantities, np.sqrt(self.squares), strict=True))
         return Tally(
             sums={f"{CONTINUOUS} {name}": power_sums(value, len(POWERS)) for name, value in errors.items()},
-            largest={f"{CONTINUOUS} {name}": largest(value, EXTREMES) for name, value in errors.items()},
+            largest={f"{CONTINUOUS} {name}": largest_errors(value) for name, value in errors.items()},
         )
 
     def _compare(self, level: int) -> None:
@@ -157,7 +157,7 @@ def pairs_of(evidence: Evidence) -> Iterator[tuple[str, Quantity, Quantity]]:
             grid,
             name=f"{grid.name}{IN_TIME}",
             error=error,
-            difference=np.empty((len(error), 0, len(POWERS))),
+            difference=np.empty((len(error), 0)),
             blurred=None,
             largest=evidence.tally.largest[f"{CONTINUOUS} {grid.name}"][..., : evidence.settings.extremes],
         )

@@ -9,7 +9,7 @@ heating) or not smooth makes the two bases differ, at least at large step sizes,
 truncation weakens friction but not noise, the stationary law has tails |v|^-q with q ~ 1/h, and few moments.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ import scipy
 from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import Problem
-from ...forms.chart import Angle
+from ...forms.chart import Angle, Line
 from ...forms.truths import InvariantMean, Moment
 from ..step.one_step import OneStep
 from .basis import Basis, chart_basis
@@ -215,3 +215,88 @@ def _is_function(view: Problem, name: str) -> bool:
     others = (_observed(view, [name], z + turn), _observed(view, [name], z, 1.0))
     bound = FUNCTION * (1.0 + np.abs(values))
     return bool(np.isfinite(values).all() and all(np.all(np.abs(other - values) <= bound) for other in others))
+
+
+# Densities of the stationary law, coordinate by coordinate. With the means m_j of the orthonormal functions phi_j of
+# a coordinate, w being the density for which they are orthonormal, the density is w sum_j m_j phi_j. Of two
+# coordinates, the means of the functions of one of them belong to its marginal law.
+
+
+POINTS = 41
+# On a line densities are told up to so many scales from the centre.
+REACH = 3.5
+# A density is not negative: where an expansion is by more of its largest value, it does not represent the law.
+NEGATIVE = 0.01
+
+
+class Densities(NamedTuple):
+    """Densities of K coordinates at P points each.
+
+    Attributes
+    ----------
+    h : ndarray, shape ()
+        Step size.
+    at, scheme, exact : ndarray, shape (K, P)
+        Values of the coordinates, the densities of the scheme's stationary law and of the equation's.
+    """
+
+    h: Array
+    at: Array
+    scheme: Array
+    exact: Array
+
+    @property
+    def resolved(self) -> bool:
+        """Whether the functions of the basis represent both laws."""
+        both = np.stack([self.scheme, self.exact])
+        return bool(np.isfinite(both).all() and np.all(both.min(axis=-1) >= -NEGATIVE * both.max(axis=-1)))
+
+
+def stationary_densities(scheme: Scheme, view: Problem, h: float) -> Densities:
+    """Return the densities under the stationary law of a scheme, and of the equation by its generator.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of a pair that `transition.refusal` has nothing against.
+    h : float
+        Step size.
+
+    Returns
+    -------
+    Densities
+        NaN where a law is not known.
+    """
+    ito, chart = charted(view)
+    basis = chart_basis(chart, *FINE[len(chart.axes)])
+    with np.errstate(all="ignore"):
+        own = stationary(transition(OneStep(scheme, view), basis, h).matrix)
+        exact = _invariant(generator(ito, chart, basis))
+        at = np.array([_points(axis) for axis in chart.axes])
+        found = [np.array(list(_marginals(basis, law, chart.axes, at))) for law in (own, exact)]
+    return Densities(np.array(h), at, *found)
+
+
+def _invariant(G: Array) -> Array:
+    """Return pi with pi G = 0 and pi(1) = 1."""
+    return stationary(np.eye(len(G)) + G)
+
+
+def _points(axis: Angle | Line) -> Array:
+    if isinstance(axis, Angle):
+        return np.linspace(-np.pi, np.pi, POINTS)
+    return axis.centre + axis.scale * np.linspace(-REACH, REACH, POINTS)
+
+
+def _marginals(basis: Basis, law: Array, axes: tuple[Angle | Line, ...], at: Array) -> Iterator[Array]:
+    means = law.reshape(len(basis.axes[0].derivative), -1)
+    for axis, own, functions, y in zip(axes, (means[:, 0], means[0]), basis.axes, at, strict=False):
+        yield _weight(axis, y) * (own @ functions.values(y))
+
+
+def _weight(axis: Angle | Line, y: Array) -> Array:
+    if isinstance(axis, Angle):
+        return np.full(y.shape, 0.5 / np.pi)
+    x = (y - axis.centre) / axis.scale
+    return np.asarray(np.exp(-0.5 * x**2) / (np.sqrt(2.0 * np.pi) * axis.scale))

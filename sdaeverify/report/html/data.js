@@ -26,6 +26,7 @@ const ABSENT = Array.from({ length: (DATA.absent || []).length / 4 }, (_, place)
   return { scheme, problem, measure, reason };
 });
 const COSTS = (DATA.costs || []).map(([scheme, problem, kind, mean]) => ({ scheme: DATA.texts[scheme], problem: DATA.texts[problem], kind: DATA.texts[kind], mean }));
+const DENSITIES = (DATA.densities || []).map(([scheme, problem, quantity, h, at, own, exact]) => ({ scheme: DATA.texts[scheme], problem: DATA.texts[problem], quantity: DATA.texts[quantity], h, at, own, exact }));
 const PASSPORTS = { schemes: {}, problems: {}, measures: {}, ...DATA.passports };
 
 function grouped(list, key) {

@@ -135,10 +135,12 @@ function cellPage(_, scheme, problem) {
   const costs = COSTS.filter((one) => one.scheme === scheme && one.problem === problem).map((one) => `${one.kind} ${short(one.mean)}`);
   const first = findings[0] || {};
   const measured = findings.length ? facts([["view", first.view], ["paths", String(first.paths ?? "")], ["seconds", short(first.seconds)], ["per step, finest level", costs.join(", ")]]) : el("p", {}, "No measure applies here.");
-  const sections = [...grouped(findings, (one) => one.measure)].map(([measure, list]) => [heading(2, measure), el("div", { class: "cards" }, list.map(card)), command(list[0])]);
+  const sections = [...grouped(findings, (one) => one.measure)].map(([measure, list]) => [heading(2, measure), el("div", { class: "cards" }, list.map(card), measure === "invariant" ? densities(scheme, problem) : []), command(list[0])]);
   const absent = missing.length ? [heading(2, "What does not apply, and why"), table(["measure", "why"], missing.map((one) => [one.measure, one.reason]))] : [];
   return [`${scheme} on ${problem}`, el("h1", {}, schemeLink(scheme), " on ", problemLink(problem)), measured, ...sections.flat(), ...absent];
 }
+
+const densities = (scheme, problem) => DENSITIES.filter((one) => one.scheme === scheme && one.problem === problem).map((one) => el("article", { class: "card" }, el("h3", {}, one.quantity), density(one)));
 
 function command(finding) {
   return finding.reproduce ? el("div", {}, el("span", { class: "soft" }, "the same again, to the last bit:"), el("pre", {}, finding.reproduce)) : null;

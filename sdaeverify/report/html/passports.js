@@ -73,8 +73,18 @@ function sameNoise(problem, first = "", measure = "strong") {
     const series = here.filter((one) => one.quantity === quantity).map((one) => ({ name: one.scheme, points: points(one) }));
     series.sort((a, b) => (b.name === first) - (a.name === first));
     const told = { strong: "Errors", weak: "Absolute errors of means", invariant: "Absolute errors of stationary means", drift: "Residuals", stability: "Spectral radii" }[measure] || "Values";
-    return comparison(series, { label: `${measure} ${quantity} of all schemes on ${problem}`, caption: `${told} of ${quantity} on ${problem}${measure === "strong" ? ", on the same noise: half as long a step is twice the work" : ""}.`, yLabel: measure === "stability" ? "spectral radius" : LABELS[measure] || "error", rule: measure === "stability" ? 1 : null, log: measure !== "stability" });
+    return [comparison(series, { label: `${measure} ${quantity} of all schemes on ${problem}`, caption: `${told} of ${quantity} on ${problem}${measure === "strong" ? ", on the same noise" : ""}.`, yLabel: measure === "stability" ? "spectral radius" : LABELS[measure] || "error", rule: measure === "stability" ? 1 : null, log: measure !== "stability" }),
+      ...(["strong", "weak"].includes(measure) ? [work(here.filter((one) => one.quantity === quantity), `${measure} ${quantity}`, problem, first)] : [])].flat();
   })];
+}
+
+/** Draw errors against the time that a path takes: the further left and below, the better. */
+function work(findings, told, problem, first) {
+  const timed = findings.filter((one) => finite(one.step_seconds) && one.levels.n);
+  const series = timed.map((one) => ({ name: one.scheme, points: points(one).map((point, place) => ({ ...point, h: value(one.levels.n[place]) * one.step_seconds })) }));
+  series.sort((a, b) => (b.name === first) - (a.name === first));
+  return series.length ? comparison(series, { label: `work and precision, ${told} on ${problem}`, xLabel: "seconds a path", yLabel: LABELS[findings[0].measure] || "error",
+    caption: `Work against precision: errors on ${problem} against the measured time of a path's steps. Further left and below is better.` }) : null;
 }
 
 function problemPage(_, name) {
@@ -107,9 +117,15 @@ function measurePage(title, measure, intro) {
       const own = here.filter((one) => one.problem === problem);
       const bars = measure === "stability" ? stabilityOf(own, (one) => one.scheme) : [];
       const growth = own.find((one) => finite(one.growth_rate));
-      return [...bars, growth ? el("p", { class: "soft" }, `Growth rate of the second moment of the equation: ${short(growth.growth_rate, 4)}.`) : null, ...sameNoise(problem, "", measure), ...orders(own, problem, measure, (one) => one.scheme), ...(measure === "drift" ? driftOf(own).slice(1) : [])];
+      return [...bars, growth ? el("p", { class: "soft" }, `Growth rate of the second moment of the equation: ${short(growth.growth_rate, 4)}.`) : null, ...sameNoise(problem, "", measure), ...orders(own, problem, measure, (one) => one.scheme), ...(measure === "drift" ? driftOf(own).slice(1) : []), ...(measure === "invariant" ? densityChoice(problem) : [])];
     }), passport ? el("details", {}, el("summary", {}, "how it is measured"), docs(passport)) : null];
   };
+}
+
+/** Return the densities on a problem, a scheme at a time. */
+function densityChoice(problem) {
+  const here = DENSITIES.filter((one) => one.problem === problem);
+  return here.length ? [heading(2, "Stationary densities on the chart"), picker(unique(here.map((one) => one.scheme)), "scheme", (scheme) => el("div", { class: "cards" }, densities(scheme, problem)))] : [];
 }
 
 function uniformityPage() {

@@ -47,7 +47,7 @@ NUMBERS = (
     "value_high",
     "paths",
 )
-MEASURED = ("seconds", "growth_rate", "growth", "order_L1/2", "order_L2", "order_L4")
+MEASURED = ("seconds", "step_seconds", "growth_rate", "growth", "order_L1/2", "order_L2", "order_L4")
 
 
 class _Texts:
@@ -84,6 +84,7 @@ def payload(tables: SavedTables, passports: Mapping[str, Any] | None = None) -> 
         "findings": _findings(tables, texts),
         "levels": [_columns(levels.get(key_of(row), ()), texts) for row in told],
         "costs": _costs(tables.levels, texts),
+        "densities": _densities(tables.levels, texts),
         "absent": _absent(tables.absent, texts),
         "passports": dict(passports or {}),
         "texts": list(texts.known),
@@ -144,6 +145,17 @@ def _level(row: TextRow, name: str, texts: _Texts) -> Any:
     if row[name] in {"True", "False"}:
         return int(row[name] == "True")
     return rounded(number(row, name))
+
+
+def _densities(rows: Iterable[TextRow], texts: _Texts) -> list[list[Any]]:
+    """Return scheme, problem, quantity and step size of each density, its points, itself and the exact one there."""
+    found = _by_key(row for row in rows if row.get("at"))
+    columns = ("at", "estimate", "exact")
+    return [
+        [texts(scheme), texts(problem), texts(quantity), rounded(number(points[0], "h")),
+         *([rounded(number(row, name)) for row in points] for name in columns)]
+        for (scheme, problem, _, quantity), points in found.items()
+    ]  # fmt: skip
 
 
 def _costs(rows: Iterable[TextRow], texts: _Texts) -> list[list[Any]]:

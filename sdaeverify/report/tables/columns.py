@@ -83,6 +83,7 @@ DETAILS = (
     Column("method", "how the quantity was measured"),
     Column("claim_source", "who claims it, and where"),
     _number("seconds", "time of the scheme on the problem, all its measures together", "s"),
+    _number("step_seconds", "mean time of a step on a path, what is noted of it included", "s"),
 )
 FILES = {folders.VERDICTS: VERDICTS, folders.NOT_APPLICABLE: NOT_APPLICABLE, folders.LEVELS: LEVELS}
 

@@ -202,6 +202,7 @@ def _detailed(result: CellResult, finding: Finding) -> Record:
         "method": finding.method,
         "claim_source": finding.claim.source if finding.claim else "",
         "seconds": round(result.seconds, 3),
+        "step_seconds": float(f"{result.step_seconds:.3g}"),
         **{name: value for name, value in finding.details.items() if name not in IN_VERDICTS},
     }
 

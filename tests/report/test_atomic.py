@@ -2,7 +2,7 @@
 
 import pytest
 
-from sdaeverify.store.atomic import UNFINISHED, written
+from sdaeverify.report.files import UNFINISHED, written
 
 
 def test_a_file_is_replaced_at_the_end(tmp_path):

@@ -1,14 +1,15 @@
-"""A file of evidence: numbered arrays and a header in JSON; reading it executes nothing.
+"""Evidence on a lane as bytes: a header in JSON and numbered arrays; reading them executes nothing.
 
-It is an uncompressed ``.npz``. What claims to be larger than the file is refused, so that a file from elsewhere
-cannot fill the memory, and objects are never unpickled.
+All is packed as one stream. Arrays of a kind lie one behind the other, and of all their numbers first the first
+bytes, then the second ones, and so on: signs, exponents and digits that are zero pack well, the others do not at all.
+What unpacks to more than any evidence takes is refused, so that a file from elsewhere cannot fill the memory.
 """
 
 import json
-import zipfile
+import zlib
 from collections.abc import Mapping, Sequence
 from functools import reduce
-from pathlib import Path
+from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,14 +19,14 @@ from ..contracts.tally import Tally
 from ..errors import FAULTS
 from ..simulate.behaviour import Behaviour, differing
 from ..simulate.ensemble import Entry, LaneEvidence
-from .atomic import written
 from .keys import Ingredients
 
-FORMAT = 2
-HEADER = "header"
+FORMAT = 3
 KINDS = ("sums", "maxima", "largest")
 # Kinds of arrays that evidence is made of: truth values, whole numbers, numbers.
 NUMBERS = "biuf"
+# Bytes of the header's length, and of all that is unpacked.
+LENGTH, LARGEST = 8, 2**28
 
 
 class MeasureRecord(NamedTuple):
@@ -74,31 +75,36 @@ class StoredLane(NamedTuple):
         return int(self.ingredients["index"])
 
 
-def write_lane(lane: StoredLane, path: Path) -> None:
-    """Write a file."""
+def packed_lane(lane: StoredLane) -> bytes:
+    """Return evidence as bytes.
+
+    Raises
+    ------
+    OSError
+        If it is more than could be read.
+    """
     arrays: list[Array] = []
-    header = json.dumps(_header(lane, arrays)).encode()
-    numbered = {str(index): array for index, array in enumerate(arrays)}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with written(path) as file:
-        np.savez(file, allow_pickle=False, **{HEADER: np.frombuffer(header, dtype=np.uint8)}, **numbered)
+    places = _header(lane, arrays)
+    kinds = list(dict.fromkeys(array.dtype.str for array in arrays))
+    header = json.dumps({**places, "arrays": [[array.dtype.str, *array.shape] for array in arrays]}).encode()
+    planes = [_planes([array for array in arrays if array.dtype.str == kind]) for kind in kinds]
+    whole = b"".join([len(header).to_bytes(LENGTH), header, *planes])
+    if len(whole) > LARGEST:
+        raise OSError(f"evidence of {len(whole):,} bytes on {lane.scheme}, at most {LARGEST:,}")
+    return zlib.compress(whole)
 
 
-def read_lane(path: Path) -> StoredLane | None:
-    """Return what a file holds; None if it is damaged or no such file."""
+def unpacked_lane(content: bytes) -> StoredLane | None:
+    """Return the evidence that was packed; None if it is damaged, or was not packed by this program."""
     try:
-        with _opened(path) as file:
-            return _lane(_read_header(file), file)
-    except FAULTS:
-        return None
-
-
-def read_ingredients(path: Path) -> Ingredients | None:
-    """Return what determines the evidence in a file, without reading the evidence; None if it is damaged."""
-    try:
-        with _opened(path) as file:
-            return _texts(_read_header(file)["ingredients"])
-    except FAULTS:
+        stream = zlib.decompressobj()
+        whole = stream.decompress(content, LARGEST)
+        if not stream.eof:
+            raise ValueError("more than any evidence, or cut short")
+        end = LENGTH + int.from_bytes(whole[:LENGTH])
+        header = _read_header(whole[LENGTH:end])
+        return _lane(header, _arrays(header["arrays"], whole[end:]))
+    except (*FAULTS, zlib.error):
         return None
 
 
@@ -132,45 +138,59 @@ def _place(tally: Tally, arrays: list[Array]) -> dict[str, dict[str, int]]:
     return places
 
 
-def _opened(path: Path) -> Any:
-    # What is no file, such as a pipe, might never come to an end.
-    if not path.is_file():
-        raise FileNotFoundError(path)
-    with zipfile.ZipFile(path) as archive:
-        members = archive.infolist()
-    packed = any(member.compress_type != zipfile.ZIP_STORED for member in members)
-    if packed or sum(member.file_size for member in members) > path.stat().st_size:
-        raise ValueError("not written by this program")
-    return np.load(path, allow_pickle=False)
+def _planes(arrays: Sequence[Array]) -> bytes:
+    """Return arrays of one kind as bytes: the first bytes of all numbers, then the second ones, and so on."""
+    numbers = np.concatenate([array.ravel() for array in arrays])
+    return numbers.view(np.uint8).reshape(-1, numbers.itemsize).T.tobytes()
 
 
-def _read_header(file: Any) -> dict[str, Any]:
-    header: dict[str, Any] = json.loads(file[HEADER].tobytes())
+def _arrays(told: Sequence[Sequence[Any]], planes: bytes) -> list[Array]:
+    """Return the arrays that were told of, with all bytes used."""
+    kinds = [np.dtype(kind) for kind, *_ in told]
+    if any(kind.kind not in NUMBERS for kind in kinds):
+        raise ValueError("no numbers")
+    shapes = [tuple(int(length) for length in shape) for _, *shape in told]
+    if any(length < 0 for shape in shapes for length in shape):
+        raise ValueError("no shape")
+    found: dict[int, Array] = {}
+    for kind in dict.fromkeys(kinds):
+        chosen = [index for index, other in enumerate(kinds) if other == kind]
+        lengths = [prod(shapes[index]) for index in chosen]
+        size = kind.itemsize * sum(lengths)
+        numbers, planes = _numbers(planes[:size], kind, sum(lengths)), planes[size:]
+        parts = np.split(numbers, np.cumsum(lengths)[:-1])
+        found |= {index: part.reshape(shapes[index]) for index, part in zip(chosen, parts, strict=True)}
+    if planes:
+        raise ValueError("more than was told of")
+    return [found[index] for index in range(len(told))]
+
+
+def _numbers(planes: bytes, kind: np.dtype[Any], count: int) -> Array:
+    columns = np.frombuffer(planes, dtype=np.uint8).reshape(kind.itemsize, count).T
+    return np.ascontiguousarray(columns).view(kind).reshape(count)
+
+
+def _read_header(content: bytes) -> dict[str, Any]:
+    header: dict[str, Any] = json.loads(content)
     if header["format"] != FORMAT:
         raise ValueError("another format")
     return header
 
 
-def _lane(header: dict[str, Any], file: Any) -> StoredLane:
+def _lane(header: dict[str, Any], arrays: Sequence[Array]) -> StoredLane:
     records = {
         str(name): MeasureRecord(
-            _texts(record["ingredients"]), _tally(record["sampled"], file), _tally(record["probed"], file)
+            _texts(record["ingredients"]), _tally(record["sampled"], arrays), _tally(record["probed"], arrays)
         )
         for name, record in header["measures"].items()
     }
-    health, behaviour = _tally(header["health"], file), Behaviour(**_texts(header["behaviour"]))
+    health, behaviour = _tally(header["health"], arrays), Behaviour(**_texts(header["behaviour"]))
     seconds, paths = float(header["seconds"]), int(header["paths"])
     return StoredLane(_texts(header["ingredients"]), behaviour, health, seconds, paths, records)
 
 
-def _tally(places: dict[str, dict[str, int]], file: Any) -> Tally:
-    return Tally(*({str(name): _numbers(file[str(int(at))]) for name, at in places[kind].items()} for kind in KINDS))
-
-
-def _numbers(array: Array) -> Array:
-    if array.dtype.kind not in NUMBERS:
-        raise ValueError("no numbers")
-    return array
+def _tally(places: dict[str, dict[str, int]], arrays: Sequence[Array]) -> Tally:
+    return Tally(*({str(name): arrays[int(at)] for name, at in places[kind].items()} for kind in KINDS))
 
 
 def _texts(values: dict[str, Any]) -> Ingredients:

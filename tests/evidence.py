@@ -1,0 +1,29 @@
+"""Evidence on disk as tests look at it and change it."""
+
+import sqlite3
+from contextlib import closing
+
+from sdaeverify.store import Container
+
+
+def files_in(folder):
+    """Return the files of evidence in a folder and below it."""
+    return sorted(folder.rglob("*.sqlite"))
+
+
+def lanes_in(folder):
+    """Return file, name and evidence of each lane in a folder and below it."""
+    return [(file, name, lane) for file in files_in(folder) for name, lane in Container(file).lanes()]
+
+
+def change_lanes(folder, change):
+    """Write what a function makes of each lane."""
+    for file, name, lane in lanes_in(folder):
+        Container(file).write(name, lambda _, lane=lane: change(lane))
+
+
+def damage_lanes(file, damage):
+    """Write what a function makes of the bytes of each lane."""
+    with closing(sqlite3.connect(file)) as rows, rows:
+        for name, content in rows.execute("SELECT name, content FROM lanes").fetchall():
+            rows.execute("UPDATE lanes SET content = ? WHERE name = ?", (damage(content), name))

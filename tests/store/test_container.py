@@ -1,0 +1,165 @@
+"""Files of evidence: many write and read at once, and what a file is not costs neither a traceback nor a command."""
+
+import os
+import pickle
+import signal
+import sqlite3
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
+
+import pytest
+
+from sdaeverify.contracts.tally import Tally
+from sdaeverify.simulate.behaviour import Behaviour
+from sdaeverify.store import Container, StoredLane, containers
+from sdaeverify.store.container import TABLE
+
+
+def lane(seconds=0.5):
+    """Return evidence on nothing."""
+    return StoredLane({"scheme": "milstein"}, Behaviour("a", "b"), Tally(), seconds, 40, {})
+
+
+def seconds_in(container):
+    """Return how long each lane took, in the order in which they were used."""
+    return {name: one if one is None else one.seconds for name, one in container.lanes()}
+
+
+@pytest.fixture
+def container(tmp_path):
+    """Return a file that is not there yet."""
+    return Container(tmp_path / "evidence" / "gbm.sqlite")
+
+
+def test_what_was_written_last_counts(container):
+    """A lane is replaced by what is made of it; others stay as they are."""
+    container.write("a", lambda _: lane(1.0))
+    container.write("b", lambda _: lane(2.0))
+    container.write("a", lambda before: lane(before.seconds + 2.0))
+
+    assert seconds_in(container) == {"b": 2.0, "a": 3.0}
+    assert container.lane("c") is None
+
+
+def test_what_was_used_last_is_the_newest(container):
+    """Of lanes with the same beginning of a name, the one that was used last is told."""
+    for name in ("a-1", "a-2", "b-3"):
+        container.write(name, lambda _: lane())
+    container.mark_used(["a-1"])
+
+    assert container.newest("a-")[0] == "a-1"
+    assert [name for name, _ in container.lanes()] == ["a-2", "b-3", "a-1"]
+    assert container.newest("c-") is None
+    assert Container(container.path.with_name("other.sqlite")).newest("a-") is None
+
+
+def test_many_write_at_once(container):
+    """Writers wait for each other, readers read on, and nothing is lost."""
+    with ThreadPoolExecutor(8) as pool:
+        done = [pool.submit(container.write, f"{n:02d}", lambda _, n=n: lane(float(n))) for n in range(40)]
+        read = [pool.submit(seconds_in, container) for _ in range(10)]
+
+    assert all(each.exception() is None for each in done)
+    assert all(seconds == float(name) for each in read for name, seconds in each.result().items() if name)
+    assert sorted(seconds_in(container).values()) == [float(n) for n in range(40)]
+
+
+KILLED = """
+import os, signal, sqlite3, sys
+rows = sqlite3.connect(sys.argv[1], isolation_level=None)
+rows.execute("PRAGMA cache_size = 1")
+rows.execute("BEGIN IMMEDIATE")
+rows.execute("UPDATE lanes SET content = zeroblob(300000)")
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="a process is killed")
+def test_a_writer_that_is_killed(container):
+    """What a process was writing when it was killed is undone: what was there before is there."""
+    container.write("a", lambda _: lane(1.0))
+    killed = subprocess.run([sys.executable, "-c", KILLED, str(container.path)], check=False)
+    assert killed.returncode == -signal.SIGKILL
+    assert container.path.with_name("gbm.sqlite-journal").exists()
+
+    assert seconds_in(container) == {"a": 1.0}
+    container.write("b", lambda _: lane(2.0))
+    assert seconds_in(container) == {"a": 1.0, "b": 2.0}
+    assert list(container.path.parent.iterdir()) == [container.path]
+
+
+def test_writing_that_fails_leaves_what_is_there(container):
+    """Where the evidence cannot be made, the old one stays."""
+    container.write("a", lambda _: lane(1.0))
+
+    with pytest.raises(ZeroDivisionError):
+        container.write("a", lambda before: lane(before.seconds / 0))
+
+    assert seconds_in(container) == {"a": 1.0}
+
+
+class Planted:
+    """What runs a command as it is unpickled."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        """Make a folder."""
+        return os.mkdir, (str(self.path),)
+
+
+FOREIGN = {
+    "view": "CREATE VIEW lanes AS SELECT 'a' AS name, 0.0 AS used, zeroblob(900000000) AS content",
+    "generated": "CREATE TABLE lanes (name TEXT, used REAL, content BLOB AS (zeroblob(900000000)))",
+    "trigger": f"{TABLE}; CREATE TABLE more (x); "
+    "CREATE TRIGGER t AFTER INSERT ON lanes BEGIN INSERT INTO more VALUES (zeroblob(900000000)); END",
+    "columns": "CREATE TABLE lanes (name TEXT PRIMARY KEY)",
+    "none": "CREATE TABLE others (name TEXT)",
+}
+
+
+@pytest.mark.parametrize("script", FOREIGN.values(), ids=FOREIGN)
+def test_databases_from_elsewhere(container, script):
+    """Of a database that is not this program's nothing is read, and it is replaced by what is computed."""
+    container.path.parent.mkdir()
+    with closing(sqlite3.connect(container.path)) as rows:
+        rows.executescript(script)
+
+    assert seconds_in(container) == {"": None}
+    assert container.lane("a") is None
+    container.write("a", lambda _: lane(1.0))
+    assert seconds_in(container) == {"a": 1.0}
+
+
+def test_content_of_any_kind(container):
+    """A lane that is a number, a text or nothing much is damaged."""
+    container.write("a", lambda _: lane())
+    for content in (1, 0.5, "text", b"", b"PK"):
+        with closing(sqlite3.connect(container.path)) as rows, rows:
+            rows.execute("UPDATE lanes SET content = ?", (content,))
+        assert seconds_in(container) == {"a": None}
+
+
+def test_what_is_no_database(container, tmp_path):
+    """A pickle, a pipe, a folder and nothing at all are read as damaged without being opened for long."""
+    container.path.parent.mkdir()
+    container.path.write_bytes(pickle.dumps(Planted(tmp_path / "executed")))
+    pipe, folder, missing = (container.path.with_name(f"{name}.sqlite") for name in ("pipe", "folder", "missing"))
+    folder.mkdir()
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(pipe)
+
+    assert [seconds_in(Container(path)) for path in (container.path, pipe, folder, missing)] == [{"": None}] * 4
+    assert not (tmp_path / "executed").exists()
+    assert container.path in [one.path for one in containers(container.path.parent)]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="permissions are a matter of POSIX")
+def test_others_may_read_what_was_written(container):
+    """A file of evidence can be read by whoever can read the tables beside it."""
+    container.write("a", lambda _: lane())
+
+    assert container.path.stat().st_mode & 0o777 == 0o644

@@ -1,0 +1,246 @@
+"""Evidence as bytes: what was packed is unpacked, and nothing that anybody else wrote does harm."""
+
+import json
+import os
+import pickle
+import zlib
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as npst
+
+from sdaeverify.contracts.tally import Tally
+from sdaeverify.simulate.behaviour import Behaviour
+from sdaeverify.store import lanes
+from sdaeverify.store.lanes import LENGTH, MeasureRecord, StoredLane, packed_lane, unpacked_lane
+
+KINDS = st.sampled_from([np.float64, np.float32, np.int64, np.uint8, np.bool_])
+ARRAYS = npst.arrays(dtype=KINDS, shape=npst.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=3))
+# Half of a surrogate pair is no text that any file can hold.
+NAMES = st.text(st.characters(exclude_categories=["Cs"]), max_size=8)
+TALLIES = st.builds(Tally, *(st.dictionaries(NAMES, ARRAYS, max_size=3) for _ in range(3)))
+TEXTS = st.dictionaries(NAMES, NAMES, max_size=3)
+LANES = st.builds(
+    StoredLane,
+    TEXTS,
+    st.builds(Behaviour, st.text(), st.text()),
+    TALLIES,
+    st.floats(0.0, 1e9),
+    st.integers(0, 2**60),
+    st.dictionaries(NAMES, st.builds(MeasureRecord, TEXTS, TALLIES, TALLIES), max_size=3),
+)
+INGREDIENTS = {"scheme": "milstein", "problem": "gbm", "index": "3"}
+
+
+def lane():
+    """Return some evidence."""
+    tally = Tally({"paths": np.arange(4.0)}, {"x": np.array(np.nan)}, {"y": np.array([3.0, 1.0])})
+    record = MeasureRecord({"measure": "strong"}, tally, Tally())
+    return StoredLane(INGREDIENTS, Behaviour("a", "b"), tally, 0.5, 40, {"strong": record})
+
+
+def same_tally(a, b):
+    """Tell whether two tallies are the same, kinds of numbers and shapes too."""
+    return all(
+        one.keys() == other.keys()
+        and all(
+            value.dtype == other[name].dtype
+            and value.shape == other[name].shape
+            and value.tobytes() == other[name].tobytes()
+            for name, value in one.items()
+        )
+        for one, other in ((a.sums, b.sums), (a.maxima, b.maxima), (a.largest, b.largest))
+    )
+
+
+@settings(max_examples=40)
+@given(written=LANES)
+def test_what_is_unpacked_is_what_was_packed(written):
+    """Numbers of any kind, shape and value come back bit by bit, names of any letters too."""
+    read = unpacked_lane(packed_lane(written))
+
+    assert (read.ingredients, read.seconds, read.paths) == (written.ingredients, written.seconds, written.paths)
+    assert same_tally(read.health, written.health)
+    assert read.measures.keys() == written.measures.keys()
+    for name, record in read.measures.items():
+        assert record.ingredients == written.measures[name].ingredients
+        assert same_tally(record.sampled, written.measures[name].sampled)
+        assert same_tally(record.probed, written.measures[name].probed)
+
+
+def test_what_evidence_is_about():
+    """Scheme, problem and block are read from the ingredients."""
+    read = unpacked_lane(packed_lane(lane()))
+
+    assert (read.scheme, read.problem, read.block) == ("milstein", "gbm", 3)
+
+
+def test_numbers_with_few_digits_pack_well():
+    """Of digits that are zero in all numbers little is left: that is what evidence is rounded for."""
+    numbers = np.random.default_rng(1).normal(size=10_000)
+    rounded = lane()._replace(health=Tally({"x": numbers.astype(np.float32).astype(float)}))
+
+    whole, few = (len(packed_lane(one)) for one in (lane()._replace(health=Tally({"x": numbers})), rounded))
+
+    assert whole > 0.85 * numbers.nbytes
+    assert few < 0.5 * numbers.nbytes
+
+
+def test_evidence_cut_short_is_damaged():
+    """What was cut anywhere is not read at all."""
+    whole = packed_lane(lane())
+
+    assert all(unpacked_lane(whole[:length]) is None for length in range(len(whole)))
+
+
+def test_a_flipped_bit_is_noticed():
+    """What changed on the disk anywhere is not read, or is what it was."""
+    whole = packed_lane(lane())
+    flipped = (whole[:n] + bytes([whole[n] ^ 16]) + whole[n + 1 :] for n in range(len(whole)))
+
+    read = [unpacked_lane(content) for content in flipped]
+
+    assert all(one is None or packed_lane(one) == whole for one in read)
+    assert sum(one is None for one in read) > 0.9 * len(whole)
+
+
+def test_what_fills_the_memory_is_refused(monkeypatch):
+    """Little that unpacks to more than evidence may take is not unpacked, nor is so much evidence packed."""
+    large = packed_lane(lane()._replace(health=Tally({"zeros": np.zeros(10_000)})))
+    monkeypatch.setattr(lanes, "LARGEST", 50_000)
+
+    assert len(large) < 2000
+    assert unpacked_lane(large) is None
+    with pytest.raises(OSError, match=r"evidence of .* bytes on milstein"):
+        packed_lane(lane()._replace(health=Tally({"zeros": np.zeros(10_000)})))
+
+
+class Planted:
+    """What runs a command as it is unpickled."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        """Make a folder."""
+        return os.mkdir, (str(self.path),)
+
+
+def test_objects_are_never_unpickled(tmp_path):
+    """A pickle, as it is or packed, is not loaded."""
+    planted = pickle.dumps(Planted(tmp_path / "executed"))
+
+    assert unpacked_lane(planted) is None
+    assert unpacked_lane(zlib.compress(planted)) is None
+    assert not (tmp_path / "executed").exists()
+
+
+def with_header(text, numbers=None):
+    """Return some evidence with another header."""
+    whole = zlib.decompress(packed_lane(lane()))
+    end = LENGTH + int.from_bytes(whole[:LENGTH])
+    return zlib.compress(len(text).to_bytes(LENGTH) + text + (whole[end:] if numbers is None else numbers))
+
+
+def header():
+    """Return the header of some evidence."""
+    whole = zlib.decompress(packed_lane(lane()))
+    return json.loads(whole[LENGTH : LENGTH + int.from_bytes(whole[:LENGTH])])
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        ["<f8", 10**15],
+        ["<f8", 10**30],
+        ["<f8", -1],
+        ["<f8", -1, -4],
+        ["<f8", "four"],
+        ["<f8", 4.5, 4.5],
+        ["<U3", 4],
+        ["<c16", 2],
+        ["<M8[s]", 4],
+        ["O", 4],
+        ["V8", 4],
+        ["f8,f8", 2],
+        ["__import__('os').mkdir('executed')", 4],
+        [],
+        None,
+    ],
+    ids=str,
+)
+def test_arrays_that_are_none_are_refused(tmp_path, monkeypatch, told):
+    """What claims to be an array and is none, or none of numbers, costs neither memory nor a traceback."""
+    monkeypatch.chdir(tmp_path)
+    hostile = header()
+    hostile["arrays"][0] = told
+
+    assert unpacked_lane(with_header(json.dumps(hostile).encode())) is None
+    assert not (tmp_path / "executed").exists()
+
+
+def test_numbers_that_nothing_tells_of_are_refused():
+    """Evidence with more bytes than its arrays have was not written by this program."""
+    assert unpacked_lane(with_header(json.dumps(header()).encode())) is not None
+    assert unpacked_lane(with_header(json.dumps(header()).encode(), bytes(10**4))) is None
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=3),
+    lambda inner: st.lists(inner, max_size=2) | st.dictionaries(st.text(max_size=3), inner, max_size=2),
+    max_leaves=4,
+)
+WHERE = st.sampled_from(
+    [
+        (),
+        ("format",),
+        ("arrays",),
+        ("ingredients",),
+        ("seconds",),
+        ("paths",),
+        ("health",),
+        ("health", "sums"),
+        ("health", "sums", "paths"),
+        ("measures",),
+        ("measures", "strong"),
+        ("measures", "strong", "ingredients"),
+        ("measures", "strong", "sampled"),
+        ("measures", "strong", "sampled", "largest"),
+    ]
+)
+
+
+@settings(max_examples=60)
+@given(where=WHERE, value=JSON)
+def test_headers_from_elsewhere(where, value):
+    """Whatever a header holds in place of what belongs there, evidence is read or refused without an error."""
+    inside = whole = {"whole": header()}
+    for key in ("whole", *where)[:-1]:
+        inside = inside[key]
+    inside[("whole", *where)[-1]] = value
+
+    read = unpacked_lane(with_header(json.dumps(whole["whole"]).encode()))
+
+    assert read is None or isinstance(read, StoredLane)
+    assert where != () or read is None
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"",
+        b"\xff\xfe",
+        b"{",
+        b"[" * 200_000,
+        b'{"format": 2}',
+        b'{"format": 3}',
+        b'{"format": ' + b"9" * 5000 + b"}",
+        b'{"format": 1e999}',
+    ],
+    ids=["empty", "bytes", "cut", "deep", "bare", "format", "digits", "infinite"],
+)
+def test_headers_that_are_none(text):
+    """A header that is no header is no reason for a traceback."""
+    assert unpacked_lane(with_header(text)) is None
