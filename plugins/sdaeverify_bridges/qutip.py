@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sdaeverify import SDE, Array, Claim, ParameterError, Scheme, hookimpl
 from sdaeverify.bridges import Bridge, Compiled, Library
@@ -22,13 +23,15 @@ ORDERS: dict[str, tuple[float, ...]] = {
     "taylor1.5_imp": (1.5,),
 }
 HIGH = frozenset({"explicit1.5", "taylor1.5", "taylor1.5_imp"})
+# States with the same noise are the columns of one: always as many, so that a column is rounded the same anywhere.
+COLUMNS = 16
 
 
 @dataclass(frozen=True)
 class QuTiP(Bridge):
     """A step for dx = (A x + a) dt + sum_j (B_j x + b_j) dW_j, which QuTiP sees as a linear system of (x, 1).
 
-    It makes one path at a time. Its second normal variable is sqrt(12) H.
+    It makes all paths with the same noise at a time. Its second normal variable is sqrt(12) H.
 
     Attributes
     ----------
@@ -76,13 +79,28 @@ class QuTiP(Bridge):
         run = SMESolver.avail_integrators()[self.method].stepper(SimpleStochasticSystem(1j * A, B)).run
 
         def step(x: Array, t: float, h: float, dW: Array, H: Array | None = None) -> Array:
-            numbers = np.stack([dW] if H is None else [dW, np.sqrt(12.0) * H], axis=0)
-            steps = np.ascontiguousarray(numbers.transpose(2, 0, 1)[:, None])
-            states = np.concatenate([x, np.ones((1, x.shape[1]))]).T.astype(complex)
-            ends = [run(t, Dense(state), h, normals, 1) for state, normals in zip(states, steps, strict=True)]
-            return np.stack([end.to_array()[:-1, 0].real for end in ends], axis=-1)
+            numbers = np.stack([dW] if H is None else [dW, np.sqrt(12.0) * H])
+            paths = alike(numbers.reshape(-1, x.shape[1]))
+            states = np.concatenate([x, np.ones((1, x.shape[1]))]).astype(complex).T[paths]
+            noises = np.moveaxis(numbers[None, ..., paths[:, 0]], -1, 0).copy()
+            ends, found = np.empty(x.shape), zip(states, noises, strict=True)
+            whole = [run(t, Dense(state.T), h, noise, 1).to_array()[:-1].real for state, noise in found]
+            ends[:, paths] = np.stack(whole, axis=1)
+            return ends
 
         return step
+
+
+def alike(numbers: Array) -> NDArray[np.intp]:
+    """Return the places of equal columns of numbers, shape (groups, 16): the last one of a group fills it up."""
+    order = np.lexsort(numbers)
+    differ = (numbers[:, order[1:]] != numbers[:, order[:-1]]).any(axis=0)
+    begins = np.flatnonzero(np.concatenate([[True], differ]))
+    ends = np.append(begins[1:], len(order))
+    pieces = -(-(ends - begins) // COLUMNS)
+    place = np.arange(pieces.sum()) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    firsts = np.repeat(begins, pieces) + COLUMNS * place
+    return order[np.minimum(firsts[:, None] + np.arange(COLUMNS), np.repeat(ends, pieces)[:, None] - 1)]
 
 
 def matrices(problem: SDE) -> tuple[Array, ...]:
