@@ -42,6 +42,7 @@ class TorchSDE(Bridge):
     grad_free: bool = False
 
     library: ClassVar[Library] = LIBRARY
+    batched: ClassVar[bool] = False
     calculus: ClassVar[str]
     methods: ClassVar[dict[str, tuple[float, tuple[str, ...]]]]
     source: ClassVar[str] = f"{LIBRARY}; Li, Wong, Chen & Duvenaud 2020"

@@ -8,11 +8,11 @@ import numpy as np
 from ..arrays import Array
 
 # The first block of paths and the small probes fit into the one, all other blocks into the other.
-SMALL, LARGE = 256, 4096
+SMALL, LARGE = 256, 1024
 
 
 def in_batches(step: Callable[..., Any], arrays: tuple[Array, ...]) -> Array:
-    """Return step(*arrays) for any number of paths, put together from calls with 256 or 4096 of them.
+    """Return step(*arrays) for any number of paths, put together from calls with 256 or 1024 of them.
 
     A batch is filled up with copies of its last path: the numbers of a path depend neither on the others nor, because
     all batches are long and of even size, on its place among them.
