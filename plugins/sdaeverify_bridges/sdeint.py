@@ -35,6 +35,7 @@ class SDEInt(Bridge):
 
     name: ClassVar[str] = "sdeint"
     library: ClassVar[Library] = LIBRARY
+    batched: ClassVar[bool] = False
     source: ClassVar[str] = f"{LIBRARY}; Roessler 2010; Ruemelin 1982"
 
     def __post_init__(self) -> None:

@@ -1,4 +1,4 @@
-"""Paths in batches of few sizes: what is compiled for a shape is compiled for two of them and no more."""
+"""Paths in batches of one size: what is compiled for a shape is compiled once."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -7,12 +7,12 @@ import numpy as np
 
 from ..arrays import Array
 
-# The first block of paths and the small probes fit into the one, all other blocks into the other.
-SMALL, LARGE = 256, 1024
+# So few that a batch stays in the cache.
+SIZE = 1024
 
 
 def in_batches(step: Callable[..., Any], arrays: tuple[Array, ...]) -> Array:
-    """Return step(*arrays) for any number of paths, put together from calls with 256 or 1024 of them.
+    """Return step(*arrays) for any number of paths, put together from calls with 1024 of them.
 
     A batch is filled up with copies of its last path: the numbers of a path depend neither on the others nor, because
     all batches are long and of even size, on its place among them.
@@ -32,10 +32,9 @@ def in_batches(step: Callable[..., Any], arrays: tuple[Array, ...]) -> Array:
 
 
 def _batches(arrays: tuple[Array, ...], P: int) -> Iterator[tuple[int, tuple[Array, ...]]]:
-    size = SMALL if P <= SMALL else LARGE
-    for begin in range(0, P, size):
-        used = min(size, P - begin)
-        yield used, tuple(_filled(array[..., begin : begin + used], size - used) for array in arrays)
+    for begin in range(0, P, SIZE):
+        used = min(SIZE, P - begin)
+        yield used, tuple(_filled(array[..., begin : begin + used], SIZE - used) for array in arrays)
 
 
 def _filled(array: Array, missing: int) -> Array:

@@ -33,7 +33,7 @@ class Bridge(Scheme):
     stratonovich : bool
         Whether the solver converges to the Stratonovich solution: it is given that drift then.
     batched : bool
-        Whether paths come in batches of few sizes, for a step that is compiled for each; else as many as there are.
+        Whether paths come in batches of one size, for a step that is compiled for it; else as many as there are.
     """
 
     form: ClassVar[type[Problem] | tuple[type[Problem], ...]] = SDE
