@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from sdaeverify import HolonomicSDAE, Increment, ParameterError
+from sdaeverify.conformance.violation import violation
+from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify_bridges.mici import Mici, friction
 from sdaeverify_problems.damped_pendulum import damped_pendulum
 from sdaeverify_problems.pendulum import pendulum
@@ -75,6 +77,12 @@ def test_step_without_a_root_is_counted():
     end = scheme.prepare(problem, 8.0)(start, 0.0, Increment(np.zeros((problem.noise_dim, 1)), None))
     assert end.failed.all()
     np.testing.assert_array_equal(end.state.r, start.r)
+
+
+def test_component_that_it_does_not_tell_is_no_fault():
+    """Its step is exact on trivial equations in all but mu, and cannot be probed, since mu is compared there."""
+    assert not violation(Mici(), damped_pendulum())
+    assert OneStep(Mici(), damped_pendulum()).refusal() == "the state of the scheme has no mu"
 
 
 def test_friction_is_found():

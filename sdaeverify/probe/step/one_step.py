@@ -102,11 +102,13 @@ class OneStep:
         return ""
 
     def unentered(self) -> str:
-        """Return that the scheme has memory that `enter` does not set, or an empty string."""
+        """Return that the scheme has memory that `enter` does not set, or less than what is compared; else nothing."""
         h = self.view.horizon / 64.0
         start, entered = self.scheme.start(self.view, 2, h), self.enter(self.equation.initial(2), 0.0, h)
         if type(start) is not type(entered) or flatten(start).shape != flatten(entered).shape:
             return "the scheme has memory that enter(problem, state, t, h) does not set"
+        if untold := [name for name in self.names if name not in self.scheme.parts(self.view, entered)]:
+            return f"the state of the scheme has no {', '.join(untold)}"
         if len(flatten(entered)) > self.equation.dimension and _depends_on_run(self):
             return "steps of a run differ from those that begin with enter(problem, state, t, h)"
         return ""
