@@ -9,9 +9,8 @@ import jax
 import jax.numpy as jnp
 
 from sdaeverify import SDE, Langevin
-from sdaeverify.bridges import Coefficients, Compiled, Foreign
+from sdaeverify.bridges import Coefficients, Compiled, Foreign, vectorised
 
-from ._compiled import batched
 from ._reversible import divided
 
 RECORDS = {1: diffrax.BrownianIncrement, 2: diffrax.SpaceTimeLevyArea, 3: diffrax.SpaceTimeTimeLevyArea}
@@ -89,7 +88,7 @@ def reversible_step(problem: SDE) -> Compiled:
         x, _, _, (z, (F, B)), _ = solver.step(terms, t, t + h, x, None, (z, (F, B)), made_jump=False)
         return jnp.concatenate([x, z, F, B.reshape(-1)])
 
-    return batched(one)
+    return vectorised(one)
 
 
 def one_step(
@@ -105,4 +104,4 @@ def one_step(
         memory = solver.init(equation, t, t + h, state, None)
         return joined(solver.step(equation, t, t + h, state, None, memory, made_jump=False)[0])
 
-    return batched(one)
+    return vectorised(one)

@@ -8,9 +8,7 @@ import jax.numpy as jnp
 import tinydiffeq
 
 from sdaeverify import SDE, DelaySDAE
-from sdaeverify.bridges import Coefficients, Compiled, Foreign
-
-from ._compiled import batched
+from sdaeverify.bridges import Coefficients, Compiled, Foreign, vectorised
 
 
 def sde_step(solver: str, problem: SDE) -> Compiled:
@@ -27,10 +25,10 @@ def sde_step(solver: str, problem: SDE) -> Compiled:
         made, noise = getattr(tinydiffeq, solver)(), normals(*numbers)
         return tinydiffeq.solve_sde(drift, diffusion, made, t, t + h, x, n_steps=1, noise=noise).xs
 
-    return batched(one)
+    return vectorised(one)
 
 
-def sdae_step(solver: str, problem: DelaySDAE) -> Compiled:
+def sdae_step(problem: DelaySDAE) -> Compiled:
     """Return the step of ``solve_semi_explicit_sdae``, with a last row that is 1 where it was solved."""
     d = problem.dimension
 
@@ -41,22 +39,22 @@ def sdae_step(solver: str, problem: DelaySDAE) -> Compiled:
 
         return evaluated
 
-    def one(state: jax.Array, t: jax.Array, h: jax.Array, *numbers: jax.Array) -> jax.Array:
-        fields, made = map(field, (problem.drift, problem.diffusion, problem.constraint)), known(solver, numbers)
+    def one(state: jax.Array, t: jax.Array, h: jax.Array, dW: jax.Array) -> jax.Array:
+        fields, made = map(field, (problem.drift, problem.diffusion, problem.constraint)), known(dW)
         ends, begin = (t, t + h), (state[:d], state[d:])
         # It draws by itself, through the solver that it is given: the key is of no use.
         end = tinydiffeq.solve_semi_explicit_sdae(*fields, made, *ends, *begin, key=jax.random.key(0), n_steps=1)
         return jnp.concatenate([end.ys, end.zs, jnp.atleast_1d(end.ok).astype(state.dtype)])
 
-    return batched(one)
+    return vectorised(one)
 
 
-def known(solver: str, numbers: tuple[jax.Array, ...]) -> Any:
-    """Return a solver that draws what is known."""
+def known(dW: jax.Array) -> Any:
+    """Return Euler's method with an increment that is known."""
 
-    class Known(getattr(tinydiffeq, solver)):  # type: ignore[misc]
+    class Known(tinydiffeq.EulerMaruyama):  # type: ignore[misc]
         def sample_noise(self, *_: Any) -> Any:
-            return normals(*numbers)
+            return normals(dW)
 
     return Known()
 

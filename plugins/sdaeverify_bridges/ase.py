@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from sdaeverify import Claim, Langevin, ParameterError, Scheme, hookimpl
-from sdaeverify.bridges import Bridge, Compiled, Library
+from sdaeverify import Claim, Langevin, Scheme, hookimpl
+from sdaeverify.bridges import Bridge, Compiled, Library, why_no_temperature
 
 LIBRARY = Library.find("ase")
 # The papers whose propagators the classes name as theirs, and the orders that these state.
@@ -32,12 +32,9 @@ class ASE(Bridge):
     name: ClassVar[str] = "ase"
     form: ClassVar[type[Langevin]] = Langevin
     library: ClassVar[Library] = LIBRARY
+    known: ClassVar[tuple[str, ...]] = tuple(CLAIMS)
     batched: ClassVar[bool] = False
     source: ClassVar[str] = f"{LIBRARY}; Larsen et al. 2017"
-
-    def __post_init__(self) -> None:
-        if self.integrator not in CLAIMS:
-            raise ParameterError(f"integrator must be one of {', '.join(CLAIMS)}, got {self.integrator!r}")
 
     @property
     def noise(self) -> frozenset[str]:  # type: ignore[override]
@@ -53,9 +50,7 @@ class ASE(Bridge):
 
     def refuses(self, problem: Langevin) -> str:
         """Refuse dynamics without friction or noise."""
-        if not (problem.friction > 0.0 and problem.strength > 0.0):
-            return "without friction or without noise there is no temperature, which the integrators are given"
-        return ""
+        return why_no_temperature(problem)
 
     def compiled(self, problem: Langevin) -> Compiled:
         """Return the integrator's step for the force of a problem."""

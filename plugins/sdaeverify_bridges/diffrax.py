@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from sdaeverify import SDE, Array, Claim, Langevin, ParameterError, Parts, Scheme, hookimpl
-from sdaeverify.bridges import Bridge, Compiled, Library, why_not_bridged
+from sdaeverify import SDE, Array, Claim, Langevin, Parts, Scheme, hookimpl
+from sdaeverify.bridges import Bridge, Compiled, Library, why_no_temperature, why_not_bridged
 
 from ._reversible import entered
 
@@ -52,11 +52,8 @@ class Diffrax(Bridge):
 
     name: ClassVar[str] = "diffrax"
     library: ClassVar[Library] = LIBRARY
+    known: ClassVar[tuple[str, ...]] = tuple(ORDERS)
     source: ClassVar[str] = f"{LIBRARY}; Kidger 2021, On Neural Differential Equations"
-
-    def __post_init__(self) -> None:
-        if self.solver not in ORDERS:
-            raise ParameterError(f"solver must be one of {', '.join(ORDERS)}, got {self.solver!r}")
 
     @property
     def is_reversible(self) -> bool:
@@ -116,11 +113,8 @@ class DiffraxLangevin(Bridge):
     name: ClassVar[str] = "diffrax-langevin"
     form: ClassVar[type[Langevin]] = Langevin
     library: ClassVar[Library] = LIBRARY
+    known: ClassVar[tuple[str, ...]] = tuple(LANGEVIN)
     source: ClassVar[str] = f"{LIBRARY}; Foster, Lyons & Oberhauser 2021, The shifted ODE method"
-
-    def __post_init__(self) -> None:
-        if self.solver not in LANGEVIN:
-            raise ParameterError(f"solver must be one of {', '.join(LANGEVIN)}, got {self.solver!r}")
 
     @property
     def noise(self) -> frozenset[str]:  # type: ignore[override]
@@ -135,9 +129,7 @@ class DiffraxLangevin(Bridge):
 
     def refuses(self, problem: Langevin) -> str:
         """Refuse dynamics without friction or noise, and formulas that only NumPy can run."""
-        if not (problem.friction > 0.0 and problem.strength > 0.0):
-            return "without friction or without noise there is no temperature, which the terms are made of"
-        return why_not_bridged(problem.ito())
+        return why_no_temperature(problem) or why_not_bridged(problem.ito())
 
     def compiled(self, problem: Langevin) -> Compiled:
         """Return the solver's step for the force of a problem."""

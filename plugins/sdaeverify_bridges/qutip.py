@@ -6,11 +6,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from sdaeverify import SDE, Array, Claim, ParameterError, Scheme, hookimpl
-from sdaeverify.bridges import Bridge, Compiled, Library
+from sdaeverify import SDE, Array, Claim, Scheme, hookimpl
+from sdaeverify.bridges import Bridge, Compiled, Library, why_areas
 
 LIBRARY = Library.find("qutip")
-SEPARATE = frozenset({"scalar-noise", "diagonal-noise", "additive-noise"})
 # Strong and, where there is one, weak orders that the docstrings of the integrators state.
 ORDERS: dict[str, tuple[float, ...]] = {
     "euler": (0.5,),
@@ -43,12 +42,9 @@ class QuTiP(Bridge):
 
     name: ClassVar[str] = "qutip"
     library: ClassVar[Library] = LIBRARY
+    known: ClassVar[tuple[str, ...]] = tuple(ORDERS)
     batched: ClassVar[bool] = False
     source: ClassVar[str] = f"{LIBRARY}; Kloeden & Platen 1992; Breuer & Petruccione 2002"
-
-    def __post_init__(self) -> None:
-        if self.method not in ORDERS:
-            raise ParameterError(f"method must be one of {', '.join(ORDERS)}, got {self.method!r}")
 
     @property
     def noise(self) -> frozenset[str]:  # type: ignore[override]
@@ -64,8 +60,8 @@ class QuTiP(Bridge):
 
     def refuses(self, problem: SDE) -> str:
         """Refuse what is not linear with constant coefficients and, unless for Euler, noise that needs areas."""
-        if self.method != "euler" and not problem.traits & SEPARATE:
-            return f"noise in {problem.noise_dim} dimensions is neither scalar nor diagonal nor additive"
+        if self.method != "euler" and (reason := why_areas(problem)):
+            return reason
         return "" if matrices(problem) else "it is not linear with constant coefficients"
 
     def compiled(self, problem: SDE) -> Compiled:

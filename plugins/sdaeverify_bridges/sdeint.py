@@ -1,16 +1,14 @@
 """The algorithms of sdeint as schemes: one step is one call of its function, with rows of paths for numbers."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
 from sdaeverify import SDE, Array, Claim, Increment, ParameterError, Scheme, hookimpl
-from sdaeverify.bridges import Bridge, Coefficients, Compiled, Library
+from sdaeverify.bridges import Bridge, Coefficients, Compiled, Library, why_areas
 
 LIBRARY = Library.find("sdeint")
-SEPARATE = frozenset({"scalar-noise", "diagonal-noise", "additive-noise"})
 # Strong orders that README and docstrings state. stratKP2iS is a two-step method that begins anew in each call.
 ORDERS = {"itoEuler": None, "itoSRI2": 1.0, "stratHeun": None, "stratSRS2": 1.0}
 TWICE = frozenset({"itoSRI2", "stratSRS2"})
@@ -35,12 +33,12 @@ class SDEInt(Bridge):
 
     name: ClassVar[str] = "sdeint"
     library: ClassVar[Library] = LIBRARY
+    known: ClassVar[tuple[str, ...]] = tuple(ORDERS)
     batched: ClassVar[bool] = False
     source: ClassVar[str] = f"{LIBRARY}; Roessler 2010; Ruemelin 1982"
 
     def __post_init__(self) -> None:
-        if self.algorithm not in ORDERS:
-            raise ParameterError(f"algorithm must be one of {', '.join(ORDERS)}, got {self.algorithm!r}")
+        super().__post_init__()
         if self.areas and self.algorithm not in TWICE:
             raise ParameterError(f"areas are for {' and '.join(sorted(TWICE))}")
 
@@ -62,15 +60,15 @@ class SDEInt(Bridge):
 
     def refuses(self, problem: SDE) -> str:
         """Refuse noise that needs areas where there are none, and formulas that only NumPy can run."""
-        if self.algorithm in TWICE and not self.areas and not problem.traits & SEPARATE:
-            return f"noise in {problem.noise_dim} dimensions is neither scalar nor diagonal nor additive"
-        return super().refuses(problem)
+        needs_areas = self.algorithm in TWICE and not self.areas
+        return (needs_areas and why_areas(problem)) or super().refuses(problem)
 
     def compiled(self, problem: SDE) -> Compiled:
         """Return the algorithm's step for the formulas of a problem."""
         import sdeint  # noqa: PLC0415 - it may be missing
 
-        algorithm, f, B = getattr(sdeint, self.algorithm), *formulas(problem, stratonovich=self.stratonovich)
+        algorithm, equation = getattr(sdeint, self.algorithm), Coefficients(problem, np, self.stratonovich)
+        f, B = (lambda y, t, of=of: rows(of(t, np.stack(y))) for of in (equation.drift, equation.diffusion))
 
         def step(x: Array, t: float, h: float, dW: Array, A: Array | None = None) -> Array:
             given = {"dW": rows(dW)[None]}
@@ -83,12 +81,6 @@ class SDEInt(Bridge):
             return np.stack(algorithm(f, B, rows(x), np.array([t, t + h]), **given)[-1])
 
         return step
-
-
-def formulas(problem: SDE, *, stratonovich: bool) -> tuple[Callable[..., Array], Callable[..., Array]]:
-    """Return drift and diffusion as functions (y, t) of arrays whose entries are rows of paths."""
-    equation = Coefficients(problem, np, stratonovich)
-    return lambda y, t: rows(equation.drift(t, np.stack(y))), lambda y, t: rows(equation.diffusion(t, np.stack(y)))
 
 
 def rows(x: Array) -> Any:

@@ -6,14 +6,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from sdaeverify import SDE, Claim, DelaySDAE, DelayState, Increment, ParameterError, Scheme, Step, hookimpl
+from sdaeverify import SDE, Claim, DelaySDAE, DelayState, Increment, Scheme, Step, hookimpl
 from sdaeverify.bridges import Bridge, Compiled, Foreign, Library
 
 LIBRARY = Library.find("tinydiffeq")
 # Strong orders that the docstrings of the solvers state.
 ORDERS = {"EulerMaruyama": 0.5, "Milstein": 1.0, "SRA1": 1.5}
-# What solve_semi_explicit_sdae takes.
-REDUCED = ("EulerMaruyama", "SRA1")
 
 
 @dataclass(frozen=True)
@@ -33,10 +31,6 @@ class TinyDiffEq(Bridge):
     known: ClassVar[tuple[str, ...]] = tuple(ORDERS)
     source: ClassVar[str] = f"{LIBRARY}; Roessler 2010"
 
-    def __post_init__(self) -> None:
-        if self.solver not in self.known:
-            raise ParameterError(f"solver must be one of {', '.join(self.known)}, got {self.solver!r}")
-
     @property
     def noise(self) -> frozenset[str]:  # type: ignore[override]
         """The field dW and, for ``SRA1``, H."""
@@ -52,12 +46,9 @@ class TinyDiffEq(Bridge):
         """Refuse noise that is not diagonal or, for ``SRA1``, not additive, and formulas that only NumPy can run."""
         if "diagonal-noise" not in problem.traits:
             return "the noise is not declared diagonal"
-        return self.refuses_dependence(problem) or super().refuses(problem)
-
-    def refuses_dependence(self, problem: Any) -> str:
-        """Refuse what ``SRA1`` is not for."""
-        additive = self.solver != "SRA1" or "additive-noise" in problem.traits
-        return "" if additive else "the noise is not declared additive"
+        if self.solver == "SRA1" and "additive-noise" not in problem.traits:
+            return "the noise is not declared additive"
+        return super().refuses(problem)
 
     def compiled(self, problem: SDE) -> Compiled:
         """Return the solver's step for the formulas of a problem."""
@@ -68,29 +59,28 @@ class TinyDiffEq(Bridge):
 
 @dataclass(frozen=True)
 class TinyDiffEqSDAE(TinyDiffEq):
-    """The same with solve_semi_explicit_sdae for dx = f(t, x, y) dt + g(t, x, y) dW, 0 = u(t, x, y).
+    """Euler's method of solve_semi_explicit_sdae for dx = f(t, x, y) dt + g(t, x, y) dW, 0 = u(t, x, y).
 
     A path on which its root solver fails keeps its state and is counted.
     """
 
     name: ClassVar[str] = "tinydiffeq-sdae"
     form: ClassVar[type[DelaySDAE]] = DelaySDAE
-    known: ClassVar[tuple[str, ...]] = REDUCED
+    known: ClassVar[tuple[str, ...]] = ("EulerMaruyama",)
 
     def refuses(self, problem: DelaySDAE) -> str:
         """Refuse delays, problems without y, and several components or Brownian motions."""
         if problem.delay or not problem.constraints:
             return "it has a delay" if problem.delay else "it has no algebraic components"
-        several = not problem.dimension == problem.noise_dim == 1
-        if several:
+        if not problem.dimension == problem.noise_dim == 1:
             return "the noise is not that of one component"
-        return self.refuses_dependence(problem) or why_not_run(problem)
+        return why_not_run(problem)
 
     def compiled(self, problem: DelaySDAE) -> Compiled:
         """Return the solver's step for the formulas of a problem; the last row is 1 where it has solved for y."""
         from ._tinydiffeq_step import sdae_step  # noqa: PLC0415 - loading JAX takes seconds
 
-        return sdae_step(self.solver, problem)
+        return sdae_step(problem)
 
     def prepare(self, problem: DelaySDAE, h: float) -> Callable[..., Step]:
         """Return the step for one problem and step size."""
@@ -120,4 +110,4 @@ def why_not_run(problem: DelaySDAE) -> str:
 def sdaeverify_schemes() -> list[Scheme]:
     """Register the solvers of both."""
     LIBRARY.require()
-    return [*map(TinyDiffEq, ORDERS), *map(TinyDiffEqSDAE, REDUCED)]
+    return [*map(TinyDiffEq, ORDERS), TinyDiffEqSDAE()]

@@ -4,12 +4,11 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from sdaeverify import SDE, Array, Claim, ParameterError, Parts, Scheme, hookimpl
-from sdaeverify.bridges import Bridge, Compiled, Library
+from sdaeverify.bridges import SEPARATE, Bridge, Compiled, Library, why_areas
 
 from ._reversible import entered
 
 LIBRARY = Library.find("torchsde")
-SEPARATE = frozenset({"scalar-noise", "diagonal-noise", "additive-noise"})
 # Strong orders that the solver classes state: for all noise, and for the kinds of noise that have another one.
 ITO: dict[str, tuple[float, tuple[str, ...]]] = {
     "euler": (0.5, ("additive-noise",)),
@@ -44,12 +43,11 @@ class TorchSDE(Bridge):
     library: ClassVar[Library] = LIBRARY
     batched: ClassVar[bool] = False
     calculus: ClassVar[str]
-    methods: ClassVar[dict[str, tuple[float, tuple[str, ...]]]]
+    known: ClassVar[dict[str, tuple[float, tuple[str, ...]]]]
     source: ClassVar[str] = f"{LIBRARY}; Li, Wong, Chen & Duvenaud 2020"
 
     def __post_init__(self) -> None:
-        if self.method not in self.methods:
-            raise ParameterError(f"method must be one of {', '.join(self.methods)}, got {self.method!r}")
+        super().__post_init__()
         if self.grad_free and self.method != "milstein":
             raise ParameterError("grad_free is an option of milstein")
 
@@ -66,7 +64,7 @@ class TorchSDE(Bridge):
     @property
     def promises(self) -> tuple[Claim, ...]:
         """The orders that the class of the solver states."""
-        order, better = self.methods[self.method]
+        order, better = self.known[self.method]
         source = f"strong_order and weak_order of the solver {self.method} in torchsde"
         higher = (Claim(measure="strong", value=1.0, when=frozenset({kind}), source=source) for kind in better)
         weak = Claim(measure="weak", value=WEAK.get(self.method, 1.0), source=source)
@@ -74,9 +72,8 @@ class TorchSDE(Bridge):
 
     def refuses(self, problem: SDE) -> str:
         """Refuse noise that the method does not support, and formulas that only NumPy can run."""
-        if self.method in {"milstein", "srk"} and not problem.traits & SEPARATE:
-            return f"noise in {problem.noise_dim} dimensions is neither scalar nor diagonal nor additive"
-        return super().refuses(problem)
+        needs_areas = self.method in {"milstein", "srk"}
+        return (needs_areas and why_areas(problem)) or super().refuses(problem)
 
     def compiled(self, problem: SDE) -> Compiled:
         """Return the method's step for the formulas of a problem."""
@@ -92,7 +89,7 @@ class TorchSDEIto(TorchSDE):
 
     name: ClassVar[str] = "torchsde-ito"
     calculus: ClassVar[str] = "ito"
-    methods: ClassVar[dict[str, tuple[float, tuple[str, ...]]]] = ITO
+    known: ClassVar[dict[str, tuple[float, tuple[str, ...]]]] = ITO
 
 
 @dataclass(frozen=True)
@@ -106,7 +103,7 @@ class TorchSDEStratonovich(TorchSDE):
 
     name: ClassVar[str] = "torchsde-stratonovich"
     calculus: ClassVar[str] = "stratonovich"
-    methods: ClassVar[dict[str, tuple[float, tuple[str, ...]]]] = STRATONOVICH
+    known: ClassVar[dict[str, tuple[float, tuple[str, ...]]]] = STRATONOVICH
 
     def enter(self, problem: SDE, state: Array, t: float, h: float) -> Array:
         """Return the problem's state, with the memory that the reversible method begins with."""

@@ -1,4 +1,4 @@
-"""Prints what probing one step (T1) of each solver costs once it is compiled: the most over problems, in seconds of CPU.
+"""Prints what probing one step (T1) of each solver costs, in seconds of CPU: at first, and once it is compiled.
 
 pip install '.[ase,diffrax,mici,qutip,sdeint,tinydiffeq,torchsde]' && python reports/field/cost.py
 """

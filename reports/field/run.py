@@ -20,7 +20,9 @@ GENERAL = "spiral,noncommuting,levy-area,hyperbolic-pair,hyperbolic,gbm,linear-t
 ADDITIVE = "ou,double-well,angle-pendulum,harmonic-langevin,fibre-linear"
 LINEAR = "spiral,noncommuting,gbm,linear-test,ou,harmonic-langevin,fibre-linear,circle,gbm-algebraic"
 SOLVERS = "diffrax*,torchsde*,sdeint*,tinydiffeq*,ase*"
-BUDGET, SMALL, LEAST = (f"--paths={n} --levels={levels}" for n, levels in ((1024, "16..128"), (256, "8..64"), (256, "2..16")))
+BUDGET, SMALL, LEAST = (
+    f"--paths={n} --levels={levels}" for n, levels in ((1024, "16..128"), (256, "8..64"), (256, "2..16"))
+)
 # Schemes, problems, measures and budget. QuTiP and mici make one path at a time.
 RUNS = (
     (SOLVERS, GENERAL, "strong,weak", BUDGET),

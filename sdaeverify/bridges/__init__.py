@@ -7,14 +7,22 @@ blocks.
 """
 
 from ..noise.areas import antisymmetric as area_matrices
-from .batches import in_batches
+from .batches import in_batches, vectorised
 from .bridge import Bridge, Compiled
-from .coefficients import Coefficients, stratonovich_drift, why_not_bridged
+from .coefficients import (
+    SEPARATE,
+    Coefficients,
+    stratonovich_drift,
+    why_areas,
+    why_no_temperature,
+    why_not_bridged,
+)
 from .foreign import Foreign
 from .formulas import Formulas
 from .installed import Library
 
 __all__ = [
+    "SEPARATE",
     "Bridge",
     "Coefficients",
     "Compiled",
@@ -24,5 +32,8 @@ __all__ = [
     "area_matrices",
     "in_batches",
     "stratonovich_drift",
+    "vectorised",
+    "why_areas",
+    "why_no_temperature",
     "why_not_bridged",
 ]

@@ -31,6 +31,33 @@ def in_batches(step: Callable[..., Any], arrays: tuple[Array, ...]) -> Array:
     return results[0] if len(results) == 1 else np.concatenate(results, axis=-1)
 
 
+def vectorised(one: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a step of one path in JAX for all paths at once, compiled in double precision for each shape it meets.
+
+    Parameters
+    ----------
+    one : callable
+        Of (x, t, h, *noise) without the axis of paths.
+
+    Returns
+    -------
+    callable
+        The same with that axis, the last one.
+    """
+    import jax  # noqa: PLC0415 - it may be missing
+
+    def all_paths(x: Any, t: Any, h: Any, *noise: Any) -> Any:
+        return jax.vmap(one, in_axes=(-1, None, None, *[-1] * len(noise)), out_axes=-1)(x, t, h, *noise)
+
+    compiled = jax.jit(all_paths)
+
+    def step(*given: Any) -> Any:
+        with jax.enable_x64(True):
+            return compiled(*given)
+
+    return step
+
+
 def _batches(arrays: tuple[Array, ...], P: int) -> Iterator[tuple[int, tuple[Array, ...]]]:
     for begin in range(0, P, SIZE):
         used = min(SIZE, P - begin)

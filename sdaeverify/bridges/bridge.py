@@ -1,7 +1,7 @@
 """The base of schemes that hand each step to a solver of another library."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from typing import Any, ClassVar
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..contracts.scheme import Scheme, State, Step, Stepper
+from ..errors import ParameterError
 from ..forms import SDE, Problem
 from ..noise.brownian import Increment
 from .batches import in_batches
@@ -32,6 +33,8 @@ class Bridge(Scheme):
     library : Library
     stratonovich : bool
         Whether the solver converges to the Stratonovich solution: it is given that drift then.
+    known : collection of str
+        What the first parameter of the scheme may be, the library's name of a solver for example; all if it is empty.
     batched : bool
         Whether paths come in batches of one size, for a step that is compiled for it; else as many as there are.
     """
@@ -39,6 +42,12 @@ class Bridge(Scheme):
     form: ClassVar[type[Problem] | tuple[type[Problem], ...]] = SDE
     library: ClassVar[Library]
     batched: ClassVar[bool] = True
+    known: ClassVar[Collection[str]] = ()
+
+    def __post_init__(self) -> None:
+        first = fields(self)[0].name if self.known else ""
+        if first and getattr(self, first) not in self.known:
+            raise ParameterError(f"{first} must be one of {', '.join(self.known)}, got {getattr(self, first)!r}")
 
     @property
     def claimant(self) -> str:

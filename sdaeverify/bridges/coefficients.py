@@ -8,9 +8,12 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import FAULTS, one_line
-from ..forms import SDE
+from ..forms import SDE, Langevin
 from .foreign import Foreign, Namespace
 from .formulas import Formulas
+
+# Traits of noise whose double integrals are known from its increments.
+SEPARATE = frozenset({"scalar-noise", "diagonal-noise", "additive-noise"})
 
 
 class Coefficients(NamedTuple):
@@ -95,3 +98,15 @@ def _why_not(formulas: Formulas, stratonovich: bool) -> str:
         except FAULTS as error:
             return f"its {what} runs on NumPy's arrays alone: {one_line(error)}"
     return ""
+
+
+def why_areas(problem: SDE) -> str:
+    """Return that a method of order 1 needs Levy areas for the noise of a problem."""
+    separate = problem.traits & SEPARATE
+    return "" if separate else f"noise in {problem.noise_dim} dimensions is neither scalar nor diagonal nor additive"
+
+
+def why_no_temperature(problem: Langevin) -> str:
+    """Return that a problem has no temperature sigma^2/(2 gamma)."""
+    has_one = problem.friction > 0.0 and problem.strength > 0.0
+    return "" if has_one else "without friction or noise it has no temperature"

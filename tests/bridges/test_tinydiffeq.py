@@ -68,5 +68,5 @@ def test_what_it_is_not_made_for_is_refused():
 
 def test_solver_is_checked():
     """Milstein's method is not among those for SDAEs."""
-    with pytest.raises(ParameterError, match="solver must be one of EulerMaruyama, SRA1, got 'Milstein'"):
+    with pytest.raises(ParameterError, match="solver must be one of EulerMaruyama, got 'Milstein'"):
         TinyDiffEqSDAE("Milstein")

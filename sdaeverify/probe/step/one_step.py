@@ -102,7 +102,7 @@ class OneStep:
         return ""
 
     def unentered(self) -> str:
-        """Return that the scheme has memory that `enter` does not set, or less than what is compared; else nothing."""
+        """Return that `enter` leaves memory unset, or the state lacks what is compared, or an empty string."""
         h = self.view.horizon / 64.0
         start, entered = self.scheme.start(self.view, 2, h), self.enter(self.equation.initial(2), 0.0, h)
         if type(start) is not type(entered) or flatten(start).shape != flatten(entered).shape:
