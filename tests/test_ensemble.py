@@ -191,7 +191,7 @@ def test_constraint_residuals_are_noted_at_every_level():
 
 
 def test_own_reference_is_used_where_there_is_no_truth():
-    """Without a pathwise truth a scheme is compared with itself, four levels finer, on the same noise."""
+    """Without a pathwise truth a scheme is compared with itself, three levels finer, on the same noise."""
 
     def no_truth() -> SDE:
         problem = gbm()

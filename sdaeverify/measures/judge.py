@@ -214,8 +214,10 @@ def decide(tests: PathTests, evidence: Evidence) -> Opinion:
     elif tests.verified <= evidence.level:
         found = Verdict.VERIFIED
     more = found is Verdict.INCONCLUSIVE and bool(np.isfinite(tests.growth))
-    needed = _needed("about {paths} paths would decide", tests.growth * evidence.paths) if more else ""
-    return Opinion(found, tests.reason.then(needed), 3, not more, tests.verified, tests.refuted)
+    paths = tests.growth * evidence.paths
+    needed = _needed("about {paths} paths would decide", paths) if more else ""
+    settled = not more or _beyond_budget(evidence, paths)
+    return Opinion(found, tests.reason.then(needed), 3, settled, tests.verified, tests.refuted)
 
 
 def guard(local: Opinion | None, tests: PathTests, evidence: Evidence) -> Opinion:
@@ -260,7 +262,14 @@ def _doubt(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]:
     doubt = Reason("{paths} paths do not show an error that the claim forbids", numbers=paths)
     if not np.isfinite(tests.blind):
         return doubt.then("nor would more", ", "), True
-    return doubt.then(_needed("about {paths} would", tests.blind * evidence.paths)), False
+    needed = tests.blind * evidence.paths
+    return doubt.then(_needed("about {paths} would", needed)), _beyond_budget(evidence, needed)
+
+
+def _beyond_budget(evidence: Evidence, needed: float) -> bool:
+    """Tell whether half of all paths say that all are too few: the last look, as long as all others, is saved."""
+    most = evidence.settings.paths
+    return most <= 2 * evidence.paths < 2 * most < 2 * needed
 
 
 def _needed(text: str, paths: float) -> Reason:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from ..contracts.measure import Evidence, Snapshot
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..forms import Problem
-from ..numerics.statistics import GROUPS, Estimate, group_sums, jackknife
+from ..numerics.statistics import GROUPS, Estimate, group_sums, jackknife, jackknives
 
 VALUES, SQUARES, SIZES, KNOWN = "values ", "squares ", "sizes ", "truth "
 # A truth with an error of its own, and the same at half its resolution.
@@ -135,11 +135,11 @@ class Means:
 
     def mean(self, level: int) -> Estimate:
         """Return E phi(x_l(T))."""
-        return self._estimate(lambda means: float(means[level]))
+        return self._means[level]
 
     def difference(self, level: int) -> Estimate:
         """Return E [phi(x_l) - phi(x)], or E [phi(x_l) - phi(x_{l+1})], on the same paths."""
-        return self._estimate(lambda means: float(self._differences(means)[level]))
+        return self._changes[level]
 
     def change(self, levels: Array) -> Estimate:
         """Return E [phi(x_l) - phi(x_k)], l being the coarsest and k the finest level of some differences."""
@@ -166,6 +166,14 @@ class Means:
         """Tell whether the differences have the same sign on some levels."""
         signs = {float(np.sign(self.difference(level).value)) for level in levels}
         return len(signs) == 1
+
+    @cached_property
+    def _means(self) -> tuple[Estimate, ...]:
+        return jackknives(self.sums, self.counts, lambda means: means)
+
+    @cached_property
+    def _changes(self) -> tuple[Estimate, ...]:
+        return jackknives(self.sums, self.counts, self._differences)
 
     def _differences(self, means: Array) -> Array:
         if self.coupled:

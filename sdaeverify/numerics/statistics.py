@@ -128,7 +128,15 @@ def jackknife(sums: Array, counts: Array, statistic: Callable[[Array], float]) -
     -------
     Estimate
     """
-    pseudo = pseudo_values(sums, counts, statistic)
+    return _estimate(pseudo_values(sums, counts, statistic))
+
+
+def jackknives(sums: Array, counts: Array, statistics: Callable[[Array], Array]) -> tuple[Estimate, ...]:
+    """Estimate some functions of means, told in one array of shape (k,), at once; see `jackknife`."""
+    return tuple(_estimate(np.ascontiguousarray(one)) for one in pseudo_values(sums, counts, statistics).T)
+
+
+def _estimate(pseudo: Array) -> Estimate:
     return Estimate(float(pseudo.mean()), float(pseudo.std(ddof=1) / np.sqrt(GROUPS)))
 
 

@@ -83,3 +83,12 @@ def test_a_guard_that_no_paths_can_help_is_settled():
     assert found.verdict is Verdict.INCONCLUSIVE
     assert found.settled
     assert "nor would more" in str(found.reason)
+
+
+@pytest.mark.parametrize(("drawn", "growth", "settled"), [(512, 1.9, False), (512, 2.1, True), (256, 5.0, False)])
+def test_the_last_look_is_saved_where_half_of_all_paths_say_that_all_are_too_few(drawn, growth, settled):
+    """Both where paths decide and where they guard, and not before half of the paths are drawn."""
+    evidence = replace(evidence_of(drawn, KNOWN, 0.1), settings=Settings(paths=1024))
+
+    assert judge.decide(judge.PathTests(1.0, 1.0, Reason(), growth), evidence).settled is settled
+    assert guard(LOCAL, judge.PathTests(1.0, 1.0, Reason(), blind=growth), evidence).settled is settled

@@ -25,7 +25,7 @@ LEVELS = 4.0 ** -np.arange(2.0, 9.0)
 FINER = 4.0 ** -np.arange(9.0, 12.0)
 NODES = 6
 # Random points times components of the state: steps of many components, implicit ones above all, are dear.
-WORK = 28_000
+WORK = 6_000
 # Rounding errors of a defect stay some hundred times below this part of the solution's size.
 ROUNDING = 6e-14
 # The defects of a level: from two half steps, from Euler-Maruyama, from it after a step of the scheme's own.
