@@ -248,6 +248,8 @@ NOTES = (
     "that the coarse noise is that of the fine one to rounding (Chen's relation).",
     "Errors are taken on the coarse cells, over which the finest fibre is averaged. Orders are those of the "
     "distance of neighbouring grids, where no reference has an error of its own.",
+    "In v no order shows at beta = 0.1: the drag forgets a velocity within Dr^2 = 1/100, and steps are longer, so "
+    "that the kick of a step is damped by a factor of its length. The paper does not say of what its order 1 is.",
     "Scheme: the standard deviation of (A) on the linear equation at these steps.",
 )
 

@@ -22,7 +22,9 @@ MARKS = "os^vDPX*"
 GREY, DASHES = "0.45", ("--", ":", "-.")
 # Labels that have room inside the axes.
 FEW = 4
-SETTINGS: Any = {"font.size": 9.0, "axes.titlesize": 9.5, "legend.fontsize": 7.5, "svg.hashsalt": "sdaeverify"}
+# Letters stay letters in SVG: they can be searched, and the file is half as large.
+FONTS: Any = {"font.size": 9.0, "axes.titlesize": 9.5, "legend.fontsize": 7.5, "svg.fonttype": "none"}
+SETTINGS: Any = {**FONTS, "svg.hashsalt": "sdaeverify"}
 
 
 def draw(panels: Sequence[Panel], title: str, path: Path) -> None:
