@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike
 from sdaeverify import Array, ParameterError, ProblemError
 from sdaeverify.numerics import apply, product_transposed
 
+from ._arguments import number
+
 
 @dataclass(frozen=True, kw_only=True)
 class Bath:
@@ -61,7 +63,7 @@ class Bath:
         ProblemError
             If sigma sigma^T is not 2 kT gamma.
         """
-        if not 0.0 < self.kT < np.inf:
+        if not 0.0 < number("kT", self.kT) < np.inf:
             raise ParameterError(f"the temperature kT must be positive and finite, got {self.kT!r}")
         gamma, n = self.gamma(r), len(r)
         full = (gamma if gamma.ndim == 3 else gamma * np.eye(n)[..., None])[..., 0]

@@ -7,7 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdaeverify import Array, ParameterError
+from sdaeverify import Array
+
+from ._arguments import count
+
+# Points of the longest chain.
+MOST = 100_000
 
 
 class Chain(NamedTuple):
@@ -84,9 +89,10 @@ def clamped_chain(N: int, d: int) -> Chain:
     Raises
     ------
     ParameterError
-        If N is below 2, or d neither 2 nor 3.
+        If N is no whole number from 2 to 100000, or d neither 2 nor 3.
     """
-    _check(N, d)
+    count("N", N, 2, MOST)
+    count("d", d, 2, 3)
     ds = 1.0 / (N + 1)
     root = np.outer([0.5 * ds, -0.5 * ds], np.eye(d)[1])
     return Chain(N, d, ds, root[..., None])
@@ -98,14 +104,8 @@ def free_chain(N: int, d: int) -> Chain:
     Raises
     ------
     ParameterError
-        If N is below 2, or d neither 2 nor 3.
+        If N is no whole number from 2 to 100000, or d neither 2 nor 3.
     """
-    _check(N, d)
+    count("N", N, 2, MOST)
+    count("d", d, 2, 3)
     return Chain(N, d, 1.0 / N, None)
-
-
-def _check(N: int, d: int) -> None:
-    if N < 2:
-        raise ParameterError(f"a fibre needs at least N = 2 points, got {N}")
-    if d not in {2, 3}:
-        raise ParameterError(f"a fibre lives in d = 2 or 3 dimensions, got {d}")

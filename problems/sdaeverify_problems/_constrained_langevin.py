@@ -7,11 +7,13 @@ import numpy as np
 
 from sdaeverify import Array, HolonomicSDAE, ProblemError
 
+from ._arguments import function, in_one_line, instance
 from ._bath import Bath
 
 SOURCE = "Lindner & Stroot 2017, section 5.2"
 
 
+@in_one_line
 def constrained_langevin(gradient: Callable[[Array], Array], bath: Bath, **mechanics: Any) -> HolonomicSDAE:
     """Return dr = v dt, M dv = ( -grad V(r) - gamma(r) v ) dt + sigma(r) dw + grad g(r) dmu, g(r) = 0.
 
@@ -36,6 +38,8 @@ def constrained_langevin(gradient: Callable[[Array], Array], bath: Bath, **mecha
     ------
     Lindner & Stroot (2017), section 5.2, with r = q, v = M^{-1} p, g = xi - z and mu = lambda.
     """
+    function("gradient", gradient)
+    instance("bath", bath, Bath)
     if "position" not in mechanics:
         raise ProblemError("constrained Langevin dynamics need the position they start from")
     r = np.asarray(mechanics["position"], dtype=float)[:, None]

@@ -8,6 +8,7 @@ import numpy as np
 
 from sdaeverify import Array, ParameterError
 
+from ._arguments import function, instance, number
 from ._chain import Chain
 
 
@@ -72,7 +73,7 @@ class Fibre:
     Raises
     ------
     ParameterError
-        If alpha, Fr or Dr are not positive, or beta is negative.
+        If alpha, Fr or Dr are not positive, beta is negative, or something is of another kind.
     """
 
     chain: Chain
@@ -86,12 +87,16 @@ class Fibre:
 
     def __post_init__(self) -> None:
         # Without gravity Fr is infinite.
+        instance("chain", self.chain, Chain)
         for name, most in (("alpha", 1e100), ("Fr", np.inf), ("Dr", 1e100)):
-            if not 1e-100 < getattr(self, name) <= most:
+            if not 1e-100 < number(name, getattr(self, name)) <= most:
                 what = "positive" if most == np.inf else "positive and finite"
                 raise ParameterError(f"{name} must be {what}, got {getattr(self, name)!r}")
-        if not 0.0 <= self.beta < np.inf:
+        if not 0.0 <= number("beta", self.beta) < np.inf:
             raise ParameterError(f"beta must be finite and not negative, got {self.beta!r}")
+        for name in ("flow", "C", "D"):
+            if name == "flow" or getattr(self, name) is not None:
+                function(name, getattr(self, name))
 
     def edges(self, x: Array, y: Array) -> Edges:
         """Return the edge values of positions(r) and velocities(v)."""

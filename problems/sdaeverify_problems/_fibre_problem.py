@@ -9,6 +9,7 @@ from sdaeverify import Control, HolonomicSDAE
 
 from . import _controls as controls
 from . import _inextensible as inextensible
+from ._arguments import in_one_line, instance, number
 from ._fibre import Fibre
 from ._fibre_checks import check_functions, check_lengths, rows
 from ._fibre_noise import FibreNoise
@@ -20,6 +21,7 @@ from ._inherent_truth import with_inherent_truth
 FINEST_STEPS, REFERENCE_STEPS = 256, 512
 
 
+@in_one_line
 def fibre_problem(
     fibre: Fibre, horizon: float, position: ArrayLike | None = None, velocity: ArrayLike | None = None
 ) -> HolonomicSDAE:
@@ -38,11 +40,14 @@ def fibre_problem(
 
     Raises
     ------
+    ParameterError
+        If the fibre or the horizon is of another kind.
     ProblemError
         If the initial data or what u, C or D return have another shape, if an edge of the initial chain has not the
         length ds, or if the velocity would change it.
     """
-    chain, noise = fibre.chain, FibreNoise(fibre)
+    instance("fibre", fibre, Fibre)
+    chain, noise, horizon = fibre.chain, FibreNoise(fibre), number("horizon", horizon)
     r = chain.straight() if position is None else rows(chain, "position", position)
     v = np.zeros(len(r)) if velocity is None else rows(chain, "velocity", velocity)
     check_lengths(chain, r)

@@ -47,7 +47,7 @@ WRONG_WORDS = [
     (["pendulum"], "unexpected extra argument"),
     (["--paths", "50", "--paths", "60"], "contradictory options: --paths is given as 50 and 60"),
     (["-j", "1", "--jobs", "2"], "contradictory options: --jobs is given as 1 and 2"),
-    (["-p", "fibre-clamped[N=1]", "-j", "1"], "a fibre needs at least N = 2 points, got 1"),
+    (["-p", "fibre-clamped[N=1]", "-j", "1"], "N must be a whole number from 2 to 100000, got 1"),
     (["-p", "fibre-clamped[Dr=-1]", "-j", "1"], "Dr must be positive and finite, got -1"),
     (["-p", "torus[eps=nan]", "-j", "1"], "eps"),
     (["-p", "exponential-strip[alpha=1e200]", "-j", "1"], "cannot be built with these numbers"),

@@ -19,7 +19,7 @@ CHAIN = clamped_chain(3, 2)
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [
-        ({"N": 1}, "at least N = 2 points, got 1"),
+        ({"N": 1}, "N must be a whole number from 2 to 100000, got 1"),
         ({"alpha": 0.0}, r"alpha must be positive and finite, got 0\.0"),
         ({"alpha": -4.0}, "alpha must be positive"),
         ({"alpha": float("nan")}, "alpha must be positive"),
@@ -43,7 +43,7 @@ def test_gravity_must_be_given_by_a_positive_number():
 @pytest.mark.parametrize("family", [fibre_clamped, fibre_free])
 def test_other_dimensions_are_refused(family):
     """A fibre lives in two or three dimensions."""
-    with pytest.raises(ParameterError, match="d = 2 or 3 dimensions, got 4"):
+    with pytest.raises(ParameterError, match="d must be a whole number from 2 to 3, got 4"):
         family(d=4)
 
 

@@ -1,0 +1,83 @@
+"""What is wrong with an argument of a builder, in one line."""
+
+from collections.abc import Callable
+from functools import wraps
+from numbers import Integral, Real
+from typing import Any, TypeVar
+
+from sdaeverify import HolonomicSDAE, ParameterError, ProblemError
+from sdaeverify.errors import FAULTS, SdaeverifyError, one_line
+
+Builder = TypeVar("Builder", bound=Callable[..., HolonomicSDAE])
+
+
+def number(name: str, value: object) -> float:
+    """Return a real number as a float; NaN and infinities are left to who knows the range.
+
+    Raises
+    ------
+    ParameterError
+        If it is none, or too large for a float.
+    """
+    if not isinstance(value, Real) or isinstance(value, bool):
+        raise ParameterError(f"{name} must be a number, got {_shown(value)}")
+    try:
+        return float(value)
+    except OverflowError:
+        raise ParameterError(f"{name} must be a number of at most 1e308, got a longer one") from None
+
+
+def count(name: str, value: object, least: int, most: int) -> None:
+    """Check a whole number.
+
+    Raises
+    ------
+    ParameterError
+        If it is none, or out of its range.
+    """
+    if not isinstance(value, Integral) or isinstance(value, bool) or not least <= value <= most:
+        raise ParameterError(f"{name} must be a whole number from {least} to {most}, got {_shown(value)}")
+
+
+def instance(name: str, value: object, kind: type) -> None:
+    """Check what something is.
+
+    Raises
+    ------
+    ParameterError
+        If it is something else.
+    """
+    if not isinstance(value, kind):
+        raise ParameterError(f"{name} must be a {kind.__name__}, got {_shown(value)}")
+
+
+def function(name: str, value: object) -> None:
+    """Check that something can be called.
+
+    Raises
+    ------
+    ParameterError
+        If it cannot.
+    """
+    if not callable(value):
+        raise ParameterError(f"{name} must be a function, got {_shown(value)}")
+
+
+def in_one_line(build: Builder) -> Builder:
+    """Return a builder whose errors are all of this package: those of a user's own functions are its causes."""
+
+    @wraps(build)
+    def built(*arguments: Any, **named: Any) -> HolonomicSDAE:
+        try:
+            return build(*arguments, **named)
+        except SdaeverifyError:
+            raise
+        except FAULTS as error:
+            text = f"{build.__name__} cannot be made with these arguments: {one_line(error)}"
+            raise ProblemError(text) from error
+
+    return built  # type: ignore[return-value]
+
+
+def _shown(value: object) -> str:
+    return f"{' '.join(repr(value).split()):.60}"
