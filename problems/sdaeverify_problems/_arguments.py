@@ -5,8 +5,7 @@ from functools import wraps
 from numbers import Integral, Real
 from typing import Any, TypeVar
 
-from sdaeverify import HolonomicSDAE, ParameterError, ProblemError
-from sdaeverify.errors import FAULTS, SdaeverifyError, one_line
+from sdaeverify import HolonomicSDAE, ParameterError, ProblemError, SdaeverifyError
 
 Builder = TypeVar("Builder", bound=Callable[..., HolonomicSDAE])
 
@@ -72,9 +71,9 @@ def in_one_line(build: Builder) -> Builder:
             return build(*arguments, **named)
         except SdaeverifyError:
             raise
-        except FAULTS as error:
-            text = f"{build.__name__} cannot be made with these arguments: {one_line(error)}"
-            raise ProblemError(text) from error
+        except Exception as error:
+            text = f"{build.__name__} cannot be made with these arguments: {type(error).__name__}: {error}"
+            raise ProblemError(" ".join(text.split())) from error
 
     return built  # type: ignore[return-value]
 
