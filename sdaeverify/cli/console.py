@@ -103,7 +103,16 @@ def print_texts(console: Console, texts: Iterable[str]) -> None:
 
 
 def conclude(code: ExitCode, words: Mapping[ExitCode, str], seconds: float | None = None) -> ExitCode:
-    """Print what a command came to, with the seconds that it took if they are given, and return its code."""
+    """Print what a command came to, with the seconds that it took if they are given, and return its code.
+
+    Parameters
+    ----------
+    code : ExitCode
+    words : mapping of ExitCode to str
+        What its codes mean to the command.
+    seconds : float, optional
+        What it took; nothing is said of it if left out.
+    """
     taken = "" if seconds is None else f"{seconds:.0f} s; "
     style = "green" if code is ExitCode.OK else "red"
     output().print(f"{taken}exit code {code.value}: {words[code]}", style=style, soft_wrap=True)

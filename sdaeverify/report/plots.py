@@ -157,7 +157,15 @@ class Plots:
         return self._compared("invariant", problem, quantity, "|error of the mean|", ax)
 
     def work(self, problem: str = "", measure: str = "strong", quantity: str = "", ax: Axes | None = None) -> Axes:
-        """Draw errors against the measured time of a path's steps, a line for each scheme: work against precision."""
+        """Draw errors against the measured time of a path's steps, a line for each scheme: work against precision.
+
+        Parameters
+        ----------
+        problem, measure, quantity : str
+            Which errors: a label or glob, and names; those that are empty have to leave no choice.
+        ax : matplotlib.axes.Axes, optional
+            Where to; a new figure if left out.
+        """
         times = {_key(row): number(row, "step_seconds") for row in self.details}
         row, _ = self._one(measure=measure, problem=problem, quantity=quantity)
         ax, names = _axes(ax), {"problem": text(row, "problem"), "quantity": text(row, "quantity")}
@@ -171,7 +179,17 @@ class Plots:
         return _label(_require_lines(ax, title), title, "seconds a path", "error")
 
     def density(self, scheme: str = "", problem: str = "", coordinate: int = 1, ax: Axes | None = None) -> Axes:
-        """Draw the stationary density of a coordinate of the chart under a scheme beside that of the equation."""
+        """Draw the stationary density of a coordinate of the chart under a scheme beside that of the equation.
+
+        Parameters
+        ----------
+        scheme, problem : str
+            Labels or globs; the first density that fits is drawn.
+        coordinate : int
+            Of the chart, counted from 1.
+        ax : matplotlib.axes.Axes, optional
+            Where to; a new figure if left out.
+        """
         wanted = {"scheme": scheme, "problem": problem, "quantity": f"{DENSITY} {coordinate}"}
         found = [row for row in self.levels if text(row, "at") and _fits(row, wanted)]
         if not found:
