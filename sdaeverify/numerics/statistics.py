@@ -132,7 +132,17 @@ def jackknife(sums: Array, counts: Array, statistic: Callable[[Array], float]) -
 
 
 def jackknives(sums: Array, counts: Array, statistics: Callable[[Array], Array]) -> tuple[Estimate, ...]:
-    """Estimate some functions of means, told in one array of shape (k,), at once; see `jackknife`."""
+    """Estimate some functions of means, told in one array of shape (k,), at once; see `jackknife`.
+
+    Parameters
+    ----------
+    sums : ndarray, shape (G, ...)
+        Sums over each group.
+    counts : ndarray, shape (G,)
+        Paths of each group.
+    statistics : callable, ndarray of shape (...) -> ndarray of shape (k,)
+        Functions of the means.
+    """
     return tuple(_estimate(np.ascontiguousarray(one)) for one in pseudo_values(sums, counts, statistics).T)
 
 
