@@ -32,7 +32,7 @@ from .report.provenance import provenance
 from .report.tables.columns import COLUMNS, details_file, dictionary
 from .report.tables.command import command_of
 from .report.tables.rows import Rows, level_table, rows_of, tables_of
-from .store import Store
+from .store.store import Store
 from .study import CellResult, Plan, Study, plan
 from .study.remote_plan import remote_plan
 from .workers.executors import PROCESSES, Crew, Plugins, named_crew

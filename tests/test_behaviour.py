@@ -14,7 +14,7 @@ from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.measures.strong import Strong
 from sdaeverify.simulate.behaviour import Behaviour, differing, problem_digest, steps_digest
 from sdaeverify.simulate.ensemble import Entry, Task, behaviours, run_block
-from sdaeverify.store import Store
+from sdaeverify.store.store import Store
 from sdaeverify.study.blocks import Parcel, run_parcel
 from sdaeverify.study.judging import CellEvidence
 from sdaeverify_problems.delay_test import delay_test

@@ -31,7 +31,7 @@ from ..report.sentences import PlainLine, counts_of, ending
 from ..report.tables.columns import COLUMNS
 from ..report.tables.command import CELL
 from ..report.terminal import drifts, legend, summary_tables, windows
-from ..store import Store
+from ..store.store import Store
 from ..study import CellResult, Finished, Plan, Study
 from ..workers.executors import PROCESSES, Crew, LostExecutorError, named_crew
 from ..workers.limits import Limits

@@ -421,16 +421,3 @@ def _blank(plan: ChainPlan, pilot: Pilot, observables: int) -> ChainRecord:
         failed=np.zeros(LEVELS),
         truncated=np.zeros(LEVELS),
     )
-
-
-__all__ = [
-    "CONTRACTING",
-    "GROUPS",
-    "ChainPlan",
-    "ChainRecord",
-    "Chains",
-    "Pilot",
-    "grouped",
-    "run_chains",
-    "run_pilot",
-]

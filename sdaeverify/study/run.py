@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from ..contracts.settings import SCREENING, Settings
 from ..simulate.ensemble import Task
-from ..store import Store
+from ..store.store import Store
 from ..workers.executors import Crew
 from .blocks import Blocks, Lanes, Portion
 from .forecast import Forecast, Queued, breadth, weight

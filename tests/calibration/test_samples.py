@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from sdaeverify.contracts.measure import Evidence
-from sdaeverify.lab.calibration import calibration_plan, judged
+from sdaeverify.lab.calibration import judged
+from sdaeverify.lab.calibration.plan import calibration_plan
 from sdaeverify.lab.calibration.repeated import POOLED
 from sdaeverify.lab.calibration.samples import SEQUENCES_A_BLOCK, joined
 from sdaeverify.lab.calibration.studies import published_rates, verdict_rates

@@ -9,7 +9,7 @@ from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally, packed
 from sdaeverify.measures.uniformity import ONE_STEP, Uniformity
-from sdaeverify.probe.stiffness.uniform_local import LEVELS, UniformDefects
+from sdaeverify.probe.stiffness.uniform_errors import LEVELS, UniformDefects
 from sdaeverify_problems.sphere_product import sphere_product
 
 CLAIM = Claim(measure="uniformity", quantities=(ONE_STEP,), value=1.5, source="test")

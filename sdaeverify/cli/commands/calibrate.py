@@ -18,7 +18,8 @@ from ..options import jobs, once, plugins, progress_bar, seed
 from ..progress import done_by_workers
 
 if TYPE_CHECKING:
-    from ...lab.calibration import Calibration, CalibrationPlan, Section
+    from ...lab.calibration.plan import Calibration, CalibrationPlan
+    from ...lab.calibration.tables import Section
 
 FOLDER = Path("reports", "calibration")
 CSV, MARKDOWN = "calibration.csv", "calibration.md"
@@ -47,7 +48,9 @@ def calibrate(**options: Any) -> ExitCode:
     Writes a table of all rates with their binomial intervals. Succeeds if each agrees with what is promised for it.
     """
     # Tables need pandas, which takes longer to load than all other commands need in all.
-    from ...lab.calibration import Calibration, calibration_plan, offending, sections, summary  # noqa: PLC0415
+    from ...lab.calibration.plan import Calibration, calibration_plan  # noqa: PLC0415
+    from ...lab.calibration.rates import offending  # noqa: PLC0415
+    from ...lab.calibration.tables import sections, summary  # noqa: PLC0415
     from ...report.files import require_writable  # noqa: PLC0415
 
     begun = time.monotonic()

@@ -42,8 +42,9 @@ def compare(**options: Any) -> ExitCode:
     what may differ. Components are named by what is installed now.
     """
     # Evidence is read with numpy, which the other commands do without until they run.
-    from ...lab.compare import changes, damages, read_run  # noqa: PLC0415
-    from ...lab.compare import compare as compared  # noqa: PLC0415
+    from ...lab.compare.cells import compare as compared  # noqa: PLC0415
+    from ...lab.compare.changes import changes  # noqa: PLC0415
+    from ...lab.compare.runs import damages, read_run  # noqa: PLC0415
 
     changes([], options["factor"], options["alpha"])
     old, new = read_run(options["old"]), read_run(options["new"])

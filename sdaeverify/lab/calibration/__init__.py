@@ -5,21 +5,3 @@ before: an interval covers at its nominal level within 0.02, a one-sided tail is
 whole procedures err at most at theirs. Where nothing is promised, as for the L2 norm of heavy-tailed errors or for
 differences lost in noise, the rate shows why.
 """
-
-from .plan import Calibration, CalibrationPlan, calibration_plan
-from .rates import ExpectedRate, Rate, offending
-from .tables import Section, markdown, rate_table, sections, summary
-
-__all__ = [
-    "Calibration",
-    "CalibrationPlan",
-    "ExpectedRate",
-    "Rate",
-    "Section",
-    "calibration_plan",
-    "markdown",
-    "offending",
-    "rate_table",
-    "sections",
-    "summary",
-]

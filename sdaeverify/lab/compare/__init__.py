@@ -7,22 +7,3 @@
     factors     new error over old error, with an interval       factors
     changes     same, worse, better, undecided                   changes
 """
-
-from .cells import Comparison, Omitted, compare
-from .changes import Change, Changed, changes
-from .factors import Factor, factor
-from .runs import StoredRun, damages, read_run
-
-__all__ = [
-    "Change",
-    "Changed",
-    "Comparison",
-    "Factor",
-    "Omitted",
-    "StoredRun",
-    "changes",
-    "compare",
-    "damages",
-    "factor",
-    "read_run",
-]

@@ -44,13 +44,15 @@ from ...probe.stiffness.family import member, no_family
 from ...probe.stiffness.paired_members import PairedErrors, paired_errors
 from ...probe.stiffness.uniform_errors import (
     Supremum,
+    UniformDefects,
     UniformErrors,
     invariant_suprema,
     moment_suprema,
     strong_suprema,
     suprema,
+    uniform_defects,
+    uniform_defects_refusal,
 )
-from ...probe.stiffness.uniform_local import UniformDefects, uniform_defects, uniform_defects_refusal
 from ...registry.hookspecs import hookimpl
 from ..judge import NOT_PROBED, Coverage, coverage, finding, is_order, judge_claim, local_doubt, no_claim
 from .paired_findings import STRONG, WEAK, paired_findings
