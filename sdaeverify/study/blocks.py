@@ -13,7 +13,7 @@ from ..contracts.settings import SCREENING
 from ..simulate.behaviour import Behaviour
 from ..simulate.ensemble import Entry, LaneEvidence, Task, behaviours, run_block, without_evidence
 from ..simulate.guard import NO_MEASURE, PROBLEM
-from ..store.files import joined
+from ..store.lanes import joined
 from ..store.store import Place, Recalled, Store, keep, saved_meanwhile
 from ..workers.calls import Call, Lost, packed, unpacked
 from ..workers.executors import Crew, Remote

@@ -10,7 +10,7 @@ import pytest
 
 from evidence import change_lanes, files_in, lanes_in
 from sdaeverify.contracts.tally import Tally
-from sdaeverify.store import Container
+from sdaeverify.store.container import Container
 
 SMALL = ("--block", "40", "--levels", "8..32", "-j", "1", "--progress", "none")
 STRONG = ("-m", "strong")

@@ -13,8 +13,8 @@ import pytest
 
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.simulate.behaviour import Behaviour
-from sdaeverify.store import Container, StoredLane, containers
-from sdaeverify.store.container import TABLE
+from sdaeverify.store.container import TABLE, Container, containers
+from sdaeverify.store.lanes import StoredLane
 
 
 def lane(seconds=0.5):

@@ -19,10 +19,11 @@ from sdaeverify.measures.drift import Drift
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
 from sdaeverify.simulate.ensemble import Entry, LaneEvidence, Task, behaviours, run_block, without_evidence
-from sdaeverify.store import Container, Store, joined, keep
 from sdaeverify.store import keys as keys_module
+from sdaeverify.store.container import Container
 from sdaeverify.store.keys import differences, key, lane_ingredients, measure_ingredients
-from sdaeverify.store.store import NEW, SOURCELESS
+from sdaeverify.store.lanes import joined
+from sdaeverify.store.store import NEW, SOURCELESS, Store, keep
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama

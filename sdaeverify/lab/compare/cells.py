@@ -16,7 +16,7 @@ from ...errors import FAULTS, SdaeverifyError, one_line
 from ...forms import Problem
 from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
-from ...store.files import StoredLane
+from ...store.lanes import StoredLane
 from .factors import Factor, factor
 from .runs import Lanes, StoredRun, require_common_noise
 

@@ -9,7 +9,9 @@ from ...errors import UsageError
 from ...report.folders import read_verdicts, run_of
 from ...report.saved import SavedRun
 from ...report.saved import read_run as read_saved
-from ...store import FOLDER, StoredLane, containers
+from ...store.container import containers
+from ...store.lanes import StoredLane
+from ...store.store import FOLDER
 
 # What has to agree for the noise to be the same, and the step sizes.
 COMMON = ("seed", "coarsest", "levels", "block")
