@@ -82,10 +82,11 @@ def linearised(equations: Equations, x: Unknowns) -> Linearised:
     if W is not None:
         a_v, stiffness, turning, N = (W @ part for part in (a_v, stiffness, turning, N))
     unit, unused = identity(blocks.nodes, len(r) // blocks.nodes), _unused(blocks)
-    A_v, A_r = unit - h * a_v, unit - turning
+    # Signs go where there is least to be multiplied by them.
+    A_v, A_r, minus = unit + (-h) * a_v, unit - turning, -1.0 * N
     matrix = (
-        (unused - Dg @ N, h * V + Dg @ A_r, None),
-        (-1.0 * (A_v @ N), A_v @ A_r - h * stiffness, -1.0 * N),
+        (unused + Dg @ minus, h * V + Dg @ A_r, None),
+        (A_v @ minus, A_v @ A_r + (-h) * stiffness, minus),
         (None, Dg, unused),
     )
     size, none = Dg.size(), np.zeros(r.shape[-1])
