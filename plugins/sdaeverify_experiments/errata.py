@@ -251,7 +251,7 @@ NOTES = (
     "The sign of D^2 g: estimates of energy and schemes that project in each step do not see it. What sees it: an "
     "unprojected step, mu, and a value computed before; the planted bugs of `selftest` hold it.",
     "Laurent Table 1 and Qu Table 1 are run by laurent-2022-table-1 and qu-2010-table-1.",
-    "Unexplained: Laurent Table 1, column UA. The printed errors at h = 2^-7 are about half of the scheme's, and near "
+    "Unexplained: Laurent Table 1, column UA. Printed errors at h = 2^-7 are about half of the scheme's, and near "
     "those of h = 2^-8. Neither the noise of three points, nor the direction of the new point, nor an iteration that "
     "ends early gives them for all m.",
     "Smaller ones, without a number: LF (3.3), (3.6): coefficients at the integration variable; LF Lemma 9: entries "
