@@ -15,7 +15,7 @@ from ...forms import Equation, Problem
 from ...numerics.digits import SCALE, defined, significant
 from ..step.nodes import HalfSteps, half_steps
 from ..step.one_step import OneStep, unresolved
-from ..step.states import WHEN
+from ..step.states import WHEN, in_batches
 from ..step.times import ProbeTime, times
 from .orders import SETTLED, TOLERANCE, last_orders
 
@@ -160,7 +160,8 @@ def _level(
 ) -> tuple[Array, Array, Array]:
     """Return root mean squares and means of the defects, shape (3, C, S), and the scale, shape (S,), of all times."""
     nodes = nodes.beside(step.view.records, h)
-    found = zip(*(_at(step, x, nodes, h, moment.of_size(step, h)) for moment in when), strict=True)
+    some, begins = in_batches(x, len(nodes.whole.weights)), [moment.of_size(step, h) for moment in when]
+    found = zip(*(_at(step, states, nodes, h, t) for t in begins for states in some), strict=True)
     rms, mean, scale = (np.concatenate(parts, axis=-1) for parts in found)
     return rms, mean, scale
 

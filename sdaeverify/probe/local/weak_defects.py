@@ -25,7 +25,7 @@ from ...numerics.digits import SCALE, defined, significant
 from ..step import test_functions
 from ..step.nodes import LARGEST, Nodes, step_nodes
 from ..step.one_step import OneStep, unresolved
-from ..step.states import WHEN, cloud
+from ..step.states import WHEN, cloud, in_batches
 from ..step.times import times
 from .romberg import Romberg, depth
 from .weak_order import LocalWeak
@@ -156,7 +156,11 @@ def _at(step: OneStep, known: SemigroupReference, nodes: Nodes) -> tuple[Array, 
 
     Of steps that are truncated they are NaN, and a state has none where some of the finest are.
     """
-    levels = [_level(step, known, nodes, level) for level in range(len(known.h))]
+    some = in_batches(known.states, len(nodes.weights))
+    levels = [
+        tuple(map(np.hstack, zip(*(_level(step, known, nodes, level, x) for x in some), strict=True)))
+        for level in range(len(known.h))
+    ]
     means, largest = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
     truncated = step.truncated(known.states, known.h)
     kept, defect = ~truncated[:, -LEAST], np.where(truncated, np.nan, means - known.means)
@@ -169,11 +173,11 @@ def _nodes(scheme: Scheme, noises: int) -> Nodes:
     return step_nodes(noises, count, areas=areas, law=scheme.law)
 
 
-def _level(step: OneStep, known: SemigroupReference, nodes: Nodes, level: int) -> tuple[Array, Array]:
-    """Return the means of phi over the nodes and the largest |phi|, both of shape (F, S)."""
-    states, count = known.states.shape[1], len(nodes.weights)
+def _level(step: OneStep, known: SemigroupReference, nodes: Nodes, level: int, x: Array) -> tuple[Array, Array]:
+    """Return the means of phi over the nodes and the largest |phi|, both of shape (F, S), at some states x."""
+    states, count = x.shape[1], len(nodes.weights)
     t, h = known.t[level], float(known.h[level])
-    wide = np.repeat(known.states, count, axis=1)
+    wide = np.repeat(x, count, axis=1)
     phi = test_functions.values(step(wide, t, h, nodes.increment(h, states)) / known.units)
     phi = phi.reshape(len(phi), states, count)
     return nodes.mean(phi), np.maximum(phi.max(axis=-1), -phi.min(axis=-1))

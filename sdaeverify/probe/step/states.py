@@ -23,6 +23,8 @@ CLOSE = 1e-10
 SIZE = 1 + PILOT + SCATTERED
 # Time of the step as a part of the horizon: at 0, derivatives of the coefficients in time may vanish.
 WHEN = 0.2
+# Paths of a step at once: more do not stay near the processor, and a solver goes on until the last has its root.
+BATCH = 16_384
 
 
 @lru_cache(maxsize=8)
@@ -104,6 +106,11 @@ def reached(view: Problem, ito: Equation) -> Array:
         if view.has_constraints:
             points = view.admissible(points)
         return np.asarray(points[:, allowed(view, ito, points)])
+
+
+def in_batches(x: Array, nodes: int) -> list[Array]:
+    """Return states, shape (d, S), in parts that so many nodes at each of them make no long batch of."""
+    return np.array_split(x, min(-(-x.shape[1] * nodes // BATCH), x.shape[1]), axis=1)
 
 
 def _pilot(ito: Equation, rng: np.random.Generator, paths: int) -> Array:
