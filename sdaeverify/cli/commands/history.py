@@ -3,10 +3,10 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from math import hypot, isnan
+from math import hypot, isfinite, isnan
 from pathlib import Path
 from statistics import NormalDist
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 
@@ -15,16 +15,31 @@ from ...report.files import require_writable_file
 from ...report.folders import Key, SavedTables, TextRow, key_of, read_tables
 from ...report.html import TablePage, rounded, write_tables
 from ...report.plain import in_columns, visible
-from ...report.reading import number
+from ...report.reading import ORDER, Interval, claimed_order, number, read_row
 from ...report.sentences import ABSENT, SYMBOLS, PlainLine
 from ..console import output, print_lines
 from ..exit_codes import ExitCode
 from ..options import once
 
 HISTORY = Path("reports", "history.html")
-# Of any step that is marked though nothing has changed, over all that are compared.
+# Of any step that is marked though nothing has changed, over all of a kind that are compared.
 ALPHA = 0.01
-Errors = Mapping[Key, TextRow]
+# What is not sampled has made a step where it has changed by more.
+UNSAMPLED = 0.01
+# What the orders of these measures are called; and what a constant belongs to.
+LETTERS = {"strong": "p", "weak": "q"}
+HALF = 0.5
+
+
+class Known(NamedTuple):
+    """A number with its standard error, 0 where nothing is sampled, and the step size that it is told at, if any."""
+
+    value: float
+    spread: float = 0.0
+    h: float = 0.0
+
+
+Numbers = Mapping[Key, Known]
 
 
 @click.command(short_help="A page over several runs.")
@@ -34,15 +49,16 @@ def history(runs: tuple[Path, ...], out: Path) -> ExitCode:
     """Put RUNS, folders that matrix or gate wrote, oldest first, onto one page.
 
     It shows the verdicts of each run, with its date and the commit that was checked out, those that changed from one
-    run to the next, and errors that made a significant step. Runs with the same seed are on the same noise; compare
-    tells more of two of those.
+    run to the next, and orders and constants of errors with the significant steps they made. Runs with the same seed
+    are on the same noise; compare tells more of two of those.
     """
     if len(runs) < 2:
         raise UsageError("history needs two runs or more")
     require_writable_file(out, "--out")
     read = [read_tables(folder) for folder in runs]
-    tables = told, changed, steps = history_tables(read)
-    sentence = f"{len(runs)} runs, {len(changed.rows)} verdicts changed, {len(steps.rows)} errors made a step"
+    tables = told, changed, orders, constants = history_tables(read)
+    steps = f"{len(orders.rows)} orders and {len(constants.rows)} error constants made a step"
+    sentence = f"{len(runs)} runs, {len(changed.rows)} verdicts changed, {steps}"
     write_tables(out, sentence, tables, history=history_series(read))
     cells = [[f"{cell:g}" if isinstance(cell, float) else visible(str(cell)) for cell in row] for row in told.rows]
     lines = (*in_columns([list(told.head), *cells]), sentence, f"the page is {visible(str(out))}")
@@ -59,17 +75,19 @@ def history_tables(runs: Sequence[SavedTables]) -> list[TablePage]:
         [*_about(run), *(float(found[name]) for name in verdicts)] for run, found in zip(runs, counts, strict=True)
     ]
     changed = [row for before, after in pairwise(runs) for row in _changes(before, after)]
-    steps = [
-        (str(before.folder), str(after.folder), *key, one, other, other / one)
-        for before, after in pairwise(runs)
-        for key, one, other in _steps(before, after)
-    ]
     names = ("from", "to", "scheme", "problem", "measure", "quantity")
-    level = f"Both errors are at the finest step size; family-wise level {ALPHA:g} for each pair of runs."
+    level = f"Family-wise level {ALPHA:g} for each pair of runs; what is not sampled has changed by {UNSAMPLED:.0%}."
+    orders, constants = (_step_rows(runs, [numbers(run) for run in runs]) for numbers in (_orders, _constants))
     return [
         TablePage("Runs", head, rows),
         TablePage("Changed verdicts", (*names, "before", "after"), changed, _none_words(changed)),
-        TablePage("Steps of errors", (*names, "before", "after", "ratio"), steps, (level, *_none_words(steps))),
+        TablePage("Steps of orders", (*names, "before", "after", "ratio"), orders, (level, *_none_words(orders))),
+        TablePage(
+            "Steps of error constants",
+            (*names, "before", "after", "ratio"),
+            constants,
+            ("C of C h^p at the finest step size, p as claimed.", level, *_none_words(constants)),
+        ),
     ]
 
 
@@ -79,26 +97,41 @@ def history_series(runs: Sequence[SavedTables]) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``runs``: what each is called; ``counts``: by verdict, how many there are in each; ``errors``: of each
-        quantity that made a significant step, its errors at the finest step size, and 1 where a step led to it.
+        ``runs``: what each is called; ``counts``: by verdict, how many there are in each; ``orders``, ``constants``:
+        of each quantity what it is of and called, its values run by run, and 1 where a significant step led to it.
     """
     counts = [Counter(row["verdict"] for row in run.verdicts) for run in runs]
-    stepped = [{key for key, _, _ in _steps(*pair)} for pair in pairwise(runs)]
-    finest = [_finest(run.levels) for run in runs]
     return {
         "runs": [" ".join(filter(None, _about(run)[:3])) for run in runs],
         "counts": {
             name: [found[name] for found in counts] for name in SYMBOLS if any(name in found for found in counts)
         },
-        "errors": [
-            {
-                "name": "{} on {}, {} {}".format(*key),
-                "values": [rounded(number(errors.get(key, {}), "estimate")) for errors in finest],
-                "steps": [0, *(int(key in found) for found in stepped)],
-            }
-            for key in sorted({key for found in stepped for key in found})
-        ],
+        "orders": _series([_orders(run) for run in runs]),
+        "constants": _series([_constants(run) for run in runs]),
     }
+
+
+def _series(runs: Sequence[Numbers]) -> list[dict[str, Any]]:
+    stepped = [{key for key, _, _ in _steps(*pair)} for pair in pairwise(runs)]
+    return [
+        {
+            "cell": f"{key[0]} on {key[1]}",
+            "measure": f"{key[2]}, {LETTERS[key[2]]}" if key[2] in LETTERS else key[2],
+            "quantity": key[3],
+            "values": [rounded(known[key].value) if key in known else None for known in runs],
+            "steps": [0, *(int(key in found) for found in stepped)],
+        }
+        for key in sorted({key for known in runs for key in known})
+    ]
+
+
+def _step_rows(runs: Sequence[SavedTables], numbers: Sequence[Numbers]) -> list[tuple[str | float | None, ...]]:
+    pairs = zip(pairwise(runs), pairwise(numbers), strict=True)
+    return [
+        (str(before.folder), str(after.folder), *key, one, other, other / one if one else None)
+        for (before, after), pair in pairs
+        for key, one, other in _steps(*pair)
+    ]
 
 
 def _about(run: SavedTables) -> list[str]:
@@ -122,22 +155,55 @@ def _changes(before: SavedTables, after: SavedTables) -> Iterator[tuple[str, ...
             yield (str(before.folder), str(after.folder), *key_of(row), known[key_of(row)], row["verdict"])
 
 
-def _steps(before: SavedTables, after: SavedTables) -> Iterator[tuple[Key, float, float]]:
-    """Yield the errors at the finest step size that differ by more than chance explains, before and after."""
-    old, new = _finest(before.levels), _finest(after.levels)
-    common = [key for key in new if key in old and number(old[key], "h") == number(new[key], "h")]
+def _steps(before: Numbers, after: Numbers) -> Iterator[tuple[Key, float, float]]:
+    """Yield what differs by more than chance explains, before and after."""
+    common = [key for key in after if key in before and after[key].h == before[key].h]
     bound = NormalDist().inv_cdf(1.0 - 0.5 * ALPHA / max(1, len(common)))
     for key in common:
-        one, other = (number(errors[key], "estimate") for errors in (old, new))
-        spread = hypot(*(number(errors[key], "std_error") for errors in (old, new)))
-        if spread > 0.0 and abs(other - one) > bound * spread:
+        (one, old, _), (other, new, _) = before[key], after[key]
+        spread = hypot(old, new)
+        if abs(other - one) > (bound * spread if spread > 0.0 else UNSAMPLED * abs(one)):
             yield key, one, other
 
 
-def _finest(levels: Sequence[TextRow]) -> Errors:
+def _orders(run: SavedTables) -> Numbers:
+    """Return the order of each quantity: along paths, else by moments, else of one step."""
+    reach = NormalDist().inv_cdf(0.5 * (1.0 + _confidence(run)))
+    found = {}
+    for row in run.verdicts:
+        reading = read_row(row)
+        known = reading.path if reading.path.known else reading.value if ORDER in reading.value_of else Interval()
+        spread = 0.5 * (known.high - known.low) / reach
+        value = known.value if known.known else reading.local_order
+        if isfinite(value):
+            found[key_of(row)] = Known(value, spread if isfinite(spread) else 0.0)
+    return found
+
+
+def _constants(run: SavedTables) -> Numbers:
+    """Return C of |e(h)| = C h^p for each quantity at the finest step size, p as claimed, else to the next half."""
+    powers = {}
+    for row in run.verdicts:
+        reading = read_row(row)
+        claim, found = claimed_order(reading.claim), reading.path.value
+        powers[key_of(row)] = claim if isfinite(claim) else HALF * round(found / HALF) if isfinite(found) else 0.0
+    return {
+        key: Known(abs(number(row, "estimate")) / scale, number(row, "std_error") / scale, number(row, "h"))
+        for key, row in _finest(run.levels).items()
+        if key in powers and (scale := number(row, "h") ** powers[key]) > 0.0
+    }
+
+
+def _confidence(run: SavedTables) -> float:
+    settings = run.run.get("settings", {})
+    found = settings.get("confidence") if isinstance(settings, dict) else None
+    return found if isinstance(found, float) and HALF <= found < 1.0 else 0.99
+
+
+def _finest(levels: Sequence[TextRow]) -> Mapping[Key, TextRow]:
     found: dict[Key, TextRow] = {}
     for row in levels:
-        if row.get("steps") and not isnan(number(row, "estimate")):
+        if not row.get("at") and not isnan(number(row, "estimate")):
             key = key_of(row)
             if key not in found or number(row, "h") < number(found[key], "h"):
                 found[key] = row
