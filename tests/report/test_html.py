@@ -176,6 +176,38 @@ def test_pictures_show_the_numbers_of_the_tables(shown):
 
 
 @needs_chromium
+def test_densities_and_work_are_those_of_the_tables(shown, tmp_path):
+    """Both densities of a coordinate, solid and dashed, with half the area between them; errors against seconds."""
+    at, own, exact = [-1.0, 0.0, 1.0], [0.1, 0.6, 0.2], [0.2, 0.5, 0.3]
+    about = {"measure": "invariant", "quantity": "density of coordinate 1", "steps": "", "h": "0.25"}
+    rows = [level(**about, at=str(x), estimate=str(a), exact=str(b)) for x, a, b in zip(at, own, exact, strict=True)]
+    found = run()
+    verdicts = [*found.verdicts, verdict(measure="invariant", quantity="x^2", path_order="")]
+    details = [{**row, "step_seconds": "0.002"} for row in found.details]
+    data = payload(found._replace(verdicts=verdicts, levels=[*found.levels, *rows], details=details))
+    page = shown(page_text(data), "#/cell/some-euler/gbm")
+    card = "[...document.querySelectorAll('.card')].find(c => c.querySelector('path.exact'))"
+    assert page.run(f"{card}.querySelectorAll('path.line').length") == 1
+    cells = page.run(f"[...{card}.querySelectorAll('tbody td')].map(c => c.textContent.replace('\u2212', '-'))")
+    assert [float(cell) for cell in cells] == [x for row in zip(at, own, exact, strict=True) for x in row]
+    assert "at h = 0.25" in page.run(f"{card}.textContent")
+    assert "the gap is 0.1 of the probability" in page.run(f"{card}.textContent")
+    assert page.run(f"getComputedStyle({card}.querySelector('path.exact')).strokeDasharray") == "6px, 4px"
+    page.go("#/problem/gbm")
+    work = """[...document.querySelector('[aria-label^="work and precision"]').querySelectorAll('circle')]
+      .map(c => [+c.dataset.h, +c.dataset.e])"""
+    assert page.run(work) == [[pytest.approx(0.002 / h), e] for h, e in zip(SIZES, ERRORS, strict=True)]
+    for target in ("#/cell/some-euler/gbm", "#/problem/gbm", "#/invariant"):
+        page.go(f"{target}?0")
+        page.go(target)
+        for width, scheme, media in ((1280, "light", ""), (400, "dark", ""), (1047, "light", "print")):
+            page.look(width, scheme=scheme, media=media)
+            assert page.run(FITS), (target, width)
+            page.photograph(tmp_path / f"new-{target.replace('/', '-')[2:]}-{width}-{scheme}{media}.png")
+    assert not complaints_of(page)
+
+
+@needs_chromium
 def test_cells_are_opened_by_keyboard_and_empty_ones_say_why(shown):
     """Arrow keys move, Enter opens; what does not apply names its reason."""
     page = shown(page_text(payload(run())), "#/matrix")

@@ -24,7 +24,7 @@ from ..options import once
 HISTORY = Path("reports", "history.html")
 # Of any step that is marked though nothing has changed, over all of a kind that are compared.
 ALPHA = 0.01
-# What is not sampled has made a step where it has changed by more.
+# What is not sampled has made a step where it has changed by more: an order by so much, a constant by such a part.
 UNSAMPLED = 0.01
 # What the orders of these measures are called; and what a constant belongs to.
 LETTERS = {"strong": "p", "weak": "q"}
@@ -76,7 +76,7 @@ def history_tables(runs: Sequence[SavedTables]) -> list[TablePage]:
     ]
     changed = [row for before, after in pairwise(runs) for row in _changes(before, after)]
     names = ("from", "to", "scheme", "problem", "measure", "quantity")
-    level = f"Family-wise level {ALPHA:g} for each pair of runs; what is not sampled has changed by {UNSAMPLED:.0%}."
+    level = f"Family-wise level {ALPHA:g} for each pair of runs; what is not sampled has changed by {UNSAMPLED:g}."
     orders, constants = (_step_rows(runs, [numbers(run) for run in runs]) for numbers in (_orders, _constants))
     return [
         TablePage("Runs", head, rows),
@@ -162,7 +162,8 @@ def _steps(before: Numbers, after: Numbers) -> Iterator[tuple[Key, float, float]
     for key in common:
         (one, old, _), (other, new, _) = before[key], after[key]
         spread = hypot(old, new)
-        if abs(other - one) > (bound * spread if spread > 0.0 else UNSAMPLED * abs(one)):
+        size = abs(one) if after[key].h else 1.0
+        if abs(other - one) > (bound * spread if spread > 0.0 else UNSAMPLED * size):
             yield key, one, other
 
 

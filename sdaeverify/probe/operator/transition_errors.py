@@ -224,7 +224,7 @@ def _is_function(view: Problem, name: str) -> bool:
 
 POINTS = 41
 # On a line densities are told up to so many scales from the centre.
-REACH = 3.5
+REACH = 5.0
 # A density is not negative: where an expansion is by more of its largest value, it does not represent the law.
 NEGATIVE = 0.01
 

@@ -141,10 +141,10 @@ function slopeLine(filled, fit, x, y) {
 
 /** Return a right triangle for each slope, below the points, beside each other. */
 function triangles(points, slopes, x, y) {
-  const sizes = points.map((point) => Math.log10(point.h)), wide = Math.max(0.15, (x.high - x.low) * 0.2);
+  const sizes = points.map((point) => Math.log10(point.h));
   const least = Math.log10(Math.min(...points.map((point) => Math.abs(point.e))));
   return slopes.flatMap(({ order: slope, kind, label }, place) => {
-    const right = Math.max(...sizes) - place * (x.high - x.low) * 0.36, left = right - wide;
+    const right = Math.max(...sizes) - place * (x.high - x.low) * 0.36, left = Math.max(right - Math.max(0.15, (x.high - x.low) * 0.2), x.low + (x.high - x.low) * 0.02), wide = right - left;
     const base = Math.max(y.low + (y.high - y.low) * 0.04, Math.min(least, y.high - slope * wide) - slope * wide * 0.2);
     const corner = ([h, e]) => [x.at(10 ** h), y.at(10 ** e)];
     const corners = [[left, base], [right, base], [right, base + slope * wide]].map(corner);
