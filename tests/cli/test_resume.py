@@ -361,3 +361,12 @@ def test_tables_of_another_version(small, tmp_path):
     told = f"out held tables of another version of sdaeverify, which are moved into {moved}"
     assert outcome.err == f"sdaeverify: warning: {told}\n"
     assert (tmp_path / moved / "verdicts.csv").read_bytes() == before
+
+
+def test_one_file_a_problem(small, tmp_path):
+    """However many schemes and blocks there are, the evidence on a problem is one file; nothing is left beside it."""
+    small("out", *BOTH, paths=400)
+
+    names = sorted(path.name for path in (tmp_path / "out" / "evidence").iterdir())
+    assert names == ["gbm.sqlite", "ou.sqlite"]
+    assert len(lanes_in(tmp_path / "out")) > 20

@@ -31,7 +31,7 @@ LETTERS = {"strong": "p", "weak": "q"}
 HALF = 0.5
 
 
-class Known(NamedTuple):
+class RunNumber(NamedTuple):
     """A number with its standard error, 0 where nothing is sampled, and the step size that it is told at, if any."""
 
     value: float
@@ -39,7 +39,7 @@ class Known(NamedTuple):
     h: float = 0.0
 
 
-Numbers = Mapping[Key, Known]
+Numbers = Mapping[Key, RunNumber]
 
 
 @click.command(short_help="A page over several runs.")
@@ -177,7 +177,7 @@ def _orders(run: SavedTables) -> Numbers:
         spread = 0.5 * (known.high - known.low) / reach
         value = known.value if known.known else reading.local_order
         if isfinite(value):
-            found[key_of(row)] = Known(value, spread if isfinite(spread) else 0.0)
+            found[key_of(row)] = RunNumber(value, spread if isfinite(spread) else 0.0)
     return found
 
 
@@ -189,7 +189,7 @@ def _constants(run: SavedTables) -> Numbers:
         claim, found = claimed_order(reading.claim), reading.path.value
         powers[key_of(row)] = claim if isfinite(claim) else HALF * round(found / HALF) if isfinite(found) else 0.0
     return {
-        key: Known(abs(number(row, "estimate")) / scale, number(row, "std_error") / scale, number(row, "h"))
+        key: RunNumber(abs(number(row, "estimate")) / scale, number(row, "std_error") / scale, number(row, "h"))
         for key, row in _finest(run.levels).items()
         if key in powers and (scale := number(row, "h") ** powers[key]) > 0.0
     }
