@@ -22,10 +22,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdaeverify import Array
+from sdaeverify import Array, ParameterError
 
 from ._graded_panels import Convolution, convolution, graded, nodes
 from ._scalar_delay import ScalarDelay, piece
+
+# Rate times delay up to which panels are made.
+MOST_GROWTH = 1e5
 
 
 class Pieces(NamedTuple):
@@ -111,7 +114,12 @@ def _renewed(matrices: list[Array], drawn: list[Array]) -> Array:
 def _ends(equation: ScalarDelay) -> Array:
     A, B, c, d, *_ = equation
     growth = max(A, 0.0) + max(abs(B) - abs(A), 0.0) + max(c * c + 2.0 * A, 0.0) + max(d * d + 2.0 * A, 0.0)
-    return graded(equation.tau, abs(A) + abs(B) + c * c + d * d, growth)
+    fastest = abs(A) + abs(B) + c * c + d * d
+    # Written so that a NaN is refused.
+    if not growth * equation.tau <= MOST_GROWTH or not fastest < np.inf:
+        text = f"must be finite and grow by no more than e^{MOST_GROWTH:g} within a delay, got {equation[:4]}"
+        raise ParameterError(f"a delay equation with A, B, c, d {text}")
+    return graded(equation.tau, fastest, growth)
 
 
 @cache

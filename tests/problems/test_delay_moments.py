@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from sdaeverify import DelaySDAE, InvariantMean, MeanSquareStability, Moment
+from sdaeverify import DelaySDAE, InvariantMean, MeanSquareStability, Moment, ParameterError
 from sdaeverify.arrays import Array
 from sdaeverify.probe.linear.delay_equation import LinearDelay
 from sdaeverify.probe.linear.delay_step import probed_step, run_moments, run_start
@@ -265,3 +265,10 @@ def test_mean_square_stability_agrees_with_the_frameworks() -> None:
         assert stable == LinearDelay(A, B, c, d, 1.0).stable
         found.add(stable)
     assert found == {True, False}
+
+
+@pytest.mark.parametrize("odd", [{"A": 1e300}, {"B": 1e11}, {"c": -1e11}, {"d": float("nan")}, {"c": float("inf")}])
+def test_what_no_panel_resolves_is_refused(odd):
+    """Coefficients that are not finite, or let a solution grow beyond all numbers, are a message and no long wait."""
+    with pytest.raises(ParameterError, match="must be finite and grow by no more than"):
+        delay_linear(**odd)
