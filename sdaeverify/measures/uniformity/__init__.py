@@ -15,7 +15,7 @@ Elsewhere the weak and the strong error are sampled, all members and step sizes 
 `probe.paired_members` and `paired_findings`. Whoever claims it by name is asked, too, for
 
 ``one step``
-    The local weak error, for every eps at which one step begins; see `probe.uniform_local`. Each first and second
+    The local weak error, for every eps at which one step begins; see `uniform_errors`. Each first and second
     moment has an order of its own, the last one above rounding, and what it tends to. One that is below the claim,
     less its margin, in both refutes it.
 
