@@ -15,6 +15,7 @@ Row = Mapping[str, str]
 # Cells whose orders are told: schemes of every order on an equation with a known solution, and a constrained one.
 ORDERS = ("gbm", "pendulum")
 PATHS = 400.0
+COMPARED = ("printed_and_value", "value_and_expected", "printed_and_exact")
 
 
 NOT_KEPT = "Not kept of this version: `python reports/measure.py {}` does it.\n"
@@ -34,6 +35,7 @@ def kept_pages(reports: Path) -> dict[str, str]:
         "pieces/orders.md": _orders(verdicts),
         "pieces/random-sets.md": _random_sets(sets),
         "pieces/calibration.md": _calibration(rates),
+        "pieces/papers.md": _papers(sorted((reports / "papers").glob("*/table.csv"))),
     }
 
 
@@ -132,6 +134,28 @@ def _random_sets(sets: Iterable[Mapping[str, Any]]) -> str:
         ["sets", "with a claim", *(f"claims {verdict}" for verdict in verdicts)],
         [[str(len(sets)), str(claimed), *(str(decided.get(verdict, 0)) for verdict in verdicts)]],
     )
+
+
+def _papers(tables: Iterable[Path]) -> str:
+    """Return for each experiment how many of its numbers agree with what is printed, expected and exact."""
+    lines = [
+        [f"`{path.parent.name}`", *_agreement(list(csv.DictReader(path.read_text().splitlines())))] for path in tables
+    ]
+    heads = [
+        "experiment",
+        "numbers",
+        "ours and the print",
+        "ours and what is expected",
+        "the print and the exact number",
+    ]
+    return (
+        table(heads, lines) if lines else "No tables are kept of this version: the commands of the page print them.\n"
+    )
+
+
+def _agreement(rows: list[Row]) -> list[str]:
+    found = [Counter(row[name] for row in rows if row.get(name)) for name in COMPARED]
+    return [str(len(rows)), *(", ".join(f"{n} {word}" for word, n in sorted(each.items())) for each in found)]
 
 
 def _calibration(rates: Iterable[Row]) -> str:
