@@ -15,7 +15,6 @@ from ...arrays import Array
 from ...contracts.finding import Finding, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import UNBIASED, Claim
-from ...numerics.statistics import GROUPS
 from ...probe.operator.functional_orders import ABOVE_FLOOR, FunctionalOrder
 from ..outweighed import growth, outweighs
 from .chain_order import BiasSample
@@ -124,8 +123,8 @@ def bias_of_chains(
     within, beyond = zip(*(_p_values(bound, sample.errors) for sample in looks), strict=True)
     verified, refuted = (min(1.0, planned * min(found)) for found in (within, beyond))
     errors, h = looks[-1].errors, looks[-1].h
-    mean, se = errors.mean(axis=0), errors.std(axis=0, ddof=1) / np.sqrt(GROUPS)
-    half = scipy.special.stdtrit(GROUPS - 1, 0.5 + 0.5 * evidence.settings.confidence) * se
+    mean, se = errors.mean(axis=0), errors.std(axis=0, ddof=1) / np.sqrt(len(errors))
+    half = scipy.special.stdtrit(len(errors) - 1, 0.5 + 0.5 * evidence.settings.confidence) * se
     at = int(np.argmax(np.abs(mean)))
     verdict = Verdict.INCONCLUSIVE
     if refuted <= evidence.level:
@@ -133,7 +132,7 @@ def bias_of_chains(
     elif verified <= evidence.level:
         verdict = Verdict.VERIFIED
     reason = _figures(mean[at], half[at], h[at], h, bound)
-    more = growth(min(within[-1], beyond[-1]), evidence.level / planned)
+    more = growth(min(within[-1], beyond[-1]), evidence.level / planned, len(errors))
     bias = StationaryBias(float(mean[at]), float(mean[at] - half[at]), float(mean[at] + half[at]), more)
     return bias, Opinion(verdict, reason, p_verified=verified, p_refuted=refuted)
 

@@ -225,7 +225,7 @@ def chain_tests(found: list[BiasSample], claim: Claim, planned: float, evidence:
     slow = [sample.p_slow(claim) if steady else 1.0 for sample in found]
     wrong = [sample.p_wrong(float(claim.value)) for sample in found]
     verified, too_slow, off = (min(1.0, planned * min(looks)) for looks in (falls, slow, wrong))
-    return ChainTests(verified, too_slow, off, growth(falls[-1], evidence.level / planned))
+    return ChainTests(verified, too_slow, off, growth(falls[-1], evidence.level / planned, GROUPS))
 
 
 def exceeds(a: Array, b: Array) -> float:

@@ -203,7 +203,7 @@ def _opinion(evidence: Evidence, record: PairedErrors, claim: Claim, sample: Pai
         rest = PathTests(1.0, stays, reason.then(_missing_eps(sample.left_out)))
         return decide(with_sample(rest, paths, heavy=False), evidence)
     opinion = decide(with_sample(PathTests(falls, stays, reason), paths, heavy=False), evidence)
-    more = min(growth(p, evidence.level) for p in (falls, stays))
+    more = min(growth(p, evidence.level, GROUPS) for p in (falls, stays))
     if opinion.verdict is Verdict.INCONCLUSIVE and np.isfinite(more):
         needed = {"paths": float(f"{run_of(more * paths):.1g}")}
         return opinion.plus(Reason("about {paths:.0f} paths of a run would decide", Kind.MORE_PATHS, needed))
