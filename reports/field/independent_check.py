@@ -1,12 +1,14 @@
-"""Checks what the report refutes, with torchsde alone: nothing of sdaeverify is imported.
+"""Checks what the report refutes, with torchsde and mici alone: nothing of sdaeverify is imported.
 
-Strong errors at time 1 on dz = lambda z dt + mu z dW with z = x_1 + i x_2 and on dx = sqrt(1 + x^2) o dW, whose
-solutions are known on the same path, and mean errors of the latter; and the variance of the Levy areas that
+Strong and mean errors at time 1 on dz = lambda z dt + mu z dW with z = x_1 + i x_2 and on
+dx_1 = r_1 o dW_1, dx_2 = r_2 arcsinh x_1 dt + r_2 o dW_2 with r_j = sqrt(1 + x_j^2), whose solutions are known on the
+same path; the constraint of a point that moves on a circle; and the variance of the Levy areas that
 ``BrownianInterval`` draws over a step of length 1, which is 1/4.
 
-    pip install torchsde && python reports/field/independent_check.py
+    pip install torchsde mici && python reports/field/independent_check.py
 """
 
+import mici
 import numpy as np
 import torch
 import torchsde
@@ -39,26 +41,34 @@ class Spiral:
 
 
 def errors(calculus, method, options):
-    """Return the root mean square error at time 1 for each number of steps."""
+    """Return the root mean square error at time 1 and the size of the mean one for each number of steps."""
     bm = torchsde.BrownianInterval(0.0, 1.0, size=(PATHS, 1), dtype=torch.float64, entropy=1, dt=1.0 / STEPS[-1])
     exact = torch.exp((LAMBDA - 0.5 * MU**2) + MU * bm(0.0, 1.0)[:, 0].to(torch.complex128))
-    x, ts = torch.tensor([[1.0, 0.0]], dtype=torch.float64).repeat(PATHS, 1), torch.tensor([0.0, 1.0]).double()
-    found = []
+    x = torch.tensor([[1.0, 0.0]], dtype=torch.float64).repeat(PATHS, 1)
+    strong, mean = [], []
     for n in STEPS:
-        with torch.no_grad():
-            y = torchsde.sdeint(Spiral(calculus), x, ts, bm=bm, method=method, dt=1.0 / n, options=dict(options))[-1]
-        found.append(float((torch.complex(y[:, 0], y[:, 1]) - exact).abs().square().mean().sqrt()))
-    return found
+        y = solved(Spiral(calculus), x, bm, n, method, options)
+        error = torch.complex(y[:, 0], y[:, 1]) - exact
+        strong.append(float(error.abs().square().mean().sqrt()))
+        mean.append(float(error.mean().abs()))
+    return strong, mean
+
+
+def solved(equation, x, bm, n, method, options):
+    """Return the end of n steps."""
+    ts = torch.tensor([0.0, 1.0]).double()
+    with torch.no_grad():
+        return torchsde.sdeint(equation, x, ts, bm=bm, method=method, dt=1.0 / n, options=dict(options))[-1]
 
 
 class Hyperbolic:
-    """dx = sqrt(1 + x^2) o dW whose solution from 0 is sinh W."""
+    """dx_1 = r_1 o dW_1, dx_2 = r_2 arcsinh x_1 dt + r_2 o dW_2: arcsinh x_1 = W_1, arcsinh x_2 = int W_1 + W_2."""
 
     noise_type, sde_type = "diagonal", "stratonovich"
 
     def f(self, t, y):
         """Return the drift."""
-        return torch.zeros_like(y)
+        return torch.stack([0.0 * y[:, 0], self.g(t, y)[:, 1] * torch.asinh(y[:, 0])], dim=1)
 
     def g(self, t, y):
         """Return the diffusion."""
@@ -66,17 +76,39 @@ class Hyperbolic:
 
 
 def hyperbolic_errors(options):
-    """Return the mean of |arcsinh x - W| at time 1, and that of arcsinh x - W, for each number of steps."""
-    bm = torchsde.BrownianInterval(0.0, 1.0, size=(PATHS, 1), dtype=torch.float64, entropy=3, dt=1.0 / STEPS[-1])
-    W, x = bm(0.0, 1.0), torch.zeros(PATHS, 1, dtype=torch.float64)
-    found, means = [], []
-    for n in STEPS:
-        ts = torch.tensor([0.0, 1.0]).double()
-        with torch.no_grad():
-            y = torchsde.sdeint(Hyperbolic(), x, ts, bm=bm, method="milstein", dt=1.0 / n, options=dict(options))[-1]
-        found.append(float((torch.asinh(y) - W).abs().mean()))
-        means.append(float((torch.asinh(y) - W).mean()))
-    return found, means
+    """Return the means of |arcsinh x_j - exact| at time 1, and of arcsinh x_j - exact, for each number of steps."""
+    fine = 4 * STEPS[-1]
+    bm = torchsde.BrownianInterval(0.0, 1.0, size=(PATHS, 2), dtype=torch.float64, entropy=3, dt=1.0 / fine)
+    W = torch.stack([bm(0.0, (k + 1) / fine) for k in range(fine)])
+    integral = (W[:-1, :, 0].sum(dim=0) + 0.5 * W[-1, :, 0]) / fine
+    exact, x = torch.stack([W[-1, :, 0], integral + W[-1, :, 1]], dim=1), torch.zeros(PATHS, 2, dtype=torch.float64)
+    found = [torch.asinh(solved(Hyperbolic(), x, bm, n, "milstein", options)) - exact for n in STEPS]
+    return [error.abs().mean(dim=0).tolist() for error in found], [error.mean(dim=0).tolist() for error in found]
+
+
+def circle_residual(steps, **tolerances):
+    """Return the largest | |q|^2 - 1 | on the way of a point that moves freely on the unit circle for a time of 1."""
+    system = mici.systems.DenseConstrainedEuclideanMetricSystem(
+        neg_log_dens=lambda q: 0.0,
+        grad_neg_log_dens=lambda q: 0.0 * q,
+        constr=lambda q: np.array([q @ q - 1.0]),
+        jacob_constr=lambda q: 2.0 * q[None],
+    )
+    integrator = mici.integrators.ConstrainedLeapfrogIntegrator(
+        system, step_size=1.0 / steps, projection_solver_kwargs=tolerances
+    )
+    state = mici.states.ChainState(pos=np.array([1.0, 0.0]), mom=np.array([0.0, 1.0]), dir=1)
+    found = []
+    for _ in range(steps):
+        state = integrator.step(state)
+        found.append(abs(float(state.pos @ state.pos) - 1.0))
+    return max(found)
+
+
+def orders(found):
+    """Return the order of errors over all numbers of steps, and in the last halving."""
+    slope = -np.polyfit(np.log(STEPS), np.log(found), 1)[0]
+    return f"order {slope:.2f}, {np.log2(found[-2] / found[-1]):.2f} at last"
 
 
 def area_variance(approximation):
@@ -96,16 +128,19 @@ if __name__ == "__main__":
         ("stratonovich", "milstein", {"grad_free": True}),
         ("stratonovich", "heun", {}),
     ):
-        found = errors(calculus, method, options)
-        slope = -np.polyfit(np.log(STEPS), np.log(found), 1)[0]
-        print(f"{calculus:13s} {method} {options}: errors {np.round(found, 5).tolist()}, order {slope:.2f}")
+        strong, mean = errors(calculus, method, options)
+        print(f"spiral, {calculus} {method} {options}: errors {np.round(strong, 5).tolist()}, {orders(strong)}")
+        print(f"  mean errors {np.round(mean, 5).tolist()}")
     for options in ({}, {"grad_free": True}):
-        found, means = hyperbolic_errors(options)
-        slope = -np.polyfit(np.log(STEPS), np.log(found), 1)[0]
-        last = np.log2(found[-2] / found[-1])
-        print(
-            f"hyperbolic, stratonovich milstein {options}: errors {np.round(found, 5).tolist()}, order {slope:.2f},"
-        )
-        print(f"  in the last halving {last:.2f}; mean errors of arcsinh x {np.round(means, 5).tolist()}")
+        strong, means = hyperbolic_errors(options)
+        for j in (0, 1):
+            found, mean = ([row[j] for row in rows] for rows in (strong, means))
+            print(f"hyperbolic x_{j + 1}, stratonovich milstein {options}:")
+            print(f"  errors {np.round(found, 5).tolist()}, {orders(found)}")
+            # Without the option they are sampling errors.
+            print(f"  mean errors {np.round(mean, 5).tolist()}{', ' + orders(mean) if options else ''}")
+    for steps in (8, 16, 32):
+        usual, sharp = circle_residual(steps), circle_residual(steps, constraint_tol=1e-14, position_tol=1e-14)
+        print(f"circle, mici, {steps} steps: residual {usual:.1e}, {sharp:.1e} with tolerances of 1e-14")
     for approximation in ("davie", "foster"):
         print(f"E A^2 of {approximation}: {{:.4f}} +- {{:.4f}}, exactly 0.25".format(*area_variance(approximation)))
