@@ -96,7 +96,7 @@ def save_tables(
 
 def _move_aside(folder: Path) -> Path | None:
     """Move the tables of a run that is not one of this version into a folder; None if there are none."""
-    if read_runs(folder) or not (folder / VERDICTS).exists():
+    if read_runs(folder) or not (folder / VERDICTS).is_file():
         return None
     target = next(place for n in count(1) if not (place := folder / f"{ASIDE}-{n}").exists())
     tables = (VERDICTS, NOT_APPLICABLE, LEVELS)

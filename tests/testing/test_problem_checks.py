@@ -176,7 +176,7 @@ FAULTS = {
     "pickle": (changed(gbm), "pickle"),
     "docstring": (silent, "no docstring"),
     "source": (changed(gbm, source=" "), "source is empty"),
-    "in-matrix": (marked, "at least N = 2 points"),
+    "in-matrix": (marked, "N must be a whole number from 2"),
     "relaxation": (changed(gbm, relaxation=1.0), "knows no invariant mean"),
     "consistent-start": (changed(circle, start=circle().start * (1.0 + 1e-13), truths=()), "g at the start"),
     "observables": (changed(gbm, observables={"x": lambda t, s: np.ones(3)}, truths=()), "on 1 paths"),
