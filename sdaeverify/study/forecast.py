@@ -12,9 +12,9 @@ from .plan import ProblemPlan
 
 # Seconds of the first paths for each second without paths; and, of a scheme and a path, the part of them that a path
 # of the next look takes, and one of each look after it of those of the one before: calls weigh less with more paths.
-FIRST, NEXT, LATER = 0.23, 0.5, 0.7
+FIRST, NEXT, LATER = 0.5, 0.8, 0.55
 # Share of the problems that are looked at again after the first look, and after further ones.
-AGAIN, ONCE_MORE = 0.75, 0.65
+AGAIN, ONCE_MORE = 0.7, 0.6
 # As many problems, or schemes of a problem, as these guesses count for beside those that were measured.
 PRIOR = 8.0
 # As many schemes as what they took without paths counts for, beside those that were measured on paths.
