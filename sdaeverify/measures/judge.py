@@ -348,7 +348,8 @@ def hold_back(
 ) -> PathTests:
     """Refute nothing by levels that do not resolve the problem's fastest time; what they show stays suspicious.
 
-    Nor by levels that look too coarse for another reason, which so many times as many paths would make sure of.
+    Nor by levels that look too coarse for another reason, which so many times as many paths would make sure of. More
+    paths on the same steps do not decide what is held back.
 
     Parameters
     ----------
@@ -364,9 +365,10 @@ def hold_back(
         How many times as many paths would make sure of it.
     """
     why = unresolved(evidence.view, min(evidence.step_sizes[level] for level in levels)) or coarse
-    suspected, growth = min(tests.refuted, tests.suspected), growth if coarse else tests.growth
+    suspected = min(tests.refuted, tests.suspected)
     if not why or suspected == 1.0:
         return tests
+    growth = growth if suspected <= SUSPECT else tests.growth
     return tests._replace(refuted=1.0, suspected=suspected, growth=growth, reason=tests.reason.then(why))
 
 
