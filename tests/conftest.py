@@ -18,9 +18,9 @@ with suppress(ImportError):
     hypothesis.settings.load_profile("any machine")
 
 HERE = Path(__file__).parent
-# Whoever imports something from there samples, starts programs or runs whole studies.
+# Whoever imports something from there samples, starts programs, runs whole studies or plans all that is shipped.
 COSTLY = ("multiprocessing", "sdaeverify.api", "sdaeverify.cli.program", "sdaeverify.lab", "sdaeverify.workers")
-COSTLY += ("subprocess",)
+COSTLY += ("sdaeverify.registry.load", "subprocess")
 # Tests of programs and files, of the lab and of what is shipped: nothing in these folders is quick.
 PROGRAMS = {"benchmarks", "cli", "pytest_plugin", "report", "scaffold", "store", "testing"}
 SHIPPED = {"bridges", "calibration", "experiments", "planted", "problems", "schemes", "selftest", "statistical"}
