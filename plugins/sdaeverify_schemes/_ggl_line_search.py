@@ -65,8 +65,10 @@ def searched(old: Iterate, L: Linearised) -> Searched:
         nearer = taken(old.x, high).moved(s[high], taken(update, high))
         x, F = replaced(x, high, nearer), replaced(F, high, old.equations.of(high).defects(nearer))
         high = high[~(F.square <= bound(old, known, s))[high]]
-    lower = ~np.isin(np.arange(s.size), high)
-    x, F = replaced(x, high, taken(old.x, high)), replaced(F, high, taken(old.F, high))
+    lower = np.ones(s.size, dtype=bool)
+    lower[high] = False
+    if high.size:
+        x, F = replaced(x, high, taken(old.x, high)), replaced(F, high, taken(old.F, high))
     return Searched(Iterate(old.equations, x, F), lower, np.round(-np.log2(s)).astype(np.int64))
 
 

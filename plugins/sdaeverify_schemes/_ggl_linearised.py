@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdaeverify import Array, Structure
+from sdaeverify import Array
 from sdaeverify.numerics import BlockBanded, identity, largest, solve_blocks
 
 from ._ggl_equations import Defects, Equations, Unknowns
@@ -76,14 +76,15 @@ def linearised(equations: Equations, x: Unknowns) -> Linearised:
     blocks = problem.blocks
     W = blocks.inverse_mass_blocks(problem)
     a_r, a_v = blocks.force_blocks(problem, equations.t, r, x.v)
-    Dg, V = blocks.constraint_blocks(problem, r), blocks.curvature_rows(problem, r, x.v)
-    stiffness, turning = h * a_r + blocks.curvature_sum(problem, r, x.lam), blocks.curvature_sum(problem, r, x.nu)
-    N = Dg.transposed()
+    Dg = blocks.constraint_blocks(problem, r)
+    V, pulling, turning = blocks.curvatures(problem, r, x.v, np.stack([x.lam, x.nu]))
+    stiffness, N = h * a_r + pulling, Dg.transposed()
     if W is not None:
         a_v, stiffness, turning, N = (W @ part for part in (a_v, stiffness, turning, N))
-    unit, unused = identity(blocks.nodes, len(r) // blocks.nodes), _unused(blocks)
+    unit, unused = identity(blocks.nodes, len(r) // blocks.nodes), blocks.empty_slots
     # Signs go where there is least to be multiplied by them.
     A_v, A_r, minus = unit + (-h) * a_v, unit - turning, -1.0 * N
+    # The unknown of a slot that no constraint has is 0.
     matrix = (
         (unused + Dg @ minus, h * V + Dg @ A_r, None),
         (A_v @ minus, A_v @ A_r + (-h) * stiffness, minus),
@@ -93,9 +94,3 @@ def linearised(equations: Equations, x: Unknowns) -> Linearised:
     by_r = np.stack([part + none for part in (turning.size(), stiffness.size(), size, V.size())])
     by_v = np.stack([part + none for part in (h, A_v.size(), none, size)])
     return Linearised(equations, matrix, A_v, N, Dg, turning, by_r, by_v)
-
-
-def _unused(blocks: Structure) -> BlockBanded:
-    # Ones for the slots that no constraint has, whose unknowns are then 0.
-    used = blocks.by_slot(np.ones(len(blocks.owners)))
-    return BlockBanded((np.eye(blocks.slots_per_node) * (1.0 - used)[:, None])[None, ..., None])

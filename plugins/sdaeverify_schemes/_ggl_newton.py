@@ -69,7 +69,7 @@ def solved(equations: Equations, guess: Unknowns, stop: Stop) -> Root:
         here, lower, halved = searched(here, L)
         iterations[paths] += 1
         halvings[paths] += halved
-        x = replaced(x, paths, here.x)
+        x = here.x if paths.size == count else replaced(x, paths, here.x)
         found[paths] = (here.F.largest <= np.maximum(stop.tolerance, L.rounding(here.x, here.F))).all(axis=0)
         on = np.flatnonzero(lower & ~found[paths])
         if not on.size:

@@ -92,6 +92,7 @@ class BlockBanded:
         return rows
 
 
+@lru_cache
 def identity(nodes: int, size: int) -> BlockBanded:
     """Return the identity with blocks of shape (size, size), one for all paths."""
     return BlockBanded(np.broadcast_to(np.eye(size)[..., None], (1, nodes, size, size, 1)))

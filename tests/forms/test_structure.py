@@ -60,11 +60,11 @@ def matrix(A):
 
 def blocks(problem, structure, r, v, c):
     """Return all matrices that a structure gives; empty slots of constraints are left out."""
-    of_constraints = structure.constraint_blocks(problem, r), structure.curvature_rows(problem, r, v)
+    rows, *sums = structure.curvatures(problem, r, v, np.stack([c, np.roll(c, 1, axis=0)]))
     return [
         *(matrix(part) for part in structure.force_blocks(problem, 0.3, r, v)),
-        *(matrix(part)[structure.slots] for part in of_constraints),
-        matrix(structure.curvature_sum(problem, r, c)),
+        *(matrix(part)[structure.slots] for part in (structure.constraint_blocks(problem, r), rows)),
+        *(matrix(part) for part in sums),
     ]
 
 
@@ -96,7 +96,7 @@ def test_derivatives_of_the_whole_are_the_closed_forms():
     )
     r, v, c = np.random.default_rng(2).standard_normal((3, 3, 4))
 
-    by_r, by_v, Dg, rows, total = blocks(problem, problem.blocks, r, v, c[:1])
+    by_r, by_v, Dg, rows, total, _ = blocks(problem, problem.blocks, r, v, c[:1])
 
     assert by_r == pytest.approx(np.repeat(A[0][..., None], 4, axis=-1))
     assert by_v == pytest.approx(np.repeat(0.3 * A[1][..., None], 4, axis=-1))

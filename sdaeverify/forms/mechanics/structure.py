@@ -170,6 +170,26 @@ class Structure:
                     blocks[k + before, owners - before, y.component] += rows.blocks[k, owners].sum(axis=1)
         return BlockBanded(blocks, self.reach)
 
+    def curvatures(self, problem: Mechanics, r: Array, v: Array, c: Array) -> tuple[BlockBanded, ...]:
+        """Return the rows v^T Hess g_j(r), and H(c_k) of every c_k of c; see `curvature_rows` and `curvature_sum`.
+
+        Parameters
+        ----------
+        problem : Mechanics
+        r, v : ndarray, shape (n, P)
+            Where the constraint is differentiated twice, and in which direction.
+        c : ndarray, shape (k, m, P)
+            Weights of the constraints.
+        """
+        sums = (self.curvature_sum(problem, r, each) for each in c)
+        return self.curvature_rows(problem, r, v), *sums
+
+    @cached_property
+    def empty_slots(self) -> BlockBanded:
+        """Ones for the slots that no constraint has, blocks of shape (q, q, 1)."""
+        used = self.by_slot(np.ones(len(self.owners)))
+        return BlockBanded((np.eye(self.slots_per_node) * (1.0 - used)[:, None])[None, ..., None])
+
     def _units(self, x: Array, period: int) -> Iterator[Unit]:
         d = len(x) // self.nodes
         for first in range(min(period, self.nodes)):
@@ -229,25 +249,19 @@ class Unstructured(Structure):
         """Return Dg(r), one block of shape (m, n, P)."""
         return one_block(problem.dg(r))
 
-    def curvature_rows(self, problem: Mechanics, r: Array, v: Array) -> BlockBanded:
-        """Return the rows v^T Hess g_j(r), one block of shape (m, n, P)."""
+    def curvatures(self, problem: Mechanics, r: Array, v: Array, c: Array) -> tuple[BlockBanded, ...]:
+        """Return v^T Hess g_j(r), one block of shape (m, n, P), and every H(c_k), of shape (n, n, P)."""
         n, P = r.shape
-        rows = problem.d2g(repeated(r, n), repeated(v, n), units(n, P))
-        return one_block(np.broadcast_to(rows, (len(rows), n * P)).reshape(-1, n, P))
-
-    def curvature_sum(self, problem: Mechanics, r: Array, c: Array) -> BlockBanded:
-        """Return H(c) = sum_j c_j Hess g_j(r), one block of shape (n, n, P)."""
-        n, P = r.shape
-        x, unit, weights = repeated(r, n), units(n, P), repeated(c, n)
-        rows = [
-            (weights * problem.d2g(x, repeated(y, n), unit)).sum(axis=0) for y in np.eye(n)[..., None] + 0.0 * r[0]
-        ]
-        return one_block(np.reshape(rows, (n, n, P)))
+        unit = units(n, P)
+        second = problem.d2g(repeated(r, n * n), np.repeat(np.eye(n), n * P, axis=1), repeated(unit, n))
+        hessian = np.broadcast_to(second, (len(second), n * n * P)).reshape(-1, n, n, P)
+        sums = np.einsum("kmp,mijp->kijp", c, hessian)
+        return one_block(np.einsum("mijp,ip->mjp", hessian, v)), *map(one_block, sums)
 
 
 def repeated(x: Array, times: int) -> Array:
     """Return the paths several times, shape (n, P) -> (n, times P)."""
-    return np.tile(x, times)
+    return np.concatenate([x] * times, axis=1)
 
 
 def units(n: int, paths: int) -> Array:
