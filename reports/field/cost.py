@@ -1,6 +1,8 @@
-"""Prints what probing one step (T1) of each solver costs, in seconds of CPU: at first, and once it is compiled.
+"""Prints what probing one step (T1) costs, in seconds of CPU: at first, and once the step is compiled.
 
-pip install '.[ase,diffrax,mici,qutip,sdeint,tinydiffeq,torchsde]' && python reports/field/cost.py
+Of each solver the dearest cell of the run; all cells of solvers and problems that are named.
+
+pip install '.[ase,diffrax,mici,qutip,sdeint,tinydiffeq,torchsde]' && python reports/field/cost.py [SOLVERS PROBLEMS]
 """
 
 import sys
@@ -8,7 +10,7 @@ import time
 import warnings
 
 import pandas as pd
-from run import SOLVERS
+from run import RUNS
 
 from sdaeverify.api import plan_of
 from sdaeverify.contracts.settings import Settings
@@ -24,11 +26,17 @@ def seconds(cell):
     return begun[1] - begun[0], begun[2] - begun[1]
 
 
+def costs(runs):
+    """Return a row for each cell of some runs, the dearest first."""
+    registry = load_registry()
+    plans = [plan_of(registry, schemes, problems, measures) for schemes, problems, measures, _ in runs]
+    cells = [cell for plan in plans for problem in plan.problems for cell in problem.runnable]
+    rows = [(cell.scheme.label, cell.spec.label, cell.measure.name, *seconds(cell)) for cell in cells]
+    return pd.DataFrame(rows, columns=["solver", "problem", "measure", "first", "again"]).sort_values("again")[::-1]
+
+
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
-    schemes, problems = (*sys.argv[1:], SOLVERS, "")[:2] if len(sys.argv) == 3 else (SOLVERS, sys.argv[1])
-    plan = plan_of(load_registry(), schemes, problems, "strong,weak")
-    cells = [cell for problem in plan.problems for cell in problem.runnable]
-    rows = [(cell.scheme.label, cell.spec.label, cell.measure.name, *seconds(cell)) for cell in cells]
-    table = pd.DataFrame(rows, columns=["solver", "problem", "measure", "first", "again"])
-    print(table.round(2).to_string())
+    named = [(*sys.argv[1:], "strong,weak", "")] if sys.argv[1:] else []
+    table = costs(named or RUNS)
+    print((table if named else table.groupby("solver", sort=False).head(1)).round(2).to_string(index=False))
