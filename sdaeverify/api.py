@@ -229,7 +229,7 @@ def verify(
     LostExecutorError
         If the executor takes no more calls, or loses one twice; evidence that has come home is in `out`.
     """
-    run = _requested(options)
+    run = _read_options(options)
     registry = load_registry(run.plugins)
     folder = None if run.out is None else Path(run.out)
     if folder is not None:
@@ -259,7 +259,7 @@ class _Requested(NamedTuple):
     executor: Executor | str | None
 
 
-def _requested(options: RunOptions) -> _Requested:
+def _read_options(options: RunOptions) -> _Requested:
     known: dict[str, Any] = dict(options)
     jobs = whole("jobs", known.pop("jobs", 1))
     plugins, progress = known.pop("plugins", ()), known.pop("progress", None)

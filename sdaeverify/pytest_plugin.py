@@ -78,8 +78,8 @@ class Session:
         from .errors import SdaeverifyError  # noqa: PLC0415
 
         try:
-            self.run = _planned(self.config)
-            self.locked = _locked(self.run.policy)
+            self.run = _plan_run(self.config)
+            self.locked = _read_locked_claims(self.run.policy)
         except SdaeverifyError as error:
             raise pytest.UsageError(f"--sdaeverify: {_visible(str(error))}") from error
 
@@ -256,7 +256,7 @@ class LockItem(_Item):
         return self.run.policy.lock_file, 0, LOCK
 
 
-def _planned(config: pytest.Config) -> "ClaimRun":
+def _plan_run(config: pytest.Config) -> "ClaimRun":
     from .gate.policy import read_policy  # noqa: PLC0415
     from .registry.load import load_registry  # noqa: PLC0415
     from .testing.claims import claim_run  # noqa: PLC0415
@@ -270,7 +270,7 @@ def _planned(config: pytest.Config) -> "ClaimRun":
     return claim_run(registry, policy)
 
 
-def _locked(policy: "Policy") -> "LockedClaims | None":
+def _read_locked_claims(policy: "Policy") -> "LockedClaims | None":
     from .gate.lock import locked_tiers  # noqa: PLC0415
 
     return (locked_tiers(policy) or {}).get(policy.tier)

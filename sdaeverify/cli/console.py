@@ -60,11 +60,11 @@ def complain(kind: str, message: str) -> None:
     """
     style = {"error": "bold red", "warning": "yellow"}.get(kind, "")
     label = f"{kind}: " if kind else ""
-    line = Text.assemble(f"{PROGRAM}: ", (label, style), _shortened(visible(" ".join(message.split()))))
+    line = Text.assemble(f"{PROGRAM}: ", (label, style), _shorten(visible(" ".join(message.split()))))
     errors().print(line, soft_wrap=True)
 
 
-def _shortened(text: str) -> str:
+def _shorten(text: str) -> str:
     """Return a text whose middle is left out where nobody would read it: what it quotes may have any length."""
     return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} ... {text[-LONGEST // 4 :]}"
 

@@ -128,7 +128,7 @@ def _judge(run: Run, result: Result, request: Request, tiers: dict[str, Claims] 
     found = tuple(outcomes(result.results, policy))
     if tiers and policy.tier in tiers:
         lock = compared(demanded(tiers[policy.tier], request.registry, policy, narrowed=request.narrowed), found)
-    idle_claims = _untested_here(run, result, request)
+    idle_claims = _find_untested(run, result, request)
     missed = [str(each) for each in idle_claims if not each.chosen]
     code = code_of_gate(found, policy, complete=not (lock.violations or missed))
     return Gated(
@@ -170,7 +170,7 @@ def _notes(found: tuple[Outcome, ...], request: Request, tiers: dict[str, Claims
         yield f"tier {tier} leaves out {', '.join(skipped)}; a larger tier runs them, or a policy that names them"
 
 
-def _untested_here(run: Run, result: Result, request: Request) -> list[Untested]:
+def _find_untested(run: Run, result: Result, request: Request) -> list[Untested]:
     """Return the claims that are not tested; of a part of the problems or measures nothing is known but names."""
     found = untested(request.registry, request.policy, run.plan, result.results)
     if request.partial:

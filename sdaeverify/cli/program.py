@@ -96,28 +96,28 @@ def execute(arguments: Sequence[str]) -> int:
         return ExitCode.OK
     except SystemExit as ending:
         # Nothing here raises it; its status must not pass for the outcome of a run.
-        return _failed(f"a plugin called sys.exit({ending.code!r})", ExitCode.NOT_MEASURED)
+        return _fail(f"a plugin called sys.exit({ending.code!r})", ExitCode.NOT_MEASURED)
     except BaseException as error:
         if isinstance(error, Exception):
             raise
         # Nor anything else that is meant to end a program.
-        return _failed(f"a plugin raised {one_line(error)}", ExitCode.NOT_MEASURED)
+        return _fail(f"a plugin raised {one_line(error)}", ExitCode.NOT_MEASURED)
 
 
 def _invoke(arguments: Sequence[str]) -> int:
     if any("\0" in word for word in arguments):
-        return _failed("an argument holds the character NUL, which no name and no path has", ExitCode.USAGE)
+        return _fail("an argument holds the character NUL, which no name and no path has", ExitCode.USAGE)
     try:
         with sdaeverify.make_context(PROGRAM, list(arguments), obj=[PROGRAM, *arguments]) as context:
             return sdaeverify.invoke(context) or ExitCode.OK
     except click.exceptions.Exit as ending:
         return ending.exit_code
     except click.ClickException as error:
-        return _failed(_text(error), ExitCode.USAGE)
+        return _fail(_text(error), ExitCode.USAGE)
     except SdaeverifyError as error:
-        return _failed(str(error), code_of_error(error))
+        return _fail(str(error), code_of_error(error))
     except MemoryError as error:
-        return _failed(f"out of memory: {error}; try fewer --jobs or a smaller --block", ExitCode.NOT_MEASURED)
+        return _fail(f"out of memory: {error}; try fewer --jobs or a smaller --block", ExitCode.NOT_MEASURED)
 
 
 def conclude(arguments: Sequence[str]) -> int:
@@ -141,7 +141,7 @@ def conclude(arguments: Sequence[str]) -> int:
     return code
 
 
-def _failed(message: str, code: ExitCode) -> ExitCode:
+def _fail(message: str, code: ExitCode) -> ExitCode:
     complain("error", message)
     return code
 

@@ -215,7 +215,7 @@ def advance(run: Run, crew: Crew, kind: str) -> Result:
     with aside(), progress(kind, run.study.total) as show:
         for event in run.study.run(crew, BLOCKS_A_WORKER * crew.jobs):
             begun = time.monotonic()
-            if run.first_only and isinstance(event, Finished) and _refuted(event):
+            if run.first_only and isinstance(event, Finished) and _has_refuted(event):
                 run.study.stopped = "the run ended with the first claim that was refuted (-x)"
                 break
             if isinstance(event, Finished) and begun >= due:
@@ -226,7 +226,7 @@ def advance(run: Run, crew: Crew, kind: str) -> Result:
     return run.save()
 
 
-def _refuted(event: Finished) -> bool:
+def _has_refuted(event: Finished) -> bool:
     return any(finding.verdict is Verdict.REFUTED for result in event.results for finding in result.findings)
 
 

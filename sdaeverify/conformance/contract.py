@@ -200,11 +200,11 @@ def hears_its_noise(trial: Trial) -> str:
     stay where it was, and where the equation has no noise, nothing moves. A step that accepts or rejects may stay on
     some paths, but not on all of them.
     """
-    steps = [trial.first, *(trial.step(trial.state, _scaled(trial.noise, s)) for s in (-1.0, 0.5))]
+    steps = [trial.first, *(trial.step(trial.state, _scale_noise(trial.noise, s)) for s in (-1.0, 0.5))]
     new, opposite, half = (flatten(made.state) for made in steps)
     changed = np.any((new != opposite) | (new != half), axis=0)
     failed = np.all([np.zeros(trial.paths, dtype=bool) if made.failed is None else made.failed for made in steps], 0)
-    listening = _kicked(trial) & ~failed
+    listening = _is_kicked(trial) & ~failed
     deaf = int(np.count_nonzero(listening & ~changed))
     if trial.scheme.jumps and deaf < np.count_nonzero(listening):
         return ""
@@ -221,12 +221,12 @@ def keeps_no_noise(trial: Trial) -> str:
     return "the new state is a view of the noise, into which the next noise is drawn" if shared else ""
 
 
-def _scaled(noise: Increment, s: float) -> Increment:
+def _scale_noise(noise: Increment, s: float) -> Increment:
     H, K = (None if part is None else s * part for part in (noise.H, noise.K))
     return noise._replace(dW=s * noise.dW, H=H, K=K, A=None if noise.A is None else s**2 * noise.A)
 
 
-def _kicked(trial: Trial) -> np.ndarray[Any, np.dtype[np.bool_]]:
+def _is_kicked(trial: Trial) -> np.ndarray[Any, np.dtype[np.bool_]]:
     """Tell on which paths the equation's noise moves the state."""
     parts = trial.scheme.parts(trial.view, trial.state)
     kick = trial.view.kick(WHEN * trial.view.horizon, parts, trial.noise)

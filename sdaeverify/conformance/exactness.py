@@ -88,7 +88,7 @@ def law_error(scheme: Scheme, trivial: Trivial, h: float) -> LawError | None:
     known = list(trivial.solution(0.0, np.zeros((trivial.problem.noise_dim, 1))))
     noises, probe = _unit_noises(scheme, trivial, h)
     run = parts_along(scheme, trivial.problem, h, noises)
-    states = [_stacked(parts, known) for parts in islice(run, LAW_STEPS - 1, None, LAW_STEPS)]
+    states = [_stack_parts(parts, known) for parts in islice(run, LAW_STEPS - 1, None, LAW_STEPS)]
     found = [_moments(state, probe) for state in states]
     if any(moments is None for moments in found):
         return None
@@ -130,12 +130,12 @@ def _moments(x: Array, probe: Array) -> StateMoments | None:
 
 def _solution(trivial: Trivial, known: list[str], t: float) -> StateMoments:
     l = trivial.problem.noise_dim
-    x = _stacked(trivial.solution(t, np.sqrt(t) * np.eye(l, l + 1, k=1)), known)
+    x = _stack_parts(trivial.solution(t, np.sqrt(t) * np.eye(l, l + 1, k=1)), known)
     response = x[:, 1:] - x[:, :1]
     return StateMoments(x[:, 0], response @ response.T)
 
 
-def _stacked(parts: Parts, known: list[str]) -> Array:
+def _stack_parts(parts: Parts, known: list[str]) -> Array:
     return np.concatenate([parts[name] for name in known])
 
 

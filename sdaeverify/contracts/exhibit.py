@@ -105,19 +105,19 @@ class TableEntry:
     @property
     def print_and_value(self) -> str:
         """Whether the print agrees with our number: both have a sampling error."""
-        return self._compared(self.print_to_value, hypot(self.printed_std_error, self.std_error))
+        return self._compare(self.print_to_value, hypot(self.printed_std_error, self.std_error))
 
     @property
     def print_and_exact(self) -> str:
         """Whether the print agrees with the exact number: only the print has a sampling error."""
-        return self._compared(self.print_to_exact, self.printed_std_error)
+        return self._compare(self.print_to_exact, self.printed_std_error)
 
     @property
     def value_and_expected(self) -> str:
         """Whether our number is the scheme's own: it is not where paths that are too rare to be drawn carry it."""
         return self._agreement(self.value - self.expected, STANDARD_ERRORS * self.std_error)
 
-    def _compared(self, difference: float, std_error: float) -> str:
+    def _compare(self, difference: float, std_error: float) -> str:
         half_unit = self.printed.half_unit if self.printed else nan
         return self._agreement(difference, half_unit + STANDARD_ERRORS * std_error)
 

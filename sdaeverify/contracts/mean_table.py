@@ -83,7 +83,7 @@ class Row:
             raise ProblemError(f"a row needs at least 1 step, got {self.steps}")
         if not 1 <= self.steps_made <= self.steps:
             raise ProblemError(f"a mean must be taken after 1 to {self.steps} steps, got {self.at!r}")
-        if self.reference and (self.reference.steps <= self.steps or not _doubled(self.reference.steps, self.steps)):
+        if self.reference and (self.reference.steps <= self.steps or not _doubles(self.reference.steps, self.steps)):
             raise ProblemError(
                 f"steps of a reference must be {self.steps} times a power of 2, got {self.reference.steps}"
             )
@@ -204,7 +204,7 @@ class MeanTable(Experiment):
             raise ProblemError(f"experiment {self.name!r} has no rows")
         for problem in dict.fromkeys(row.problem for row in self.rows):
             steps = [value.steps for row in self.rows if row.problem == problem for value in row.values]
-            if not all(_doubled(count, min(steps)) for count in steps):
+            if not all(_doubles(count, min(steps)) for count in steps):
                 raise ProblemError(
                     f"experiment {self.name!r}: steps on {problem} must be the least times powers of 2, got {steps}"
                 )
@@ -322,7 +322,7 @@ def _order(lines: Sequence[MeanLine]) -> Order:
 
 def _sample(row: Row, evidence: ExperimentEvidence) -> MeanSample:
     """Return the sample of a row, or why there is none."""
-    found = [_noted(value, evidence.run((row.problem, value.scheme, value.steps))) for value in row.values]
+    found = [_look_up_notes(value, evidence.run((row.problem, value.scheme, value.steps))) for value in row.values]
     if error := next((each for each in found if isinstance(each, str)), ""):
         return MeanSample(error=error)
     values, without_root, lost = (np.array(parts) for parts in zip(*found, strict=True))
@@ -330,7 +330,7 @@ def _sample(row: Row, evidence: ExperimentEvidence) -> MeanSample:
     return MeanSample.of(y, int(without_root.any(axis=0).sum()), int(lost.any(axis=0).sum()))
 
 
-def _noted(value: SchemeValue, found: RunFound) -> tuple[Array, Array, Array] | str:
+def _look_up_notes(value: SchemeValue, found: RunFound) -> tuple[Array, Array, Array] | str:
     if found.error:
         return found.error
     if value.observable not in found.noted:
@@ -363,5 +363,5 @@ def _growths(found: Sequence[MeanLine]) -> Iterator[str]:
             yield f"{where}: second moments change by the factor {factor:.6f} a step{equation}"
 
 
-def _doubled(steps: int, least: int) -> bool:
+def _doubles(steps: int, least: int) -> bool:
     return steps % least == 0 and (steps // least).bit_count() == 1

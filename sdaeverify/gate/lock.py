@@ -130,7 +130,7 @@ def read_lock(file: Path) -> dict[str, Claims]:
 
 def lock_text(tiers: Mapping[str, Claims]) -> str:
     """Return the text of a lock file."""
-    nested = {tier: _nested(claims) for tier, claims in tiers.items() if claims}
+    nested = {tier: _nest_claims(claims) for tier, claims in tiers.items() if claims}
     return json.dumps({"schema_version": SCHEMA, "tiers": nested}, indent=1, sort_keys=True) + "\n"
 
 
@@ -143,7 +143,7 @@ def _is_version(version: object) -> bool:
     return version == SCHEMA and not isinstance(version, bool)
 
 
-def _nested(claims: Claims) -> dict[str, Any]:
+def _nest_claims(claims: Claims) -> dict[str, Any]:
     nested: dict[str, Any] = {}
     for key, text in claims.items():
         nested.setdefault(key.scheme, {}).setdefault(key.problem, {}).setdefault(key.measure, {})[key.quantity] = text
@@ -171,10 +171,10 @@ def _implies(found: str, locked: str) -> bool:
     words, more = _WITHIN.fullmatch(found), _WITHIN.fullmatch(locked)
     if words and more:
         return words[1] == more[1] and float(words[2]) <= float(more[2])
-    return _bound(found) >= _bound(locked) > -inf
+    return _least_order(found) >= _least_order(locked) > -inf
 
 
-def _bound(text: str) -> float:
+def _least_order(text: str) -> float:
     match = _ORDER.fullmatch(text)
     return float(match[1]) - float(match[2] or MARGIN) if match else -inf
 

@@ -330,7 +330,7 @@ def read_policy(start: Path, config: Path | None = None) -> Policy:
     file = config if config is not None else _nearest(start)
     if file is None:
         return Policy()
-    data = _parsed(file)
+    data = _parse_toml(file)
     name = _table(data, "project", file).get("name", "")
     table = _table(_table(data, "tool", file), "sdaeverify", file)
     if config is not None and not table and not name:
@@ -347,7 +347,7 @@ def _nearest(start: Path) -> Path | None:
     return next((file for each in (folder, *folder.parents) if (file := each / FILE).is_file()), None)
 
 
-def _parsed(file: Path) -> dict[str, Any]:
+def _parse_toml(file: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as error:

@@ -143,10 +143,10 @@ def sample(
     spec = only("problem", problem, select_problems(registry, [problem]))
     source = Source(seed, spec.label, 0, FIRST_BLOCK, paths)
     with np.errstate(all="ignore"), one_thread():
-        return _simulated(one, spec, source, level)
+        return _simulate(one, spec, source, level)
 
 
-def _simulated(scheme: Scheme, spec: ProblemSpec, source: Source, level: int) -> Paths:
+def _simulate(scheme: Scheme, spec: ProblemSpec, source: Source, level: int) -> Paths:
     problem = spec.build()
     matched = match(scheme, problem)
     if matched.problem is None:

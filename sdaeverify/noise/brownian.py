@@ -215,7 +215,7 @@ class Brownian(NamedTuple):
             named = (np.sqrt(self.h / PARTS[name]) * each for name, each in zip(PARTS, xi, strict=False))
             first = LevelNoise(**{"H": None, **dict(zip(PARTS, named, strict=False))})
             records = {r.name: r.begin(streams[0][r.name], self.h, self.source.paths) for r in self.records}
-            descent = self._descend(Piece(0, _frozen(first._replace(records=records))), streams)
+            descent = self._descend(Piece(0, _freeze(first._replace(records=records))), streams)
             yield self._with_areas(descent, rest) if "A" in self.fields else descent
 
     def _descend(self, piece: Piece, streams: Sequence[Mapping[str, np.random.Generator]]) -> Iterator[Piece]:
@@ -228,7 +228,7 @@ class Brownian(NamedTuple):
             coarse, h = piece.noise.part(begin, begin + LONGEST // 2), self.h / 2**piece.level
             fine = refine(coarse, h, self._normals(streams[level]["brownian"], len(coarse.dW)))
             records = {r.name: r.refined(coarse.records[r.name], h, streams[level][r.name]) for r in self.records}
-            yield from self._descend(Piece(level, _frozen(fine._replace(records=records))), streams)
+            yield from self._descend(Piece(level, _freeze(fine._replace(records=records))), streams)
 
     def _with_areas(self, descent: Iterator[Piece], rest: np.random.Generator) -> Iterator[Piece]:
         pieces = list(descent)
@@ -240,7 +240,7 @@ class Brownian(NamedTuple):
         for piece in pieces:
             level, begin, noise = piece.level, done[piece.level], piece.noise
             done[level] = begin + len(noise.dW)
-            yield Piece(level, _frozen(noise._replace(A=areas[level][begin : done[level]])))
+            yield Piece(level, _freeze(noise._replace(A=areas[level][begin : done[level]])))
 
     def _finest_areas(self, noise: LevelNoise, rest: np.random.Generator) -> Array:
         def normals(rows: int) -> Array:
@@ -291,7 +291,7 @@ def _levels(pieces: Iterable[Piece], finest: int) -> tuple[LevelNoise, ...]:
     levels: list[list[LevelNoise]] = [[] for _ in range(finest + 1)]
     for piece in pieces:
         levels[piece.level].append(piece.noise)
-    return tuple(_frozen(concatenated(level)) for level in levels)
+    return tuple(_freeze(concatenated(level)) for level in levels)
 
 
 def completed(noise: Increment, h: Array | float, fields: frozenset[str], rng: np.random.Generator) -> Increment:
@@ -388,7 +388,7 @@ def _halves(total: Array, difference: Array) -> Array:
     return fine
 
 
-def _frozen(noise: LevelNoise) -> LevelNoise:
+def _freeze(noise: LevelNoise) -> LevelNoise:
     # A scheme that writes into its noise would change what the next scheme sees: let it fail instead.
     for part in arrays(noise):
         part.flags.writeable = False

@@ -154,15 +154,15 @@ def solve_blocks(rows: Sequence[Sequence[BlockBanded | None]], right: Sequence[A
     tops = np.cumsum([0, *(x.shape[1] for x in right)])
     lefts = np.cumsum([0, *(widths[j] for j in range(len(widths)))])
     parts = [Part(int(tops[i]), int(lefts[j]), part) for i, j, part in given]
-    return np.split(_solved(parts, np.concatenate(right, axis=1)), lefts[1:-1], axis=1)
+    return np.split(_solve_parts(parts, np.concatenate(right, axis=1)), lefts[1:-1], axis=1)
 
 
-def _solved(parts: list[Part], x: Array) -> Array:
+def _solve_parts(parts: list[Part], x: Array) -> Array:
     if len(x) == 1:
         return solve(_dense(parts, x), x[0])[None]
     sums = sum(part.matrix.blocks.sum(axis=(0, 1, 2, 3)) for part in parts)
     usable = np.isfinite(sums + x.sum(axis=(0, 1)))
-    y = _eliminated(parts, x, usable)
+    y = _eliminate(parts, x, usable)
     # An overflow in one path may have reached others, so that these are done again, each for itself.
     broken = usable & ~np.isfinite(y.sum(axis=(0, 1)))
     if broken.any():
@@ -218,7 +218,7 @@ def _layout(places: tuple[tuple[int, ...], ...], N: int, b: int) -> _Layout:
     return _Layout(N * b, below, above, tuple(sources), target)
 
 
-def _eliminated(parts: list[Part], x: Array, usable: Mask) -> Array:
+def _eliminate(parts: list[Part], x: Array, usable: Mask) -> Array:
     N, b, P = x.shape
     layout = _layout(tuple(part.place for part in parts), N, b)
     entries, right, y = _entries(layout, parts, P), x.reshape(-1, P), np.empty((P, N * b))
@@ -236,7 +236,7 @@ def _together(layout: _Layout, entries: Array, x: Array, usable: Mask) -> Array:
     # instructions round otherwise at the edge of a matrix.
     ends = np.zeros(layout.below + layout.above)
     while True:
-        matrix = _stored(layout, entries, usable, len(ends))
+        matrix = _store_columns(layout, entries, usable, len(ends))
         flat = np.concatenate([ends, right.ravel(), ends])
         factors, _, y, info = scipy.linalg.lapack.dgbsv(
             layout.below, layout.above, matrix.T, flat, overwrite_ab=1, overwrite_b=1
@@ -257,7 +257,7 @@ def _entries(layout: _Layout, parts: list[Part], P: int) -> Array:
     return entries
 
 
-def _stored(layout: _Layout, entries: Array, usable: Mask, ends: int) -> Array:
+def _store_columns(layout: _Layout, entries: Array, usable: Mask, ends: int) -> Array:
     # The columns of all paths, with unit columns for those that are not usable.
     columns = len(usable) * layout.size
     matrix = np.zeros((columns + 2 * ends, layout.rows))

@@ -134,7 +134,7 @@ class Tridiagonal(NamedTuple):
 
     def solve(self, b: Array) -> Array:
         """Solve A x = b for b of shape (m, P) or (m, k, P)."""
-        factors, pivots = self._eliminated()
+        factors, pivots = self._eliminate()
         x = list(b)
         for i in range(1, len(x)):
             x[i] = x[i] - factors[i - 1] * x[i - 1]
@@ -145,12 +145,12 @@ class Tridiagonal(NamedTuple):
 
     def positive(self) -> Mask:
         """Tell on which paths det A > 0, the product of the pivots; shape (P,)."""
-        pivots = np.stack(self._eliminated()[1])
+        pivots = np.stack(self._eliminate()[1])
         # Signs, because the product itself may overflow or underflow; that of NaN is NaN.
         positive: Mask = np.sign(pivots).prod(axis=0) > 0.0
         return positive
 
-    def _eliminated(self) -> tuple[list[Array], list[Array]]:
+    def _eliminate(self) -> tuple[list[Array], list[Array]]:
         # Factors of the elimination, and the pivots.
         factors, pivots = [], [self.diagonal[0]]
         for i in range(len(self.lower)):
@@ -187,7 +187,7 @@ class Elimination(NamedTuple):
 
     def solve(self, b: Array) -> Array:
         """Solve A x = b; shape (m, P) or (m, k, P)."""
-        x = _substituted(self.factors, b)
+        x = _substitute(self.factors, b)
         if self.poor.any():
             x[..., self.poor] = solve(self.A[..., self.poor], b[..., self.poor])
         return x
@@ -216,7 +216,7 @@ def eliminated(A: Array) -> Elimination:
     return Elimination(A, F, poor)
 
 
-def _substituted(F: Array, b: Array) -> Array:
+def _substitute(F: Array, b: Array) -> Array:
     x, m = np.array(b, dtype=np.result_type(b, F, float)), len(F)
     with np.errstate(all="ignore"):
         for k in range(1, m):

@@ -161,7 +161,7 @@ def collect(plugin: object, origin: Origin) -> Contribution:
     PluginError, UsageError
         If a hook is misspelt, not marked or returns something unusable; errors of the hooks pass through.
     """
-    manager = _manager(plugin, _checked_hooks(plugin), origin.plugin)
+    manager = _manager(plugin, _check_hooks(plugin), origin.plugin)
     schemes = _variants(_call(manager, "sdaeverify_schemes"))
     families = _by_name("problem", _call(manager, "sdaeverify_problems"), _family_name)
     measures = _by_name("measure", _call(manager, "sdaeverify_measures"), _measure_name)
@@ -229,7 +229,7 @@ def _names_a_hook(name: str) -> bool:
     return prefix == hookspecs.PROJECT and max(likeness) >= ALIKE
 
 
-def _checked_hooks(plugin: object) -> dict[str, str]:
+def _check_hooks(plugin: object) -> dict[str, str]:
     hooks, checked = hooks_of(plugin), dict[str, str]()
     if not hooks:
         raise PluginError(f"implements no hook; expected one of {', '.join(HOOKS)}, marked @hookimpl")

@@ -194,22 +194,22 @@ def _load(paths: Sequence[str | Path], environ: Mapping[str, str], *, lab: bool)
 
 
 def _assemble(outcomes: Sequence[LoadedPlugin], warnings: tuple[str, ...], files: tuple[str, ...]) -> Registry:
-    def merged(maps: Iterable[Mapping[str, Entry]]) -> Mapping[str, Entry]:
+    def merge_maps(maps: Iterable[Mapping[str, Entry]]) -> Mapping[str, Entry]:
         return MappingProxyType(dict(sorted((name, entry) for one in maps for name, entry in one.items())))
 
     parts = [outcome.contribution for outcome in outcomes]
-    schemes, measures = merged(part.schemes for part in parts), merged(part.measures for part in parts)
+    schemes, measures = merge_maps(part.schemes for part in parts), merge_maps(part.measures for part in parts)
     return Registry(
         schemes,
-        merged(part.problems for part in parts),
+        merge_maps(part.problems for part in parts),
         measures,
         tuple(outcome.row for outcome in outcomes),
         (*warnings, *_idle_claims(schemes, measures)),
         files,
         tuple((row.name, part.report) for row, part in outcomes if part.report),
-        merged(part.planted for part in parts),
-        merged(part.cases for part in parts),
-        merged(part.experiments for part in parts),
+        merge_maps(part.planted for part in parts),
+        merge_maps(part.cases for part in parts),
+        merge_maps(part.experiments for part in parts),
     )
 
 
@@ -236,7 +236,7 @@ def _from_file(path: str, before: Sequence[LoadedPlugin]) -> LoadedPlugin:
         raise PluginError(f"plugin file {path}: loading it {harm}")
     plugin = load_file(path)
     try:
-        return _loaded(plugin, origin, before)
+        return _load_plugin(plugin, origin, before)
     except FAULTS as error:
         raise PluginError(f"plugin file {path}: {one_line(error)}") from error
 
@@ -246,31 +246,31 @@ def _from_entry_point(
 ) -> list[LoadedPlugin]:
     origin = origin_of(entry)
     if is_disabled(origin, disabled):
-        return [_disabled(origin)]
+        return [_skip(origin)]
     try:
         _require_harmless(entry.load, origin)
         plugin = entry.load()
         modules = [] if hooks_of(plugin) else submodules(plugin, origin)
         if not modules:
-            return [_loaded(plugin, origin, before)]
+            return [_load_plugin(plugin, origin, before)]
     except FAULTS as error:
-        return [_broken(origin, error)]
+        return [_reject(origin, error)]
     outcomes: list[LoadedPlugin] = []
     for module in modules:
         outcomes += _from_module(module, disabled, [*before, *outcomes])
-    return outcomes or [_broken(origin, PluginError("neither the package nor one of its modules implements a hook"))]
+    return outcomes or [_reject(origin, PluginError("neither the package nor one of its modules implements a hook"))]
 
 
 def _from_module(origin: Origin, disabled: frozenset[str], before: Sequence[LoadedPlugin]) -> list[LoadedPlugin]:
     if is_disabled(origin, disabled):
-        return [_disabled(origin)]
+        return [_skip(origin)]
     try:
         _require_harmless(lambda: import_module(origin.module), origin)
         plugin = import_module(origin.module)
         # A module without hooks is a helper of its neighbours.
-        return [_loaded(plugin, origin, before)] if hooks_of(plugin) else []
+        return [_load_plugin(plugin, origin, before)] if hooks_of(plugin) else []
     except FAULTS as error:
-        return [_broken(origin, error)]
+        return [_reject(origin, error)]
 
 
 def _require_harmless(load: Callable[[], object], origin: Origin) -> None:
@@ -293,22 +293,20 @@ def _registers(plugin: object, origin: Origin) -> None:
         collect(plugin, origin)
 
 
-def _disabled(origin: Origin) -> LoadedPlugin:
+def _skip(origin: Origin) -> LoadedPlugin:
     return LoadedPlugin(PluginRow(*origin, "disabled", f"named in {DISABLED}"))
 
 
 def _for_the_lab(origin: Origin, disabled: frozenset[str]) -> LoadedPlugin:
-    return (
-        _disabled(origin) if is_disabled(origin, disabled) else LoadedPlugin(PluginRow(*origin, ON_REQUEST, WHO_ASKS))
-    )
+    return _skip(origin) if is_disabled(origin, disabled) else LoadedPlugin(PluginRow(*origin, ON_REQUEST, WHO_ASKS))
 
 
-def _broken(origin: Origin, error: BaseException) -> LoadedPlugin:
+def _reject(origin: Origin, error: BaseException) -> LoadedPlugin:
     status = "absent" if isinstance(error, MissingLibraryError) else "broken"
     return LoadedPlugin(PluginRow(*origin, status, one_line(error)))
 
 
-def _loaded(plugin: object, origin: Origin, before: Sequence[LoadedPlugin]) -> LoadedPlugin:
+def _load_plugin(plugin: object, origin: Origin, before: Sequence[LoadedPlugin]) -> LoadedPlugin:
     part = collect(plugin, origin)
     _refuse_taken(part, [outcome.contribution for outcome in before], origin)
     counts = (len(getattr(part, kind)) for kind in KINDS)

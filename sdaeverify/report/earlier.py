@@ -130,7 +130,7 @@ def _keep(folder: Path, run: dict[str, Any], cells: Collection[Key]) -> Kept:
     owners: dict[Key, int] = {}
     for row in (*rows.get(VERDICTS, ()), *rows.get(NOT_APPLICABLE, ())):
         place = int(row["run"]) if row.get("run", "").isdecimal() else len(runs)
-        if place < len(runs) and runs[place] != now and not _changed(runs[place], run, _key(row)):
+        if place < len(runs) and runs[place] != now and not _has_changed(runs[place], run, _key(row)):
             owners[_key(row)] = place
     places = sorted({*owners.values()})
     new = {key: str(1 + places.index(place)) for key, place in owners.items()}
@@ -148,7 +148,7 @@ def _of_run(row: Row, place: str) -> Row:
     return {**row, "run": place} if "run" in row else row
 
 
-def _changed(owner: dict[str, Any], run: dict[str, Any], key: Key) -> bool:
+def _has_changed(owner: dict[str, Any], run: dict[str, Any], key: Key) -> bool:
     """Tell whether the code of a cell was another one: of what this run is not about, nobody knows."""
     then, now = owner.get("code", {}), run["code"]
     if then.get("framework") != now["framework"]:

@@ -36,7 +36,7 @@ def entry_tables(entries: Sequence[TableEntry]) -> Iterator[Text | Table]:
     for entry, texts in zip(entries, cells, strict=True):
         groups.setdefault(entry.group, []).append((entry, texts))
     for group, pairs in groups.items():
-        yield from map(Text, _wrapped(visible(group)))
+        yield from map(Text, _wrap_heading(visible(group)))
         yield _table(pairs, kept)
         yield Text("")
 
@@ -96,7 +96,7 @@ def _exactly(value: float) -> str:
     return f"{value:.8g}" if isfinite(value) else ""
 
 
-def _wrapped(heading: str) -> Iterator[str]:
+def _wrap_heading(heading: str) -> Iterator[str]:
     """Yield the lines of a heading, broken after commas and at spaces only."""
     line = ""
     for part in heading.replace(",", ",\0").replace(" ", " \0").split("\0"):

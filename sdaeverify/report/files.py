@@ -99,7 +99,7 @@ def write_csv(text: str, path: Path) -> None:
     write_text(text, path)
     if find_spec("pyarrow"):
         texts = pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
-        table = texts.apply(_typed)
+        table = texts.apply(_convert_column)
         try:
             with written(path.with_suffix(PARQUET)) as file:
                 table.to_parquet(file, index=False)
@@ -107,7 +107,7 @@ def write_csv(text: str, path: Path) -> None:
             raise UsageError(f"cannot write {path.with_suffix(PARQUET)}: {error.strerror or error}") from error
 
 
-def _typed(column: "pd.Series[Any]") -> "pd.Series[Any]":
+def _convert_column(column: "pd.Series[Any]") -> "pd.Series[Any]":
     """Return a column of texts as whole numbers, else as numbers, to the last bit; as it is if it is neither."""
     for number in (int, lambda text: float(text or "nan")):
         try:

@@ -43,7 +43,7 @@ def wrapped(text: str, width: int, indent: str = "", most: int = 0) -> list[str]
     wrapper = TextWrapper(width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
     lines = wrapper.wrap(text)
     if most and len(lines) > most:
-        lines = [*lines[: most - 1], _cut(lines[most - 1], width)]
+        lines = [*lines[: most - 1], _shorten_line(lines[most - 1], width)]
     return [line.replace(TOGETHER, " ") for line in lines]
 
 
@@ -62,7 +62,7 @@ def in_columns(rows: Sequence[Sequence[str]], gap: int = 2) -> list[str]:
     return [(" " * gap).join(cells).rstrip() for cells in padded]
 
 
-def _cut(line: str, width: int) -> str:
+def _shorten_line(line: str, width: int) -> str:
     words = line.split(" ")
     while len(words) > 1 and len(" ".join(words)) + 2 > width:
         words.pop()

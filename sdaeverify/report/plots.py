@@ -140,7 +140,7 @@ class Plots:
         ax : matplotlib.axes.Axes, optional
             Where to; a new figure if left out.
         """
-        return self._compared("drift", problem, quantity, "residual", ax)
+        return self._draw_errors("drift", problem, quantity, "residual", ax)
 
     def invariant(self, problem: str = "", quantity: str = "", ax: Axes | None = None) -> Axes:
         """Draw errors of a stationary mean against the step size, a line for each scheme.
@@ -154,7 +154,7 @@ class Plots:
         ax : matplotlib.axes.Axes, optional
             Where to; a new figure if left out.
         """
-        return self._compared("invariant", problem, quantity, "|error of the mean|", ax)
+        return self._draw_errors("invariant", problem, quantity, "|error of the mean|", ax)
 
     def work(self, problem: str = "", measure: str = "strong", quantity: str = "", ax: Axes | None = None) -> Axes:
         """Draw errors against the measured time of a path's steps, a line for each scheme: work against precision.
@@ -206,12 +206,12 @@ class Plots:
 
     def stability(self, problem: str = "", ax: Axes | None = None) -> Axes:
         """Draw spectral radii of second-moment maps against the step size; below 1 a step size is stable."""
-        ax = self._compared("stability", problem, "", "spectral radius", ax)
+        ax = self._draw_errors("stability", problem, "", "spectral radius", ax)
         ax.set_yscale("linear")
         ax.axhline(1.0, color="0.4", ls="--")
         return ax
 
-    def _compared(self, measure: str, problem: str, quantity: str, label: str, ax: Axes | None) -> Axes:
+    def _draw_errors(self, measure: str, problem: str, quantity: str, label: str, ax: Axes | None) -> Axes:
         row, _ = self._one(measure=measure, problem=problem, quantity=quantity)
         ax, names = _axes(ax), {"problem": text(row, "problem"), "quantity": text(row, "quantity")}
         for (one, _), marker in zip(self._choose(measure=measure, **names), cycle(MARKERS), strict=False):

@@ -116,7 +116,7 @@ class _Steps(NamedTuple):
     def _step(self, state: State, t: float, h: float, far: Any) -> tuple[list[Result], State]:
         try:
             result = self.scheme.prepare(self.view, h)(state, t, self._noise(state, t, h, far))
-            return list(_returned(state, result)), result.state
+            return list(_digest_step(state, result)), result.state
         except FAULTS as error:
             return [type(error).__name__], state
 
@@ -130,7 +130,7 @@ class _Steps(NamedTuple):
         return noise._replace(lagged=np.roll(x, 1, axis=-1), ahead=np.roll(x, 2, axis=-1))
 
 
-def _returned(before: State, result: Step) -> Iterator[Result]:
+def _digest_step(before: State, result: Step) -> Iterator[Result]:
     least = SMALL * float(np.abs(flatten(before)).max())
     for old, new in zip(_fields(before), _fields(result.state), strict=True):
         yield _content(new - old, least)
@@ -143,8 +143,8 @@ def _of_equation(problem: Any, x: Array) -> Iterator[Result]:
     yield repr((sorted(problem.traits), sorted(problem.noise), problem.controls))
     yield from (problem.horizon, problem.relaxation, problem.noise_dim, flatten(problem.initial(1)))
     for when in WHEN:
-        yield from _tried(problem.coefficients, when * problem.horizon, x)
-    yield from _tried(_read, problem, x)
+        yield from _try_evaluating(problem.coefficients, when * problem.horizon, x)
+    yield from _try_evaluating(_read, problem, x)
 
 
 def _read(problem: Any, x: Array) -> Iterator[Result]:
@@ -157,9 +157,9 @@ def _read(problem: Any, x: Array) -> Iterator[Result]:
 
 def _of_truth(problem: Problem, truth: Truth, rng: np.random.Generator) -> Iterator[Result]:
     if isinstance(truth, Pathwise):
-        yield from _tried(_path, problem, truth, rng)
+        yield from _try_evaluating(_path, problem, truth, rng)
     elif isinstance(truth, Moment):
-        yield from (truth.observable, *_tried(lambda t: [truth.value(t)], problem.horizon))
+        yield from (truth.observable, *_try_evaluating(lambda t: [truth.value(t)], problem.horizon))
     else:
         yield from vars(truth).values()
 
@@ -175,7 +175,7 @@ def _path(problem: Problem, truth: Pathwise, rng: np.random.Generator) -> Iterat
         yield from truth.parts((index + 1) * h, z).values()
 
 
-def _tried(evaluated: Callable[..., Iterable[Result]], *arguments: Any) -> list[Result]:
+def _try_evaluating(evaluated: Callable[..., Iterable[Result]], *arguments: Any) -> list[Result]:
     try:
         return list(evaluated(*arguments))
     except FAULTS as error:

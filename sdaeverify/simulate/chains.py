@@ -231,7 +231,7 @@ def _contraction(scheme: Scheme, wide: Chains, plan: ChainPlan) -> float:
     full turns is no distance, and pairing is for the observables.
     """
     source, state = plan.source(wide.view, "contraction", PILOTS), wide.tracks[0].state
-    pair = [_started(Chains(scheme, wide.view, source, plan.h), _some(state, shift)) for shift in (0, 1)]
+    pair = [_start_at(Chains(scheme, wide.view, source, plan.h), _some(state, shift)) for shift in (0, 1)]
     spread = pair[0].values()[0].std(axis=-1, keepdims=True)
     unit = np.where(spread > 0.0, spread, 1.0)
     before = _distance(pair, unit)
@@ -242,7 +242,7 @@ def _contraction(scheme: Scheme, wide: Chains, plan: ChainPlan) -> float:
     return float(np.median(after[apart] / before[apart])) if apart.any() else 0.0
 
 
-def _started(chains: Chains, state: State) -> Chains:
+def _start_at(chains: Chains, state: State) -> Chains:
     chains.tracks[0].state = state
     return chains
 
@@ -344,7 +344,7 @@ def _looks(scheme: Scheme, wide: Chains, plan: ChainPlan, record: ChainRecord) -
     """Burn in, then yield the record as it is at each look."""
     paired = Chains(scheme, wide.view, plan.source(wide.view, "paired", plan.paired), plan.h, LEVELS)
     paired.advance(plan.steps(BURN_IN))
-    if _disturbed(paired):
+    if _is_disturbed(paired):
         yield _with_health(record, paired, wide)
         return
     both = (paired, wide)
@@ -388,7 +388,7 @@ def _burn_in(both: tuple[Chains, ...], plan: ChainPlan) -> tuple[int, list[Array
         burnt *= 2
 
 
-def _disturbed(chains: Chains) -> bool:
+def _is_disturbed(chains: Chains) -> bool:
     """Tell whether so many levels went wrong that nothing can be seen of an order."""
     needed = chains.tracks[-NEEDED_LEVELS:]
     return any(bool(x.lost.any() or x.failed.any() or x.truncated_steps) for x in needed)

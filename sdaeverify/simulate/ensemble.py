@@ -285,7 +285,7 @@ class _Run:
         self.error, self.starved, self.violation, self.seconds = "", False, "", 0.0
         self.watches: list[_Watch] = []
         self.did = ""
-        with self._guarded():
+        with self._catch_errors():
             self._begin()
 
     def _begin(self) -> None:
@@ -311,13 +311,13 @@ class _Run:
     def advance(self, piece: Piece) -> None:
         """Make the steps of a piece of noise."""
         if self.sampled:
-            with self._guarded():
+            with self._catch_errors():
                 self.lane.advance(piece, self.watches)
 
     def note(self) -> None:
         """Show the observers where the lane and the truth are at the end of a coarsest step."""
         if self.sampled:
-            with self._guarded():
+            with self._catch_errors():
                 self.lane.find_ended(self.place.problem)
                 snapshot = self.lane.snapshot(self.reference.parts())
                 for watch in self.watches:
@@ -328,9 +328,9 @@ class _Run:
         tallies: list[Tally] = []
         probes: list[Tally] = []
         if not (self.error or self.violation):
-            with self._guarded():
+            with self._catch_errors():
                 tallies = [watch.tally() for watch in self.watches]
-                probes = [self._probed(watch) for watch in self.watches]
+                probes = [self._probe(watch) for watch in self.watches]
                 if self._digest(self.view) != self.did:
                     raise SchemeError(f"what the scheme does has {CHANGED}")
         if self.error or self.violation:
@@ -351,7 +351,7 @@ class _Run:
     def _digest(self, view: Problem) -> str:
         return steps_digest(self.entry.scheme, view, self.settings.steps) if self.place.did else ""
 
-    def _probed(self, watch: _Watch) -> Tally:
+    def _probe(self, watch: _Watch) -> Tally:
         probed = Tally()
         if self.place.first:
             with watch.guarded():
@@ -359,7 +359,7 @@ class _Run:
         return probed
 
     @contextmanager
-    def _guarded(self) -> Iterator[None]:
+    def _catch_errors(self) -> Iterator[None]:
         """Time a piece of work and keep what the scheme raises as the reason of its cells."""
         begun = time.perf_counter()
         try:

@@ -46,7 +46,7 @@ class Reference:
         """Make the steps of a piece of noise, if it is of a level the truth steps at."""
         index = self.level - piece.level
         if 0 <= index < len(self.states):
-            self.states[index] = self._advanced(index, piece.noise, extra)
+            self.states[index] = self._advance_state(index, piece.noise, extra)
             self.steps[index] += len(piece.noise.dW)
 
     def parts(self) -> list[Parts]:
@@ -56,7 +56,7 @@ class Reference:
         t = self.steps[0] * self.h[0]
         return [self.truth.parts(t, state) for state in self.states]
 
-    def _advanced(self, index: int, noise: LevelNoise, extra: np.random.Generator) -> Any:
+    def _advance_state(self, index: int, noise: LevelNoise, extra: np.random.Generator) -> Any:
         assert self.truth is not None
         state, h = self.states[index], self.h[index]
         for step in range(len(noise.dW)):

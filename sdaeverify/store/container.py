@@ -60,7 +60,7 @@ class Container(NamedTuple):
         """Note that lanes were used now; a file that cannot be written is left as it is."""
         now = time.time()
         try:
-            with _opened(self.path, "rw") as file:
+            with _open_database(self.path, "rw") as file:
                 file.executemany("UPDATE lanes SET used = ? WHERE name = ?", [(now, name) for name in names])
         except (OSError, sqlite3.Error):
             return
@@ -88,7 +88,7 @@ class Container(NamedTuple):
             raise OSError(str(error)) from error
 
     def _write(self, name: str, changed: Callable[[StoredLane | None], StoredLane]) -> None:
-        with _opened(self.path, "rwc") as file:
+        with _open_database(self.path, "rwc") as file:
             found = file.execute("SELECT content FROM lanes WHERE name = ?", (name,)).fetchone()
             content = packed_lane(changed(unpacked_lane(found[0]) if found else None))
             file.execute("INSERT OR REPLACE INTO lanes VALUES (?, ?, ?)", (name, time.time(), content))
@@ -96,7 +96,7 @@ class Container(NamedTuple):
     def _read(self, query: str, *values: object) -> list[Any] | None:
         """Return the rows of a query; None if the file is not there, or none of this program."""
         try:
-            with _opened(self.path, "rw") as file:
+            with _open_database(self.path, "rw") as file:
                 rows: list[Any] = file.execute(query, values).fetchall()
                 return rows
         except (OSError, sqlite3.Error):
@@ -109,7 +109,7 @@ def containers(folder: Path) -> list[Container]:
 
 
 @contextmanager
-def _opened(path: Path, mode: str) -> Iterator[sqlite3.Connection]:
+def _open_database(path: Path, mode: str) -> Iterator[sqlite3.Connection]:
     """Give a database within one transaction, which nothing but the lanes is in."""
     # What is no file, such as a pipe, might never come to an end.
     if mode == "rw" and not path.is_file():

@@ -62,13 +62,13 @@ def source_of(module: str) -> str:
     str
         Empty if there is no source to be read, so that nothing can be said about what it does.
     """
-    files, foreign = _counted(module)
+    files, foreign = _gather_files(module)
     return ", ".join([contents(module, files), *map(_version, sorted(foreign))]) if files else UNKNOWN
 
 
 def files_of(module: str) -> tuple[Path, ...]:
     """Return the files that count for a module; none if there is no source to be read."""
-    return _counted(module)[0]
+    return _gather_files(module)[0]
 
 
 def contents(module: str, files: Iterable[Path]) -> str:
@@ -86,16 +86,16 @@ def _content(file: Path, edition: str = "") -> bytes:  # noqa: ARG001 - of anoth
 
 
 @cache
-def _counted(module: str) -> tuple[tuple[Path, ...], frozenset[str]]:
+def _gather_files(module: str) -> tuple[tuple[Path, ...], frozenset[str]]:
     """Return the files that count for a module, and the other packages."""
     file = getattr(sys.modules.get(module), "__file__", None)
     if not (file and file.endswith(".py") and Path(file).is_file()):
         return (), frozenset()
     files, foreign = _closure(module, Path(file))
-    return tuple(dict.fromkeys([*files, *_unnamed(module, files)])), frozenset(foreign)
+    return tuple(dict.fromkeys([*files, *_find_unnamed_files(module, files)])), frozenset(foreign)
 
 
-def _unnamed(module: str, files: Sequence[Path]) -> Iterator[Path]:
+def _find_unnamed_files(module: str, files: Sequence[Path]) -> Iterator[Path]:
     """Yield what no import names: data in packages of third parties, and all of one that imports by name."""
     top = module.partition(".")[0]
     folders = {next(p for p in f.parents if p.name == top) for f in files if top in {p.name for p in f.parents}}
@@ -118,7 +118,7 @@ def _closure(start: str, first: Path) -> tuple[list[Path], set[str]]:
         if name in files:
             continue
         files[name] = file
-        for found in _imported(name, file) if file.suffix == ".py" else ():
+        for found in _find_imports(name, file) if file.suffix == ".py" else ():
             source = _own_file(found, start, first) or _local_file(found, start)
             if source is not None:
                 waiting.append((_module_of(found, source), source))
@@ -185,7 +185,7 @@ def _spec(package: str) -> ModuleSpec | None:
 
 
 @cache
-def _imported(module: str, file: Path) -> tuple[str, ...]:
+def _find_imports(module: str, file: Path) -> tuple[str, ...]:
     """Return the dotted names a module imports, those of attributes too, which name no module."""
     package = module if file.name == "__init__.py" else module.rpartition(".")[0]
     try:
@@ -235,10 +235,10 @@ def _contents(distribution: str) -> str:
     """
     record = metadata.distribution(distribution).read_text("RECORD") or ""
     lines = sorted(line for line in record.splitlines() if ".dist-info/" not in line and ".pyc" not in line)
-    return _hash([*(line.encode() for line in lines), *map(_content, _edited(distribution))])
+    return _hash([*(line.encode() for line in lines), *map(_content, _find_edited_files(distribution))])
 
 
-def _edited(distribution: str) -> list[Path]:
+def _find_edited_files(distribution: str) -> list[Path]:
     places = [Path(str(file.locate())) for file in metadata.distribution(distribution).files or ()]
     record = next((place for place in places if place.name == "RECORD" and place.is_file()), None)
     if record is None:
@@ -318,16 +318,16 @@ def code_of(thing: Any) -> str:
             digest.update(b"again\0")
             continue
         seen[id(one)] = one
-        words, things = _reached(one)
+        words, things = _reach_from(one)
         digest.update(repr((*words, len(things))).encode(errors="replace") + b"\0")
         waiting += reversed(things)
     return digest.hexdigest()
 
 
-def _reached(thing: Any) -> Reached:
+def _reach_from(thing: Any) -> Reached:
     kind = type(thing)
     if isinstance(thing, PLAIN):
-        return Reached((kind.__name__, thing, *(_meant(thing) if isinstance(thing, str) else ())))
+        return Reached((kind.__name__, thing, *(_resolve_text(thing) if isinstance(thing, str) else ())))
     for known, look in LOOKS:
         if isinstance(thing, known):
             reached: Reached = look(thing)
@@ -345,7 +345,7 @@ def _function(function: FunctionType) -> Reached:
     names = sorted({name for one in _codes(code) for name in one.co_names})
     cells = [cell.cell_contents for cell in function.__closure__ or () if _is_filled(cell)]
     found = [(name, space[name]) for name in names if name in space]
-    values = [value for _, global_value in found for value in _used(global_value, names)]
+    values = [value for _, global_value in found for value in _find_used_values(global_value, names)]
     given = (function.__defaults__, function.__kwdefaults__, vars(function))
     return Reached(tuple(name for name, _ in found), (code, *given, *cells, *values))
 
@@ -353,7 +353,7 @@ def _function(function: FunctionType) -> Reached:
 def _code(code: CodeType) -> Reached:
     folder = Path(code.co_filename).parent
     texts = [text for text in code.co_consts if isinstance(text, str)]
-    named = tuple(word for text in texts for word in _meant(text, folder))
+    named = tuple(word for text in texts for word in _resolve_text(text, folder))
     words = (code.co_name, code.co_code, code.co_names, code.co_varnames, code.co_freevars, code.co_flags)
     return Reached((*words, *named), code.co_consts)
 
@@ -389,7 +389,7 @@ def _array(array: Any) -> Reached:
 
 
 def _path(path: Path) -> Reached:
-    return Reached((path.name, *_described(path)))
+    return Reached((path.name, *_describe_file(path)))
 
 
 LOOKS: tuple[tuple[Any, Any], ...] = (
@@ -400,7 +400,7 @@ LOOKS: tuple[tuple[Any, Any], ...] = (
     (Enum, lambda member: Reached((type(member).__name__, member.name))),
     ((tuple, list), lambda row: Reached((type(row).__name__,), tuple(row))),
     (dict, lambda table: Reached(("dict",), tuple(part for pair in table.items() for part in pair))),
-    ((set, frozenset), lambda bag: Reached(("set", *sorted(map(_shown, bag))))),
+    ((set, frozenset), lambda bag: Reached(("set", *sorted(map(_describe_element, bag))))),
     (np.ndarray, _array),
     (Path, _path),
     (ModuleType, lambda module: Reached(("module", module.__name__.rpartition(".")[2]))),
@@ -412,17 +412,17 @@ LOOKS: tuple[tuple[Any, Any], ...] = (
 )
 
 
-def _shown(element: Any) -> str:
+def _describe_element(element: Any) -> str:
     return repr(element) if isinstance(element, PLAIN) else type(element).__name__
 
 
-def _used(value: Any, names: list[str]) -> Iterator[Any]:
+def _find_used_values(value: Any, names: list[str]) -> Iterator[Any]:
     """Yield a global value; of a module of somebody's own, its attributes that the code names."""
     yield value
     if isinstance(value, ModuleType) and value.__name__.partition(".")[0] not in KNOWN:
         for name in names:
             if name in vars(value):
-                yield from _used(vars(value)[name], [other for other in names if other != name])
+                yield from _find_used_values(vars(value)[name], [other for other in names if other != name])
 
 
 def _codes(code: CodeType) -> Iterator[CodeType]:
@@ -450,16 +450,16 @@ def _is_filled(cell: Any) -> bool:
         return False
 
 
-def _meant(text: str, folder: Path | None = None) -> Iterator[object]:
+def _resolve_text(text: str, folder: Path | None = None) -> Iterator[object]:
     """Yield what a text may stand for in the environment, and the content of a file of this name."""
     if text in os.environ:
         yield os.environ[text]
     if "." in text[1:] and len(text) < 256 and not any(letter.isspace() for letter in text):
         for place in {Path(text): 0, **({folder / text: 0} if folder else {})}:
-            yield from _described(place)
+            yield from _describe_file(place)
 
 
-def _described(path: Path) -> Iterator[object]:
+def _describe_file(path: Path) -> Iterator[object]:
     try:
         if path.is_file():
             size = path.stat().st_size

@@ -126,7 +126,7 @@ class Store:
         observe : callable, Task -> sequence of (Behaviour or None), optional
             Asked where there is evidence, with its schemes: it is reused if they do the same now.
         """
-        found = [self._found(task, block, entry) for entry in task.entries]
+        found = [self._look_up(task, block, entry) for entry in task.entries]
         doubtful = [entry for entry, (_, stored, _) in zip(task.entries, found, strict=True) if stored is not None]
         now = dict(zip(doubtful, observe(replace(task, entries=tuple(doubtful))), strict=True)) if doubtful else {}
         recalled = [self._recall(entry, *one, now.get(entry)) for entry, one in zip(task.entries, found, strict=True)]
@@ -162,7 +162,7 @@ class Store:
         computed = f"; computed: {', '.join(words)}" if words else ""
         return f"evidence of {self.reused} of {self.reused + new} blocks of paths was reused{computed}"
 
-    def _found(self, task: Task, block: int, entry: Entry) -> "_Found":
+    def _look_up(self, task: Task, block: int, entry: Entry) -> "_Found":
         lane = lane_ingredients(entry.scheme, task.spec, task.settings, block)
         if lane is None:
             return _Found(None, None, SOURCELESS)
@@ -189,13 +189,13 @@ class Store:
             return self._unknown(entry, place, UNTOLD)
         if now != stored.behaviour:
             return self._unknown(entry, place, _otherwise(stored.behaviour, now))
-        return self._known(entry, place, stored)
+        return self._recall_known(entry, place, stored)
 
     def _unknown(self, entry: Entry, place: Place | None, reason: str) -> Recalled:
         self.reasons[reason] += 1
         return Recalled(Entry(entry.scheme, ()), None, entry.measures, place)
 
-    def _known(self, entry: Entry, place: Place, stored: StoredLane) -> Recalled:
+    def _recall_known(self, entry: Entry, place: Place, stored: StoredLane) -> Recalled:
         same = {n for n, record in stored.measures.items() if record.ingredients == place.measures.get(n)}
         known = tuple(measure for measure in entry.measures if measure.name in same)
         missing = tuple(measure for measure in entry.measures if measure.name not in same)
@@ -323,7 +323,7 @@ def copy_evidence(source: Path, target: Path) -> Copied:
         place = Container(target / FOLDER / container.path.name)
         try:
             for name, lane in container.lanes():
-                kind = "damaged" if lane is None else _copied(name, lane, place)
+                kind = "damaged" if lane is None else _copy_lane(name, lane, place)
                 counts = counts._replace(**{kind: getattr(counts, kind) + 1})
         except OSError as error:
             reason = error.strerror or error
@@ -331,7 +331,7 @@ def copy_evidence(source: Path, target: Path) -> Copied:
     return counts
 
 
-def _copied(name: str, lane: StoredLane, place: Container) -> str:
+def _copy_lane(name: str, lane: StoredLane, place: Container) -> str:
     there = place.lane(name)
     if there is None:
         place.write(name, lambda _: lane)

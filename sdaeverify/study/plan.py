@@ -189,15 +189,15 @@ def _problem_plan(
     for cell in remote.cells:
         known.setdefault(cell.scheme, []).append(cell)
     found = (
-        _seen_here(known[scheme], problem) if scheme in known else scheme_cells(scheme, spec, problem, measures)
+        _attach_views(known[scheme], problem) if scheme in known else scheme_cells(scheme, spec, problem, measures)
         for scheme in schemes
     )
     return ProblemPlan(spec, problem, tuple(cell for cells in found for cell in cells))
 
 
-def _seen_here(cells: Sequence[Cell], problem: Problem) -> Iterator[Cell]:
+def _attach_views(cells: Sequence[Cell], problem: Problem) -> Iterator[Cell]:
     """Yield the cells of a scheme that another process has planned, with the problem as the scheme sees it."""
-    matched = _matched(cells[0].scheme, problem) if any(cell.verdict is None for cell in cells) else Match(None)
+    matched = _try_to_match(cells[0].scheme, problem) if any(cell.verdict is None for cell in cells) else Match(None)
     for cell in cells:
         if cell.verdict is None and matched.problem is None:
             yield replace(cell, verdict=Verdict.ERROR, reason=matched.reason)
@@ -205,7 +205,7 @@ def _seen_here(cells: Sequence[Cell], problem: Problem) -> Iterator[Cell]:
             yield cell if cell.verdict is not None else replace(cell, seen=matched.problem)
 
 
-def _matched(scheme: Scheme, problem: Problem) -> Match:
+def _try_to_match(scheme: Scheme, problem: Problem) -> Match:
     """Return the match, or as its reason what the scheme raises."""
     try:
         with np.errstate(all="ignore"):
@@ -226,7 +226,7 @@ def scheme_cells(scheme: Scheme, spec: ProblemSpec, problem: Problem, measures: 
         As it was built from them.
     measures : sequence of Measure
     """
-    matched = _matched(scheme, problem)
+    matched = _try_to_match(scheme, problem)
     if matched.failed:
         return [Cell(scheme, spec, m, "", Verdict.ERROR, matched.reason) for m in measures]
     return [_cell(scheme, spec, problem, measure, matched) for measure in measures]

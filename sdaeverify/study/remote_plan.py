@@ -62,7 +62,7 @@ def remote_plan(
     if not isinstance(executor, Isolated):
         return None
     pending = {
-        spec.label: _sent(executor, CellsRequest(spec, *spec.crossed(schemes, measures), sources)) for spec in specs
+        spec.label: _submit(executor, CellsRequest(spec, *spec.crossed(schemes, measures), sources)) for spec in specs
     }
     return lambda spec: pending[spec.label].outcome()
 
@@ -122,7 +122,7 @@ class _PendingCells(NamedTuple):
         except StopError as stop:
             return self._without(Mark(stop.lane), one_line(stop))
         if isinstance(found, Lost) and not (found.late or self.again):
-            return _sent(self.executor, self.request, again=True).outcome()
+            return _submit(self.executor, self.request, again=True).outcome()
         if isinstance(found, Lost):
             return self._without(found.mark, found.why(LATE))
         return RemoteCells(()) if found is None else RemoteCells(tuple(_cells(self.request, found)))
@@ -131,14 +131,14 @@ class _PendingCells(NamedTuple):
         schemes = self.request.schemes
         if mark.lane in {PROBLEM, NOBODY}:
             reason = f"problem {self.request.spec.label} cannot be built: {why}"
-            return RemoteCells(tuple(_failed(self.request, schemes, reason)), builds=False)
-        failed = tuple(_failed(self.request, [schemes[mark.lane]], why))
+            return RemoteCells(tuple(_failed_cells(self.request, schemes, reason)), builds=False)
+        failed = tuple(_failed_cells(self.request, [schemes[mark.lane]], why))
         rest = self.request._replace(schemes=(*schemes[: mark.lane], *schemes[mark.lane + 1 :]))
-        others = _sent(self.executor, rest, again=self.again).outcome()
+        others = _submit(self.executor, rest, again=self.again).outcome()
         return others._replace(cells=(*others.cells, *failed))
 
 
-def _sent(executor: Isolated, request: CellsRequest, *, again: bool = False) -> _PendingCells:
+def _submit(executor: Isolated, request: CellsRequest, *, again: bool = False) -> _PendingCells:
     argument = packed(request, f"a scheme, or problem {request.spec.label},")
     return _PendingCells(executor, request, Call(executor, plan_pickled, argument), again)
 
@@ -149,7 +149,7 @@ def _cells(request: CellsRequest, found: CellPlans) -> Iterator[Cell]:
             yield Cell(scheme, request.spec, measure, *found_out)
 
 
-def _failed(request: CellsRequest, schemes: Sequence[Scheme], reason: str) -> Iterator[Cell]:
+def _failed_cells(request: CellsRequest, schemes: Sequence[Scheme], reason: str) -> Iterator[Cell]:
     for scheme in schemes:
         for measure in request.measures:
             yield Cell(scheme, request.spec, measure, "", Verdict.ERROR, reason)

@@ -110,7 +110,7 @@ class ProblemRun:
         for entry, lane in zip(task.entries, lanes, strict=True):
             for index, measure in enumerate(entry.measures):
                 run = runs[entry.scheme, measure.name]
-                run.evidence = _merged(run.evidence, lane, index)
+                run.evidence = _merge_lane(run.evidence, lane, index)
 
     def screened(self) -> tuple[CellResult, ...]:
         """Return what is known of the cells about which paths tell nothing; they are judged once more with all."""
@@ -164,7 +164,7 @@ def _draws_none(measure: Measure) -> bool:
     return type(measure).observer is Measure.observer
 
 
-def _merged(known: CellEvidence, lane: LaneEvidence, index: int) -> CellEvidence:
+def _merge_lane(known: CellEvidence, lane: LaneEvidence, index: int) -> CellEvidence:
     try:
         return known.merged(lane, index)
     except FAULTS as error:
@@ -175,10 +175,10 @@ def _merged(known: CellEvidence, lane: LaneEvidence, index: int) -> CellEvidence
 def _as_it_is(run: CellRun, stopped: str) -> CellResult:
     if run.result is None:
         return without_evidence(run.cell, Verdict.NOT_RUN, stopped)
-    return replace(run.result, findings=tuple(_cut_short(run.result.findings, stopped))) if stopped else run.result
+    return replace(run.result, findings=tuple(_prepend_stop(run.result.findings, stopped))) if stopped else run.result
 
 
-def _cut_short(findings: Sequence[Finding], stopped: str) -> Iterator[Finding]:
+def _prepend_stop(findings: Sequence[Finding], stopped: str) -> Iterator[Finding]:
     for finding in findings:
         cut = finding.verdict is Verdict.INCONCLUSIVE and not finding.settled
         yield replace(finding, reason=Reason.of(stopped, finding.reason)) if cut else finding

@@ -98,7 +98,7 @@ class ClaimRun:
         red = [outcome for outcome in found if is_red(outcome, self.policy)]
         if red:
             raise ClaimError("\n".join(map(self.words, red)))
-        _excused(found)
+        _skip_or_xfail(found)
 
     def _results(self, cell: Cell) -> tuple[CellResult, ...]:
         label = cell.spec.label
@@ -198,7 +198,7 @@ def parametrize_with_claims(
 
     if not schemes:
         raise UsageError("schemes is empty; name the schemes whose claims are to be tested")
-    expected = tuple(map(_expected, () if expected_failures is None else _sequence(expected_failures)))
+    expected = tuple(map(_read_expected, () if expected_failures is None else _sequence(expected_failures)))
     policy = Policy(
         schemes=_sequence(schemes), problems=_sequence(problems), measures=_sequence(measures), tier=tier,
         seed=Settings().seed if seed is None else whole("seed", seed), expected_failures=expected,
@@ -225,7 +225,7 @@ def undecided(found: Sequence[Outcome]) -> str:
     return "; ".join(f"undecided: {title(each)}: {visible(str(each.finding.reason))}" for each in open_ones)
 
 
-def _excused(found: Sequence[Outcome]) -> None:
+def _skip_or_xfail(found: Sequence[Outcome]) -> None:
     import pytest  # noqa: PLC0415
 
     if not found:
@@ -247,7 +247,7 @@ def _sequence(given: Any) -> tuple[Any, ...]:
     return (given,) if isinstance(given, str) or not isinstance(given, Iterable) else tuple(given)
 
 
-def _expected(given: Expected) -> ExpectedFailure:
+def _read_expected(given: Expected) -> ExpectedFailure:
     if isinstance(given, ExpectedFailure):
         return given
     if not isinstance(given, Mapping):

@@ -136,7 +136,7 @@ def scheme_questions(subject: SchemeSubject, problems: Problems | None, level: i
     label = type(scheme).__name__ if broken else scheme.label
     found = []
     for check in checks("scheme"):
-        skipped = _skipped(check, level)
+        skipped = _why_skipped(check, level)
         if check.category != "api" and broken:
             found.append(Question(check, label, "scheme", "", subject, f"it cannot be used: {broken}"))
         elif check.each_problem:
@@ -154,7 +154,7 @@ def problem_questions(subject: ProblemSubject, level: int | None) -> list[Questi
     found = []
     for check in checks("problem"):
         skipped = "" if check.name in FIRST else broken and f"it cannot be built: {broken}"
-        found.append(Question(check, label, "problem", "", subject, skipped or _skipped(check, level)))
+        found.append(Question(check, label, "problem", "", subject, skipped or _why_skipped(check, level)))
     return found
 
 
@@ -179,7 +179,7 @@ def answers(questions: list[Question], expected: Expected | None) -> Iterator[Ch
         yield question.answer(expected or {})
 
 
-def _skipped(check: Check, level: int | None) -> str:
+def _why_skipped(check: Check, level: int | None) -> str:
     asked_for = LEVEL if level is None else level
     if not (isinstance(asked_for, int) and not isinstance(asked_for, bool) and 1 <= asked_for <= LEVEL):
         raise UsageError(f"level must be a whole number from 1 to {LEVEL}, the newest of this kit, got {level!r}")

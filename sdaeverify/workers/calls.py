@@ -71,7 +71,7 @@ class Call(Generic[Value]):
         self.fresh = fresh
         self._executor, self._function, self._argument = executor, function, argument
         self._mark = executor.new_mark()
-        self._future = self._sent()
+        self._future = self._send()
 
     @property
     def future(self) -> "Future[Value]":
@@ -84,19 +84,19 @@ class Call(Generic[Value]):
             return self._future.result()
         except Died as death:
             if self._mark.is_file() or self.fresh:
-                return self._lost(death)
+                return self._explain_death(death)
         finally:
             self._mark.unlink(missing_ok=True)
         # It died before it began with this, of something else.
         self.fresh = True
-        self._future = self._sent()
+        self._future = self._send()
         return self.outcome()
 
-    def _sent(self) -> "Future[Value]":
+    def _send(self) -> "Future[Value]":
         submit = self._executor.submit_afresh if self.fresh else self._executor.submit
         return submit(self._function, self._argument, self._mark, self._executor.limits.timeout)
 
-    def _lost(self, death: Died) -> Lost:
+    def _explain_death(self, death: Died) -> Lost:
         mark = read_mark(self._mark) if self._mark.is_file() else Mark()
         late = death.late or mark.timed_out(death.when)
         return Lost(mark, late, self._executor.limits.timeout, death.code)

@@ -97,7 +97,7 @@ class Remote(Generic[Value]):
 
     def __init__(self, crew: Crew, function: Callable[[bytes], Value], argument: bytes) -> None:
         self._crew, self._function, self._argument = crew, function, argument
-        self._future = self._sent()
+        self._future = self._send()
 
     @property
     def future(self) -> "Future[bytes]":
@@ -122,10 +122,10 @@ class Remote(Generic[Value]):
                 # Whatever the function could raise it returns: this is of the executor.
                 if last:
                     raise LostExecutorError(f"a worker of the executor was lost twice: {one_line(error)}") from error
-                self._future = self._sent()
+                self._future = self._send()
         raise AssertionError
 
-    def _sent(self) -> "Future[bytes]":
+    def _send(self) -> "Future[bytes]":
         assert self._crew.executor is not None
         try:
             return self._crew.executor.submit(call_pickled, self._function, self._argument, self._crew.plugins)
@@ -178,12 +178,12 @@ def named_crew(text: str, jobs: int, registry: Registry) -> Iterator[Crew]:
         raise UsageError(f"executor {name} needs a library that is not installed: {one_line(error)}") from error
     except FAULTS as error:
         raise UsageError(f"executor {text} cannot be used: {one_line(error)}") from error
-    with _closed(crew):
+    with _close_at_end(crew):
         yield opened._replace(plugins=Plugins.of(registry))
 
 
 @contextmanager
-def _closed(crew: AbstractContextManager[Crew]) -> Iterator[None]:
+def _close_at_end(crew: AbstractContextManager[Crew]) -> Iterator[None]:
     try:
         yield
     finally:

@@ -150,7 +150,7 @@ class Isolated(Executor):
             if fresh and worker in self._pools:
                 self._retire(worker)
             try:
-                inner = self._sent(worker, call)
+                inner = self._submit(worker, call)
                 mark = next((argument for argument in call.args if isinstance(argument, Path)), None)
                 self._turns[worker] = Turn(time.monotonic(), mark)
             except Exception as error:
@@ -158,9 +158,9 @@ class Isolated(Executor):
                 self._idle.append(worker)
                 future.set_exception(error)
             else:
-                inner.add_done_callback(partial(self._done, worker, future))
+                inner.add_done_callback(partial(self._finish, worker, future))
 
-    def _sent(self, worker: int, call: "partial[Any]") -> Future[Any]:
+    def _submit(self, worker: int, call: "partial[Any]") -> Future[Any]:
         if worker in self._pools:
             try:
                 return self._pools[worker].submit(call)
@@ -174,7 +174,7 @@ class Isolated(Executor):
         self._retired.append(self._pools.pop(worker))
         self._retired[-1].shutdown(wait=False)
 
-    def _done(self, worker: int, future: Future[Any], inner: Future[Any]) -> None:
+    def _finish(self, worker: int, future: Future[Any], inner: Future[Any]) -> None:
         error = None if inner.cancelled() else inner.exception()
         with self._lock:
             turn, late = self._turns.pop(worker, None), worker in self._late

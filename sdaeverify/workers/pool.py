@@ -234,10 +234,10 @@ class _Pool(ProcessPoolExecutor):
     def __init__(self, plugins: tuple[str, ...], memory: int) -> None:
         self.processes: list[BaseProcess] = []
         context = _Context()
-        context.Process = self._made  # type: ignore[assignment, misc]
+        context.Process = self._make_process  # type: ignore[assignment, misc]
         super().__init__(1, mp_context=context, initializer=_begin, initargs=(plugins, memory))
 
-    def _made(self, *arguments: Any, **options: Any) -> BaseProcess:
+    def _make_process(self, *arguments: Any, **options: Any) -> BaseProcess:
         self.processes.append(_Worker(*arguments, **options))
         return self.processes[-1]
 

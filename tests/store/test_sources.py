@@ -12,9 +12,9 @@ from sdaeverify.store.sources import UNKNOWN, framework_source, source_of
 
 CACHED = (
     sources.source_of,
-    sources._counted,
+    sources._gather_files,
     sources._content,
-    sources._imported,
+    sources._find_imports,
     sources._file_below,
     sources._spec,
 )

@@ -24,7 +24,7 @@ WAYS = {
 }
 
 
-def imported(module, file, kept=sources._imported):
+def imported(module, file, kept=sources._find_imports):
     """Return what a module imports, read anew unless it is the framework, which stays as it is."""
     return (kept if module.partition(".")[0] == sources.FRAMEWORK else kept.__wrapped__)(module, file)
 
@@ -35,7 +35,7 @@ def put(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     monkeypatch.setattr(sde, "apply", sde.apply)
-    monkeypatch.setattr(sources, "_imported", imported)
+    monkeypatch.setattr(sources, "_find_imports", imported)
     known = dict(os.environ)
 
     def write(files):
@@ -58,7 +58,7 @@ def forget():
     invalidate_caches()
     for name in [name for name in sys.modules if name.partition(".")[0] in OWN]:
         del sys.modules[name]
-    caches = (code_of, sources.source_of, sources._counted, sources._content, sources._file_below, sources._spec)
+    caches = (code_of, sources.source_of, sources._gather_files, sources._content, sources._file_below, sources._spec)
     for function in caches:
         function.cache_clear()
 

@@ -57,17 +57,17 @@ def gate(context: click.Context, /, **options: Any) -> ExitCode:
     claims that were expected to fail; never on time.
     """
     policy = policy_of(options)
-    if options["write_lock"] and _narrowed(options):
+    if options["write_lock"] and _is_narrowed(options):
         raise UsageError("--write-lock needs all that the policy selects: leave out -s, -p and -m")
     on_github = options["report"] == GITHUB
     with fence(click.echo) if on_github else nullcontext():
-        gated, code = _gated(policy, tuple(context.obj), options)
+        gated, code = _run_gate(policy, tuple(context.obj), options)
     if on_github and gated is not None:
         _annotate(gated)
     return code
 
 
-def _gated(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any]) -> "tuple[Gated | None, ExitCode]":
+def _run_gate(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any]) -> "tuple[Gated | None, ExitCode]":
     # Tables need pandas, which takes longer to load than all other commands need in all.
     from ..gating import Request, carry_out_gate  # noqa: PLC0415
 
@@ -80,7 +80,7 @@ def _gated(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any]) 
         options["jobs"],
     )
     asked = {name: options[name] for name in ("progress", "junitxml", "report", "write_lock", "reuse")}
-    narrowed, partial = _narrowed(options), bool(options["problems"] or options["measures"])
+    narrowed, partial = _is_narrowed(options), bool(options["problems"] or options["measures"])
     return carry_out_gate(
         Request(
             policy, registry, arguments, options["out"], jobs, held_to, narrowed=narrowed, partial=partial, **asked
@@ -107,7 +107,7 @@ def policy_of(options: dict[str, Any]) -> Policy:
     return replace(policy, plugins=tuple(dict.fromkeys(files)), **given)
 
 
-def _narrowed(options: dict[str, Any]) -> bool:
+def _is_narrowed(options: dict[str, Any]) -> bool:
     return any(options[name] for name in ("schemes", "problems", "measures"))
 
 

@@ -96,7 +96,7 @@ def _plan(saved: "Sequence[SavedRun]", registry: Registry, executor: "Executor |
     select = {"schemes": select_schemes, "problems": select_problems, "measures": select_measures}
     plans = []
     for run in saved:
-        known = {kind: _registered(registry, run, kind, select[kind]) for kind in select}
+        known = {kind: _select_registered(registry, run, kind, select[kind]) for kind in select}
         if all(known.values()):
             plans.append(plan_of(registry, known["schemes"], known["problems"], known["measures"], executor))
     if not plans:
@@ -104,7 +104,7 @@ def _plan(saved: "Sequence[SavedRun]", registry: Registry, executor: "Executor |
     return union(plans)
 
 
-def _registered(registry: Registry, run: "SavedRun", kind: str, select: Any) -> list[str]:
+def _select_registered(registry: Registry, run: "SavedRun", kind: str, select: Any) -> list[str]:
     """Return the labels that mean something here; the others are told."""
     known = []
     for label in getattr(run, kind):

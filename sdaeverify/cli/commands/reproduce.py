@@ -127,10 +127,10 @@ def _reproduce(plan: "ExperimentPlan", folder: Path, arguments: tuple[str, ...],
     print_texts(console, _lines(exhibit, plan, console))
     print_texts(console, _save(exhibit, plan, folder, arguments, options["format"]))
     console.print()
-    return max(code, ExitCode.NOT_MEASURED) if evidence.failures or _unmeasured(exhibit) else code
+    return max(code, ExitCode.NOT_MEASURED) if evidence.failures or _has_unmeasured(exhibit) else code
 
 
-def _unmeasured(exhibit: "Exhibit") -> bool:
+def _has_unmeasured(exhibit: "Exhibit") -> bool:
     return any(entry.more.get("error") for entry in exhibit.entries)
 
 

@@ -450,16 +450,16 @@ def trivial_delays(form: Callable[..., Any]) -> Trivials:
         for steps in DELAYS
         for c, strengths in equations
     ]
-    long = (_delayed(form, LONG, RATE, S, algebraic=algebraic) for S in none for algebraic in (True, False))
+    long = (_make_trivial(form, LONG, RATE, S, algebraic=algebraic) for S in none for algebraic in (True, False))
     return *on_few_steps, tuple(trivial._replace(shorter=LESS_SHORT) for trivial in long)
 
 
 def _on_both(form: Callable[..., Any], steps: float, c: Array, S: Array, *, algebraic: bool) -> Trivial:
-    coarse, fine = (_delayed(form, steps * h, c, S, algebraic=algebraic) for h in (H, H * SHORTER))
+    coarse, fine = (_make_trivial(form, steps * h, c, S, algebraic=algebraic) for h in (H, H * SHORTER))
     return coarse._replace(finer=fine)
 
 
-def _delayed(form: Callable[..., Any], tau: float, c: Array, S: Array, *, algebraic: bool) -> Trivial:
+def _make_trivial(form: Callable[..., Any], tau: float, c: Array, S: Array, *, algebraic: bool) -> Trivial:
     """Return x moving at the velocity c, or by noise, and y that follows its past or, by noise, x itself.
 
     Where x moves at the velocity c, all else that coefficients hold vanishes if lagged values are right.

@@ -102,14 +102,14 @@ class Recall:
         m, delta = self.mesh
         if n <= m - delta:
             return np.broadcast_to(self.history(min(0.0, n * self.h - self.delay)), self.ring.shape[1:])
-        old = self._pushed(n - m)
+        old = self._look_up(n - m)
         if not delta:
             return old
         # With m = 1 the newer point of xb_{n+1} is the unknown itself.
         share = (1.0 - delta) * old
-        return share if known and m == 1 else share + delta * self._pushed(n - m + 1)
+        return share if known and m == 1 else share + delta * self._look_up(n - m + 1)
 
-    def _pushed(self, n: int) -> Array:
+    def _look_up(self, n: int) -> Array:
         value: Array = self.ring[n % len(self.ring)].copy()
         value.flags.writeable = False
         return value

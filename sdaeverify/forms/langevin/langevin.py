@@ -122,13 +122,13 @@ FRICTION = 0.5
 
 def _trivial_dynamics() -> Trivials:
     """Return rest, damped motion and motion driven by noise."""
-    still = _damped("q at rest", 0.0, 0.0, 0.0, ("q", "p"))
-    coasting = _damped("dp = -gamma p dt", SPEED, 0.0, 0.0, ("q", "p"))
-    kicked = _damped("dp = (c - gamma p) dt + sigma dW", SPEED, 0.4, 0.7, ("p",))
+    still = _make_trivial("q at rest", 0.0, 0.0, 0.0, ("q", "p"))
+    coasting = _make_trivial("dp = -gamma p dt", SPEED, 0.0, 0.0, ("q", "p"))
+    kicked = _make_trivial("dp = (c - gamma p) dt + sigma dW", SPEED, 0.4, 0.7, ("p",))
     return (still,), (coasting,), (kicked,)
 
 
-def _damped(name: str, speed: float, force: float, sigma: float, known: tuple[str, ...]) -> Trivial:
+def _make_trivial(name: str, speed: float, force: float, sigma: float, known: tuple[str, ...]) -> Trivial:
     along, start = np.array([[1.0], [-0.5]]), np.array([0.3, 0.8])
     problem = Langevin(
         force=lambda q: force * along + 0.0 * q,

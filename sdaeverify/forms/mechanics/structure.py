@@ -107,7 +107,7 @@ class Structure:
         """Return M^{-1}, blocks of shape (d, d, 1), or None where it is the identity; a mass couples no two nodes."""
         if problem.mass is None:
             return None
-        return self._cut(problem.inverse_mass(np.eye(problem.dimension))[..., None], 0)
+        return self._cut_blocks(problem.inverse_mass(np.eye(problem.dimension))[..., None], 0)
 
     def force_blocks(self, problem: Mechanics, t: float, r: Array, v: Array) -> tuple[BlockBanded, BlockBanded]:
         """Return the derivatives of a(t, r, v) by r and by v, blocks of shape (d, d, P) or (d, d, 1).
@@ -121,10 +121,10 @@ class Structure:
         """
         if problem.force_derivatives is not None:
             by_r, by_v = problem.force_derivatives(t, r, v)
-            return self._cut(by_r, self.width), self._cut(by_v, self.width)
+            return self._cut_blocks(by_r, self.width), self._cut_blocks(by_v, self.width)
         return (
-            self._differentiated(lambda x: problem.force(t, x, v), r),
-            self._differentiated(lambda x: problem.force(t, r, x), v),
+            self._differentiate(lambda x: problem.force(t, x, v), r),
+            self._differentiate(lambda x: problem.force(t, r, x), v),
         )
 
     def constraint_blocks(self, problem: Mechanics, r: Array) -> BlockBanded:
@@ -198,7 +198,7 @@ class Structure:
                 y[first::period, component] = 1.0
                 yield Unit(first, period, component, np.broadcast_to(y.reshape(-1, 1), x.shape))
 
-    def _differentiated(self, f: Callable[[Array], Array], x: Array) -> BlockBanded:
+    def _differentiate(self, f: Callable[[Array], Array], x: Array) -> BlockBanded:
         # Df(x), by complex steps.
         d, w = len(x) // self.nodes, self.width
         blocks = np.zeros((2 * w + 1, self.nodes, d, d, x.shape[-1]))
@@ -220,7 +220,7 @@ class Structure:
                 blocks[k, rows, :, unit.component] = value[rows]
         return BlockBanded(blocks, self.reach)
 
-    def _cut(self, matrix: Array, width: int) -> BlockBanded:
+    def _cut_blocks(self, matrix: Array, width: int) -> BlockBanded:
         # The blocks near the diagonal of a matrix of shape (n, n, P).
         N, d = self.nodes, len(matrix) // self.nodes
         parts = matrix.reshape(N, d, N, d, -1)

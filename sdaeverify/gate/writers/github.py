@@ -50,7 +50,7 @@ def claim_place(scheme: Scheme, claim: Claim | None) -> SourceLine | None:
     """
     kind = type(scheme)
     file = getattr(sys.modules.get(kind.__module__), "__file__", None)
-    tree = _parsed(Path(file)) if file else None
+    tree = _parse_module(Path(file)) if file else None
     if file is None or tree is None:
         return None
     classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and node.name == kind.__name__]
@@ -62,7 +62,7 @@ def claim_place(scheme: Scheme, claim: Claim | None) -> SourceLine | None:
 
 
 @cache
-def _parsed(file: Path) -> ast.Module | None:
+def _parse_module(file: Path) -> ast.Module | None:
     try:
         return ast.parse(file.read_bytes())
     except (OSError, SyntaxError, ValueError):

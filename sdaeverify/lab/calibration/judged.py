@@ -71,7 +71,7 @@ def judge_sequences(
     looks = [pooled(strong, count, POOLED) for count in LOOKS]
     sequences = range(len(looks[0].sums["paths"]))
     with np.errstate(all="ignore"):
-        published = [_published(replace(evidence, tally=one(looks[-1], index))) for index in sequences]
+        published = [_published_intervals(replace(evidence, tally=one(looks[-1], index))) for index in sequences]
         verdicts = [
             list(_verdicts(case, evidence, [one(look, index) for look in looks], probed)) for index in sequences
         ]
@@ -80,7 +80,7 @@ def judge_sequences(
     return JudgedSequences(low, high, asymptotic, half, found[..., 0], found[..., 1])
 
 
-def _published(evidence: Evidence) -> tuple[float, float, float, float]:
+def _published_intervals(evidence: Evidence) -> tuple[float, float, float, float]:
     finding = _finding(replace(evidence, settings=replace(evidence.settings, confidence=0.95)))
     asymptotic, half = (finding.details[name] for name in ("asymptotic_order", "asymptotic_half_width"))
     return finding.low, finding.high, float(str(asymptotic)), float(str(half))

@@ -206,7 +206,7 @@ def family_rates(seed: int, runs: int) -> Iterator[Rate]:
 
 
 def _rates(word: str, p: Array, right: Mask, margin: float) -> Iterator[Rate]:
-    rejected = np.array([_rejected(run) for run in p])
+    rejected = np.array([_reject(run) for run in p])
     chance = ExpectedRate(BY_CHANCE, BY_CHANCE, f"{BY_CHANCE:.3f}")
     least = float(scipy.stats.nct.sf(scipy.special.stdtrit(GROUPS - 1, 1.0 - ALPHA / CELLS), GROUPS - 1, margin / SE))
     bonferroni = ExpectedRate(least, 1.0, f"at least {least:.3f} (Bonferroni)")
@@ -219,6 +219,6 @@ def _rates(word: str, p: Array, right: Mask, margin: float) -> Iterator[Rate]:
     yield trials.rate(f"right {word} of one cell, Holm", rejected[:, right][:, 0], bonferroni)
 
 
-def _rejected(p: Array) -> Mask:
+def _reject(p: Array) -> Mask:
     rejected = holm({(0, cell): float(value) for cell, value in enumerate(p)}, ALPHA)
     return np.array([(0, cell) in rejected for cell in range(len(p))])

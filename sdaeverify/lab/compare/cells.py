@@ -91,11 +91,11 @@ def compare(old: StoredRun, new: StoredRun, registry: Registry) -> tuple[list[Co
         If the runs do not share noise and step sizes.
     """
     require_common_noise(old, new)
-    rows = [row for key in sorted({*old.lanes, *new.lanes}) for row in _compared(old, new, registry, key)]
+    rows = [row for key in sorted({*old.lanes, *new.lanes}) for row in _compare_cell(old, new, registry, key)]
     return [row for row in rows if isinstance(row, Comparison)], [row for row in rows if isinstance(row, Omitted)]
 
 
-def _compared(
+def _compare_cell(
     old: StoredRun, new: StoredRun, registry: Registry, key: tuple[str, str]
 ) -> Iterator[Comparison | Omitted]:
     if key not in old.lanes or key not in new.lanes:

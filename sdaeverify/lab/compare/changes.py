@@ -74,10 +74,10 @@ def changes(factors: Sequence[Factor], margin: float = 1.1, alpha: float = 0.01)
     worse = holm({place: log2.p_above(bound) for place, log2 in tested.items()}, alpha)
     better = holm({place: log2.p_below(-bound) for place, log2 in tested.items()}, alpha)
     signs = [((i, 0) in worse) - ((i, 0) in better) for i in range(len(factors))]
-    return [_changed(each, bound, alpha, sign) for each, sign in zip(factors, signs, strict=True)]
+    return [_judge_change(each, bound, alpha, sign) for each, sign in zip(factors, signs, strict=True)]
 
 
-def _changed(found: Factor, bound: float, alpha: float, significant: int) -> Changed:
+def _judge_change(found: Factor, bound: float, alpha: float, significant: int) -> Changed:
     value = found.log2.value
     low, high = found.log2.interval(1.0 - alpha) if found.sampled else (value, value)
     if not found.sampled:

@@ -209,11 +209,11 @@ class _Driven:
         self.level = (planned.run.steps // coarsest).bit_length() - 1
         self.books: dict[str, Notebook] = {}
         self.problem: Problem | None = None
-        with self._guarded(f"problem {planned.spec.label}"):
+        with self._catch_errors(f"problem {planned.spec.label}"):
             self.problem = planned.spec.build()
         self.where = f"scheme {planned.scheme.label}"
         if self.problem is not None:
-            with self._guarded(self.where):
+            with self._catch_errors(self.where):
                 self._begin(planned.scheme, self.problem, paths)
 
     def _begin(self, scheme: Scheme, problem: Problem, paths: int) -> None:
@@ -228,7 +228,7 @@ class _Driven:
     def advance(self, piece: Piece) -> None:
         """Make the steps of a piece of noise of this level."""
         if piece.level == self.level and not self.error:
-            with self._guarded(self.where):
+            with self._catch_errors(self.where):
                 self.track.advance(self._driving(piece.noise), tuple(self.books.values()))
 
     def _driving(self, noise: LevelNoise) -> LevelNoise:
@@ -251,7 +251,7 @@ class _Driven:
         return RunFound(self.h, {name: book.noted() for name, book in self.books.items()}, costs, paths)
 
     @contextmanager
-    def _guarded(self, where: str) -> Iterator[None]:
+    def _catch_errors(self, where: str) -> Iterator[None]:
         try:
             yield
         except FAULTS as error:

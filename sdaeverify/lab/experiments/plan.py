@@ -108,11 +108,11 @@ def _groups(
     for noise, runs in together.items():
         shared = None if isinstance(noise, str) else next(iter(runs.values())).noise
         _require_doublings(runs)
-        planned = tuple(_planned(registry, run) for run in runs.values())
+        planned = tuple(_plan_run(registry, run) for run in runs.values())
         yield NoiseTask(planned, shared, seed, block), tuple(runs)
 
 
-def _planned(registry: Registry, run: SchemeRun) -> PlannedRun:
+def _plan_run(registry: Registry, run: SchemeRun) -> PlannedRun:
     return PlannedRun(run, named_problem(registry, run.problem), named_scheme(registry, run.scheme))
 
 

@@ -162,7 +162,7 @@ def _finding(
 def _bias_finding(record: ChainRecord, found: Finding, bias: StationaryBias, opinion: Opinion) -> Finding:
     """Return the finding on a claimed bound: verified only where all step sizes can be used, of a settled record."""
     if opinion.verdict is Verdict.INCONCLUSIVE:
-        opinion = opinion.plus(_needed(record, bias.growth))
+        opinion = opinion.plus(_ask_for_chains(record, bias.growth))
     if opinion.verdict is Verdict.VERIFIED and len(_usable(record)[0]) < len(record.h):
         opinion = opinion._replace(verdict=Verdict.INCONCLUSIVE, p_verified=1.0)
     if not record.stationary:
@@ -196,10 +196,10 @@ def _opinion(
     elif not one.resolved:
         least = np.abs(last.signals).min()
         text = f"its bias is not seen: a mean difference is {least:.1f} standard errors"
-        needed = _needed(record, (RESOLVED / least) ** 2 if least else np.inf)
+        needed = _ask_for_chains(record, (RESOLVED / least) ** 2 if least else np.inf)
         verdict, reason = _uninformative(text, others, one, needed)
     else:
-        verdict, reason = Verdict.INCONCLUSIVE, order.then(limit).then(_needed(record, tests.growth))
+        verdict, reason = Verdict.INCONCLUSIVE, order.then(limit).then(_ask_for_chains(record, tests.growth))
     void = verdict is Verdict.NOT_APPLICABLE or last.changes_sign()
     return Opinion(verdict, reason, p_verified=np.nan if void else tests.verified, p_refuted=tests.refuted)
 
@@ -213,7 +213,7 @@ def _uninformative(
     return Verdict.NOT_APPLICABLE, Reason(f"uninformative: {text}, while that of {', '.join(shown)} is told")
 
 
-def _needed(record: ChainRecord, growth: float) -> Reason:
+def _ask_for_chains(record: ChainRecord, growth: float) -> Reason:
     if not np.isfinite(growth):
         return Reason()
     needed = {"chains": float(f"{growth * float(record.paired):.1g}"), "length": float(record.time[-1])}

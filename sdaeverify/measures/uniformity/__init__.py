@@ -189,7 +189,7 @@ def _opinion(bound: float, record: UniformErrors, named: list[tuple[str, Supremu
     resolved = [each for each in named if each[1].resolved]
     least = min(resolved, key=lambda each: each[1].order, default=None)
     reason = _order(record, *least) if least else Reason("no error is seen")
-    reason = Reason.of(reason, *(_unresolved_eps(label, found) for label, found in named if len(found.left_out)))
+    reason = Reason.of(reason, *(_list_unresolved(label, found) for label, found in named if len(found.left_out)))
     if all(len(found.left_out) for _, found in named):
         return Opinion(Verdict.INCONCLUSIVE, reason.then("there is an eps that nothing is known for", ": "))
     if all(found.least >= bound for _, found in resolved):
@@ -197,7 +197,7 @@ def _opinion(bound: float, record: UniformErrors, named: list[tuple[str, Supremu
     return Opinion(Verdict.INCONCLUSIVE, reason.then("known too little"))
 
 
-def _unresolved_eps(label: str, found: Supremum) -> str:
+def _list_unresolved(label: str, found: Supremum) -> str:
     return f"{label} is not resolved for eps = {', '.join(f'{eps:.3g}' for eps in found.left_out)}"
 
 

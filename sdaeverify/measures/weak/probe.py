@@ -94,7 +94,7 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
             evidence = evidence.merged(packed(MOMENTS, delay_moment_errors(scheme, view, settings.steps)))
     elif not no_moments(scheme, view):
         evidence = evidence.merged(packed(MOMENTS, moment_errors(scheme, view, settings.steps)))
-    elif not _decided(found, scheme) and view.chart is not None and not transition.refusal(scheme, view):
+    elif not _decides_claims(found, scheme) and view.chart is not None and not transition.refusal(scheme, view):
         evidence = evidence.merged(packed(OPERATOR, _operator(scheme, view, settings)))
     return evidence
 
@@ -195,7 +195,7 @@ def _middle(low: float, high: float) -> float:
     return low if low == high else 0.5 * (low + high) if np.isfinite([low, high]).all() else float("nan")
 
 
-def _decided(found: LocalWeak | None, scheme: Scheme) -> bool:
+def _decides_claims(found: LocalWeak | None, scheme: Scheme) -> bool:
     if found is None:
         return False
     order = weak_order(found)

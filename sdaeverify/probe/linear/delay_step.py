@@ -268,7 +268,7 @@ def probed_step(scheme: Scheme, view: Delayed, h: float, scale: float = UNIT) ->
     k, l = len(flatten(scheme.start(view, 1, h))), view.noise_dim
     inputs = trial_states(k + 2 * view.dimension)
     xi = np.concatenate([np.zeros((l, 1)), np.eye(l), _further(l)], axis=1)
-    values, failed = _evaluated(scheme, view, h, (scale * inputs, xi), _later(view)[0])
+    values, failed = _evaluate_step(scheme, view, h, (scale * inputs, xi), _later(view)[0])
     values = values / scale
     factors = at_corners(values[:, : inputs.shape[0] + 1])
     noise = factors[..., 1 : 1 + l] - factors[..., :1]
@@ -296,7 +296,7 @@ def no_lasting_step(scheme: Scheme, view: Delayed, h: float) -> str:
         trial_states(len(flatten(scheme.start(view, 1, h))) + 2 * view.dimension),
         np.ones((view.noise_dim, 1)),
     )
-    first, *others = (_evaluated(scheme, view, h, (inputs, xi), t)[0] for t in _later(view))
+    first, *others = (_evaluate_step(scheme, view, h, (inputs, xi), t)[0] for t in _later(view))
     return "" if all(relative(other - first, np.abs(first)) <= AFFINE for other in others) else DIFFERENT
 
 
@@ -317,7 +317,7 @@ def no_lasting_run(scheme: Scheme, view: Delayed, h: float) -> str:
     known = np.concatenate([view.past(t - view.delay), view.past(min(0.0, t + h - view.delay))])
     memory = trial_states(probed.step.rows)
     inputs = np.concatenate([memory, np.repeat(known, memory.shape[1], axis=1)])
-    made = _evaluated(scheme, view, h, (inputs, np.zeros((view.noise_dim, 1))), t)[0][..., 0]
+    made = _evaluate_step(scheme, view, h, (inputs, np.zeros((view.noise_dim, 1))), t)[0][..., 0]
     expected = probed.step.drift @ inputs + probed.offset[0, :, None]
     return "" if relative(made - expected, np.abs(expected)) <= AFFINE else DIFFERENT
 
@@ -362,7 +362,7 @@ def limits(scheme: Scheme, view: Delayed, h: float) -> tuple[float, ...]:
     return tuple(size for size in (SMALL, LARGE) if probed_step(scheme, view, h, size).defect <= AFFINE)
 
 
-def _evaluated(scheme: Scheme, view: Delayed, h: float, at: tuple[Array, Array], t: float) -> tuple[Array, bool]:
+def _evaluate_step(scheme: Scheme, view: Delayed, h: float, at: tuple[Array, Array], t: float) -> tuple[Array, bool]:
     """Return the new states at all inputs, shape (k, S, K), of a step at time t for every column of noise."""
     inputs, xi = at
     d, count = view.dimension, xi.shape[1]

@@ -115,7 +115,7 @@ def moment_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Moment
     one_step, T = OneStep(scheme, view), view.horizon
     exact = _exact(one_step)
     with np.errstate(all="ignore"):
-        found = [_propagated(one_step, T / count, count) for count in steps]
+        found = [_propagate(one_step, T / count, count) for count in steps]
         differences = np.stack([each.P - exact for each in found])
         scale = np.array([max(each.scale, np.abs(exact).max()) for each in found])
         floor = scale * np.array(
@@ -150,7 +150,7 @@ def _exact(one_step: OneStep) -> Array:
     return smat(scipy.linalg.expm(ito.horizon * equation.generator()) @ svec(np.outer(z, z)), len(z))
 
 
-def _propagated(one_step: OneStep, h: float, count: int) -> _Moments:
+def _propagate(one_step: OneStep, h: float, count: int) -> _Moments:
     found, step = step_moments(one_step, h), MemoryStep(one_step, h)
     z = np.append(flatten(step.start)[:, 0], 1.0)
     operator, Q = observed(step, found.operator)

@@ -58,7 +58,7 @@ def observed(step: MemoryStep, operator: Operator, components: Array | None = No
     if everything or not np.isfinite(operator.factors).all():
         return Observed(operator, np.eye(k + 1))
     reading = step.reading()[:-1, :-1]
-    rows = _closed(reading if components is None else reading[components], operator.homogeneous.factors)
+    rows = _close_under_maps(reading if components is None else reading[components], operator.homogeneous.factors)
     Q = np.eye(len(rows) + 1, k + 1)
     Q[:-1, :-1], Q[-1] = rows, np.eye(k + 1)[-1]
     return Observed(_between(operator, Q), Q)
@@ -72,7 +72,7 @@ def essential_operator(step: MemoryStep, operator: Operator) -> Operator:
     seen = observed(step, operator, _states(linear_equation(one_step.equation)))
     linear, entered = seen.operator.homogeneous, one_step.enter(one_step.admissible_corners, 0.0, step.h)
     columns = seen.rows[:-1, :-1] @ _differences(flatten(entered))
-    return _between(linear, _closed(columns.T, linear.factors.swapaxes(0, 1)))
+    return _between(linear, _close_under_maps(columns.T, linear.factors.swapaxes(0, 1)))
 
 
 def essential_equation(one_step: OneStep) -> LinearEquation:
@@ -102,7 +102,7 @@ def _between(operator: Operator, Q: Array) -> Operator:
     return Operator(np.einsum("pi,ijk,qj->pqk", Q, operator.factors, Q, optimize=True), operator.weights)
 
 
-def _closed(start: Array, maps: Array) -> Array:
+def _close_under_maps(start: Array, maps: Array) -> Array:
     """Return an orthonormal basis of the rows of `start` and of all their products with maps (k, k, K)."""
     R = np.moveaxis(maps, -1, 0)
     rows, further = np.zeros((0, len(maps))), start

@@ -78,7 +78,7 @@ class Bisected(NamedTuple):
     coarse_weights: Array
 
 
-def bisected(function: Callable[[Array], Array], integrand: Callable[[Array, Array], Array]) -> Bisected:
+def bisect_panels(function: Callable[[Array], Array], integrand: Callable[[Array, Array], Array]) -> Bisected:
     """Return rules on [-9.5, 9.5] which integrate something made of a function; 0 is the end of a panel.
 
     Parameters
@@ -102,11 +102,11 @@ def bisected(function: Callable[[Array], Array], integrand: Callable[[Array, Arr
         done = _agree(parents, children, [*fine, parents])
         if left == 0 or np.count_nonzero(~done) > MOST_PANELS:
             done = np.ones_like(done)
-        coarse.append(_chosen(parents, done))
-        fine.append(_chosen(children, np.tile(done, 2)))
+        coarse.append(_select_panels(parents, done))
+        fine.append(_select_panels(children, np.tile(done, 2)))
         if done.all():
             break
-        parents = _chosen(children, np.tile(~done, 2))
+        parents = _select_panels(children, np.tile(~done, 2))
     return Bisected(*_rule(fine), *_rule(coarse))
 
 
@@ -132,7 +132,7 @@ def _agree(parents: Panels, children: Panels, all_panels: list[Panels]) -> Array
     return np.asarray(np.abs(parents.integrals - first - second).max(axis=axes) <= TOLERANCE * np.abs(total).max())
 
 
-def _chosen(panels: Panels, which: Array) -> Panels:
+def _select_panels(panels: Panels, which: Array) -> Panels:
     return Panels(panels.ends[:, which], panels.values[..., np.repeat(which, NODES)], panels.integrals[..., which])
 
 
@@ -187,7 +187,7 @@ def far_noise(factors: Factors, noise: StepNoise) -> FarNoise:
     line, centre, nearby = line[sharpest], z[place + 1][sharpest], nearby[sharpest]
     exponent = _exponents(factors, directions[:, line], centre, nearby)
     pole = float(np.min(np.abs(centre), initial=np.inf, where=exponent > EXPONENT))
-    return FarNoise(pole, np.inf if pole < np.inf else _left_out(lines, z))
+    return FarNoise(pole, np.inf if pole < np.inf else _bound_tails(lines, z))
 
 
 def _sizes(factors: Factors, x: Array) -> Array:
@@ -211,7 +211,7 @@ def _exponents(factors: Factors, directions: Array, centre: Array, nearby: Array
     return np.asarray(np.log(sizes / nearby) / np.log(SPACING / width))
 
 
-def _left_out(lines: Array, z: Array) -> float:
+def _bound_tails(lines: Array, z: Array) -> float:
     # |A P A^T| <= |A|^2 |P|, integrated over the far ends of a line.
     far = np.abs(z) > CUT
     density = np.exp(2.0 * np.log(lines[:, far]) - 0.5 * z[far] ** 2) / np.sqrt(2.0 * np.pi)
@@ -254,12 +254,12 @@ def expectation(step: MemoryStep, noise: StepNoise, *, kinks: bool = True) -> Ex
     -------
     Expectation
     """
-    found = _climbed(step, noise, (noise.rule(count) for count in LADDER))
+    found = _climb_rules(step, noise, (noise.rule(count) for count in LADDER))
     if found.coarser is found.operator or not kinks:
         return found
     if noise.normals == 1:
-        return _bisected(step, noise)
-    split = _climbed(step, noise, (noise.split_rule(count) for count in SPLIT))
+        return _bisect_expectation(step, noise)
+    split = _climb_rules(step, noise, (noise.split_rule(count) for count in SPLIT))
     return min(found, split, key=lambda pair: pair.disagreement)
 
 
@@ -285,7 +285,7 @@ def factors_of(step: MemoryStep, noise: StepNoise, x: Array) -> Array:
     return factors_at(step, noise.nodes(x, np.ones(x.shape[1])))
 
 
-def _climbed(step: MemoryStep, noise: StepNoise, rules: Iterable[Nodes | None]) -> Expectation:
+def _climb_rules(step: MemoryStep, noise: StepNoise, rules: Iterable[Nodes | None]) -> Expectation:
     """Return the first rule that agrees with the one before, else the last two; rules that are too large are None."""
     x = noise.simplex()
     found = Expectation(Operator(factors_of(step, noise, x), np.full(x.shape[1], 1.0 / x.shape[1])), None)
@@ -299,11 +299,11 @@ def _climbed(step: MemoryStep, noise: StepNoise, rules: Iterable[Nodes | None]) 
     return found
 
 
-def _bisected(step: MemoryStep, noise: StepNoise) -> Expectation:
+def _bisect_expectation(step: MemoryStep, noise: StepNoise) -> Expectation:
     def integrals(factors: Array, weights: Array) -> Array:
         return np.asarray(np.einsum("aipq,bipq,pq->abp", factors, factors, weights, optimize=True))
 
-    found = bisected(lambda z: factors_of(step, noise, z[None]), integrals)
+    found = bisect_panels(lambda z: factors_of(step, noise, z[None]), integrals)
     finer, coarser = Operator(found.values, found.weights), Operator(found.coarse_values, found.coarse_weights)
     return Expectation(finer, finer if disagreement(finer, coarser) <= AGREEMENT else coarser)
 

@@ -220,13 +220,13 @@ def _level(step: OneStep, x: Array, nodes: HalfSteps, h: float) -> tuple[Array, 
     whole, first, second = (part.increment(h, states) for part in nodes)
     once, middle = step(wide, t, h, whole), step(wide, t, 0.5 * h, first)
     defects = (once - step(middle, t + 0.5 * h, 0.5 * h, second))[:d].reshape(d, states, -1)
-    given_past, shares = _given_past(defects, weights, step.view.noise_dim // 2)
+    given_past, shares = _condition_on_past(defects, weights, step.view.noise_dim // 2)
     scale = np.maximum(np.abs(x).max(axis=0), np.abs(once).max(axis=0).reshape(states, -1).max(axis=1))
     rms = np.sqrt(np.einsum("dsk,k->s", defects**2, weights))
     return rms, np.sqrt(np.einsum("dsk,k->s", given_past**2, shares)), scale
 
 
-def _given_past(defects: Array, weights: Array, l: int) -> tuple[Array, Array]:
+def _condition_on_past(defects: Array, weights: Array, l: int) -> tuple[Array, Array]:
     """Return the means over the step's own noise at the nodes of the past, and the weights of these.
 
     Nodes are a product of 4 l rules: of the first half step, the l motions now and those one delay ago, and of the

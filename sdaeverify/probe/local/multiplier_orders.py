@@ -63,7 +63,7 @@ def no_multipliers(scheme: Scheme, view: Problem) -> str:
     step = OneStep(scheme, view)
     if reason := step.refusal():
         return reason
-    return "" if _given(step).any() else f"its steps give no outputs {KAPPA} or {LAMBDA}"
+    return "" if _find_outputs(step).any() else f"its steps give no outputs {KAPPA} or {LAMBDA}"
 
 
 def multipliers(scheme: Scheme, view: Problem) -> Multipliers:
@@ -86,7 +86,7 @@ def multipliers(scheme: Scheme, view: Problem) -> Multipliers:
         levels = [_level(step, x, float(size), directions) for size in h]
     size, scale, shares = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
     usable = np.where(shares.any(axis=0), np.nan, size)
-    return Multipliers(h, usable, scale, _given(step), *shares)
+    return Multipliers(h, usable, scale, _find_outputs(step), *shares)
 
 
 def multiplier_orders(record: Multipliers) -> LocalOrders:
@@ -94,7 +94,7 @@ def multiplier_orders(record: Multipliers) -> LocalOrders:
     return last_orders(record.h, record.size, ROUNDING * record.scale, record.scale)
 
 
-def _given(step: OneStep) -> Array:
+def _find_outputs(step: OneStep) -> Array:
     x, h = step.equation.initial(2), step.view.horizon / 64.0
     outputs = _result(step, x, h, np.zeros((step.view.noise_dim, 2))).outputs
     return np.array([float(name in outputs) for name in (KAPPA, LAMBDA, LAMBDA)])

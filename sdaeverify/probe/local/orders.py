@@ -60,12 +60,12 @@ def last_orders(h: Array, size: Array, floor: Array, scale: Array, used: int | N
     fine = _finest(usable)
     order, longer = _orders(h, size, usable, fine)
     # Over two or three levels, so that errors that jump about below a tolerance are seen as well.
-    flat = ((order < FLAT) | (longer < FLAT)) & (_taken(size, fine[0]) < TOLERANCE * _taken(scale, fine[0]))
-    plateau = np.where(flat, np.maximum(_taken(size, fine[0]), _taken(size, fine[1])), -1.0)
+    flat = ((order < FLAT) | (longer < FLAT)) & (_pick(size, fine[0]) < TOLERANCE * _pick(scale, fine[0]))
+    plateau = np.where(flat, np.maximum(_pick(size, fine[0]), _pick(size, fine[1])), -1.0)
     hidden = usable & (size <= CLEAR * plateau[..., None])
     clear = usable & ~hidden
-    first = _carried_on(h, size, clear & (np.arange(len(h)) < (used or len(h))))
-    every = _carried_on(h, size, clear)
+    first = _extrapolate_order(h, size, clear & (np.arange(len(h)) < (used or len(h))))
+    every = _extrapolate_order(h, size, clear)
     with np.errstate(invalid="ignore"):
         settled = ~flat & (np.abs(every[1] - every[0]) < SETTLED)
     order, ahead = (np.where(settled, a, b) for a, b in zip(every, first, strict=True))
@@ -74,7 +74,7 @@ def last_orders(h: Array, size: Array, floor: Array, scale: Array, used: int | N
     return LocalOrders(order, ahead, np.where(hidden, h, 0.0).max(axis=-1))
 
 
-def _carried_on(h: Array, size: Array, usable: Array) -> tuple[Array, Array]:
+def _extrapolate_order(h: Array, size: Array, usable: Array) -> tuple[Array, Array]:
     """Return the last order, and the next one if it changes as much again."""
     order, longer = _orders(h, size, usable, _finest(usable))
     with np.errstate(invalid="ignore"):
@@ -90,7 +90,7 @@ def _finest(usable: Array) -> tuple[Array, ...]:
 
 def _orders(h: Array, size: Array, usable: Array, fine: tuple[Array, ...]) -> tuple[Array, Array]:
     """Return the orders between the finest usable level and the first and the second one before it."""
-    last, one, two = (_taken(size, index) for index in fine)
+    last, one, two = (_pick(size, index) for index in fine)
     count = usable.sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
         order = np.log(one / last) / np.log(h[fine[1]] / h[fine[0]])
@@ -98,6 +98,6 @@ def _orders(h: Array, size: Array, usable: Array, fine: tuple[Array, ...]) -> tu
     return np.where(count > 1, order, np.inf), np.where(count > 2, longer, np.inf)
 
 
-def _taken(values: Array, index: Array) -> Array:
+def _pick(values: Array, index: Array) -> Array:
     wide = np.broadcast_to(values, (*index.shape, values.shape[-1]))
     return np.asarray(np.take_along_axis(wide, index[..., None], axis=-1)[..., 0])

@@ -102,7 +102,7 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     unit = view.time_unit
     with np.errstate(all="ignore"):
         record = probed(LEVELS * unit)
-        return _joined(record, probed(FINER * unit)) if _slows_down(record) else record
+        return _join_levels(record, probed(FINER * unit)) if _slows_down(record) else record
 
 
 def _last_but_one(view: Problem) -> float:
@@ -139,7 +139,7 @@ def core(equation: Equation, x: Array) -> Array:
     return np.array(found, dtype=float)
 
 
-def _joined(a: LocalStrong, b: LocalStrong) -> LocalStrong:
+def _join_levels(a: LocalStrong, b: LocalStrong) -> LocalStrong:
     levels = zip(a[:4], b[:4], strict=True)
     h, rms, mean, scale = (np.concatenate(pair, axis=-1) for pair in levels)
     return LocalStrong(h, rms, mean, scale, *a[4:])

@@ -136,7 +136,7 @@ def weak_order(record: LocalWeak) -> WeakOrder:
     finest, (last, before) = _last_orders(record.h, record.defect, usable)
     with np.errstate(invalid="ignore"):
         change = last - before
-    settled = (np.abs(change) < SETTLED) & ~_taken(rough, finest)
+    settled = (np.abs(change) < SETTLED) & ~_pick(rough, finest)
     orders = np.where(settled, last + change, last) - 1.0
     # The reference's own error has the order K: a defect of that order is none.
     exact = ((size > rounding).sum(axis=-1) < FEWEST_LEVELS) | (orders > K - 0.5)
@@ -183,12 +183,12 @@ def _last_orders(h: Array, defect: Array, usable: Mask) -> tuple[Array, Array]:
     """
     behind = np.cumsum(usable[..., ::-1], axis=-1)[..., ::-1]
     index = np.stack([(usable & (behind == rank)).argmax(axis=-1) for rank in range(1, 4)])
-    values, steps = np.stack([_taken(defect, level) for level in index]), h[index]
+    values, steps = np.stack([_pick(defect, level) for level in index]), h[index]
     with np.errstate(all="ignore"):
         ratios = np.maximum(values[1:] / values[:-1], 0.0)
         orders = np.log(ratios) / np.log(steps[1:] / steps[:-1])
     return index[0], np.where(usable.any(axis=-1), orders, np.nan)
 
 
-def _taken(values: Array, level: Array) -> Array:
+def _pick(values: Array, level: Array) -> Array:
     return np.asarray(np.take_along_axis(values, level[..., None], axis=-1)[..., 0])

@@ -113,14 +113,14 @@ def fourier(count: int) -> AxisBasis:
     for k in range(1, count // 2 + 1):
         derivative[2 * k, 2 * k - 1] = -k
         derivative[2 * k - 1, 2 * k] = k
-    nodes = _oversampled(count)
+    nodes = _oversample(count)
     angles = 2.0 * np.pi / nodes * np.arange(nodes)
     return AxisBasis(partial(_fourier_values, count), derivative, angles, np.full(nodes, 1.0 / nodes))
 
 
 def hermite(count: int, axis: Line) -> AxisBasis:
     """Return the normalised Hermite polynomials of (y - centre)/scale up to degree count - 1."""
-    nodes, weights = gauss_hermite(_oversampled(count))
+    nodes, weights = gauss_hermite(_oversample(count))
     derivative = np.diag(np.sqrt(np.arange(1.0, count)), 1) / axis.scale
     return AxisBasis(partial(_hermite_values, count, axis), derivative, axis.centre + axis.scale * nodes, weights)
 
@@ -129,7 +129,7 @@ def _constant() -> AxisBasis:
     return AxisBasis(lambda y: np.ones((1, *y.shape)), np.zeros((1, 1)), np.zeros(1), np.ones(1))
 
 
-def _oversampled(count: int) -> int:
+def _oversample(count: int) -> int:
     return int(np.ceil(OVERSAMPLING * count))
 
 

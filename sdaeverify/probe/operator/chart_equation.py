@@ -90,9 +90,9 @@ def coefficients(ito: Equation, chart: Chart, z: Array) -> ChartCoefficients:
     B = np.broadcast_to(ito.diffusion(0.0, x), (len(x), ito.noise_dim, x.shape[1]))[core]
     tangents = np.moveaxis(jacobian(chart.embed, z)[core], -1, 0)
     inverse = np.linalg.pinv(tangents)
-    s = _solved(tangents, inverse, B)
+    s = _solve_columns(tangents, inverse, B)
     curvature = sum(second_directional(chart.embed, z, column, column)[core] for column in np.moveaxis(s, 1, 0))
-    return ChartCoefficients(_solved(tangents, inverse, (f - 0.5 * curvature)[:, None])[:, 0], s)
+    return ChartCoefficients(_solve_columns(tangents, inverse, (f - 0.5 * curvature)[:, None])[:, 0], s)
 
 
 def generator(ito: Equation, chart: Chart, basis: Basis) -> Array:
@@ -130,7 +130,7 @@ def _terms(b: Array, A: Array) -> list[tuple[Array, tuple[int, int]]]:
     return first + [((0.5 if i == j else 1.0) * A[i, j], orders(i, j)) for i, j in pairs]
 
 
-def _solved(tangents: Array, inverse: Array, right: Array) -> Array:
+def _solve_columns(tangents: Array, inverse: Array, right: Array) -> Array:
     # Columns c with D embed c = right on every path, shapes (rows, m, P) -> (k, m, P).
     right = np.moveaxis(right, -1, 0)
     columns = inverse @ right

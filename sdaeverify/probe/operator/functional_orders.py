@@ -189,7 +189,7 @@ def bounded(orders: Sequence[FunctionalOrder], view: Problem) -> tuple[Functiona
     """Return the orders without an upper bound where no step size that shows an error resolves the problem."""
     coarse = [unresolved(view, found.h) if np.isfinite(found.h) else "" for found in orders]
     return tuple(
-        found._replace(high=inf, note=_joined(found.note, why)) if why else found
+        found._replace(high=inf, note=_join_notes(found.note, why)) if why else found
         for found, why in zip(orders, coarse, strict=True)
     )
 
@@ -231,9 +231,9 @@ def order_of(h: Array, errors: Array, floors: Array, size: float) -> FunctionalO
     with np.errstate(invalid="ignore"):
         usable, well = (np.abs(errors) > times * floors for times in (ABOVE_FLOOR, FAR_ABOVE))
     if np.count_nonzero(well) >= NEEDED:
-        return _with_lower_powers(_seen(h[well], errors[well], floors[well]), h, errors, floors)
+        return _with_lower_powers(_fit_order(h[well], errors[well], floors[well]), h, errors, floors)
     if np.count_nonzero(usable) >= NEEDED:
-        return _seen(h[usable], errors[usable], floors[usable])._replace(high=inf)
+        return _fit_order(h[usable], errors[usable], floors[usable])._replace(high=inf)
     least = ABOVE_FLOOR * float(floors[-NEEDED:].max())
     if least <= EXACT * size and not usable[-NEEDED:].any():
         return FunctionalOrder(inf, inf, inf, note=f"no error beyond {least:.1g}")
@@ -247,7 +247,7 @@ def _with_lower_powers(found: FunctionalOrder, h: Array, errors: Array, floors: 
         return found
     order, c = lowest.power, f"{lowest.value:.2g}"
     if not lowest.clear:
-        return found._replace(low=order, note=_joined(found.note, f"c h^{order:g} with c = {c} is not excluded"))
+        return found._replace(low=order, note=_join_notes(found.note, f"c h^{order:g} with c = {c} is not excluded"))
     what = f"{WRONG}: off by {c}" if order == 0.0 else f"c h^{order:g} with c = {c}"
     note = f"{what} as h tends to 0, known to {lowest.known:.1g}"
     return FunctionalOrder(order, order, order, coefficient=lowest.value, h=found.h, note=note)
@@ -260,11 +260,11 @@ def _telling(found: FunctionalOrder, responds: bool) -> FunctionalOrder:
     return FunctionalOrder(nan, -inf, inf, informative=False, fixed=True, note=note)
 
 
-def _joined(*texts: str) -> str:
+def _join_notes(*texts: str) -> str:
     return "; ".join(text for text in texts if text)
 
 
-def _seen(h: Array, errors: Array, floors: Array) -> FunctionalOrder:
+def _fit_order(h: Array, errors: Array, floors: Array) -> FunctionalOrder:
     sizes, ratios = np.abs(errors), np.log(h[:-1] / h[1:])
     local = np.log(sizes[:-1] / sizes[1:]) / ratios
     # |log(e + f) - log e| <= -log(1 - f/e) for both signs of f.

@@ -99,7 +99,7 @@ def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given:
         step = _step(one_step, chart.embed(z), h, nodes, given)
         x = one_step.read(step.state)
         reached = chart.read(x)
-        usable = np.isfinite(x).all(axis=0) & _bounded(chart, reached)
+        usable = np.isfinite(x).all(axis=0) & _is_bounded(chart, reached)
         departure = _departure(chart, x, reached, ~output_rows(ito, chart, basis.nodes))
     failed = ~usable if step.failed is None else ~usable | step.failed
     truncated = np.zeros_like(failed) if step.truncated is None else step.truncated
@@ -145,7 +145,7 @@ def _step(one_step: OneStep, x: Array, h: float, nodes: Nodes, given: Given = AS
     return one_step.scheme.prepare(one_step.view, h)(one_step.enter(x, 0.0, h), 0.0, noise)
 
 
-def _bounded(chart: Chart, z: Array) -> Mask:
+def _is_bounded(chart: Chart, z: Array) -> Mask:
     scales = np.array([np.inf if isinstance(axis, Angle) else axis.scale for axis in chart.axes])
     return np.asarray(np.all(np.abs(z) <= BLOWN_UP * scales[:, None], axis=0))
 

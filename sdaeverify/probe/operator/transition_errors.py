@@ -190,7 +190,7 @@ def _answer(question: _Question, bases: tuple[Sizes, Sizes] = (FINE, COARSE)) ->
 
 
 def _means(question: _Question, basis: Basis, fewer: int = 0, given: Given = ASKED) -> _Means:
-    values = _observed(question.one_step.view, question.names, basis.nodes)
+    values = _evaluate_observables(question.one_step.view, question.names, basis.nodes)
     functions = basis.project(values.T)
     exact = question.exact(basis, functions)
     transitions = [transition(question.one_step, basis, h, fewer, given) for h in question.h]
@@ -199,7 +199,7 @@ def _means(question: _Question, basis: Basis, fewer: int = 0, given: Given = ASK
     return _Means(np.array(laws) @ functions - exact, exact, np.sqrt(values**2 @ basis.weights), noticed.T)
 
 
-def _observed(view: Problem, names: Sequence[str], z: Array, outputs: float = 0.0) -> Array:
+def _evaluate_observables(view: Problem, names: Sequence[str], z: Array, outputs: float = 0.0) -> Array:
     # Observables at coordinates z, the rows that are pure outputs being given a value; shape (O, P).
     ito, chart = charted(view)
     parts = ito.parts(chart.embed(z) + outputs * output_rows(ito, chart, z)[:, None])
@@ -211,8 +211,8 @@ def _is_function(view: Problem, name: str) -> bool:
     _, chart = charted(view)
     z = chart_basis(chart, 5, 4).nodes
     turn = np.array([2.0 * np.pi if isinstance(axis, Angle) else 0.0 for axis in chart.axes])[:, None]
-    values = _observed(view, [name], z)
-    others = (_observed(view, [name], z + turn), _observed(view, [name], z, 1.0))
+    values = _evaluate_observables(view, [name], z)
+    others = (_evaluate_observables(view, [name], z + turn), _evaluate_observables(view, [name], z, 1.0))
     bound = FUNCTION * (1.0 + np.abs(values))
     return bool(np.isfinite(values).all() and all(np.all(np.abs(other - values) <= bound) for other in others))
 

@@ -257,7 +257,7 @@ def _layout(lags: tuple[int, ...], k: int, there: bytes, count: int) -> Layout:
     )
     source = j - 1 - np.array(lags)[i]
     used = np.frombuffer(there, bool).reshape(len(lags), k, k)[i, a, c] & np.ones_like(j + b, bool)
-    diagonal, places = np.arange(count * k * k), _folded(count, k * k)
+    diagonal, places = np.arange(count * k * k), _fold_places(count, k * k)
     beside = np.where(source >= 0, (source * k + c) * k + b, (-source * k + b) * k + c) + 0 * a
     rows = np.concatenate([diagonal, ((j * k + a) * k + b + 0 * (i + c))[used]])
     columns = np.concatenate([diagonal, beside[used]])
@@ -269,7 +269,7 @@ def _layout(lags: tuple[int, ...], k: int, there: bytes, count: int) -> Layout:
     return Layout(used, rows, columns, order, starts, ends, places, int(offsets.max()), int(-offsets.min()))
 
 
-def _folded(count: int, block: int) -> Array:
+def _fold_places(count: int, block: int) -> Array:
     # The place of every unknown if Gamma_j stands beside Gamma_{m+1-j}: all that are coupled are neighbours.
     ends = np.stack([np.arange(count), np.arange(count)[::-1]], axis=-1).ravel()[:count]
     places = np.argsort(ends)

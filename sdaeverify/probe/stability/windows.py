@@ -143,10 +143,10 @@ def smallest_boundary(windows: list[Window]) -> float:
 
 def worded(windows: list[Window]) -> str:
     """Return windows in words: ``h < 0.5; 2 < h < 3``."""
-    return "; ".join(_worded(low, high) for low, high in windows) or "none"
+    return "; ".join(_describe_window(low, high) for low, high in windows) or "none"
 
 
-def _worded(low: float, high: float) -> str:
+def _describe_window(low: float, high: float) -> str:
     if low == 0.0 and high == np.inf:
         return "all h"
     above = f"{low:.6g} < h" if low > 0.0 else "h"

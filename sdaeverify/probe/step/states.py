@@ -117,13 +117,13 @@ def _pilot(ito: Equation, rng: np.random.Generator, paths: int) -> Array:
     """Return where the pilot's paths are at six times, shape (6, d, P)."""
     steps = int(np.clip(np.ceil(ito.horizon / PILOT_H), FEWEST_STEPS, MOST_STEPS))
     h, normals = min(ito.horizon / steps, PILOT_H), rng.standard_normal((steps, ito.noise_dim, paths))
-    points, stiff = _carried(ito, h, normals, implicit=False)
+    points, stiff = _simulate_pilot(ito, h, normals, implicit=False)
     if stiff:
-        points, _ = _carried(ito, h, normals, implicit=True)
+        points, _ = _simulate_pilot(ito, h, normals, implicit=True)
     return np.where(np.isfinite(points).all(axis=1, keepdims=True), points, ito.initial(paths))
 
 
-def _carried(ito: Equation, h: float, normals: Array, *, implicit: bool) -> tuple[Array, bool]:
+def _simulate_pilot(ito: Equation, h: float, normals: Array, *, implicit: bool) -> tuple[Array, bool]:
     """Return where the paths are at six times, and whether a drift was larger than the state."""
     steps, paths, stiff = len(normals), normals.shape[-1], False
     x = ito.initial(paths)

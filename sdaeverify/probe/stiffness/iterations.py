@@ -93,12 +93,12 @@ def iterations(scheme: Scheme, view: Any, seed: int) -> Iterations:
     h, eps = short_step(view), stiffnesses(PER_DECADE)
     noise = few_steps(scheme, view, h, seed)
     with np.errstate(all="ignore"):
-        found = [_counted(scheme, member(view, each), h, noise) for each in eps]
+        found = [_count_costs(scheme, member(view, each), h, noise) for each in eps]
     mean, error, most, failed = zip(*found, strict=True)
     return Iterations(np.asarray(h), eps, np.array(mean).T, np.array(error).T, np.array(most).T, np.array(failed))
 
 
-def _counted(scheme: Scheme, problem: Any, h: float, noise: list[Increment]) -> tuple[Array, Array, Array, float]:
+def _count_costs(scheme: Scheme, problem: Any, h: float, noise: list[Increment]) -> tuple[Array, Array, Array, float]:
     names, step = counters(scheme, problem), scheme.prepare(problem, h)
     state, counts = scheme.start(problem, FEW_PATHS, h), []
     for n, increment in enumerate(noise):

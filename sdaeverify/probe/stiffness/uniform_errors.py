@@ -187,7 +187,7 @@ def moment_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Unifo
         stiff = ROUNDING * EPS * problem.horizon * rate * _size(record)
         return errors, np.broadcast_to((record.floor + stiff)[:, None], errors.shape), _size(record), _linear(record)
 
-    return _collected(view, _finer(steps), stiffnesses(PER_DECADE), of)
+    return _collect_errors(view, _finer(steps), stiffnesses(PER_DECADE), of)
 
 
 def strong_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> UniformErrors:
@@ -217,7 +217,7 @@ def strong_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Unifo
             floor = np.fmin(off / roots, np.sqrt(off))
         return roots, floor, float(np.abs(one_step.equation.initial(1)).max()), float(np.isfinite(off).all())
 
-    return _collected(view, _finer(steps), stiffnesses(PER_DECADE), of)
+    return _collect_errors(view, _finer(steps), stiffnesses(PER_DECADE), of)
 
 
 def invariant_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> UniformErrors:
@@ -245,10 +245,10 @@ def invariant_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Un
         broken = np.where(record.failed > FAILED, inf, 0.0)[:, None]
         return record.errors, error_floors(record) + broken, size, float(not obstacle(record))
 
-    return _collected(view, steps, stiffnesses(OPERATORS_PER_DECADE), of)
+    return _collect_errors(view, steps, stiffnesses(OPERATORS_PER_DECADE), of)
 
 
-def _collected(
+def _collect_errors(
     view: Problem,
     steps: Sequence[int],
     eps: Array,

@@ -133,8 +133,8 @@ def rows_of(results: Iterable[CellResult]) -> Rows:
             if finding.verdict is Verdict.NOT_APPLICABLE:
                 rows.absent.append({**named, "reason": str(finding.reason), "run": 0})
                 continue
-            rows.verdicts.append({**named, **_judged(result, finding)})
-            rows.details.setdefault(result.cell.measure.name, []).append({**named, **_detailed(result, finding)})
+            rows.verdicts.append({**named, **_list_finding(result, finding)})
+            rows.details.setdefault(result.cell.measure.name, []).append({**named, **_list_details(result, finding)})
     return rows
 
 
@@ -186,7 +186,7 @@ def _names(result: CellResult, quantity: str) -> Record:
     }
 
 
-def _judged(result: CellResult, finding: Finding) -> Record:
+def _list_finding(result: CellResult, finding: Finding) -> Record:
     return {
         "view": result.cell.view,
         **read_finding(finding, result.cell.measure.value_of).row,
@@ -197,7 +197,7 @@ def _judged(result: CellResult, finding: Finding) -> Record:
     }
 
 
-def _detailed(result: CellResult, finding: Finding) -> Record:
+def _list_details(result: CellResult, finding: Finding) -> Record:
     return {
         "method": finding.method,
         "claim_source": finding.claim.source if finding.claim else "",

@@ -24,9 +24,9 @@ def discriminating(subject: ProblemSubject) -> str:
     undecided = ""
     for measure in dict.fromkeys(control.measure for control in controls):
         for control, results in _judge(subject, measure, [each for each in controls if each.measure == measure]):
-            if text := _contradicted(control, *results):
+            if text := _find_contradiction(control, *results):
                 return text
-            undecided = undecided or _undecided(control, *results)
+            undecided = undecided or _find_undecided(control, *results)
     if undecided:
         raise Inapplicable(f"{BUDGET.paths} paths do not decide: {undecided}")
     return ""
@@ -57,7 +57,7 @@ def _claiming(subject: ProblemSubject, control: Control, label: str) -> Scheme:
     return with_claims(select_schemes(subject.registry, label)[0], claim)
 
 
-def _contradicted(control: Control, positive: CellResult, negative: CellResult) -> str:
+def _find_contradiction(control: Control, positive: CellResult, negative: CellResult) -> str:
     what, wrong = f"{control.measure} order {control.order:g}", {Verdict.ERROR, Verdict.DIVERGED}
     if found := _first(positive, {Verdict.REFUTED, *wrong}):
         return f"the positive control {control.positive} of {what} is not verified: {found}"
@@ -68,7 +68,7 @@ def _contradicted(control: Control, positive: CellResult, negative: CellResult) 
     return ""
 
 
-def _undecided(control: Control, positive: CellResult, negative: CellResult) -> str:
+def _find_undecided(control: Control, positive: CellResult, negative: CellResult) -> str:
     if _absent(positive):
         return ""
     undecided = "" if _first(positive, {Verdict.VERIFIED}) else control.positive

@@ -58,7 +58,7 @@ def moving(subject: ProblemSubject) -> str:
     x = np.concatenate(list(problem.parts(problem.initial(1)).values()))
     drift, diffusion = _flow(problem, x)
     for moment in moments(subject):
-        q = _observed(subject, moment.observable)
+        q = _observable_of_array(subject, moment.observable)
         rate = float((first(q, x, drift) + 0.5 * sum(second(q, x, B) for B in np.moveaxis(diffusion, 1, 0)))[0])
         size = 1.0 + abs(rate) + abs(moment.value(problem.horizon))
         given = _rate_at_the_start(moment, problem.horizon)
@@ -101,7 +101,7 @@ def _rate_at_the_start(moment: Moment, horizon: float) -> float:
     return float(line.deriv()(0.0))
 
 
-def _observed(subject: ProblemSubject, name: str) -> Callable[[Array], Array]:
+def _observable_of_array(subject: ProblemSubject, name: str) -> Callable[[Array], Array]:
     """Return an observable at time 0 as a function of all components in one array."""
     problem = subject.problem
     sizes = {part: len(value) for part, value in problem.parts(problem.initial(1)).items()}

@@ -212,7 +212,7 @@ def of_a_delay_equation(subject: ProblemSubject) -> str:
         for w in directions(z):
             pairs = zip(linearised(WHEN, *split(z)), split(w), strict=True)
             change = sum((_times(A, part) for A, part in pairs), np.zeros_like(value))
-            if text := _differs(partial(_joined, f, split), change, z, w, value):
+            if text := _differs(partial(_evaluate_split, f, split), change, z, w, value):
                 return f"the derivatives of {name} are {text}"
     return ""
 
@@ -221,7 +221,7 @@ def _times(A: Array, y: Array) -> Array:
     return np.asarray(np.einsum("ijp,jp->ip", np.broadcast_to(A, (*A.shape[:2], y.shape[-1])), y))
 
 
-def _joined(f: Callable[..., Array], split: Callable[[Array], list[Array]], z: Array) -> Array:
+def _evaluate_split(f: Callable[..., Array], split: Callable[[Array], list[Array]], z: Array) -> Array:
     return f(WHEN, *split(z))
 
 

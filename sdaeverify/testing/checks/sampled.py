@@ -81,7 +81,7 @@ def euler(problem: Any, level: int, paths: int) -> Walker:
     h = problem.horizon / (COARSEST * 2**level)
     index_one = problem.capability(IndexOne)
     if index_one is not None and (index_one.delay or index_one.constraints):
-        return _delayed(index_one, level, h, paths)
+        return _delay_walker(index_one, level, h, paths)
     equation = problem.equation()
     if equation is None:
         raise Inapplicable(f"a {type(problem).__name__} has no Ito equation to simulate")
@@ -92,7 +92,7 @@ def euler(problem: Any, level: int, paths: int) -> Walker:
     return Walker(equation.initial(paths), advance, lambda _, x: equation.parts(x), level)
 
 
-def _delayed(problem: IndexOne, level: int, h: float, paths: int) -> Walker:
+def _delay_walker(problem: IndexOne, level: int, h: float, paths: int) -> Walker:
     recall = problem.recall(h, paths)
 
     def advance(state: Any, t: float, noise: Increment) -> Any:
@@ -230,7 +230,7 @@ def solution_averaged(subject: ProblemSubject) -> str:
     quantile, compared = _quantile(2 * len(wanted)), 0
     for t in together(problem, subject.spec.label, [reference], MANY):
         for moment in wanted:
-            values = _observed(problem, moment, t, reference.parts(t))
+            values = _evaluate_observable(problem, moment, t, reference.parts(t))
             if values is None or _heavy(values):
                 continue
             compared += 1
@@ -267,7 +267,7 @@ def moments_simulated(subject: ProblemSubject) -> str:
 
 def _pair(problem: Any, moment: Moment, t: float, coarse: Walker, fine: Walker) -> list[Array] | None:
     """Return the observable of both simulations as means over mirrored paths; None where tails are heavy."""
-    found = [_observed(problem, moment, t, run.parts(t)) for run in (coarse, fine)]
+    found = [_evaluate_observable(problem, moment, t, run.parts(t)) for run in (coarse, fine)]
     if any(values is None for values in found):
         return None
     pairs = [values.reshape(2, -1).mean(axis=0) for values in found if values is not None]
@@ -276,7 +276,7 @@ def _pair(problem: Any, moment: Moment, t: float, coarse: Walker, fine: Walker) 
     return None if _heavy(pairs[1]) else pairs
 
 
-def _observed(problem: Any, moment: Moment, t: float, parts: Parts) -> Array | None:
+def _evaluate_observable(problem: Any, moment: Moment, t: float, parts: Parts) -> Array | None:
     """Return an observable, or None where it asks for components that are not known."""
     try:
         return np.asarray(problem.observables[moment.observable](t, parts))
