@@ -95,7 +95,7 @@ def test_registered_by_label_and_not_among_the_schemes(load):
         (('problem="gbm[a=-1]"', 'problem="gbm[a"'), "cannot read 'gbm\\[a'"),
         (("factor: float = 1.0", "factor: float"), "has no default"),
         (('name: ClassVar[str] = "planted-wrong"', 'name: ClassVar[str] = "planted-wrong x"'), "name of a scheme"),
-        (("(2.0)", "(lambda: 0)"), "type function"),
+        (("(2.0)", "(lambda: 0)"), "factor of scheme 'planted-wrong' expects a number"),
     ],
 )
 def test_unusable_plugin(load, change, reason):

@@ -319,7 +319,7 @@ def test_broken_plugin(one: Callable[[str], PluginRow], text: str, reason: str) 
         ),
         (
             ("Fake(order=2.0), Fake()", "Fake(mode=(1, 2))"),
-            "parameter mode has a value of type tuple, expected bool, int, float or str",
+            "parameter mode of scheme 'fake-scheme' expects a word or a number, got (1, 2)",
         ),
         (
             ("schemes():\n", "schemes():\n    global Fake\n    old, Fake = Fake(), None\n    return [old]\n"),

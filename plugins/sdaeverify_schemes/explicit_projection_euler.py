@@ -55,8 +55,8 @@ class ExplicitProjectionEuler(Scheme):
     source: ClassVar[str] = "Lindner et al. 2018, section 4.1, (B) and (B_n)"
 
     def __post_init__(self) -> None:
-        if type(self.skip) is not int or self.skip < 0:
-            raise ParameterError(f"skip must be a whole number of at least 0, got {self.skip!r}")
+        if self.skip < 0:
+            raise ParameterError(f"skip must be at least 0, got {self.skip!r}")
         checked(self.solver, self.tolerance)
 
     @property

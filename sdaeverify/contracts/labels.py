@@ -8,6 +8,7 @@ read as a number or holds anything but ASCII letters, digits and ``_ . + - / :``
 import inspect
 import json
 import re
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields
 from difflib import SequenceMatcher
@@ -27,6 +28,8 @@ KINDS: tuple[tuple[type, str], ...] = (
     (Real, "a number"),
     (str, "a word or a number"),
 )
+# Largest number that is taken: what is computed with a larger one is not finite.
+LARGEST = sys.float_info.max
 
 _LABEL = re.compile(r'\s*(?P<name>[^\[\]=,"\s]+)\s*(?P<brackets>\[(?P<inside>.*)\])?\s*', re.DOTALL)
 _ITEM = re.compile(r'\s*(?P<key>\w+)\s*=\s*(?P<value>"(?:[^"\\]|\\.)*"|[^\[\]=,"]*[^\[\]=,"\s])\s*', re.DOTALL)
@@ -155,6 +158,33 @@ def read_values(
     return {key: _read(owner, text, known[key]) for key, text in texts.items()}
 
 
+def checked_values(owner: str, parameters: Sequence[Parameter], values: Mapping[str, object]) -> dict[str, Any]:
+    """Return values of the kinds of the defaults, finite where these are: floats where the default is one.
+
+    Parameters
+    ----------
+    owner : str
+        As for `read_values`.
+    parameters : sequence of Parameter
+        One whose default no label can show takes anything.
+    values : mapping of str to object
+
+    Raises
+    ------
+    ParameterError
+        If one is of another kind.
+    """
+    checked: dict[str, Any] = dict(values)
+    for name, default, _ in (p for p in parameters if p.name in values):
+        if wrong := _wrong(values[name], default):
+            given = f"{' '.join(repr(values[name]).split()):.60}"
+            raise ParameterError(f"parameter {name} of {owner} {wrong}, got {given}")
+        if isinstance(default, float):
+            # A long integer is none of the numbers that arrays are made of.
+            checked[name] = float(checked[name])
+    return checked
+
+
 def describe_kind(default: object) -> str:
     """Return in words which values a parameter with this default takes; empty if none can be read."""
     return next((words for kind, words in KINDS if isinstance(default, kind)), "")
@@ -211,10 +241,29 @@ def _write(value: object, parameter: Parameter) -> str:
 
 def _read(owner: str, text: str, parameter: Parameter) -> bool | int | float | str:
     value = _convert(text, parameter)
-    if value is None:
-        expected = describe_kind(parameter.default) or "no text at all"
-        raise ParameterError(f"parameter {parameter.name} of {owner} expects {expected}, got {text!r}")
+    wrong = _wrong(value, parameter.default)
+    if value is None or wrong:
+        raise ParameterError(
+            f"parameter {parameter.name} of {owner} {wrong or 'expects no text at all'}, got {text!r:.60}"
+        )
     return value
+
+
+def _wrong(value: object, default: object) -> str:
+    """Return what is wrong with a value of a parameter with some default; empty if nothing is."""
+    kind = next((kind for kind, _ in KINDS if isinstance(default, kind)), None)
+    if kind is None:
+        return ""
+    if not isinstance(value, (str, Real) if kind is str else kind) or isinstance(value, bool) is not (kind is bool):
+        return f"expects {describe_kind(default)}"
+    if kind is Integral or not isinstance(value, Real) or _is_finite(value):
+        return ""
+    # An integer may be too long for a float.
+    return "must be finite" if isinstance(value, Integral) or (kind is Real and _is_finite(default)) else ""
+
+
+def _is_finite(value: Any) -> bool:
+    return bool(abs(value) <= LARGEST)
 
 
 def _convert(text: str, parameter: Parameter) -> bool | int | float | str | None:
@@ -222,7 +271,7 @@ def _convert(text: str, parameter: Parameter) -> bool | int | float | str | None
     if isinstance(default, bool):
         return {"true": True, "false": False}.get(text.lower())
     if isinstance(default, Integral):
-        return int(text) if re.fullmatch(r"[+-]?\d+", text) else None
+        return int(text) if re.fullmatch(r"[+-]?\d{1,300}", text) else None
     if isinstance(default, Real):
         return _number(text)
     return _text(text, parameter.text_only) if isinstance(default, str) else None

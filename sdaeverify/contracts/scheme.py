@@ -7,7 +7,7 @@ time; a step is a pure function that accepts any batch of paths.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import inf, nan
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from ..errors import SchemeError
 from ..forms import Problem, known_traits, unknown_traits
 from ..noise.brownian import Increment
 from ..noise.laws import GAUSSIAN, Law
-from .labels import dataclass_parameters, make_label
+from .labels import checked_values, dataclass_parameters, make_label
 
 # One array (k, P), or a NamedTuple of arrays with the same P whose field names are component names.
 State = Any
@@ -144,6 +144,13 @@ class Scheme:
     sharp_locally: ClassVar[bool] = True
     jumps: ClassVar[bool] = False
     source: ClassVar[str] = ""
+
+    def __new__(cls, *given: object, **named: object) -> Self:
+        """Refuse parameters that are not of the kinds of their defaults, before the scheme itself looks at them."""
+        parameters = dataclass_parameters(cls)
+        values = dict(zip((p.name for p in parameters), given, strict=False)) | named
+        checked_values(f"scheme {getattr(cls, 'name', cls.__name__)!r}", parameters, values)
+        return super().__new__(cls)
 
     @property
     def claimant(self) -> str:

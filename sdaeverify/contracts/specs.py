@@ -9,11 +9,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
-from ..errors import ProblemError, UsageError
+import numpy as np
+
+from ..errors import ParameterError, ProblemError, SdaeverifyError, UsageError, one_line
 from ..forms import Problem
 from .labels import (
     REQUIRED,
     Parameter,
+    checked_values,
     dataclass_parameters,
     describe_kind,
     did_you_mean,
@@ -26,6 +29,8 @@ from .measure import Measure
 from .scheme import Claim, Scheme
 
 CLASS_VARIABLES = ("name", "form", "noise", "law", "claims", "sharp_locally", "source")
+# What numbers far out of range raise in arithmetic, in numpy and for want of memory.
+OUT_OF_RANGE = (ArithmeticError, ValueError, MemoryError)
 NAME = re.compile(r"[a-z0-9][a-z0-9.-]*")
 
 
@@ -70,10 +75,28 @@ class ProblemSpec:
 
         Raises
         ------
+        ParameterError
+            If a parameter that was given is of another kind than its default, or the problem cannot be built with it,
+            or is not finite at its initial state; without parameters, the function's own errors pass through.
         ProblemError
-            If it returns something else than a problem; its own errors pass through.
+            If it returns something else than a problem.
         """
-        problem: object = self.family(**dict(self.parameters))
+        values = checked_values(f"problem {self.name!r}", function_parameters(self.family), dict(self.parameters))
+        try:
+            # What is not finite is said in one line: by the problem, or by the form that it is compared in.
+            with np.errstate(all="ignore"):
+                problem = self._called(values)
+                if values:
+                    problem.equation()
+        except OUT_OF_RANGE as error:
+            if not values:
+                raise
+            how = "" if isinstance(error, SdaeverifyError) else " cannot be built with these numbers"
+            raise ParameterError(f"problem {self.label}{how}: {one_line(error)}") from error
+        return problem
+
+    def _called(self, values: Mapping[str, object]) -> Problem:
+        problem: object = self.family(**values)
         if not isinstance(problem, Problem):
             where = f"{self.family.__module__}.{self.family.__qualname__}"
             raise ProblemError(f"{where} returned {describe(problem)}, expected a problem of one of the forms")

@@ -137,7 +137,7 @@ def wave(shape: tuple[int, ...]) -> Array:
 
 
 def check_observables(problem: Problem, initial: Parts) -> None:
-    """Check that a problem's observables are numbers a path, of components that it has.
+    """Check that a problem's observables are finite numbers a path, of components that it has.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def check_observables(problem: Problem, initial: Parts) -> None:
     Raises
     ------
     ProblemError
-        If one asks for another component, or returns another shape. Views may lack components.
+        If one asks for another component, returns another shape, or is not finite. Views may lack components.
     """
     for name, observable in ({} if problem.seen_as else problem.observables).items():
         try:
@@ -161,6 +161,8 @@ def check_observables(problem: Problem, initial: Parts) -> None:
         if value.shape != (PROBES,):
             text = f"observable {name!r} returned shape {value.shape}, expected ({PROBES},)"
             raise ProblemError(f"{text} for {PROBES} paths")
+        if not np.isfinite(value).all():
+            raise ProblemError(f"observable {name!r} is {value[0]} at the initial state")
 
 
 def check_truth(problem: Problem, initial: Parts) -> None:

@@ -19,9 +19,6 @@ Resolve = Callable[[str], Scheme]
 # Plans the cells of a problem elsewhere.
 Planner = Callable[[ProblemSpec], "RemoteCells"]
 
-# What numbers far out of range raise in arithmetic, in numpy and for want of memory.
-OUT_OF_RANGE = (ArithmeticError, ValueError, MemoryError)
-
 
 @dataclass(frozen=True)
 class Cell:
@@ -174,14 +171,10 @@ def _problem_plan(
     if not remote.builds:
         return ProblemPlan(spec, None, remote.cells)
     try:
-        # A number that is not finite is said in one line, by the problem.
-        with np.errstate(all="ignore"):
-            problem = spec.build()
+        problem = spec.build()
     except FAULTS as error:
-        if spec.parameters and isinstance(error, SdaeverifyError):
-            raise UsageError(f"problem {spec.label}: {error}") from error
-        if spec.parameters and isinstance(error, OUT_OF_RANGE):
-            raise UsageError(f"problem {spec.label} cannot be built with these numbers: {one_line(error)}") from error
+        if spec.parameters and isinstance(error, UsageError):
+            raise
         reason = f"problem {spec.label} cannot be built: {one_line(error)}"
         cells = [Cell(s, spec, m, "", Verdict.ERROR, reason) for s in schemes for m in measures]
         return ProblemPlan(spec, None, tuple(cells))

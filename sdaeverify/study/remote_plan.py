@@ -5,8 +5,6 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from ..contracts.finding import Verdict
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
@@ -78,7 +76,7 @@ def plan_cells(request: CellsRequest, guard: Guard) -> CellPlans | None:
     # They are what this process has imported: what it runs later is held against them.
     read_again(request.sources)
     try:
-        with guard.of(PROBLEM), np.errstate(all="ignore"):
+        with guard.of(PROBLEM):
             problem = request.spec.build()
     except StopError:
         raise

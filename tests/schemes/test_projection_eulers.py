@@ -407,7 +407,7 @@ def test_projections_of_a_fibre_can_be_skipped_for_many_steps() -> None:
 @pytest.mark.parametrize("skip", [-1, 1.5, True, "3"])
 def test_numbers_of_skipped_steps_that_make_no_sense_are_refused(skip: Any) -> None:
     """They are refused in words that name the parameter."""
-    with pytest.raises(ParameterError, match="skip must be a whole number"):
+    with pytest.raises(ParameterError, match=r"skip must be at least 0|skip .*a whole number"):
         ExplicitProjectionEuler(skip=skip)
 
 
@@ -470,5 +470,5 @@ def test_a_tolerance_ends_the_projection_and_the_claim_of_exact_constraints() ->
 @pytest.mark.parametrize("scheme", [ExplicitProjectionEuler, SemiImplicitProjectionEuler])
 def test_projections_that_do_not_exist_are_refused(scheme: Any, given: dict[str, Any]) -> None:
     """Two iterations are known, and tolerances from 0 to 1."""
-    with pytest.raises(ParameterError, match=r"solver must be gram or newton|tolerance must be"):
+    with pytest.raises(ParameterError, match=r"solver must be gram or newton|tolerance .*must be"):
         scheme(**given)

@@ -258,7 +258,7 @@ def test_the_frozen_gram_matrix_leads_to_the_same_step(q: int) -> None:
     ("parameters", "message"),
     [
         ({"theta": -0.1}, "theta must be between 0 and 1, got -0.1"),
-        ({"theta": float("nan")}, "theta must be between 0 and 1, got nan"),
+        ({"theta": float("nan")}, "theta of scheme 'uniformly-accurate' must be finite, got nan"),
         ({"xi": "two-point"}, "xi must be gaussian, three-point or clipped"),
         ({"p": 0.0}, "p must be positive"),
         ({"solver": "picard"}, "solver must be newton or frozen"),
