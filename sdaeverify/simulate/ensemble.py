@@ -30,6 +30,9 @@ from .guard import PROBLEM, Guard
 from .reference import Reference
 from .tracks import Lane
 
+# Bytes, just below the largest block whose return teaches glibc to keep smaller ones.
+LARGE_BLOCK = 2**25 - 2**16
+
 
 @dataclass(frozen=True)
 class Entry:
@@ -114,6 +117,7 @@ def run_block(
         One for each entry of the task.
     """
     try:
+        _keep_freed_memory()
         # Non-finite numbers are evidence here: they are counted, not warned about.
         with np.errstate(all="ignore"), one_thread():
             return _run_block(task, block, guard or Guard(), digests=digests)
@@ -157,6 +161,12 @@ def _threads() -> ThreadpoolController:
     # Only what is loaded is held: scipy brings linear algebra of its own.
     import_module("scipy.linalg")
     return ThreadpoolController()
+
+
+@cache
+def _keep_freed_memory() -> None:
+    """Let glibc, which learns from what it gives back, keep the arrays of a step: fetching them anew takes time."""
+    np.empty(LARGE_BLOCK, dtype=np.uint8)
 
 
 def _run_block(task: Task, block: int, guard: Guard, *, digests: bool) -> tuple[LaneEvidence, ...]:
