@@ -1,4 +1,4 @@
-"""NumPy's functions made of those of PyTorch, and equations and increments as torchsde wants them: paths first."""
+"""Equations and increments as torchsde wants them: paths first."""
 
 from collections.abc import Callable
 from functools import partial
@@ -9,48 +9,9 @@ import torch
 import torchsde
 
 from sdaeverify import SDE, Array
-from sdaeverify.bridges import Coefficients, Compiled, area_matrices
+from sdaeverify.bridges import Coefficients, Compiled, TorchFunctions, area_matrices
 
 from ._reversible import divided
-
-# Where the names of the two libraries differ.
-ALIASES = {"absolute": "abs", "concatenate": "cat", "conjugate": "conj", "power": "pow", "invert": "bitwise_not"}
-
-
-class Namespace:
-    """Functions of a module of PyTorch that accept NumPy's arrays among their arguments, in double precision.
-
-    Parameters
-    ----------
-    module : module
-        ``torch`` or one below it.
-    """
-
-    def __init__(self, module: Any = torch) -> None:
-        self.module = module
-
-    @property
-    def linalg(self) -> "Namespace":
-        """The functions of linear algebra."""
-        return Namespace(torch.linalg)
-
-    def __getattr__(self, name: str) -> Callable[..., Any]:
-        function = getattr(self.module, ALIASES.get(name, name))
-        # PyTorch's elementwise functions want tensors where NumPy's also take numbers.
-        numbers = isinstance(getattr(np, name, None), np.ufunc)
-        return lambda *args, **given: function(*(tensor(value, numbers=numbers) for value in args), **given)
-
-    def asarray(self, value: Any) -> torch.Tensor:
-        """Return a tensor in double precision."""
-        return torch.tensor(np.asarray(value, dtype=float))
-
-
-def tensor(value: Any, *, numbers: bool) -> Any:
-    """Return arguments with tensors in place of NumPy's arrays and, where they are wanted, of numbers."""
-    if isinstance(value, np.ndarray) or (numbers and isinstance(value, int | float | complex | np.number)):
-        whole = np.asarray(value)
-        return torch.tensor(whole if np.iscomplexobj(whole) else whole.astype(float))
-    return [tensor(item, numbers=numbers) for item in value] if type(value) is list else value
 
 
 def noise_type(problem: SDE) -> str:
@@ -71,7 +32,7 @@ class Equation:
 
     def __init__(self, problem: SDE, calculus: str) -> None:
         self.sde_type, self.noise_type = calculus, noise_type(problem)
-        self.coefficients = Coefficients(problem, Namespace(), calculus == "stratonovich")
+        self.coefficients = Coefficients(problem, TorchFunctions(torch), calculus == "stratonovich")
 
     def f(self, t: torch.Tensor, y: torch.Tensor) -> torch.Tensor:
         """Return the drift, shape (P, d)."""

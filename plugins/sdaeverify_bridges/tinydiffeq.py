@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sdaeverify import SDE, Claim, DelaySDAE, DelayState, Increment, Scheme, Step, hookimpl
-from sdaeverify.bridges import Bridge, Compiled, Foreign, Library
+from sdaeverify.bridges import Bridge, Compiled, Foreign, Library, why_not_run
 
 LIBRARY = Library.find("tinydiffeq")
 # Strong orders that the docstrings of the solvers state.
@@ -74,7 +74,9 @@ class TinyDiffEqSDAE(TinyDiffEq):
             return "it has a delay" if problem.delay else "it has no algebraic components"
         if not problem.dimension == problem.noise_dim == 1:
             return "the noise is not that of one component"
-        return why_not_run(problem)
+        formulas = {"drift": problem.drift, "diffusion": problem.diffusion, "u": problem.constraint}
+        t, x, y = (Foreign(value, np) for value in (np.float64(0.0), *problem.initial(1)))
+        return why_not_run(formulas, t, x, x, y)
 
     def compiled(self, problem: DelaySDAE) -> Compiled:
         """Return the solver's step for the formulas of a problem; the last row is 1 where it has solved for y."""
@@ -93,17 +95,6 @@ class TinyDiffEqSDAE(TinyDiffEq):
             return Step(DelayState(x, y), failed)
 
         return stepper
-
-
-def why_not_run(problem: DelaySDAE) -> str:
-    """Return which formula only NumPy can run, or an empty string."""
-    x, y = (Foreign(part, np) for part in problem.initial(1))
-    for what, formula in (("drift", problem.drift), ("diffusion", problem.diffusion), ("u", problem.constraint)):
-        try:
-            formula(Foreign(np.float64(0.0), np), x, x, y)
-        except TypeError as error:
-            return f"its {what} runs on NumPy's arrays alone: {error}"
-    return ""
 
 
 @hookimpl

@@ -17,7 +17,7 @@ from .coefficients import (
     why_no_temperature,
     why_not_bridged,
 )
-from .foreign import Foreign
+from .foreign import Foreign, TorchFunctions, why_not_run
 from .formulas import Formulas
 from .installed import Library
 
@@ -29,6 +29,7 @@ __all__ = [
     "Foreign",
     "Formulas",
     "Library",
+    "TorchFunctions",
     "area_matrices",
     "in_batches",
     "stratonovich_drift",
@@ -36,4 +37,5 @@ __all__ = [
     "why_areas",
     "why_no_temperature",
     "why_not_bridged",
+    "why_not_run",
 ]

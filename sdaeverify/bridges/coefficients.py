@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..errors import FAULTS, one_line
 from ..forms import SDE, Langevin
-from .foreign import Foreign, Namespace
+from .foreign import Foreign, Namespace, why_not_run
 from .formulas import Formulas
 
 # Traits of noise whose double integrals are known from its increments.
@@ -78,10 +77,7 @@ def stratonovich_drift(problem: SDE, t: float, x: Array) -> Array:
 
 
 def why_not_bridged(problem: SDE, *, stratonovich: bool = False) -> str:
-    """Return why the formulas of a problem cannot be run by another library, or an empty string.
-
-    They are tried on NumPy's own arrays in disguise, so that no library has to be loaded.
-    """
+    """Return why the formulas of a problem cannot be run by another library, or an empty string."""
     return _why_not(Formulas(problem), stratonovich)
 
 
@@ -91,13 +87,7 @@ def _why_not(formulas: Formulas, stratonovich: bool) -> str:
     if stratonovich and "additive-noise" not in problem.traits and (reason := problem.no_derivative_of_diffusion()):
         return reason
     tried, x = Coefficients(problem, np, stratonovich), problem.initial(1)
-    for what, formula in (("drift", tried.drift), ("diffusion", tried.diffusion)):
-        try:
-            with np.errstate(all="ignore"):
-                formula(np.float64(0.0), x)
-        except FAULTS as error:
-            return f"its {what} runs on NumPy's arrays alone: {one_line(error)}"
-    return ""
+    return why_not_run({"drift": tried.drift, "diffusion": tried.diffusion}, np.float64(0.0), x)
 
 
 def why_areas(problem: SDE) -> str:

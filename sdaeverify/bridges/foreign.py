@@ -4,14 +4,18 @@ A formula that leaves NumPy's functions (``float(x)``, ``if x > 0``, assignment 
 be run this way, and says so.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
+from ..errors import FAULTS, one_line
+
 # A module, or an object like one, whose functions have the names and arguments of NumPy's.
 Namespace = Any
+# Where the names of PyTorch's functions differ from NumPy's.
+ALIASES = {"absolute": "abs", "concatenate": "cat", "conjugate": "conj", "power": "pow", "invert": "bitwise_not"}
 
 
 class Foreign(NDArrayOperatorsMixin):
@@ -86,3 +90,59 @@ def _bare(value: Any) -> Any:
     if type(value) in (tuple, list):
         return type(value)(_bare(item) for item in value)
     return value
+
+
+class TorchFunctions:
+    """Functions of PyTorch that accept NumPy's arrays among their arguments, in double precision.
+
+    Parameters
+    ----------
+    torch : module
+        PyTorch, which is not loaded here.
+    within : module, optional
+        The one below it whose functions these are.
+    """
+
+    def __init__(self, torch: Any, within: Any = None) -> None:
+        self.torch, self.module = torch, within or torch
+
+    @property
+    def linalg(self) -> "TorchFunctions":
+        """The functions of linear algebra."""
+        return TorchFunctions(self.torch, self.torch.linalg)
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        function = getattr(self.module, ALIASES.get(name, name))
+        # PyTorch's elementwise functions want tensors where NumPy's also take numbers.
+        numbers = isinstance(getattr(np, name, None), np.ufunc)
+        return lambda *args, **given: function(*(self._tensor(value, numbers=numbers) for value in args), **given)
+
+    def asarray(self, value: Any) -> Any:
+        """Return a tensor in double precision."""
+        return self.torch.tensor(np.asarray(value, dtype=float))
+
+    def _tensor(self, value: Any, *, numbers: bool) -> Any:
+        """Return arguments with tensors in place of NumPy's arrays and, where they are wanted, of numbers."""
+        if isinstance(value, np.ndarray) or (numbers and isinstance(value, int | float | complex | np.number)):
+            whole = np.asarray(value)
+            return self.torch.tensor(whole if np.iscomplexobj(whole) else whole.astype(float))
+        return [self._tensor(item, numbers=numbers) for item in value] if type(value) is list else value
+
+
+def why_not_run(formulas: Mapping[str, Callable[..., Any]], *arguments: Any) -> str:
+    """Return which formula cannot be run on arguments in disguise, and why, or an empty string.
+
+    Parameters
+    ----------
+    formulas : mapping of str to callable
+        By what they are called.
+    *arguments : object
+        NumPy's own arrays as `Foreign` ones, so that no library has to be loaded.
+    """
+    for what, formula in formulas.items():
+        try:
+            with np.errstate(all="ignore"):
+                formula(*arguments)
+        except FAULTS as error:
+            return f"its {what} runs on NumPy's arrays alone: {one_line(error)}"
+    return ""
