@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdaeverify import SDE, Array, Claim, Scheme, hookimpl
-from sdaeverify.bridges import Bridge, Compiled, Library, why_areas
+from sdaeverify.bridges import Bridge, Compiled, Library, linear_equation, no_linear_equation, why_areas
 
 LIBRARY = Library.find("qutip")
 # Strong and, where there is one, weak orders that the docstrings of the integrators state.
@@ -62,7 +62,7 @@ class QuTiP(Bridge):
         """Refuse what is not linear with constant coefficients and, unless for Euler, noise that needs areas."""
         if self.method != "euler" and (reason := why_areas(problem)):
             return reason
-        return "" if matrices(problem) else "it is not linear with constant coefficients"
+        return no_linear_equation(problem)
 
     def compiled(self, problem: SDE) -> Compiled:
         """Return the method's step for the matrices of a problem."""
@@ -71,7 +71,8 @@ class QuTiP(Bridge):
         from qutip.solver.sode.ssystem import SimpleStochasticSystem  # noqa: PLC0415
         from qutip.solver.stochastic import SMESolver  # noqa: PLC0415
 
-        A, *B = (QobjEvo(Qobj(matrix)) for matrix in matrices(problem))
+        linear = linear_equation(problem)
+        A, *B = (QobjEvo(Qobj(matrix)) for matrix in (linear.drift, *np.moveaxis(linear.diffusion, -1, 0)))
         run = SMESolver.avail_integrators()[self.method].stepper(SimpleStochasticSystem(1j * A, B)).run
 
         def step(x: Array, t: float, h: float, dW: Array, H: Array | None = None) -> Array:
@@ -97,27 +98,6 @@ def alike(numbers: Array) -> NDArray[np.intp]:
     place = np.arange(pieces.sum()) - np.repeat(np.cumsum(pieces) - pieces, pieces)
     firsts = np.repeat(begins, pieces) + COLUMNS * place
     return order[np.minimum(firsts[:, None] + np.arange(COLUMNS), np.repeat(ends, pieces)[:, None] - 1)]
-
-
-def matrices(problem: SDE) -> tuple[Array, ...]:
-    """Return the matrices of drift and diffusion of (x, 1), shape (d + 1, d + 1); none where they are not linear."""
-    d, l = problem.dimension, problem.noise_dim
-
-    def fields(t: float, x: Array) -> Array:
-        B = np.broadcast_to(problem.diffusion(t, x), (d, l, x.shape[1]))
-        return np.concatenate([np.broadcast_to(problem.drift(t, x), x.shape)[:, None], B], axis=1)
-
-    x = problem.initial(1) + np.sin(np.arange(1.0, d + 1))[:, None]
-    with np.errstate(all="ignore"):  # formulas need not be defined there
-        at_zero, at_units = (fields(0.0, points) for points in (np.zeros((d, 1)), np.eye(d)))
-        found = [fields(t, x) for t in (0.0, 0.3 * problem.horizon, problem.horizon)]
-    linear = at_units - at_zero
-    expected = np.einsum("dle,ep->dlp", linear, x) + at_zero
-    if not all(np.allclose(fields_there, expected, rtol=1e-12, atol=1e-12) for fields_there in found):
-        return ()
-    whole = np.zeros((1 + l, d + 1, d + 1))
-    whole[:, :d, :d], whole[:, :d, d] = linear.transpose(1, 0, 2), at_zero[..., 0].T
-    return tuple(whole)
 
 
 @hookimpl

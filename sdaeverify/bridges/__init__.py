@@ -7,6 +7,7 @@ blocks.
 """
 
 from ..noise.areas import antisymmetric as area_matrices
+from ..probe.linear.equation import linear_equation, no_linear_equation
 from .batches import in_batches, vectorised
 from .bridge import Bridge, Compiled
 from .coefficients import (
@@ -32,6 +33,8 @@ __all__ = [
     "TorchFunctions",
     "area_matrices",
     "in_batches",
+    "linear_equation",
+    "no_linear_equation",
     "stratonovich_drift",
     "vectorised",
     "why_areas",
