@@ -35,7 +35,7 @@ from .report.tables.rows import Rows, level_table, rows_of, tables_of
 from .store.store import Store
 from .study import CellResult, Plan, Study, plan
 from .study.remote_plan import remote_plan
-from .workers.executors import PROCESSES, Crew, Plugins, named_crew
+from .workers.executors import PROCESSES, Crew, Plugins, open_crew
 from .workers.limits import Limits
 from .workers.pool import BLOCKS_A_WORKER, executor_for
 
@@ -295,7 +295,7 @@ def _crew(run: _Requested, registry: Registry) -> Iterator[Crew]:
         with executor_for(run.jobs, registry.files, run.limits, registry.modules) as own:
             yield Crew(own, run.jobs)
     elif isinstance(run.executor, str):
-        with named_crew(run.executor, run.jobs, registry) as crew:
+        with open_crew(run.executor, run.jobs, registry) as crew:
             yield crew
     else:
         yield Crew(run.executor, run.jobs, Plugins.of(registry))

@@ -25,14 +25,14 @@ def each(change: Callable[[Array], Array], batch: Any) -> Any:
     return None if batch is None else change(batch)
 
 
-def concatenated(batches: Sequence[Any]) -> Any:
+def join_batches(batches: Sequence[Any]) -> Any:
     """Return batches of the same kind as one, joined along the first axis."""
     first = batches[0]
     if isinstance(first, tuple):
-        parts: list[Any] = [concatenated(part) for part in zip(*batches, strict=True)]
+        parts: list[Any] = [join_batches(part) for part in zip(*batches, strict=True)]
         return type(first)(*parts)
     if isinstance(first, Mapping):
-        return {name: concatenated([batch[name] for batch in batches]) for name in first}
+        return {name: join_batches([batch[name] for batch in batches]) for name in first}
     return None if first is None else np.concatenate(batches)
 
 

@@ -279,10 +279,10 @@ def _read_locked_claims(policy: "Policy") -> "LockedClaims | None":
 def _require_own(registry: "Registry", distribution: str) -> None:
     """Check that the plugins of the project under test are not left out."""
     from .errors import PluginError  # noqa: PLC0415
-    from .registry.discovery import normalized  # noqa: PLC0415
+    from .registry.discovery import normalise  # noqa: PLC0415
 
     for row in registry.plugins:
-        own = bool(distribution) and normalized(row.distribution) == normalized(distribution)
+        own = bool(distribution) and normalise(row.distribution) == normalise(distribution)
         if own and row.status == "broken":
             raise PluginError(f"plugin {row.name} of this project is broken: {row.reason}")
 

@@ -8,7 +8,7 @@ from sdaeverify import api, verify
 from sdaeverify.errors import UsageError
 from sdaeverify.registry.load import load_registry
 from sdaeverify.testing import check_problem, check_scheme, parametrize_with_checks, parametrize_with_claims
-from sdaeverify.testing.subjects import installed
+from sdaeverify.testing.subjects import load_plugins
 
 ODD = [3, 1.5, object(), b"gbm", [None], [["gbm"]], {3: 1}, {3}, "no such", float("nan"), int, [int], [object()]]
 SMALL = {"paths": 40, "levels": 3}
@@ -38,7 +38,7 @@ CALLS: dict[str, Callable[[object], object]] = {
 @pytest.fixture(autouse=True)
 def loaded_once(monkeypatch):
     """Load the installed plugins once; files always anew."""
-    monkeypatch.setattr(api, "load_registry", lambda paths: load_registry(paths) if paths else installed())
+    monkeypatch.setattr(api, "load_registry", lambda paths: load_registry(paths) if paths else load_plugins())
 
 
 def told(call: Callable[[object], object], odd: object) -> str:

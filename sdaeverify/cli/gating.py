@@ -10,13 +10,13 @@ import click
 
 from ..api import Result
 from ..errors import UsageError
-from ..gate.gated import Gated, shortened
-from ..gate.lock import Claims, Lock, compared, demanded, locked_before, locked_tiers, write_lock
+from ..gate.gated import Gated, limit_lines
+from ..gate.lock import Claims, Lock, compare, locked_tiers, read_previous_lock, restrict, write_lock
 from ..gate.outcomes import Outcome, idle, outcomes
-from ..gate.plan import gate_plan, left_out
+from ..gate.plan import gate_plan, omitted_measures
 from ..gate.policy import Policy
 from ..gate.tiers import Cover
-from ..gate.untested import Untested, untested
+from ..gate.untested import Untested, find_untested
 from ..gate.writers.machine import badge, json_report, junit_xml
 from ..gate.writers.text import markdown_report, text_report
 from ..registry.load import Registry
@@ -89,7 +89,7 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
         If a name is unknown, the lock file is missing or damaged, or a report cannot be written.
     """
     policy = request.policy
-    before = locked_before(policy) if request.write_lock else locked_tiers(policy)
+    before = read_previous_lock(policy) if request.write_lock else locked_tiers(policy)
     require_writable(request.folder)
     if request.junitxml is not None:
         require_writable_file(request.junitxml, "--junitxml")
@@ -127,7 +127,7 @@ def _judge(run: Run, result: Result, request: Request, tiers: dict[str, Claims] 
     policy, lock = request.policy, Lock()
     found = tuple(outcomes(result.results, policy))
     if tiers and policy.tier in tiers:
-        lock = compared(demanded(tiers[policy.tier], request.registry, policy, narrowed=request.narrowed), found)
+        lock = compare(restrict(tiers[policy.tier], request.registry, policy, narrowed=request.narrowed), found)
     idle_claims = _find_untested(run, result, request)
     missed = [str(each) for each in idle_claims if not each.chosen]
     code = code_of_gate(found, policy, complete=not (lock.violations or missed))
@@ -140,7 +140,7 @@ def _judge(run: Run, result: Result, request: Request, tiers: dict[str, Claims] 
         f"exit code {code.value}: {code.words}",
         request.registry.files,
         frozenset(result.run["unnamed"]),
-        (*_warnings(found, request), *shortened(missed, MOST_UNTESTED)),
+        (*_warnings(found, request), *limit_lines(missed, MOST_UNTESTED)),
         (
             *_notes(found, request, tiers),
             *_idle_words(idle_claims),
@@ -166,20 +166,20 @@ def _notes(found: tuple[Outcome, ...], request: Request, tiers: dict[str, Claims
         yield f"there is no lock file, so nobody notices a claim that is dropped; gate --write-lock writes {file}"
     elif tier not in tiers:
         yield f"{file} locks nothing for tier {tier}; gate --tier {tier} --write-lock adds it"
-    if skipped := left_out(request.registry, request.policy):
+    if skipped := omitted_measures(request.registry, request.policy):
         yield f"tier {tier} leaves out {', '.join(skipped)}; a larger tier runs them, or a policy that names them"
 
 
 def _find_untested(run: Run, result: Result, request: Request) -> list[Untested]:
     """Return the claims that are not tested; of a part of the problems or measures nothing is known but names."""
-    found = untested(request.registry, request.policy, run.plan, result.results)
+    found = find_untested(request.registry, request.policy, run.plan, result.results)
     if request.partial:
         return [each for each in found if each.claim.measure not in request.registry.measures]
     return found
 
 
 def _idle_words(found: Iterable[Untested]) -> list[str]:
-    return shortened([str(each) for each in found if each.chosen], MOST_UNTESTED)
+    return limit_lines([str(each) for each in found if each.chosen], MOST_UNTESTED)
 
 
 def _reuse(run: Run) -> list[str]:

@@ -6,7 +6,7 @@ from ..registry.load import Registry, load_registry
 from .console import aside, complain
 
 
-def loaded(files: Sequence[str], *, lab: bool = False) -> Registry:
+def load_and_warn(files: Sequence[str], *, lab: bool = False) -> Registry:
     """Load all plugins, and warn of those that are broken and left out.
 
     Parameters
@@ -21,7 +21,7 @@ def loaded(files: Sequence[str], *, lab: bool = False) -> Registry:
     PluginError
         If a file cannot be used, or a plugin is broken and that is not allowed.
     """
-    registry = registered(files, lab=lab)
+    registry = load_quietly(files, lab=lab)
     for warning in registry.warnings:
         complain("warning", warning)
     for row in registry.plugins:
@@ -31,7 +31,7 @@ def loaded(files: Sequence[str], *, lab: bool = False) -> Registry:
     return registry
 
 
-def registered(files: Sequence[str], *, lab: bool = False) -> Registry:
-    """Load all plugins, and say nothing about them; raises as `loaded`."""
+def load_quietly(files: Sequence[str], *, lab: bool = False) -> Registry:
+    """Load all plugins, and say nothing about them; raises as `load_and_warn`."""
     with aside():
         return load_registry(files, lab=lab)

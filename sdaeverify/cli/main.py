@@ -3,14 +3,14 @@
 import sys
 from typing import NoReturn
 
-from ..workers.supervision import supervised
+from ..workers.supervision import supervise
 
 INTERRUPTED = 130
 
 
 def run() -> NoReturn:
     """Run the command line of this process and end it."""
-    sys.exit(supervised(_program))
+    sys.exit(supervise(_program))
 
 
 def _program() -> int:

@@ -48,7 +48,7 @@ def progress(kind: str, total: int) -> Iterator[Show]:
         yield _lines
 
 
-def done_by_workers(work: Any, jobs: int | None, registry: Registry, kind: str) -> ExitCode:
+def run_on_workers(work: Any, jobs: int | None, registry: Registry, kind: str) -> ExitCode:
     """Do some work on processes of its own, and show how far it is.
 
     Parameters

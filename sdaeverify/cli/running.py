@@ -25,7 +25,7 @@ from ..report.files import require_writable
 from ..report.folders import LEVELS, VERDICTS
 from ..report.html import PAGE, remove_page, write_page
 from ..report.passports import passports
-from ..report.plain import wrapped
+from ..report.plain import wrap_text
 from ..report.reading import Row, read_row, record, text
 from ..report.sentences import PlainLine, counts_of, ending
 from ..report.tables.columns import COLUMNS
@@ -33,7 +33,7 @@ from ..report.tables.command import CELL
 from ..report.terminal import drifts, legend, summary_tables, windows
 from ..store.store import Store
 from ..study import CellResult, Finished, Plan, Study
-from ..workers.executors import PROCESSES, Crew, LostExecutorError, named_crew
+from ..workers.executors import PROCESSES, Crew, LostExecutorError, open_crew
 from ..workers.limits import Limits
 from ..workers.pool import BLOCKS_A_WORKER, executor_for
 from .console import aside, complain, output, print_lines
@@ -50,7 +50,7 @@ class Shown(Enum):
     JSON = auto()
 
 
-def shown_of(options: Mapping[str, Any]) -> Shown:
+def choose_output(options: Mapping[str, Any]) -> Shown:
     """Return what a command was asked to show.
 
     Raises
@@ -176,7 +176,7 @@ def carry_out(run: Run, crew: Crew, kind: str) -> ExitCode:
 
 @contextmanager
 def workers(jobs: int, limits: Limits | None, registry: Registry, executor: str = PROCESSES) -> Iterator[Crew]:
-    """Give the workers of a run, as `executor_for`, or as `named_crew` where they are those of another executor.
+    """Give the workers of a run, as `executor_for`, or as `open_crew` where they are those of another executor.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ def workers(jobs: int, limits: Limits | None, registry: Registry, executor: str 
     if executor != PROCESSES:
         if limits is not None:
             complain("warning", f"no limits of time and memory hold on executor {executor}")
-        with named_crew(executor, jobs, registry) as crew:
+        with open_crew(executor, jobs, registry) as crew:
             yield crew
         return
     with executor_for(jobs, registry.files, limits, registry.modules) as own:
@@ -277,7 +277,7 @@ def _show(run: Run, result: Result, code: ExitCode) -> None:
         _show_matrix(console, result.results)
     sentence = counts_of(result.rows.verdicts, result.rows.absent)
     if run.shown is Shown.SENTENCE:
-        print_lines(console, [PlainLine(line) for line in wrapped(sentence, console.width)])
+        print_lines(console, [PlainLine(line) for line in wrap_text(sentence, console.width)])
         return
     pairs = [(row, read_row(row)) for row in result.rows.verdicts]
     notes = [*_notes(run), f"exit code {code.value}: {code.words}"]

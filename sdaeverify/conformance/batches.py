@@ -14,22 +14,22 @@ def equal(a: Any, b: Any) -> bool:
     return all(np.array_equal(x, y, equal_nan=np.asarray(x).dtype.kind == "f") for x, y in pairs)
 
 
-def frozen(batch: Any) -> Any:
+def freeze(batch: Any) -> Any:
     """Return a copy that cannot be written into."""
 
-    def closed(part: Array) -> Array:
+    def freeze_part(part: Array) -> Array:
         copy = np.array(part)
         copy.flags.writeable = False
         return copy
 
-    return each(closed, batch)
+    return each(freeze_part, batch)
 
 
-def taken(batch: Any, paths: Array | slice) -> Any:
+def take_paths(batch: Any, paths: Array | slice) -> Any:
     """Return some of the paths, as a copy that cannot be written into."""
-    return frozen(each(lambda part: part[..., paths], batch))
+    return freeze(each(lambda part: part[..., paths], batch))
 
 
-def nudged(batch: Any) -> Any:
+def nudge(batch: Any) -> Any:
     """Return a batch with every number moved up by one rounding error, as a copy that cannot be written into."""
-    return frozen(each(lambda part: part * (1.0 + EPS) if part.dtype.kind == "f" else part, batch))
+    return freeze(each(lambda part: part * (1.0 + EPS) if part.dtype.kind == "f" else part, batch))

@@ -20,7 +20,7 @@ from ..numerics import all_finite
 from ..probe.step.one_step import OneStep
 from ..probe.step.states import WHEN, cloud
 from ..probe.step.times import in_a_row
-from .batches import equal, frozen, taken
+from .batches import equal, freeze, take_paths
 from .own_run import level_noise
 from .trial import Trial
 
@@ -116,7 +116,7 @@ def repeats_itself(trial: Trial) -> str:
     """
     # What a step remembers shows after it was asked something else in between.
     first, backwards = trial.first, slice(None, None, -1)
-    trial.step(taken(trial.state, backwards), taken(trial.noise, backwards))
+    trial.step(take_paths(trial.state, backwards), take_paths(trial.noise, backwards))
     again = trial.step(trial.state, trial.noise)
     if not same_step(first, again):
         return "the same step made again gives other numbers: it depends on something beside its arguments"
@@ -126,7 +126,7 @@ def repeats_itself(trial: Trial) -> str:
 
 def _counts_calls(trial: Trial) -> str:
     """Make the step of two paths as often as a long run makes steps."""
-    state, noise = taken(trial.state, FEW), taken(trial.noise, FEW)
+    state, noise = take_paths(trial.state, FEW), take_paths(trial.noise, FEW)
     first = trial.step(state, noise)
     calls = (call for call in range(1, in_a_row(trial.view)) if not same_step(first, trial.step(state, noise)))
     found = next(calls, 0)
@@ -264,8 +264,8 @@ def _run(trial: Trial) -> tuple[list[Stop], State]:
     state, stops = trial.scheme.start(trial.view, trial.paths, trial.h), list[Stop]()
     recall = trial.view.recall(trial.h, trial.paths)
     for n, drawn in enumerate(_noises(trial)):
-        noise = frozen(drawn if recall is None else recall.driven(drawn))
-        stops.append(Stop(frozen(state), noise))
+        noise = freeze(drawn if recall is None else recall.driven(drawn))
+        stops.append(Stop(freeze(state), noise))
         state = trial.stepper(stops[n].state, n * trial.h, noise).state
         if recall is not None:
             recall.push(trial.scheme.parts(trial.view, state)["x"])
@@ -280,5 +280,5 @@ def _noises(trial: Trial) -> Iterator[Increment]:
 
 def _last(stepper: Stepper, state: State, h: float, begin: int, noises: Sequence[Increment]) -> State:
     for n, noise in enumerate(noises, begin):
-        state = stepper(frozen(state), n * h, noise).state
+        state = stepper(freeze(state), n * h, noise).state
     return state

@@ -9,7 +9,7 @@ from ..arrays import Parts
 from ..contracts.scheme import Scheme, State
 from ..forms import Problem
 from ..noise.brownian import BROWNIAN, USUAL, Brownian, Increment, Source
-from .batches import frozen
+from .batches import freeze
 
 # So many steps over the horizon, at most; of more paths than that some stop together.
 STEPS = 16
@@ -36,11 +36,11 @@ def stopped_states(scheme: Scheme, view: Any, paths: int) -> State:
     recall = view.recall(h, paths)
     for n in range(last[-1]):
         noise = scheme.law.increment(level_noise(view, paths, h, n), h)
-        new = stepper(frozen(state), n * h, noise if recall is None else recall.driven(noise)).state
+        new = stepper(freeze(state), n * h, noise if recall is None else recall.driven(noise)).state
         state = _choose(last > n, new, state)
         if recall is not None:
             recall.push(scheme.parts(view, state)["x"])
-    return frozen(state)
+    return freeze(state)
 
 
 def parts_along(scheme: Scheme, problem: Problem, h: float, noises: Sequence[Increment]) -> Iterator[Parts]:
@@ -62,8 +62,8 @@ def parts_along(scheme: Scheme, problem: Problem, h: float, noises: Sequence[Inc
     paths = noises[0].dW.shape[-1]
     state, stepper, recall = scheme.start(problem, paths, h), scheme.prepare(problem, h), problem.recall(h, paths)
     for n, drawn in enumerate(noises):
-        noise = frozen(drawn if recall is None else recall.driven(drawn))
-        state = stepper(frozen(state), n * h, noise).state
+        noise = freeze(drawn if recall is None else recall.driven(drawn))
+        state = stepper(freeze(state), n * h, noise).state
         parts = scheme.parts(problem, state)
         if recall is not None:
             recall.push(parts["x"])

@@ -14,7 +14,7 @@ from ..numerics.statistics import EPS
 from ..probe.step.nodes import SEED
 from ..probe.step.one_step import OneStep
 from ..probe.step.states import SIZE, WHEN
-from .batches import frozen, nudged, taken
+from .batches import freeze, nudge, take_paths
 
 # Paths may differ between batches by so many rounding errors: vector instructions round otherwise at a row's end.
 ROUNDINGS = 8.0
@@ -55,7 +55,7 @@ class Trial:
 
     def lawful(self, noise: Increment) -> Increment:
         """Return Brownian noise as the scheme is given it."""
-        increment: Increment = frozen(self.scheme.law.increment(noise, self.h))
+        increment: Increment = freeze(self.scheme.law.increment(noise, self.h))
         return increment
 
     def _past(self, rng: np.random.Generator) -> dict[str, Array]:
@@ -67,14 +67,14 @@ class Trial:
     def state(self) -> State:
         """The scheme's states."""
         if self.given is not None:
-            return frozen(self.given)
+            return freeze(self.given)
         if self.x is not None:
-            return frozen(OneStep(self.scheme, self.view).enter(self.x, WHEN * self.view.horizon, self.h))
+            return freeze(OneStep(self.scheme, self.view).enter(self.x, WHEN * self.view.horizon, self.h))
         # A first step takes the paths apart.
-        start = frozen(self.scheme.start(self.view, self.paths, self.h))
+        start = freeze(self.scheme.start(self.view, self.paths, self.h))
         result = self.step(start, self.noise)
         same_kind(start, result)
-        return frozen(result.state)
+        return freeze(result.state)
 
     @cached_property
     def stepper(self) -> Stepper:
@@ -94,14 +94,14 @@ class Trial:
     def rounding(self) -> Array:
         """How much of each path may be rounding, shape (P,): eps of its size, or what eps of the inputs changes."""
         before, after = flatten(self.state), flatten(self.first.state)
-        other = flatten(self.step(nudged(self.state), nudged(self.noise)).state)
+        other = flatten(self.step(nudge(self.state), nudge(self.noise)).state)
         size = np.fmax(np.abs(before).max(axis=0), np.abs(after).max(axis=0))
         return np.asarray(ROUNDINGS * np.fmax(EPS * size, np.abs(other - after).max(axis=0)))
 
     def agree(self, paths: Array | slice) -> bool:
         """Tell whether some paths, in this order, go where they go among all of them."""
-        some = self.step(taken(self.state, paths), taken(self.noise, paths))
-        got, expected = flatten(some.state), flatten(taken(self.first.state, paths))
+        some = self.step(take_paths(self.state, paths), take_paths(self.noise, paths))
+        got, expected = flatten(some.state), flatten(take_paths(self.first.state, paths))
         if got.shape != expected.shape:
             return False
         same = (got == expected) | (np.isnan(got) & np.isnan(expected))

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array, Mask, Parts, each
 from ..errors import ProblemError
-from ..noise.brownian import BROWNIAN, USUAL, Increment, completed
+from ..noise.brownian import BROWNIAN, USUAL, Increment, complete
 from ..noise.records import NoiseRecord
 from .chart import Chart
 from .controls import Control
@@ -172,7 +172,7 @@ class Problem:
         dW, areas = far * np.sqrt(h) * rng.standard_normal((2, self.noise_dim, paths))
         records = {r.name: each(lambda data: data[0], r.begin(rng, h, paths)) for r in self.records}
         drawn = Increment(dW, areas / np.sqrt(12.0) if "H" in self.noise else None, records=records)
-        return completed(drawn, far**2 * h, self.noise, rng)
+        return complete(drawn, far**2 * h, self.noise, rng)
 
     @classmethod
     def trivial_problems(cls) -> Trivials:

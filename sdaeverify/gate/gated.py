@@ -79,7 +79,7 @@ class Gated:
         steps = f"{s.steps[0]}..{s.steps[-1]} steps"
         return f"tier {self.policy.tier}: up to {s.paths} paths, {steps}, seed {s.seed}, alpha {self.policy.alpha:g}"
 
-    def red(self, outcome: Outcome) -> bool:
+    def is_red(self, outcome: Outcome) -> bool:
         """Tell whether an outcome fails the gate."""
         return is_red(outcome, self.policy)
 
@@ -90,7 +90,7 @@ class Gated:
         return "" if nameless else command_of(outcome, self.settings, self.plugins)
 
 
-def shortened(lines: Sequence[str], most: int) -> list[str]:
+def limit_lines(lines: Sequence[str], most: int) -> list[str]:
     """Return the first of many lines, and how many more there are."""
     more = len(lines) - most
     return [*lines[:most], f"and {more} more"] if more > 0 else list(lines)

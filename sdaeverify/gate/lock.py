@@ -75,7 +75,7 @@ def found_claims(outcomes: Iterable[Outcome]) -> Claims:
     return {key: claim_words(claim) for key, claim in pairs if claim is not None and key.quantity}
 
 
-def compared(locked: Claims, outcomes: Iterable[Outcome]) -> Lock:
+def compare(locked: Claims, outcomes: Iterable[Outcome]) -> Lock:
     """Compare what is locked with what was found.
 
     A cell in which nothing could be measured at all is no violation: its own outcome says so.
@@ -199,7 +199,7 @@ def locked_tiers(policy: Policy) -> dict[str, Claims] | None:
     return None
 
 
-def locked_before(policy: Policy) -> dict[str, Claims]:
+def read_previous_lock(policy: Policy) -> dict[str, Claims]:
     """Return what the lock file locks before it is written, by tier; nothing where there is none.
 
     Raises
@@ -210,7 +210,7 @@ def locked_before(policy: Policy) -> dict[str, Claims]:
     return read_lock(policy.lock_file) if policy.lock_file.exists() else {}
 
 
-def demanded(locked: Claims, registry: Registry, policy: Policy, *, narrowed: bool) -> Claims:
+def restrict(locked: Claims, registry: Registry, policy: Policy, *, narrowed: bool) -> Claims:
     """Return the locked claims that a gate must find: all, or those that a narrowed selection reaches.
 
     Parameters
@@ -260,8 +260,8 @@ def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> list[str]:
     if unmeasured or not outcomes:
         why = f"not measured: {len(unmeasured)}" if unmeasured else "no claim was tested"
         return [f"the lock file {file} is not written: {why}"]
-    claims, before = found_claims(outcomes), locked_before(policy)
+    claims, before = found_claims(outcomes), read_previous_lock(policy)
     write_text(lock_text({**before, tier: claims}), file)
-    gone = compared(before.get(tier, {}), outcomes).violations
+    gone = compare(before.get(tier, {}), outcomes).violations
     locked = f"{len(claims)} claims of tier {tier} are locked in {file}"
     return [locked, *(f"unlocked: {line}" for line in gone)]

@@ -11,7 +11,7 @@ from ..forms import components
 from ..forms.controls import deciding
 from ..measures.judge import claim_for
 from ..registry.contributions import SchemeEntry
-from ..registry.discovery import normalized
+from ..registry.discovery import normalise
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems, select_schemes
 from ..study import Cell, Plan, ProblemPlan, plan
@@ -120,7 +120,7 @@ def gate_plan(registry: Registry, policy: Policy, executor: Executor | None = No
     chosen = (
         gated_schemes(registry, policy),
         select_problems(registry, policy.problems),
-        [m for m in select_measures(registry, policy.measures) if m.name not in left_out(registry, policy)],
+        [m for m in select_measures(registry, policy.measures) if m.name not in omitted_measures(registry, policy)],
     )
     resolve = (lambda label: select_schemes(registry, label)[0]) if tier.controls else None
     made = plan(*chosen, resolve, remote_plan(executor, *chosen))
@@ -130,7 +130,7 @@ def gate_plan(registry: Registry, policy: Policy, executor: Executor | None = No
     return Plan(tuple(sorted(ready, key=_work, reverse=True)))
 
 
-def left_out(registry: Registry, policy: Policy) -> list[str]:
+def omitted_measures(registry: Registry, policy: Policy) -> list[str]:
     """Return the measures that take too long for the tier; none where the policy names measures."""
     if policy.budget.lengthy or policy.measures:
         return []
@@ -158,7 +158,7 @@ def gated_schemes(registry: Registry, policy: Policy) -> list[Scheme]:
 
 def _is_of(entry: SchemeEntry, policy: Policy) -> bool:
     claimant = entry.variants[0].claimant or entry.origin.distribution
-    named = bool(policy.distribution) and normalized(claimant) == normalized(policy.distribution)
+    named = bool(policy.distribution) and normalise(claimant) == normalise(policy.distribution)
     return named or entry.origin.module in policy.plugins
 
 

@@ -12,7 +12,7 @@ from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems
 from ..study import CellResult, Plan
 from ..study.plan import claims_of
-from .plan import gated_schemes, left_out
+from .plan import gated_schemes, omitted_measures
 from .policy import Policy
 from .tiers import Cover
 
@@ -39,7 +39,7 @@ class Untested(NamedTuple):
         return f"not tested: {self.scheme.label}: {self.claim.measure} {self.claim}{where}: {self.why}"
 
 
-def untested(registry: Registry, policy: Policy, made: Plan, results: Sequence[CellResult]) -> list[Untested]:
+def find_untested(registry: Registry, policy: Policy, made: Plan, results: Sequence[CellResult]) -> list[Untested]:
     """Return what the gated schemes claim and nothing tests.
 
     Parameters
@@ -96,7 +96,7 @@ def _why_untested(
 
 
 def _without_cell(registry: Registry, policy: Policy, scheme: Scheme, claim: Claim) -> Untested:
-    if claim.measure in left_out(registry, policy):
+    if claim.measure in omitted_measures(registry, policy):
         return Untested(scheme, claim, f"tier {policy.tier} leaves the measure out", chosen=True)
     if claim.measure not in {measure.name for measure in select_measures(registry, policy.measures)}:
         return Untested(scheme, claim, "the policy does not select the measure", chosen=True)

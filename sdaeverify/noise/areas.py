@@ -50,7 +50,7 @@ def known_part(dW: Array, H: Array, K: Array) -> Array:
     return outer(H, dW) + 12.0 * outer(K, H)
 
 
-def joined(A: Array, dW: Array) -> Array:
+def join_areas(A: Array, dW: Array) -> Array:
     """Return the areas of the steps that neighbours make, by Chen's relation; shape (2 n, m, P) -> (n, m, P)."""
     whole: Array = A[0::2] + A[1::2] + 0.5 * outer(dW[0::2], dW[1::2])
     return whole

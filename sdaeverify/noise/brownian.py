@@ -22,9 +22,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from ..arrays import Array, arrays, concatenated, each
+from ..arrays import Array, arrays, each, join_batches
 from ..errors import SchemeError
-from .areas import REST, antisymmetric, joined, known_part
+from .areas import REST, antisymmetric, join_areas, known_part
 from .records import NoiseRecord
 
 # Steps of a level that are held at a time.
@@ -120,7 +120,7 @@ class LevelNoise(NamedTuple):
         some: LevelNoise = each(lambda part: part[begin:end], self)
         return some
 
-    def used(self, paths: int | None) -> "LevelNoise":
+    def first_paths(self, paths: int | None) -> "LevelNoise":
         """Return the same with the first so many paths of the records."""
         return self._replace(records=each(lambda part: part[..., :paths], self.records))
 
@@ -220,7 +220,7 @@ class Brownian(NamedTuple):
 
     def _descend(self, piece: Piece, streams: Sequence[Mapping[str, np.random.Generator]]) -> Iterator[Piece]:
         # Records are refined as they are drawn, on all paths of a full block; those that are used are shown.
-        yield Piece(piece.level, piece.noise.used(self.source.used)) if self.records else piece
+        yield Piece(piece.level, piece.noise.first_paths(self.source.used)) if self.records else piece
         level, steps = piece.level + 1, len(piece.noise.dW)
         if level > self.finest:
             return
@@ -235,7 +235,7 @@ class Brownian(NamedTuple):
         levels = _levels(pieces, self.finest)
         areas = [self._finest_areas(levels[-1], rest)]
         for fine in reversed(levels[1:]):
-            areas.insert(0, joined(areas[0], fine.dW))
+            areas.insert(0, join_areas(areas[0], fine.dW))
         done = [0] * len(levels)
         for piece in pieces:
             level, begin, noise = piece.level, done[piece.level], piece.noise
@@ -246,7 +246,7 @@ class Brownian(NamedTuple):
         def normals(rows: int) -> Array:
             return rest.standard_normal((len(noise.dW), rows, self.source.paths))[..., : self.source.used]
 
-        return drawn_areas(noise, self.h / 2**self.finest, normals)
+        return draw_areas(noise, self.h / 2**self.finest, normals)
 
     def _normals(self, stream: np.random.Generator, steps: int) -> Array:
         # Drawn in time order, so that pieces of any length give the same numbers.
@@ -291,10 +291,10 @@ def _levels(pieces: Iterable[Piece], finest: int) -> tuple[LevelNoise, ...]:
     levels: list[list[LevelNoise]] = [[] for _ in range(finest + 1)]
     for piece in pieces:
         levels[piece.level].append(piece.noise)
-    return tuple(_freeze(concatenated(level)) for level in levels)
+    return tuple(_freeze(join_batches(level)) for level in levels)
 
 
-def completed(noise: Increment, h: Array | float, fields: frozenset[str], rng: np.random.Generator) -> Increment:
+def complete(noise: Increment, h: Array | float, fields: frozenset[str], rng: np.random.Generator) -> Increment:
     """Return an increment of dW and H with K and A beside them, drawn as far as they are among the fields.
 
     Parameters
@@ -312,10 +312,10 @@ def completed(noise: Increment, h: Array | float, fields: frozenset[str], rng: n
     if "A" not in fields:
         return noise._replace(K=K)
     drawn = LevelNoise(noise.dW, noise.H, K=K)
-    return noise._replace(K=K, A=drawn_areas(drawn, h, lambda rows: rng.standard_normal((rows, noise.dW.shape[-1]))))
+    return noise._replace(K=K, A=draw_areas(drawn, h, lambda rows: rng.standard_normal((rows, noise.dW.shape[-1]))))
 
 
-def drawn_areas(noise: LevelNoise, h: Array | float, normals: Callable[[int], Array]) -> Array:
+def draw_areas(noise: LevelNoise, h: Array | float, normals: Callable[[int], Array]) -> Array:
     """Draw areas given the rest of the noise of steps of length h; normals(rows) are so many a step and path.
 
     Parameters

@@ -26,7 +26,7 @@ def significant(values: Array, bits: int) -> Array:
     return np.asarray(np.ldexp(np.round(np.ldexp(mantissa, bits)), exponent - bits))
 
 
-def defined(values: Array, scale: Array) -> Array:
+def keep_defined(values: Array, scale: Array) -> Array:
     """Return differences of terms of a size rounded to multiples of four of their last bits: more is not known.
 
     Parameters

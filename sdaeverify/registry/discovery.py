@@ -89,7 +89,7 @@ def entry_points(group: str = GROUP) -> list[metadata.EntryPoint]:
     """
 
     def rank(entry: metadata.EntryPoint) -> tuple[bool, str, str]:
-        distribution = normalized(_name_and_version(entry.dist)[0] if entry.dist else "")
+        distribution = normalise(_name_and_version(entry.dist)[0] if entry.dist else "")
         return distribution != OWN_DISTRIBUTION, entry.name, distribution
 
     return sorted(metadata.entry_points(group=group), key=rank)
@@ -110,7 +110,7 @@ def origin_of(entry: metadata.EntryPoint) -> Origin:
     return Origin(entry.name, name or "unknown", version or "unknown", entry.value)
 
 
-def normalized(distribution: str) -> str:
+def normalise(distribution: str) -> str:
     """Return the name of a distribution as package indexes compare it."""
     return re.sub(r"[-_.]+", "-", distribution).lower()
 
@@ -118,7 +118,7 @@ def normalized(distribution: str) -> str:
 def is_disabled(origin: Origin, disabled: Iterable[str]) -> bool:
     """Tell whether a plugin is among the disabled ones, by its own name or its distribution's."""
     names = set(disabled)
-    return origin.plugin in names or normalized(origin.distribution) in set(map(normalized, names))
+    return origin.plugin in names or normalise(origin.distribution) in set(map(normalise, names))
 
 
 def submodules(package: object, origin: Origin) -> list[Origin]:
@@ -188,8 +188,8 @@ def load_source(file: Path, source: bytes) -> ModuleType:
     return module
 
 
-def unmatched(disabled: Iterable[str], known: Iterable[str]) -> tuple[str, ...]:
+def warn_unmatched(disabled: Iterable[str], known: Iterable[str]) -> tuple[str, ...]:
     """Return a warning for each disabled name that names nothing."""
     names = set(known)
-    missing = sorted(name for name in disabled if not {name, normalized(name)} & names)
+    missing = sorted(name for name in disabled if not {name, normalise(name)} & names)
     return tuple(f"{DISABLED} names {name!r}, which is no plugin{did_you_mean(name, names)}" for name in missing)

@@ -39,11 +39,11 @@ from .discovery import (
     entry_points,
     is_disabled,
     load_file,
-    normalized,
+    normalise,
     origin_of,
     read_settings,
     submodules,
-    unmatched,
+    warn_unmatched,
 )
 from .rehearsal import rehearse
 
@@ -126,7 +126,7 @@ class Registry:
     def modules(self) -> tuple[str, ...]:
         """Modules that a worker imports before anything else: measures, and plugins of other distributions."""
         loaded = (row for row in self.plugins if row.status == "loaded" and row.distribution)
-        wanted = (row for row in loaded if row.measures or normalized(row.distribution) != OWN_DISTRIBUTION)
+        wanted = (row for row in loaded if row.measures or normalise(row.distribution) != OWN_DISTRIBUTION)
         named = (row.module.partition(":")[0] for row in wanted)
         return tuple(dict.fromkeys(named))
 
@@ -189,8 +189,8 @@ def _load(paths: Sequence[str | Path], environ: Mapping[str, str], *, lab: bool)
     for file in files:
         outcomes.append(_from_file(file, outcomes))
     known = {entry.name for entry in (*entries, *further)} | {outcome.row.name for outcome in outcomes}
-    known |= {normalized(outcome.row.distribution) for outcome in outcomes}
-    return _assemble(outcomes, settings.warnings + unmatched(settings.disabled, known), files)
+    known |= {normalise(outcome.row.distribution) for outcome in outcomes}
+    return _assemble(outcomes, settings.warnings + warn_unmatched(settings.disabled, known), files)
 
 
 def _assemble(outcomes: Sequence[LoadedPlugin], warnings: tuple[str, ...], files: tuple[str, ...]) -> Registry:
@@ -281,7 +281,7 @@ def _require_harmless(load: Callable[[], object], origin: Origin) -> None:
     PluginError
         If it does.
     """
-    if normalized(origin.distribution) == OWN_DISTRIBUTION or origin.module in sys.modules:
+    if normalise(origin.distribution) == OWN_DISTRIBUTION or origin.module in sys.modules:
         return
     if harm := rehearse(lambda: _registers(load(), origin)):
         raise PluginError(f"loading it {harm}")

@@ -24,7 +24,7 @@ FORMULA = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 
 
 @contextmanager
-def written(path: Path) -> Iterator[IO[bytes]]:
+def write_whole(path: Path) -> Iterator[IO[bytes]]:
     """Give a file to write to, beside its place, and move it there at the end: no reader ever finds half of it.
 
     Parameters
@@ -101,7 +101,7 @@ def write_csv(text: str, path: Path) -> None:
         texts = pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
         table = texts.apply(_convert_column)
         try:
-            with written(path.with_suffix(PARQUET)) as file:
+            with write_whole(path.with_suffix(PARQUET)) as file:
                 table.to_parquet(file, index=False)
         except OSError as error:
             raise UsageError(f"cannot write {path.with_suffix(PARQUET)}: {error.strerror or error}") from error
@@ -163,7 +163,7 @@ def write_text(text: str, path: Path) -> None:
         If it cannot be written, for example because the disk is full.
     """
     try:
-        with written(path) as file:
+        with write_whole(path) as file:
             file.write(text.encode())
     except OSError as error:
         raise UsageError(f"cannot write {path}: {error.strerror or error}") from error

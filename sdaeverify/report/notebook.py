@@ -14,7 +14,7 @@ from .sentences import (
     claim_in_words,
     counts_of,
     ending,
-    found_in_words,
+    estimate_in_words,
     interval,
     mark,
     quantity_lines,
@@ -107,7 +107,7 @@ def _table(pairs: Sequence[Pair]) -> str:
 def _cells(pair: Pair) -> tuple[str, ...]:
     row, reading = pair
     local = "" if isnan(reading.local_order) else f"{reading.local_order:.2f}"
-    along = interval(reading.path) or (found_in_words(reading) if not local else "")
+    along = interval(reading.path) or (estimate_in_words(reading) if not local else "")
     names = (text(row, "scheme"), text(row, "problem"), f"{text(row, 'measure')} {text(row, 'quantity')}".strip())
     symbol = f"{mark(reading.verdict)} {reading.verdict}"
     return symbol, *names, claim_in_words(reading), local, along, reading.decided_by, reading.reason

@@ -26,7 +26,7 @@ def empty_table(*headings: str) -> Table:
     return table
 
 
-def wrapped(text: str, width: int, indent: str = "", most: int = 0) -> list[str]:
+def wrap_text(text: str, width: int, indent: str = "", most: int = 0) -> list[str]:
     """Return the lines of a text, broken between words only.
 
     Parameters

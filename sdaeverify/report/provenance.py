@@ -37,7 +37,7 @@ def provenance(registry: Registry, study: Study, arguments: Sequence[str]) -> di
     """
     settings, cells = study.settings, study.plan.cells
     return {
-        **made_with(registry, settings.seed, arguments),
+        **describe_making(registry, settings.seed, arguments),
         "selection": {
             "schemes": list(dict.fromkeys(cell.scheme.label for cell in cells)),
             "problems": list(dict.fromkeys(cell.spec.label for cell in cells)),
@@ -53,7 +53,7 @@ def provenance(registry: Registry, study: Study, arguments: Sequence[str]) -> di
     }
 
 
-def made_with(registry: Registry, seed: int, arguments: Sequence[str]) -> dict[str, object]:
+def describe_making(registry: Registry, seed: int, arguments: Sequence[str]) -> dict[str, object]:
     """Return what every kind of run is made with: versions, platform, arguments, seed, plugins.
 
     Parameters

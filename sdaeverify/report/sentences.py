@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import inf, isfinite, isnan
 from typing import NamedTuple
 
-from .plain import TOGETHER, in_columns, visible, wrapped
+from .plain import TOGETHER, in_columns, visible, wrap_text
 from .reading import ORDER, Interval, Reading, Row, text
 
 WORDS = {"out_of_scope": "without a claim", "not_run": "not run", "error": "in error"}
@@ -73,8 +73,8 @@ def ending(
     plain : bool
         Whether only ASCII can be shown.
     """
-    first = [PlainLine(line) for line in wrapped(sentence, width)]
-    last = [PlainLine(line) for note in notes for line in wrapped(visible(note), width, "  ")]
+    first = [PlainLine(line) for line in wrap_text(sentence, width)]
+    last = [PlainLine(line) for note in notes for line in wrap_text(visible(note), width, "  ")]
     room = MOST_LINES - len(first) - len(last) - 2
     needs, schemes = list(_attention(pairs, width, plain=plain)), by_scheme(pairs, width, plain=plain)
     share = max(room - len(schemes), room // 2)
@@ -83,7 +83,7 @@ def ending(
     return [*first, *_space(shown), *_space(_fit(table, room - len(shown), "more schemes; show has all")), *last]
 
 
-def found_in_words(reading: Reading) -> str:
+def estimate_in_words(reading: Reading) -> str:
     """Return what was found: the order along paths, else the local one, else what the measure estimates."""
     if reading.path.known:
         return f"{interval(reading.path)} along paths"
@@ -122,7 +122,7 @@ def mark(verdict: str, *, plain: bool = False) -> str:
 
 def other_value(reading: Reading) -> str:
     """Return what the measure estimates where no order of one step is known."""
-    return found_in_words(reading) if reading.value.known and isnan(reading.local_order) else ""
+    return estimate_in_words(reading) if reading.value.known and isnan(reading.local_order) else ""
 
 
 def quantity_lines(pair: Pair, width: int, *, plain: bool = False, brief: bool = False) -> Iterator[PlainLine]:
@@ -148,9 +148,9 @@ def quantity_lines(pair: Pair, width: int, *, plain: bool = False, brief: bool =
     ]
     name = f"{text(row, 'measure')} {text(row, 'quantity')}" if brief else text(row, "quantity")
     head = f"  {mark(reading.verdict, plain=plain)} {visible(name)}: {visible('; '.join(filter(None, told)))}"
-    yield from (PlainLine(line, reading.verdict) for line in wrapped(head, width, "    "))
+    yield from (PlainLine(line, reading.verdict) for line in wrap_text(head, width, "    "))
     if not brief:
-        yield from map(PlainLine, wrapped(f"    {visible(reading.reason)}", width, "    "))
+        yield from map(PlainLine, wrap_text(f"    {visible(reading.reason)}", width, "    "))
 
 
 def by_scheme(pairs: Iterable[Pair], width: int, *, plain: bool = False) -> list[PlainLine]:
@@ -182,7 +182,7 @@ def by_scheme(pairs: Iterable[Pair], width: int, *, plain: bool = False) -> list
 
 def _in_words(name: str, cells: Iterable[tuple[str, str]], width: int) -> Iterator[PlainLine]:
     told = ", ".join(f"{measure} {cell}".replace(" ", TOGETHER) for measure, cell in cells if cell)
-    yield from map(PlainLine, wrapped(f"{name}: {told}", width, "    "))
+    yield from map(PlainLine, wrap_text(f"{name}: {told}", width, "    "))
 
 
 def _counts(found: Counter[str], *, plain: bool) -> str:
@@ -201,12 +201,12 @@ def _attention(pairs: Iterable[Pair], width: int, *, plain: bool) -> Iterator[li
     for row, reading in pairs:
         if reading.verdict in ATTENTION:
             # What is wrong with a scheme as a whole is said once, of all its measures.
-            of = (text(row, "measure"), claim_in_words(reading)) if found_in_words(reading) else ()
+            of = (text(row, "measure"), claim_in_words(reading)) if estimate_in_words(reading) else ()
             says = reading.reason_kind or reading.reason
             groups.setdefault((reading.verdict, text(row, "problem"), says, *of), []).append((row, reading))
     for (verdict, *_), group in sorted(groups.items(), key=lambda item: ATTENTION.index(item[0][0])):
         most = FEW if verdict == "inconclusive" else MANY
-        lines = wrapped(_group_words(group, plain=plain), width, "    ", most)
+        lines = wrap_text(_group_words(group, plain=plain), width, "    ", most)
         yield [PlainLine(line, verdict) for line in lines]
 
 
@@ -218,7 +218,7 @@ def _group_words(group: Sequence[Pair], *, plain: bool) -> str:
     what = ", ".join(f"{measure} {', '.join(names)}".strip() for measure, names in measures.items())
     others = len(schemes) - MOST_NAMED
     names = ", ".join(schemes[:MOST_NAMED]) + (f" and {others} more" if others > 0 else "")
-    found = found_in_words(reading)
+    found = estimate_in_words(reading)
     claim = visible(claim_in_words(reading)).replace(" >= ", f"{TOGETHER}>={TOGETHER}").replace(
         "(margin ", f"(margin{TOGETHER}"
     ) + (f", found {found}" if found else "")

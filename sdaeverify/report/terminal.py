@@ -50,9 +50,9 @@ def summary_tables(results: Iterable[CellResult], width: int, *, plain: bool = F
         table = empty_table()
         table.add_column("", width=label)
         for problem, column in chunk:
-            table.add_column(broken(problem, column), width=column)
+            table.add_column(break_label(problem, column), width=column)
         for scheme in schemes:
-            table.add_row(broken(scheme, label), *(texts[scheme, problem] for problem, _ in chunk))
+            table.add_row(break_label(scheme, label), *(texts[scheme, problem] for problem, _ in chunk))
         tables.append(table)
     return tables
 
@@ -107,7 +107,7 @@ def plan_table(plan: Plan) -> Table:
     return table
 
 
-def broken(label: str, width: int) -> Text:
+def break_label(label: str, width: int) -> Text:
     """Return a label in lines of at most some width, broken after hyphens and commas and before brackets."""
     lines = [""]
     for piece in re.split(r"(?<=[-,])|(?=\[)", visible(label)):

@@ -12,7 +12,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from .lanes import LARGEST, StoredLane, packed_lane, unpacked_lane
+from .lanes import LARGEST, StoredLane, pack_lane, unpack_lane
 
 SUFFIX = ".sqlite"
 TABLE = "CREATE TABLE lanes (name TEXT PRIMARY KEY, used REAL NOT NULL, content BLOB NOT NULL)"
@@ -35,7 +35,7 @@ class Container(NamedTuple):
     def lane(self, name: str) -> StoredLane | None:
         """Return the evidence of a name; None if there is none, or it is damaged."""
         found = self._read("SELECT content FROM lanes WHERE name = ?", name)
-        return unpacked_lane(found[0][0]) if found else None
+        return unpack_lane(found[0][0]) if found else None
 
     def lanes(self) -> Iterator[tuple[str, StoredLane | None]]:
         """Yield names and evidence, what was used last in the end; None for what is damaged.
@@ -90,7 +90,7 @@ class Container(NamedTuple):
     def _write(self, name: str, changed: Callable[[StoredLane | None], StoredLane]) -> None:
         with _open_database(self.path, "rwc") as file:
             found = file.execute("SELECT content FROM lanes WHERE name = ?", (name,)).fetchone()
-            content = packed_lane(changed(unpacked_lane(found[0]) if found else None))
+            content = pack_lane(changed(unpack_lane(found[0]) if found else None))
             file.execute("INSERT OR REPLACE INTO lanes VALUES (?, ?, ?)", (name, time.time(), content))
 
     def _read(self, query: str, *values: object) -> list[Any] | None:

@@ -57,7 +57,7 @@ def lane_files(scheme: Scheme, spec: ProblemSpec) -> Files:
     return {kind: (module, files, contents(module, files)) for kind, module, files in found}
 
 
-def changed_files(given: Files) -> str:
+def describe_changes(given: Files) -> str:
     """Return in words whether another process has read other files than this one; empty if not."""
     changed = [kind for kind, (module, files, hashed) in given.items() if contents(module, files) != hashed]
     return f"the source of the {' and of the '.join(changed)} was saved" if changed else ""

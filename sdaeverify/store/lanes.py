@@ -75,7 +75,7 @@ class StoredLane(NamedTuple):
         return int(self.ingredients["index"])
 
 
-def packed_lane(lane: StoredLane) -> bytes:
+def pack_lane(lane: StoredLane) -> bytes:
     """Return evidence as bytes.
 
     Raises
@@ -94,7 +94,7 @@ def packed_lane(lane: StoredLane) -> bytes:
     return zlib.compress(whole)
 
 
-def unpacked_lane(content: bytes) -> StoredLane | None:
+def unpack_lane(content: bytes) -> StoredLane | None:
     """Return the evidence that was packed; None if it is damaged, or was not packed by this program."""
     try:
         stream = zlib.decompressobj()
@@ -200,7 +200,7 @@ def _texts(values: dict[str, Any]) -> Ingredients:
 # Evidence on some measures of a scheme put together with that on its others.
 
 
-def joined(entry: Entry, parts: Sequence[tuple[Entry, LaneEvidence]]) -> LaneEvidence:
+def join_parts(entry: Entry, parts: Sequence[tuple[Entry, LaneEvidence]]) -> LaneEvidence:
     """Return the evidence on an entry from parts of its measures.
 
     Parameters

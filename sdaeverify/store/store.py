@@ -20,7 +20,7 @@ from .container import SUFFIX, Container, containers
 from .keys import (
     Files,
     Ingredients,
-    changed_files,
+    describe_changes,
     differences,
     key,
     lane_files,
@@ -232,9 +232,9 @@ def keep(places: Iterable[Place | None], entries: Sequence[Entry], lanes: Sequen
                 _write(place, stored)
 
 
-def saved_meanwhile(place: Place | None) -> str:
+def describe_saved(place: Place | None) -> str:
     """Return in words what was saved since evidence was planned, as a worker process finds it; empty if nothing."""
-    return changed_files(place.files) if place is not None else ""
+    return describe_changes(place.files) if place is not None else ""
 
 
 def _write(place: Place, lane: StoredLane) -> None:

@@ -13,9 +13,9 @@ from ..contracts.settings import SCREENING
 from ..simulate.behaviour import Behaviour
 from ..simulate.ensemble import Entry, LaneEvidence, Task, behaviours, run_block, without_evidence
 from ..simulate.guard import NO_MEASURE, PROBLEM
-from ..store.lanes import joined
-from ..store.store import Place, Recalled, Store, keep, saved_meanwhile
-from ..workers.calls import Call, Lost, packed, unpacked
+from ..store.lanes import join_parts
+from ..store.store import Place, Recalled, Store, describe_saved, keep
+from ..workers.calls import Call, Lost, pickle_argument, unpickle_argument
 from ..workers.executors import Crew, Remote
 from ..workers.isolated import Isolated
 from ..workers.limits import NOBODY, Mark, StopError, Watchdog
@@ -38,7 +38,7 @@ def behaviours_pickled(task: bytes, mark: Path, timeout: float) -> Behaviours:
     timeout : float
         Seconds for each scheme.
     """
-    return behaviours(unpacked(task), Watchdog(mark, timeout))
+    return behaviours(unpickle_argument(task), Watchdog(mark, timeout))
 
 
 class BehaviourObserver:
@@ -66,7 +66,7 @@ class BehaviourObserver:
     def _observed(self, task: Task) -> Sequence[Behaviour | None]:
         if self.executor is None:
             return behaviours(task)
-        argument = packed(task, f"problem {task.spec.label} or a scheme or measure on it")
+        argument = pickle_argument(task, f"problem {task.spec.label} or a scheme or measure on it")
         try:
             told = Call(self.executor, behaviours_pickled, argument).outcome()
         except StopError as stop:
@@ -111,7 +111,7 @@ class Parcel(NamedTuple):
 def run_parcel(parcel: Parcel, guard: Watchdog | None = None) -> Lanes:
     """Simulate a block and keep its evidence, unless it is that of other code than what was planned."""
     entries = parcel.task.entries
-    saved = {entry: saved_meanwhile(place) for entry, place in zip(entries, parcel.places, strict=True)}
+    saved = {entry: describe_saved(place) for entry, place in zip(entries, parcel.places, strict=True)}
     sound = parcel.only([entry for entry in entries if not saved[entry]])
     digests = any(place is not None for place in sound.places)
     lanes = run_block(sound.task, sound.block, guard, digests=digests) if sound.task.entries else ()
@@ -132,13 +132,13 @@ def run_pickled(parcel: bytes, mark: Path | None = None, timeout: float = inf) -
     timeout : float
         Seconds for each scheme.
     """
-    loaded: Parcel = unpacked(parcel, MemoryError)
+    loaded: Parcel = unpickle_argument(parcel, MemoryError)
     return run_parcel(loaded, None if mark is None else Watchdog(mark, timeout))
 
 
 def run_elsewhere(given: bytes) -> Lanes:
     """Simulate a block in a worker that need not see the folder of the run: its evidence is kept by who wants it."""
-    task, block, digests = unpacked(given)
+    task, block, digests = unpickle_argument(given)
     return run_block(task, block, digests=digests)
 
 
@@ -274,7 +274,7 @@ class Blocks:
         parts = [(r.entry, r.lane) for r in recalled if r.lane is not None] + computed
         if [entry for entry, _ in parts] == list(task.entries):
             return tuple(lane for _, lane in parts)
-        return tuple(joined(e, [part for part in parts if part[0].scheme == e.scheme]) for e in task.entries)
+        return tuple(join_parts(e, [part for part in parts if part[0].scheme == e.scheme]) for e in task.entries)
 
     def _send(self, parcel: Parcel, *, fresh: bool = False, again: bool = False) -> Begun:
         if self.crew.executor is None:
@@ -282,8 +282,8 @@ class Blocks:
         who = f"problem {parcel.task.spec.label} or a scheme or measure on it"
         if self.isolated is None:
             wanted = parcel.task, parcel.block, any(place is not None for place in parcel.places)
-            return Begun(parcel, Remote(self.crew, run_elsewhere, packed(wanted, who)))
-        argument = packed(parcel, who)
+            return Begun(parcel, Remote(self.crew, run_elsewhere, pickle_argument(wanted, who)))
+        argument = pickle_argument(parcel, who)
         return Begun(parcel, Call(self.isolated, run_pickled, argument, fresh=fresh), again)
 
     def _parts(self, begun: Begun) -> Parts:

@@ -12,7 +12,7 @@ from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, one_line
 from ..simulate.guard import PROBLEM, Guard
 from ..store.keys import Sources, read_again, read_sources
-from ..workers.calls import Call, Lost, packed, unpacked
+from ..workers.calls import Call, Lost, pickle_argument, unpickle_argument
 from ..workers.isolated import Isolated
 from ..workers.limits import NOBODY, Mark, StopError, Watchdog
 from .plan import Cell, Planner, RemoteCells, scheme_cells
@@ -102,7 +102,7 @@ def plan_pickled(request: bytes, mark: Path, timeout: float) -> CellPlans | None
     timeout : float
         Seconds for each scheme.
     """
-    return plan_cells(unpacked(request), Watchdog(mark, timeout))
+    return plan_cells(unpickle_argument(request), Watchdog(mark, timeout))
 
 
 class _PendingCells(NamedTuple):
@@ -137,7 +137,7 @@ class _PendingCells(NamedTuple):
 
 
 def _submit(executor: Isolated, request: CellsRequest, *, again: bool = False) -> _PendingCells:
-    argument = packed(request, f"a scheme, or problem {request.spec.label},")
+    argument = pickle_argument(request, f"a scheme, or problem {request.spec.label},")
     return _PendingCells(executor, request, Call(executor, plan_pickled, argument), again)
 
 

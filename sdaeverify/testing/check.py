@@ -95,7 +95,7 @@ class CheckOutcome:
         return {**asdict(self), "status": self.status.value}
 
 
-def asked(check: Check, subject: Any) -> tuple[CheckStatus, str, float]:
+def run_check(check: Check, subject: Any) -> tuple[CheckStatus, str, float]:
     """Put a check to a subject; whatever it raises is a failure.
 
     Parameters

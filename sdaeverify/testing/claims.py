@@ -17,7 +17,7 @@ from ..contracts.settings import Settings, whole
 from ..contracts.specs import ProblemSpec
 from ..errors import UsageError
 from ..forms import Problem
-from ..gate.lock import Claims, compared
+from ..gate.lock import Claims, compare
 from ..gate.outcomes import ORDER, Outcome, Status, is_red, outcomes
 from ..gate.plan import gate_plan
 from ..gate.policy import ExpectedFailure, Policy, expected_failure
@@ -27,7 +27,7 @@ from ..report.plain import visible
 from ..study import Cell, CellResult, Finished, Plan, ProblemPlan, Study
 from ..workers.limits import Limits
 from ..workers.pool import executor_for
-from .subjects import installed
+from .subjects import load_plugins
 
 if TYPE_CHECKING:
     import pytest
@@ -203,7 +203,7 @@ def parametrize_with_claims(
         schemes=_sequence(schemes), problems=_sequence(problems), measures=_sequence(measures), tier=tier,
         seed=Settings().seed if seed is None else whole("seed", seed), expected_failures=expected,
     )  # fmt: skip
-    run = claim_run(installed(), policy)
+    run = claim_run(load_plugins(), policy)
     _require_cells(run.plan, expected)
     cells = [(problem, cell) for problem in run.plan.problems for cell in problem.cells]
     return pytest.mark.parametrize(("subject", "check"), [_parameters(run, *pair) for pair in cells])
@@ -219,7 +219,7 @@ def idle(plan: Plan, expected: Iterable[ExpectedFailure]) -> list[str]:
     ]
 
 
-def undecided(found: Sequence[Outcome]) -> str:
+def describe_undecided(found: Sequence[Outcome]) -> str:
     """Return in one line what is undecided of a cell, and why."""
     open_ones = [outcome for outcome in found if outcome.status is Status.UNDECIDED]
     return "; ".join(f"undecided: {title(each)}: {visible(str(each.finding.reason))}" for each in open_ones)
@@ -231,7 +231,7 @@ def _skip_or_xfail(found: Sequence[Outcome]) -> None:
     if not found:
         raise pytest.skip.Exception("none of its claims is in scope here", _use_item_location=True)
     if found[0].status is Status.UNDECIDED:
-        raise pytest.skip.Exception(undecided(found), _use_item_location=True)
+        raise pytest.skip.Exception(describe_undecided(found), _use_item_location=True)
     if found[0].status is Status.XFAILED:
         raise pytest.xfail.Exception(visible("; ".join(dict.fromkeys(o.expected for o in found if o.expected))))
 
@@ -287,7 +287,7 @@ def check_lock(run: ClaimRun, locked: Claims, workers: int = 1) -> None:
 
         raise pytest.skip.Exception(f"{why}; {GATE}", _use_item_location=True)
     known = (cell for cell in run.plan.cells if run.has_run(cell))
-    lock = compared(locked, (outcome for cell in known for outcome in run.outcomes(cell)))
+    lock = compare(locked, (outcome for cell in known for outcome in run.outcomes(cell)))
     if lock.violations:
         raise ClaimError("\n".join(f"lock file: {visible(line)}" for line in lock.violations))
 

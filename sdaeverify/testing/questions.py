@@ -16,11 +16,11 @@ from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, UsageError, is_blank, one_line
 from ..forms import Problem
 from ..report.plain import visible
-from .check import LEVEL, Check, CheckOutcome, CheckStatus, asked
-from .checks.declarations import usable
-from .checks.problem_declarations import built
-from .checks.problem_declarations import usable as usable_family
-from .subjects import Problems, ProblemSubject, SchemeSubject, cells_of, installed, problem_of, scheme_of
+from .check import LEVEL, Check, CheckOutcome, CheckStatus, run_check
+from .checks.declarations import check_usable
+from .checks.problem_declarations import check_builds
+from .checks.problem_declarations import check_usable as usable_family
+from .subjects import Problems, ProblemSubject, SchemeSubject, cells_of, load_plugins, problem_of, scheme_of
 from .table import checks
 
 Expected = Mapping[str, str]
@@ -107,7 +107,7 @@ class Question:
     def answer(self, expected: Expected) -> CheckOutcome:
         """Ask, and compare with the failures that are expected."""
         unasked = (CheckStatus.SKIPPED, self.skipped, 0.0)
-        status, reason, seconds = unasked if self.skipped else asked(self.check, self.subject)
+        status, reason, seconds = unasked if self.skipped else run_check(self.check, self.subject)
         why = expected_reason(expected, self.check.name, self.problem)
         if why and status is CheckStatus.FAILED:
             status, reason = CheckStatus.XFAILED, f"{why}: {reason}"
@@ -131,7 +131,7 @@ def scheme_questions(subject: SchemeSubject, problems: Problems | None, level: i
         Newest level of the kit whose checks are made; the newest there is if left out.
     """
     scheme = subject.scheme
-    broken = usable(subject)
+    broken = check_usable(subject)
     cells = [] if broken else cells_of(scheme, problems, subject.registry)
     label = type(scheme).__name__ if broken else scheme.label
     found = []
@@ -161,7 +161,7 @@ def problem_questions(subject: ProblemSubject, level: int | None) -> list[Questi
 def _unbuilt(subject: ProblemSubject) -> str:
     try:
         with np.errstate(all="ignore"):
-            return built(subject)
+            return check_builds(subject)
     except FAULTS as error:
         return one_line(error)
 
@@ -220,7 +220,7 @@ def check_scheme(
     UsageError
         If it is no scheme, a problem is unknown or refused, or an expected failure names no check.
     """
-    registry = installed()
+    registry = load_plugins()
     questions = scheme_questions(SchemeSubject(scheme_of(scheme, registry), registry), problems, level)
     return [outcome.row for outcome in answers(questions, expected_failures)]
 
@@ -252,7 +252,7 @@ def check_problem(
     UsageError
         If it is no problem function, or an expected failure names no check.
     """
-    registry = installed()
+    registry = load_plugins()
     questions = problem_questions(ProblemSubject(problem_of(problem, registry), registry), level)
     return [outcome.row for outcome in answers(questions, expected_failures)]
 
@@ -329,7 +329,7 @@ def parametrize_with_checks(
 
 
 def _questions(subject: Any, problems: Problems | None, level: int | None) -> Iterator[Question]:
-    registry = installed()
+    registry = load_plugins()
     name = parse_label(subject).name if isinstance(subject, str) else ""
     if isinstance(subject, Scheme) or (name and name not in registry.problems):
         yield from scheme_questions(SchemeSubject(scheme_of(subject, registry), registry), problems, level)

@@ -93,7 +93,7 @@ class CellSubject:
 
 
 @cache
-def installed() -> Registry:
+def load_plugins() -> Registry:
     """Return what is registered by installed plugins, loaded once in a process."""
     return load_registry()
 

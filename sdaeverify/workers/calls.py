@@ -111,7 +111,7 @@ def _how(code: int | None) -> str:
     return f" of {name}{', perhaps for want of memory' if name == 'SIGKILL' else ''}"
 
 
-def packed(argument: object, what: str) -> bytes:
+def pickle_argument(argument: object, what: str) -> bytes:
     """Return an argument as bytes.
 
     Raises
@@ -125,7 +125,7 @@ def packed(argument: object, what: str) -> bytes:
         raise UsageError(f"{what} cannot be sent to worker processes: {one_line(error)}; {ELSE}") from error
 
 
-def unpacked(argument: bytes, *passed: type[BaseException]) -> Any:
+def unpickle_argument(argument: bytes, *passed: type[BaseException]) -> Any:
     """Return an argument in a worker process.
 
     Raises

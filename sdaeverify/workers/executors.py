@@ -149,7 +149,7 @@ def call_pickled(function: Callable[[bytes], object], argument: bytes, plugins: 
 
 
 @contextmanager
-def named_crew(text: str, jobs: int, registry: Registry) -> Iterator[Crew]:
+def open_crew(text: str, jobs: int, registry: Registry) -> Iterator[Crew]:
     """Give the workers that a name stands for.
 
     Parameters

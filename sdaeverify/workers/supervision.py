@@ -22,7 +22,7 @@ SHUTDOWN = 10.0
 NOT_MEASURED = 3
 
 
-def supervised(program: Callable[[], int]) -> int:
+def supervise(program: Callable[[], int]) -> int:
     """Run a program in a process of its own and return its exit code.
 
     Parameters

@@ -11,7 +11,7 @@ from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_measures, select_problems, select_schemes
 from sdaeverify.report.plain import visible
 from sdaeverify.report.terminal import (
-    broken,
+    break_label,
     counts,
     drifts,
     summary_tables,
@@ -132,11 +132,11 @@ def test_control_characters_become_visible():
 def test_labels_are_broken_at_their_joints(width):
     """A label is broken after hyphens and commas and before brackets, and stays whole where there is room."""
     label = "half-explicit-euler[truncation=none,no_root=hold]"
-    lines = broken(label, width).plain.split("\n")
+    lines = break_label(label, width).plain.split("\n")
 
     assert "".join(lines) == label
     assert all(len(line) <= width or len(re.split(r"(?<=[-,])|(?=\[)", line.rstrip("-,"))) <= 2 for line in lines)
-    assert broken(label, 60).plain == label
+    assert break_label(label, 60).plain == label
 
 
 def test_windows_in_words(cell):

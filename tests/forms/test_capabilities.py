@@ -9,8 +9,8 @@ import pytest
 from sdaeverify import SDE, Claim, Problem, ProblemError, SchemeError, Trait
 from sdaeverify.contracts.specs import ProblemSpec
 from sdaeverify.forms import Delayed, Multiplied, StiffnessFamily, known_traits
-from sdaeverify.testing.checks.problem_declarations import traits_hold
-from sdaeverify.testing.subjects import ProblemSubject, installed
+from sdaeverify.testing.checks.problem_declarations import check_traits
+from sdaeverify.testing.subjects import ProblemSubject, load_plugins
 from sdaeverify_problems.affine_constraint import affine_constraint
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm
@@ -84,7 +84,7 @@ def test_kit_asks_the_evidence_of_a_trait(sign, text):
     """What its author evaluates against a trait is a check of the kit."""
     problem = SDE(**{**GIVEN, "drift": lambda t, x: sign * x}, traits=frozenset({STABLE}))
 
-    assert traits_hold(ProblemSubject(ProblemSpec("planted", lambda: problem), installed())) == text
+    assert check_traits(ProblemSubject(ProblemSpec("planted", lambda: problem), load_plugins())) == text
 
 
 def test_form_declares_its_traits():

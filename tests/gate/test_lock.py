@@ -9,7 +9,7 @@ import pytest
 from sdaeverify import Claim
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.errors import UsageError
-from sdaeverify.gate.lock import Key, claim_words, compared, found_claims, lock_text, read_lock
+from sdaeverify.gate.lock import Key, claim_words, compare, found_claims, lock_text, read_lock
 from sdaeverify.gate.outcomes import outcomes
 from sdaeverify.gate.policy import Policy
 
@@ -24,7 +24,7 @@ def lock_of(claim):
 
 
 def held(locked, *results):
-    return compared(locked, outcomes(results, Policy()))
+    return compare(locked, outcomes(results, Policy()))
 
 
 def test_what_is_locked():

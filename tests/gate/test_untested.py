@@ -9,7 +9,7 @@ from sdaeverify.contracts.finding import Finding, Verdict
 from sdaeverify.contracts.specs import on_request
 from sdaeverify.gate.plan import gate_plan
 from sdaeverify.gate.policy import Policy
-from sdaeverify.gate.untested import untested
+from sdaeverify.gate.untested import find_untested
 from sdaeverify.study import CellResult
 
 from .conftest import SHARP, Plain, added, line, registered
@@ -36,7 +36,7 @@ def told(claims, quantities=("x",), families=(line,), verdict=Verdict.VERIFIED, 
     registry, chosen = registered((of(*claims),), families), Policy(**policy)
     plan = gate_plan(registry, chosen)
     findings = tuple(Finding(quantity=name, verdict=verdict) for name in quantities)
-    found = untested(registry, chosen, plan, [CellResult(cell, findings) for cell in plan.cells])
+    found = find_untested(registry, chosen, plan, [CellResult(cell, findings) for cell in plan.cells])
     return [(each.why, each.chosen) for each in found]
 
 

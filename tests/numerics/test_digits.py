@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdaeverify.numerics.digits import LAST_BITS, defined, significant
+from sdaeverify.numerics.digits import LAST_BITS, keep_defined, significant
 from sdaeverify.numerics.statistics import EPS
 
 FINITE = st.floats(1e-290, 1e290) | st.floats(-1e290, -1e-290)
@@ -34,18 +34,18 @@ def test_what_is_no_number_stays():
     values = np.array([np.inf, -np.inf, np.nan, 0.0])
 
     assert np.array_equal(significant(values, 4), values, equal_nan=True)
-    assert np.array_equal(defined(values, np.ones(4)), values, equal_nan=True)
+    assert np.array_equal(keep_defined(values, np.ones(4)), values, equal_nan=True)
 
 
 @given(value=st.floats(-10.0, 10.0), scale=st.floats(1e-200, 1e200))
 def test_differences_are_known_to_the_last_bits_of_their_terms(value, scale):
     """A difference of terms of a size is off by half of four of their last bits at most."""
-    rounded = float(defined(np.array(value * scale), np.array(scale)))
+    rounded = float(keep_defined(np.array(value * scale), np.array(scale)))
 
     assert abs(rounded - value * scale) <= 0.5 * LAST_BITS * EPS * scale
-    assert defined(np.array(rounded), np.array(scale)) == rounded
+    assert keep_defined(np.array(rounded), np.array(scale)) == rounded
 
 
 def test_a_scale_that_is_none():
     """Where nothing is known of the size of terms, differences stay as they are."""
-    assert np.array_equal(defined(np.full(3, 1 / 3), np.array([0.0, np.nan, np.inf])), np.full(3, 1 / 3))
+    assert np.array_equal(keep_defined(np.full(3, 1 / 3), np.array([0.0, np.nan, np.inf])), np.full(3, 1 / 3))

@@ -10,7 +10,7 @@ from sdaeverify.gate.policy import Policy
 from sdaeverify.study import Plan
 from sdaeverify.testing import parametrize_with_claims
 from sdaeverify.testing.claims import ClaimRun, claim_run
-from sdaeverify.testing.subjects import installed
+from sdaeverify.testing.subjects import load_plugins
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ def test_no_expected_failures():
 def test_a_cell_does_not_depend_on_the_others():
     """Run alone or with all others of its problem, a cell has the same outcomes, to the last bit."""
     policy = Policy(schemes=(Mine(), "milstein", "heun"), problems=("gbm",), tier="smoke")
-    alone, together = claim_run(installed(), policy), claim_run(installed(), policy)
+    alone, together = claim_run(load_plugins(), policy), claim_run(load_plugins(), policy)
     for cell in alone.plan.cells:
         alone.wanted, alone._known = {cell}, {}
         one, other = alone.outcomes(cell), together.outcomes(cell)
@@ -139,7 +139,7 @@ def test_a_cell_does_not_depend_on_the_others():
 
 def test_the_level_is_shared_among_all_cells():
     """With many cells, one test gets a smaller part of the error probability, whatever is run of them."""
-    few = claim_run(installed(), Policy(schemes=("milstein",), problems=("gbm",), tier="ci"))
+    few = claim_run(load_plugins(), Policy(schemes=("milstein",), problems=("gbm",), tier="ci"))
     many = ClaimRun(Plan(200 * few.plan.problems), few.policy, few.registry)
 
     assert few.settings.family == 1000

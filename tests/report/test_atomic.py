@@ -2,7 +2,7 @@
 
 import pytest
 
-from sdaeverify.report.files import UNFINISHED, written
+from sdaeverify.report.files import UNFINISHED, write_whole
 
 
 def test_a_file_is_replaced_at_the_end(tmp_path):
@@ -10,7 +10,7 @@ def test_a_file_is_replaced_at_the_end(tmp_path):
     place = tmp_path / "file"
     place.write_text("old")
 
-    with written(place) as file:
+    with write_whole(place) as file:
         file.write(b"new")
         file.flush()
         assert place.read_text() == "old"
@@ -31,7 +31,7 @@ def test_what_fails_leaves_the_old_file(tmp_path):
     place = tmp_path / "file"
     place.write_text("old")
 
-    with pytest.raises(KeyboardInterrupt), written(place) as file:
+    with pytest.raises(KeyboardInterrupt), write_whole(place) as file:
         fail(file)
 
     assert place.read_text() == "old"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sdaeverify.report.markdown import escaped
+from sdaeverify.report.markdown import escape
 
 
 @pytest.mark.parametrize(
@@ -19,4 +19,4 @@ from sdaeverify.report.markdown import escaped
 )
 def test_no_text_is_markup(text, shown):
     """Line breaks, cells, tags, links, code and what cannot be seen are shown in letters."""
-    assert escaped(text) == shown
+    assert escape(text) == shown

@@ -8,7 +8,7 @@ import pytest
 from report.rows import verdict, weak
 from sdaeverify.report.folders import read_verdicts
 from sdaeverify.report.reading import read_row
-from sdaeverify.report.sentences import counts_of, ending, found_in_words, quantity_lines
+from sdaeverify.report.sentences import counts_of, ending, estimate_in_words, quantity_lines
 
 REFERENCE = Path(__file__).resolve().parents[2] / "reports" / "reference"
 WIDTHS = [60, 80, 132, 200]
@@ -104,7 +104,7 @@ def test_what_does_not_fit_is_counted():
 def test_a_quantity_without_information_tells_its_local_order_and_why():
     """Noise along paths is not told; what one step shows is."""
     row = weak()
-    assert found_in_words(read_row(row)) == "1.00 in one step"
+    assert estimate_in_words(read_row(row)) == "1.00 in one step"
     _, why = quantity_lines((row, read_row(row)), 200)
     assert "no order along paths: a mean difference is 0.2 standard errors" in why.text
 

@@ -14,7 +14,7 @@ from hypothesis.extra import numpy as npst
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.simulate.behaviour import Behaviour
 from sdaeverify.store import lanes
-from sdaeverify.store.lanes import LENGTH, MeasureRecord, StoredLane, packed_lane, unpacked_lane
+from sdaeverify.store.lanes import LENGTH, MeasureRecord, StoredLane, pack_lane, unpack_lane
 
 KINDS = st.sampled_from([np.float64, np.float32, np.int64, np.uint8, np.bool_])
 ARRAYS = npst.arrays(dtype=KINDS, shape=npst.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=3))
@@ -59,7 +59,7 @@ def same_tally(a, b):
 @given(written=LANES)
 def test_what_is_unpacked_is_what_was_packed(written):
     """Numbers of any kind, shape and value come back bit by bit, names of any letters too."""
-    read = unpacked_lane(packed_lane(written))
+    read = unpack_lane(pack_lane(written))
 
     assert (read.ingredients, read.seconds, read.paths) == (written.ingredients, written.seconds, written.paths)
     assert same_tally(read.health, written.health)
@@ -72,7 +72,7 @@ def test_what_is_unpacked_is_what_was_packed(written):
 
 def test_what_evidence_is_about():
     """Scheme, problem and block are read from the ingredients."""
-    read = unpacked_lane(packed_lane(lane()))
+    read = unpack_lane(pack_lane(lane()))
 
     assert (read.scheme, read.problem, read.block) == ("milstein", "gbm", 3)
 
@@ -82,7 +82,7 @@ def test_numbers_with_few_digits_pack_well():
     numbers = np.random.default_rng(1).normal(size=10_000)
     rounded = lane()._replace(health=Tally({"x": numbers.astype(np.float32).astype(float)}))
 
-    whole, few = (len(packed_lane(one)) for one in (lane()._replace(health=Tally({"x": numbers})), rounded))
+    whole, few = (len(pack_lane(one)) for one in (lane()._replace(health=Tally({"x": numbers})), rounded))
 
     assert whole > 0.85 * numbers.nbytes
     assert few < 0.5 * numbers.nbytes
@@ -90,31 +90,31 @@ def test_numbers_with_few_digits_pack_well():
 
 def test_evidence_cut_short_is_damaged():
     """What was cut anywhere is not read at all."""
-    whole = packed_lane(lane())
+    whole = pack_lane(lane())
 
-    assert all(unpacked_lane(whole[:length]) is None for length in range(len(whole)))
+    assert all(unpack_lane(whole[:length]) is None for length in range(len(whole)))
 
 
 def test_a_flipped_bit_is_noticed():
     """What changed on the disk anywhere is not read, or is what it was."""
-    whole = packed_lane(lane())
+    whole = pack_lane(lane())
     flipped = (whole[:n] + bytes([whole[n] ^ 16]) + whole[n + 1 :] for n in range(len(whole)))
 
-    read = [unpacked_lane(content) for content in flipped]
+    read = [unpack_lane(content) for content in flipped]
 
-    assert all(one is None or packed_lane(one) == whole for one in read)
+    assert all(one is None or pack_lane(one) == whole for one in read)
     assert sum(one is None for one in read) > 0.9 * len(whole)
 
 
 def test_what_fills_the_memory_is_refused(monkeypatch):
     """Little that unpacks to more than evidence may take is not unpacked, nor is so much evidence packed."""
-    large = packed_lane(lane()._replace(health=Tally({"zeros": np.zeros(10_000)})))
+    large = pack_lane(lane()._replace(health=Tally({"zeros": np.zeros(10_000)})))
     monkeypatch.setattr(lanes, "LARGEST", 50_000)
 
     assert len(large) < 2000
-    assert unpacked_lane(large) is None
+    assert unpack_lane(large) is None
     with pytest.raises(OSError, match=r"evidence of .* bytes on milstein"):
-        packed_lane(lane()._replace(health=Tally({"zeros": np.zeros(10_000)})))
+        pack_lane(lane()._replace(health=Tally({"zeros": np.zeros(10_000)})))
 
 
 class Planted:
@@ -132,21 +132,21 @@ def test_objects_are_never_unpickled(tmp_path):
     """A pickle, as it is or packed, is not loaded."""
     planted = pickle.dumps(Planted(tmp_path / "executed"))
 
-    assert unpacked_lane(planted) is None
-    assert unpacked_lane(zlib.compress(planted)) is None
+    assert unpack_lane(planted) is None
+    assert unpack_lane(zlib.compress(planted)) is None
     assert not (tmp_path / "executed").exists()
 
 
 def with_header(text, numbers=None):
     """Return some evidence with another header."""
-    whole = zlib.decompress(packed_lane(lane()))
+    whole = zlib.decompress(pack_lane(lane()))
     end = LENGTH + int.from_bytes(whole[:LENGTH])
     return zlib.compress(len(text).to_bytes(LENGTH) + text + (whole[end:] if numbers is None else numbers))
 
 
 def header():
     """Return the header of some evidence."""
-    whole = zlib.decompress(packed_lane(lane()))
+    whole = zlib.decompress(pack_lane(lane()))
     return json.loads(whole[LENGTH : LENGTH + int.from_bytes(whole[:LENGTH])])
 
 
@@ -177,14 +177,14 @@ def test_arrays_that_are_none_are_refused(tmp_path, monkeypatch, told):
     hostile = header()
     hostile["arrays"][0] = told
 
-    assert unpacked_lane(with_header(json.dumps(hostile).encode())) is None
+    assert unpack_lane(with_header(json.dumps(hostile).encode())) is None
     assert not (tmp_path / "executed").exists()
 
 
 def test_numbers_that_nothing_tells_of_are_refused():
     """Evidence with more bytes than its arrays have was not written by this program."""
-    assert unpacked_lane(with_header(json.dumps(header()).encode())) is not None
-    assert unpacked_lane(with_header(json.dumps(header()).encode(), bytes(10**4))) is None
+    assert unpack_lane(with_header(json.dumps(header()).encode())) is not None
+    assert unpack_lane(with_header(json.dumps(header()).encode(), bytes(10**4))) is None
 
 
 JSON = st.recursive(
@@ -221,7 +221,7 @@ def test_headers_from_elsewhere(where, value):
         inside = inside[key]
     inside[("whole", *where)[-1]] = value
 
-    read = unpacked_lane(with_header(json.dumps(whole["whole"]).encode()))
+    read = unpack_lane(with_header(json.dumps(whole["whole"]).encode()))
 
     assert read is None or isinstance(read, StoredLane)
     assert where != () or read is None
@@ -243,4 +243,4 @@ def test_headers_from_elsewhere(where, value):
 )
 def test_headers_that_are_none(text):
     """A header that is no header is no reason for a traceback."""
-    assert unpacked_lane(with_header(text)) is None
+    assert unpack_lane(with_header(text)) is None

@@ -22,7 +22,7 @@ from sdaeverify.simulate.ensemble import Entry, LaneEvidence, Task, behaviours, 
 from sdaeverify.store import keys as keys_module
 from sdaeverify.store.container import Container
 from sdaeverify.store.keys import differences, key, lane_ingredients, measure_ingredients
-from sdaeverify.store.lanes import joined
+from sdaeverify.store.lanes import join_parts
 from sdaeverify.store.store import NEW, SOURCELESS, Store, keep
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou
@@ -250,7 +250,7 @@ def test_parts_are_put_together_in_the_order_of_the_entry():
         (two, made_up(two, tallies=(numbers[2], numbers[0]), health=Tally())),
     ]
 
-    whole = joined(entry, parts)
+    whole = join_parts(entry, parts)
 
     assert [tally.sums["x"].item() for tally in whole.tallies] == [1.0, 2.0, 3.0]
     assert whole.errors == ("", "lost", "")
@@ -264,7 +264,7 @@ def test_computed_later_is_computed_together():
     (whole,) = run_block(together, 0)
     parts = [(part.entries[0], run_block(part, 0)[0]) for part in (task(), task(measures=(Weak(),)))]
 
-    lane = joined(together.entries[0], parts)
+    lane = join_parts(together.entries[0], parts)
 
     assert lane.paths == whole.paths
     for one, other in zip(

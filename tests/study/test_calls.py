@@ -6,7 +6,7 @@ import pytest
 
 from sdaeverify.errors import UsageError
 from sdaeverify.simulate.guard import NO_MEASURE
-from sdaeverify.workers.calls import DIED, Call, Lost, packed, unpacked
+from sdaeverify.workers.calls import DIED, Call, Lost, pickle_argument, unpickle_argument
 from sdaeverify.workers.isolated import Died, Isolated
 from sdaeverify.workers.limits import FORMAT, Limits, Mark
 
@@ -125,21 +125,21 @@ def test_what_cannot_be_read():
     """It is told in one line what to do, except for errors that the caller knows better about."""
     told = "cannot be read in a worker process: MemoryError: no such thing; define it at the top level of a module"
     with pytest.raises(UsageError, match=told):
-        unpacked(packed(Unreadable(MemoryError), "it"))
+        unpickle_argument(pickle_argument(Unreadable(MemoryError), "it"))
     with pytest.raises(MemoryError):
-        unpacked(packed(Unreadable(MemoryError), "it"), MemoryError)
+        unpickle_argument(pickle_argument(Unreadable(MemoryError), "it"), MemoryError)
     with pytest.raises(UsageError, match="cannot be read in a worker process: KeyError"):
-        unpacked(packed(Unreadable(KeyError), "it"), MemoryError)
+        unpickle_argument(pickle_argument(Unreadable(KeyError), "it"), MemoryError)
 
 
 def test_what_cannot_be_sent():
     """It is told in one line who is to blame."""
     with pytest.raises(UsageError, match=r"^scheme x cannot be sent to worker processes: .*top level of a module"):
-        packed(lambda: None, "scheme x")
-    assert unpacked(packed((1, "a"), "scheme x")) == (1, "a")
+        pickle_argument(lambda: None, "scheme x")
+    assert unpickle_argument(pickle_argument((1, "a"), "scheme x")) == (1, "a")
 
 
 def test_a_plugin_file_that_was_saved_meanwhile():
     """A worker that has loaded another version of a plugin file says so, and not that something is badly defined."""
     with pytest.raises(UsageError, match="a plugin file was saved while the run was under way; run it again"):
-        unpacked(b"csdaeverify_file_odd_0123456789\nOdd\n.")
+        unpickle_argument(b"csdaeverify_file_odd_0123456789\nOdd\n.")

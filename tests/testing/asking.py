@@ -1,18 +1,18 @@
 """One check of the kit put to one subject."""
 
 from sdaeverify.testing.questions import problem_questions, scheme_questions
-from sdaeverify.testing.subjects import ProblemSubject, SchemeSubject, installed, problem_of
+from sdaeverify.testing.subjects import ProblemSubject, SchemeSubject, load_plugins, problem_of
 
 
 def of_scheme(scheme, check, problem):
     """Return the outcome of a check of a scheme on a problem."""
-    questions = scheme_questions(SchemeSubject(scheme, installed()), [problem], None)
+    questions = scheme_questions(SchemeSubject(scheme, load_plugins()), [problem], None)
     return only(questions, check)
 
 
 def of_problem(problem, check):
     """Return the outcome of a check of a problem function, a recipe or a label."""
-    return only(problem_questions(ProblemSubject(problem_of(problem, installed()), installed()), None), check)
+    return only(problem_questions(ProblemSubject(problem_of(problem, load_plugins()), load_plugins()), None), check)
 
 
 def only(questions, check):

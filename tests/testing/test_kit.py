@@ -12,7 +12,7 @@ from sdaeverify.numerics import apply
 from sdaeverify.testing import LEVEL, check_problem, check_scheme, checks
 from sdaeverify.testing.check import Check
 from sdaeverify.testing.questions import Question
-from sdaeverify.testing.subjects import cells_of, installed
+from sdaeverify.testing.subjects import cells_of, load_plugins
 from sdaeverify_problems.ou import ou
 
 KEYS = {"subject", "kind", "check", "category", "level", "problem", "status", "reason", "seconds"}
@@ -66,7 +66,7 @@ def test_a_label_is_as_good_as_the_scheme_or_problem():
 
 def test_a_scheme_is_put_to_a_few_small_problems_of_its_form():
     """Without problems, the three registered ones of its own form with the smallest states are taken."""
-    cells = cells_of(Nameless(), None, installed())
+    cells = cells_of(Nameless(), None, load_plugins())
 
     assert [cell.label for cell in cells] == ["double-well", "forced-ou", "gbm"]
     assert not any(cell.problem.seen_as for cell in cells)

@@ -6,12 +6,12 @@ import pytest
 from sdaeverify import SDE, DelaySDAE, Dissipation, ProblemError
 from sdaeverify.contracts.specs import ProblemSpec
 from sdaeverify.testing.checks.problem_declarations import EVIDENCE
-from sdaeverify.testing.subjects import ProblemSubject, installed
+from sdaeverify.testing.subjects import ProblemSubject, load_plugins
 
 
 def against(trait, build):
     """Return what speaks against a trait of a problem."""
-    return EVIDENCE[trait](ProblemSubject(ProblemSpec("planted", build), installed()))
+    return EVIDENCE[trait](ProblemSubject(ProblemSpec("planted", build), load_plugins()))
 
 
 def two_noises(diffusion, trait):

@@ -6,7 +6,7 @@ import pytest
 from sdaeverify import Problem
 from sdaeverify.noise.brownian import Source, brownian_steps
 from sdaeverify.testing.check import Inapplicable
-from sdaeverify.testing.checks.sampled import COARSEST, euler, known, together
+from sdaeverify.testing.checks.sampled import COARSEST, euler_walker, exact_walker, together
 from sdaeverify_problems.delay_martingale import delay_martingale
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.gbm_algebraic import gbm_algebraic
@@ -15,7 +15,7 @@ from sdaeverify_problems.ou import ou
 
 def test_euler_walks_on_the_named_noise():
     """At T it is where Euler's scheme leads on the Brownian paths drawn by the problem's name."""
-    problem, walker = gbm(), euler(gbm(), 1, 4)
+    problem, walker = gbm(), euler_walker(gbm(), 1, 4)
     steps = brownian_steps(Source(1, "gbm in the kit", 0, 4), 1, problem.horizon / COARSEST, 1)
     x, h = np.ones((1, 4)), problem.horizon / (2 * COARSEST)
     for _, (_, fine) in zip(range(COARSEST), steps, strict=False):
@@ -30,7 +30,7 @@ def test_euler_walks_on_the_named_noise():
 
 def test_mirrored_paths_have_opposite_noise():
     """For a linear equation with additive noise, means over a path and its mirror image have no noise at all."""
-    walker = euler(ou(), 0, 8)
+    walker = euler_walker(ou(), 0, 8)
     list(together(ou(), "ou", [walker], 8, mirrored=True))
     x = walker.parts(1.0)["x"][0]
 
@@ -39,7 +39,7 @@ def test_mirrored_paths_have_opposite_noise():
 
 def test_a_solution_walks_on_the_same_paths():
     """An exact solution over coarse steps ends where Euler's scheme tends to."""
-    runs = [euler(gbm(), 6, 16), known(gbm(), gbm().pathwise, 0, 16)]
+    runs = [euler_walker(gbm(), 6, 16), exact_walker(gbm(), gbm().pathwise, 0, 16)]
     list(together(gbm(), "gbm", runs, 16))
     simulated, exact = (run.parts(1.0)["x"] for run in runs)
 
@@ -50,7 +50,7 @@ def test_a_solution_walks_on_the_same_paths():
 def test_algebraic_components_are_solved_for(tau):
     """With and without delay, y solves its constraint after every step."""
     problem = gbm_algebraic(tau=tau)
-    walker = euler(problem, 1, 3)
+    walker = euler_walker(problem, 1, 3)
     list(together(problem, "gbm-algebraic", [walker], 3))
     parts = walker.parts(1.0)
 
@@ -60,7 +60,7 @@ def test_algebraic_components_are_solved_for(tau):
 def test_a_delay_is_looked_up():
     """Up to the first delay, noise times the history is a sum of increments."""
     problem = delay_martingale(horizon=1.0)
-    walker = euler(problem, 0, 3)
+    walker = euler_walker(problem, 0, 3)
     steps = brownian_steps(Source(1, "delay-martingale in the kit", 0, 3), 1, 1.0 / COARSEST, 0)
     W = sum(level.dW[0] for _, (level,) in zip(range(COARSEST), steps, strict=False))
     list(together(problem, "delay-martingale", [walker], 3))
@@ -73,4 +73,4 @@ def test_what_has_no_equation_is_not_simulated():
     formless = Problem(horizon=1.0, noise_dim=1, source="a test")
 
     with pytest.raises(Inapplicable, match="no Ito equation"):
-        euler(formless, 0, 1)
+        euler_walker(formless, 0, 1)

@@ -13,9 +13,9 @@ from ...contracts.settings import Settings
 from ...report.plain import empty_table, visible
 from ..console import PROGRAM, conclude, output, print_texts
 from ..exit_codes import ExitCode
-from ..loading import registered
+from ..loading import load_quietly
 from ..options import jobs, once, plugins, progress_bar, seed
-from ..progress import done_by_workers
+from ..progress import run_on_workers
 
 if TYPE_CHECKING:
     from ...lab.calibration.plan import Calibration, CalibrationPlan
@@ -54,11 +54,11 @@ def calibrate(**options: Any) -> ExitCode:
     from ...report.files import require_writable  # noqa: PLC0415
 
     begun = time.monotonic()
-    registry = registered(options["plugins"], lab=True)
+    registry = load_quietly(options["plugins"], lab=True)
     plan = calibration_plan(registry, options["seed"], options["repetitions"], options["only"])
     require_writable(options["out"])
     calibration = Calibration(plan)
-    code = done_by_workers(calibration, options["jobs"], registry, options["progress"])
+    code = run_on_workers(calibration, options["jobs"], registry, options["progress"])
     if code is not ExitCode.OK:
         return code
     _save(calibration, options["out"], _command(options, plan))

@@ -16,7 +16,7 @@ from ...registry.selection import select_problems, select_schemes
 from ...report.plain import empty_table, visible
 from ..console import aside, output
 from ..exit_codes import ExitCode, codes_in_words
-from ..loading import loaded
+from ..loading import load_and_warn
 from ..options import plugins
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def check(**options: Any) -> ExitCode:
 
     NAME is a scheme or a problem, with parameters or as a glob. Prints what did not pass, and how many did.
     """
-    registry = loaded(options["plugins"])
+    registry = load_and_warn(options["plugins"])
     with aside():
         questions = list(_questions(registry, options["names"], options["problems"] or None, options["level"]))
         rows = [question.answer({}).row for question in questions]

@@ -8,7 +8,7 @@ import click
 
 from ..console import aside, complain, conclude, output, print_texts
 from ..exit_codes import ExitCode, codes_in_words
-from ..loading import loaded
+from ..loading import load_and_warn
 from ..options import once, plugins
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def compare(**options: Any) -> ExitCode:
     old, new = read_run(options["old"]), read_run(options["new"])
     for run in (run for run in (old, new) if run.damaged):
         complain("warning", f"{damages(run.folder, run.damaged)} and left out")
-    registry = loaded(options["plugins"])
+    registry = load_and_warn(options["plugins"])
     with aside():
         found, omitted = compared(old, new, registry)
     judged = changes([each.found for each in found], options["factor"], options["alpha"])

@@ -8,13 +8,13 @@ import click
 
 from ...contracts.settings import Settings
 from ...registry.load import Registry
-from ...report.plain import in_columns, visible, wrapped
+from ...report.plain import in_columns, visible, wrap_text
 from ...report.reading import Reading, Row, read_row
 from ...report.sentences import PlainLine, claim_in_words, counts_in_words, interval, mark
 from ..console import aside, output, print_lines
 from ..exit_codes import ExitCode
 from ..limits import read_limits
-from ..loading import loaded
+from ..loading import load_and_warn
 from ..options import once
 
 FOLDER = Path("reports", "demo")
@@ -37,7 +37,7 @@ def demo(context: click.Context, /, out: Path) -> ExitCode:
     from ..running import advance, workers  # noqa: PLC0415
 
     require_writable(out)
-    registry = loaded(())
+    registry = load_and_warn(())
     with workers(*read_limits(0.0, "0", 1), registry) as crew:
         run = _run(registry, tuple(context.obj), out)
         result = advance(run, crew, "none")
@@ -69,7 +69,7 @@ def _show(pairs: list[tuple[Row, Reading]], out: Path) -> None:
         f"Next: sdaeverify show {visible(str(out))} milstein gbm",
         "      sdaeverify matrix -p gbm",
     ]
-    print_lines(console, [PlainLine(line) for text in told for line in (wrapped(text, console.width) or [""])])
+    print_lines(console, [PlainLine(line) for text in told for line in (wrap_text(text, console.width) or [""])])
 
 
 def _row(row: Row, reading: Reading, *, plain: bool) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from ...registry.discovery import absolute
 from ..console import complain
 from ..exit_codes import ExitCode, codes_in_words
 from ..limits import limits, read_limits
-from ..loading import loaded
+from ..loading import load_and_warn
 from ..options import jobs, once, plugins, progress_of_cells, selection
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def _run_gate(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any
     # Tables need pandas, which takes longer to load than all other commands need in all.
     from ..gating import Request, carry_out_gate  # noqa: PLC0415
 
-    registry = loaded(policy.plugins)
+    registry = load_and_warn(policy.plugins)
     if not _own_plugins_work(registry, policy):
         return None, ExitCode.PLUGIN
     jobs, held_to = read_limits(

@@ -13,7 +13,7 @@ import click
 from ...errors import UsageError
 from ...report.files import require_writable_file
 from ...report.folders import Key, SavedTables, TextRow, key_of, read_tables
-from ...report.html import TablePage, rounded, write_tables
+from ...report.html import TablePage, to_json, write_tables
 from ...report.plain import in_columns, visible
 from ...report.reading import ORDER, Interval, claimed_order, number, read_row
 from ...report.sentences import ABSENT, SYMBOLS, PlainLine
@@ -118,7 +118,7 @@ def _series(runs: Sequence[Numbers]) -> list[dict[str, Any]]:
             "cell": f"{key[0]} on {key[1]}",
             "measure": f"{key[2]}, {LETTERS[key[2]]}" if key[2] in LETTERS else key[2],
             "quantity": key[3],
-            "values": [rounded(known[key].value) if key in known else None for known in runs],
+            "values": [to_json(known[key].value) if key in known else None for known in runs],
             "steps": [0, *(int(key in found) for found in stepped)],
         }
         for key in sorted({key for known in runs for key in known})

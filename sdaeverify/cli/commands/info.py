@@ -35,7 +35,7 @@ from ...report.plain import visible
 from ..catalogue import AnyEntry, parameters_of, subject
 from ..console import aside, output, print_texts
 from ..exit_codes import ExitCode
-from ..loading import registered
+from ..loading import load_quietly
 from ..options import plugins
 
 THETAS = (0.0, 0.25, 0.5, 1.0)
@@ -50,9 +50,9 @@ def info(name: str, plugins: tuple[str, ...], as_json: bool) -> ExitCode:
 
     Or about a word: a form such as SDE, traits, noise, claims, measures.
     """
-    registry, label = registered(plugins), parse_label(name)
+    registry, label = load_quietly(plugins), parse_label(name)
     if label.name not in _names(registry):
-        registry = registered(plugins, lab=True)
+        registry = load_quietly(plugins, lab=True)
     rows, known = {row.name: row for row in registry.plugins}, _names(registry)
     if label.name not in known:
         raise UsageError(
@@ -92,7 +92,7 @@ def _passports(registry: Registry, name: str, texts: Mapping[str, str]) -> list[
         found.append({"kind": "scheme", **scheme_passport(registry.schemes[name].make(texts))})
     if name in registry.problems:
         spec = registry.problems[name].make(texts)
-        found.append({"kind": "problem", **problem_passport(spec, built(spec.label, spec.build, given=bool(texts)))})
+        found.append({"kind": "problem", **problem_passport(spec, make(spec.label, spec.build, given=bool(texts)))})
     if name in registry.measures:
         found.append({"kind": "measure", **measure_passport(registry.measures[name].measure)})
     return found
@@ -159,7 +159,7 @@ def describe_entry(entry: AnyEntry, texts: Mapping[str, str]) -> list[str]:
         lines = [f"scheme {scheme.label}", *lines, *_scheme(scheme)]
     elif isinstance(entry, ProblemEntry):
         spec = entry.make(texts)
-        lines = [f"problem {spec.label}", *lines, *_problem(built(spec.label, spec.build, given=bool(texts)))]
+        lines = [f"problem {spec.label}", *lines, *_problem(make(spec.label, spec.build, given=bool(texts)))]
     else:
         if texts:
             raise UsageError(f"measure {entry.name!r} takes no parameters")
@@ -204,7 +204,7 @@ def _claim(claim: Claim) -> str:
     return f"{claim}{of}{when}, margin {claim.margin} ({claim.source})"
 
 
-def built(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:
+def make(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:
     """Return a problem; `given` tells whether the user chose its parameters.
 
     Parameters

@@ -11,7 +11,7 @@ from ...report.plain import empty_table, visible
 from ..catalogue import Record, catalogue
 from ..console import aside, output
 from ..exit_codes import ExitCode
-from ..loading import registered
+from ..loading import load_quietly
 from ..options import plugins
 
 KINDS = ("schemes", "problems", "measures", "plugins")
@@ -29,7 +29,7 @@ COLUMNS = {
 @plugins
 def listing(kind: str | None, as_json: bool, plugins: tuple[str, ...]) -> ExitCode:
     """List what is registered: schemes, problems, measures or plugins; everything without KIND."""
-    registry = registered(plugins, lab=as_json or kind == "plugins")
+    registry = load_quietly(plugins, lab=as_json or kind == "plugins")
     with aside():
         records = catalogue(registry)
     if as_json:

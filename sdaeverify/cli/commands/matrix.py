@@ -18,7 +18,7 @@ from ...study.plan import shard
 from ..console import aside, complain, output, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..limits import limits, options_of
-from ..loading import loaded
+from ..loading import load_and_warn
 from ..options import jobs, levels_text, loudness, once, plugins, progress_of_cells, read_levels, seed, selection
 
 DEFAULTS = Settings()
@@ -71,10 +71,10 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
     """
     # Tables need pandas, which takes longer to load than all other commands need in all.
     from ...api import plan_of  # noqa: PLC0415
-    from ..running import Run, carry_out, shown_of, workers  # noqa: PLC0415
+    from ..running import Run, carry_out, choose_output, workers  # noqa: PLC0415
 
     settings = _settings(options)
-    registry = loaded(options["plugins"])
+    registry = load_and_warn(options["plugins"])
     if not registry.plugins:
         return _nothing("no plugin is found; is sdaeverify installed? Run pip install . in its folder")
     with workers(*options_of(options), registry, options["executor"]) as crew:
@@ -90,7 +90,7 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
         if options["dry_run"]:
             return _show_plan(todo, settings)
         run = Run(todo, settings, registry, tuple(context.obj), options["out"], options["fresh"])
-        run.page, run.shown, run.first_only = not options["no_html"], shown_of(options), options["exitfirst"]
+        run.page, run.shown, run.first_only = not options["no_html"], choose_output(options), options["exitfirst"]
         return carry_out(run, crew, options["progress"])
 
 

@@ -14,7 +14,7 @@ from ...registry.selection import select_measures, select_problems, select_schem
 from ..console import complain
 from ..exit_codes import ExitCode
 from ..limits import read_limits
-from ..loading import loaded
+from ..loading import load_and_warn
 from ..options import once, plugins
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def merge(context: click.Context, /, runs: tuple[Path, ...], **options: Any) -> 
     _require_same(latest)
     saved = [*latest, *_runs_like(latest[0], [run for folder in runs for run in read_earlier(folder)])]
     settings = replace(latest[0].settings, paths=max(run.settings.paths for run in saved))
-    registry = loaded(options["plugins"])
+    registry = load_and_warn(options["plugins"])
     with workers(*read_limits(None, None, None), registry) as crew:
         todo = _plan(saved, registry, crew.executor)
         require_writable(options["out"])

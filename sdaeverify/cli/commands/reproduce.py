@@ -16,9 +16,9 @@ from ...registry.load import Registry
 from ...report.plain import visible
 from ..console import conclude, output, print_texts
 from ..exit_codes import ExitCode, codes_in_words
-from ..loading import loaded
+from ..loading import load_and_warn
 from ..options import jobs, once, plugins, progress_bar, seed
-from ..progress import done_by_workers
+from ..progress import run_on_workers
 
 if TYPE_CHECKING:
     from ...contracts.exhibit import Exhibit
@@ -64,7 +64,7 @@ def reproduce(context: click.Context, /, **options: Any) -> ExitCode:
     from ...lab.experiments import experiment_plan  # noqa: PLC0415
     from ...report.files import require_writable  # noqa: PLC0415
 
-    registry = loaded(options["plugins"], lab=True)
+    registry = load_and_warn(options["plugins"], lab=True)
     if options["as_list"]:
         return _list(registry, output(unbroken=True))
     names = _names_of(options["names"], registry)
@@ -113,7 +113,7 @@ def _reproduce(plan: "ExperimentPlan", folder: Path, arguments: tuple[str, ...],
 
     run = ExperimentRun(plan)
     try:
-        code = done_by_workers(run, options["jobs"], plan.registry, options["progress"])
+        code = run_on_workers(run, options["jobs"], plan.registry, options["progress"])
     except KeyboardInterrupt:
         code = ExitCode.INTERRUPTED
     evidence = run.evidence
@@ -151,7 +151,7 @@ def _save(
     from ...lab.experiments.picture import MISSING, draw  # noqa: PLC0415
     from ...report.files import write_json, write_table  # noqa: PLC0415
     from ...report.html import PAGE, TablePage, write_tables  # noqa: PLC0415
-    from ...report.provenance import made_with  # noqa: PLC0415
+    from ...report.provenance import describe_making  # noqa: PLC0415
 
     experiment, picture = plan.experiment, f"{FIGURE}.{suffix}"
     table = pd.DataFrame([entry.record() for entry in exhibit.entries])
@@ -161,7 +161,7 @@ def _save(
     write_tables(folder / PAGE, title, [TablePage("Table", list(table.columns), rows)])
     about = {"experiment": experiment.name, "source": experiment.source, "budget": plan.budget, "paths": plan.paths}
     about |= {"remarks": exhibit.remarks, "errors": exhibit.errors}
-    write_json({**made_with(plan.registry, plan.seed, arguments), **about}, folder / JSON)
+    write_json({**describe_making(plan.registry, plan.seed, arguments), **about}, folder / JSON)
     files = [CSV, JSON, PAGE]
     if exhibit.panels:
         try:

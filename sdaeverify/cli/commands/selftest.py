@@ -11,9 +11,9 @@ from ...contracts.settings import Settings
 from ...study import Study
 from ..console import conclude, output, print_texts
 from ..exit_codes import ExitCode, codes_in_words
-from ..loading import loaded
+from ..loading import load_and_warn
 from ..options import jobs, once, plugins, progress_of_cells, seed
-from ..progress import done_by_workers
+from ..progress import run_on_workers
 
 if TYPE_CHECKING:
     from ...lab.selftest import KillMatrix
@@ -48,12 +48,12 @@ def selftest(**options: Any) -> ExitCode:
 
     begun, folder = time.monotonic(), options["out"]
     settings = replace(DEFAULTS, paths=options["paths"], seed=options["seed"])
-    registry = loaded(options["plugins"], lab=True)
+    registry = load_and_warn(options["plugins"], lab=True)
     trial = selftest_trial(registry, options["only"])
     if folder is not None:
         require_writable(folder)
     study = Study(trial.plan, settings)
-    code = done_by_workers(study, options["jobs"], registry, options["progress"])
+    code = run_on_workers(study, options["jobs"], registry, options["progress"])
     return code if code is not ExitCode.OK else _show(kill_matrix(trial, study.results()), folder, begun)
 
 

@@ -10,7 +10,7 @@ import click
 
 from ...errors import UsageError
 from ...report.folders import RUN, SavedTables, TextRow, key_of, read_verdicts
-from ...report.plain import in_columns, visible, wrapped
+from ...report.plain import in_columns, visible, wrap_text
 from ...report.reading import Reading, Row, read_row, record
 from ...report.sentences import (
     ATTENTION,
@@ -58,12 +58,12 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
     if as_json:
         click.echo(json.dumps([_record(row, tables) for row, _ in shown], indent=2))
     elif quiet:
-        print_lines(console, map(PlainLine, wrapped(sentence, width)))
+        print_lines(console, map(PlainLine, wrap_text(sentence, width)))
     elif problem or left_open:
         print_lines(console, _cells(shown, tables, width, plain=plain))
         print_lines(console, _absent(absent if problem else [], width))
     elif scheme:
-        print_lines(console, [*map(PlainLine, wrapped(sentence, width)), *_overview(shown, width, plain=plain)])
+        print_lines(console, [*map(PlainLine, wrap_text(sentence, width)), *_overview(shown, width, plain=plain)])
     else:
         print_lines(console, ending(sentence, pairs, list(_notes(folder)), width, plain=plain))
     return ExitCode.OK
@@ -159,7 +159,7 @@ def _cells(pairs: Sequence[Pair], tables: SavedTables, width: int, *, plain: boo
         for pair in found:
             yield from quantity_lines(pair, width, plain=plain)
         command = command_of(found[0][0], tables.run)
-        yield from (PlainLine(line) for line in wrapped(visible(f"  again: {command}"), width, INDENT) if command)
+        yield from (PlainLine(line) for line in wrap_text(visible(f"  again: {command}"), width, INDENT) if command)
         yield PlainLine("")
 
 
@@ -170,4 +170,4 @@ def _absent(rows: Sequence[TextRow], width: int) -> Iterator[PlainLine]:
         reasons.setdefault((row["scheme"], row["problem"], row["reason"]), []).append(key_of(row)[2])
     for (scheme, problem, reason), measures in reasons.items():
         told = f"does not apply: {scheme} on {problem}, {', '.join(measures)}: {reason}"
-        yield from map(PlainLine, wrapped(visible(told), width, INDENT))
+        yield from map(PlainLine, wrap_text(visible(told), width, INDENT))

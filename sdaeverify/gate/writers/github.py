@@ -137,7 +137,7 @@ def data_text(text: str) -> str:
 
 def _annotation(outcome: Outcome, gated: Gated, root: Path) -> str:
     finding = outcome.finding
-    kind = "error" if gated.red(outcome) else KINDS[outcome.status]
+    kind = "error" if gated.is_red(outcome) else KINDS[outcome.status]
     place = claim_place(outcome.cell.scheme, finding.claim)
     properties = {"title": f"sdaeverify: {outcome.cell.measure.name} {outcome.status}"}
     if place is not None and (file := source_in(root, place.file)):

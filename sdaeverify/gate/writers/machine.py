@@ -70,7 +70,7 @@ def _row(outcome: Outcome, gated: Gated) -> dict[str, object]:
     return {
         **{name: visible(text) for name, text in texts.items()},
         **{name: float(number) if isfinite(number) else None for name, number in numbers.items()},
-        "red": gated.red(outcome),
+        "red": gated.is_red(outcome),
         "paths": outcome.paths,
     }
 
@@ -139,7 +139,7 @@ def junit_xml(gated: Gated) -> str:
 
 def _case(outcome: Outcome, gated: Gated, seconds: float) -> _Case:
     cell = outcome.cell
-    tag = "failure" if gated.red(outcome) else "skipped" if outcome.status in SKIPPED else ""
+    tag = "failure" if gated.is_red(outcome) else "skipped" if outcome.status in SKIPPED else ""
     text = message(outcome, gated.settings, gated.command(outcome))
     name = f"{cell.measure.name} {outcome.finding.quantity}".strip()
     measured = f"{text}\n  paths: {outcome.paths}\n  seed: {gated.settings.seed}"

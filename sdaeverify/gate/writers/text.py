@@ -4,9 +4,9 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from textwrap import shorten
 
-from ...report.markdown import escaped
+from ...report.markdown import escape
 from ...report.plain import visible
-from ..gated import WORDS, Gated, shortened
+from ..gated import WORDS, Gated, limit_lines
 from ..outcomes import ORDER, Outcome, Status
 from .messages import estimate_text, headline, message, remark
 
@@ -32,8 +32,8 @@ def text_report(gated: Gated) -> Iterator[str]:
         yield ""
     if len(full) > MOST:
         yield f"and {len(full) - MOST} more that fail, see gate.md"
-    yield from shortened([_in_a_line(outcome) for outcome in gated.told if not _in_full(outcome, gated)], MOST)
-    yield from (visible(f"lock file: {line}") for line in shortened(gated.lock.violations, 2 * MOST))
+    yield from limit_lines([_in_a_line(outcome) for outcome in gated.told if not _in_full(outcome, gated)], MOST)
+    yield from (visible(f"lock file: {line}") for line in limit_lines(gated.lock.violations, 2 * MOST))
     yield from (visible(f"warning: {line}") for line in gated.warnings)
     yield from (visible(f"note: {line}") for line in (*gated.lock.notes, *gated.notes))
     yield gated.budget
@@ -46,7 +46,7 @@ def _in_a_line(outcome: Outcome) -> str:
 
 
 def _in_full(outcome: Outcome, gated: Gated) -> bool:
-    return outcome.status in FULL or gated.red(outcome)
+    return outcome.status in FULL or gated.is_red(outcome)
 
 
 def markdown_report(gated: Gated) -> str:
@@ -63,7 +63,7 @@ def markdown_report(gated: Gated) -> str:
     """
     sign = "❌" if gated.code else "✅"
     lines = [
-        f"## {sign} sdaeverify gate: {escaped(gated.words)}",
+        f"## {sign} sdaeverify gate: {escape(gated.words)}",
         "",
         f"{gated.summary}.",
         "",
@@ -80,7 +80,7 @@ def markdown_report(gated: Gated) -> str:
 
 
 def _bullets(title: str, lines: Iterable[str]) -> list[str]:
-    items = [f"- {escaped(line)}" for line in shortened(list(lines), MOST_ROWS)]
+    items = [f"- {escape(line)}" for line in limit_lines(list(lines), MOST_ROWS)]
     return [f"### {title}", "", *items, ""] if items else []
 
 
@@ -106,7 +106,7 @@ def _row(outcome: Outcome, gated: Gated) -> str:
         why,
         gated.command(outcome),
     )
-    return f"| {' | '.join(map(escaped, texts))} |"
+    return f"| {' | '.join(map(escape, texts))} |"
 
 
 def _schemes(outcomes: Iterable[Outcome]) -> Iterator[str]:
@@ -118,4 +118,4 @@ def _schemes(outcomes: Iterable[Outcome]) -> Iterator[str]:
         yield f"| scheme | {' | '.join(WORDS[status] for status in used)} |"
         yield f"|---|{'---|' * len(used)}"
         for scheme, count in sorted(counts.items()):
-            yield f"| {escaped(scheme)} | {' | '.join(str(count[status]) for status in used)} |"
+            yield f"| {escape(scheme)} | {' | '.join(str(count[status]) for status in used)} |"

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import pandas as pd
 
 from ...noise.brownian import fingerprint
-from ...report.markdown import escaped
+from ...report.markdown import escape
 from ...report.plain import visible
 from ...report.provenance import versions
 from .plan import CalibrationPlan
@@ -87,7 +87,7 @@ def markdown(rates: Sequence[Rate], plan: CalibrationPlan, command: str) -> str:
         "four times as many of 100, a quarter of 1600, a part of that on costly cells. A star marks a rate",
         f"that disagrees with what is promised, at level {TABLE_LEVEL} for the whole table.",
         "",
-        *map(escaped, summary(rates)),
+        *map(escape, summary(rates)),
     ]
     for section in sections(rates):
         lines += ["", f"## {section.study.capitalize()}", "", *_table(section)]
@@ -147,4 +147,4 @@ def _entry(rate: Rate, outside: Sequence[Rate] = ()) -> str:
 
 def _table(section: Section) -> list[str]:
     rows = [section.headings, ["---"] * len(section.headings), *section.rows]
-    return [f"| {' | '.join(map(escaped, row))} |" for row in rows]
+    return [f"| {' | '.join(map(escape, row))} |" for row in rows]

@@ -12,7 +12,7 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import Equation, Problem
-from ...numerics.digits import SCALE, defined, significant
+from ...numerics.digits import SCALE, keep_defined, significant
 from ..step.nodes import MOST_NODES, HalfSteps, half_steps
 from ..step.one_step import OneStep, unresolved
 from ..step.states import WHEN, in_batches
@@ -94,7 +94,7 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     def probed(h: Array) -> LocalStrong:
         levels = [_level(step, x, nodes, float(size), when) for size in h]
         rms, mean, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
-        rms, mean, scale = defined(rms, scale), defined(mean, scale), significant(scale, SCALE)
+        rms, mean, scale = keep_defined(rms, scale), keep_defined(mean, scale), significant(scale, SCALE)
         truncated = np.tile(step.truncated(x, h), (len(when), 1))
         rms, mean = (np.where(truncated, np.nan, part) for part in (rms, mean))
         return LocalStrong(h, rms, mean, scale, core(step.equation, x), *counts)

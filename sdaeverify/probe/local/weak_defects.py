@@ -21,7 +21,7 @@ from ...contracts.scheme import Scheme
 from ...errors import ProblemError
 from ...forms import Problem
 from ...numerics import jacobian
-from ...numerics.digits import SCALE, defined, significant
+from ...numerics.digits import SCALE, keep_defined, significant
 from ..step import test_functions
 from ..step.nodes import LARGEST, Nodes, step_nodes
 from ..step.one_step import OneStep, unresolved
@@ -145,7 +145,7 @@ def local_weak(
         found = list(zip(*(_at(step, each, nodes) for each in known), strict=True))
     defect, scale = (np.concatenate(parts, axis=1) for parts in found)
     finite = np.isfinite(defect) & np.isfinite(scale)
-    defect, scale = defined(defect, scale), significant(scale, SCALE)
+    defect, scale = keep_defined(defect, scale), significant(scale, SCALE)
     counts = np.array(float(first.trees)), np.array(float(len(first.units)))
     time = np.repeat(np.arange(len(known), dtype=float), [each.shape[1] for each in found[0]])
     return LocalWeak(first.h, np.where(finite, defect, np.nan), np.where(finite, scale, np.nan), *counts, time)

@@ -13,7 +13,7 @@ from ...errors import UsageError
 from ..files import write_text
 from ..folders import read_tables
 from ..tables.columns import COLUMNS
-from .payload import payload, rounded
+from .payload import payload, to_json
 from .verifier import read_csv, verifier
 
 __all__ = [
@@ -22,7 +22,7 @@ __all__ = [
     "page_text",
     "payload",
     "remove_page",
-    "rounded",
+    "to_json",
     "verifier",
     "write_page",
     "write_tables",

@@ -91,7 +91,7 @@ def payload(tables: SavedTables, passports: Mapping[str, Any] | None = None) -> 
     }
 
 
-def rounded(value: float) -> float | str | None:
+def to_json(value: float) -> float | str | None:
     """Return a number for JSON: six digits, infinities as texts, nothing for NaN."""
     if isnan(value):
         return None
@@ -114,8 +114,8 @@ def _findings(tables: SavedTables, texts: _Texts) -> dict[str, list[Any]]:
         **{name: [texts(row.get(name, "")) for row in rows] for name in TEXTS},
         **{name: [texts(row.get(name, "")) for row in further] for name in DETAILS},
         "reproduce": [texts(commands[_cell(row)]) for row in rows],
-        **{name: [rounded(number(row, name)) for row in rows] for name in NUMBERS},
-        **{name: [rounded(number(row, name)) for row in further] for name in MEASURED},
+        **{name: [to_json(number(row, name)) for row in rows] for name in NUMBERS},
+        **{name: [to_json(number(row, name)) for row in further] for name in MEASURED},
     }
 
 
@@ -144,7 +144,7 @@ def _level(row: TextRow, name: str, texts: _Texts) -> Any:
         return texts(row[name])
     if row[name] in {"True", "False"}:
         return int(row[name] == "True")
-    return rounded(number(row, name))
+    return to_json(number(row, name))
 
 
 def _densities(rows: Iterable[TextRow], texts: _Texts) -> list[list[Any]]:
@@ -152,8 +152,8 @@ def _densities(rows: Iterable[TextRow], texts: _Texts) -> list[list[Any]]:
     found = _by_key(row for row in rows if row.get("at"))
     columns = ("at", "estimate", "exact")
     return [
-        [texts(scheme), texts(problem), texts(quantity), rounded(number(points[0], "h")),
-         *([rounded(number(row, name)) for row in points] for name in columns)]
+        [texts(scheme), texts(problem), texts(quantity), to_json(number(points[0], "h")),
+         *([to_json(number(row, name)) for row in points] for name in columns)]
         for (scheme, problem, _, quantity), points in found.items()
     ]  # fmt: skip
 
@@ -166,7 +166,7 @@ def _costs(rows: Iterable[TextRow], texts: _Texts) -> list[list[Any]]:
         if row.get("steps") and (place not in finest or number(row, "steps") >= number(finest[place], "steps")):
             finest[place] = row
     return [
-        [texts(scheme), texts(problem), texts(name.removeprefix(MEAN).replace("_", " ")), rounded(number(row, name))]
+        [texts(scheme), texts(problem), texts(name.removeprefix(MEAN).replace("_", " ")), to_json(number(row, name))]
         for (scheme, problem), row in finest.items()
         for name in row
         if name.startswith(MEAN) and name not in NO_COST and row[name]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from .payload import rounded
+from .payload import to_json
 
 KILLS, CALIBRATION = Path("selftest", "kill.csv"), Path("calibration", "calibration.csv")
 NUMBERS = ("rate", "ci_low", "ci_high", "paths")
@@ -38,7 +38,7 @@ def coverage(table: Sequence[Sequence[str]]) -> list[dict[str, Any]]:
 
 def _number(text: str) -> float | str | None:
     try:
-        return rounded(float(text))
+        return to_json(float(text))
     except ValueError:
         return None
 

@@ -17,12 +17,12 @@ from ..subjects import LONG, CellSubject, SchemeSubject
 FEW_PATHS = 4
 
 
-def exact(subject: SchemeSubject) -> str:
+def check_exactness(subject: SchemeSubject) -> str:
     """Expect exactness on dx = 0, dx = c dt and dx = S dW, but for a part that vanishes with h."""
     return exactness_violation(subject.scheme)
 
 
-def any_number(subject: CellSubject) -> str:
+def check_any_number(subject: CellSubject) -> str:
     """Expect a step to take one path, and three, from the scheme's own start."""
     for paths, steps in product((1, 3), (contract.FINE, LONG)):
         trial = subject.of_paths(paths, steps)
@@ -34,12 +34,12 @@ def any_number(subject: CellSubject) -> str:
     return ""
 
 
-def alone(subject: CellSubject) -> str:
+def check_alone(subject: CellSubject) -> str:
     """Expect a path to go the same way alone and in any batch: paths that see each other are not independent."""
     return on_trials(contract.takes_paths_alone)(subject) or contract.takes_paths_alone(subject.coarse)
 
 
-def whole_state(subject: CellSubject) -> str:
+def check_whole_state(subject: CellSubject) -> str:
     """Expect all memory to be in the state: from a copy of it, a fresh copy of the scheme goes on alike."""
     return contract.carries_its_memory(subject.of_paths(FEW_PATHS, contract.COARSE))
 

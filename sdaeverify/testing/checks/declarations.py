@@ -24,7 +24,7 @@ SMALLEST = Settings(paths=40, levels=3, looks=1)
 FEW = 3
 
 
-def usable(subject: SchemeSubject) -> str:
+def check_usable(subject: SchemeSubject) -> str:
     """Expect a frozen dataclass with a name, a form, claims, and parameters that a label can show."""
     try:
         check_scheme(subject.scheme)
@@ -33,7 +33,7 @@ def usable(subject: SchemeSubject) -> str:
     return ""
 
 
-def named_again(subject: SchemeSubject) -> str:
+def check_label(subject: SchemeSubject) -> str:
     """Expect the label to make the scheme again: the command that reproduces a result has nothing else."""
     scheme = subject.scheme
     parameters = dataclass_parameters(type(scheme))
@@ -43,7 +43,7 @@ def named_again(subject: SchemeSubject) -> str:
     return "" if again == scheme else f"its label {scheme.label} makes another scheme, {again!r}"
 
 
-def pickled(subject: SchemeSubject) -> str:
+def check_pickling(subject: SchemeSubject) -> str:
     """Expect an equal value after pickling: that is how worker processes get it."""
     scheme = subject.scheme
     copy = pickle.loads(pickle.dumps(scheme))
@@ -52,7 +52,7 @@ def pickled(subject: SchemeSubject) -> str:
     return "" if copy.label == scheme.label else f"its pickled copy has the label {copy.label}"
 
 
-def unchangeable(subject: SchemeSubject) -> str:
+def check_frozen(subject: SchemeSubject) -> str:
     """Expect a value that nobody can change: a step that changes its scheme depends on the order of calls."""
     scheme = subject.scheme
     for name in ("name", *(field.name for field in dataclasses.fields(scheme))):
@@ -64,7 +64,7 @@ def unchangeable(subject: SchemeSubject) -> str:
     return ""
 
 
-def described(subject: SchemeSubject) -> str:
+def check_docstring(subject: SchemeSubject) -> str:
     """Expect a docstring of the class: a list of schemes shows its first line."""
     kind = type(subject.scheme)
     text = vars(kind).get("__doc__") or ""
@@ -72,7 +72,7 @@ def described(subject: SchemeSubject) -> str:
     return "" if _is_text(text) and not text.startswith(f"{kind.__name__}(") else "its class has no docstring"
 
 
-def sourced(subject: SchemeSubject) -> str:
+def check_source(subject: SchemeSubject) -> str:
     """Expect a source, of the scheme or of each of its claims: where it is from."""
     scheme = subject.scheme
     claims = [claim.source for claim in scheme.promises]
@@ -80,7 +80,7 @@ def sourced(subject: SchemeSubject) -> str:
     return "" if known else "its class variable source is empty, and so is a claim's, or there is none"
 
 
-def claimed(subject: SchemeSubject) -> str:
+def check_claims(subject: SchemeSubject) -> str:
     """Expect claims that can be verified: each has a source and names a known measure and known traits."""
     scheme, measures = subject.scheme, subject.registry.measures
     if not scheme.promises:
@@ -99,7 +99,7 @@ def _is_text(text: object) -> bool:
     return isinstance(text, str) and bool(text.strip())
 
 
-def tested(subject: SchemeSubject) -> str:
+def check_claims_tested(subject: SchemeSubject) -> str:
     """Expect each claim to hold on a registered problem, and its quantities to be measured there."""
     known = [claim for claim in subject.scheme.promises if claim.measure in subject.registry.measures]
     if not known:

@@ -16,7 +16,7 @@ from ..subjects import ProblemSubject
 BUDGET = Settings(paths=256, looks=1)
 
 
-def discriminating(subject: ProblemSubject) -> str:
+def check_controls(subject: ProblemSubject) -> str:
     """Expect the positive control of each order to be verified, and the negative one to be refuted."""
     controls = subject.problem.controls
     if not controls:

@@ -33,7 +33,7 @@ def moments(subject: ProblemSubject) -> list[Moment]:
     return known
 
 
-def started(subject: ProblemSubject) -> str:
+def check_start(subject: ProblemSubject) -> str:
     """Expect each moment to begin with its observable at the start, and to be a finite number at every time."""
     problem = subject.problem
     for moment in moments(subject):
@@ -48,7 +48,7 @@ def started(subject: ProblemSubject) -> str:
     return ""
 
 
-def moving(subject: ProblemSubject) -> str:
+def check_rate(subject: ProblemSubject) -> str:
     """Expect each moment of an observable q to begin with the rate Dq f + (1/2) sum_j D^2 q(B_j, B_j).
 
     The interpolated derivative at an end is wrong by at most the sum of squares 10 * 21 / 6 of the Chebyshev
@@ -68,7 +68,7 @@ def moving(subject: ProblemSubject) -> str:
     return ""
 
 
-def settled(subject: ProblemSubject) -> str:
+def check_limit(subject: ProblemSubject) -> str:
     """Expect moments to tend to the invariant means of the same observables."""
     problem = subject.problem
     pairs = list(_pairs(subject))

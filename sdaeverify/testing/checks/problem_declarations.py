@@ -25,7 +25,7 @@ from .problem_functions import delay_arguments
 TIMES = (0.0, 0.37, 0.91)
 
 
-def usable(subject: ProblemSubject) -> str:
+def check_usable(subject: ProblemSubject) -> str:
     """Expect a function with a name, and with parameters whose defaults a label can show."""
     try:
         check_family(subject.spec.family)
@@ -34,7 +34,7 @@ def usable(subject: ProblemSubject) -> str:
     return ""
 
 
-def built(subject: ProblemSubject) -> str:
+def check_builds(subject: ProblemSubject) -> str:
     """Expect the function to return a problem that does not contradict itself."""
     try:
         subject.spec.build()
@@ -43,25 +43,25 @@ def built(subject: ProblemSubject) -> str:
     return ""
 
 
-def named_again(subject: ProblemSubject) -> str:
+def check_label(subject: ProblemSubject) -> str:
     """Expect the label to make the problem again: the command that reproduces a result has nothing else."""
     spec = subject.spec
     again = problem_spec(spec.family, parse_label(spec.label).parameters)
     return "" if again == spec else f"its label {spec.label} makes another problem, {again.label}"
 
 
-def pickled(subject: ProblemSubject) -> str:
+def check_pickling(subject: ProblemSubject) -> str:
     """Expect the function to be pickled by its name: that is how worker processes get it."""
     spec = subject.spec
     return "" if pickle.loads(pickle.dumps(spec)) == spec else "its pickled copy is another recipe"
 
 
-def described(subject: ProblemSubject) -> str:
+def check_docstring(subject: ProblemSubject) -> str:
     """Expect a docstring: a list of problems shows its first line."""
     return "" if (subject.spec.family.__doc__ or "").strip() else "its function has no docstring"
 
 
-def sourced(subject: ProblemSubject) -> str:
+def check_sources(subject: ProblemSubject) -> str:
     """Expect sources of the problem and of each truth, and units."""
     problem = subject.problem
     if missing := [name for name in ("source", "units") if not getattr(problem, name).strip()]:
@@ -70,7 +70,7 @@ def sourced(subject: ProblemSubject) -> str:
     return f"a {silent[0]} among its truths has no source" if silent else ""
 
 
-def in_matrix(subject: ProblemSubject) -> str:
+def check_in_matrix(subject: ProblemSubject) -> str:
     """Expect a problem for each row that its function has in the matrix, and the schemes and measures named there."""
     try:
         for spec in matrix_specs(subject.spec.family):
@@ -82,7 +82,7 @@ def in_matrix(subject: ProblemSubject) -> str:
     return ""
 
 
-def relaxing(subject: ProblemSubject) -> str:
+def check_relaxation(subject: ProblemSubject) -> str:
     """Expect a relaxation time exactly where an invariant law is known: chains are run as long as it says."""
     problem = subject.problem
     known = any(isinstance(truth, InvariantMean) for truth in problem.truths)
@@ -95,7 +95,7 @@ def relaxing(subject: ProblemSubject) -> str:
     return ""
 
 
-def traits_hold(subject: ProblemSubject) -> str:
+def check_traits(subject: ProblemSubject) -> str:
     """Expect every declared trait to be true: where one is false, claims are refuted that nobody made."""
     for name in sorted(subject.problem.traits):
         if text := _against(subject, name):
@@ -196,10 +196,10 @@ def _dissipative(subject: ProblemSubject) -> str:
     if problem is None or given is None or not given.C > 0.0:
         return "it gives no constants of condition (4.1) with C > 0"
     own = problem.dissipation
-    return _overstated(problem.without_y(), given) or (_overstated(problem, own) if own else "")
+    return _find_overstated(problem.without_y(), given) or (_find_overstated(problem, own) if own else "")
 
 
-def _overstated(problem: IndexOne, k: Dissipation) -> str:
+def _find_overstated(problem: IndexOne, k: Dissipation) -> str:
     """Return which of the constants is wrong, or an empty string."""
     (x, v, y), slack = delay_arguments(problem), 1.0 + 64 * EPS
     change = 0.5 * y + 1.0

@@ -24,7 +24,7 @@ from .differences import FIRST_ERROR, SECOND_ERROR, first, second
 LENGTHS = (1.0, 2.0**-5)
 
 
-def consistent(subject: ProblemSubject) -> str:
+def check_start(subject: ProblemSubject) -> str:
     """Expect all constraints to hold at the start, the hidden ones and 0 = u too: paths begin there."""
     problem = subject.problem
     residuals = problem.residuals(subject.start())
@@ -38,7 +38,7 @@ def consistent(subject: ProblemSubject) -> str:
     return ""
 
 
-def observed(subject: ProblemSubject) -> str:
+def check_observables(subject: ProblemSubject) -> str:
     """Expect each observable to be one finite number a path, on one path and on three."""
     problem = subject.problem
     if not problem.observables:
@@ -54,7 +54,7 @@ def observed(subject: ProblemSubject) -> str:
     return ""
 
 
-def path_by_path(subject: ProblemSubject) -> str:
+def check_path_by_path(subject: ProblemSubject) -> str:
     """Expect drift and diffusion of a path not to depend on the paths beside it."""
     x = subject.x
     for name in ("drift", "diffusion"):
@@ -67,7 +67,7 @@ def path_by_path(subject: ProblemSubject) -> str:
     return ""
 
 
-def multiplied(subject: ProblemSubject) -> str:
+def check_diffusion_product(subject: ProblemSubject) -> str:
     """Expect the given product of the diffusion with a vector to be that of the matrix, wherever a path goes."""
     equation, x = subject.equation, subject.x
     if equation.diffusion_product is None:
@@ -78,7 +78,7 @@ def multiplied(subject: ProblemSubject) -> str:
     return text and f"diffusion_product is {text}"
 
 
-def charted(subject: ProblemSubject) -> str:
+def check_chart(subject: ProblemSubject) -> str:
     """Expect a chart to read the coordinates it embeds, on the manifold, and to cover the start."""
     problem = subject.problem
     if problem.chart is None:
@@ -97,7 +97,7 @@ def charted(subject: ProblemSubject) -> str:
     return next((f"{name} {text}" for name, (v, size) in terms.items() if (text := excess(v, 16 * EPS, size))), "")
 
 
-def of_the_diffusion(subject: ProblemSubject) -> str:
+def check_diffusion_derivative(subject: ProblemSubject) -> str:
     """Expect DB(x) y, given or by complex step, to be the derivative of the diffusion: Milstein's scheme needs it."""
     equation, x = subject.equation, subject.x
     if reason := equation.no_derivative_of_diffusion():
@@ -116,7 +116,7 @@ def of_the_diffusion(subject: ProblemSubject) -> str:
     return ""
 
 
-def of_the_constraint(subject: ProblemSubject) -> str:
+def check_jacobian(subject: ProblemSubject) -> str:
     """Expect Dg, given or by complex step, to be the derivative of the constraint, on the manifold and beside it."""
     problem, x = subject.offering(LevelSets), subject.x[: subject.problem.dimension]
     Dg, g = problem.dg(x), problem.constraint(x)
@@ -129,7 +129,7 @@ def of_the_constraint(subject: ProblemSubject) -> str:
     return ""
 
 
-def of_the_jacobian(subject: ProblemSubject) -> str:
+def check_curvature(subject: ProblemSubject) -> str:
     """Expect the curvature D^2 g(y, z) to be symmetric and the second derivative of the constraint."""
     problem = subject.offering(Multiplied)
     r = subject.x[: problem.dimension]
@@ -147,7 +147,7 @@ def of_the_jacobian(subject: ProblemSubject) -> str:
     return ""
 
 
-def of_the_gradients(subject: ProblemSubject) -> str:
+def check_second_derivatives(subject: ProblemSubject) -> str:
     """Expect the second derivatives of the constraint of Langevin dynamics, and their traces, to be those of Dg."""
     problem, x = subject.offering(Penalised), subject.x
     for w in directions(x):
@@ -160,7 +160,7 @@ def of_the_gradients(subject: ProblemSubject) -> str:
     return text and f"the laplacians are {text}"
 
 
-def of_the_force(subject: ProblemSubject) -> str:
+def check_force_derivatives(subject: ProblemSubject) -> str:
     """Expect the given derivatives of the force to be its own: implicit schemes solve with them."""
     problem = subject.offering(Multiplied)
     if problem.force_derivatives is None:
@@ -179,7 +179,7 @@ def of_the_force(subject: ProblemSubject) -> str:
     return ""
 
 
-def structured(subject: ProblemSubject) -> str:
+def check_given_linearisation(subject: ProblemSubject) -> str:
     """Expect the linearised constraint that was given to do what its matrix does, wherever a path goes."""
     problem = subject.offering(Multiplied)
     if problem.linearisation is None:
@@ -194,7 +194,7 @@ def structured(subject: ProblemSubject) -> str:
     return ""
 
 
-def of_a_delay_equation(subject: ProblemSubject) -> str:
+def check_delay_derivatives(subject: ProblemSubject) -> str:
     """Expect the partial derivatives in x, v and y, given or by complex step, to be those of f and of u."""
     problem = subject.offering(IndexOne)
     asked = [("drift", problem.drift, problem.linearised_drift)] if not problem.no_jacobian() else []
@@ -225,7 +225,7 @@ def _evaluate_split(f: Callable[..., Array], split: Callable[[Array], list[Array
     return f(WHEN, *split(z))
 
 
-def eliminated(subject: ProblemSubject) -> str:
+def check_algebraic_solution(subject: ProblemSubject) -> str:
     """Expect the algebraic components, solved for or given by `solved`, to solve 0 = u wherever x and v are."""
     problem = subject.offering(IndexOne)
     if not problem.constraints:

@@ -63,7 +63,7 @@ class Walker:
         return self.of(t, self.state)
 
 
-def euler(problem: Any, level: int, paths: int) -> Walker:
+def euler_walker(problem: Any, level: int, paths: int) -> Walker:
     """Return Euler-Maruyama on the Ito equation of a problem, or on its equation with delay.
 
     Parameters
@@ -105,7 +105,7 @@ def _delay_walker(problem: IndexOne, level: int, h: float, paths: int) -> Walker
     return Walker(problem.initial(paths), advance, lambda _, state: problem.parts(state), level)
 
 
-def known(problem: Any, truth: Pathwise, level: int, paths: int) -> Walker:
+def exact_walker(problem: Any, truth: Pathwise, level: int, paths: int) -> Walker:
     """Return the solution that a problem knows, which draws its further normals beside the Brownian paths.
 
     Parameters
@@ -186,12 +186,12 @@ class Mean(NamedTuple):
         return cls(float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))))
 
 
-def solution_simulated(subject: ProblemSubject) -> str:
+def check_solution_simulated(subject: ProblemSubject) -> str:
     """Expect Euler's scheme on the same noise to tend to the solution: the distance falls like h^0.3 or faster."""
     truth, problem = solution(subject), subject.problem
     level = 0 if truth.exact and not truth.extra_normals else LEVELS[-1] if truth.exact else OWN
-    runs = [euler(problem, each, PATHS) for each in LEVELS]
-    reference = known(problem, truth, level, PATHS)
+    runs = [euler_walker(problem, each, PATHS) for each in LEVELS]
+    reference = exact_walker(problem, truth, level, PATHS)
     squares: dict[str, Array] = defaultdict(lambda: np.zeros(len(LEVELS)))
     sizes: dict[str, float] = defaultdict(float)
     for t in together(problem, subject.spec.label, [*runs, reference], PATHS):
@@ -222,11 +222,11 @@ def _no_limit(name: str, squares: Array, size: float) -> str:
     return f"{text}: it falls like h^{slope:.2f}"
 
 
-def solution_averaged(subject: ProblemSubject) -> str:
+def check_solution_averaged(subject: ProblemSubject) -> str:
     """Expect means of the solution over 4096 paths to be the moments, within an interval of level 1e-6 in all."""
     truth, problem = solution(subject), subject.problem
     wanted = moments(subject)
-    reference = known(problem, truth, 0, MANY)
+    reference = exact_walker(problem, truth, 0, MANY)
     quantile, compared = _quantile(2 * len(wanted)), 0
     for t in together(problem, subject.spec.label, [reference], MANY):
         for moment in wanted:
@@ -242,13 +242,13 @@ def solution_averaged(subject: ProblemSubject) -> str:
     return ""
 
 
-def moments_simulated(subject: ProblemSubject) -> str:
+def check_moments_simulated(subject: ProblemSubject) -> str:
     """Expect means of simulations to be the moments, within an interval of level 1e-6 in all and Euler's own bias.
 
     The bias with 256 steps is at most twice the difference from 64 steps, for every order from 0.3 on.
     """
     problem, wanted = subject.problem, moments(subject)
-    coarse, fine = euler(problem, 3, 8 * PATHS), euler(problem, 5, 8 * PATHS)
+    coarse, fine = euler_walker(problem, 3, 8 * PATHS), euler_walker(problem, 5, 8 * PATHS)
     quantile, compared = _quantile(4 * len(wanted)), 0
     for t in together(problem, subject.spec.label, [coarse, fine], 8 * PATHS, mirrored=True):
         for moment in wanted:

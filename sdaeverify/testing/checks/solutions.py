@@ -24,7 +24,7 @@ def solution(subject: ProblemSubject) -> Pathwise:
     return truth
 
 
-def started(subject: ProblemSubject) -> str:
+def check_start(subject: ProblemSubject) -> str:
     """Expect the solution to know components of the problem, and to have them right at time 0."""
     truth, problem = solution(subject), subject.problem
     known, start = truth.parts(0.0, truth.start(3)), problem.parts(problem.initial(3))
@@ -38,7 +38,7 @@ def started(subject: ProblemSubject) -> str:
     return ""
 
 
-def stepped(subject: ProblemSubject) -> str:
+def check_step(subject: ProblemSubject) -> str:
     """Expect a step of the solution to keep its shape and to leave its inputs alone, on one path and on three."""
     truth, problem = solution(subject), subject.problem
     h = problem.horizon / 8
@@ -55,7 +55,7 @@ def stepped(subject: ProblemSubject) -> str:
     return ""
 
 
-def still(subject: ProblemSubject) -> str:
+def check_standstill(subject: ProblemSubject) -> str:
     """Expect a step of the solution without time and noise to change nothing."""
     truth, none = solution(subject), np.zeros((subject.problem.noise_dim, 1))
     z, nothing = truth.start(1), subject.problem.drawn(np.random.default_rng(0), 0.0, 1)

@@ -12,20 +12,20 @@ from ..subjects import WHEN, ProblemSubject, excess
 from .differences import FIRST_ERROR, SECOND_ERROR, first, second
 
 
-def kept(subject: ProblemSubject) -> str:
+def check_constraints_kept(subject: ProblemSubject) -> str:
     """Expect drift and diffusion of the SDE to keep the constraints: Dg B = 0, and Ito's condition on the drift.
 
     Of mechanics, Dg v does not change, on and off the manifold: Dg a + D^2 g(v, v) = 0. Of an SDE with an
     invariant g, at points of g = 0: Dg f + (1/2) sum_j D^2 g(B_j, B_j) = 0.
     """
     if subject.problem.capability(Multiplied):
-        return _keeps_velocities(subject)
+        return _check_velocities(subject)
     if subject.equation.constraint is None:
         raise Inapplicable("it has no constraint that its SDE could leave")
-    return _keeps_points(subject.equation, subject.x)
+    return _check_points(subject.equation, subject.x)
 
 
-def _keeps_velocities(subject: ProblemSubject) -> str:
+def _check_velocities(subject: ProblemSubject) -> str:
     problem, x, n = subject.problem, subject.x, subject.problem.dimension
     f, B = subject.equation.drift(WHEN, x), subject.B
     Dg, v = problem.dg(x[:n]), x[n:]
@@ -39,7 +39,7 @@ def _keeps_velocities(subject: ProblemSubject) -> str:
     return text and f"Dg a + D^2 g(v, v) of the inherent SDE is {text}"
 
 
-def _keeps_points(equation: Any, near: Array) -> str:
+def _check_points(equation: Any, near: Array) -> str:
     x = equation.admissible(near)
     f, B = equation.drift(WHEN, x), _matrix(equation, x)
     Dg, constraint = equation.dg(x), equation.constraint
@@ -55,19 +55,19 @@ def _keeps_points(equation: Any, near: Array) -> str:
     return text and f"Dg f + (1/2) sum_j D^2 g(B_j, B_j) is {text}: the drift lacks a part of Ito's term"
 
 
-def the_same(subject: ProblemSubject) -> str:
+def check_same_equation(subject: ProblemSubject) -> str:
     """Expect the SDE that a problem is seen as to be its own equation, put together here once more."""
     problem = subject.problem
     if problem.capability(Penalised):
-        return _penalised(subject) if problem.eps else _tangential(subject)
-    views = {Multiplied: _pushed_along_normals, IndexOne: _without_y, Damped: _damped}
+        return _check_penalised(subject) if problem.eps else _check_tangential(subject)
+    views = {Multiplied: _check_push_along_normals, IndexOne: _check_without_y, Damped: _check_damped}
     for kind, check in views.items():
         if problem.capability(kind):
             return check(subject)
     raise Inapplicable("it is an SDE itself")
 
 
-def _pushed_along_normals(subject: ProblemSubject) -> str:
+def _check_push_along_normals(subject: ProblemSubject) -> str:
     """See that M dv = a dt + B dw + grad g dmu with the dmu of the equation that has the multiplier."""
     problem, x, n = subject.problem, subject.x, subject.problem.dimension
     r, v = x[:n], x[n:]
@@ -85,7 +85,7 @@ def _pushed_along_normals(subject: ProblemSubject) -> str:
     return text and f"the inherent SDE without multiplier and that with it differ: {text}"
 
 
-def _tangential(subject: ProblemSubject) -> str:
+def _check_tangential(subject: ProblemSubject) -> str:
     """See that constrained dynamics have the tangential part of f, and sigma times the projector as noise."""
     problem, x = subject.problem, subject.problem.admissible(subject.x)
     flat = np.eye(len(x)) - _normals(problem.dg(x))
@@ -96,7 +96,7 @@ def _tangential(subject: ProblemSubject) -> str:
     return text and f"the noise differs from sigma times the projector: it is {text}"
 
 
-def _penalised(subject: ProblemSubject) -> str:
+def _check_penalised(subject: ProblemSubject) -> str:
     """See that penalised dynamics add (sigma^2/4) grad ln det G - (1/eps) g G^{-1} zeta, with noise sigma dW."""
     problem, x = subject.problem, subject.x
 
@@ -117,7 +117,7 @@ def _penalised(subject: ProblemSubject) -> str:
     return text and f"the noise of the penalised SDE is {text}"
 
 
-def _without_y(subject: ProblemSubject) -> str:
+def _check_without_y(subject: ProblemSubject) -> str:
     """See that without delay the SDE has the drift and the noise of x, with the y that solves 0 = u."""
     problem = subject.problem
     if problem.capability(Delayed):
@@ -131,7 +131,7 @@ def _without_y(subject: ProblemSubject) -> str:
     return text and f"the noise of the SDE is {text}"
 
 
-def _damped(subject: ProblemSubject) -> str:
+def _check_damped(subject: ProblemSubject) -> str:
     """See that the first-order system has dq = p dt, dp = (F - gamma p) dt + sigma dW."""
     problem, x, n = subject.problem, subject.x, subject.problem.noise_dim
     f = np.concatenate([x[n:], problem.force(x[:n]) - problem.friction * x[n:]])
