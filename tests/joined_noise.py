@@ -1,6 +1,7 @@
 """The joining of neighbouring steps of a Brownian motion: the inverse of its refinement."""
 
-from sdaeverify.noise.brownian import LevelNoise, joined
+from sdaeverify.noise.areas import join_areas
+from sdaeverify.noise.brownian import LevelNoise
 
 
 def aggregate(fine: LevelNoise) -> LevelNoise:
@@ -25,5 +26,5 @@ def aggregate(fine: LevelNoise) -> LevelNoise:
         return LevelNoise(W1 + W2, None)
     H1, H2 = fine.H[0::2], fine.H[1::2]
     K = None if fine.K is None else 0.25 * (fine.K[0::2] + fine.K[1::2]) + 0.125 * (H1 - H2)
-    A = None if fine.A is None else joined(fine.A, fine.dW)
+    A = None if fine.A is None else join_areas(fine.A, fine.dW)
     return LevelNoise(W1 + W2, 0.5 * (H1 + H2) + 0.25 * (W1 - W2), K=K, A=A)
