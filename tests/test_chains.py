@@ -18,7 +18,7 @@ from sdaeverify.simulate.chains import (
     ChainPlan,
     ChainRecord,
     Chains,
-    grouped,
+    average_groups,
     run_chains,
     run_pilot,
 )
@@ -71,7 +71,7 @@ def test_groups_are_means_of_as_many_chains():
     """Group k is the mean of its share of the chains, for each level and observable."""
     values = np.arange(2 * 3 * 2 * GROUPS, dtype=float).reshape(2, 3, 2 * GROUPS)
 
-    groups = grouped(values)
+    groups = average_groups(values)
 
     assert groups.shape == (GROUPS, 2, 3)
     assert groups[5, 1, 2] == values[1, 2, 10:12].mean()

@@ -8,11 +8,12 @@ import pytest
 from sdaeverify.contracts.labels import dataclass_parameters, function_parameters, parse_label
 from sdaeverify.contracts.specs import ProblemSpec
 from sdaeverify.errors import UsageError
-from sdaeverify.testing.subjects import installed
+from sdaeverify.testing.subjects import load_plugins
 
 NUMBERS = [float("nan"), float("inf"), -float("inf"), 0, -1, 1.5, 1e300, -1e300, 1e-300, 10**9, 10**30, 10**400]
 ODD = [*NUMBERS, True, "x", "", None, [1.0], 1j, object()]
-PARAMETRISED = {n: entry for n, entry in installed().schemes.items() if dataclass_parameters(type(entry.variants[0]))}
+INSTALLED = load_plugins().schemes.items()
+PARAMETRISED = {name: entry for name, entry in INSTALLED if dataclass_parameters(type(entry.variants[0]))}
 GIGABYTES = 3 << 30
 
 
@@ -48,10 +49,10 @@ def refused(names, odd, make):
 
 
 @pytest.mark.usefixtures("little_memory")
-@pytest.mark.parametrize("name", sorted(installed().problems))
+@pytest.mark.parametrize("name", sorted(load_plugins().problems))
 def test_parameters_of_problems(name):
     """A problem is finite at its start whatever its parameters are, or they are refused in one line."""
-    family = installed().problems[name].family
+    family = load_plugins().problems[name].family
     kinds = {p.name: p.default for p in function_parameters(family)}
 
     def make(parameter, value):
@@ -82,7 +83,7 @@ def test_parameters_of_schemes(name):
 
 def test_what_is_wrong_is_named():
     """The parameter and what was given stand in the line, the same from Python and in a label."""
-    problems = installed().problems
+    problems = load_plugins().problems
     for label, message in (
         ("damped-pendulum[gamma=inf]", "parameter gamma of problem 'damped-pendulum' must be finite, got 'inf'"),
         ("affine-constraint[sigma=1e300]", "cannot be built with these numbers: OverflowError"),

@@ -21,8 +21,8 @@ from ..numerics import norm
 from ..numerics.statistics import EPS
 from ..probe.local.strong_defects import core
 from ..probe.step.nodes import Nodes, step_nodes
-from ..probe.step.one_step import OneStep, unresolved
-from ..probe.step.states import WHEN, reached
+from ..probe.step.one_step import OneStep, why_unresolved
+from ..probe.step.states import WHEN, pilot_states
 from .contract import contract_violation
 from .exactness import exactness_violation
 
@@ -60,12 +60,12 @@ def departure(scheme: Scheme, view: Problem) -> str:
         noise has too many nodes.
     """
     step, unit = OneStep(scheme, view), view.time_unit
-    if unresolved(view, SIZES[-1] * unit) or step.refusal():
+    if why_unresolved(view, SIZES[-1] * unit) or step.refusal():
         return ""
     nodes = step_nodes(view.noise_dim, COUNT, areas="H" in scheme.noise, law=scheme.law)
     if not nodes.exact or len(nodes.weights) > MOST:
         return ""
-    x = reached(view, step.equation)
+    x = pilot_states(view, step.equation)
     x = x[:, SIZES[-1] * unit * norm(step.equation.drift(WHEN * view.horizon, x)) < MOVED]
     x = x[:, :: max(-(-x.shape[1] * len(nodes.weights) // WORK), 1)]
     return _of_law(ShortSteps.of(step, nodes, x), x) if x.size else ""

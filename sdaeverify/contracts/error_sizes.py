@@ -40,7 +40,7 @@ def without_error(remark: str) -> ErrorSizes:
     return ErrorSizes(np.zeros(0), np.zeros(0), exact=True, remark=remark)
 
 
-def sampled(h: Array, sums: Array, counts: Array, remark: str = "") -> ErrorSizes:
+def estimate_sizes(h: Array, sums: Array, counts: Array, remark: str = "") -> ErrorSizes:
     """Return the sizes of mean errors.
 
     Parameters

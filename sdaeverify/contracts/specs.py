@@ -61,7 +61,7 @@ class ProblemSpec:
         """Canonical label, ``name[key=value,...]``."""
         return make_label(self.name, function_parameters(self.family), dict(self.parameters))
 
-    def crossed(
+    def select(
         self, schemes: Sequence[Scheme], measures: Sequence[Measure]
     ) -> tuple[tuple[Scheme, ...], tuple[Measure, ...]]:
         """Return those of a run that the problem is crossed with."""

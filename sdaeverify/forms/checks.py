@@ -27,12 +27,12 @@ def vector(name: str, values: ArrayLike) -> Array:
     """
     array = numbers(values)
     if array is None or array.ndim != 1 or not array.size or not np.isfinite(array).all():
-        raise ProblemError(f"{name} must be a vector of finite numbers, got {shown(values)}")
+        raise ProblemError(f"{name} must be a vector of finite numbers, got {format_value(values)}")
     array.flags.writeable = False
     return array
 
 
-def shown(values: object) -> str:
+def format_value(values: object) -> str:
     """Return the representation of a value in one line."""
     return " ".join(repr(values).split())
 

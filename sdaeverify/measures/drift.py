@@ -218,7 +218,7 @@ class Defect:
         """Return the slope of log2 sup_t RMS |g| against log2 h on some levels."""
         return self.linear(levels, slope_weights(np.log2(self.h[levels])))
 
-    def corrected(self, levels: Array) -> Estimate:
+    def corrected_slope(self, levels: Array) -> Estimate:
         """Return the slope p of a residual a h^p (1 + b h^(1/2)): what local orders that rise slowly tend to."""
         return self.linear(levels, corrected_slope_weights(np.log2(self.h[levels]), NEXT_POWER))
 
@@ -414,7 +414,7 @@ def _asymptotic(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) 
     tests = order_tests(claim, defect.slope(sound[-FITTED:]), evidence)
     if isinstance(claim.value, str) or tests.refuted > SUSPECT:
         return tests
-    bound, order = claim.value - claim.margin, defect.corrected(sound)
+    bound, order = claim.value - claim.margin, defect.corrected_slope(sound)
     low, high = order.interval(evidence.settings.confidence)
     reason = tests.reason.then(Reason("{low:.2f} to {high:.2f} as h tends to 0", numbers={"low": low, "high": high}))
     growth = order.growth_to_decide(bound, evidence.level) if order.value < bound else np.inf

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from ..arrays import Array, Mask
-from ..contracts.error_sizes import ErrorSizes, deterministic, sampled, without_error
+from ..contracts.error_sizes import ErrorSizes, deterministic, estimate_sizes, without_error
 from ..contracts.measure import Evidence
 from ..numerics.statistics import EPS
 from ..probe.linear.affine import AFFINE
@@ -33,17 +33,17 @@ def of_paths(evidence: Evidence, quantity: Quantity) -> ErrorSizes:
     if is_exact(evidence, quantity):
         return without_error(EXACT)
     levels, left_out = usable_levels(evidence, quantity)
-    return sampled(quantity.h[levels], quantity.error[:, levels, 1], quantity.counts, str(left_out))
+    return estimate_sizes(quantity.h[levels], quantity.error[:, levels, 1], quantity.counts, str(left_out))
 
 
 def of_means(evidence: Evidence, means: Means) -> ErrorSizes:
     """Return the mean differences of an observable on the levels where they are told from 0."""
     sound, remarks = sound_levels(evidence.health.sums)
-    seen = [level for level in sound if level < means.errors and means.resolved(np.array([level])) >= RESOLVED]
+    seen = [level for level in sound if level < means.errors and means.least_signal(np.array([level])) >= RESOLVED]
     if len(seen) < min(len(sound), means.errors):
         remarks = remarks.then(f"mean differences of less than {RESOLVED:.0f} standard errors")
     differences = means.sums[:, :-1] - means.sums[:, -1:] if means.coupled else -np.diff(means.sums, axis=1)
-    return sampled(means.h[seen], differences[:, seen], means.counts, str(remarks))
+    return estimate_sizes(means.h[seen], differences[:, seen], means.counts, str(remarks))
 
 
 def of_step(record: LocalStrong, names: Sequence[str]) -> Iterator[tuple[str, ErrorSizes]]:

@@ -12,7 +12,7 @@ from ..contracts.measure import Evidence
 from ..contracts.scheme import Claim, Scheme
 from ..forms import Problem
 from ..numerics.statistics import Estimate
-from ..probe.step.one_step import unresolved
+from ..probe.step.one_step import why_unresolved
 
 ROUND_OFF = "round-off"
 # A slope is fitted on so many of the finest levels; fewer than FEWEST tell none.
@@ -364,7 +364,7 @@ def hold_back(
     growth : float
         How many times as many paths would make sure of it.
     """
-    why = unresolved(evidence.view, min(evidence.step_sizes[level] for level in levels)) or coarse
+    why = why_unresolved(evidence.view, min(evidence.step_sizes[level] for level in levels)) or coarse
     suspected = min(tests.refuted, tests.suspected)
     if not why or suspected == 1.0:
         return tests

@@ -157,7 +157,7 @@ class Means:
         """Return a linear functional of log2 |difference| on some levels."""
         return self._estimate(partial(self._functional, levels, weights))
 
-    def resolved(self, levels: Array) -> float:
+    def least_signal(self, levels: Array) -> float:
         """Return the least ratio of a difference to its standard error on some levels."""
         found = [self.difference(level) for level in levels]
         return min(abs(x.value) / x.se if x.se > 0.0 else 0.0 for x in found)

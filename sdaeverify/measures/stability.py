@@ -28,7 +28,7 @@ from ..probe.linear.affine import AFFINE
 from ..probe.linear.delay_equation import LARGE, SMALL, UNIT
 from ..probe.linear.delay_step import limits
 from ..probe.stability.stability import StabilityRecord, delay_stability, no_delay_stability, no_stability, stability
-from ..probe.stability.windows import smallest_boundary, undecided, worded
+from ..probe.stability.windows import describe_windows, find_undecided, smallest_boundary
 from ..registry.hookspecs import hookimpl
 from .judge import coverage, finding, judge_claim, leave_open
 
@@ -111,8 +111,8 @@ def _finding(evidence: Evidence, name: str, record: StabilityRecord) -> Finding:
         estimate=smallest_boundary(record.windows) if linear else np.nan,
         method=METHOD,
         details={
-            "windows": worded(record.windows) if linear else "",
-            "undecided": len(undecided(record.scan.sign)),
+            "windows": describe_windows(record.windows) if linear else "",
+            "undecided": len(find_undecided(record.scan.sign)),
             "growth_rate": float(record.abscissa),
             "proved_below": evidence.scheme.stable_below(evidence.view),
         },
@@ -175,7 +175,7 @@ def _doubt(record: StabilityRecord, sign: Array) -> str:
         return f"{text} of its noise, probability {far:.1g} beyond; without it rho = {scan.rho[first]:.6g}"
     if failed := np.count_nonzero(scan.failed[: len(sign)]):
         return f"no root at {failed} step sizes, the smallest h = {scan.h[np.argmax(scan.failed > 0.0)]:.3g}"
-    open_ = undecided(sign)
+    open_ = find_undecided(sign)
     if not len(open_):
         return ""
     first = open_[0]

@@ -248,10 +248,10 @@ def _start_at(chains: Chains, state: State) -> Chains:
 
 
 def _some(state: State, shift: int) -> State:
-    def chosen(part: Array) -> Array:
+    def choose(part: Array) -> Array:
         return np.asarray(part[..., (np.arange(PILOTS) + shift) % part.shape[-1]])
 
-    return type(state)(*map(chosen, state)) if isinstance(state, tuple) else chosen(state)
+    return type(state)(*map(choose, state)) if isinstance(state, tuple) else choose(state)
 
 
 def _distance(pair: list[Chains], unit: Array) -> Array:
@@ -334,7 +334,7 @@ def run_chains(scheme: Scheme, view: Any, plan: ChainPlan, enough: Callable[[Cha
     return record
 
 
-def grouped(means: Array) -> Array:
+def average_groups(means: Array) -> Array:
     """Return the means over groups of chains of time averages of shape (L, O, P), shape (K, L, O)."""
     groups = means.reshape(*means.shape[:-1], GROUPS, -1).mean(axis=-1)
     return np.moveaxis(groups, -1, 0)
@@ -355,8 +355,8 @@ def _looks(scheme: Scheme, wide: Chains, plan: ChainPlan, record: ChainRecord) -
             means = [0.5 * (mean + chains.average(steps)) for mean, chains in zip(means, both, strict=True)]
             steps *= 2
         record = record._replace(
-            levels=np.concatenate([record.levels, [grouped(means[0])]]),
-            wide=np.concatenate([record.wide, [grouped(means[1])[:, 0]]]),
+            levels=np.concatenate([record.levels, [average_groups(means[0])]]),
+            wide=np.concatenate([record.wide, [average_groups(means[1])[:, 0]]]),
             time=np.append(record.time, steps * plan.h),
         )
         record = _with_health(record, paired, wide)

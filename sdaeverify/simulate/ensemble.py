@@ -248,13 +248,13 @@ class _Watch:
         self.wanted: Sequence[Container[int]] = [frozenset()] * settings.levels
         if parts is None:
             return
-        with self.guarded():
+        with self.catch_errors():
             self.observer = measure.observer(problem, parts, settings)
             if self.observer is not None:
                 self.wanted = self.observer.wanted
 
     @contextmanager
-    def guarded(self) -> Iterator[None]:
+    def catch_errors(self) -> Iterator[None]:
         """Keep what the measure raises as its reason; nothing more is noted then."""
         try:
             with self.guard.measure(self.index):
@@ -268,20 +268,20 @@ class _Watch:
     def after_step(self, level: int, step: int, parts: Parts) -> None:
         """Pass on what is noted."""
         if self.observer is not None:
-            with self.guarded():
+            with self.catch_errors():
                 self.observer.after_step(level, step, parts)
 
     def after_coarsest_step(self, snapshot: Snapshot) -> None:
         """Pass on what is noted."""
         if self.observer is not None:
-            with self.guarded():
+            with self.catch_errors():
                 self.observer.after_coarsest_step(snapshot)
 
     def tally(self) -> Tally:
         """Return what was noted."""
         noted = Tally()
         if self.observer is not None:
-            with self.guarded():
+            with self.catch_errors():
                 noted = self.observer.tally()
         return noted
 
@@ -310,7 +310,7 @@ class _Run:
         parts = None
         if self.place.sampled:
             self.lane = Lane(scheme, self.view, self.settings, paths, self.reference.own)
-            parts = self.lane.tracks[0].constrained_parts()
+            parts = self.lane.tracks[0].constraint_arguments()
         self.watches = [_Watch(m, index, self.place, parts) for index, m in enumerate(self.entry.measures)]
 
     @property
@@ -364,7 +364,7 @@ class _Run:
     def _probe(self, watch: _Watch) -> Tally:
         probed = Tally()
         if self.place.first:
-            with watch.guarded():
+            with watch.catch_errors():
                 probed = watch.measure.probe(self.entry.scheme, self.view, self.settings)
         return probed
 

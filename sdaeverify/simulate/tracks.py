@@ -51,13 +51,13 @@ class Track:
                 self.recall.push(self.parts()["x"])
             for observer in observers:
                 if self.step in observer.wanted[self.level]:
-                    observer.after_step(self.level, self.step, self.constrained_parts())
+                    observer.after_step(self.level, self.step, self.constraint_arguments())
 
     def parts(self) -> Parts:
         """Return the named components of the state."""
         return self.scheme.parts(self.problem, self.state)
 
-    def constrained_parts(self) -> Parts:
+    def constraint_arguments(self) -> Parts:
         """Return the named components with what else a constraint may depend on: the time and the lagged values.
 
         Where it depends on them, a path that found no root, and was held, cannot satisfy it any more.

@@ -166,7 +166,7 @@ def plan(
 def _problem_plan(
     spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure], planner: Planner | None
 ) -> ProblemPlan:
-    schemes, measures = spec.crossed(schemes, measures)
+    schemes, measures = spec.select(schemes, measures)
     remote = planner(spec) if planner else RemoteCells(())
     if not remote.builds:
         return ProblemPlan(spec, None, remote.cells)

@@ -60,7 +60,7 @@ def remote_plan(
     if not isinstance(executor, Isolated):
         return None
     pending = {
-        spec.label: _submit(executor, CellsRequest(spec, *spec.crossed(schemes, measures), sources)) for spec in specs
+        spec.label: _submit(executor, CellsRequest(spec, *spec.select(schemes, measures), sources)) for spec in specs
     }
     return lambda spec: pending[spec.label].outcome()
 

@@ -140,7 +140,7 @@ class Study:
             yield state.heard(job, found)
             if not isinstance(found, Portion):
                 job.problem.absorb(job.task, found)
-                results = job.problem.screened()
+                results = job.problem.judge_screened()
                 yield Screened(job.problem.plan.spec.label, results, len(job.problem.runs) - len(results))
 
     def _look(

@@ -112,7 +112,7 @@ class ProblemRun:
                 run = runs[entry.scheme, measure.name]
                 run.evidence = _merge_lane(run.evidence, lane, index)
 
-    def screened(self) -> tuple[CellResult, ...]:
+    def judge_screened(self) -> tuple[CellResult, ...]:
         """Return what is known of the cells about which paths tell nothing; they are judged once more with all."""
         done = [run for run in self.runs if run.evidence.refused or _draws_none(run.cell.measure)]
         return tuple(self._judge_runs([run for run in done if not run.halted]))

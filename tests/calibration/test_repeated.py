@@ -5,7 +5,7 @@ import pytest
 
 from sdaeverify import Settings
 from sdaeverify.contracts.tally import Tally
-from sdaeverify.lab.calibration.repeated import UNIT, Repeated, appended, one, pooled, stacked
+from sdaeverify.lab.calibration.repeated import UNIT, Repeated, append_tallies, one, pool, stack_tallies
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
 from sdaeverify.numerics.digits import SAMPLED
@@ -31,7 +31,7 @@ def test_pooled_repetitions_are_merged_ones():
     """Pooling neighbours gives what merging their tallies one by one gives."""
     tallies = [tally(seed) for seed in range(6)]
 
-    found = pooled(stacked(tallies), 3)
+    found = pool(stack_tallies(tallies), 3)
 
     assert same(one(found, 0), tallies[0].merged(tallies[1]).merged(tallies[2]))
     assert same(one(found, 1), tallies[3].merged(tallies[4]).merged(tallies[5]))
@@ -41,7 +41,7 @@ def test_first_of_every_few_are_pooled():
     """A look takes the first repetitions of each sequence and leaves the others."""
     tallies = [tally(seed) for seed in range(6)]
 
-    found = pooled(stacked(tallies), 2, every=3)
+    found = pool(stack_tallies(tallies), 2, every=3)
 
     assert same(one(found, 1), tallies[3].merged(tallies[4]))
 
@@ -50,7 +50,7 @@ def test_stacks_are_appended():
     """Stacked tallies of two blocks follow each other."""
     tallies = [tally(seed) for seed in range(5)]
 
-    both = appended([stacked(tallies[:2]), stacked(tallies[2:])])
+    both = append_tallies([stack_tallies(tallies[:2]), stack_tallies(tallies[2:])])
 
     assert all(same(one(both, index), expected) for index, expected in enumerate(tallies))
 
@@ -69,4 +69,4 @@ def test_repetitions_of_a_block_make_up_its_tally(measure):
     assert lane.errors == ("", "")
     assert {len(sums) for sums in repeated.sums.values()} == {2}
     # Sums keep so many bits: those of two parts and that of the whole are each rounded by half of the last one.
-    assert same(Tally(one(pooled(repeated, 2), 0).sums), Tally(whole.sums), rtol=2.0 ** (1 - SAMPLED))
+    assert same(Tally(one(pool(repeated, 2), 0).sums), Tally(whole.sums), rtol=2.0 ** (1 - SAMPLED))

@@ -7,7 +7,7 @@ from sdaeverify.contracts.measure import Evidence
 from sdaeverify.lab.calibration import judged
 from sdaeverify.lab.calibration.plan import calibration_plan
 from sdaeverify.lab.calibration.repeated import POOLED
-from sdaeverify.lab.calibration.samples import SEQUENCES_A_BLOCK, joined
+from sdaeverify.lab.calibration.samples import SEQUENCES_A_BLOCK, join_samples
 from sdaeverify.lab.calibration.studies import published_rates, verdict_rates
 from sdaeverify.registry.load import load_registry
 
@@ -63,7 +63,7 @@ def test_rates_of_verdicts_name_what_is_wrong(sample):
 
 def test_samples_are_joined_in_order(sample):
     """Two blocks make one sample of twice the sequences."""
-    both = joined([sample, sample])
+    both = join_samples([sample, sample])
 
     assert both.sequences == 2 * sample.sequences == 2 * SEQUENCES_A_BLOCK
     assert len(both.judged.low) == both.sequences

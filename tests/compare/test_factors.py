@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import binom
 
 from sdaeverify import UsageError
-from sdaeverify.contracts.error_sizes import ErrorSizes, deterministic, sampled, without_error
+from sdaeverify.contracts.error_sizes import ErrorSizes, deterministic, estimate_sizes, without_error
 from sdaeverify.lab.compare.changes import Change, changes
 from sdaeverify.lab.compare.factors import BOTH_EXACT, IS_EXACT, WAS_EXACT, factor
 from sdaeverify.numerics.statistics import group_sums
@@ -16,7 +16,7 @@ PATHS = 256
 
 def sizes(errors, h=H):
     """Return sizes from errors of shape (levels, paths)."""
-    return sampled(h, group_sums(errors), group_sums(np.ones(errors.shape[-1])))
+    return estimate_sizes(h, group_sums(errors), group_sums(np.ones(errors.shape[-1])))
 
 
 def known(values, h=H):

@@ -11,7 +11,7 @@ from sdaeverify.conformance import violation
 from sdaeverify.conformance.contract import contract_violation
 from sdaeverify.conformance.violation import departure
 from sdaeverify.contracts.matching import match
-from sdaeverify.probe.step.states import cloud, reached
+from sdaeverify.probe.step.states import cloud, pilot_states
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_schemes
 from sdaeverify_planted.contract import LatePaths
@@ -76,7 +76,7 @@ def test_pendulum_that_is_wrong_far_out_was_verified_by_its_cloud() -> None:
     assert view is not None
     ito = view.equation()
     assert ito is not None
-    assert np.abs(cloud(view, ito)).max() < 1.5 < np.abs(reached(view, ito)).max()
+    assert np.abs(cloud(view, ito)).max() < 1.5 < np.abs(pilot_states(view, ito)).max()
     assert "drift" in violation(FarDrift(), view)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, HolonomicSDAE
-from sdaeverify.forms.mechanics.holonomic import projected
+from sdaeverify.forms.mechanics.holonomic import project
 
 EPS = np.finfo(float).eps
 PATHS = 6
@@ -191,7 +191,7 @@ def test_the_projector_is_a_projector(m):
     """P^2 = P, P grad g = 0, Dg M^{-1} P = 0, and P has rank n - m."""
     r, _ = points()
     problem, Dg = general(m), gradients(r)[:m]
-    P, _ = projected(problem, problem.linearised(r), np.repeat(np.eye(3)[..., None], PATHS, axis=2))
+    P, _ = project(problem, problem.linearised(r), np.repeat(np.eye(3)[..., None], PATHS, axis=2))
     bound = rounding(m, r)
     assert np.abs(np.einsum("ijp,jkp->ikp", P, P) - P).max() <= bound
     assert np.abs(np.einsum("ijp,mjp->imp", P, Dg)).max() <= bound
@@ -204,7 +204,7 @@ def test_noise_is_projected_along_the_constraint_forces(m):
     """P_M B is B less grad g G_M^{-1} Dg M^{-1} B, computed on every path with dense matrices."""
     r, _ = points()
     B = np.sin(np.arange(3.0 * 2 * PATHS)).reshape(3, 2, PATHS)
-    (result, _), Dg = projected(general(m), general(m).linearised(r), B), gradients(r)[:m]
+    (result, _), Dg = project(general(m), general(m).linearised(r), B), gradients(r)[:m]
     for p, (D, b) in enumerate(paths(Dg, B)):
         G = D @ np.linalg.solve(MASS, D.T)
         expected = b - D.T @ np.linalg.solve(G, D @ np.linalg.solve(MASS, b))

@@ -9,7 +9,7 @@ from sdaeverify.probe.local.consistency import (
     delay_consistency,
     no_delay_consistency,
 )
-from sdaeverify.probe.local.delay_links import linked
+from sdaeverify.probe.local.delay_links import remove_delay
 from sdaeverify.probe.local.strong_defects import local_strong
 from sdaeverify.probe.local.strong_order import strong_order
 from sdaeverify_problems.delay_ou import delay_ou
@@ -32,7 +32,7 @@ def test_the_past_alone_limits_it_where_noise_is_additive() -> None:
     assert consistency_order(record) == pytest.approx(0.5, abs=0.01)
     last = np.log(record.mean.max(axis=0)[-2:])
     assert np.diff(last) / np.diff(np.log(record.h[-2:])) == pytest.approx(1.5, abs=0.01)
-    assert strong_order(local_strong(*linked(scheme, problem)), 0).order == pytest.approx(1.0, abs=0.01)
+    assert strong_order(local_strong(*remove_delay(scheme, problem)), 0).order == pytest.approx(1.0, abs=0.01)
 
 
 def test_an_inconsistent_step_has_order_zero_or_less() -> None:

@@ -6,8 +6,8 @@ from scipy.linalg import solve_discrete_lyapunov
 
 from probe.theta_cells import MESHES, SETS, companion, random_step
 from sdaeverify import Mesh
-from sdaeverify.probe.linear.delay_step import Lagged, lagged
-from sdaeverify.probe.stability.delay_radius import covariances, noise_gain, scaled
+from sdaeverify.probe.linear.delay_step import Lagged, as_recursion
+from sdaeverify.probe.stability.delay_radius import covariances, noise_gain, rescale
 
 
 def around(recursion: Lagged, r: float, nodes: int = 4096) -> float:
@@ -37,7 +37,7 @@ def summed(recursion: Lagged, r: float, terms: int = 400) -> float:
 @pytest.mark.parametrize(("k", "d"), [(1, 1), (2, 1), (3, 2)])
 def test_covariances_solve_lyapunovs_equation(mesh: Mesh, k: int, d: int) -> None:
     """The blocks of P = F P F^T + Q in the first row, and none is wrong by more than is said."""
-    recursion = scaled(lagged(random_step(np.random.default_rng(5), k, d, 1), mesh), 1.5)
+    recursion = rescale(as_recursion(random_step(np.random.default_rng(5), k, d, 1), mesh), 1.5)
     F = companion(recursion)
     Q = np.diag(np.arange(1.0, k + 1.0))
     gamma, change = covariances(recursion, Q[:, :, None])
@@ -54,7 +54,7 @@ def test_covariances_solve_lyapunovs_equation(mesh: Mesh, k: int, d: int) -> Non
 @pytest.mark.parametrize(("k", "d", "noises"), [(1, 1, 1), (2, 1, 1), (3, 2, 2), (2, 2, 3)])
 def test_gains_are_the_sums_over_past_impulses(mesh: Mesh, k: int, d: int, noises: int) -> None:
     """Several noises of full rank, with algebraic components and without."""
-    recursion = lagged(random_step(np.random.default_rng(6), k, d, noises), mesh)
+    recursion = as_recursion(random_step(np.random.default_rng(6), k, d, noises), mesh)
     largest = np.abs(np.linalg.eigvals(companion(recursion))).max()
     r = 1.3 * largest**2
     found = noise_gain(recursion, r)
@@ -66,7 +66,7 @@ def test_gains_are_the_sums_over_past_impulses(mesh: Mesh, k: int, d: int, noise
 def test_gains_of_one_noise_of_rank_one_are_means_over_a_circle(h: float) -> None:
     """Parseval: sum_n r^-(n+1) (g^T F^n w)^2 for the theta method, where P of the history is never needed."""
     cell = SETS["VI"]
-    recursion = lagged(cell.step(0.4, h), cell.mesh(h))
+    recursion = as_recursion(cell.step(0.4, h), cell.mesh(h))
     assert noise_gain(recursion, 1.0).value == pytest.approx(around(recursion, 1.0), rel=1e-12)
 
 

@@ -7,7 +7,7 @@ from sdaeverify import SDE, Increment, Scheme
 from sdaeverify.arrays import Array
 from sdaeverify.forms.delay.linked import linked_equation
 from sdaeverify.measures.strong.findings import judge_strong
-from sdaeverify.probe.local.delay_links import keeps_constraint, linked
+from sdaeverify.probe.local.delay_links import keeps_constraint, remove_delay
 from sdaeverify.probe.local.strong_defects import local_strong
 from sdaeverify.probe.local.strong_order import strong_order
 from sdaeverify_planted.delay_lag import WrongLag
@@ -35,7 +35,7 @@ def test_without_delay_nothing_is_linked(problem: SDE) -> None:
     """Scheme and problem come back as they are."""
     scheme = StochasticTheta()
 
-    assert linked(scheme, problem) == (scheme, problem)
+    assert remove_delay(scheme, problem) == (scheme, problem)
 
 
 @pytest.mark.parametrize("name", ["II", "IV"])
@@ -67,7 +67,7 @@ def test_up_to_the_first_delay_there_is_one_solution() -> None:
 def test_a_linked_step_makes_the_older_step_first(theta: float) -> None:
     """The younger step's lagged values are the older step's begin and end."""
     a, b, c, d, l, q = SETS["IV"]
-    scheme, equation = linked(StochasticTheta(theta), delay_test("IV"))
+    scheme, equation = remove_delay(StochasticTheta(theta), delay_test("IV"))
     x, v = pairs()
     dW = np.sqrt(H) * np.random.default_rng(4).standard_normal((2, PATHS))
 
@@ -97,14 +97,14 @@ def test_a_linked_step_makes_the_older_step_first(theta: float) -> None:
 )
 def test_orders_before_and_after_the_first_delay(problem: SDE, links: int, order: float) -> None:
     """Delayed noise is additive up to the first delay and not after it; noise of the state is of order 1/2."""
-    found = strong_order(local_strong(*linked(StochasticTheta(0.0), problem, links)), 0)
+    found = strong_order(local_strong(*remove_delay(StochasticTheta(0.0), problem, links)), 0)
 
     assert found.order == pytest.approx(order, abs=0.05)
 
 
 def test_a_step_that_forgets_the_delay_is_refuted() -> None:
     """With x itself for its past, one step does not follow the equation."""
-    record = local_strong(*linked(WrongLag(0.5, "present"), delay_linear()))
+    record = local_strong(*remove_delay(WrongLag(0.5, "present"), delay_linear()))
 
     assert judge_strong(strong_order(record, 0), 0.5, sharp=True).verdict == "refuted"
 

@@ -8,7 +8,7 @@ import pytest
 from probe.delay_queue import mean_radius, queue_operator
 from probe.theta_cells import MESHES, SETS, Linear, companion, is_stable, random_step
 from sdaeverify import Mesh
-from sdaeverify.probe.linear.delay_step import LinearDelayStep, lagged
+from sdaeverify.probe.linear.delay_step import LinearDelayStep, as_recursion
 from sdaeverify.probe.stability import delay_radius
 from sdaeverify.probe.stability.delay_radius import outside, radius
 from sdaeverify.probe.stability.spectral import spectral_radius
@@ -112,7 +112,7 @@ def test_means_have_the_radius_of_the_recursion_and_of_a_long_run() -> None:
     """With and without noise; F^n grows like the n-th power of it."""
     cell, h = SETS["VI"], 1.0 / 8.5
     step, mesh = cell.step(0.5, h), cell.mesh(h)
-    F = companion(lagged(step, mesh))
+    F = companion(as_recursion(step, mesh))
     rho, width = mean_radius(step, mesh)
 
     assert rho == pytest.approx(np.abs(np.linalg.eigvals(F)).max(), rel=1e-11)

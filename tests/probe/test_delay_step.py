@@ -6,7 +6,7 @@ import pytest
 from probe.delay_queue import queue_operator
 from probe.theta_cells import MESHES, SETS, companion, random_step, walked
 from sdaeverify import Array, Mesh
-from sdaeverify.probe.linear.delay_step import LinearDelayStep, lagged
+from sdaeverify.probe.linear.delay_step import LinearDelayStep, as_recursion
 
 
 def sizes(F: Array, count: int) -> Array:
@@ -23,7 +23,7 @@ def test_both_are_the_recursion_written_out(mesh: Mesh) -> None:
     expected = walked(step, mesh, x, 12)
 
     past = np.array(x[::-1])
-    recursion = lagged(step, mesh)
+    recursion = as_recursion(step, mesh)
     F, found = companion(recursion), [past[0]]
     past = past[: len(F)] if len(F) < len(past) else past
     for _ in range(12):
@@ -44,7 +44,7 @@ def test_both_are_the_recursion_written_out(mesh: Mesh) -> None:
 def test_recursion_and_queue_have_the_same_eigenvalues(mesh: Mesh, k: int, d: int) -> None:
     """All that are not 0 of the smaller matrix, with algebraic components, too."""
     step = random_step(np.random.default_rng(1), k, d, 2)
-    F, queue = companion(lagged(step, mesh)), queue_operator(step, mesh).factors[..., 0]
+    F, queue = companion(as_recursion(step, mesh)), queue_operator(step, mesh).factors[..., 0]
     count = k + max(0, mesh.m - 1) * d
     assert sizes(F, count) == pytest.approx(sizes(queue, count), rel=1e-6)
 
@@ -54,7 +54,7 @@ def test_noise_reads_the_same_lagged_values(mesh: Mesh) -> None:
     """Noise with the drift's coefficients has the drift's recursion, and the drift's rows of the queue."""
     step = random_step(np.random.default_rng(2), 3, 2, 1)
     doubled = LinearDelayStep(step.drift, 2.0 * step.drift[None])
-    drift, noise = lagged(doubled, mesh).maps
+    drift, noise = as_recursion(doubled, mesh).maps
     assert noise == pytest.approx(2.0 * drift)
 
     factors = queue_operator(doubled, mesh).factors
@@ -68,8 +68,8 @@ def test_noise_reads_the_same_lagged_values(mesh: Mesh) -> None:
 def test_at_most_four_lags_have_coefficients() -> None:
     """However long the delay: those of y_n, v_n and v_{n+1}."""
     step = SETS["VI"].step(0.3, 1.0 / 99.5)
-    assert lagged(step, SETS["VI"].mesh(1.0 / 99.5)).lags.tolist() == [0, 98, 99, 100]
-    assert lagged(step, Mesh(1, 0.5)).lags.tolist() == [0, 1]
+    assert as_recursion(step, SETS["VI"].mesh(1.0 / 99.5)).lags.tolist() == [0, 98, 99, 100]
+    assert as_recursion(step, Mesh(1, 0.5)).lags.tolist() == [0, 1]
 
 
 @pytest.mark.parametrize("theta", [0.0, 0.2, 0.5, 1.0])

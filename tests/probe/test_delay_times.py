@@ -13,7 +13,7 @@ from sdaeverify.measures.strong.findings import FIRST, SECOND, WHOLE, judge_stro
 from sdaeverify.measures.weak.probe import judge_weak, probe_weak
 from sdaeverify.probe.linear.delay_step import no_lasting_run, no_lasting_step
 from sdaeverify.probe.linear.moments import delay_moment_errors, moment_orders, no_delay_moments
-from sdaeverify.probe.local.delay_links import keeps_constraint, linked
+from sdaeverify.probe.local.delay_links import keeps_constraint, remove_delay
 from sdaeverify.probe.local.strong_defects import local_strong
 from sdaeverify.probe.local.strong_order import strong_order
 from sdaeverify.probe.local.weak_defects import local_weak
@@ -52,7 +52,7 @@ class KnowsHistory(StochasticTheta):
 def test_a_lag_that_is_lost_late_is_refuted(since: float) -> None:
     """On set II over four delays, where half of the mean is missing at the end, by strong and by weak order."""
     wrong, problem = LateLag(since=since), delay_test("II", horizon=4.0)
-    pair = linked(wrong, problem)
+    pair = remove_delay(wrong, problem)
 
     assert judge_strong(strong_order(local_strong(*pair), 0), 0.5).verdict is Verdict.REFUTED
     assert judge_weak(weak_order(local_weak(*pair)), 1.0).verdict is Verdict.REFUTED
@@ -62,7 +62,7 @@ def test_each_interval_is_judged_by_its_own_steps() -> None:
     """What is lost after the second delay leaves the orders on the first two intervals what they are."""
     wrong, problem = LateLag(), delay_test("II", horizon=4.0)
     spans = (FIRST, SECOND, WHOLE)
-    pairs = (linked(wrong, problem, span.links, span.until) for span in spans)
+    pairs = (remove_delay(wrong, problem, span.links, span.until) for span in spans)
     orders = [strong_order(local_strong(*pair), 0) for pair in pairs]
 
     assert [judge_strong(order, 0.5).verdict.value for order in orders] == ["verified", "verified", "refuted"]
@@ -80,7 +80,7 @@ def test_a_scheme_may_know_the_history(scheme: Scheme, problem: DelaySDAE) -> No
     np.testing.assert_array_equal(record.second, expected.second)
     assert least_order(moment_orders(record)) == pytest.approx((1.0, 1.0), abs=0.02)
     assert keeps_constraint(scheme, problem) is bool(problem.constraints)
-    assert judge_weak(weak_order(local_weak(*linked(scheme, problem))), 1.0).verdict is Verdict.VERIFIED
+    assert judge_weak(weak_order(local_weak(*remove_delay(scheme, problem))), 1.0).verdict is Verdict.VERIFIED
 
 
 def test_moments_say_nothing_of_steps_that_change() -> None:

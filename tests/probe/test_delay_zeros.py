@@ -5,7 +5,7 @@ import pytest
 
 from probe.theta_cells import MESHES, SETS, companion, random_step
 from sdaeverify import Mesh
-from sdaeverify.probe.linear.delay_step import Lagged, lagged
+from sdaeverify.probe.linear.delay_step import Lagged, as_recursion
 from sdaeverify.probe.stability.delay_radius import outside
 
 
@@ -18,7 +18,7 @@ def scalar(*coefficients: float) -> Lagged:
 @pytest.mark.parametrize(("k", "d"), [(1, 1), (2, 1), (3, 2)])
 def test_counts_are_those_of_the_companion_matrix(mesh: Mesh, k: int, d: int) -> None:
     """On circles halfway between the moduli of the eigenvalues, conjugate pairs counting twice."""
-    recursion = lagged(random_step(np.random.default_rng(4), k, d, 1), mesh)
+    recursion = as_recursion(random_step(np.random.default_rng(4), k, d, 1), mesh)
     moduli = np.sort(np.abs(np.linalg.eigvals(companion(recursion))))
     moduli = moduli[moduli > 1e-2]
     apart = np.diff(moduli) > 1e-6
@@ -55,7 +55,7 @@ def test_a_pair_beside_the_circle_is_not_missed() -> None:
 def test_long_delays_are_counted_at_once() -> None:
     """Set IV at h = 1/1024: none outside the unit circle, one outside e^(s h) for s a little left of the root."""
     cell, h = SETS["IV"], 1.0 / 1024.0
-    recursion = lagged(cell.step(0.2, h), cell.mesh(h))
+    recursion = as_recursion(cell.step(0.2, h), cell.mesh(h))
     s = cell.equation.rightmost_root.real
     assert outside(recursion, 1.0) == 0
     assert outside(recursion, np.exp((s + 0.01) * h)) == 0

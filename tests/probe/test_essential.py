@@ -7,7 +7,7 @@ from probe import linear_cells as c
 from sdaeverify import DelaySDAE, HolonomicSDAE, HolonomicState, Increment, Scheme, Step
 from sdaeverify.probe.linear.equation import linear_equation
 from sdaeverify.probe.linear.linear_map import MemoryStep
-from sdaeverify.probe.linear.observable_part import essential_equation, essential_operator, observed
+from sdaeverify.probe.linear.observable_part import essential_equation, essential_operator, restrict_to_observed
 from sdaeverify.probe.linear.step_moments import step_moments
 from sdaeverify.probe.stability.spectral import spectral_radius
 from sdaeverify.probe.stability.stability import no_stability, stability
@@ -38,7 +38,7 @@ def test_memory_that_nothing_depends_on_is_left_out() -> None:
     """Of the two-step scheme, the state and the last drift stay; the walk beside them goes."""
     step = MemoryStep(OneStep(c.AdamsBashforth(), c.linear(-2.0, [0.5])), 0.1)
     operator = step_moments(step.one_step, 0.1).operator
-    found = observed(step, operator)
+    found = restrict_to_observed(step, operator)
     assert found.rows.shape == (3, 4)
     assert np.abs(found.rows[:2, 2]).max() == 0.0
     assert spectral_radius(operator.homogeneous).rho == pytest.approx(4.0, rel=1e-12)
@@ -48,7 +48,7 @@ def test_memory_that_nothing_depends_on_is_left_out() -> None:
 def test_memory_that_comes_back_late_is_kept() -> None:
     """The oldest of six past states acts on the components after six steps."""
     step = MemoryStep(OneStep(c.Delayed(6, -0.5), c.linear(-2.0, [0.5])), 0.1)
-    assert len(observed(step, step_moments(step.one_step, 0.1).operator).rows) == 8
+    assert len(restrict_to_observed(step, step_moments(step.one_step, 0.1).operator).rows) == 8
 
 
 def test_a_constrained_problem_decays_like_its_free_form() -> None:

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from sdaeverify.probe.operator.functional_orders import (
-    bounded,
     error_floors,
     functional_orders,
     least_order,
     obstacle,
+    widen,
 )
 from sdaeverify.probe.operator.transition_errors import TransitionErrors
 from sdaeverify_problems.affine_constraint import affine_constraint
@@ -118,7 +118,7 @@ def test_orders_on_steps_that_do_not_resolve_the_fastest_time_have_no_upper_boun
     """A constant error is a wrong limit; on steps that do not resolve the fastest time it is none."""
     found = functional_orders(record(0.1 + H))
     for eps, high in ((0.0, 0.0), (64.0 * H[-1], 0.0), (63.0 * H[-1], np.inf)):
-        (seen,) = bounded(found, affine_constraint(eps=eps, q=1))
+        (seen,) = widen(found, affine_constraint(eps=eps, q=1))
         assert seen.order == 0.0
         assert seen.high == high
 

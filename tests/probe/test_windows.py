@@ -10,12 +10,12 @@ from sdaeverify.probe.stability.stability import StabilityRecord, no_stability, 
 from sdaeverify.probe.stability.windows import (
     brackets,
     crossings,
+    describe_windows,
+    find_undecided,
     scan_sizes,
     signs,
     smallest_boundary,
     stable_windows,
-    undecided,
-    worded,
 )
 from sdaeverify_problems.gbm import linear_test
 from sdaeverify_problems.noncommuting import noncommuting
@@ -68,7 +68,7 @@ def test_the_theta_method_is_stable_everywhere_from_one_half_on(a: float, b: flo
     """No boundary between 1e-3 and 1e3."""
     record = found(StochasticTheta(theta=theta), linear_test(a, b))
     assert record.windows == [(0.0, INF)]
-    assert worded(record.windows) == "all h"
+    assert describe_windows(record.windows) == "all h"
     assert record.scan.h[0] <= 1e-3
     assert record.scan.h[-1] >= 1e3 * (1.0 - 1e-12)
 
@@ -98,7 +98,7 @@ def test_all_windows_are_reported() -> None:
     record = found(c.Formula(c.two_windows), c.linear(-1.0, [0.5]))
     assert record.boundaries == pytest.approx([0.5, 2.0, 3.0], rel=1e-12)
     assert record.windows == [(0.0, record.boundaries[0]), tuple(record.boundaries[1:])]
-    assert worded(record.windows) == "h < 0.5; 2 < h < 3"
+    assert describe_windows(record.windows) == "h < 0.5; 2 < h < 3"
     assert smallest_boundary(record.windows) == record.boundaries[0]
 
 
@@ -153,8 +153,8 @@ def test_a_conservative_scheme_is_marginal_everywhere() -> None:
     """The midpoint rule on a rotation has rho = 1: neither stable nor unstable."""
     record = found(c.Formula(rotation), c.linear([[0.0, 1.0], [-1.0, 0.0]], [np.zeros((2, 2))]))
     assert (record.scan.sign == 0).all()
-    assert len(undecided(record.scan.sign)) == len(record.scan.h)
-    assert worded(record.windows) == "none"
+    assert len(find_undecided(record.scan.sign)) == len(record.scan.h)
+    assert describe_windows(record.windows) == "none"
 
 
 def test_signs_need_ten_times_the_error() -> None:
@@ -167,7 +167,7 @@ def test_a_crossing_on_the_grid_is_a_crossing_and_a_wide_gap_is_none() -> None:
     """One undecided place between two signs is a boundary; two of them, or one between equal signs, stay open."""
     h, sign = np.array([1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0]), np.array([-1, 0, 1, 0, 1, 0, 0])
     assert brackets(sign) == [(0, 2)]
-    assert undecided(sign).tolist() == [3, 5, 6]
+    assert find_undecided(sign).tolist() == [3, 5, 6]
     roots = crossings(lambda size: size / 2.0, h, sign)
     assert roots == pytest.approx([2.0], rel=1e-14)
     assert stable_windows(h, sign, roots) == [(0.0, roots[0])]
@@ -175,7 +175,7 @@ def test_a_crossing_on_the_grid_is_a_crossing_and_a_wide_gap_is_none() -> None:
     gap = np.array([-1, -1, 0, 0, 1, 1, -1])
     assert brackets(gap) == [(5, 6)]
     assert stable_windows(h, gap, np.array([50.0])) == [(0.0, 2.0), (50.0, INF)]
-    assert worded(stable_windows(h, gap, np.array([50.0]))) == "h < 2; h > 50"
+    assert describe_windows(stable_windows(h, gap, np.array([50.0]))) == "h < 2; h > 50"
 
 
 def test_crossings_pass_over_radii_that_are_zero_infinite_or_unknown() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from sdaeverify import Array, Dissipation, Mesh
 from sdaeverify.probe.linear.delay_equation import LinearDelay
-from sdaeverify.probe.linear.delay_step import Lagged, LinearDelayStep, lagged
+from sdaeverify.probe.linear.delay_step import Lagged, LinearDelayStep, as_recursion
 from sdaeverify.probe.stability.delay_radius import side_of
 from sdaeverify.probe.stability.spectral import WIDTHS
 
@@ -67,7 +67,7 @@ def is_stable(step: LinearDelayStep, mesh: Mesh) -> bool | None:
     """Tell whether second moments tend to 0; None if the arithmetic does not tell."""
     if not np.isfinite(step.maps).all():
         return None
-    recursion = lagged(step, mesh)
+    recursion = as_recursion(step, mesh)
     side = side_of(recursion, 1.0)
     # Widths up to 1e-9 are tried: on the circle itself an eigenvalue of the means may lie, while noise makes the
     # radius larger.

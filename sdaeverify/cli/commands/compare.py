@@ -94,10 +94,10 @@ def _json(rows: "Rows", omitted: "list[Omitted]", options: dict[str, Any], code:
 
 
 def _show(rows: "Rows", omitted: "list[Omitted]", *, every: bool) -> None:
-    from ...lab.compare.changes import comparison_table, counts, left_out  # noqa: PLC0415
+    from ...lab.compare.changes import comparison_table, counts, list_omissions  # noqa: PLC0415
 
     console = output(unbroken=True)
     if shown := [row for row in rows if every or row[1].change != "same"]:
         console.print(comparison_table(shown))
         console.print()
-    print_texts(console, (*left_out(omitted), counts(rows)))
+    print_texts(console, (*list_omissions(omitted), counts(rows)))

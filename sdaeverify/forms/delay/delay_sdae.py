@@ -20,8 +20,8 @@ from ..checks import (
     check_shape,
     check_truth,
     columns,
+    format_value,
     numbers,
-    shown,
     vector,
 )
 from ..problem import Problem, Residual, briefly_signed
@@ -398,8 +398,8 @@ class DelaySDAE(Delayed):
         check_regular(self, x, v, y)
         check_solved(self, x, v)
         if np.abs(u).max() > CONSISTENCY * size_of_terms(self, x, v, y):
-            given = shown(numbers(y[:, 0]).tolist())  # type: ignore[union-attr]
-            solution = shown(self.eliminated(0.0, x, v)[:, 0].tolist())
+            given = format_value(numbers(y[:, 0]).tolist())  # type: ignore[union-attr]
+            solution = format_value(self.eliminated(0.0, x, v)[:, 0].tolist())
             raise ProblemError(
                 f"algebraic: y = {given} at time 0 violates constraint = 0; it is solved by {solution}"
             )
@@ -430,11 +430,11 @@ def solve_algebraic(problem: "DelaySDAE", t: float, x: Array, v: Array, guess: A
     def matrix(y: Array) -> Array:
         return problem.linearised_constraint(t, real, lagged, y).y
 
-    def linearised(y: Array) -> tuple[Array, Callable[[], Array]]:
+    def linearise(y: Array) -> tuple[Array, Callable[[], Array]]:
         return constraint(t, real, lagged, y), lambda: matrix(y)
 
     begin = np.broadcast_to(guess, (len(guess), x.shape[-1]))
-    root = newton(linearised, begin, update_tolerance(largest(begin), largest(real)))
+    root = newton(linearise, begin, update_tolerance(largest(begin), largest(real)))
     y = np.where(root.converged, root.x, np.nan)
     if not (np.iscomplexobj(x) or np.iscomplexobj(v)):
         return y

@@ -25,9 +25,9 @@ from ..checks import (
     check_shape,
     check_truth,
     columns,
+    format_value,
     largest_component,
     numbers,
-    shown,
     vector,
 )
 from ..manifold import onto_manifold
@@ -361,7 +361,7 @@ def _inverse_mass(mass: ArrayLike | None, n: int) -> Array | None:
     # What has an infinite mass moves at its own speed, whatever pushes it: a clock.
     moved = np.ones(n, dtype=bool) if M is None or M.shape != (n, n) else ~np.isposinf(np.diag(M))
     if M is None or M.shape != (n, n) or not np.isfinite(M[moved][:, moved]).all() or not _alone(M, ~moved):
-        raise ProblemError(f"mass must be a finite matrix of shape ({n}, {n}), got {shown(mass)}")
+        raise ProblemError(f"mass must be a finite matrix of shape ({n}, {n}), got {format_value(mass)}")
     if not moved.any():
         raise ProblemError(f"mass must be finite in some direction, got {M.tolist()}")
     M = M[moved][:, moved]
@@ -413,12 +413,12 @@ def inherent_sde(problem: "HolonomicSDAE", *, with_multiplier: bool = False) -> 
 
     def diffusion(t: float, x: Array) -> Array:
         r, v = x[:n], x[n : 2 * n]
-        PB, Lam = projected(problem, problem.linearised(r), problem.diffusion(t, r, v))
+        PB, Lam = project(problem, problem.linearised(r), problem.diffusion(t, r, v))
         return zero_columns(np.concatenate([problem.inverse_mass(PB), Lam[:m]]), n)
 
     def diffusion_product(t: float, x: Array, w: Array) -> Array:
         r, v = x[:n], x[n : 2 * n]
-        Pw, lam = projected(problem, problem.linearised(r), problem.diffused(t, r, v, w))
+        Pw, lam = project(problem, problem.linearised(r), problem.diffused(t, r, v, w))
         return np.concatenate([0.0 * r, problem.inverse_mass(Pw), lam[:m]])
 
     start = [np.asarray(problem.position), np.asarray(problem.velocity), np.zeros(m)]
@@ -441,7 +441,7 @@ def inherent_sde(problem: "HolonomicSDAE", *, with_multiplier: bool = False) -> 
     )
 
 
-def projected(problem: "HolonomicSDAE", J: "ConstraintJacobian", y: Array) -> tuple[Array, Array]:
+def project(problem: "HolonomicSDAE", J: "ConstraintJacobian", y: Array) -> tuple[Array, Array]:
     """Return P_M y and the multipliers -G_M^{-1} Dg M^{-1} y that make it up, for y of shape (n, P) or (n, l, P).
 
     Parameters

@@ -159,11 +159,11 @@ class Structure:
         d = len(r) // self.nodes
         blocks = np.zeros((2 * self.reach + 1, self.nodes, d, d, r.shape[-1]))
 
-        def weighted(y: Array, z: Array) -> Array:
+        def weigh(y: Array, z: Array) -> Array:
             return c * problem.d2g(r, y, z)
 
         for y in self._units(r, self.reach + 1):
-            rows = self._rows(r, partial(weighted, y.y))
+            rows = self._rows(r, partial(weigh, y.y))
             for before in range(self.reach + 1):
                 owners = y.rows(self.nodes, -before)
                 for k in range(self.reach + 1):
@@ -240,7 +240,7 @@ class Unstructured(Structure):
             return super().force_blocks(problem, t, r, v)
         n, P = r.shape
         sides = n * P
-        x, unit = repeated(np.concatenate([r, v]), 2 * n), units(2 * n, P)
+        x, unit = repeat_paths(np.concatenate([r, v]), 2 * n), units(2 * n, P)
         change = directional(lambda z: problem.force(t, z[:n], z[n:]), x, unit)
         by_x = np.broadcast_to(change, (n, 2 * sides)).reshape(n, 2, n, P)
         return one_block(by_x[:, 0]), one_block(by_x[:, 1])
@@ -253,13 +253,13 @@ class Unstructured(Structure):
         """Return v^T Hess g_j(r), one block of shape (m, n, P), and every H(c_k), of shape (n, n, P)."""
         n, P = r.shape
         unit = units(n, P)
-        second = problem.d2g(repeated(r, n * n), np.repeat(np.eye(n), n * P, axis=1), repeated(unit, n))
+        second = problem.d2g(repeat_paths(r, n * n), np.repeat(np.eye(n), n * P, axis=1), repeat_paths(unit, n))
         hessian = np.broadcast_to(second, (len(second), n * n * P)).reshape(-1, n, n, P)
         sums = np.einsum("kmp,mijp->kijp", c, hessian)
         return one_block(np.einsum("mijp,ip->mjp", hessian, v)), *map(one_block, sums)
 
 
-def repeated(x: Array, times: int) -> Array:
+def repeat_paths(x: Array, times: int) -> Array:
     """Return the paths several times, shape (n, P) -> (n, times P)."""
     return np.concatenate([x] * times, axis=1)
 

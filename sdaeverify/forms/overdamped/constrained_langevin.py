@@ -367,11 +367,11 @@ def langevin_equation(problem: "ConstrainedLangevin") -> SDE:
     """Return the Ito equation of penalised or constrained dynamics, (1.4) or (1.2)."""
     sigma, eps, d = problem.strength, problem.eps, problem.dimension
 
-    def penalised(_: float, x: Array) -> Array:
+    def penalised_drift(_: float, x: Array) -> Array:
         at = problem.near(x)
         return problem.drift(x) + 0.25 * sigma**2 * at.fixman - at.relaxation / eps
 
-    def constrained(_: float, x: Array) -> Array:
+    def constrained_drift(_: float, x: Array) -> Array:
         at, f = problem.near(x), problem.drift(x)
         tau = at.divergence - at.normal_traces
         return f - at.normal(f) - 0.5 * sigma**2 * at.J.transposed(at.gram.solve(tau))
@@ -380,13 +380,13 @@ def langevin_equation(problem: "ConstrainedLangevin") -> SDE:
         at = problem.near(x)
         return sigma * (np.eye(d)[..., None] - at.J.transposed(at.dual))
 
-    def projected(_: float, x: Array, w: Array) -> Array:
+    def project(_: float, x: Array, w: Array) -> Array:
         return sigma * (w - problem.near(x).normal(w))
 
     return SDE(
-        drift=penalised if eps else constrained,
+        drift=penalised_drift if eps else constrained_drift,
         diffusion=(lambda *_: sigma * np.eye(d)[..., None]) if eps else projector,
-        diffusion_product=(lambda *given: sigma * given[-1]) if eps else projected,
+        diffusion_product=(lambda *given: sigma * given[-1]) if eps else project,
         start=problem.start,
         constraint=None if eps else problem.constraint,
         **problem.carried,

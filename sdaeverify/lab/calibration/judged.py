@@ -16,7 +16,7 @@ from ...contracts.settings import Settings
 from ...contracts.tally import Tally
 from ...forms import Problem
 from ...measures.strong import Strong
-from .repeated import POOLED, UNIT, one, pooled
+from .repeated import POOLED, UNIT, one, pool
 
 # A claim that is kept, and one that is not.
 ABOVE = (0.0, 0.5)
@@ -68,7 +68,7 @@ def judge_sequences(
     settings = Settings(paths=UNIT * POOLED, block=UNIT, looks=len(LOOKS), family=1)
     probed = Strong().probe(scheme, view, settings)
     evidence = Evidence(scheme, problem, view, settings, Tally(), health, level=settings.level)
-    looks = [pooled(strong, count, POOLED) for count in LOOKS]
+    looks = [pool(strong, count, POOLED) for count in LOOKS]
     sequences = range(len(looks[0].sums["paths"]))
     with np.errstate(all="ignore"):
         published = [_published_intervals(replace(evidence, tally=one(looks[-1], index))) for index in sequences]

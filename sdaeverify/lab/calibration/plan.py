@@ -16,7 +16,7 @@ from ...registry.selection import select_problems, select_schemes
 from ...study import Advanced
 from .rates import Rate
 from .repeated import POOLED
-from .samples import ChainJob, PathJob, Sample, joined, path_settings
+from .samples import ChainJob, PathJob, Sample, join_samples, path_settings
 from .studies import (
     CELLS,
     family_rates,
@@ -200,7 +200,7 @@ class Calibration:
         self.rates = [*self._path_rates(samples), *chains, *self.plan.family_rates()]
 
     def _path_rates(self, samples: dict[str, list[Sample]]) -> Iterator[Rate]:
-        found = {label: joined(parts) for label, parts in samples.items()}
+        found = {label: join_samples(parts) for label, parts in samples.items()}
         for study, rates in STUDIES.items():
             for placed in self.plan.placed:
                 if study in placed.studies:

@@ -69,20 +69,20 @@ class RepeatedObserver:
     def tally(self) -> Tally:
         """Return the stacked tallies of all whole repetitions."""
         starts = range(0, self.paths - UNIT + 1, UNIT)
-        return stacked([self.inner.part(slice(start, start + UNIT)).tally() for start in starts])
+        return stack_tallies([self.inner.part(slice(start, start + UNIT)).tally() for start in starts])
 
 
-def stacked(tallies: Sequence[Tally]) -> Tally:
+def stack_tallies(tallies: Sequence[Tally]) -> Tally:
     """Return the tallies of several repetitions as one."""
     return _join(tallies, np.stack)
 
 
-def appended(tallies: Sequence[Tally]) -> Tally:
+def append_tallies(tallies: Sequence[Tally]) -> Tally:
     """Return several stacked tallies one after the other."""
     return _join(tallies, np.concatenate)
 
 
-def pooled(tally: Tally, count: int, every: int | None = None) -> Tally:
+def pool(tally: Tally, count: int, every: int | None = None) -> Tally:
     """Pool the first `count` of every `every` neighbouring repetitions (of every `count` if left out).
 
     Parameters

@@ -26,7 +26,7 @@ from ...simulate.chains import Chains
 from ...simulate.ensemble import Entry, LaneEvidence, Task, run_block
 from .judged import JudgedSequences, judge_sequences
 from .rates import COVERED, Rate, Trials
-from .repeated import POOLED, UNIT, Repeated, appended, opposite
+from .repeated import POOLED, UNIT, Repeated, append_tallies, opposite
 
 SEQUENCE = UNIT * POOLED
 SEQUENCES_A_BLOCK = 4
@@ -119,12 +119,12 @@ def path_settings(seed: int, sequences: int) -> tuple[Settings, list[int]]:
     return settings, full[:blocks]
 
 
-def joined(samples: Sequence[Sample]) -> Sample:
+def join_samples(samples: Sequence[Sample]) -> Sample:
     """Return the samples of several blocks as one."""
     judged = [sample.judged for sample in samples if sample.judged is not None]
     return samples[0]._replace(
-        strong=appended([sample.strong for sample in samples]),
-        weak=appended([sample.weak for sample in samples]),
+        strong=append_tallies([sample.strong for sample in samples]),
+        weak=append_tallies([sample.weak for sample in samples]),
         judged=JudgedSequences(*map(np.concatenate, zip(*judged, strict=True))) if judged else None,
     )
 

@@ -30,7 +30,7 @@ from ...numerics.statistics import GROUPS, Estimate, log_norms, slope_weights
 from ...study.holm import holm
 from .judged import ABOVE, LOOKS
 from .rates import COVERED, NOTHING, ExpectedRate, Rate, Trials
-from .repeated import POOLED, UNIT, estimates, opposite, pooled
+from .repeated import POOLED, UNIT, estimates, opposite, pool
 from .samples import Sample
 
 COUNTS = (1, 4, POOLED)
@@ -78,7 +78,7 @@ def slopes(sample: Sample, count: int, norm: str, every: int | None = None) -> t
     """
     index, p = NORMS[norm]
     slope = partial(_slope, slope_weights(np.log2(sample.h[-FITTED:])), p)
-    tally = pooled(sample.strong, count, every)
+    tally = pool(sample.strong, count, every)
     errors = sample._replace(strong=tally).errors[:, :, -FITTED:, index]
     everything = sample.errors[:, :, -FITTED:, index].sum(axis=1) / UNIT
     truth = opposite(everything, slope, sample.sequences, len(errors))
@@ -116,7 +116,7 @@ def mean_difference_rates(sample: Sample) -> Iterator[Rate]:
 
 def _rate(sample: Sample, name: str, count: int) -> Rate:
     slope = partial(_mean_slope, slope_weights(np.log2(sample.h[:-1][-FITTED:])))
-    tally = pooled(sample.weak, count)
+    tally = pool(sample.weak, count)
     values, counts = tally.sums[name], tally.sums["paths"][0]
     low, high = estimates(values, counts, slope).interval(0.95)
     everything = sample.weak.sums[name].sum(axis=1) / UNIT

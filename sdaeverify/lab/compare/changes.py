@@ -134,7 +134,7 @@ def counts(rows: Rows) -> str:
     return f"{len(rows)} {'quantity' if len(rows) == 1 else 'quantities'} compared: {', '.join(parts)}"
 
 
-def left_out(omitted: Sequence[Omitted]) -> Iterator[str]:
+def list_omissions(omitted: Sequence[Omitted]) -> Iterator[str]:
     """Yield what is not compared, a line for each reason."""
     grouped: dict[str, list[Omitted]] = {}
     for each in omitted:

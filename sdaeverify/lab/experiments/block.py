@@ -63,7 +63,7 @@ class Notebook:
         """Return nothing: what is noted is merged by experiments."""
         return Tally()
 
-    def noted(self) -> Noted:
+    def conclude(self) -> Noted:
         """Return what was noted."""
         if self.error or not self.values:
             return Noted(error=self.error or "not reached")
@@ -187,7 +187,7 @@ def _run_block(task: NoiseTask, block: int, paths: int) -> tuple[RunFound, ...]:
     for piece in _pieces(brownian, coarsest):
         for track in tracks:
             track.advance(piece)
-    return tuple(track.found(paths) for track in tracks)
+    return tuple(track.conclude(paths) for track in tracks)
 
 
 def _common(what: str, values: set[float] | set[int]) -> float:
@@ -239,7 +239,7 @@ class _Driven:
             raise ProblemError(f"it has {self.noise_dim} Brownian motions and is driven by {noise.dW.shape[1]}")
         return noise
 
-    def found(self, paths: int) -> RunFound:
+    def conclude(self, paths: int) -> RunFound:
         """Return what was noted, or why nothing was."""
         if self.error:
             return RunFound(error=self.error)
@@ -248,7 +248,7 @@ class _Driven:
             for name, total in self.track.costs.items()
         }
         costs["truncated"] = np.array([[self.track.truncated_steps, self.track.step * paths]], dtype=float)
-        return RunFound(self.h, {name: book.noted() for name, book in self.books.items()}, costs, paths)
+        return RunFound(self.h, {name: book.conclude() for name, book in self.books.items()}, costs, paths)
 
     @contextmanager
     def _catch_errors(self, where: str) -> Iterator[None]:

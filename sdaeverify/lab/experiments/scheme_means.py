@@ -135,10 +135,10 @@ def _mean(run: LinearRun, problem: Problem, value: SchemeValue, moments: tuple[A
     size, directions = np.linalg.eigh(second - np.outer(mean, mean))
     # Of a y that x determines there is no variance of its own, and rounding may give it a negative one.
     L = directions * np.sqrt(len(mean) * np.maximum(size, 0.0))
-    return float(_observed(run, problem, value, mean[:, None] + np.concatenate([L, -L], axis=1)).mean())
+    return float(_evaluate_observable(run, problem, value, mean[:, None] + np.concatenate([L, -L], axis=1)).mean())
 
 
-def _observed(run: LinearRun, problem: Problem, value: SchemeValue, z: Array) -> Array:
+def _evaluate_observable(run: LinearRun, problem: Problem, value: SchemeValue, z: Array) -> Array:
     d, t = run.view.dimension, problem.horizon * (value.at / value.steps)
     parts = run.scheme.parts(run.view, DelayState(z[:d], z[d:]))
     return problem.observables[value.observable](t, parts)
@@ -150,6 +150,6 @@ def _is_quadratic(run: LinearRun, problem: Problem, value: SchemeValue) -> bool:
         return False
     rng = np.random.Generator(np.random.Philox(key=SEED + 8))
     start, along = rng.standard_normal((2, run.step.rows, LINES))
-    at = np.stack([_observed(run, problem, value, start + i * along) for i in range(4)])
+    at = np.stack([_evaluate_observable(run, problem, value, start + i * along) for i in range(4)])
     third = np.array([-1.0, 3.0, -3.0, 1.0]) @ at
     return relative(third, np.abs(at).max(axis=0)) <= AFFINE

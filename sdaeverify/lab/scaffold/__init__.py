@@ -124,7 +124,7 @@ def write_plugin(folder: Path, names: Names) -> tuple[str, ...]:
     UsageError
         If the folder holds something, or cannot be written. Nothing is left in it then.
     """
-    texts = filled_in(names)
+    texts = fill_in(names)
     try:
         _require_empty(folder)
         folder.parent.mkdir(parents=True, exist_ok=True)
@@ -142,7 +142,7 @@ def write_plugin(folder: Path, names: Names) -> tuple[str, ...]:
     return tuple(texts)
 
 
-def filled_in(names: Names) -> Mapping[str, str]:
+def fill_in(names: Names) -> Mapping[str, str]:
     """Return the text of each file by its path, relative to the folder of the plugin."""
     values = {**names._asdict(), "scheme": names.scheme, "problem": names.problem, "version": version("sdaeverify")}
     template = files(__package__) / "template"

@@ -21,7 +21,7 @@ from ...contracts.settings import Settings
 from ...contracts.tally import Tally, packed, unpacked
 from ...forms import Problem
 from ...forms.truths import InvariantMean
-from ...probe.operator.functional_orders import FunctionalOrder, bounded, error_floors, functional_orders, obstacle
+from ...probe.operator.functional_orders import FunctionalOrder, error_floors, functional_orders, obstacle, widen
 from ...probe.operator.transition import refusal
 from ...probe.operator.transition_errors import (
     Densities,
@@ -30,7 +30,7 @@ from ...probe.operator.transition_errors import (
     invariant_observables,
     stationary_densities,
 )
-from ...probe.step.one_step import unresolved
+from ...probe.step.one_step import why_unresolved
 from ...registry.hookspecs import hookimpl
 from ...simulate.chains import ChainPlan, ChainRecord, run_chains
 from ..error_sizes import of_operator
@@ -83,7 +83,7 @@ def operator_levels(evidence: Evidence, record: TransitionErrors) -> Iterator[Le
 
 
 def _orders(view: Problem, record: TransitionErrors) -> dict[str, FunctionalOrder]:
-    return dict(zip(invariant_observables(view), bounded(functional_orders(record), view), strict=True))
+    return dict(zip(invariant_observables(view), widen(functional_orders(record), view), strict=True))
 
 
 def _finding(covered: Coverage, known: FunctionalOrder | None) -> Finding:
@@ -226,7 +226,7 @@ def stationary_record(evidence: Evidence) -> TransitionErrors | None:
     record = invariant_errors(scheme, view, sizes[:STEP_SIZES])
     more = _steps_needed(evidence, record, sizes)
     if usable(record) and more > STEP_SIZES:
-        record = record.refined(invariant_errors(scheme, view, sizes[STEP_SIZES:more]))
+        record = record.extend(invariant_errors(scheme, view, sizes[STEP_SIZES:more]))
     return record if usable(record) else None
 
 
@@ -248,7 +248,7 @@ def density_levels(record: Densities | None) -> Iterator[LevelFinding]:
 
 def _steps_needed(evidence: Evidence, record: TransitionErrors, sizes: Sequence[float]) -> int:
     """Return how many of the step sizes resolve the problem and settle the orders that are claimed, if they can."""
-    resolving = [not unresolved(evidence.view, h) for h in sizes]
+    resolving = [not why_unresolved(evidence.view, h) for h in sizes]
     if not resolving[-1]:
         return STEP_SIZES
     settled = is_settled(evidence, record)

@@ -131,7 +131,7 @@ class BiasSample:
         D, m = self.differences, self.differences.shape[1] - 1
         return exceeds(D[:, -1], 2.0 ** (-m * (float(claim.value) - claim.margin)) * D[:, 0])
 
-    def settled(self, confidence: float) -> bool:
+    def is_settled(self, confidence: float) -> bool:
         """Tell whether low local orders are no matter of too coarse steps.
 
         There are three differences at least, all told from 0 and of the same sign, and no local order that grows with
@@ -220,7 +220,7 @@ def chain_tests(found: list[BiasSample], claim: Claim, planned: float, evidence:
     -------
     ChainTests
     """
-    steady = found[-1].settled(evidence.settings.confidence)
+    steady = found[-1].is_settled(evidence.settings.confidence)
     falls = [sample.p_falls(claim) for sample in found]
     slow = [sample.p_slow(claim) if steady else 1.0 for sample in found]
     wrong = [sample.p_wrong(float(claim.value)) for sample in found]

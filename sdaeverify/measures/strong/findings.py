@@ -14,7 +14,7 @@ from ...contracts.tally import Tally, packed, unpacked
 from ...forms import Delayed, Problem
 from ...forms.delay.linked import X
 from ...probe.local.algebraic_defects import AlgebraicDefects, algebraic_defects, algebraic_order
-from ...probe.local.delay_links import Y, keeps_constraint, linked, loses_algebraic
+from ...probe.local.delay_links import Y, keeps_constraint, loses_algebraic, remove_delay
 from ...probe.local.strong_defects import LocalStrong, local_strong, no_local_order
 from ...probe.local.strong_order import ACCURACY, StrongOrder, at_most, strong_order
 from ...probe.step.one_step import OneStep
@@ -138,7 +138,7 @@ def probe_strong(scheme: Scheme, view: Problem, settings: Settings, span: Span =
     -------
     Tally
     """
-    pair = linked(scheme, view, span.links, span.until)
+    pair = remove_delay(scheme, view, span.links, span.until)
     if loses_algebraic(scheme, view) or no_local_order(*pair):
         return Tally()
     found = packed(span.name, local_strong(*pair))
@@ -168,7 +168,7 @@ def local_orders(evidence: Evidence, span: Span = WHOLE) -> Orders:
     if record is None:
         return {}
     scheme, view = evidence.scheme, evidence.view
-    names = OneStep(*linked(scheme, view, span.links, span.until)).names
+    names = OneStep(*remove_delay(scheme, view, span.links, span.until)).names
     orders = {name: strong_order(record, i) for i, name in enumerate(names)} | {STATE: strong_order(record)}
     if not keeps_constraint(scheme, view):
         return orders
@@ -182,7 +182,7 @@ def step_sizes(evidence: Evidence) -> dict[str, ErrorSizes]:
     record = unpacked(WHOLE.name, LocalStrong, evidence.tally)
     if record is None:
         return {}
-    return dict(of_step(record, list(OneStep(*linked(evidence.scheme, evidence.view)).names)))
+    return dict(of_step(record, list(OneStep(*remove_delay(evidence.scheme, evidence.view)).names)))
 
 
 def _local(evidence: Evidence, covered: Coverage, order: StrongOrder | None) -> _Local:

@@ -26,7 +26,7 @@ from ...contracts.settings import Settings
 from ...contracts.tally import Tally, packed, unpacked
 from ...forms import Problem
 from ...probe.local.consistency import Consistency, consistency
-from ...probe.local.delay_links import linked, loses_algebraic
+from ...probe.local.delay_links import loses_algebraic, remove_delay
 from ...probe.local.strong_defects import no_local_order
 from ...probe.step.one_step import OneStep
 from ...registry.hookspecs import hookimpl
@@ -199,7 +199,7 @@ class Uniform(Measure):
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the defects of one step, where it can be probed."""
-        pair = linked(scheme, view)
+        pair = remove_delay(scheme, view)
         if loses_algebraic(scheme, view) or no_local_order(*pair):
             return Tally()
         return packed(PROBED, consistency(*pair))
@@ -229,7 +229,7 @@ def _local_opinions(evidence: Evidence) -> dict[str, Opinion]:
     record = unpacked(PROBED, Consistency, evidence.tally)
     if record is None:
         return {}
-    names = enumerate(OneStep(*linked(evidence.scheme, evidence.view)).names)
+    names = enumerate(OneStep(*remove_delay(evidence.scheme, evidence.view)).names)
     return {**{name: judge_consistency(record, i) for i, name in names}, STATE: judge_consistency(record)}
 
 

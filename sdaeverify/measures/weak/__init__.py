@@ -95,7 +95,7 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     if _without_error(evidence, means, levels):
         return MeanOrder(unknown, levels, 0.0, PathTests.none("no error beyond rounding"), "no error beyond rounding")
     slope = means.functional(levels, slope_weights(np.log2(means.h[levels])))
-    resolved = means.resolved(levels)
+    resolved = means.least_signal(levels)
     if claim is None or isinstance(claim.value, str):
         return MeanOrder(slope, levels, resolved, PathTests.none(""))
     limit, blind = _limit(evidence, means, claim.value), _blind(evidence, means, levels)

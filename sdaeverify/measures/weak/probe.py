@@ -21,16 +21,16 @@ from ...probe.linear.moments import (
     no_moments,
 )
 from ...probe.local import weak_defects as local
-from ...probe.local.delay_links import linked, loses_algebraic
+from ...probe.local.delay_links import loses_algebraic, remove_delay
 from ...probe.local.weak_defects import SemigroupReference, weak_reference
 from ...probe.local.weak_order import LocalWeak, WeakOrder, weak_order
 from ...probe.operator import transition
 from ...probe.operator.functional_orders import (
     FunctionalOrder,
-    bounded,
     functional_orders,
     least_order,
     obstacle,
+    widen,
 )
 from ...probe.operator.transition_errors import TransitionErrors, chart_observables, weak_errors
 from ..error_sizes import of_moments, of_operator, of_step_expectations
@@ -85,7 +85,7 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
         Numbers of steps, for moments and operators.
     """
     evidence, found = Tally(), None
-    pair = linked(scheme, view)
+    pair = remove_delay(scheme, view)
     if not (loses_algebraic(scheme, view) or local.refusal(*pair)):
         found = local.local_weak(*pair, _reference)
         evidence = evidence.merged(packed(LOCAL, found))
@@ -109,7 +109,7 @@ def weak_probe(evidence: Evidence) -> WeakProbe:
     moments = unpacked(MOMENTS, MomentErrors, evidence.tally)
     return WeakProbe(
         None if defects is None else weak_order(defects),
-        None if moments is None else least_order(bounded(moment_orders(moments), evidence.view)),
+        None if moments is None else least_order(widen(moment_orders(moments), evidence.view)),
         orders,
     )
 
@@ -183,11 +183,11 @@ def _operator(scheme: Scheme, view: Any, settings: Settings) -> TransitionErrors
     least = {name: float(claim.value) for name, claim in claims.items() if claim and is_order(claim)}
     if obstacle(record) or all(orders[name].fixed or orders[name].low >= p - TOLERANCE for name, p in least.items()):
         return record
-    return record.refined(weak_errors(scheme, view, steps[FIRST:]))
+    return record.extend(weak_errors(scheme, view, steps[FIRST:]))
 
 
 def _operator_orders(view: Problem, record: TransitionErrors) -> dict[str, FunctionalOrder]:
-    return dict(zip(chart_observables(view), bounded(functional_orders(record), view), strict=True))
+    return dict(zip(chart_observables(view), widen(functional_orders(record), view), strict=True))
 
 
 def _middle(low: float, high: float) -> float:

@@ -79,7 +79,7 @@ class Lagged(NamedTuple):
     maps: Array
 
 
-def lagged(step: LinearDelayStep, mesh: Mesh) -> Lagged:
+def as_recursion(step: LinearDelayStep, mesh: Mesh) -> Lagged:
     """Return a step as a recursion in y alone; at most four lags have coefficients."""
     k, d = step.rows, step.delayed
     now, following = _weights(mesh)

@@ -31,7 +31,7 @@ from .delay_equation import is_autonomous, is_scalar
 from .delay_step import LinearDelayStep, Start, no_lasting_run, probed_step, run_moments, run_start
 from .equation import linear_equation
 from .linear_map import MemoryStep
-from .observable_part import observed
+from .observable_part import restrict_to_observed
 from .second_moments import smat, svec
 from .step_moments import step_moments
 
@@ -153,7 +153,7 @@ def _exact(one_step: OneStep) -> Array:
 def _propagate(one_step: OneStep, h: float, count: int) -> _Moments:
     found, step = step_moments(one_step, h), MemoryStep(one_step, h)
     z = np.append(flatten(step.start)[:, 0], 1.0)
-    operator, Q = observed(step, found.operator)
+    operator, Q = restrict_to_observed(step, found.operator)
     z, L = Q @ z, step.reading() @ Q.T
     P = smat(np.linalg.matrix_power(operator.dense(), count) @ svec(np.outer(z, z)), len(z))
     usable = float(not found.failed and np.isinf(found.far.pole))
@@ -161,7 +161,7 @@ def _propagate(one_step: OneStep, h: float, count: int) -> _Moments:
     return _Moments(L @ P @ L.T, scale, found.rule_error, found.defect, usable)
 
 
-def constrained(view: Delayed, steps: Sequence[int]) -> list[int]:
+def aligned_steps(view: Delayed, steps: Sequence[int]) -> list[int]:
     """Return the numbers of steps that a delay is a multiple of.
 
     On other meshes the leading coefficient of an error depends on where the delay lies between two mesh points, and
@@ -181,7 +181,7 @@ def no_delay_moments(scheme: Scheme, view: Delayed, steps: Sequence[int]) -> str
     steps : sequence of int
         Numbers of steps to the horizon that are asked for.
     """
-    if len(constrained(view, steps)) < FEWEST:
+    if len(aligned_steps(view, steps)) < FEWEST:
         return "the delay is no multiple of the steps"
     if not is_scalar(view):
         return "moments with a delay are propagated for scalar equations with scalar noise"
@@ -212,7 +212,7 @@ def delay_moment_errors(scheme: Scheme, view: Delayed, steps: Sequence[int]) -> 
     -------
     MomentErrors
     """
-    steps = constrained(view, [*steps, *(steps[-1] * 2**level for level in range(1, DELAY_FURTHER + 1))])
+    steps = aligned_steps(view, [*steps, *(steps[-1] * 2**level for level in range(1, DELAY_FURTHER + 1))])
     exact = known_moments(view)
     found = [_run(scheme, view, count) for count in steps]
     errors = np.array([each[:2] for each in found]) - exact

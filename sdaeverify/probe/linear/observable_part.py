@@ -38,7 +38,7 @@ class Observed(NamedTuple):
     rows: Array
 
 
-def observed(step: MemoryStep, operator: Operator, components: Array | None = None) -> Observed:
+def restrict_to_observed(step: MemoryStep, operator: Operator, components: Array | None = None) -> Observed:
     """Return an operator on the memory that components depend on.
 
     Parameters
@@ -68,8 +68,8 @@ def essential_operator(step: MemoryStep, operator: Operator) -> Operator:
     """Return the linear part of an operator where it matters for stability, on (p, p) matrices."""
     one_step = step.one_step
     if not one_step.view.has_constraints or not np.isfinite(operator.factors).all():
-        return observed(step, operator).operator.homogeneous
-    seen = observed(step, operator, _states(linear_equation(one_step.equation)))
+        return restrict_to_observed(step, operator).operator.homogeneous
+    seen = restrict_to_observed(step, operator, _states(linear_equation(one_step.equation)))
     linear, entered = seen.operator.homogeneous, one_step.enter(one_step.admissible_corners, 0.0, step.h)
     columns = seen.rows[:-1, :-1] @ _differences(flatten(entered))
     return _between(linear, _close_under_maps(columns.T, linear.factors.swapaxes(0, 1)))

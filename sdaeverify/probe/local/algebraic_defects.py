@@ -22,7 +22,7 @@ from ...noise.brownian import Increment
 from ..step.nodes import normal_rule
 from ..step.one_step import OneStep
 from ..step.states import WHEN, cloud
-from .delay_links import Y, linked
+from .delay_links import Y, remove_delay
 from .orders import last_orders
 from .strong_defects import LEVELS, ROUNDING
 
@@ -61,7 +61,7 @@ def algebraic_defects(scheme: Scheme, view: Delayed, delta: float) -> AlgebraicD
     -------
     AlgebraicDefects
     """
-    step = OneStep(*linked(scheme, view))
+    step = OneStep(*remove_delay(scheme, view))
     x, h = cloud(step.view, step.equation), LEVELS * step.view.time_unit
     with np.errstate(all="ignore"):
         found = [_level(scheme, view, np.split(x, 2), WHEN * step.view.horizon, (float(size), delta)) for size in h]

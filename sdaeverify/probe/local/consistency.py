@@ -20,7 +20,7 @@ from ...noise.brownian import Increment
 from ..step.nodes import SEED, HalfSteps, Nodes, half_steps, step_nodes
 from ..step.one_step import OneStep
 from ..step.states import WHEN, cloud
-from .delay_links import linked
+from .delay_links import remove_delay
 from .orders import last_orders
 from .strong_defects import LEVELS, ROUNDING, core
 
@@ -196,7 +196,7 @@ def delay_consistency(scheme: Scheme, view: Delayed) -> DelayConsistency:
     -------
     DelayConsistency
     """
-    step = OneStep(*linked(scheme, view))
+    step = OneStep(*remove_delay(scheme, view))
     x, nodes = cloud(step.view, step.equation), half_steps(2 * view.noise_dim, DELAY_NODES)
     h = LEVELS * step.view.time_unit
     with np.errstate(all="ignore"):

@@ -29,7 +29,7 @@ Y = "y"
 CLOSE = 1e-9
 
 
-def linked(scheme: Scheme, view: Problem, links: int = 2, until: float = np.inf) -> tuple[Scheme, Problem]:
+def remove_delay(scheme: Scheme, view: Problem, links: int = 2, until: float = np.inf) -> tuple[Scheme, Problem]:
     """Return a scheme and a problem without delay on which one step says what it says with the delay.
 
     Parameters

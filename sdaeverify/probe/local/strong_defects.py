@@ -14,7 +14,7 @@ from ...contracts.scheme import Scheme
 from ...forms import Equation, Problem
 from ...numerics.digits import SCALE, keep_defined, significant
 from ..step.nodes import MOST_NODES, HalfSteps, half_steps
-from ..step.one_step import OneStep, unresolved
+from ..step.one_step import OneStep, why_unresolved
 from ..step.states import WHEN, in_batches
 from ..step.times import ProbeTime, times
 from .orders import SETTLED, TOLERANCE, last_orders
@@ -67,7 +67,7 @@ def no_local_order(scheme: Scheme, view: Problem) -> str:
         return f"sums of {scheme.law.name} increments are no increments of a longer step"
     shortest = float(LEVELS[-1]) * view.time_unit
     step = OneStep(scheme, view)
-    return unresolved(view, shortest) or step.refusal(beside=True) or step.all_truncated(_last_but_one(view))
+    return why_unresolved(view, shortest) or step.refusal(beside=True) or step.all_truncated(_last_but_one(view))
 
 
 def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
@@ -91,7 +91,7 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     when = times(step, x)
     counts = np.array(float(nodes.whole.exact)), np.array(float(len(when)))
 
-    def probed(h: Array) -> LocalStrong:
+    def probe(h: Array) -> LocalStrong:
         levels = [_level(step, x, nodes, float(size), when) for size in h]
         rms, mean, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
         rms, mean, scale = keep_defined(rms, scale), keep_defined(mean, scale), significant(scale, SCALE)
@@ -101,8 +101,8 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
 
     unit = view.time_unit
     with np.errstate(all="ignore"):
-        record = probed(LEVELS * unit)
-        return _join_levels(record, probed(FINER * unit)) if _slows_down(record) else record
+        record = probe(LEVELS * unit)
+        return _join_levels(record, probe(FINER * unit)) if _slows_down(record) else record
 
 
 def _last_but_one(view: Problem) -> float:

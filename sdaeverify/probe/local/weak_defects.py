@@ -24,7 +24,7 @@ from ...numerics import jacobian
 from ...numerics.digits import SCALE, keep_defined, significant
 from ..step import test_functions
 from ..step.nodes import LARGEST, Nodes, step_nodes
-from ..step.one_step import OneStep, unresolved
+from ..step.one_step import OneStep, why_unresolved
 from ..step.states import WHEN, cloud, in_batches
 from ..step.times import times
 from .romberg import Romberg, depth
@@ -75,7 +75,7 @@ def refusal(scheme: Scheme, view: Problem) -> str:
         return f"noise in {view.noise_dim} dimensions has too many nodes"
     shortest = float(LEVELS[-1]) * view.time_unit
     step = OneStep(scheme, view)
-    return unresolved(view, shortest) or step.refusal() or step.all_truncated(float(sizes(view)[-LEAST]))
+    return why_unresolved(view, shortest) or step.refusal() or step.all_truncated(float(sizes(view)[-LEAST]))
 
 
 def sizes(view: Problem) -> Array:

@@ -36,7 +36,7 @@ class ChartCoefficients(NamedTuple):
     diffusion: Array
 
 
-def charted(view: Problem) -> tuple[Equation, Chart]:
+def require_chart(view: Problem) -> tuple[Equation, Chart]:
     """Return the Ito equation and the chart of a problem that has both."""
     ito = view.ito()
     if ito is None or view.chart is None:

@@ -19,7 +19,7 @@ import numpy as np
 from ...arrays import Array
 from ...forms import Problem
 from ...numerics.statistics import EPS, RISING
-from ..step.one_step import unresolved
+from ..step.one_step import why_unresolved
 from .transition import ON_CHART
 from .transition_errors import TransitionErrors
 
@@ -185,9 +185,9 @@ def least_order(orders: Sequence[FunctionalOrder]) -> tuple[float, float]:
     return min((found.low for found in counted), default=-inf), min((found.high for found in counted), default=inf)
 
 
-def bounded(orders: Sequence[FunctionalOrder], view: Problem) -> tuple[FunctionalOrder, ...]:
+def widen(orders: Sequence[FunctionalOrder], view: Problem) -> tuple[FunctionalOrder, ...]:
     """Return the orders without an upper bound where no step size that shows an error resolves the problem."""
-    coarse = [unresolved(view, found.h) if np.isfinite(found.h) else "" for found in orders]
+    coarse = [why_unresolved(view, found.h) if np.isfinite(found.h) else "" for found in orders]
     return tuple(
         found._replace(high=inf, note=_join_notes(found.note, why)) if why else found
         for found, why in zip(orders, coarse, strict=True)

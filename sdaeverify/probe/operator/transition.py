@@ -20,7 +20,7 @@ from ..step.nodes import Nodes, step_nodes
 from ..step.one_step import OneStep
 from ..step.times import changing
 from .basis import Basis, chart_basis
-from .chart_equation import charted, output_rows
+from .chart_equation import output_rows, require_chart
 
 # Gauss-Hermite nodes for each of so many normals a step; with more of them there is no operator.
 NODES = {1: 8, 2: 8, 3: 5, 4: 4}
@@ -92,7 +92,7 @@ def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given:
     -------
     Transition
     """
-    ito, chart = charted(one_step.view)
+    ito, chart = require_chart(one_step.view)
     nodes = _nodes(one_step, fewer)
     z = np.repeat(basis.nodes, len(nodes.weights), axis=1)
     with np.errstate(all="ignore"):
@@ -159,7 +159,7 @@ def _departure(chart: Chart, x: Array, z: Array, core: Mask) -> Array:
 
 def _dependence(one_step: OneStep) -> str:
     # What the coefficients and the steps must not depend on, tried at a few states.
-    (ito, chart), T = charted(one_step.view), one_step.view.horizon
+    (ito, chart), T = require_chart(one_step.view), one_step.view.horizon
     z = chart_basis(chart, 3, 3).nodes
     x = chart.embed(z)
     if not all(np.array_equal(f(0.0, x), f(part * T, x)) for f in (ito.drift, ito.diffusion) for part in (0.3, 0.9)):

@@ -22,7 +22,7 @@ from ...forms.chart import Angle, Line
 from ...forms.truths import InvariantMean, Moment
 from ..step.one_step import OneStep
 from .basis import Basis, chart_basis
-from .chart_equation import charted, generator, output_rows
+from .chart_equation import generator, output_rows, require_chart
 from .transition import ASKED, Given, stationary, transition
 
 # Functions of an angle and of a coordinate on the line, by the number of coordinates: a single angle can have more.
@@ -72,7 +72,7 @@ class TransitionErrors(NamedTuple):
     failed: Array
     truncated: Array
 
-    def refined(self, finer: "TransitionErrors") -> "TransitionErrors":
+    def extend(self, finer: "TransitionErrors") -> "TransitionErrors":
         """Return the same with step sizes that are all finer."""
         both = {name: np.concatenate([getattr(self, name), getattr(finer, name)]) for name in BY_STEP_SIZE}
         return self._replace(**both, response=finer.response)
@@ -123,7 +123,7 @@ def weak_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Transiti
     -------
     TransitionErrors
     """
-    (ito, chart), T = charted(view), view.horizon
+    (ito, chart), T = require_chart(view), view.horizon
     start = chart.read(ito.initial(1))
 
     def law(basis: Basis, matrix: Array, count: int) -> Array:
@@ -177,7 +177,7 @@ def invariant_errors(
 
 
 def _answer(question: _Question, bases: tuple[Sizes, Sizes] = (FINE, COARSE)) -> TransitionErrors:
-    _, chart = charted(question.one_step.view)
+    _, chart = require_chart(question.one_step.view)
     # What overflows is not finite in the record, where it is seen.
     with np.errstate(all="ignore"):
         large, small = (chart_basis(chart, *sizes[len(chart.axes)]) for sizes in bases)
@@ -201,14 +201,14 @@ def _means(question: _Question, basis: Basis, fewer: int = 0, given: Given = ASK
 
 def _evaluate_observables(view: Problem, names: Sequence[str], z: Array, outputs: float = 0.0) -> Array:
     # Observables at coordinates z, the rows that are pure outputs being given a value; shape (O, P).
-    ito, chart = charted(view)
+    ito, chart = require_chart(view)
     parts = ito.parts(chart.embed(z) + outputs * output_rows(ito, chart, z)[:, None])
     values = [np.broadcast_to(view.observables[name](view.horizon, parts), z.shape[1:]) for name in names]
     return np.array(values).reshape(len(names), z.shape[1])
 
 
 def _is_function(view: Problem, name: str) -> bool:
-    _, chart = charted(view)
+    _, chart = require_chart(view)
     z = chart_basis(chart, 5, 4).nodes
     turn = np.array([2.0 * np.pi if isinstance(axis, Angle) else 0.0 for axis in chart.axes])[:, None]
     values = _evaluate_observables(view, [name], z)
@@ -268,7 +268,7 @@ def stationary_densities(scheme: Scheme, view: Problem, h: float) -> Densities:
     Densities
         NaN where a law is not known.
     """
-    ito, chart = charted(view)
+    ito, chart = require_chart(view)
     basis = chart_basis(chart, *FINE[len(chart.axes)])
     with np.errstate(all="ignore"):
         own = stationary(transition(OneStep(scheme, view), basis, h).matrix)

@@ -12,7 +12,7 @@ import scipy
 
 from ...arrays import Array
 from ...forms import Mesh
-from ..linear.delay_step import Lagged, LinearDelayStep, lagged
+from ..linear.delay_step import Lagged, LinearDelayStep, as_recursion
 from ..linear.second_moments import smat, svec
 from .spectral import WIDTHS, SpectralRadius
 
@@ -153,7 +153,7 @@ class Layout(NamedTuple):
     above: int
     below: int
 
-    def factorised(self, values: Array) -> "Banded":
+    def factorise(self, values: Array) -> "Banded":
         """Return the matrix with some values of its entries, equal places being added."""
         size = len(self.places)
         new_rows, new_columns = self.places[self.rows], self.places[self.columns]
@@ -193,7 +193,7 @@ class Banded(NamedTuple):
         return np.asarray(found[places])
 
 
-def scaled(recursion: Lagged, r: float) -> Lagged:
+def rescale(recursion: Lagged, r: float) -> Lagged:
     """Return the recursion of r^(-n/2) y_n."""
     factors = float(r) ** (-0.5 * (recursion.lags + 1.0))
     return Lagged(recursion.lags, recursion.maps * factors[:, None, None])
@@ -201,7 +201,7 @@ def scaled(recursion: Lagged, r: float) -> Lagged:
 
 def noise_gain(recursion: Lagged, r: float) -> Gain:
     """Return the gain of noise at some r above the squares of all eigenvalues of the recursion without noise."""
-    recursion = scaled(recursion, r)
+    recursion = rescale(recursion, r)
     k = recursion.maps.shape[-1]
     unit = np.eye(k * (k + 1) // 2)
     Q = np.stack([smat(each, k) for each in unit], axis=-1)
@@ -246,7 +246,7 @@ def _yule_walker(recursion: Lagged, count: int) -> Banded:
     lags, maps = recursion.lags, recursion.maps[0]
     layout = _layout(tuple(lags.tolist()), len(maps[0]), (maps != 0.0).tobytes(), count)
     values = np.broadcast_to(-maps[None, :, :, None, :], layout.used.shape)[layout.used]
-    return layout.factorised(np.concatenate([np.ones(len(layout.places)), values]))
+    return layout.factorise(np.concatenate([np.ones(len(layout.places)), values]))
 
 
 @lru_cache(maxsize=16)
@@ -321,7 +321,7 @@ def radius(step: LinearDelayStep, mesh: Mesh, *, certified: bool = True) -> Spec
     """
     if not np.isfinite(step.maps).all():
         return SpectralRadius(np.inf, np.inf)
-    recursion = lagged(step, mesh)
+    recursion = as_recursion(step, mesh)
     floor = LARGEST_POWER ** (-1.0 / (recursion.lags[-1] + 1.0))
     if (found := _without_noise(recursion, floor)) is not None:
         return found

@@ -129,7 +129,7 @@ def stable_windows(h: Array, sign: Array, boundaries: Array) -> list[Window]:
     ]
 
 
-def undecided(sign: Array) -> Array:
+def find_undecided(sign: Array) -> Array:
     """Return the places that are not decided and are no crossing, which one place between two signs is."""
     padded = np.concatenate([[0], sign, [0]])
     crossing = padded[:-2] * padded[2:] < 0
@@ -141,7 +141,7 @@ def smallest_boundary(windows: list[Window]) -> float:
     return windows[0][1] if windows and windows[0][0] == 0.0 else 0.0
 
 
-def worded(windows: list[Window]) -> str:
+def describe_windows(windows: list[Window]) -> str:
     """Return windows in words: ``h < 0.5; 2 < h < 3``."""
     return "; ".join(_describe_window(low, high) for low, high in windows) or "none"
 

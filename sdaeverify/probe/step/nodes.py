@@ -161,7 +161,7 @@ def step_nodes(dimension: int, count: int, *, areas: bool = False, law: Law = GA
     return Nodes(rule.x[:dimension], H, rule.weights, rule.exact)
 
 
-def crossed(nodes: Nodes, name: str, data: Any, weights: Array) -> Nodes:
+def cross_with(nodes: Nodes, name: str, data: Any, weights: Array) -> Nodes:
     """Return each node with each of R nodes of an independent record, whose probabilities are `weights`.
 
     Parameters
@@ -175,12 +175,12 @@ def crossed(nodes: Nodes, name: str, data: Any, weights: Array) -> Nodes:
         Probabilities of its nodes.
     """
 
-    def repeated(part: Array) -> Array:
+    def spread(part: Array) -> Array:
         return np.repeat(part, len(weights), axis=-1)
 
-    records = {**each(repeated, nodes.records), name: each(lambda part: np.tile(part, len(nodes.weights)), data)}
+    records = {**each(spread, nodes.records), name: each(lambda part: np.tile(part, len(nodes.weights)), data)}
     joint = np.multiply.outer(nodes.weights, weights).ravel()
-    return Nodes(repeated(nodes.dW), each(repeated, nodes.H), joint, nodes.exact, records)
+    return Nodes(spread(nodes.dW), each(spread, nodes.H), joint, nodes.exact, records)
 
 
 class HalfSteps(NamedTuple):
@@ -202,7 +202,7 @@ class HalfSteps(NamedTuple):
         for record in records:
             (first, second), weights = _pairs(*record.rule(0.5 * h))
             steps = (record.joined(first, second), first, second)
-            found = HalfSteps(*(crossed(n, record.name, d, weights) for n, d in zip(found, steps, strict=True)))
+            found = HalfSteps(*(cross_with(n, record.name, d, weights) for n, d in zip(found, steps, strict=True)))
         return found
 
 

@@ -24,7 +24,7 @@ TRUNCATED = "steps are truncated at every state, however short they are"
 FINER, VANISHING = 16.0, 1.2
 
 
-def unresolved(view: Problem, shortest: float) -> str:
+def why_unresolved(view: Problem, shortest: float) -> str:
     """Return why steps say nothing of the order of a stiff problem as h tends to 0, or an empty string.
 
     A scheme that is uniformly accurate does not follow the equation step by step where steps are longer than its

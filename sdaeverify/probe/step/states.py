@@ -60,13 +60,13 @@ def cloud(view: Problem, ito: Equation) -> Array:
         points = np.concatenate([pilot, scattered], axis=1)
         if view.has_constraints:
             points = view.admissible(points)
-        found = np.concatenate([start, np.where(allowed(view, ito, points), points, start)], axis=1)
+        found = np.concatenate([start, np.where(is_allowed(view, ito, points), points, start)], axis=1)
     # All schemes on a problem are given the same array.
     found.flags.writeable = False
     return found
 
 
-def allowed(view: Any, ito: Equation, points: Array) -> Mask:
+def is_allowed(view: Any, ito: Equation, points: Array) -> Mask:
     """Tell which points of shape (d, S) are on the manifold, with finite drift and diffusion.
 
     Parameters
@@ -86,7 +86,7 @@ def allowed(view: Any, ito: Equation, points: Array) -> Mask:
 
 
 @lru_cache(maxsize=8)
-def reached(view: Problem, ito: Equation) -> Array:
+def pilot_states(view: Problem, ito: Equation) -> Array:
     """Return the states of 64 pilot paths at six times, on the manifold: where solutions go, rarely as well.
 
     Parameters
@@ -105,7 +105,7 @@ def reached(view: Problem, ito: Equation) -> Array:
         points = np.concatenate([*_pilot(ito, np.random.Generator(np.random.Philox(key=SEED + 10)), MANY)], axis=1)
         if view.has_constraints:
             points = view.admissible(points)
-        return np.asarray(points[:, allowed(view, ito, points)])
+        return np.asarray(points[:, is_allowed(view, ito, points)])
 
 
 def in_batches(x: Array, nodes: int) -> list[Array]:
@@ -175,4 +175,4 @@ def extreme_states(view: Problem, ito: Equation) -> Array:
         far = np.repeat(base, len(SIZES), axis=1)
         far[rows] *= (SIZES / np.where(length > 0.0, length, 1.0)[:, None]).ravel()
         states = np.concatenate([x, far], axis=1) if len(base[rows]) else x
-        return np.asarray(states[:, allowed(view, ito, states)])
+        return np.asarray(states[:, is_allowed(view, ito, states)])
