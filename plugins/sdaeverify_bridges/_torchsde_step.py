@@ -1,6 +1,7 @@
 """Equations and increments as torchsde wants them: paths first."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
@@ -105,13 +106,24 @@ def sde_step(problem: SDE, calculus: str, method: str, options: dict[str, Any]) 
     def step(x: Array, t: float, h: float, dW: Array, more: Array | None = None) -> Array:
         path = path_of(h, dW, more)
         ts = torch.tensor([t, t + h], dtype=torch.float64)
-        with torch.no_grad():
+        with torch.no_grad(), one_thread():
             solved = partial(torchsde.sdeint, equation, ts=ts, bm=path, method=method, dt=h, options=options)
             if method == "reversible_heun":
                 return reversible(problem, solved, x)
             return last(solved(first(x))[-1])
 
     return step
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Hold PyTorch, which is loaded too late to be held with all else, to one thread: workers share the cores."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)
 
 
 def reversible(problem: SDE, solved: Callable[..., Any], memory: Array) -> Array:

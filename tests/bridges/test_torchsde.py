@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -49,6 +50,26 @@ def test_our_schemes_agree_to_rounding(theirs, ours, family):
 
     found, expected = (scheme.step(problem, x, 0.5, H, noise).state for scheme in (theirs, ours))
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=4.0 * np.finfo(float).eps * np.abs(expected).max())
+
+
+def test_a_step_takes_one_thread(library):
+    """PyTorch has one thread while a step is made, and as many as before it afterwards."""
+    import torch  # noqa: PLC0415 - it comes with torchsde
+
+    before, seen = torch.get_num_threads(), []
+    torch.set_num_threads(2)
+
+    def drift(t, x):
+        seen.append(torch.get_num_threads())
+        return 0.5 * x
+
+    problem = replace(gbm(), drift=drift)
+    seen.clear()  # a problem tries its formulas as it is made
+    TorchSDEIto("euler").step(problem, problem.initial(PATHS), 0.5, H, drawn(problem, H, PATHS))
+    seen.append(torch.get_num_threads())
+    torch.set_num_threads(before)
+    assert set(seen[:-1]) == {1}
+    assert seen[-1] == 2
 
 
 def test_milstein_of_scalar_noise_multiplies_by_the_transposed_jacobian():
