@@ -11,6 +11,7 @@ from sdaeverify.numerics.statistics import (
     corrected_slope_weights,
     group_sums,
     jackknife,
+    log_functional,
     log_norms,
     slope_weights,
     tail,
@@ -71,6 +72,16 @@ def test_jackknife_removes_the_bias_of_a_quadratic():
     spread = np.std(corrected) / np.sqrt(len(values))
     assert abs(np.mean(corrected)) < stats.norm.ppf(1 - 5e-7) * spread
     assert np.mean(values.mean(axis=1) ** 2) > 10 * spread
+
+
+@pytest.mark.parametrize("levels", [1, 2, 3, 4, 6, 9])
+def test_all_groups_at_once_have_the_bits_of_each_by_itself(levels):
+    """A sum over levels is taken in the same order, whatever the layout of the sums over groups."""
+    draw = np.random.default_rng(levels)
+    sums = draw.random((GROUPS, 9, 4))[:, draw.permutation(9)[:levels], 1]
+    counts, weights = np.full(GROUPS, 13.0), draw.normal(size=levels)
+    one = jackknife(sums, counts, lambda means: float(np.einsum("l,l->", weights, np.log2(means) / 2.0)))
+    assert log_functional(sums, counts, weights, 2.0) == one
 
 
 def test_interval_is_students_widened_by_the_bias():

@@ -12,7 +12,7 @@ from ..contracts.measure import Evidence, Snapshot
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..forms import Problem
-from ..numerics.statistics import GROUPS, Estimate, group_sums, jackknife, jackknives
+from ..numerics.statistics import GROUPS, Estimate, group_sums, jackknife, jackknives, weighted
 
 VALUES, SQUARES, SIZES, KNOWN = "values ", "squares ", "sizes ", "truth "
 # A truth with an error of its own, and the same at half its resolution.
@@ -143,7 +143,7 @@ class Means:
 
     def change(self, levels: Array) -> Estimate:
         """Return E [phi(x_l) - phi(x_k)], l being the coarsest and k the finest level of some differences."""
-        return self._estimate(lambda means: float(means[levels[0]] - means[levels[-1] + 1]))
+        return self._estimate(lambda means: means[:, levels[0]] - means[:, levels[-1] + 1])
 
     def off_reference(self) -> tuple[Estimate, float] | None:
         """Return |E [phi(x_L) - phi(y)]|, y a reference on these paths, and |E [phi(y) - phi(z)]|, z half as fine."""
@@ -177,14 +177,15 @@ class Means:
 
     def _differences(self, means: Array) -> Array:
         if self.coupled:
-            return np.asarray(means[:-1] - means[-1])
-        return np.asarray(means[:-1] - means[1:])
+            return np.asarray(means[:, :-1] - means[:, -1:])
+        return np.asarray(means[:, :-1] - means[:, 1:])
 
-    def _functional(self, levels: Array, weights: Array, means: Array) -> float:
-        return float(np.einsum("l,l->", weights, np.log2(np.abs(self._differences(means)[levels]))))
+    def _functional(self, levels: Array, weights: Array, means: Array) -> Array:
+        # Taken, and not indexed: in C order.
+        return weighted(weights, np.log2(np.abs(self._differences(means).take(levels, axis=1))))
 
-    def _estimate(self, statistic: Callable[[Array], float]) -> Estimate:
-        return jackknife(self.sums, self.counts, statistic)
+    def _estimate(self, statistic: Callable[[Array], Array]) -> Estimate:
+        return jackknives(self.sums, self.counts, lambda means: statistic(means)[:, np.newaxis])[0]
 
 
 def means_of(evidence: Evidence) -> Mapping[str, Means]:

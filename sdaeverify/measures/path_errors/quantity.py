@@ -2,7 +2,6 @@
 
 from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
 from math import inf
 from typing import Any
 
@@ -80,7 +79,7 @@ class Quantity:
         power : int
             Place of p among `POWERS`.
         """
-        return jackknife(self.error[:, levels, power], self.counts, partial(log_functional, weights, POWERS[power]))
+        return log_functional(self.error[:, levels, power], self.counts, weights, POWERS[power])
 
     def contrast(self, levels: Array, share: float = 1.0) -> Estimate:
         """Return slope of log2 E e_{l+1} minus slope of log2 E d_l over the same levels l: 0 in the right limit.
@@ -90,7 +89,7 @@ class Quantity:
         coarse, fine = levels[:-1], levels[1:]
         weights = slope_weights(np.log2(self.h[coarse]))
         both = np.concatenate([self.error[:, fine, 1], self.difference[:, coarse]], axis=1)
-        return jackknife(both, self.counts, partial(log_functional, np.concatenate([weights, -share * weights]), 1.0))
+        return log_functional(both, self.counts, np.concatenate([weights, -share * weights]))
 
     def rise(self, levels: Array) -> Estimate:
         """Return by how much the local order grows from the last but one pair of levels to the last."""
@@ -105,7 +104,7 @@ class Quantity:
         assert self.blurred is not None
         weights = slope_weights(np.log2(self.h[levels]))
         both = np.concatenate([self.error[:, levels, 1], self.blurred[:, levels]], axis=1)
-        return jackknife(both, self.counts, partial(log_functional, np.concatenate([-weights, weights]), 1.0))
+        return log_functional(both, self.counts, np.concatenate([-weights, weights]))
 
     def relative_error(self, level: int) -> Estimate:
         """Return E |x_l - x|/|x| at T."""
