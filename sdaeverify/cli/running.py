@@ -125,9 +125,10 @@ class Run:
 
     @property
     def so_far(self) -> str:
-        """How much is finished, and where it is."""
-        finished, every = len(self.study.finished), len(self.plan.problems)
-        return f"{finished} of {every} problems are finished and saved in {self.folder}"
+        """How much of what can be run is finished, and where it is."""
+        every = {problem.spec.label for problem in self.plan.problems if problem.runnable}
+        finished = every & self.study.finished.keys()
+        return f"{len(finished)} of {len(every)} problems are finished and saved in {self.folder}"
 
     def stop(self, why: str) -> None:
         """Save what is finished of a run that is ended before its time."""

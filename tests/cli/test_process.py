@@ -79,9 +79,11 @@ def signal_group(process: "subprocess.Popen[str]", number: int) -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="signals to a group of processes are a matter of POSIX")
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_interrupt(start, odd_problem, tmp_path, jobs):
-    """An interrupt of the whole group ends everything at once, in one line, and keeps what is finished."""
+    """An interrupt of the whole group ends everything at once, in one line that counts what can be run."""
     plugin = odd_problem(SLOW)
-    process = start("matrix", "-s", "milstein", "-p", "gbm,zz-odd", *STRONG, "--plugin", plugin, *BUDGET, "-j", jobs)
+    process = start(
+        "matrix", "-s", "milstein", "-p", "delay-ou,gbm,zz-odd", *STRONG, "--plugin", plugin, *BUDGET, "-j", jobs
+    )
     wait_for(process, "milstein  gbm")
 
     # As a terminal does it; the pipes end when all processes that hold them have ended.

@@ -10,7 +10,7 @@ from sdaeverify import SDE, Claim, Moment, Scheme, Settings
 from sdaeverify.contracts.measure import Evidence, Snapshot
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures.means import MeanObserver, means_of
-from sdaeverify.measures.weak import TOO_FEW, mean_order
+from sdaeverify.measures.weak import TOO_FEW, Weak, mean_order
 from sdaeverify_problems.gbm import gbm
 
 SETTINGS = Settings(paths=4000)
@@ -34,8 +34,8 @@ def problem(*, truth=True, value=LIMIT):
     return replace(gbm(), observables={"x": lambda t, parts: parts["x"][0]}, truths=known)
 
 
-def found(errors, *, spread=0.01, jitter=0.0, seen=None, failed=(0,) * 6, off=0.0):
-    """Return the order of x_l = LIMIT + z + error_l (1 + y), z and y of each path being the same at all levels."""
+def evidence(errors, *, spread=0.01, jitter=0.0, seen=None, failed=(0,) * 6, off=0.0):
+    """Return the evidence on x_l = LIMIT + z + error_l (1 + y), z and y of each path being the same at all levels."""
     rng, paths = np.random.default_rng(3), 4000
     z, y = spread * rng.standard_normal(paths), 0.1 * rng.standard_normal(paths)
     own = jitter * rng.standard_normal((len(H), paths))
@@ -46,9 +46,14 @@ def found(errors, *, spread=0.01, jitter=0.0, seen=None, failed=(0,) * 6, off=0.
     observer.after_coarsest_step(Snapshot(levels, *truths))
     zeros = np.zeros(len(H))
     health = {"failed": np.array(failed, dtype=float), "lost": zeros, "truncated": zeros, "steps": zeros + 1e6}
-    evidence = Evidence(Claimant(), seen, seen, SETTINGS, observer.tally(), Tally(sums=health))
+    return Evidence(Claimant(), seen, seen, SETTINGS, observer.tally(), Tally(sums=health))
+
+
+def found(errors, **options):
+    """Return the order of the means of `evidence`."""
+    known = evidence(errors, **options)
     with np.errstate(all="ignore"):
-        return mean_order(evidence, means_of(evidence)["x"], CLAIM)
+        return mean_order(known, means_of(known)["x"], CLAIM)
 
 
 def test_successive_differences_show_the_order():
@@ -142,3 +147,9 @@ def test_levels_with_failures_are_not_fitted():
 def test_exact_means_have_no_order():
     """A scheme without weak error is not judged by the order of its rounding."""
     assert found(0.0 * H, spread=0.0).remark == "no error beyond rounding"
+
+
+def test_what_paths_and_their_order_say_alike_is_said_once():
+    """The reason of a finding without weak error does not repeat itself."""
+    (finding,) = Weak().judge(evidence(0.0 * H, spread=0.0)).findings
+    assert str(finding.reason).count("no error beyond rounding") == 1

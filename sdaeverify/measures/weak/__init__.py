@@ -247,11 +247,12 @@ def _finding(evidence: Evidence, means: Means, probed: WeakProbe) -> Finding:
     sampled = mean_order(evidence, means, covered.claim)
     opinion = _opinion(evidence, sampled, covered, probed)
     _, left_out = sound_levels(evidence.health.sums)
+    said = sampled.remark in {part.text for part in opinion.reason.parts}
     confidence = evidence.settings.confidence
     low, high = sampled.slope.interval(confidence) if opinion.tier == 3 else (float("nan"), float("nan"))
     return finding(
         covered,
-        opinion.plus(sampled.remark, left_out if sampled.remark == TOO_FEW else ""),
+        opinion.plus("" if said else sampled.remark, left_out if sampled.remark == TOO_FEW else ""),
         estimate=sampled.slope.value if opinion.tier == 3 else probed.order,
         low=low,
         high=high,
