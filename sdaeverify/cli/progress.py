@@ -162,13 +162,9 @@ def _mover(bar: Progress, total: int) -> Show:
 
     def show(event: Event) -> None:
         if isinstance(event, Advanced):
-            share, left = (event.done / max(1, event.total), None)
-            if event.pairs:
-                share, left = share_of(event), seconds_left(event, time.monotonic() - begun)
-            units = (
-                (event.decided, event.pairs, "schemes on problems") if event.pairs else (event.done, event.total, "")
-            )
-            counted = "{} of {} {}".format(*units).rstrip()
+            share, left = share_of(event), seconds_left(event, time.monotonic() - begun)
+            unit = "" if event.spent is None else " schemes on problems"
+            counted = f"{event.done} of {event.total}{unit}"
             waiting = "" if left is None else f"about {_clock(left)} left"
             bar.update(task, total=1.0, completed=share, problem=visible(event.problem), told=counted, left=waiting)
 
@@ -176,9 +172,9 @@ def _mover(bar: Progress, total: int) -> Show:
 
 
 def share_of(event: Advanced) -> float:
-    """Return the part of the work that is done, by its seconds."""
-    every = event.spent + event.left
-    return event.spent / every if every else 0.0
+    """Return the part of the work that is done, by its seconds where they are measured."""
+    spent, every = (event.done, event.total) if event.spent is None else (event.spent, event.spent + event.left)
+    return spent / every if every else 0.0
 
 
 def seconds_left(event: Advanced, elapsed: float) -> float | None:

@@ -87,6 +87,12 @@ class Reason:
         """Kinds of the parts that have one, each once."""
         return tuple(dict.fromkeys(str(part.kind) for part in self.parts if part.kind))
 
+    @property
+    def paths(self) -> float:
+        """How many paths would decide, as far as the parts say; 0 if none does."""
+        said = (part.numbers.get("paths", 0) for part in self.parts if part.kind == Kind.MORE_PATHS)
+        return max(map(float, map(str, said)), default=0.0)
+
     def has(self, kind: str) -> bool:
         """Tell whether a part is of a kind."""
         return any(part.kind == kind for part in self.parts)

@@ -159,11 +159,10 @@ class Job(Protocol):
 SomeJob = TypeVar("SomeJob", bound=Job)
 
 
-class Portion(NamedTuple):
-    """A part of a block is computed: of so many schemes, in so many seconds."""
+class Portion(tuple[tuple[str, float], ...]):
+    """A part of a block is computed: labels of schemes, and the seconds of each."""
 
-    schemes: int
-    seconds: float
+    __slots__ = ()
 
 
 class Begun(NamedTuple):
@@ -251,7 +250,7 @@ class Blocks:
             for index, one in each.open:
                 if one.call.future.done() if one.call is not None else each is waiting[0]:
                     found = each.parts[index] = self._parts(one)
-                    yield each.job, Portion(len(found), sum(lane.seconds for _, lane in found))
+                    yield each.job, Portion((entry.scheme.label, lane.seconds) for entry, lane in found)
 
     def _begin(self, task: Task, block: int) -> tuple[list[Recalled], list[Begun]]:
         if self.store is None:

@@ -1,212 +1,126 @@
 """How much work a study has left, from the measured seconds of what is done."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from statistics import fmean
-from typing import NamedTuple
 
-from ..contracts.settings import Settings
+from ..contracts.settings import SCREENING, Settings
 from ..simulate.reference import OWN_REFERENCE
 from .plan import ProblemPlan
 
-# Seconds of the first paths for each second without paths; and, of a scheme and a path, the part of them that a path
-# of the next look takes, and one of each look after it of those of the one before: calls weigh less with more paths.
-FIRST, NEXT, LATER = 0.5, 0.8, 0.55
-# Share of the problems that are looked at again after the first look, and after further ones.
-AGAIN, ONCE_MORE = 0.7, 0.6
-# As many problems, or schemes of a problem, as these guesses count for beside those that were measured.
-PRIOR = 8.0
-# As many schemes as what they took without paths counts for, beside those that were measured on paths.
-ALIKE = 2.0
+# Guesses, the rounded means of default runs. Seconds of the first paths for each second without paths, and for how
+# many schemes this counts beside those of a problem that were measured on paths.
+FIRST, ALIKE = 0.4, 2.0
+# What each time as many paths as in the first block add to the time of a block, as part of that of the first: the
+# rest are its calls.
+GROWTH = 0.08
+# Part of the further looks at a problem that is taken, as long as its paths have not told anything yet.
+AGAIN = 0.25
 
-
-@dataclass
-class Looks:
-    """Problems that were judged, and those of them that go on; at first as many as a guess counts for.
-
-    Parameters
-    ----------
-    guess : float
-        Share of the problems that go on.
-    """
-
-    guess: float
-    judged: float = PRIOR
-    again: float = 0.0
-
-    def __post_init__(self) -> None:
-        self.again = self.guess * self.judged
-
-    @property
-    def share(self) -> float:
-        """Part of them that goes on."""
-        return self.again / self.judged
-
-
-class Queued(NamedTuple):
-    """A block that is wanted: its problem, schemes, paths, and the number of its look."""
-
-    problem: str
-    schemes: int
-    paths: int
-    look: int
-
-
-class _Look(NamedTuple):
-    """Measured seconds of so many schemes on so many paths."""
-
-    paths: int
-    seconds: float = 0.0
-    schemes: int = 0
+# A scheme, by its label, on a block of paths or, in place of them, without paths.
+Piece = tuple[str, int]
 
 
 @dataclass
 class Forecast:
     """Seconds of work that are left, those of all workers together.
 
-    What is found without paths costs what it has cost of the schemes of a problem so far; the first look what its
-    schemes have cost and, as long as these are few, what schemes that took as long without paths have cost on other
-    problems; a further look what its paths have cost before. As many problems go on as did so far. Where nothing was
-    measured yet, there are guesses, which count for a few measurements.
+    A scheme costs without paths what others have cost on its problem; on its first paths, too, and, as long as these
+    others are few, a part of what they took without paths; on further paths what its own have cost. Which further
+    ones it takes is said by its findings, of how many paths would decide; until there are some, it is a guess.
 
     Parameters
     ----------
-    schemes : mapping of str to int
-        Number of schemes of each problem that is open, by its label.
-    looks : sequence of int
-        Paths of the first block, and those that each further look adds.
+    settings : Settings
 
     Attributes
     ----------
-    screened, done : dict of str to list of float
-        Measured seconds of each scheme without paths and at the first look, by problem.
-    further : dict of str to _Look
-        What the last further look took, by problem.
-    over : set of str
-        Problems whose first look is over.
-    first_looks, further_looks : Looks
+    wanted : dict of str to set of Piece
+        By problem, what is expected to be run.
+    fresh : dict of str to int
+        Number of schemes of the problems that were not judged yet.
+    screened : dict of str to list of float
+        Measured seconds of each scheme without paths, by problem.
+    sampled : dict of str to (dict of str to (float, float))
+        Measured seconds of each scheme on paths, by problem, and how often they are those of the first block.
     spent : float
         All seconds measured.
     """
 
-    schemes: Mapping[str, int]
-    looks: Sequence[int]
+    settings: Settings
+    wanted: dict[str, set[Piece]] = field(default_factory=dict)
+    fresh: dict[str, int] = field(default_factory=dict)
     screened: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
-    done: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
-    further: "dict[str, _Look]" = field(default_factory=dict)
-    over: set[str] = field(default_factory=set)
-    first_looks: Looks = field(default_factory=lambda: Looks(AGAIN))
-    further_looks: Looks = field(default_factory=lambda: Looks(ONCE_MORE))
+    sampled: dict[str, dict[str, tuple[float, float]]] = field(default_factory=lambda: defaultdict(dict))
     spent: float = 0.0
 
-    def heard(self, problem: str, seconds: float, schemes: int, paths: int | None) -> None:
-        """Take note of what some schemes took on a problem; `paths` is None for the first look.
+    def expect(self, problem: str, pieces: Iterable[Piece], *, fresh: bool = False) -> None:
+        """Take note of what is expected to be run of a problem from now on, in place of what was before.
 
         Parameters
         ----------
         problem : str
             Label.
-        seconds : float
-            Measured, of one worker.
-        schemes : int
-            How many were run together.
-        paths : int or None
-            On each; None for the first look, whose number of paths is everybody's.
+        pieces : iterable of Piece
+        fresh : bool
+            Whether no paths have told yet how many of them are needed.
         """
-        self.spent += seconds
-        if paths is None:
-            self.done[problem] += [seconds / schemes] * schemes
-        else:
-            known = self.further.get(problem, _Look(paths))
-            before = known if known.paths == paths else _Look(paths)
-            self.further[problem] = _Look(paths, before.seconds + seconds, before.schemes + schemes)
+        self.wanted[problem] = set(pieces)
+        self.fresh.pop(problem, None)
+        if fresh:
+            self.fresh[problem] = len({scheme for scheme, _ in self.wanted[problem]})
 
-    def heard_screening(self, problem: str, seconds: float, schemes: int) -> None:
-        """Take note of what some schemes took on a problem without paths.
+    def heard(self, problem: str, block: int, seconds: Iterable[tuple[str, float]]) -> None:
+        """Take note of what some schemes took on a block of a problem.
 
         Parameters
         ----------
         problem : str
             Label.
-        seconds : float
-            Measured, of one worker.
-        schemes : int
-            How many were screened together.
+        block : int
+        seconds : iterable of (str, float)
+            Measured, of each scheme.
         """
-        self.spent += seconds
-        self.screened[problem] += [seconds / schemes] * schemes
+        for scheme, each in seconds:
+            self.spent += each
+            self.wanted[problem].discard((scheme, block))
+            if block == SCREENING:
+                self.screened[problem].append(each)
+            else:
+                before, times = self.sampled[problem].get(scheme, (0.0, 0.0))
+                self.sampled[problem][scheme] = before + each, times + self._size(block)
 
-    def looked(self, *, first: bool, goes_on: bool) -> None:
-        """Take note that a problem was judged, and whether it is looked at again."""
-        looks = self.first_looks if first else self.further_looks
-        looks.judged, looks.again = looks.judged + 1, looks.again + goes_on
-
-    def left(self, queued: "Iterable[Queued]") -> float:
-        """Return the seconds that are left.
-
-        Parameters
-        ----------
-        queued : iterable of Queued
-            Blocks after the first one that are known to be wanted.
-        """
-        open_schemes = ((name, n - len(self.screened[name])) for name, n in self.schemes.items())
-        screening = sum(max(0, count) * self._screening(name) for name, count in open_schemes)
-        ratio = self._first_seconds
-        first, expected = 0.0, 0.0
-        for name in (name for name in self.schemes if name not in self.over):
-            each = self._first(name, ratio)
-            first += max(0, self.schemes[name] - len(self.done[name])) * each
-            expected += self.schemes[name] * each * self._next
-        further = sum(one.schemes * self._block(one, ratio) * self._followed(one.look) for one in queued)
-        return screening + first + further + self.first_looks.share * expected
-
-    def _screening(self, problem: str) -> float:
-        return _mean(self.screened, problem)
+    def over(self, problem: str, block: int) -> None:
+        """Take note that a block of a problem is done, whether it was computed or known before."""
+        self.wanted[problem] = {piece for piece in self.wanted[problem] if piece[1] != block}
 
     @property
-    def _first_seconds(self) -> float:
-        """Seconds of a first look for each second without paths, of schemes that have had both."""
-        both = [name for name, seconds in self.done.items() if seconds and self.screened[name]]
-        without = sum(len(self.done[name]) * fmean(self.screened[name]) for name in both)
-        some = [sum(seconds) for seconds in self.screened.values() if seconds]
-        guessed = PRIOR * fmean(some) if some else 0.0
-        known = guessed + without
-        return (FIRST * guessed + sum(sum(self.done[name]) for name in both)) / known if known else FIRST
-
-    def _first(self, problem: str, ratio: float) -> float:
-        """Return the seconds of a scheme at the first look."""
-        done = self.done[problem]
-        if not any(self.screened.values()):
-            return _mean(self.done, problem)
-        return (sum(done) + ALIKE * ratio * self._screening(problem)) / (len(done) + ALIKE)
-
-    def _block(self, queued: "Queued", ratio: float) -> float:
-        """Return the seconds of a scheme on a block."""
-        known = self.further.get(queued.problem)
-        if known is not None:
-            later = LATER if known.paths < queued.paths else 1.0
-            return known.seconds / (known.schemes * known.paths) * later * queued.paths
-        return self._first(queued.problem, ratio) * NEXT * queued.paths / self.looks[0]
-
-    @property
-    def _next(self) -> float:
-        """What the next look and all that may follow it cost, in multiples of the first block."""
-        return NEXT * self.looks[1] / self.looks[0] * self._followed(1) if len(self.looks) > 1 else 0.0
-
-    def _followed(self, look: int) -> float:
-        """Return what a look and all that may follow it cost, in multiples of itself."""
-        whole, cost = 1.0, 1.0
-        for after in range(look + 1, len(self.looks)):
-            cost *= self.further_looks.share * LATER * self.looks[after] / self.looks[after - 1]
-            whole += cost
+    def left(self) -> float:
+        """Seconds that are left."""
+        further = AGAIN * sum(map(self._size, range(self.settings.ends[0], self.settings.blocks)))
+        whole = 0.0
+        for problem, pieces in self.wanted.items():
+            screening, scheme = self._screening(problem), self._first(problem)
+            known = {label: spent / times for label, (spent, times) in self.sampled[problem].items()}
+            for label, block in pieces:
+                whole += screening if block == SCREENING else known.get(label, scheme) * self._size(block)
+            unknown = self.fresh.get(problem, 0) - len(known)
+            whole += further * (sum(known.values()) + unknown * scheme) if problem in self.fresh else 0.0
         return whole
 
+    def _size(self, block: int) -> float:
+        """Return what a block costs, in multiples of the first one."""
+        return 1.0 + GROWTH * (self.settings.paths_of(block) / self.settings.paths_of(0) - 1.0)
 
-def _mean(seconds: Mapping[str, list[float]], problem: str) -> float:
-    """Return the mean of a problem, or of all others; 0 where nothing is known."""
-    known = seconds[problem] or [each for those in seconds.values() for each in those]
-    return fmean(known) if known else 0.0
+    def _screening(self, problem: str) -> float:
+        known = self.screened[problem] or [each for those in self.screened.values() for each in those]
+        return fmean(known) if known else 0.0
+
+    def _first(self, problem: str) -> float:
+        """Return what a scheme takes for a first block that was not measured on paths."""
+        done = [seconds / times for seconds, times in self.sampled[problem].values()]
+        return (sum(done) + ALIKE * FIRST * self._screening(problem)) / (len(done) + ALIKE)
 
 
 def weight(plan: ProblemPlan, settings: Settings) -> int:

@@ -1,11 +1,9 @@
 """Blocks over an executor: evidence merged in block order, so that the result does not depend on the workers."""
 
-from bisect import bisect_right
 from collections import deque
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
-from itertools import pairwise
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from ..contracts.settings import SCREENING, Settings
@@ -13,7 +11,7 @@ from ..simulate.ensemble import Task
 from ..store.store import Store
 from ..workers.executors import Crew
 from .blocks import Blocks, Lanes, Portion
-from .forecast import Forecast, Queued, breadth, weight
+from .forecast import Forecast, breadth, weight
 from .holm import family_wise
 from .judging import CellResult
 from .plan import Plan
@@ -23,27 +21,24 @@ HALTED = "no further evidence is in the folder; matrix with the same --out compu
 
 
 class Advanced(NamedTuple):
-    """A block is done.
+    """A piece of work is done.
 
     Attributes
     ----------
     done, total : int
-        Blocks of the whole study.
+        Of a study, the schemes on problems that need nothing more, and all; of other work, its jobs.
     problem : str
-        Label of the problem the block belongs to.
-    spent, left : float
-        Seconds of work that are done, and that are left as far as can be told, those of all workers together.
-    decided, pairs : int
-        Schemes on a problem that need nothing more, and all.
+        Label of the problem the piece belongs to.
+    spent, left : float or None
+        Seconds of work that are done, and that are left as far as can be told, those of all workers together; None
+        where the time of pieces is not measured.
     """
 
     done: int
     total: int
     problem: str
-    spent: float = 0.0
+    spent: float | None = None
     left: float = 0.0
-    decided: int = 0
-    pairs: int = 0
 
 
 class Screened(NamedTuple):
@@ -125,8 +120,9 @@ class Study:
         waiting = [problem for problem in self.problems if problem.open]
         yield from self._finish(problem for problem in waiting if not self._goes_on(problem, blocks))
         waiting = [problem for problem in waiting if problem.open]
-        schemes = {problem.plan.spec.label: problem.schemes for problem in waiting}
-        state = _Progress(self.problems, Forecast(schemes, self._paths_of_looks))
+        state = _Progress(self.problems, Forecast(self.settings))
+        for problem in waiting:
+            state.forecast.expect(problem.plan.spec.label, [*problem.screening, *problem.expected], fresh=True)
         yield from self._screen(waiting, blocks, window, state)
         yield from self._look(waiting, blocks, window, state)
 
@@ -135,7 +131,6 @@ class Study:
     ) -> Iterator[Event]:
         """Find what needs no paths, of the problems with the most of it first."""
         widest = sorted(waiting, key=lambda problem: -breadth(problem.plan))
-        state.queue(job for problem in waiting for job in _jobs(problem))
         for job, found in blocks.results(deque(_screening(problem) for problem in widest), window):
             yield state.heard(job, found)
             if not isinstance(found, Portion):
@@ -148,7 +143,7 @@ class Study:
     ) -> Iterator[Event]:
         """Draw paths, of the problems that take longest first."""
         longest = sorted(waiting, key=lambda problem: -weight(problem.plan, self.settings))
-        jobs = state.queue(job for problem in longest for job in _jobs(problem))
+        jobs = deque(job for problem in longest for job in _jobs(problem))
         for job, found in blocks.results(jobs, window):
             if isinstance(found, Portion):
                 yield state.heard(job, found)
@@ -158,15 +153,10 @@ class Study:
             if job.block == job.last:
                 job.problem.judge()
                 goes_on = job.problem.open and self._goes_on(job.problem, blocks)
-                state.looked(job, _jobs(job.problem) if goes_on else ())
+                state.forecast.expect(job.task.spec.label, job.problem.expected if goes_on else ())
+                jobs.extend(_jobs(job.problem) if goes_on else ())
                 if not goes_on:
                     yield from self._finish([job.problem])
-
-    @property
-    def _paths_of_looks(self) -> list[int]:
-        """Paths of the first block, and those that each further look adds."""
-        totals = [self.settings.totals[end - 1] for end in self.settings.ends]
-        return [self.settings.paths_of(0), *(after - before for before, after in pairwise(totals))]
 
     def results(self) -> list[CellResult]:
         """Return the results of all cells as they are, family-wise errors corrected; see `stopped` for the others."""
@@ -188,58 +178,20 @@ class Study:
 
 @dataclass
 class _Progress:
-    """How far a study is: blocks, and the seconds that are left."""
+    """How far a study is: schemes on problems, and the seconds that are left."""
 
     problems: Sequence[ProblemRun]
     forecast: Forecast
-    jobs: "deque[_Job]" = field(default_factory=deque)
-    queued: "dict[tuple[str, int], Queued]" = field(default_factory=dict)
-    done: int = 0
-    total: int = 0
-
-    def queue(self, jobs: Iterable["_Job"]) -> "deque[_Job]":
-        """Return the blocks of first looks as a queue, to which those of further ones are added."""
-        self.jobs = deque(jobs)
-        self._count(self.jobs)
-        self.total += len(self.forecast.schemes)
-        return self.jobs
 
     def heard(self, job: "_Job", found: Lanes | Portion) -> Advanced:
         """Take note of what is done, and return the event."""
         label = job.task.spec.label
-        if isinstance(found, Portion) and job.block == SCREENING:
-            self.forecast.heard_screening(label, found.seconds, found.schemes)
-        elif isinstance(found, Portion):
-            paths = job.task.settings.paths_of(job.block) if job.block else None
-            self.forecast.heard(label, found.seconds, found.schemes, paths)
-            if one := self.queued.get((label, job.block)):
-                self.queued[label, job.block] = one._replace(schemes=max(0, one.schemes - found.schemes))
+        if isinstance(found, Portion):
+            self.forecast.heard(label, job.block, found)
         else:
-            self.done += 1
-            self.queued.pop((label, job.block), None)
-            if not job.block:
-                self.forecast.over.add(label)
-        return self._advanced(label)
-
-    def looked(self, job: "_Job", further: Iterable["_Job"]) -> None:
-        """Put the blocks of a further look into the queue."""
-        known = list(further)
-        self.forecast.looked(first=job.block == 0, goes_on=bool(known))
-        self.jobs += known
-        self._count(known)
-
-    def _count(self, jobs: "Collection[_Job]") -> None:
-        self.total += len(jobs)
-        for job in (job for job in jobs if job.block > 0):
-            label, settings = job.task.spec.label, job.task.settings
-            look = bisect_right(settings.ends, job.block)
-            one = Queued(label, len(job.task.entries), settings.paths_of(job.block), look)
-            self.queued[label, job.block] = one
-
-    def _advanced(self, label: str) -> Advanced:
+            self.forecast.over(label, job.block)
         pairs, decided = (sum(counts) for counts in zip(*(problem.pairs for problem in self.problems), strict=True))
-        left = self.forecast.left(self.queued.values())
-        return Advanced(self.done, self.total, label, self.forecast.spent, left, decided, pairs)
+        return Advanced(decided, pairs, label, self.forecast.spent, self.forecast.left)
 
 
 class _Job(NamedTuple):

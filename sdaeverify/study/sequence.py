@@ -11,6 +11,7 @@ from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
 from ..errors import FAULTS, one_line
 from ..simulate.ensemble import Entry, LaneEvidence, Task
+from .forecast import Piece
 from .judging import CellEvidence, CellResult, control_verdicts, excluded_cells, judge_cell, without_evidence
 from .plan import Cell, ProblemPlan
 
@@ -47,6 +48,12 @@ class CellRun:
         """Whether no more paths are wanted."""
         return bool(self.halted) or (self.result is not None and all(f.settled for f in self.result.findings))
 
+    @property
+    def needed(self) -> float:
+        """Number of paths that would decide, as far as the findings say."""
+        open_ = [finding for finding in self.result.findings if not finding.settled] if self.result else []
+        return max((finding.reason.paths for finding in open_), default=0.0)
+
 
 class ProblemRun:
     """All cells of a problem, with those of its controls.
@@ -76,9 +83,18 @@ class ProblemRun:
         return len(schemes), len(schemes - {run.cell.scheme for run in self.runs if not run.settled})
 
     @property
-    def schemes(self) -> int:
-        """Number of schemes of the next look, with controls."""
-        return len(self.task().entries)
+    def screening(self) -> set[Piece]:
+        """What is found without paths."""
+        return {(run.cell.scheme.label, SCREENING) for run in self._running()}
+
+    @property
+    def expected(self) -> set[Piece]:
+        """What is run from the next look on if as many paths decide as the findings say; before them, that look."""
+        longest = max((self._reach(run) for run in self.runs if not run.settled), default=self.look)
+        begin, ends = self.blocks.start, self.settings.ends
+        kept = self._kept
+        reach = {run.cell: longest if _key(run.cell) in kept else self._reach(run) for run in self._running()}
+        return {(cell.scheme.label, block) for cell, look in reach.items() for block in range(begin, ends[look])}
 
     @property
     def wanted(self) -> tuple[int, ...]:
@@ -139,10 +155,20 @@ class ProblemRun:
 
     def _running(self) -> Iterator[CellRun]:
         # A cell that is settled keeps the evidence of its last look; a control goes on for the cells it controls.
-        wanted = {_key(cell) for cell in self.plan.control_cells}
+        kept = self._kept
         for run in (*self.runs, *self.controls):
-            if (_key(run.cell) in wanted or not run.settled) and not (run.halted or run.evidence.refused):
+            if (_key(run.cell) in kept or not run.settled) and not (run.halted or run.evidence.refused):
                 yield run
+
+    @property
+    def _kept(self) -> set[tuple[Scheme, str]]:
+        return {_key(cell) for cell in self.plan.control_cells}
+
+    def _reach(self, run: CellRun) -> int:
+        """Return the look at which a cell is decided, as far as is known; the last but one where none decides it."""
+        totals = [self.settings.totals[end - 1] for end in self.settings.ends]
+        enough = (look for look, total in enumerate(totals) if total >= run.needed)
+        return max(self.look, next(enough, len(totals) - 2))
 
     def _sequential(self, run: CellRun, result: CellResult) -> CellResult:
         looks = len(self.settings.ends)

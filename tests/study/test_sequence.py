@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, Claim, Control, Scheme, Settings, Step
-from sdaeverify.contracts.finding import Finding, Judgement, Verdict
+from sdaeverify.contracts.finding import Finding, Judgement, Kind, Reason, Verdict
 from sdaeverify.contracts.measure import Evidence, Measure
 from sdaeverify.contracts.scheme import with_claims
 from sdaeverify.contracts.specs import problem_spec
@@ -16,7 +16,8 @@ from sdaeverify.measures.stability import Stability
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
 from sdaeverify.numerics.statistics import group_sums
-from sdaeverify.study import Finished, Screened, Study, plan
+from sdaeverify.study import CellResult, Finished, Screened, Study, plan
+from sdaeverify.study.sequence import ProblemRun
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou
 from sdaeverify_schemes.balanced_euler import BalancedEuler
@@ -98,6 +99,18 @@ def test_a_patient_cell_does_not_cost_the_others():
     results, _ = run([EulerMaruyama()], [Patient(wants=1), Slow(wants=2000)])
 
     assert [result.paths for result in results] == [256, 2048]
+
+
+@pytest.mark.parametrize(("said", "blocks"), [({"paths": "900"}, 2), ({"paths": "1e+06"}, 4), ({}, 1)])
+def test_the_looks_ahead_are_those_that_findings_ask_for(said, blocks):
+    """Up to so many paths as would decide; to the last but one where all are too few; one where nothing is said."""
+    problem = ProblemRun(plan([EulerMaruyama()], [problem_spec(gbm)], [Patient()]).problems[0], SETTINGS)
+    label = EulerMaruyama().label
+    assert problem.expected == {(label, 0)}
+    reason = Reason("about {paths} paths would decide", Kind.MORE_PATHS, said) if said else Reason("nobody knows")
+    found = Finding(quantity="x", verdict=Verdict.INCONCLUSIVE, reason=reason, settled=False)
+    problem.look, problem.runs[0].result = 1, CellResult(problem.runs[0].cell, (found,))
+    assert problem.expected == {(label, 1 + block) for block in range(blocks)}
 
 
 def test_p_values_are_of_all_looks():

@@ -1,0 +1,77 @@
+"""Record what the forecast of a run is told: `python tests/study/record_run.py FILE [OPTIONS of matrix]`.
+
+Says how far the share that was shown was from that of the time that had passed. On an idle machine and with `-j 2`,
+it renews `recorded_run.json`, which the tests replay.
+"""
+
+import json
+import sys
+import time
+from pathlib import Path
+
+import sdaeverify.study.run
+from sdaeverify.cli.program import conclude
+from sdaeverify.contracts.settings import Settings
+from sdaeverify.study.forecast import Forecast
+
+
+class Recorder(Forecast):
+    """A forecast that notes when it is told what."""
+
+    events = []  # noqa: RUF012 # those of the only run of this process
+
+    def expect(self, problem, pieces, *, fresh=False):
+        """Note what is expected."""
+        wanted = sorted(set(pieces))
+        self.note("expect", problem, wanted, fresh)
+        super().expect(problem, wanted, fresh=fresh)
+
+    def heard(self, problem, block, seconds):
+        """Note what pieces took."""
+        measured = [(scheme, round(each, 4)) for scheme, each in seconds]
+        self.note("heard", problem, block, measured)
+        super().heard(problem, block, measured)
+
+    def over(self, problem, block):
+        """Note that a block is done."""
+        self.note("over", problem, block)
+        super().over(problem, block)
+
+    def note(self, *told):
+        """Note something with the time."""
+        self.events.append((round(time.monotonic(), 2), *told))
+
+
+def shown(events):
+    """Yield the seconds from the first event to each one, and the share of the work that is shown as done."""
+    forecast = Forecast(Settings())
+    for now, what, problem, *told in events:
+        if what == "expect":
+            pieces, fresh = told
+            forecast.expect(problem, map(tuple, pieces), fresh=fresh)
+        else:
+            getattr(forecast, what)(problem, *told)
+            yield now - events[0][0], forecast.spent / (forecast.spent + forecast.left)
+
+
+def distances(events):
+    """Return the distances of the share that is shown from that of the time, in the last two thirds of a run."""
+    told = [*shown(events)]
+    whole = told[-1][0]
+    return [abs(share - now / whole) for now, share in told if now >= whole / 3]
+
+
+def main(file, *options):
+    """Record a run."""
+    sdaeverify.study.run.Forecast = Recorder
+    code = conclude(["matrix", "--fresh", "--progress", "none", *options])
+    Path(file).write_text(
+        json.dumps(Recorder.events, separators=(",", ":")).replace("],[", "],\n["), encoding="utf-8"
+    )
+    found = distances(Recorder.events)
+    print(f"largest distance {max(found):.3f}, mean {sum(found) / len(found):.3f}, of {len(found)} events")
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
