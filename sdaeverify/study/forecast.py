@@ -54,6 +54,7 @@ class Forecast:
     screened: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
     sampled: dict[str, dict[str, tuple[float, float]]] = field(default_factory=lambda: defaultdict(dict))
     spent: float = 0.0
+    _known: dict[str, float] = field(default_factory=dict)
 
     def expect(self, problem: str, pieces: Iterable[Piece], *, fresh: bool = False) -> None:
         """Take note of what is expected to be run of a problem from now on, in place of what was before.
@@ -66,6 +67,7 @@ class Forecast:
         fresh : bool
             Whether no paths have told yet how many of them are needed.
         """
+        self._known.pop(problem, None)
         self.wanted[problem] = set(pieces)
         self.fresh.pop(problem, None)
         if fresh:
@@ -82,6 +84,7 @@ class Forecast:
         seconds : iterable of (str, float)
             Measured, of each scheme.
         """
+        self._known.pop(problem, None)
         for scheme, each in seconds:
             self.spent += each
             self.wanted[problem].discard((scheme, block))
@@ -93,34 +96,46 @@ class Forecast:
 
     def over(self, problem: str, block: int) -> None:
         """Take note that a block of a problem is done, whether it was computed or known before."""
+        self._known.pop(problem, None)
         self.wanted[problem] = {piece for piece in self.wanted[problem] if piece[1] != block}
 
     @property
     def left(self) -> float:
         """Seconds that are left."""
-        further = AGAIN * sum(map(self._size, range(self.settings.ends[0], self.settings.blocks)))
-        whole = 0.0
-        for problem, pieces in self.wanted.items():
-            screening, scheme = self._screening(problem), self._first(problem)
-            known = {label: spent / times for label, (spent, times) in self.sampled[problem].items()}
-            for label, block in pieces:
-                whole += screening if block == SCREENING else known.get(label, scheme) * self._size(block)
-            unknown = self.fresh.get(problem, 0) - len(known)
-            whole += further * (sum(known.values()) + unknown * scheme) if problem in self.fresh else 0.0
+        mean, whole = self._mean, 0.0
+        for problem in self.wanted:
+            # Of a problem of which nothing was measured, this is in multiples of the mean, and changes with it alone.
+            begun = bool(self.screened[problem] or self.sampled[problem])
+            if problem not in self._known:
+                self._known[problem] = self._left_of(problem, mean if begun else 1.0)
+            whole += self._known[problem] * (1.0 if begun else mean)
         return whole
+
+    def _left_of(self, problem: str, mean: float) -> float:
+        """Return the seconds that are left of a problem; `mean` are those of a scheme without paths if not known."""
+        screening = fmean(self.screened[problem] or [mean])
+        known = {scheme: seconds / times for scheme, (seconds, times) in self.sampled[problem].items()}
+        first = (sum(known.values()) + ALIKE * FIRST * screening) / (len(known) + ALIKE)
+        left = 0.0
+        for scheme, block in self.wanted[problem]:
+            left += screening if block == SCREENING else known.get(scheme, first) * self._size(block)
+        if problem in self.fresh:
+            further = range(self.settings.ends[0], self.settings.blocks)
+            whole = sum(known.values()) + (self.fresh[problem] - len(known)) * first
+            left += AGAIN * whole * sum(map(self._size, further))
+        return left
 
     def _size(self, block: int) -> float:
         """Return what a block costs, in multiples of the first one."""
         return 1.0 + GROWTH * (self.settings.paths_of(block) / self.settings.paths_of(0) - 1.0)
 
-    def _screening(self, problem: str) -> float:
-        known = self.screened[problem] or [each for those in self.screened.values() for each in those]
-        return fmean(known) if known else 0.0
-
-    def _first(self, problem: str) -> float:
-        """Return what a scheme takes for a first block that was not measured on paths."""
-        done = [seconds / times for seconds, times in self.sampled[problem].values()]
-        return (sum(done) + ALIKE * FIRST * self._screening(problem)) / (len(done) + ALIKE)
+    @property
+    def _mean(self) -> float:
+        """Seconds of a scheme without paths; guessed from those of paths where such were known before."""
+        if without := [each for known in self.screened.values() for each in known]:
+            return fmean(without)
+        first = [seconds / times for known in self.sampled.values() for seconds, times in known.values()]
+        return fmean(first) / FIRST if first else 0.0
 
 
 def weight(plan: ProblemPlan, settings: Settings) -> int:

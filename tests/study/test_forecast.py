@@ -77,6 +77,15 @@ def test_what_was_known_before_is_not_waited_for():
     assert made.left == 0.0
 
 
+def test_problems_to_come_cost_what_the_paths_of_others_have_cost():
+    """Where all that needs no paths was known before, first looks are told by those of other problems."""
+    made = forecast(Settings(paths=256), a=1, b=3)
+    for problem in "ab":
+        made.over(problem, SCREENING)
+    made.heard("a", 0, [("s0", 2.0)])
+    assert made.left == pytest.approx(3 * 2.0)
+
+
 def test_progress_is_correct_to_a_tenth_in_the_last_two_thirds():
     """On what a default run told, the share that is shown is that of the time that has passed, to a tenth."""
     recorded = json.loads(Path(__file__).with_name("recorded_run.json").read_text(encoding="utf-8"))
