@@ -44,6 +44,7 @@ from ..numerics.statistics import (
     corrected_slope_weights,
     group_sums,
     jackknife,
+    jackknives,
     pseudo_values,
     slope_weights,
 )
@@ -212,7 +213,7 @@ class Defect:
 
     def sup_rms(self, level: int) -> Estimate:
         """Return log2 of sup_t RMS |g| at a level."""
-        return jackknife(self.squares[level], self.counts, _log_sup)
+        return jackknives(self.squares[level], self.counts, _log_sup)[0]
 
     def slope(self, levels: Array) -> Estimate:
         """Return the slope of log2 sup_t RMS |g| against log2 h on some levels."""
@@ -230,10 +231,12 @@ class Defect:
         """Return a weighted sum of log2 sup_t RMS |g| on some levels."""
         lengths = np.cumsum([self.squares[level].shape[1] for level in levels])[:-1]
 
-        def statistic(means: Array) -> float:
-            return float(sum(w * _log_sup(part) for w, part in zip(weights, np.split(means, lengths), strict=True)))
+        def statistic(means: Array) -> Array:
+            parts = np.split(means, lengths, axis=1)
+            return np.asarray(sum(w * _log_sup(part) for w, part in zip(weights, parts, strict=True)))
 
-        return jackknife(np.concatenate([self.squares[level] for level in levels], axis=1), self.counts, statistic)
+        squares = np.concatenate([self.squares[level] for level in levels], axis=1)
+        return jackknives(squares, self.counts, statistic)[0]
 
     def growth(self, level: int, times: Array) -> float:
         """Return the slope of log RMS against log t over the second half of the log-time axis."""
@@ -292,8 +295,8 @@ def sdaeverify_measures() -> list[Measure]:
     return [Drift()]
 
 
-def _log_sup(means: Array) -> float:
-    return 0.5 * float(np.log2(means.max()))
+def _log_sup(means: Array) -> Array:
+    return np.asarray(0.5 * np.log2(means.max(axis=-1)))
 
 
 def _defects(evidence: Evidence) -> Iterator[Defect]:

@@ -412,7 +412,7 @@ def sound_levels(health: Mapping[str, Array]) -> tuple[Array, Reason]:
     Reason
     """
     wrong = {"failed paths": health["failed"] > 0, "truncated steps": health["truncated"] > 0}
-    bad = np.flatnonzero(np.any(list(wrong.values()), axis=0))
+    bad = np.flatnonzero(wrong["failed paths"] | wrong["truncated steps"])
     first = int(bad[-1]) + 1 if len(bad) else 0
     remarks = (at_levels(name, levels) for name, levels in wrong.items() if levels.any())
     return np.arange(first, len(health["failed"])), Reason.of(*remarks, lost_index(health))

@@ -185,7 +185,7 @@ class Means:
         return weighted(weights, np.log2(np.abs(self._differences(means).take(levels, axis=1))))
 
     def _estimate(self, statistic: Callable[[Array], Array]) -> Estimate:
-        return jackknives(self.sums, self.counts, lambda means: statistic(means)[:, np.newaxis])[0]
+        return jackknives(self.sums, self.counts, statistic)[0]
 
 
 def means_of(evidence: Evidence) -> Mapping[str, Means]:

@@ -5,6 +5,7 @@ one jackknife over groups of paths carries the correlation between levels by its
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -139,11 +140,11 @@ def jackknives(sums: Array, counts: Array, statistics: Callable[[Array], Array])
         Sums over each group.
     counts : ndarray, shape (G,)
         Paths of each group.
-    statistics : callable, ndarray of shape (n, ...) -> ndarray of shape (n, k)
-        Functions of n times the means.
+    statistics : callable, ndarray of shape (n, ...) -> ndarray of shape (n, k) or (n,)
+        One or k functions of n times the means.
     """
-    found = statistics(_means(sums, counts))
-    return tuple(map(_estimate, np.ascontiguousarray((GROUPS * found[0] - (GROUPS - 1) * found[1:]).T)))
+    found = np.ascontiguousarray(np.atleast_2d(statistics(_leave_out(sums, counts)).T))
+    return tuple(map(_estimate, GROUPS * found[:, :1] - (GROUPS - 1) * found[:, 1:]))
 
 
 def _estimate(pseudo: Array) -> Estimate:
@@ -165,11 +166,11 @@ def pseudo_values(sums: Array, counts: Array, statistic: Callable[[Array], float
     statistic : callable, means -> float or ndarray
         What is computed from the means over paths.
     """
-    found = np.array([statistic(each) for each in _means(sums, counts)])
+    found = np.array([statistic(each) for each in _leave_out(sums, counts)])
     return np.asarray(GROUPS * found[0] - (GROUPS - 1) * found[1:])
 
 
-def _means(sums: Array, counts: Array) -> Array:
+def _leave_out(sums: Array, counts: Array) -> Array:
     """Return the means over all paths and those outside each group; in C order, sums have the bits of one row."""
     total, n = sums.sum(axis=0), counts.sum()
     left_out = (total - sums) / (n - counts).reshape(-1, *(1,) * total.ndim)
@@ -184,8 +185,14 @@ def slope_weights(x: Array) -> Array:
 
 def corrected_slope_weights(x: Array, power: float = 1.0) -> Array:
     """Return the weights of p in the fit y = a + p x + c 2^(power x): the asymptotic order, x = log2 h."""
+    return np.array(_solve_corrected(tuple(x.tolist()), power))
+
+
+@lru_cache
+def _solve_corrected(abscissae: tuple[float, ...], power: float) -> tuple[float, ...]:
+    x = np.array(abscissae)
     design = np.stack([np.ones_like(x), x, 2.0 ** (power * (x - x.max()))], axis=1)
-    return np.asarray(np.linalg.pinv(design)[1])
+    return tuple(np.linalg.pinv(design)[1].tolist())
 
 
 def order_of(h: Array, sums: Array, counts: Array, p: float = 1.0) -> Estimate:
@@ -222,7 +229,7 @@ def log_functional(sums: Array, counts: Array, weights: Array, p: float = 1.0) -
     p : float, optional
         Of the norm.
     """
-    return jackknives(sums, counts, lambda means: weighted(weights, log_norms(means, p))[:, np.newaxis])[0]
+    return jackknives(sums, counts, lambda means: weighted(weights, log_norms(means, p)))[0]
 
 
 def weighted(weights: Array, values: Array) -> Array:

@@ -92,7 +92,7 @@ class Forecast:
                 self.screened[problem].append(each)
             else:
                 before, times = self.sampled[problem].get(scheme, (0.0, 0.0))
-                self.sampled[problem][scheme] = before + each, times + self._size(block)
+                self.sampled[problem][scheme] = before + each, times + self._weigh(block)
 
     def over(self, problem: str, block: int) -> None:
         """Take note that a block of a problem is done, whether it was computed or known before."""
@@ -107,25 +107,25 @@ class Forecast:
             # Of a problem of which nothing was measured, this is in multiples of the mean, and changes with it alone.
             begun = bool(self.screened[problem] or self.sampled[problem])
             if problem not in self._known:
-                self._known[problem] = self._left_of(problem, mean if begun else 1.0)
+                self._known[problem] = self._sum_left(problem, mean if begun else 1.0)
             whole += self._known[problem] * (1.0 if begun else mean)
         return whole
 
-    def _left_of(self, problem: str, mean: float) -> float:
+    def _sum_left(self, problem: str, mean: float) -> float:
         """Return the seconds that are left of a problem; `mean` are those of a scheme without paths if not known."""
         screening = fmean(self.screened[problem] or [mean])
         known = {scheme: seconds / times for scheme, (seconds, times) in self.sampled[problem].items()}
         first = (sum(known.values()) + ALIKE * FIRST * screening) / (len(known) + ALIKE)
         left = 0.0
         for scheme, block in self.wanted[problem]:
-            left += screening if block == SCREENING else known.get(scheme, first) * self._size(block)
+            left += screening if block == SCREENING else known.get(scheme, first) * self._weigh(block)
         if problem in self.fresh:
             further = range(self.settings.ends[0], self.settings.blocks)
             whole = sum(known.values()) + (self.fresh[problem] - len(known)) * first
-            left += AGAIN * whole * sum(map(self._size, further))
+            left += AGAIN * whole * sum(map(self._weigh, further))
         return left
 
-    def _size(self, block: int) -> float:
+    def _weigh(self, block: int) -> float:
         """Return what a block costs, in multiples of the first one."""
         return 1.0 + GROWTH * (self.settings.paths_of(block) / self.settings.paths_of(0) - 1.0)
 

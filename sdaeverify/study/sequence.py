@@ -90,11 +90,10 @@ class ProblemRun:
     @property
     def expected(self) -> set[Piece]:
         """What is run from the next look on if as many paths decide as the findings say; before them, that look."""
-        longest = max((self._reach(run) for run in self.runs if not run.settled), default=self.look)
-        begin, ends = self.blocks.start, self.settings.ends
-        kept = self._kept
-        reach = {run.cell: longest if _key(run.cell) in kept else self._reach(run) for run in self._running()}
-        return {(cell.scheme.label, block) for cell, look in reach.items() for block in range(begin, ends[look])}
+        longest = max((self._find_last_look(run) for run in self.runs if not run.settled), default=self.look)
+        begin, ends, kept = self.blocks.start, self.settings.ends, self._kept
+        lasts = ((run, longest if _key(run.cell) in kept else self._find_last_look(run)) for run in self._running())
+        return {(run.cell.scheme.label, block) for run, look in lasts for block in range(begin, ends[look])}
 
     @property
     def wanted(self) -> tuple[int, ...]:
@@ -164,7 +163,7 @@ class ProblemRun:
     def _kept(self) -> set[tuple[Scheme, str]]:
         return {_key(cell) for cell in self.plan.control_cells}
 
-    def _reach(self, run: CellRun) -> int:
+    def _find_last_look(self, run: CellRun) -> int:
         """Return the look at which a cell is decided, as far as is known; the last but one where none decides it."""
         totals = [self.settings.totals[end - 1] for end in self.settings.ends]
         enough = (look for look, total in enumerate(totals) if total >= run.needed)

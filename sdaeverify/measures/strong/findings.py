@@ -16,7 +16,7 @@ from ...forms.delay.linked import X
 from ...probe.local.algebraic_defects import AlgebraicDefects, algebraic_defects, algebraic_order
 from ...probe.local.delay_links import Y, keeps_constraint, loses_algebraic, remove_delay
 from ...probe.local.strong_defects import LocalStrong, local_strong, no_local_order
-from ...probe.local.strong_order import ACCURACY, StrongOrder, at_most, strong_order
+from ...probe.local.strong_order import ACCURACY, StrongOrder, at_most, strong_orders
 from ...probe.step.one_step import OneStep
 from ..error_sizes import of_step
 from ..judge import (
@@ -169,7 +169,7 @@ def local_orders(evidence: Evidence, span: Span = WHOLE) -> Orders:
         return {}
     scheme, view = evidence.scheme, evidence.view
     names = OneStep(*remove_delay(scheme, view, span.links, span.until)).names
-    orders = {name: strong_order(record, i) for i, name in enumerate(names)} | {STATE: strong_order(record)}
+    orders = dict(zip((*names, STATE), strong_orders(record), strict=True))
     if not keeps_constraint(scheme, view):
         return orders
     own = unpacked(_of_y(span), AlgebraicDefects, evidence.tally)

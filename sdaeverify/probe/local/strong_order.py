@@ -75,9 +75,22 @@ def strong_order(record: LocalStrong, component: int | None = None) -> StrongOrd
     -------
     StrongOrder
     """
-    rows = np.ones(len(record.core), dtype=bool)
-    if component is not None:
-        rows = (record.core > 0.0) | (np.arange(len(rows)) == component)
+    return _take_order(record, _mark_rows(record, component))
+
+
+def strong_orders(record: LocalStrong) -> tuple[StrongOrder, ...]:
+    """Return the order of each component and, last, of the full state; what has the same errors is found once."""
+    every = [_mark_rows(record, component) for component in (*range(len(record.core)), None)]
+    found = {key: _take_order(record, rows) for key, rows in {rows.tobytes(): rows for rows in every}.items()}
+    return tuple(found[rows.tobytes()] for rows in every)
+
+
+def _mark_rows(record: LocalStrong, component: int | None) -> Array:
+    everywhere = np.ones(len(record.core), dtype=bool)
+    return everywhere if component is None else (record.core > 0.0) | (np.arange(len(everywhere)) == component)
+
+
+def _take_order(record: LocalStrong, rows: Array) -> StrongOrder:
     means, worst = bool(record.means), record.scale.max(axis=0)
     rms, mean = (
         last_orders(record.h, part[:, rows].max(axis=2), ROUNDING * worst, worst, len(LEVELS))
