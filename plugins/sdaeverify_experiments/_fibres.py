@@ -8,7 +8,7 @@ A, B, B_SEMI = "implicit-euler-ggl", "explicit-projection-euler", "semi-implicit
 NAMES = {A: "(A)", B: "(B)", B_SEMI: "(B')"}
 
 
-def clamped(**parameters: object) -> str:
+def fibre_label(**parameters: object) -> str:
     """Return the label of a clamped fibre."""
     return f"fibre-clamped[{','.join(f'{name}={value}' for name, value in parameters.items())}]"
 

@@ -58,7 +58,7 @@ class StationaryErrors(Experiment):
             for entry in _entries(evidence, scheme, eps, k)
         ]  # fmt: skip
         panels = (_schemes(evidence), _sizes(evidence, levels), _largest(evidence, levels))
-        return Exhibit(tuple(entries), panels, tuple(_lost(evidence)))
+        return Exhibit(tuple(entries), panels, tuple(_describe_losses(evidence)))
 
 
 def _run(scheme: str, eps: str, k: int) -> SchemeRun:
@@ -77,7 +77,7 @@ def exact(evidence: ExperimentEvidence, eps: str) -> float:
     return next(each.value for each in truths if isinstance(each, InvariantMean) and each.observable == OBSERVABLE)
 
 
-def found(evidence: ExperimentEvidence, scheme: str, eps: str, k: int) -> tuple[float, float]:
+def mean_and_error(evidence: ExperimentEvidence, scheme: str, eps: str, k: int) -> tuple[float, float]:
     """Return the mean of the time averages and its standard error; NaN where paths are lost.
 
     Parameters
@@ -95,7 +95,7 @@ def found(evidence: ExperimentEvidence, scheme: str, eps: str, k: int) -> tuple[
 
 
 def _entries(evidence: ExperimentEvidence, scheme: str, eps: str, k: int) -> Iterator[TableEntry]:
-    value, std_error = found(evidence, scheme, eps, k)
+    value, std_error = mean_and_error(evidence, scheme, eps, k)
     if np.isfinite(value):
         yield TableEntry(
             group=f"error of the stationary mean of {OBSERVABLE}, {NAMES[scheme]}",
@@ -109,7 +109,7 @@ def _entries(evidence: ExperimentEvidence, scheme: str, eps: str, k: int) -> Ite
 
 def _curve(evidence: ExperimentEvidence, scheme: str, k: int, label: str, hue: int) -> Curve:
     eps = np.array([max(float(each), 1e-7) for each in STIFFNESSES])
-    means = np.array([found(evidence, scheme, each, k) for each in STIFFNESSES])
+    means = np.array([mean_and_error(evidence, scheme, each, k) for each in STIFFNESSES])
     size = np.abs(means[:, 0] - [exact(evidence, each) for each in STIFFNESSES])
     low, high = np.maximum(size - 2.0 * means[:, 1], 1e-5), size + 2.0 * means[:, 1]
     kept = np.isfinite(size)
@@ -142,7 +142,7 @@ def _largest(evidence: ExperimentEvidence, levels: range) -> Panel:
     return Panel("uniformly accurate, largest over eps", "h", "sup |error|", curves, "xy")
 
 
-def _lost(evidence: ExperimentEvidence) -> Iterator[str]:
+def _describe_losses(evidence: ExperimentEvidence) -> Iterator[str]:
     for scheme, name in NAMES.items():
         for eps in STIFFNESSES:
             noted = evidence.run((scheme, eps, FIRST)).noted.get("mean")

@@ -97,7 +97,7 @@ class Constants(Experiment):
             for row, name in enumerate(labels())
             for entry in _entries(name, float(found["declared"][row]), float(found["found"][row]))
         ]
-        entries += [_quoted(name, *ends) for name, ends in QUOTED.items()]
+        entries += [_quoted_entry(name, *ends) for name, ends in QUOTED.items()]
         return Exhibit(tuple(entries), (_panel(),))
 
 
@@ -131,7 +131,7 @@ QUOTED = {
 }
 
 
-def _quoted(name: str, printed: str, right: float) -> TableEntry:
+def _quoted_entry(name: str, printed: str, right: float) -> TableEntry:
     at_half = {"C_g": 4.0, "C_eta": 0.25 / 64.0, "C_kappa": 0.125 / 256.0}[name]
     return TableEntry(
         group="pendulum at eps = 1/2, beside the end of the interval that section 5.1 quotes for all eps",

@@ -21,7 +21,7 @@ from sdaeverify import (
     hookimpl,
 )
 
-from ._fibres import clamped, spacing
+from ._fibres import fibre_label, spacing
 
 N = 7
 
@@ -38,7 +38,7 @@ class Grid(Experiment):
 
     def work(self, budget: Budget) -> Work:
         """Return one probe."""
-        return {"grid": Probe(of=arc_lengths, problems=(clamped(N=N),))}
+        return {"grid": Probe(of=arc_lengths, problems=(fibre_label(N=N),))}
 
     def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
         """Return the arc lengths beside (i + 1/2) ds, and the drawing."""

@@ -22,7 +22,7 @@ from sdaeverify import (
 )
 
 from ._estimates import mean
-from ._fibres import A, clamped, differences, edges, positions, spacing, velocities
+from ._fibres import A, differences, edges, fibre_label, positions, spacing, velocities
 
 ALPHAS, BETAS = ("0.4", "4.0"), ("0.0001", "0.1")
 
@@ -84,7 +84,7 @@ class Fibres(Experiment):
         notes = (Note("r", positions, at), Note("v", velocities, at))
         return {
             (alpha, beta): SchemeRun(
-                problem=clamped(alpha=alpha, beta=beta, N=N, horizon=horizon), scheme=A, steps=steps, notes=notes
+                problem=fibre_label(alpha=alpha, beta=beta, N=N, horizon=horizon), scheme=A, steps=steps, notes=notes
             )
             for alpha in ALPHAS
             for beta in BETAS

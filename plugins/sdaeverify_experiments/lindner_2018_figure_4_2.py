@@ -23,7 +23,7 @@ from sdaeverify_problems import Fibre, clamped_chain
 from sdaeverify_problems._hanging_fibre import hanging_fibre
 
 from ._estimates import mean, order
-from ._fibres import B_SEMI, FINAL, NAMES, A, B, clamped, norm
+from ._fibres import B_SEMI, FINAL, NAMES, A, B, fibre_label, norm
 
 N, BETAS = 7, ("0.1", "0.0001")
 Z = {"r": ("r",), "(r, v)": ("r", "v")}
@@ -39,7 +39,7 @@ class Case:
 
     def problem(self, beta: str) -> str:
         """Return the label of the problem."""
-        return clamped(alpha=self.alpha, beta=beta, N=N, horizon=self.horizon)
+        return fibre_label(alpha=self.alpha, beta=beta, N=N, horizon=self.horizon)
 
     def h(self, steps: int) -> float:
         """Return the step size."""

@@ -23,7 +23,7 @@ from sdaeverify import (
 )
 
 from ._estimates import Mean, mean, slope
-from ._fibres import FINAL, B, clamped, differences, edges, norm, spacing
+from ._fibres import FINAL, B, differences, edges, fibre_label, norm, spacing
 
 N, ALPHA, BETA = 7, "0.4", "0.1"
 # The paper's curve has no numbers; an independent program found these at T = 1.
@@ -90,7 +90,7 @@ class Setting:
     @property
     def problem(self) -> str:
         """Label of the fibre."""
-        return clamped(alpha=ALPHA, beta=BETA, N=N, horizon=self.horizon)
+        return fibre_label(alpha=ALPHA, beta=BETA, N=N, horizon=self.horizon)
 
     @property
     def h(self) -> float:
@@ -147,7 +147,7 @@ class Skipping(Experiment):
             for skip in at.skips
             if tolerance == TOLERANCES[0] or skip in COUNTED
         ]
-        tested = [_tested_before(evidence, at, skip) for skip in COUNTED]
+        tested = [_entry_of_early_test(evidence, at, skip) for skip in COUNTED]
         return Exhibit((*defects, *away, *counts, *tested), _panels(evidence, at), tuple(_growths(evidence, at)))
 
 
@@ -227,7 +227,7 @@ def _count(evidence: ExperimentEvidence, at: Setting, skip: int, tolerance: str)
     )
 
 
-def tested_before(evidence: ExperimentEvidence, skip: int) -> Mean:
+def count_if_early(evidence: ExperimentEvidence, skip: int) -> Mean:
     """Return the iterations of a projected step where the defect is tested before an update, which is made anyway.
 
     There is one, and a second where the first starts above BEFORE, as it leaves about the square.
@@ -235,8 +235,8 @@ def tested_before(evidence: ExperimentEvidence, skip: int) -> Mean:
     return mean(1.0 + evidence.values((skip, TOLERANCES[0]), "before")[-1])
 
 
-def _tested_before(evidence: ExperimentEvidence, at: Setting, skip: int) -> TableEntry:
-    found = tested_before(evidence, skip)
+def _entry_of_early_test(evidence: ExperimentEvidence, at: Setting, skip: int) -> TableEntry:
+    found = count_if_early(evidence, skip)
     return TableEntry(
         group=f"the same where the defect is tested before an update, by {BEFORE:g}",
         at={"n": skip},
@@ -272,7 +272,7 @@ def _panels(evidence: ExperimentEvidence, at: Setting) -> tuple[Panel, ...]:
         found = [iterations(evidence, k, tolerance) for k in skips]
         name = "to rounding" if tolerance == TOLERANCES[0] else f"tolerance {tolerance}"
         counts.append(Curve(name, np.array(skips, float), np.array([each[0] for each in found])))
-    early = [tested_before(evidence, skip) for skip in COUNTED]
+    early = [count_if_early(evidence, skip) for skip in COUNTED]
     low, high = np.array([[each.low, each.high] for each in early]).T
     counts.append(
         Curve("tested before updates", np.array(list(COUNTED), float), np.array([e.value for e in early]), low, high)

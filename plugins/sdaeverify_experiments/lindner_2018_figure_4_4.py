@@ -26,7 +26,7 @@ from sdaeverify import (
     hookimpl,
 )
 
-from ._fibres import A, B, clamped, spacing
+from ._fibres import A, B, fibre_label, spacing
 
 N, GUESSES = 20, ("V0", "V1", "V2")
 BETAS = ("1e-06", "0.001", "0.01", "0.03", "0.1", "0.3")
@@ -63,7 +63,7 @@ class Iterations(Experiment):
         horizon, steps, tolerances = self.setting(budget)
         return {
             (guess, beta, tolerance): SchemeRun(
-                problem=clamped(alpha="0.4", beta=beta, N=N, horizon=horizon),
+                problem=fibre_label(alpha="0.4", beta=beta, N=N, horizon=horizon),
                 scheme=f"{A}[guess={guess},tolerance={tolerance}]",
                 steps=steps,
             )
@@ -172,7 +172,7 @@ class Costs(Experiment):
 
     def work(self, budget: Budget) -> Work:
         """Return one probe."""
-        problems = tuple(clamped(alpha="0.4", N=each, horizon="1.0") for each in SIZES)
+        problems = tuple(fibre_label(alpha="0.4", N=each, horizon="1.0") for each in SIZES)
         repeats = 40 if budget is Budget.FULL else 8
         return {"times": Probe(of=StepTimes(1e-6, repeats), problems=problems, schemes=tuple(COSTED.values()))}
 
@@ -191,7 +191,7 @@ class Costs(Experiment):
                         paths=PATHS,
                     )
                 )
-        counted = [_counted(points, made[row]) for row, points in enumerate(SIZES)]
+        counted = [_count_unknowns(points, made[row]) for row, points in enumerate(SIZES)]
         return Exhibit((*entries, *counted), (_costs_panel(seconds, made),))
 
 
@@ -205,7 +205,7 @@ def work_of(points: int, made: Array) -> float:
     return float((made[1] * (d + 1) * nodes + 2 * points) / (made[0] * (2 * d + 2) * nodes))
 
 
-def _counted(points: int, made: Array) -> TableEntry:
+def _count_unknowns(points: int, made: Array) -> TableEntry:
     return TableEntry(
         group="counted: unknowns of all linear systems of a step of (B) over those of (A)",
         at={"N": points},

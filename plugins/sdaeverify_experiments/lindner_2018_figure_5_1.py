@@ -23,7 +23,7 @@ from sdaeverify_problems import Fibre, clamped_chain
 from sdaeverify_problems._hanging_fibre import hanging_fibre
 
 from ._estimates import mean, order
-from ._fibres import FINAL, A, clamped
+from ._fibres import FINAL, A, fibre_label
 
 D, COARSEST = 2, 8
 Z = {"r": ("r",), "(r, v)": ("r", "v")}
@@ -101,7 +101,7 @@ class SpaceTime(Experiment):
 
 def _run(beta: str, cells: int, finest: int, horizon: str, steps: int) -> SchemeRun:
     return SchemeRun(
-        problem=clamped(alpha="0.4", beta=beta, N=cells - 1, horizon=horizon),
+        problem=fibre_label(alpha="0.4", beta=beta, N=cells - 1, horizon=horizon),
         scheme=A,
         steps=steps,
         notes=FINAL,

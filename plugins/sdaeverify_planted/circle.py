@@ -11,7 +11,7 @@ from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.heun import Heun
 from sdaeverify_schemes.projected_euler import ProjectedEuler
 
-from ._projection import projected
+from ._projection import project_step
 
 
 def euler(problem: SDE, x: Array, t: float, h: float, noise: Increment) -> Array:
@@ -38,7 +38,7 @@ class FixedDirection(ProjectedEuler):
         """Make one step; the state x has shape (d, P)."""
         axis = np.zeros((1, *state.shape))
         axis[0, 0] = 1.0
-        return projected(problem, state, euler(problem, state, t, h, noise), axis)
+        return project_step(problem, state, euler(problem, state, t, h, noise), axis)
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from sdaeverify import Array, DelaySDAE, DelayState, Increment, Lag, Planted, Problem, Step, hookimpl
-from sdaeverify_schemes._delay_root import held
-from sdaeverify_schemes._delay_theta import begun, coupled
+from sdaeverify_schemes._delay_root import hold_failed
+from sdaeverify_schemes._delay_theta import begin_step, solve_coupled
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 
@@ -64,9 +64,9 @@ class WrongLag(StochasticTheta):
     def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
         lag = READINGS[self.reading](problem.lag(state.x, h, noise), state.x)
-        begin = begun(problem, state, t, h, noise._replace(lagged=lag.now), self.theta)._replace(lag=lag)
-        root = coupled(problem, begin, t + h, self.theta * h)
-        return held(state, DelayState(root.x[: problem.dimension], root.x[problem.dimension :]), root)
+        begin = begin_step(problem, state, t, h, noise._replace(lagged=lag.now), self.theta)._replace(lag=lag)
+        root = solve_coupled(problem, begin, t + h, self.theta * h)
+        return hold_failed(state, DelayState(root.x[: problem.dimension], root.x[problem.dimension :]), root)
 
 
 @dataclass(frozen=True)
@@ -78,11 +78,11 @@ class AnticipatingNoise(StochasticTheta):
 
     def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
-        (x, y), begin = state, begun(problem, state, t, h, noise, self.theta)
+        (x, y), begin = state, begin_step(problem, state, t, h, noise, self.theta)
         now, end = begin.lag.now, begin.lag.ahead(begin.guess.x)
         added = problem.diffused(t, x, end, y, noise.dW) - problem.diffused(t, x, now, y, noise.dW)
-        root = coupled(problem, begin._replace(known=begin.known + added), t + h, self.theta * h)
-        return held(state, DelayState(root.x[: problem.dimension], root.x[problem.dimension :]), root)
+        root = solve_coupled(problem, begin._replace(known=begin.known + added), t + h, self.theta * h)
+        return hold_failed(state, DelayState(root.x[: problem.dimension], root.x[problem.dimension :]), root)
 
 
 @hookimpl

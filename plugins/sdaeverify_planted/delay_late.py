@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from sdaeverify import DelaySDAE, DelayState, Increment, Planted, Problem, Step, hookimpl
-from sdaeverify_schemes._delay_root import held
+from sdaeverify_schemes._delay_root import hold_failed
 from sdaeverify_schemes._delay_theta import algebraic
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
@@ -37,7 +37,7 @@ class LateLag(StochasticTheta):
         (x, y), lag = state, problem.lag(state.x, h, noise)
         f, kick = problem.drift(t, x, np.zeros_like(x), y), problem.diffused(t, x, lag.now, y, noise.dW)
         root = algebraic(problem, lag, t + h, x + h * f + kick, y)
-        return held(state, DelayState(x + h * f + kick, root.x), root)
+        return hold_failed(state, DelayState(x + h * f + kick, root.x), root)
 
 
 @hookimpl

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from sdaeverify import Claim, DelaySDAE, DelayState, Increment, Lag, Planted, Problem, Step, hookimpl
 from sdaeverify.numerics import solve
-from sdaeverify_schemes._delay_root import held
+from sdaeverify_schemes._delay_root import hold_failed
 from sdaeverify_schemes._delay_theta import algebraic
 from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta
 from sdaeverify_schemes.stochastic_theta import TRAPEZOIDAL, StochasticTheta
@@ -35,7 +35,7 @@ class OldLagAlgebraic(StochasticTheta):
         """Make one step."""
         result, now = super().step(problem, state, t, h, noise), problem.lag(state.x, h, noise).now
         root = algebraic(problem, Lag(now, now, 0.0), t + h, result.state.x, result.state.y)
-        return held(state, DelayState(result.state.x, root.x), root)
+        return hold_failed(state, DelayState(result.state.x, root.x), root)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from sdaeverify import SDE, Array, Increment, Planted, Step, hookimpl
 from sdaeverify.numerics import apply, apply_transposed, product_transposed, second_directional, solve
 from sdaeverify_schemes.projected_euler import ProjectedEuler
 
-from ._projection import projected
+from ._projection import project_step
 
 DELTA = "ellipse[measure=delta]"
 
@@ -26,7 +26,7 @@ class RadialProjection(ProjectedEuler):
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""
         y = tangential(problem, state, t, h, noise)
-        return projected(problem, state, y, y[None])
+        return project_step(problem, state, y, y[None])
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class WrongFixman(ProjectedEuler):
         x, tangent = state, problem.diffusion(t, state)[:, 0]
         f = problem.drift(t, x) + self.part * fixman(problem, x, tangent)
         y = x + h * f + tangent * noise.dW
-        return projected(problem, x, y, problem.dg(y))
+        return project_step(problem, x, y, problem.dg(y))
 
 
 def tangential(problem: SDE, x: Array, t: float, h: float, noise: Increment) -> Array:

@@ -37,7 +37,7 @@ class Led(UniformlyAccurate):
             Value zeta of the level set.
         """
         halvings = int(np.ceil(np.log2(1.0 / at.problem.eps))) if at.problem.eps else 1
-        new = OldNormals(at, y, level).followed(self.stages or max(1, halvings))
+        new = OldNormals(at, y, level).follow(self.stages or max(1, halvings))
         return Step(
             np.where(new.found, new.x, at.x),
             ~new.found,

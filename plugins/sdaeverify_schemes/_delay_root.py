@@ -6,7 +6,7 @@ from sdaeverify import DelaySDAE, DelayState, Lag, Mask, Step
 from sdaeverify.numerics import Root, determinant
 
 
-def held(state: DelayState, new: DelayState, root: Root) -> Step:
+def hold_failed(state: DelayState, new: DelayState, root: Root) -> Step:
     """Return a step; a path without root keeps its state and is counted."""
     kept = (np.where(root.converged, now, before) for now, before in zip(new, state, strict=True))
     return Step(DelayState(*kept), failed=~root.converged, costs={"newton_iterations": root.iterations})

@@ -15,7 +15,7 @@ import numpy as np
 from sdaeverify import Array, DelaySDAE, DelayState, Increment, Lag, Step
 from sdaeverify.numerics import Root, largest, newton, update_tolerance
 
-from ._delay_root import held, regular
+from ._delay_root import hold_failed, regular
 
 
 class Begun(NamedTuple):
@@ -35,14 +35,14 @@ class Begun(NamedTuple):
     guess: DelayState
 
 
-def begun(problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment, theta: float) -> Begun:
+def begin_step(problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment, theta: float) -> Begun:
     """Return the explicit part of a step."""
     (x, y), lag = state, problem.lag(state.x, h, noise)
     f, kick = problem.drift(t, x, lag.now, y), problem.diffused(t, x, lag.now, y, noise.dW)
     return Begun(lag, x + h * (1.0 - theta) * f + kick, DelayState(x + h * f + kick, y))
 
 
-def coupled(problem: DelaySDAE, begin: Begun, t: float, s: float) -> Root:
+def solve_coupled(problem: DelaySDAE, begin: Begun, t: float, s: float) -> Root:
     """Solve x = known + s f(t, x, v, y), 0 = u(t, x, v, y) for (x, y) together, v = v(x) being lagged.
 
     Parameters
@@ -73,7 +73,7 @@ def coupled(problem: DelaySDAE, begin: Begun, t: float, s: float) -> Root:
         whole = value if problem.constraint is None else np.concatenate([value, problem.constraint(t, x, v, y)])
         return whole, lambda: matrix(x, v, y)
 
-    return reached(linearised, np.concatenate(begin.guess), begin.known, begin.lag.known)
+    return run_newton(linearised, np.concatenate(begin.guess), begin.known, begin.lag.known)
 
 
 def algebraic(problem: DelaySDAE, lag: Lag, t: float, x: Array, guess: Array) -> Root:
@@ -86,25 +86,25 @@ def algebraic(problem: DelaySDAE, lag: Lag, t: float, x: Array, guess: Array) ->
     def linearised(y: Array) -> tuple[Array, Callable[[], Array]]:
         return constraint(t, x, v, y), lambda: problem.linearised_constraint(t, x, v, y).y
 
-    return reached(linearised, guess, x, v)
+    return run_newton(linearised, guess, x, v)
 
 
-def reached(linearised: Callable[[Array], tuple[Array, Callable[[], Array]]], *given: Array) -> Root:
+def run_newton(linearised: Callable[[Array], tuple[Array, Callable[[], Array]]], *given: Array) -> Root:
     """Return where Newton's method leads from the first of what is given; the solution is as large as all of it."""
     return newton(linearised, given[0], update_tolerance(*map(largest, given)))
 
 
 def delay_theta(problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment, theta: float) -> Step:
     """Make one step with parameter theta."""
-    begin = begun(problem, state, t, h, noise, theta)
+    begin = begin_step(problem, state, t, h, noise, theta)
     if theta == 0.0:
         root = algebraic(problem, begin.lag, t + h, begin.guess.x, state.y)
         new = DelayState(begin.guess.x, root.x)
     else:
-        root = coupled(problem, begin, t + h, theta * h)
+        root = solve_coupled(problem, begin, t + h, theta * h)
         new = DelayState(root.x[: problem.dimension], root.x[problem.dimension :])
     sound = root.converged & regular(problem, begin.lag, (t, t + h), state, new)
-    return held(state, new, root._replace(converged=sound))
+    return hold_failed(state, new, root._replace(converged=sound))
 
 
 def _blocks(rows: list[list[Array]], paths: int) -> Array:

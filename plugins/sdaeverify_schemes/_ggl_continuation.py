@@ -3,11 +3,11 @@
 import numpy as np
 
 from ._ggl_equations import Equations, Unknowns
-from ._ggl_line_search import replaced
-from ._ggl_newton import Root, Stop, solved
+from ._ggl_line_search import replace_paths
+from ._ggl_newton import Root, Stop, solve_equations
 
 
-def continued(equations: Equations, root: Root, stop: Stop, stages: int) -> Root:
+def continue_in_stages(equations: Equations, root: Root, stop: Stop, stages: int) -> Root:
     """Lead the paths that failed to a root, along those with the noise B dw k/s in stages k = 1, ..., s.
 
     Where B dw is large, Newton's updates may end at a minimum of |F|^2 that is no root. Without noise the old state
@@ -17,7 +17,7 @@ def continued(equations: Equations, root: Root, stop: Stop, stages: int) -> Root
     ----------
     equations : Equations
     root : Root
-        Of `solved`.
+        Of `solve_equations`.
     stop : Stop
     stages : int
 
@@ -32,8 +32,8 @@ def continued(equations: Equations, root: Root, stop: Stop, stages: int) -> Root
     x, found = Unknowns(np.zeros_like(some.r), some.v, nothing, nothing), root.found.copy()
     iterations, halvings = root.iterations.copy(), root.halvings.copy()
     for stage in range(1, stages + 1):
-        part = solved(some._replace(kick=stage / stages * some.kick), x, stop)
+        part = solve_equations(some._replace(kick=stage / stages * some.kick), x, stop)
         x, found[failed] = part.x, part.found
         iterations[failed] += part.iterations
         halvings[failed] += part.halvings
-    return Root(replaced(root.x, failed, x), found, iterations, halvings)
+    return Root(replace_paths(root.x, failed, x), found, iterations, halvings)

@@ -34,7 +34,7 @@ class Iterate(NamedTuple):
 
     def of(self, paths: Array) -> "Iterate":
         """Return some of the paths."""
-        return Iterate(self.equations.of(paths), taken(self.x, paths), taken(self.F, paths))
+        return Iterate(self.equations.of(paths), take_paths(self.x, paths), take_paths(self.F, paths))
 
 
 class Searched(NamedTuple):
@@ -53,22 +53,22 @@ class Searched(NamedTuple):
     halvings: Array
 
 
-def searched(old: Iterate, L: Linearised) -> Searched:
+def search_line(old: Iterate, L: Linearised) -> Searched:
     """Go along Newton's update as far as it lowers |F|^2, or changes it by no more than is known of it."""
-    update, known = L.update(old.F), _known(old, L)
+    update, known = L.update(old.F), _bound_rounding(old, L)
     s = np.ones_like(known)
     x = old.x.moved(s, update)
     F = old.equations.defects(x)
     high = np.flatnonzero(~(F.square <= bound(old, known, s)))
     while high.size and s.min() > SHORTEST:
         s[high] *= 0.5
-        nearer = taken(old.x, high).moved(s[high], taken(update, high))
-        x, F = replaced(x, high, nearer), replaced(F, high, old.equations.of(high).defects(nearer))
+        nearer = take_paths(old.x, high).moved(s[high], take_paths(update, high))
+        x, F = replace_paths(x, high, nearer), replace_paths(F, high, old.equations.of(high).defects(nearer))
         high = high[~(F.square <= bound(old, known, s))[high]]
     lower = np.ones(s.size, dtype=bool)
     lower[high] = False
     if high.size:
-        x, F = replaced(x, high, taken(old.x, high)), replaced(F, high, taken(old.F, high))
+        x, F = replace_paths(x, high, take_paths(old.x, high)), replace_paths(F, high, take_paths(old.F, high))
     return Searched(Iterate(old.equations, x, F), lower, np.round(-np.log2(s)).astype(np.int64))
 
 
@@ -77,18 +77,18 @@ def bound(old: Iterate, known: Array, s: Array) -> Array:
     return np.asarray((1.0 - 2.0 * ARMIJO * s) * old.F.square + known)
 
 
-def _known(old: Iterate, L: Linearised) -> Array:
+def _bound_rounding(old: Iterate, L: Linearised) -> Array:
     # What rounding may leave of |F|^2.
     counts = np.array([len(part) for part in old.F.parts])
     return np.asarray(counts @ L.rounding(old.x, old.F) ** 2)
 
 
-def taken(record: Record, paths: Array) -> Record:
+def take_paths(record: Record, paths: Array) -> Record:
     """Return some paths of a record of arrays."""
     return type(record)(*(part[..., paths] for part in record))
 
 
-def replaced(record: Record, paths: Array, other: Record) -> Record:
+def replace_paths(record: Record, paths: Array, other: Record) -> Record:
     """Return a record of arrays with some paths from another one."""
     if not paths.size:
         return record

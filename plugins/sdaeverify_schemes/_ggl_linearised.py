@@ -70,7 +70,7 @@ class Linearised(NamedTuple):
         return ROUNDINGS * (F.terms + self.by_r * largest(self.equations.r + x.xi) + self.by_v * largest(x.v))
 
 
-def linearised(equations: Equations, x: Unknowns) -> Linearised:
+def linearise(equations: Equations, x: Unknowns) -> Linearised:
     """Return the derivative of the equations at a point."""
     problem, h, r = equations.problem, equations.h, equations.r + x.xi
     blocks = problem.blocks

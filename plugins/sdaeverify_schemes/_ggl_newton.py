@@ -7,8 +7,8 @@ import numpy as np
 from sdaeverify import Array, Mask
 
 from ._ggl_equations import Equations, Unknowns
-from ._ggl_line_search import Iterate, replaced, searched
-from ._ggl_linearised import linearised
+from ._ggl_line_search import Iterate, replace_paths, search_line
+from ._ggl_linearised import linearise
 
 
 class Stop(NamedTuple):
@@ -43,7 +43,7 @@ class Root(NamedTuple):
     halvings: Array
 
 
-def solved(equations: Equations, guess: Unknowns, stop: Stop) -> Root:
+def solve_equations(equations: Equations, guess: Unknowns, stop: Stop) -> Root:
     """Solve the equations from a guess.
 
     A path has found its root where no component of F is larger than the tolerance, or than what rounding may leave of
@@ -65,11 +65,11 @@ def solved(equations: Equations, guess: Unknowns, stop: Stop) -> Root:
     found, x, paths = np.zeros(count, dtype=bool), guess, np.arange(count)
     iterations, halvings = np.zeros((2, count), dtype=np.int64)
     for _ in range(stop.max_iterations):
-        L = linearised(here.equations, here.x)
-        here, lower, halved = searched(here, L)
+        L = linearise(here.equations, here.x)
+        here, lower, halved = search_line(here, L)
         iterations[paths] += 1
         halvings[paths] += halved
-        x = here.x if paths.size == count else replaced(x, paths, here.x)
+        x = here.x if paths.size == count else replace_paths(x, paths, here.x)
         found[paths] = (here.F.largest <= np.maximum(stop.tolerance, L.rounding(here.x, here.F))).all(axis=0)
         on = np.flatnonzero(lower & ~found[paths])
         if not on.size:

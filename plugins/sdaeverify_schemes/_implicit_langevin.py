@@ -50,9 +50,9 @@ class ImplicitLangevin(LangevinScheme):
     def onto(self, at: ConstraintGeometry, y: Array, level: Array) -> Step:
         """Return the step from the point of `at` to y + g lambda on the level set."""
         if self.implicitness:
-            new = TurningNormals(at, y, level, self.implicitness).solved()
+            new = TurningNormals(at, y, level, self.implicitness).solve()
         else:
-            new = OldNormals(at, y, level).solved(frozen=self.solver == "frozen")
+            new = OldNormals(at, y, level).solve(frozen=self.solver == "frozen")
         kept = at.x if self.no_root == "hold" else np.nan
         return Step(
             np.where(new.found, new.x, kept),

@@ -38,33 +38,33 @@ class OldNormals:
     y: Array
     level: Array
 
-    def solved(self, *, frozen: bool = False) -> Reached:
+    def solve(self, *, frozen: bool = False) -> Reached:
         """Return y + g(x) lambda: as the constraint's author does, on other paths by Newton's method.
 
         With the matrix g(x)^T g(x) throughout if it is frozen: then only the distance tells roots apart.
         """
         if frozen:
-            return Reached.by(self._iterated(self.y, (), MANY, self.at.gram), self.y)
+            return Reached.by(self._iterate(self.y, (), MANY, self.at.gram), self.y)
         if (known := self.at.root(self.y, self.level)) is None:
-            return self.searched()
-        return self._once_more(Reached(*known, known.iterations), ~known.converged, OldNormals.searched)
+            return self.search()
+        return self._once_more(Reached(*known, known.iterations), ~known.converged, OldNormals.search)
 
-    def searched(self) -> Reached:
+    def search(self) -> Reached:
         """Return y + g(x) lambda, by Newton's method from lambda = 0 with the matrix g(x')^T g(x).
 
         With several constraints, roots that are in doubt are followed from lambda = 0.
         """
         if len(self.level) <= CHEAP:
-            return Reached.by(self._iterated(self.y, NEWTON), self.y)
-        end = self._iterated(self.y, CHORDS)
+            return Reached.by(self._iterate(self.y, NEWTON), self.y)
+        end = self._iterate(self.y, CHORDS)
         reached = Reached.by(end, self.y)
         sure = reached.found & (end.second <= end.first)
         for parts in PARTS:
-            reached = self._once_more(reached, ~sure, partial(OldNormals.followed, parts=parts))
+            reached = self._once_more(reached, ~sure, partial(OldNormals.follow, parts=parts))
             sure |= reached.found
         return reached
 
-    def followed(self, parts: int) -> Reached:
+    def follow(self, parts: int) -> Reached:
         """Return y + g(x) lambda by continuation: the level moves from zeta(y), in parts, and det > 0 all along."""
         begin, z = self.at.problem.constraint(self.y), self.y.copy()
         found, counts = np.ones(z.shape[1], dtype=bool), np.zeros((2, z.shape[1]), dtype=np.int64)
@@ -75,7 +75,7 @@ class OldNormals:
                 where = np.flatnonzero(found)
                 if not len(where):
                     return Reached(z, found, *counts)
-                end = towards._part(where)._iterated(z[:, where], NEWTON, most)
+                end = towards._part(where)._iterate(z[:, where], NEWTON, most)
                 found[where] &= end.second <= SURE * end.first
             found[where] &= end.converged & end.last.positive()
             z[:, where] = end.x
@@ -89,9 +89,9 @@ class OldNormals:
     def _once_more(self, reached: Reached, where: Mask, search: Callable[["OldNormals"], Reached]) -> Reached:
         if not where.any():
             return reached
-        return reached.searched_again(where, search(self._part(np.flatnonzero(where))))
+        return reached.merge(where, search(self._part(np.flatnonzero(where))))
 
-    def _iterated(self, z: Array, anew: Container[int], most: int = FEW, frozen: Gram | None = None) -> Ending:
+    def _iterate(self, z: Array, anew: Container[int], most: int = FEW, frozen: Gram | None = None) -> Ending:
         problem = self.at.problem
         return iterate(lambda z: _Local(self, problem.near(z), frozen), z, anew, most)
 

@@ -74,7 +74,7 @@ def onto_constraint(problem: HolonomicSDAE, y: Array, tolerance: float = 0.0) ->
     r, eta = y, -J.gram(J).solve(problem.constraint(y))
     move = problem.push(J, eta)
     for _ in range(MOST):
-        r = _kept(active, r + move, r)
+        r = _update(active, r + move, r)
         iterations += active
         J, g, moved = problem.linearised(r), problem.constraint(r), norm(move)
         F = r - y - problem.push(J, eta)
@@ -87,9 +87,9 @@ def onto_constraint(problem: HolonomicSDAE, y: Array, tolerance: float = 0.0) ->
         s = np.maximum(LEAST, s + np.einsum("np,np->p", move, F) / np.where(moved > 0.0, moved**2, 1.0))
         change = J.gram(J).solve(J.times(F) - s * g)
         move = (problem.push(J, change) - F) / s
-        eta = _kept(active, eta + change, eta)
+        eta = _update(active, eta + change, eta)
     return Projected(r, J, eta, found, iterations)
 
 
-def _kept(active: Mask, new: Array, old: Array) -> Array:
+def _update(active: Mask, new: Array, old: Array) -> Array:
     return new if active.all() else np.where(active, new, old)

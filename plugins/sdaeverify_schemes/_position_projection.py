@@ -38,7 +38,7 @@ class Projection(NamedTuple):
         return onto_constraint(problem, y, self.tolerance)
 
 
-def checked(solver: str, tolerance: float) -> None:
+def check_projection(solver: str, tolerance: float) -> None:
     """Raise ParameterError where there is no such projection."""
     if solver not in SOLVERS:
         raise ParameterError(f"solver must be gram or newton, got {solver!r}")

@@ -36,7 +36,7 @@ class Reached(NamedTuple):
         near = norm(end.x - y) <= NEAR * end.first + ROUNDING * norm(y)
         return cls(end.x, end.converged & near & end.last.positive(), end.updates, end.matrices)
 
-    def searched_again(self, where: Mask, again: "Reached") -> "Reached":
+    def merge(self, where: Mask, again: "Reached") -> "Reached":
         """Return this with some paths led elsewhere, by a search that comes on top of the first one."""
         x, found, updates, matrices = (part.copy() for part in self)
         x[:, where], found[where] = again.x, again.found

@@ -44,14 +44,14 @@ def projections(
     v, impulse = problem.tangent(new.J, free.v)
     projected = SkippingState(new.r, v, free.mu + impulse, np.zeros_like(free.skipped))
     failed = due & ~new.found
-    reached = projected if due.all() else _chosen(due, projected, free)
+    reached = projected if due.all() else _choose(due, projected, free)
     return Step(
-        _chosen(failed, old, reached) if failed.any() else reached,
+        _choose(failed, old, reached) if failed.any() else reached,
         failed,
         outputs={"eta": np.where(due, new.eta, 0.0)},
         costs={projection.counter: np.where(due, new.iterations, np.nan)},
     )
 
 
-def _chosen(mask: Mask, these: SkippingState, others: SkippingState) -> SkippingState:
+def _choose(mask: Mask, these: SkippingState, others: SkippingState) -> SkippingState:
     return SkippingState(*(np.where(mask, a, b) for a, b in zip(these, others, strict=True)))

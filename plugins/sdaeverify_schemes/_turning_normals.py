@@ -32,7 +32,7 @@ class TurningNormals:
     level: Array
     theta: float
 
-    def solved(self) -> Reached:
+    def solve(self) -> Reached:
         """Return x', by Newton's method from x' = y, lambda = 0."""
         return Reached.by(iterate(self._local, self.y, NEWTON, FEW), self.y)
 

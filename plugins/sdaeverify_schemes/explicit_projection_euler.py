@@ -7,7 +7,7 @@ import numpy as np
 
 from sdaeverify import Claim, HolonomicSDAE, HolonomicState, Increment, ParameterError, Parts, Scheme, Step, hookimpl
 
-from ._position_projection import Projection, checked
+from ._position_projection import Projection, check_projection
 from ._projection_orders import EXACT, ORDERS
 from ._skipping import SkippingState, inherent_euler, projections
 
@@ -57,7 +57,7 @@ class ExplicitProjectionEuler(Scheme):
     def __post_init__(self) -> None:
         if self.skip < 0:
             raise ParameterError(f"skip must be at least 0, got {self.skip!r}")
-        checked(self.solver, self.tolerance)
+        check_projection(self.solver, self.tolerance)
 
     @property
     def promises(self) -> tuple[Claim, ...]:

@@ -7,9 +7,9 @@ import numpy as np
 
 from sdaeverify import Array, Claim, HolonomicSDAE, HolonomicState, Increment, ParameterError, Scheme, Step, hookimpl
 
-from ._ggl_continuation import continued
+from ._ggl_continuation import continue_in_stages
 from ._ggl_equations import Equations, Unknowns
-from ._ggl_newton import Stop, solved
+from ._ggl_newton import Stop, solve_equations
 
 TO_ROUNDING = Claim(measure="drift", value="round-off", source="Lindner et al. 2018, section 4.1, scheme (A)")
 
@@ -78,9 +78,9 @@ class ImplicitEulerGGL(Scheme):
         r, v, mu = state
         equations = Equations(problem, t + h, h, r, v, self._kick(problem, state, t, h, noise))
         stop = Stop(self.tolerance, self.max_iterations)
-        root = solved(equations, self._guess(equations, t), stop)
+        root = solve_equations(equations, self._guess(equations, t), stop)
         if self.stages > 1 and not root.found.all():
-            root = continued(equations, root, stop, self.stages)
+            root = continue_in_stages(equations, root, stop, self.stages)
         xi, new_v, lam, nu = root.x
         new = (np.where(root.found, part, old) for part, old in ((r + xi, r), (new_v, v), (mu + lam, mu)))
         costs = {"newton_iterations": root.iterations, "line_search_halvings": root.halvings}

@@ -10,8 +10,8 @@ from sdaeverify import Array, Claim, DelaySDAE, DelayState, Increment, Parameter
 from sdaeverify.numerics import Root
 
 from ._delay_orders import DELAYED
-from ._delay_root import held, regular
-from ._delay_theta import algebraic, begun, reached
+from ._delay_root import hold_failed, regular
+from ._delay_theta import algebraic, begin_step, run_newton
 from ._euler_orders import STRONG_HALF
 
 
@@ -47,7 +47,7 @@ class LaggedAlgebraicTheta(Scheme):
 
     def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""
-        begin, s, y = begun(problem, state, t, h, noise, self.theta), self.theta * h, state.y
+        begin, s, y = begin_step(problem, state, t, h, noise, self.theta), self.theta * h, state.y
         lag, unit = begin.lag, np.eye(problem.dimension)[..., None]
 
         def matrix(x: Array) -> Array:
@@ -57,11 +57,11 @@ class LaggedAlgebraicTheta(Scheme):
         def linearised(x: Array) -> tuple[Array, Callable[[], Array]]:
             return x - begin.known - s * problem.drift(t + h, x, lag.ahead(x), y), lambda: matrix(x)
 
-        first = reached(linearised, begin.guess.x, begin.known, lag.known)
+        first = run_newton(linearised, begin.guess.x, begin.known, lag.known)
         second = algebraic(problem, lag, t + h, first.x, y)
         new = DelayState(first.x, second.x)
         sound = first.converged & second.converged & regular(problem, lag, (t, t + h), state, new)
-        return held(state, new, Root(first.x, sound, first.iterations + second.iterations))
+        return hold_failed(state, new, Root(first.x, sound, first.iterations + second.iterations))
 
 
 @hookimpl

@@ -42,7 +42,7 @@ class PlatenWeak2General(Scheme):
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""
         x, dW, s = state, noise.dW, np.sqrt(h)
-        f, B, V = problem.drift(t, x), problem.diffusion(t, x), crossed(noise, h)
+        f, B, V = problem.drift(t, x), problem.diffusion(t, x), antisymmetric_noise(noise, h)
         centre = x + h * f
         new = x + 0.5 * h * (f + problem.drift(t + h, centre + apply(B, dW)))
         for j in range(problem.noise_dim):
@@ -57,7 +57,7 @@ class PlatenWeak2General(Scheme):
         return Step(new)
 
 
-def crossed(noise: Increment, h: float) -> Array:
+def antisymmetric_noise(noise: Increment, h: float) -> Array:
     """Return V_rj, antisymmetric in r and j, shape (l, l, P)."""
     assert noise.H is not None
     zeta = np.sqrt(12.0 / h) * noise.H

@@ -7,7 +7,7 @@ import numpy as np
 
 from sdaeverify import Array, Claim, HolonomicSDAE, HolonomicState, Increment, ParameterError, Scheme, Step, hookimpl
 
-from ._position_projection import Projection, checked
+from ._position_projection import Projection, check_projection
 from ._projection_orders import EXACT, ORDERS
 
 
@@ -51,7 +51,7 @@ class SemiImplicitProjectionEuler(Scheme):
     def __post_init__(self) -> None:
         if self.noise_projector not in {"old", "new"}:
             raise ParameterError(f"noise_projector must be old or new, got {self.noise_projector!r}")
-        checked(self.solver, self.tolerance)
+        check_projection(self.solver, self.tolerance)
 
     @property
     def promises(self) -> tuple[Claim, ...]:

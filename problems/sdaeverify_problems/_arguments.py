@@ -19,7 +19,7 @@ def number(name: str, value: object) -> float:
         If it is none, or too large for a float.
     """
     if not isinstance(value, Real) or isinstance(value, bool):
-        raise ParameterError(f"{name} must be a number, got {_shown(value)}")
+        raise ParameterError(f"{name} must be a number, got {_format_value(value)}")
     try:
         return float(value)
     except OverflowError:
@@ -35,7 +35,7 @@ def count(name: str, value: object, least: int, most: int) -> None:
         If it is none, or out of its range.
     """
     if not isinstance(value, Integral) or isinstance(value, bool) or not least <= value <= most:
-        raise ParameterError(f"{name} must be a whole number from {least} to {most}, got {_shown(value)}")
+        raise ParameterError(f"{name} must be a whole number from {least} to {most}, got {_format_value(value)}")
 
 
 def instance(name: str, value: object, kind: type) -> None:
@@ -47,7 +47,7 @@ def instance(name: str, value: object, kind: type) -> None:
         If it is something else.
     """
     if not isinstance(value, kind):
-        raise ParameterError(f"{name} must be a {kind.__name__}, got {_shown(value)}")
+        raise ParameterError(f"{name} must be a {kind.__name__}, got {_format_value(value)}")
 
 
 def function(name: str, value: object) -> None:
@@ -59,7 +59,7 @@ def function(name: str, value: object) -> None:
         If it cannot.
     """
     if not callable(value):
-        raise ParameterError(f"{name} must be a function, got {_shown(value)}")
+        raise ParameterError(f"{name} must be a function, got {_format_value(value)}")
 
 
 def in_one_line(build: Builder) -> Builder:
@@ -78,5 +78,5 @@ def in_one_line(build: Builder) -> Builder:
     return built  # type: ignore[return-value]
 
 
-def _shown(value: object) -> str:
+def _format_value(value: object) -> str:
     return f"{' '.join(repr(value).split()):.60}"

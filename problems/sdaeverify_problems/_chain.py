@@ -49,11 +49,11 @@ class Chain(NamedTuple):
 
     def positions(self, r: Array) -> Array:
         """Return r_0..r_{N+1}, shape (N + 2, d, P)."""
-        return self._extended(self.points(r), None if self.root is None else self.root[1:])
+        return self._extend(self.points(r), None if self.root is None else self.root[1:])
 
     def velocities(self, v: Array) -> Array:
         """Return v_0..v_{N+1}, shape (N + 2, d, P)."""
-        return self._extended(self.points(v), None if self.root is None else 0.0)
+        return self._extend(self.points(v), None if self.root is None else 0.0)
 
     def bends(self, x: Array) -> Array:
         """Return r_{i+1} - 2 r_i + r_{i-1}, i = 0..N+1, of x = positions(r), shape (N + 2, d, P).
@@ -74,7 +74,7 @@ class Chain(NamedTuple):
         """Return y_i - y_{i-1} of directions on the same edges: (n, ..., P) -> (m, d, ..., P)."""
         return self._differences(self.points(y), 0.0)
 
-    def _extended(self, x: Array, first: Array | float | None) -> Array:
+    def _extend(self, x: Array, first: Array | float | None) -> Array:
         begin = 2.0 * x[:1] - x[1:2] if first is None else np.broadcast_to(first, x[:1].shape)
         return np.concatenate([begin, x, 2.0 * x[-1:] - x[-2:-1]])
 

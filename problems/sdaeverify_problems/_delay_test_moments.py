@@ -24,9 +24,9 @@ def _first_interval(at: Coefficients) -> tuple[Moment, ...]:
     """Return them where v(t) = t: m' = A m + p, S' = (2 A + c^2) S + 2 (p + c d t) m + d^2 t^2, p = b t + l sin t."""
     source = "linear equations of the first two moments, v being known"
     values = {
-        "x": lambda t: _solved(at, t)[0],
-        "x^2": lambda t: _solved(at, t)[1],
-        "y": lambda t: at.l * np.sin(t) + at.q * _solved(at, t)[0],
+        "x": lambda t: _solve_moments(at, t)[0],
+        "x^2": lambda t: _solve_moments(at, t)[1],
+        "y": lambda t: at.l * np.sin(t) + at.q * _solve_moments(at, t)[0],
     }
     return tuple(
         Moment(observable=name, value=lambda t, value=value: float(value(t)), source=source)
@@ -34,7 +34,7 @@ def _first_interval(at: Coefficients) -> tuple[Moment, ...]:
     )
 
 
-def _solved(at: Coefficients, t: float) -> Array:
+def _solve_moments(at: Coefficients, t: float) -> Array:
     a, b, c, d, l, q = at
     A = a + q
 

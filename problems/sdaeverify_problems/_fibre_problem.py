@@ -28,7 +28,7 @@ def fibre_problem(
     """Return a fibre as a problem.
 
     Its solution on a path is known by a fine reference where D is the identity, so that the noise does not depend on
-    velocities, and where `resolved` holds. It has controls where `mild` holds: these are explicit schemes.
+    velocities, and where `is_resolved` holds. It has controls where `mild` holds: these are explicit schemes.
 
     Parameters
     ----------
@@ -73,10 +73,10 @@ def fibre_problem(
         units="length of the fibre 1, time in the unit in which alpha, Fr and Dr are given",
         source="Lindner et al. 2018, (2.8)",
     )
-    return with_inherent_truth(problem) if fibre.D is None and resolved(fibre, horizon) else problem
+    return with_inherent_truth(problem) if fibre.D is None and is_resolved(fibre, horizon) else problem
 
 
-def resolved(fibre: Fibre, horizon: float) -> bool:
+def is_resolved(fibre: Fibre, horizon: float) -> bool:
     """Tell whether an explicit reference of second order in time is stable on 512 steps up to the horizon.
 
     A motion of frequency w without friction grows by (1 + (w h)^4/4)^(1/2) a step, by a factor of less than e over

@@ -43,11 +43,11 @@ def gaussian_step(A: Array, B: Array, h: float) -> GaussianStep:
     """
     nodes, weights = np.polynomial.legendre.leggauss(16)
     q, w = 0.5 + 0.5 * nodes, 0.5 * weights
-    alpha, beta, rho = projected(np.stack([scipy.linalg.expm(x * h * A) @ B for x in q]), q, w)
+    alpha, beta, rho = project_kernel(np.stack([scipy.linalg.expm(x * h * A) @ B for x in q]), q, w)
     return GaussianStep(scipy.linalg.expm(h * A), alpha, beta, np.sqrt(h) * rho)
 
 
-def projected(kernel: Array, q: Array, w: Array) -> tuple[Array, Array, Array]:
+def project_kernel(kernel: Array, q: Array, w: Array) -> tuple[Array, Array, Array]:
     """Return alpha, beta and rho of a kernel at the nodes q of a quadrature on [0, 1] with weights w.
 
     Parameters

@@ -20,7 +20,7 @@ from sdaeverify import Array
 NODES, LAYER, GROWTH = 20, 2.0, 6.0
 
 
-def graded(length: float, stiffness: float, growth: float) -> Array:
+def grade_panels(length: float, stiffness: float, growth: float) -> Array:
     """Return the ends of panels of [0, length], ascending.
 
     Parameters

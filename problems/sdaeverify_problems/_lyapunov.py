@@ -45,7 +45,7 @@ class Lyapunov(NamedTuple):
     def of(cls, M: Array) -> "Lyapunov":
         """Return the equation, prepared for any number of right sides."""
         with np.errstate(all="ignore"):
-            inverse, A = transformed(M)
+            inverse, A = cayley_transform(M)
             powers = [A]
             # Written so that a NaN counts as poor.
             while (poor := ~(_size(powers[-1]) <= NEGLIGIBLE)).any() and len(powers) < MOST:
@@ -73,7 +73,7 @@ class Lyapunov(NamedTuple):
         return positive
 
 
-def transformed(M: Array) -> tuple[Array, Array]:
+def cayley_transform(M: Array) -> tuple[Array, Array]:
     """Return N^{-1} and A, shape (p, p, P)."""
     unit = np.eye(len(M))[..., None]
     inverse = eliminated(M + unit).solve(np.broadcast_to(unit, M.shape))

@@ -97,7 +97,7 @@ class MatrixGeometry(ConstraintGeometry):
     def root(self, y: Array, level: Array) -> Root:
         """Return y + x Lambda, shape (d p, P), with the entries of `level` in x^T x - Id."""
         target = self._identity + level[Upper.of(self.p).number]
-        root = MatrixLevel.of(self.rows, self.C, y.reshape(self.rows.shape), target).solved()
+        root = MatrixLevel.of(self.rows, self.C, y.reshape(self.rows.shape), target).solve()
         return root._replace(x=y + self._times(root.x.reshape(self.C.shape)))
 
     @property

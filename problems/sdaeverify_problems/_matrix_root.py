@@ -17,7 +17,7 @@ import numpy as np
 from sdaeverify import Array, Mask
 from sdaeverify.numerics import Root, newton
 
-from ._lyapunov import product, series, transformed, transposed_product
+from ._lyapunov import cayley_transform, product, series, transposed_product
 
 # Iterations and squarings in each: the usual ones on all paths, then those of the paths that take longer. With two
 # squarings, what an update leaves out is a 2^-16th of the rest even where eigenvalues of W are 1/3 or 3.
@@ -49,13 +49,13 @@ class MatrixLevel(NamedTuple):
         size = (len(x) + 2.0) * np.finfo(float).eps * np.abs(square).max(axis=(0, 1))
         return cls(C, transposed_product(x, y), L - square, size)
 
-    def solved(self) -> Root:
+    def solve(self) -> Root:
         """Return Lambda, shape (p p, P), converged where it is surely the root that is connected to Lambda = 0."""
         with np.errstate(all="ignore"):
-            root = self._reached(self._guess().reshape(-1, len(self.rounding)), *USUAL)
+            root = self._iterate(self._guess().reshape(-1, len(self.rounding)), *USUAL)
             late = ~root.converged
             if late.any():
-                rest = MatrixLevel(*(part[..., late] for part in self))._reached(root.x[:, late], *LATE)
+                rest = MatrixLevel(*(part[..., late] for part in self))._iterate(root.x[:, late], *LATE)
                 root.x[:, late], root.converged[late] = rest.x, rest.converged
                 root.iterations[late] += rest.iterations
             sure = _definite(self.B) & _definite(self.B + product(self.C, self._matrix(root.x)))
@@ -76,14 +76,14 @@ class MatrixLevel(NamedTuple):
         rest = T / t - unit
         return 0.5 * _twice(np.sqrt(t) * (unit + 0.5 * rest - 0.125 * product(rest, rest)) - S)
 
-    def _reached(self, begin: Array, most: int, squarings: int) -> Root:
-        root = newton(self._linearised, begin, self.rounding, most, partial(_update, squarings))
+    def _iterate(self, begin: Array, most: int, squarings: int) -> Root:
+        root = newton(self._linearise, begin, self.rounding, most, partial(_update, squarings))
         # Where powers of A do not decay, an update is a small part of Newton's, and its size not that of the error.
-        A = transformed(np.swapaxes(self.B + product(self.C, self._matrix(root.x)), 0, 1))[1]
+        A = cayley_transform(np.swapaxes(self.B + product(self.C, self._matrix(root.x)), 0, 1))[1]
         left = np.abs(_squares(A, squarings)[-1]).max(axis=(0, 1))
         return root._replace(converged=root.converged & (left <= HALF))
 
-    def _linearised(self, entries: Array) -> tuple[Array, Array]:
+    def _linearise(self, entries: Array) -> tuple[Array, Array]:
         Lambda = self._matrix(entries)
         half = 0.5 * product(self.C, Lambda)
         U = self.B + half
@@ -94,7 +94,7 @@ class MatrixLevel(NamedTuple):
 
 
 def _update(squarings: int, W: Array, defect: Array) -> Array:
-    inverse, A = transformed(np.swapaxes(W, 0, 1))
+    inverse, A = cayley_transform(np.swapaxes(W, 0, 1))
     # No later update would take back what is not symmetric in Lambda.
     return (0.5 * _twice(series(inverse, _squares(A, squarings), defect.reshape(W.shape)))).reshape(defect.shape)
 

@@ -43,10 +43,10 @@ def mean_trace_around(eps: float, m: int, kappa: float) -> tuple[float, str] | N
 @cache
 def truths(eps: float, m: int, stiffness: float) -> tuple[Truth, ...]:
     """Return what is known; sigma^2 = 2, so that a = stiffness."""
-    return tuple(_penalised(eps, m, stiffness) if eps else _constrained(m, stiffness))
+    return tuple(_penalised_truths(eps, m, stiffness) if eps else _constrained_truths(m, stiffness))
 
 
-def _constrained(m: int, a: float) -> Iterator[Truth]:
+def _constrained_truths(m: int, a: float) -> Iterator[Truth]:
     yield InvariantMean(observable="tr x", value=mean_trace(m, a), source=LIMIT)
     if m <= 3 and a <= STRONGEST:
         angle = single_angle(m, a, SIGMA)
@@ -57,7 +57,7 @@ def _constrained(m: int, a: float) -> Iterator[Truth]:
         )
 
 
-def _penalised(eps: float, m: int, kappa: float) -> Iterator[Truth]:
+def _penalised_truths(eps: float, m: int, kappa: float) -> Iterator[Truth]:
     """(1 + 2 kappa eps) E|x|^2 = m + eps (2 kappa E tr x + sigma^2 (q + m^2)), q = m (m + 1)/2."""
     known = mean_trace_around(eps, m, kappa)
     if known is not None:

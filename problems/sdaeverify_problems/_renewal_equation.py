@@ -24,7 +24,7 @@ import numpy as np
 
 from sdaeverify import Array, ParameterError
 
-from ._graded_panels import Convolution, convolution, graded, nodes
+from ._graded_panels import Convolution, convolution, grade_panels, nodes
 from ._scalar_delay import ScalarDelay, piece
 
 # Rate times delay up to which panels are made.
@@ -79,11 +79,11 @@ def _later(equation: ScalarDelay, m: Array, k: int, u: float) -> float:
 
 def _pieces(equation: ScalarDelay, k: int) -> Pieces:
     """Return the pieces up to number k, and perhaps some more."""
-    return _computed(equation, 1 << k.bit_length())
+    return _compute_pieces(equation, 1 << k.bit_length())
 
 
 @cache
-def _computed(equation: ScalarDelay, count: int) -> Pieces:
+def _compute_pieces(equation: ScalarDelay, count: int) -> Pieces:
     A, B, c, d, s, tau, x_0, _ = equation
     u = np.append(nodes(_ends(equation)), tau)
     young, old = _convolutions(equation, tuple(u))
@@ -97,10 +97,10 @@ def _computed(equation: ScalarDelay, count: int) -> Pieces:
     matrices = [young.matrix(kernels[0][0])]
     matrices += [young.matrix(new) + old.matrix(last) for last, new in zip(kernels[1], kernels[0][1:], strict=False)]
     drawn = [(c * now + d * before + s)[:-1] ** 2 for before, now in pairwise(m)]
-    return Pieces(np.array(r), np.array(m), _renewed([matrix[:-1] for matrix in matrices], drawn))
+    return Pieces(np.array(r), np.array(m), _solve_renewal([matrix[:-1] for matrix in matrices], drawn))
 
 
-def _renewed(matrices: list[Array], drawn: list[Array]) -> Array:
+def _solve_renewal(matrices: list[Array], drawn: list[Array]) -> Array:
     """Solve gamma_k = drawn_k + sum_j M_{k-j} gamma_j, piece by piece."""
     n, count = len(drawn[0]), len(drawn)
     inverse, oldest_first = np.linalg.inv(np.eye(n) - matrices[0]), np.hstack(matrices[:0:-1] or [np.zeros((n, 0))])
@@ -119,7 +119,7 @@ def _ends(equation: ScalarDelay) -> Array:
     if not growth * equation.tau <= MOST_GROWTH or not fastest < np.inf:
         text = f"must be finite and grow by no more than e^{MOST_GROWTH:g} within a delay, got {equation[:4]}"
         raise ParameterError(f"a delay equation with A, B, c, d {text}")
-    return graded(equation.tau, fastest, growth)
+    return grade_panels(equation.tau, fastest, growth)
 
 
 @cache

@@ -86,7 +86,7 @@ class Rotor(NamedTuple):
         return np.concatenate([angles, (mu + mean + kick)[None]])
 
 
-def damped(c: float, gamma: float, sigma: float) -> Rotor:
+def damped_rotor(c: float, gamma: float, sigma: float) -> Rotor:
     """Return a rotor that has an invariant law.
 
     Raises

@@ -43,13 +43,13 @@ def free(law: RadialLaw, angle: float, spin: float = 0.0) -> Mapping[str, Known]
         "x_1^2": Known(lambda x: x[0] ** 2, square, law.level / law.d),
     }
     radial = {
-        "|x|^2": Known(squared, law.square, law.square()),
-        "|x|^4": Known(lambda x: squared(x) ** 2, law.fourth, law.fourth()),
+        "|x|^2": Known(squared_norm, law.square, law.square()),
+        "|x|^4": Known(lambda x: squared_norm(x) ** 2, law.fourth, law.fourth()),
     }
     return known | (radial if law.eps else {})
 
 
-def pulled(law: RadialLaw, angle: float, pull: float) -> Mapping[str, Known]:
+def with_pull(law: RadialLaw, angle: float, pull: float) -> Mapping[str, Known]:
     """Return what is known with the drift pull e_1 alone: moments at every time in the limit only."""
     means, u = invariant_means(law.eps, law.d, law.sigma, pull), float(np.cos(angle))
     limit = None if law.eps else on_the_sphere(law.d, law.sigma, pull)
@@ -62,8 +62,8 @@ def pulled(law: RadialLaw, angle: float, pull: float) -> Mapping[str, Known]:
         "x_1^2": Known(lambda x: x[0] ** 2, power(2), means["x_1^2"]),
     }
     radial = {
-        "|x|^2": Known(squared, None, means["|x|^2"]),
-        "|x|^4": Known(lambda x: squared(x) ** 2, None, means["|x|^4"]),
+        "|x|^2": Known(squared_norm, None, means["|x|^2"]),
+        "|x|^4": Known(lambda x: squared_norm(x) ** 2, None, means["|x|^4"]),
     }
     return known | (radial if law.eps else {})
 
@@ -96,7 +96,7 @@ def polar_chart(law: RadialLaw, square: float) -> Chart | None:
     return Chart(
         axes=(Angle(), line),
         embed=lambda z: np.exp(z[1]) * direction(z[:1]),
-        read=lambda x: np.stack([np.arctan2(x[1], x[0]), 0.5 * np.log(squared(x))]),
+        read=lambda x: np.stack([np.arctan2(x[1], x[0]), 0.5 * np.log(squared_norm(x))]),
     )
 
 
@@ -105,6 +105,6 @@ def direction(z: Array) -> Array:
     return np.concatenate([np.cos(z), np.sin(z)])
 
 
-def squared(x: Array) -> Array:
+def squared_norm(x: Array) -> Array:
     """Return |x|^2, shape (P,)."""
     return np.asarray((x * x).sum(axis=0))

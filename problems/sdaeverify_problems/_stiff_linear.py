@@ -7,7 +7,7 @@ import scipy
 
 from sdaeverify import Array
 
-from ._gaussian_step import projected
+from ._gaussian_step import project_kernel
 from ._stiff_modes import Mode
 
 NODES = 16
@@ -61,13 +61,13 @@ class StiffLinear(NamedTuple):
         the kernel e^{-(K + P/eps) h q}, and a root of the covariance of what remains, by quadrature on intervals that
         shrink towards q = 0 as fast as the kernel asks for.
         """
-        q, w = _graded(h * max(np.linalg.norm(mode.matrix, 2) for mode in self.modes))
+        q, w = _graded_rule(h * max(np.linalg.norm(mode.matrix, 2) for mode in self.modes))
         kernel = np.asarray(sum(mode.E @ mode.decay(h * q) @ mode.F for mode in self.modes))
-        alpha, beta, rho = projected(kernel, q, w)
+        alpha, beta, rho = project_kernel(kernel, q, w)
         return Step(self.change(h), alpha, beta, np.sqrt(h) * rho)
 
 
-def _graded(z: float) -> tuple[Array, Array]:
+def _graded_rule(z: float) -> tuple[Array, Array]:
     """Return Gauss' nodes and weights on [0, 2^-k], [2^-k, 2^(1-k)], ..., [1/2, 1] with z 2^-k below 1."""
     x, w = np.polynomial.legendre.leggauss(NODES)
     ends = np.concatenate([[0.0], 2.0 ** -np.arange(1.0 + np.ceil(np.log2(max(z, 1.0))), -1.0, -1.0)])

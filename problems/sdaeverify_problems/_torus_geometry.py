@@ -30,7 +30,7 @@ class Quartic(NamedTuple):
 
     def diagonal(self, x: Array) -> Array:
         """Return the diagonal of 4 a Id - 8 R^2 D, shape (3, P)."""
-        a = 4.0 * (squared(x) + self.R**2 - self.r**2)
+        a = 4.0 * (squared_norm(x) + self.R**2 - self.r**2)
         across = a - 8.0 * self.R**2
         return np.stack([across, across, a])
 
@@ -45,7 +45,7 @@ class Quartic(NamedTuple):
 
     def laplacians(self, x: Array) -> Array:
         """Return tr H = 8 |x|^2 + 12 a - 16 R^2, shape (1, P)."""
-        return np.asarray(8.0 * squared(x) + self.diagonal(x).sum(axis=0))[None]
+        return np.asarray(8.0 * squared_norm(x) + self.diagonal(x).sum(axis=0))[None]
 
 
 class Tube(NamedTuple):
@@ -89,7 +89,7 @@ def outward(x: Array) -> Array:
     return np.stack([x[0] / rho, x[1] / rho, 0.0 * rho])
 
 
-def squared(x: Array) -> Array:
+def squared_norm(x: Array) -> Array:
     """Return |x|^2, shape (P,)."""
     return np.asarray((x * x).sum(axis=0))
 

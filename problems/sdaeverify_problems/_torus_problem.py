@@ -8,7 +8,7 @@ from sdaeverify import Array, ConstrainedLangevin, InvariantMean, Parts
 
 from . import _controls as controls
 from ._stiffness import check_stiffness
-from ._torus_geometry import Quartic, Tube, squared, surface_chart
+from ._torus_geometry import Quartic, Tube, squared_norm, surface_chart
 from ._torus_law import CENTRE, check_drift, surface_means
 
 SURFACE = "density exp(-V) on the surface, quadrature converged to rounding"
@@ -62,6 +62,6 @@ def torus_problem(
 
 def observables(zeta: Quartic | Tube, *, limit: bool) -> dict[str, Callable[[float, Parts], Array]]:
     """Return |x|^2 and x_1, and what the penalty creates where there is one."""
-    kept = {"|x|^2": lambda t, s: squared(s["x"]), "x_1": lambda t, s: s["x"][0]}
+    kept = {"|x|^2": lambda t, s: squared_norm(s["x"]), "x_1": lambda t, s: s["x"][0]}
     created = {"zeta": lambda t, s: zeta.zeta(s["x"])[0], "zeta^2": lambda t, s: zeta.zeta(s["x"])[0] ** 2}
     return kept if limit else kept | created

@@ -5,7 +5,7 @@ import numpy as np
 from sdaeverify import Angle, Array, Chart, Increment, InvariantMean, Langevin, Line, Pathwise, hookimpl
 
 from . import _controls as controls
-from ._rotor import damped
+from ._rotor import damped_rotor
 
 OBSERVABLES = {
     "cos q": lambda t, s: np.cos(s["q"][0]),
@@ -41,7 +41,7 @@ def angle_pendulum(
     ------
     Pavliotis (2014), Stochastic Processes and Applications, section 6.1, (6.1).
     """
-    rotor = damped(c, gamma, sigma)
+    rotor = damped_rotor(c, gamma, sigma)
     cosine, square = rotor.cosines()
     means = {"cos q": cosine, "sin q": 0.0, "cos^2 q": square, "p": 0.0, "p^2": rotor.kT, "p sin q": 0.0}
 

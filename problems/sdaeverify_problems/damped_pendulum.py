@@ -11,7 +11,7 @@ from ._canonical_law import Canonical, circle_nodes, invariant_means
 from ._constrained_langevin import constrained_langevin
 from ._free_moments import damped_moments
 from ._inherent_truth import with_inherent_truth
-from ._rotor import Rotor, damped
+from ._rotor import Rotor, damped_rotor
 from ._unit_sphere import constraint_bound
 
 OBSERVABLES = {**circle.OBSERVABLES, "r_1^2": lambda t, s: s["r"][0] ** 2}
@@ -53,7 +53,7 @@ def damped_pendulum(
     ------
     Lindner & Stroot (2017), sections 5.1 and 5.2, with the fluctuation-dissipation relation.
     """
-    rotor, M = damped(c_g, gamma, np.sqrt(2.0 * gamma * max(kT, 0.0))), np.diag([1.0, mass])
+    rotor, M = damped_rotor(c_g, gamma, np.sqrt(2.0 * gamma * max(kT, 0.0))), np.diag([1.0, mass])
     if not 0.0 < mass < np.inf:
         raise ParameterError(f"the mass must be positive and finite, got {mass!r}")
     law, weight = Canonical(lambda x: c_g * x[1], M, kT), np.array([[0.0], [c_g]])

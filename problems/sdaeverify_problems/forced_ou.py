@@ -39,17 +39,17 @@ def forced_ou(
         raise ParameterError(f"a must be positive, got {a!r}")
     source = "variation of constants"
 
-    def forced(t: float) -> float:
+    def periodic_part(t: float) -> float:
         return float(amplitude * (a * np.cos(omega * t) + omega * np.sin(omega * t)) / (a * a + omega * omega))
 
     def law(t: float) -> tuple[float, float]:
         variance = -(sigma**2) * np.expm1(-2 * a * t) / (2 * a)
-        return forced(t) + np.exp(-a * t) * (1.0 - forced(0.0)), variance
+        return periodic_part(t) + np.exp(-a * t) * (1.0 - periodic_part(0.0)), variance
 
     def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
         alpha, beta, rest = exponential_integral(a * h)
         integral = alpha * noise.dW + beta * noise.H + rest * np.sqrt(h) * noise.xi
-        return forced(t + h) + np.exp(-a * h) * (x - forced(t)) + sigma * integral
+        return periodic_part(t + h) + np.exp(-a * h) * (x - periodic_part(t)) + sigma * integral
 
     return SDE(
         controls=controls.ADDITIVE,

@@ -38,7 +38,7 @@ def gbm_algebraic(
     def matrix(value: float, x: Array) -> Array:
         return np.full((1, 1, x.shape[-1]), value)
 
-    def known(t: float, x: Array) -> Parts:
+    def parts_of(t: float, x: Array) -> Parts:
         return {"x": x, "y": q * x}
 
     return DelaySDAE(
@@ -61,7 +61,7 @@ def gbm_algebraic(
         },
         truths=(
             Pathwise(
-                start=lambda paths: np.full((1, paths), x_0), advance=exponential(A, b), parts=known, source=SOURCE
+                start=lambda paths: np.full((1, paths), x_0), advance=exponential(A, b), parts=parts_of, source=SOURCE
             ),
             *(power(name, n, x_0, A, b) for n, name in enumerate(("x", "x^2", "x^3"), start=1)),
             MeanSquareStability(stable=2.0 * A + b * b < 0.0, source=SOURCE),

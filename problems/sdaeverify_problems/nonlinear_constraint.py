@@ -31,26 +31,26 @@ def nonlinear_constraint(a: float = -1.0, b: float = 0.5, tau: float = 0.3, hori
     Kloeden & Platen (1992), section 4.4, (4.6), behind a constraint of index 1.
     """
 
-    def seen(v: Array, y: Array) -> Array:
+    def combine(v: Array, y: Array) -> Array:
         sum_of_both: Array = y + y**3 + 0.5 * v
         return sum_of_both
 
-    def scaled(factor: float, y: Array) -> Partials:
+    def scaled_partials(factor: float, y: Array) -> Partials:
         one = np.ones((1, *y.shape))
         return Partials(0.0 * one, 0.5 * factor * one, factor * (1.0 + 3.0 * y**2)[None])
 
-    def known(t: float, x: Array) -> Parts:
+    def parts_of(t: float, x: Array) -> Parts:
         return {"x": x, "y": cubic_root(0.5 * x)}
 
     solution = Pathwise(
-        start=lambda paths: np.ones((1, paths)), advance=exponential(a, b), parts=known, source=SOURCE
+        start=lambda paths: np.ones((1, paths)), advance=exponential(a, b), parts=parts_of, source=SOURCE
     )
     return DelaySDAE(
-        drift=lambda t, x, v, y: a * seen(v, y),
-        diffusion=lambda t, x, v, y: b * seen(v, y)[:, None],
-        constraint=lambda t, x, v, y: seen(v, y) - x,
-        drift_partials=lambda t, x, v, y: scaled(a, y),
-        constraint_partials=lambda t, x, v, y: scaled(1.0, y)._replace(x=-np.ones((1, *y.shape))),
+        drift=lambda t, x, v, y: a * combine(v, y),
+        diffusion=lambda t, x, v, y: b * combine(v, y)[:, None],
+        constraint=lambda t, x, v, y: combine(v, y) - x,
+        drift_partials=lambda t, x, v, y: scaled_partials(a, y),
+        constraint_partials=lambda t, x, v, y: scaled_partials(1.0, y)._replace(x=-np.ones((1, *y.shape))),
         delay=tau,
         history=lambda t: [1.0],
         algebraic=1,

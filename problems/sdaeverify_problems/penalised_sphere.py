@@ -6,7 +6,7 @@ from sdaeverify import Array, ConstrainedLangevin, ParameterError, hookimpl, on_
 
 from . import _controls as controls
 from ._radial_law import RadialLaw
-from ._sphere_truths import PULLED, SOURCE, free, limits, moments, polar_chart, pulled, squared
+from ._sphere_truths import PULLED, SOURCE, free, limits, moments, polar_chart, squared_norm, with_pull
 from ._stiffness import check_stiffness
 
 ANGLE = 0.9
@@ -48,7 +48,7 @@ def penalised_sphere(
     """
     check_parameters(eps, d, pull, damping, spin)
     law = RadialLaw(eps, d, 1.0, damping)
-    known = pulled(law, ANGLE, pull) if pull else free(law, ANGLE, spin)
+    known = with_pull(law, ANGLE, pull) if pull else free(law, ANGLE, spin)
     source = PULLED if pull else SOURCE
     square = known["|x|^2"].limit if eps else 1.0
     return ConstrainedLangevin(
@@ -56,7 +56,7 @@ def penalised_sphere(
         family=lambda other: penalised_sphere(other, d, pull, damping, spin, horizon),
         drift=lambda x: pull * np.eye(d)[:, :1] - damping * x + spin * turned(x),
         strength=1.0,
-        constraint=lambda x: 0.5 * (squared(x) - 1.0)[None],
+        constraint=lambda x: 0.5 * (squared_norm(x) - 1.0)[None],
         jacobian=lambda x: x[None],
         hessians=np.eye(d)[None],
         start=np.array([np.cos(ANGLE), np.sin(ANGLE), *np.zeros(d - 2)]),

@@ -55,7 +55,7 @@ def sphere_langevin(
     masses = np.array([m_1, m_2, m_3])
     if not (np.all(masses > 0.0) and np.all(np.isfinite(masses))):
         raise ParameterError(f"masses must be positive and finite, got {masses.tolist()}")
-    M, weight, observables = np.diag(masses), c_g * np.array([[0.0], [0.0], [1.0]]), observed(masses)
+    M, weight, observables = np.diag(masses), c_g * np.array([[0.0], [0.0], [1.0]]), observables_of(masses)
     law = Canonical(lambda x: c_g * x[2], M, kT)
     problem = constrained_langevin(
         lambda r: weight,
@@ -78,7 +78,7 @@ def sphere_langevin(
     return with_inherent_truth(problem)
 
 
-def observed(masses: Array) -> dict[str, object]:
+def observables_of(masses: Array) -> dict[str, object]:
     """Return the observables; the kinetic energy depends on the masses."""
 
     def momentum(row: int, s: Parts) -> Array:

@@ -65,7 +65,7 @@ def stiefel(
     )
 
 
-def squared(x: Array) -> Array:
+def squared_norm(x: Array) -> Array:
     """Return |x|^2, shape (P,)."""
     return np.asarray((x * x).sum(axis=0))
 
@@ -75,8 +75,8 @@ ENTRIES: dict[str, Callable[[float, Parts], Array]] = {
     "x_11^2": lambda t, s: s["x"][0] ** 2,
 }
 SQUARES: dict[str, Callable[[float, Parts], Array]] = {
-    "|x|^2": lambda t, s: squared(s["x"]),
-    "|x|^4": lambda t, s: squared(s["x"]) ** 2,
+    "|x|^2": lambda t, s: squared_norm(s["x"]),
+    "|x|^4": lambda t, s: squared_norm(s["x"]) ** 2,
 }
 
 

@@ -50,12 +50,12 @@ def torus(eps: float = 0.1, stiffness: float = STIFFNESS, horizon: float = 0.125
         eps,
         stiffness,
         horizon,
-        (lambda: tabulated(eps, stiffness), SOURCE),
+        (lambda: tabulated_means(eps, stiffness), SOURCE),
         lambda other: torus(other, stiffness, horizon),
     )
 
 
-def tabulated(eps: float, stiffness: float) -> Mapping[str, float]:
+def tabulated_means(eps: float, stiffness: float) -> Mapping[str, float]:
     """Return the invariant means that the table has, perhaps none."""
     row = TABLE.get(eps if stiffness == STIFFNESS else inf, ())
     return dict(zip(("|x|^2", "x_1", "zeta", "zeta^2"), row, strict=False))

@@ -167,7 +167,7 @@ def test_defects_grow_with_the_skipped_steps(registry):
         assert 1.0 <= value <= 3.0
         assert a_step == pytest.approx(value / (skip + 1))
     assert skipping.iterations(evidence, 100, "1e-08")[0] <= skipping.iterations(evidence, 100, "1e-11")[0]
-    assert 1.0 <= skipping.tested_before(evidence, 10).value <= skipping.tested_before(evidence, 100).value <= 2.0
+    assert 1.0 <= skipping.count_if_early(evidence, 10).value <= skipping.count_if_early(evidence, 100).value <= 2.0
 
 
 def test_defects_are_tested_on_the_position_that_is_to_be_projected():

@@ -9,7 +9,7 @@ from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify.probe.step.states import cloud
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_problems
-from sdaeverify_planted._projection import projected
+from sdaeverify_planted._projection import project_step
 from sdaeverify_planted.baoab import WrongBAOAB
 from sdaeverify_planted.ellipse import WrongFixman, tangential
 from sdaeverify_planted.euler_arguments import WrongPlaces
@@ -91,11 +91,11 @@ def test_radial_projection_differs_from_the_normal_one_by_its_direction(registry
 
     def normal(h, noise):
         y = tangential(view, x, T, h, noise)
-        return projected(view, x, y, view.dg(y)).state
+        return project_step(view, x, y, view.dg(y)).state
 
     def radial(h, noise):
         y = tangential(view, x, T, h, noise)
-        return projected(view, x, y, y[None]).state
+        return project_step(view, x, y, y[None]).state
 
     def euler(h, noise):
         return right.step(view, x, T, h, noise).state

@@ -8,7 +8,7 @@ from sdaeverify.contracts.specs import matrix_specs
 from sdaeverify.numerics import is_analytic
 from sdaeverify_problems._chain import clamped_chain
 from sdaeverify_problems._fibre import Fibre
-from sdaeverify_problems._fibre_problem import fibre_problem, mild, resolved
+from sdaeverify_problems._fibre_problem import fibre_problem, is_resolved, mild
 from sdaeverify_problems._hanging_fibre import hanging_fibre
 from sdaeverify_problems.fibre_clamped import fibre_clamped
 from sdaeverify_problems.fibre_free import fibre_free
@@ -52,7 +52,7 @@ def reference_growth(alpha, horizon):
 def test_reference_is_attached_where_it_is_stable():
     """With alpha = 0.4 it is up to time 0.25, and no longer where it would grow by more than a factor e."""
     horizons = np.geomspace(0.05, 5.0, 41)
-    attached = [horizon for horizon in horizons if resolved(fibre_of(0.4), horizon)]
+    attached = [horizon for horizon in horizons if is_resolved(fibre_of(0.4), horizon)]
 
     assert fibre_clamped(alpha=0.4, horizon=0.25).pathwise is not None
     assert fibre_clamped(alpha=0.4, horizon=2.0).pathwise is None

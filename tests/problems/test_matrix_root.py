@@ -39,7 +39,7 @@ def test_the_root_is_that_of_the_general_search(d: int, p: int, off: float) -> N
     system = equation(d, p, off, 0.08)
     at, y = system.at, system.y
 
-    root, general = at.root(y, system.level), system.searched()
+    root, general = at.root(y, system.level), system.search()
 
     assert root.converged.all()
     assert np.abs(at.problem.constraint(root.x) - system.level).max() < 16 * EPS
@@ -95,9 +95,9 @@ def test_a_far_root_is_never_sure(p: int, monkeypatch: pytest.MonkeyPatch) -> No
     """Neither that of a y behind the centre, nor that to which a bad guess leads."""
     x, unit = np.eye(3, p)[..., None], np.eye(p)[..., None]
 
-    near, behind = (MatrixLevel.of(x, unit, y, unit).solved() for y in (0.9 * x, -0.9 * x))
+    near, behind = (MatrixLevel.of(x, unit, y, unit).solve() for y in (0.9 * x, -0.9 * x))
     monkeypatch.setattr(MatrixLevel, "_guess", lambda _: -1.8 * unit)
-    misled = MatrixLevel.of(x, unit, 0.9 * x, unit).solved()
+    misled = MatrixLevel.of(x, unit, 0.9 * x, unit).solve()
 
     for root, value in ((near, 0.1), (behind, 1.9)):
         assert np.allclose(root.x.reshape(p, p, 1), value * unit)
@@ -114,7 +114,7 @@ def test_paths_that_are_not_sure_are_searched(monkeypatch: pytest.MonkeyPatch) -
         return Root(np.where(doubtful, np.nan, root.x), root.converged & ~doubtful, root.iterations)
 
     monkeypatch.setattr(MatrixGeometry, "root", partly)
-    known, reached, alone = system.at.root(system.y, system.level), system.solved(), system.searched()
+    known, reached, alone = system.at.root(system.y, system.level), system.solve(), system.search()
 
     assert reached.found.all()
     assert np.abs(reached.x - alone.x).max() < 64 * EPS

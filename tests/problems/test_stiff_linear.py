@@ -71,8 +71,8 @@ def test_a_step_has_the_covariance_of_the_equation(eps: float) -> None:
 
 def test_a_quadrature_that_does_not_shrink_misses_the_covariance(monkeypatch: pytest.MonkeyPatch) -> None:
     """Sixteen nodes on the whole step do not see a kernel e^{-q h/eps} with h/eps = 1000."""
-    graded = _stiff_linear._graded
-    monkeypatch.setattr(_stiff_linear, "_graded", lambda z: graded(1.0))
+    graded = _stiff_linear._graded_rule
+    monkeypatch.setattr(_stiff_linear, "_graded_rule", lambda z: graded(1.0))
     with pytest.raises(AssertionError):
         test_a_step_has_the_covariance_of_the_equation(1e-4)
 

@@ -174,7 +174,7 @@ def test_the_root_is_connected_to_the_small_multipliers(q: int) -> None:
     equation = OldNormals(problem.near(x), y, np.zeros((q, count)))
 
     with np.errstate(all="ignore"):
-        reached = equation.solved()
+        reached = equation.solve()
         expected, connected = followed(equation)
 
     same = norm(reached.x - expected) < 1e-6

@@ -14,8 +14,8 @@ from sdaeverify_problems.fibre_clamped import fibre_clamped
 from sdaeverify_problems.fibre_free import fibre_free
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes._ggl_equations import Equations, Unknowns
-from sdaeverify_schemes._ggl_line_search import Iterate, bound, searched
-from sdaeverify_schemes._ggl_linearised import linearised
+from sdaeverify_schemes._ggl_line_search import Iterate, bound, search_line
+from sdaeverify_schemes._ggl_linearised import linearise
 from sdaeverify_schemes.implicit_euler_ggl import ImplicitEulerGGL
 
 EPS = np.finfo(float).eps
@@ -114,7 +114,7 @@ def test_newtons_update_solves_the_whole_matrix(body: Any) -> None:
     equations = Equations(problem, T + H, H, body.state.r, body.state.v, rng.standard_normal((n, 6)))
     F = equations.defects(x)
 
-    update = np.concatenate(linearised(equations, x).update(F))
+    update = np.concatenate(linearise(equations, x).update(F))
 
     defects = np.concatenate(F.parts)
     for p in range(6):
@@ -206,9 +206,9 @@ def test_the_line_search_lowers_the_defects() -> None:
     equations = Equations(fibre, h, h, r, v, fibre.diffused(0.0, r, v, dW))
     x = Unknowns(np.zeros_like(r), v, np.zeros((20, PATHS)), np.zeros((20, PATHS)))
     old = Iterate(equations, x, equations.defects(x))
-    L = linearised(equations, x)
+    L = linearise(equations, x)
 
-    here, lower, halvings = searched(old, L)
+    here, lower, halvings = search_line(old, L)
 
     full = equations.defects(x.moved(np.ones(PATHS), L.update(old.F))).square
     none = np.zeros(PATHS)
