@@ -61,8 +61,8 @@ def vectorised(one: Callable[..., Any]) -> Callable[..., Any]:
 def _batches(arrays: tuple[Array, ...], P: int) -> Iterator[tuple[int, tuple[Array, ...]]]:
     for begin in range(0, P, SIZE):
         used = min(SIZE, P - begin)
-        yield used, tuple(_filled(array[..., begin : begin + used], SIZE - used) for array in arrays)
+        yield used, tuple(_fill(array[..., begin : begin + used], SIZE - used) for array in arrays)
 
 
-def _filled(array: Array, missing: int) -> Array:
+def _fill(array: Array, missing: int) -> Array:
     return np.pad(array, [(0, 0)] * (array.ndim - 1) + [(0, missing)], mode="edge") if missing else array

@@ -37,13 +37,13 @@ class Foreign(NDArrayOperatorsMixin):
         if method != "__call__" or given:
             # Among them assignment into an array: x += y asks for out=x.
             return NotImplemented
-        return self._called(self.namespace, ufunc.__name__, inputs, {})
+        return self._call(self.namespace, ufunc.__name__, inputs, {})
 
     def __array_function__(self, function: Callable[..., Any], _: Any, args: Any, given: Any) -> Any:
         """Call the library's function of the same name."""
         home = function.__module__.removeprefix("numpy").removeprefix(".")
         space = getattr(self.namespace, home, None) if home else self.namespace
-        return self._called(space, function.__name__, args, given)
+        return self._call(space, function.__name__, args, given)
 
     def __array__(self, *_: Any, **__: Any) -> Any:
         """Refuse to become a NumPy array: the library would not see what is done with it."""
@@ -59,25 +59,25 @@ class Foreign(NDArrayOperatorsMixin):
         return (self[index] for index in range(len(self)))
 
     def __getitem__(self, key: Any) -> Any:
-        return self._wrapped(self.array[_bare(key)])
+        return self._wrap(self.array[_bare(key)])
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
         value = getattr(self.array, name)
         if not callable(value):
-            return self._wrapped(value) if name in {"T", "real", "imag"} else value
-        return lambda *args, **given: self._wrapped(value(*_bare(args), **_bare(given)))
+            return self._wrap(value) if name in {"T", "real", "imag"} else value
+        return lambda *args, **given: self._wrap(value(*_bare(args), **_bare(given)))
 
-    def _called(self, space: Namespace, name: str, args: Any, given: Any) -> Any:
+    def _call(self, space: Namespace, name: str, args: Any, given: Any) -> Any:
         function = getattr(space, name, None)
         if function is None:
             raise TypeError(f"uses {name}, which the library has not")
-        return self._wrapped(function(*_bare(args), **_bare(given)))
+        return self._wrap(function(*_bare(args), **_bare(given)))
 
-    def _wrapped(self, value: Any) -> Any:
+    def _wrap(self, value: Any) -> Any:
         if isinstance(value, tuple | list):
-            return type(value)(self._wrapped(item) for item in value)
+            return type(value)(self._wrap(item) for item in value)
         return Foreign(value, self.namespace)
 
 

@@ -139,10 +139,10 @@ def _live(total: int) -> Iterator[Show]:
         board.hear(event)
         moved(event)
 
-    def drawn() -> Group:
+    def draw() -> Group:
         return Group(*([board.table(most, plain=plain)] if board.worst else []), bar)
 
-    with Live(console=console, transient=True, get_renderable=drawn):
+    with Live(console=console, transient=True, get_renderable=draw):
         yield show
 
 

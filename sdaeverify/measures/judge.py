@@ -215,7 +215,7 @@ def decide(tests: PathTests, evidence: Evidence) -> Opinion:
         found = Verdict.VERIFIED
     more = found is Verdict.INCONCLUSIVE and bool(np.isfinite(tests.growth))
     paths = tests.growth * evidence.paths
-    needed = _needed("about {paths} paths would decide", paths) if more else ""
+    needed = _ask_for_paths("about {paths} paths would decide", paths) if more else ""
     settled = not more or _beyond_budget(evidence, paths)
     return Opinion(found, tests.reason.then(needed), 3, settled, tests.verified, tests.refuted)
 
@@ -263,7 +263,7 @@ def _doubt(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]:
     if not np.isfinite(tests.blind):
         return doubt.then("nor would more", ", "), True
     needed = tests.blind * evidence.paths
-    return doubt.then(_needed("about {paths} would", needed)), _beyond_budget(evidence, needed)
+    return doubt.then(_ask_for_paths("about {paths} would", needed)), _beyond_budget(evidence, needed)
 
 
 def _beyond_budget(evidence: Evidence, needed: float) -> bool:
@@ -272,7 +272,7 @@ def _beyond_budget(evidence: Evidence, needed: float) -> bool:
     return most <= 2 * evidence.paths < 2 * most < 2 * needed
 
 
-def _needed(text: str, paths: float) -> Reason:
+def _ask_for_paths(text: str, paths: float) -> Reason:
     rounded = f"{paths:.1g}" if paths >= 1e6 else str(int(float(f"{paths:.2g}")))
     return Reason(text, Kind.MORE_PATHS, {"paths": rounded})
 

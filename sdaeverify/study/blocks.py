@@ -59,11 +59,11 @@ class BehaviourObserver:
         label = task.spec.label
         new = tuple(entry for entry in task.entries if (label, entry.scheme) not in self.known)
         if new:
-            told = self._observed(replace(task, entries=new))
+            told = self._observe(replace(task, entries=new))
             self.known |= {(label, entry.scheme): one for entry, one in zip(new, told, strict=True)}
         return [self.known[label, entry.scheme] for entry in task.entries]
 
-    def _observed(self, task: Task) -> Sequence[Behaviour | None]:
+    def _observe(self, task: Task) -> Sequence[Behaviour | None]:
         if self.executor is None:
             return behaviours(task)
         argument = pickle_argument(task, f"problem {task.spec.label} or a scheme or measure on it")
@@ -78,7 +78,7 @@ class BehaviourObserver:
         entries = task.entries
         if lane not in range(len(entries)):
             return [None] * len(entries)
-        rest = self._observed(replace(task, entries=(*entries[:lane], *entries[lane + 1 :])))
+        rest = self._observe(replace(task, entries=(*entries[:lane], *entries[lane + 1 :])))
         return [*rest[:lane], None, *rest[lane:]]
 
 
@@ -254,14 +254,14 @@ class Blocks:
 
     def _begin(self, task: Task, block: int) -> tuple[list[Recalled], list[Begun]]:
         if self.store is None:
-            return [], self._sent(Parcel(task, block, tuple(None for _ in task.entries)))
+            return [], self._send_pieces(Parcel(task, block, tuple(None for _ in task.entries)))
         recalled = self.store.recall(task, block, self.observe)
         missing = [r for r in recalled if r.missing]
         entries = tuple(Entry(r.entry.scheme, r.missing) for r in missing)
         parcel = Parcel(replace(task, entries=entries), block, tuple(r.place for r in missing))
-        return recalled, self._sent(parcel) if missing else []
+        return recalled, self._send_pieces(parcel) if missing else []
 
-    def _sent(self, parcel: Parcel) -> list[Begun]:
+    def _send_pieces(self, parcel: Parcel) -> list[Begun]:
         """Send a parcel in pieces of some schemes, the more pieces the more workers there are."""
         entries, jobs = parcel.task.entries, self.crew.jobs
         size = max(1, ceil(len(entries) / (PIECES * jobs if jobs > 1 else 1)))
@@ -288,7 +288,7 @@ class Blocks:
     def _parts(self, begun: Begun) -> Parts:
         parcel, call, again = begun
         if isinstance(call, Call):
-            return self._isolated(parcel, call, again=again)
+            return self._collect(parcel, call, again=again)
         if call is None:
             lanes = run_parcel(parcel)
         else:
@@ -296,7 +296,7 @@ class Blocks:
             keep(parcel.places, parcel.task.entries, lanes)
         return list(zip(parcel.task.entries, lanes, strict=True))
 
-    def _isolated(self, parcel: Parcel, call: Call[Lanes], *, again: bool) -> Parts:
+    def _collect(self, parcel: Parcel, call: Call[Lanes], *, again: bool) -> Parts:
         """Return the evidence of a parcel; what died or ran out of memory is tried again where that may help."""
         entries = parcel.task.entries
         try:
@@ -304,7 +304,7 @@ class Blocks:
         except SHORT as error:
             lanes = tuple(without_evidence(e, f"MemoryError: {error}", starved=True) for e in entries)
         if isinstance(lanes, Lost):
-            return self._salvaged(parcel, lanes, again=again)
+            return self._salvage(parcel, lanes, again=again)
         # Nothing better can be tried for one scheme in a process of its own.
         last = call.fresh and len(entries) == 1
         return [
@@ -313,7 +313,7 @@ class Blocks:
             for part in self._with_room(parcel.only([entry]), lane, last=last)
         ]
 
-    def _salvaged(self, parcel: Parcel, lost: Lost, *, again: bool) -> Parts:
+    def _salvage(self, parcel: Parcel, lost: Lost, *, again: bool) -> Parts:
         """Return the evidence of a parcel of which a process died: what may have died by accident is tried again."""
         entries, mark = parcel.task.entries, lost.mark
         pieces = list(entries) if mark.lane in {PROBLEM, NOBODY} else _set_apart(entries, mark)

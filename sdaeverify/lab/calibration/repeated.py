@@ -112,18 +112,18 @@ def pool(tally: Tally, count: int, every: int | None = None) -> Tally:
 def one(tally: Tally, repetition: int) -> Tally:
     """Return the tally of one repetition."""
 
-    def taken(values: Array) -> Array:
+    def pick(values: Array) -> Array:
         return np.asarray(values[repetition])
 
-    return Tally(_each(tally.sums, taken), _each(tally.maxima, taken), _each(tally.largest, taken))
+    return Tally(_each(tally.sums, pick), _each(tally.maxima, pick), _each(tally.largest, pick))
 
 
 def _join(tallies: Sequence[Tally], join: Callable[[list[Array]], Array]) -> Tally:
-    def joined(kind: str) -> dict[str, Array]:
+    def join_maps(kind: str) -> dict[str, Array]:
         maps: list[Mapping[str, Array]] = [getattr(tally, kind) for tally in tallies]
         return {name: join([values[name] for values in maps]) for name in maps[0]}
 
-    return Tally(joined("sums"), joined("maxima"), joined("largest"))
+    return Tally(join_maps("sums"), join_maps("maxima"), join_maps("largest"))
 
 
 def _each(values: Mapping[str, Array], change: Callable[[Array], Array]) -> dict[str, Array]:
