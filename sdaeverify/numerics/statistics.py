@@ -172,6 +172,8 @@ def pseudo_values(sums: Array, counts: Array, statistic: Callable[[Array], float
 
 def _leave_out(sums: Array, counts: Array) -> Array:
     """Return the means over all paths and those outside each group; in C order, sums have the bits of one row."""
+    if len(counts) != GROUPS:
+        raise ValueError(f"expected sums over {GROUPS} groups of paths, got {len(counts)}")
     total, n = sums.sum(axis=0), counts.sum()
     left_out = (total - sums) / (n - counts).reshape(-1, *(1,) * total.ndim)
     return np.ascontiguousarray(np.concatenate([(total / n)[np.newaxis], left_out]))

@@ -15,9 +15,8 @@ FIRST, ALIKE = 0.4, 2.0
 # What each time as many paths as in the first block add to the time of a block, as part of that of the first: the
 # rest are its calls.
 GROWTH = 0.08
-# Part of the further looks at a problem that is taken, as long as its paths have not told anything yet: default runs
-# took .25 to .32 of them.
-AGAIN = 0.25
+# Part of the further looks at a problem that is taken, as long as its paths have not told anything yet.
+AGAIN = 0.3
 
 # A scheme, by its label, on a block of paths or, in place of them, without paths.
 Piece = tuple[str, int]
