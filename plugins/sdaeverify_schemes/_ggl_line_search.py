@@ -89,9 +89,9 @@ def take_paths(record: Record, paths: Array) -> Record:
 
 
 def replace_paths(record: Record, paths: Array, other: Record) -> Record:
-    """Return a record of arrays with some paths from another one."""
-    if not paths.size:
-        return record
+    """Return a record of arrays with some paths, in their order, from another one."""
+    if paths.size == record[0].shape[-1]:
+        return other
     parts = [np.array(part) for part in record]
     for part, new in zip(parts, other, strict=True):
         part[..., paths] = new

@@ -69,7 +69,7 @@ def solve_equations(equations: Equations, guess: Unknowns, stop: Stop) -> Root:
         here, lower, halved = search_line(here, L)
         iterations[paths] += 1
         halvings[paths] += halved
-        x = here.x if paths.size == count else replace_paths(x, paths, here.x)
+        x = replace_paths(x, paths, here.x)
         found[paths] = (here.F.largest <= np.maximum(stop.tolerance, L.rounding(here.x, here.F))).all(axis=0)
         on = np.flatnonzero(lower & ~found[paths])
         if not on.size:

@@ -153,7 +153,7 @@ def cells_of(scheme: Scheme, problems: Problems | None, registry: Registry) -> l
 
 
 def _cell(scheme: Scheme, spec: ProblemSpec) -> CellSubject:
-    found = _try_to_match(scheme, spec.build(), spec.label)
+    found = _match(scheme, spec.build(), spec.label)
     if found.problem is None:
         raise UsageError(f"scheme {scheme.label!r} cannot be put to problem {spec.label!r}: {found.reason}")
     return CellSubject(scheme, found.problem, spec.label)
@@ -168,16 +168,15 @@ def _few(scheme: Scheme, registry: Registry) -> list[CellSubject]:
 
 def _matching(scheme: Scheme, spec: ProblemSpec) -> Iterator[CellSubject]:
     try:
-        with np.errstate(all="ignore"):
-            problem = spec.build()
+        problem = spec.build()
     except FAULTS:
         # Somebody else's problem is broken: that is found out where it is checked itself.
         return
-    if (found := _try_to_match(scheme, problem, spec.label)).problem is not None:
+    if (found := _match(scheme, problem, spec.label)).problem is not None:
         yield CellSubject(scheme, found.problem, spec.label)
 
 
-def _try_to_match(scheme: Scheme, problem: Problem, label: str) -> Match:
+def _match(scheme: Scheme, problem: Problem, label: str) -> Match:
     try:
         with np.errstate(all="ignore"):
             return match(scheme, problem)
