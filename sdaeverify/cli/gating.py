@@ -10,10 +10,10 @@ import click
 
 from ..api import Result
 from ..errors import UsageError
+from ..gate.gate_plan import gate_plan, omitted_measures
 from ..gate.gated import Gated, limit_lines
 from ..gate.lock import Claims, Lock, compare, locked_tiers, read_previous_lock, restrict, write_lock
 from ..gate.outcomes import Outcome, idle, outcomes
-from ..gate.plan import gate_plan, omitted_measures
 from ..gate.policy import Policy
 from ..gate.tiers import Cover
 from ..gate.untested import Untested, find_untested

@@ -19,8 +19,8 @@ from ..contracts.scheme import Claim
 from ..errors import UsageError
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems
+from .gate_plan import gated_schemes
 from .outcomes import Outcome, Status
-from .plan import gated_schemes
 from .policy import Policy
 
 SCHEMA = 1

@@ -12,7 +12,7 @@ from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems
 from ..study import CellResult, Plan
 from ..study.plan import claims_of
-from .plan import gated_schemes, omitted_measures
+from .gate_plan import gated_schemes, omitted_measures
 from .policy import Policy
 from .tiers import Cover
 

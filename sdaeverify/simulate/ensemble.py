@@ -26,7 +26,7 @@ from ..errors import FAULTS, ProblemError, SchemeError, is_out_of_memory, one_li
 from ..forms import Problem
 from ..noise.brownian import Brownian, Piece, Source
 from .behaviour import CHANGED, Behaviour, problem_digest, steps_digest
-from .guard import PROBLEM, Guard
+from .marker import PROBLEM, Marker
 from .reference import Reference
 from .tracks import Lane
 
@@ -96,7 +96,7 @@ class LaneEvidence(NamedTuple):
 
 
 def run_block(
-    task: Task, block: int, guard: Guard | None = None, *, digests: bool = False
+    task: Task, block: int, marker: Marker | None = None, *, digests: bool = False
 ) -> tuple[LaneEvidence, ...]:
     """Simulate one block of paths, in a worker process or in this one.
 
@@ -105,7 +105,7 @@ def run_block(
     task : Task
     block : int
         Index of the block, or `SCREENING` for what needs no paths.
-    guard : Guard, optional
+    marker : Marker, optional
         Is told whose code runs.
     digests : bool, optional
         Whether it is noted what schemes and problem do, so that the evidence can be kept: it is none if they do
@@ -120,30 +120,30 @@ def run_block(
         _keep_freed_memory()
         # Non-finite numbers are evidence here: they are counted, not warned about.
         with np.errstate(all="ignore"), one_thread():
-            return _run_block(task, block, guard or Guard(), digests=digests)
+            return _run_block(task, block, marker or Marker(), digests=digests)
     except FAULTS as error:
         reason = f"problem {task.spec.label}: {one_line(error)}"
         starved = is_out_of_memory(error)
         return tuple(without_evidence(entry, reason, starved=starved) for entry in task.entries)
 
 
-def behaviours(task: Task, guard: Guard | None = None) -> tuple[Behaviour | None, ...]:
+def behaviours(task: Task, marker: Marker | None = None) -> tuple[Behaviour | None, ...]:
     """Return what the schemes of a task do on its problem, as `run_block` notes it; None where nobody can tell."""
-    watched = guard or Guard()
+    marker = marker or Marker()
     with np.errstate(all="ignore"), one_thread():
         try:
-            with watched.of(PROBLEM):
+            with marker.of(PROBLEM):
                 problem = task.spec.build()
                 did = problem_digest(problem)
         except FAULTS:
             return tuple(None for _ in task.entries)
-        return tuple(_behaviour(task, index, problem, did, watched) for index in range(len(task.entries)))
+        return tuple(_behaviour(task, index, problem, did, marker) for index in range(len(task.entries)))
 
 
-def _behaviour(task: Task, index: int, problem: Problem, did: str, guard: Guard) -> Behaviour | None:
+def _behaviour(task: Task, index: int, problem: Problem, did: str, marker: Marker) -> Behaviour | None:
     scheme = task.entries[index].scheme
     try:
-        with guard.of(index):
+        with marker.of(index):
             view = match(scheme, problem).problem
             return None if view is None else Behaviour(steps_digest(scheme, view, task.settings.steps), did)
     except FAULTS:
@@ -169,20 +169,20 @@ def _keep_freed_memory() -> None:
     np.empty(LARGE_BLOCK, dtype=np.uint8)
 
 
-def _run_block(task: Task, block: int, guard: Guard, *, digests: bool) -> tuple[LaneEvidence, ...]:
-    with guard.of(PROBLEM):
+def _run_block(task: Task, block: int, marker: Marker, *, digests: bool) -> tuple[LaneEvidence, ...]:
+    with marker.of(PROBLEM):
         problem = task.spec.build()
         reference = Reference(problem, task.settings, max(block, 0))
         did = problem_digest(problem) if digests else ""
     first = block == (SCREENING if task.screened else 0)
-    place = _Place(problem, reference, task.settings, guard, did, first=first, sampled=block != SCREENING)
+    place = _Place(problem, reference, task.settings, marker, did, first=first, sampled=block != SCREENING)
     runs = [_Run(entry, index, place) for index, entry in enumerate(task.entries)]
     if any(run.sampled for run in runs):
         source = Source(task.settings.seed, task.spec.label, block, reference.drawn, reference.paths)
         _simulate(place, runs, source)
     lanes = tuple(run.evidence() for run in runs)
     if did:
-        with guard.of(PROBLEM):
+        with marker.of(PROBLEM):
             if problem_digest(problem) != did:
                 raise ProblemError(f"what it does has {CHANGED}")
     return lanes
@@ -217,7 +217,7 @@ class _Place(NamedTuple):
     problem: Problem
     reference: Reference
     settings: Settings
-    guard: Guard
+    marker: Marker
     did: str
     first: bool
     sampled: bool
@@ -230,7 +230,7 @@ def _simulate(place: _Place, runs: "Sequence[_Run]", source: Source) -> None:
     brownian = Brownian(source, problem.noise_dim, h, reference.finest, problem.noise, problem.records)
     for _, pieces in zip(range(coarsest), brownian.pieces(), strict=False):
         for piece in pieces:
-            with place.guard.of(PROBLEM):
+            with place.marker.of(PROBLEM):
                 reference.advance(piece, extra)
             for run in runs:
                 run.advance(piece)
@@ -243,7 +243,7 @@ class _Watch:
 
     def __init__(self, measure: Measure, index: int, place: _Place, parts: Parts | None) -> None:
         problem, settings = place.problem, place.settings
-        self.measure, self.index, self.guard, self.error, self.starved = measure, index, place.guard, "", False
+        self.measure, self.index, self.marker, self.error, self.starved = measure, index, place.marker, "", False
         self.observer: Observer | None = None
         self.wanted: Sequence[Container[int]] = [frozenset()] * settings.levels
         if parts is None:
@@ -257,7 +257,7 @@ class _Watch:
     def catch_errors(self) -> Iterator[None]:
         """Keep what the measure raises as its reason; nothing more is noted then."""
         try:
-            with self.guard.measure(self.index):
+            with self.marker.measure(self.index):
                 yield
         except FAULTS as error:
             if not self.error:
@@ -373,7 +373,7 @@ class _Run:
         """Time a piece of work and keep what the scheme raises as the reason of its cells."""
         begun = time.perf_counter()
         try:
-            with self.place.guard.of(self.index):
+            with self.place.marker.of(self.index):
                 yield
         except FAULTS as error:
             self.error, self.starved = one_line(error), is_out_of_memory(error)

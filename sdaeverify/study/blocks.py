@@ -12,7 +12,7 @@ from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING
 from ..simulate.behaviour import Behaviour
 from ..simulate.ensemble import Entry, LaneEvidence, Task, behaviours, run_block, without_evidence
-from ..simulate.guard import NO_MEASURE, PROBLEM
+from ..simulate.marker import NO_MEASURE, PROBLEM
 from ..store.lanes import join_parts
 from ..store.store import Place, Recalled, Store, describe_saved, keep
 from ..workers.calls import Call, Lost, pickle_argument, unpickle_argument
@@ -108,13 +108,13 @@ class Parcel(NamedTuple):
         return Parcel(replace(self.task, entries=tuple(entries)), self.block, places)
 
 
-def run_parcel(parcel: Parcel, guard: Watchdog | None = None) -> Lanes:
+def run_parcel(parcel: Parcel, marker: Watchdog | None = None) -> Lanes:
     """Simulate a block and keep its evidence, unless it is that of other code than what was planned."""
     entries = parcel.task.entries
     saved = {entry: describe_saved(place) for entry, place in zip(entries, parcel.places, strict=True)}
     sound = parcel.only([entry for entry in entries if not saved[entry]])
     digests = any(place is not None for place in sound.places)
-    lanes = run_block(sound.task, sound.block, guard, digests=digests) if sound.task.entries else ()
+    lanes = run_block(sound.task, sound.block, marker, digests=digests) if sound.task.entries else ()
     keep(sound.places, sound.task.entries, lanes)
     known = dict(zip(sound.task.entries, lanes, strict=True))
     return tuple(known.get(e) or without_evidence(e, f"{saved[e]} {MEANWHILE}") for e in entries)

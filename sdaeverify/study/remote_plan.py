@@ -10,7 +10,7 @@ from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, one_line
-from ..simulate.guard import PROBLEM, Guard
+from ..simulate.marker import PROBLEM, Marker
 from ..store.keys import Sources, read_again, read_sources
 from ..workers.calls import Call, Lost, pickle_argument, unpickle_argument
 from ..workers.isolated import Isolated
@@ -65,7 +65,7 @@ def remote_plan(
     return lambda spec: pending[spec.label].outcome()
 
 
-def plan_cells(request: CellsRequest, guard: Guard) -> CellPlans | None:
+def plan_cells(request: CellsRequest, marker: Marker) -> CellPlans | None:
     """Return what is found out for each measure of each scheme; None if the problem cannot be built.
 
     Raises
@@ -76,7 +76,7 @@ def plan_cells(request: CellsRequest, guard: Guard) -> CellPlans | None:
     # They are what this process has imported: what it runs later is held against them.
     read_again(request.sources)
     try:
-        with guard.of(PROBLEM):
+        with marker.of(PROBLEM):
             problem = request.spec.build()
     except StopError:
         raise
@@ -84,7 +84,7 @@ def plan_cells(request: CellsRequest, guard: Guard) -> CellPlans | None:
         return None
     found: CellPlans = []
     for index, scheme in enumerate(request.schemes):
-        with guard.of(index):
+        with marker.of(index):
             cells = scheme_cells(scheme, request.spec, problem, request.measures)
         found.append(tuple(CellPlan(cell.view, cell.verdict, cell.reason) for cell in cells))
     return found

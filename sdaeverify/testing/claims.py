@@ -17,9 +17,9 @@ from ..contracts.settings import Settings, whole
 from ..contracts.specs import ProblemSpec
 from ..errors import UsageError
 from ..forms import Problem
+from ..gate.gate_plan import gate_plan
 from ..gate.lock import Claims, compare
 from ..gate.outcomes import ORDER, Outcome, Status, is_red, outcomes
-from ..gate.plan import gate_plan
 from ..gate.policy import ExpectedFailure, Policy, expected_failure
 from ..gate.writers.messages import command_of, message, title
 from ..registry.load import Registry

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import FAULTS, SdaeverifyError, UsageError
-from ..simulate.guard import NO_MEASURE, PROBLEM, Guard, alone
+from ..simulate.marker import NO_MEASURE, PROBLEM, Marker, alone
 
 NOBODY = PROBLEM - 1
 FORMAT = struct.Struct("<qqd")
@@ -52,9 +52,9 @@ class Mark(NamedTuple):
     Attributes
     ----------
     lane : int
-        Index of the scheme, `guard.PROBLEM`, or `NOBODY`.
+        Index of the scheme, `marker.PROBLEM`, or `NOBODY`.
     measure : int
-        Index of the measure or `guard.NO_MEASURE`.
+        Index of the measure or `marker.NO_MEASURE`.
     deadline : float
         Of the monotonic clock, from which on the process may be ended.
     """
@@ -89,7 +89,7 @@ def read_mark(path: Path) -> Mark:
     return Mark(*FORMAT.unpack(data)) if len(data) == FORMAT.size else Mark()
 
 
-class Watchdog(Guard):
+class Watchdog(Marker):
     """Marks in a file whose code runs, and until when it may: a `Timekeeper` ends the process after that.
 
     Nothing here keeps the time: code that never comes back, ignores signals or turns off alarms would not let it.

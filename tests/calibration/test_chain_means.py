@@ -2,7 +2,7 @@
 
 import pytest
 
-from sdaeverify.lab.calibration.plan import calibration_plan
+from sdaeverify.lab.calibration.calibration_plan import calibration_plan
 from sdaeverify.lab.calibration.rates import offending
 from sdaeverify.registry.load import load_registry
 

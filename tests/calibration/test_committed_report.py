@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from sdaeverify import Settings
-from sdaeverify.lab.calibration.plan import Calibration, calibration_plan
-from sdaeverify.lab.calibration.tables import rate_table
+from sdaeverify.lab.calibration.calibration_plan import Calibration, calibration_plan
+from sdaeverify.lab.calibration.rate_tables import rate_table
 from sdaeverify.registry.load import load_registry
 
 FOLDER = Path(__file__).parents[2] / "reports" / "calibration"

@@ -4,9 +4,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from sdaeverify.lab.calibration.plan import Calibration, calibration_plan
+from sdaeverify.lab.calibration.calibration_plan import Calibration, calibration_plan
+from sdaeverify.lab.calibration.rate_tables import markdown, rate_table, sections, summary
 from sdaeverify.lab.calibration.rates import ExpectedRate, Rate
-from sdaeverify.lab.calibration.tables import markdown, rate_table, sections, summary
 from sdaeverify.registry.load import load_registry
 
 

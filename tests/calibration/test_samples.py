@@ -5,7 +5,7 @@ import pytest
 
 from sdaeverify.contracts.measure import Evidence
 from sdaeverify.lab.calibration import judged
-from sdaeverify.lab.calibration.plan import calibration_plan
+from sdaeverify.lab.calibration.calibration_plan import calibration_plan
 from sdaeverify.lab.calibration.repeated import POOLED
 from sdaeverify.lab.calibration.samples import SEQUENCES_A_BLOCK, join_samples
 from sdaeverify.lab.calibration.studies import published_rates, verdict_rates

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from sdaeverify.gate.gate_plan import gate_plan
 from sdaeverify.gate.lock import read_lock
-from sdaeverify.gate.plan import gate_plan
 from sdaeverify.gate.policy import Policy
 from sdaeverify.registry.load import load_registry
 

@@ -7,7 +7,7 @@ import pytest
 
 from sdaeverify.contracts.finding import Finding, Verdict
 from sdaeverify.contracts.specs import on_request
-from sdaeverify.gate.plan import gate_plan
+from sdaeverify.gate.gate_plan import gate_plan
 from sdaeverify.gate.policy import Policy
 from sdaeverify.gate.untested import find_untested
 from sdaeverify.study import CellResult

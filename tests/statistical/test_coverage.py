@@ -2,9 +2,9 @@
 
 import pytest
 
-from sdaeverify.lab.calibration.plan import Calibration, calibration_plan
+from sdaeverify.lab.calibration.calibration_plan import Calibration, calibration_plan
+from sdaeverify.lab.calibration.rate_tables import summary
 from sdaeverify.lab.calibration.rates import offending
-from sdaeverify.lab.calibration.tables import summary
 from sdaeverify.registry.load import load_registry
 from sdaeverify.workers.pool import available_cores, worker_pool
 

@@ -8,7 +8,7 @@ from sdaeverify import Claim, Settings
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.scheme import with_claims
 from sdaeverify.contracts.tally import Tally
-from sdaeverify.lab.calibration.plan import Calibration, calibration_plan
+from sdaeverify.lab.calibration.calibration_plan import Calibration, calibration_plan
 from sdaeverify.lab.calibration.rates import Rate
 from sdaeverify.measures.strong import Strong
 from sdaeverify.registry.load import load_registry

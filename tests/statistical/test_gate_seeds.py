@@ -13,8 +13,8 @@ import pytest
 
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.measure import Measure
+from sdaeverify.gate.gate_plan import gate_plan
 from sdaeverify.gate.outcomes import Status, outcomes
-from sdaeverify.gate.plan import gate_plan
 from sdaeverify.gate.policy import Policy
 from sdaeverify.gate.tiers import TIERS
 from sdaeverify.lab.selftest import selftest_trial

@@ -13,7 +13,7 @@ from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
 from sdaeverify.simulate.ensemble import Entry, Task, run_block
-from sdaeverify.simulate.guard import NO_MEASURE, PROBLEM
+from sdaeverify.simulate.marker import NO_MEASURE, PROBLEM
 from sdaeverify.study.blocks import Blocks, Portion
 from sdaeverify.workers.calls import DIED, Lost
 from sdaeverify.workers.isolated import Died, Isolated

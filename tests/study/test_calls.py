@@ -5,7 +5,7 @@ from concurrent.futures import Future
 import pytest
 
 from sdaeverify.errors import UsageError
-from sdaeverify.simulate.guard import NO_MEASURE
+from sdaeverify.simulate.marker import NO_MEASURE
 from sdaeverify.workers.calls import DIED, Call, Lost, pickle_argument, unpickle_argument
 from sdaeverify.workers.isolated import Died, Isolated
 from sdaeverify.workers.limits import FORMAT, Limits, Mark

@@ -10,13 +10,13 @@ from math import inf
 import pytest
 
 from sdaeverify.errors import FAULTS, UsageError
-from sdaeverify.simulate.guard import NO_MEASURE, PROBLEM, Guard
+from sdaeverify.simulate.marker import NO_MEASURE, PROBLEM, Marker
 from sdaeverify.workers.limits import NOBODY, Limits, Mark, StopError, Watchdog, read_mark
 
 BEGIN = """
 import os, sys, time
 from pathlib import Path
-from sdaeverify.simulate.guard import Guard
+from sdaeverify.simulate.marker import Marker
 from sdaeverify.workers.limits import Watchdog, limit_memory
 """
 PATIENCE = 200.0
@@ -41,9 +41,9 @@ def test_no_time(timeout):
         Limits(timeout)
 
 
-def test_a_guard_watches_nobody():
+def test_a_marker_sets_no_limits():
     """Without limits nothing is marked, and errors pass."""
-    with pytest.raises(KeyError), Guard().of(0), Guard().measure(1):
+    with pytest.raises(KeyError), Marker().of(0), Marker().measure(1):
         raise KeyError
 
 
@@ -126,10 +126,10 @@ def test_what_ended_a_process():
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
-@pytest.mark.parametrize("guard", ["Guard()", "Watchdog(Path(sys.argv[1]), 5.0)"])
-def test_a_copy_does_not_come_back(mark, guard):
+@pytest.mark.parametrize("marker", ["Marker()", "Watchdog(Path(sys.argv[1]), 5.0)"])
+def test_a_copy_does_not_come_back(mark, marker):
     """A step that forks comes back once, from the process that it was called in; its copy ends quietly."""
-    text = f"pid = os.getpid()\nwith {guard}.of(0): os.fork()\nprint(os.getpid() == pid)"
+    text = f"pid = os.getpid()\nwith {marker}.of(0): os.fork()\nprint(os.getpid() == pid)"
 
     outcome = ended(text, mark)
 

@@ -9,7 +9,7 @@ from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
-from sdaeverify.simulate.guard import NO_MEASURE, PROBLEM
+from sdaeverify.simulate.marker import NO_MEASURE, PROBLEM
 from sdaeverify.study.remote_plan import remote_plan
 from sdaeverify.workers.calls import DIED
 from sdaeverify.workers.isolated import Died, Isolated

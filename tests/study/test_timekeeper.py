@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from sdaeverify.simulate.guard import NO_MEASURE
+from sdaeverify.simulate.marker import NO_MEASURE
 from sdaeverify.workers.calls import Call, Lost
 from sdaeverify.workers.isolated import Turn
 from sdaeverify.workers.limits import FORMAT, Limits, Mark, Watchdog

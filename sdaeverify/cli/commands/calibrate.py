@@ -18,8 +18,8 @@ from ..options import jobs, once, plugins, progress_bar, seed
 from ..progress import run_on_workers
 
 if TYPE_CHECKING:
-    from ...lab.calibration.plan import Calibration, CalibrationPlan
-    from ...lab.calibration.tables import Section
+    from ...lab.calibration.calibration_plan import Calibration, CalibrationPlan
+    from ...lab.calibration.rate_tables import Section
 
 FOLDER = Path("reports", "calibration")
 CSV, MARKDOWN = "calibration.csv", "calibration.md"
@@ -48,9 +48,9 @@ def calibrate(**options: Any) -> ExitCode:
     Writes a table of all rates with their binomial intervals. Succeeds if each agrees with what is promised for it.
     """
     # Tables need pandas, which takes longer to load than all other commands need in all.
-    from ...lab.calibration.plan import Calibration, calibration_plan  # noqa: PLC0415
+    from ...lab.calibration.calibration_plan import Calibration, calibration_plan  # noqa: PLC0415
+    from ...lab.calibration.rate_tables import sections, summary  # noqa: PLC0415
     from ...lab.calibration.rates import offending  # noqa: PLC0415
-    from ...lab.calibration.tables import sections, summary  # noqa: PLC0415
     from ...report.files import require_writable  # noqa: PLC0415
 
     begun = time.monotonic()
@@ -73,7 +73,7 @@ def calibrate(**options: Any) -> ExitCode:
 
 
 def _save(calibration: "Calibration", folder: Path, command: str) -> None:
-    from ...lab.calibration.tables import markdown, rate_table  # noqa: PLC0415
+    from ...lab.calibration.rate_tables import markdown, rate_table  # noqa: PLC0415
     from ...report.files import write_table, write_text  # noqa: PLC0415
     from ...report.html import PAGE, write_tables  # noqa: PLC0415
     from ...report.html.verifier import coverage, read_csv  # noqa: PLC0415

@@ -13,7 +13,7 @@ from ...forms import Problem
 from ...study import Advanced
 from ...workers.pool import in_turn
 from .block import run_block, run_probe
-from .plan import PROBE, ExperimentPlan, Job, named_problem, named_scheme
+from .experiment_plan import PROBE, ExperimentPlan, Job, named_problem, named_scheme
 from .scheme_means import scheme_means
 
 Call = Callable[[], ProbeFound | tuple[RunFound, ...]]

@@ -10,7 +10,7 @@ from ...noise.brownian import fingerprint
 from ...report.markdown import escape
 from ...report.plain import visible
 from ...report.provenance import versions
-from .plan import CalibrationPlan
+from .calibration_plan import CalibrationPlan
 from .rates import NOTHING, TABLE_LEVEL, Rate, offending
 
 # More sample sizes than this are averages, which make no columns.

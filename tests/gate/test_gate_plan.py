@@ -9,7 +9,7 @@ import pytest
 from sdaeverify import Control, Pathwise, in_matrix
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.errors import UsageError
-from sdaeverify.gate.plan import gate_plan
+from sdaeverify.gate.gate_plan import gate_plan
 from sdaeverify.gate.policy import Policy
 from sdaeverify.gate.tiers import TIERS
 from sdaeverify.registry.contributions import SchemeEntry

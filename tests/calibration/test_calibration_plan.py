@@ -4,7 +4,7 @@ import pytest
 
 from sdaeverify import CalibrationCase, ProblemError, Settings, UsageError
 from sdaeverify.contracts.scheme import Claim
-from sdaeverify.lab.calibration.plan import STUDIES, calibration_plan
+from sdaeverify.lab.calibration.calibration_plan import STUDIES, calibration_plan
 from sdaeverify.lab.calibration.samples import SEQUENCE, SEQUENCES_A_BLOCK, ChainJob, PathJob, path_settings
 from sdaeverify.registry.load import load_registry
 

@@ -1,4 +1,4 @@
-"""Whose code runs: told to a guard, so that a process that hangs or dies can be blamed on somebody."""
+"""Marks of whose code runs, so that a process that hangs or dies can be blamed on somebody."""
 
 import os
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ def alone() -> Iterator[None]:
             os._exit(1)
 
 
-class Guard:
+class Marker:
     """Is told whose code runs, and sets it no limits."""
 
     @contextmanager
