@@ -52,7 +52,7 @@ def refused(names, odd, make):
 @pytest.mark.parametrize("name", sorted(load_plugins().problems))
 def test_parameters_of_problems(name):
     """A problem is finite at its start whatever its parameters are, or they are refused in one line."""
-    family = load_plugins().problems[name].family
+    family = load_plugins().problems[name].function
     kinds = {p.name: p.default for p in function_parameters(family)}
 
     def make(parameter, value):

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import pytest
 
 from sdaeverify.contracts.scheme import Scheme
-from sdaeverify.contracts.specs import ProblemSpec, check_family, in_matrix
+from sdaeverify.contracts.specs import ProblemSpec, check_problem_function, in_matrix
 from sdaeverify.errors import ParameterError, UsageError
 from sdaeverify.forms import SDE, Problem
 from sdaeverify.registry.contributions import MeasureEntry, ProblemEntry, SchemeEntry
@@ -200,7 +200,7 @@ def test_rows_of_the_matrix(registry: Registry, wanted: Any, labels: list[str]) 
 def test_refused_rows(row: Any, message: str) -> None:
     """What a problem function is marked with is checked where it is registered."""
     with pytest.raises((ParameterError, UsageError)) as caught:
-        check_family(marked(row))
+        check_problem_function(marked(row))
     assert message in str(caught.value)
 
 

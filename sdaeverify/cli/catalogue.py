@@ -27,14 +27,14 @@ def subject(entry: AnyEntry) -> object:
     """Return what carries the docstring: the class of a scheme or measure, the function of a problem."""
     if isinstance(entry, SchemeEntry):
         return type(entry.variants[0])
-    return entry.family if isinstance(entry, ProblemEntry) else type(entry.measure)
+    return entry.function if isinstance(entry, ProblemEntry) else type(entry.measure)
 
 
 def parameters_of(entry: AnyEntry) -> tuple[Parameter, ...]:
     """Return the parameters of a scheme or problem; a measure has none."""
     if isinstance(entry, SchemeEntry):
         return dataclass_parameters(type(entry.variants[0]))
-    return function_parameters(entry.family) if isinstance(entry, ProblemEntry) else ()
+    return function_parameters(entry.function) if isinstance(entry, ProblemEntry) else ()
 
 
 def _record(kind: str, entry: AnyEntry) -> Record:

@@ -42,7 +42,7 @@ class ProblemSpec:
     ----------
     name : str
         Registered name.
-    family : callable, keyword parameters -> Problem
+    function : callable, keyword parameters -> Problem
         A function at the top level of a module: it pickles by reference.
     parameters : tuple of (str, object)
         The parameters that were given.
@@ -51,7 +51,7 @@ class ProblemSpec:
     """
 
     name: str
-    family: Callable[..., Problem]
+    function: Callable[..., Problem]
     parameters: tuple[tuple[str, object], ...] = ()
     schemes: tuple[str, ...] = field(default=(), compare=False)
     measures: tuple[str, ...] = field(default=(), compare=False)
@@ -59,7 +59,7 @@ class ProblemSpec:
     @cached_property
     def label(self) -> str:
         """Canonical label, ``name[key=value,...]``."""
-        return make_label(self.name, function_parameters(self.family), dict(self.parameters))
+        return make_label(self.name, function_parameters(self.function), dict(self.parameters))
 
     def select(
         self, schemes: Sequence[Scheme], measures: Sequence[Measure]
@@ -81,7 +81,7 @@ class ProblemSpec:
         ProblemError
             If it returns something else than a problem.
         """
-        values = checked_values(f"problem {self.name!r}", function_parameters(self.family), dict(self.parameters))
+        values = checked_values(f"problem {self.name!r}", function_parameters(self.function), dict(self.parameters))
         try:
             # What is not finite is said in one line: by the problem, or by the form that it is compared in.
             with np.errstate(all="ignore"):
@@ -96,14 +96,14 @@ class ProblemSpec:
         return problem
 
     def _called(self, values: Mapping[str, object]) -> Problem:
-        problem: object = self.family(**values)
+        problem: object = self.function(**values)
         if not isinstance(problem, Problem):
-            where = f"{self.family.__module__}.{self.family.__qualname__}"
+            where = f"{self.function.__module__}.{self.function.__qualname__}"
             raise ProblemError(f"{where} returned {describe(problem)}, expected a problem of one of the forms")
         return problem
 
 
-def problem_spec(family: Callable[..., Problem], texts: Mapping[str, str] | None = None) -> ProblemSpec:
+def problem_spec(function: Callable[..., Problem], texts: Mapping[str, str] | None = None) -> ProblemSpec:
     """Return the recipe of a problem function, with parameters given as the texts of a label.
 
     Raises
@@ -113,17 +113,17 @@ def problem_spec(family: Callable[..., Problem], texts: Mapping[str, str] | None
     ParameterError
         If a parameter is unknown or its text is no value of its type.
     """
-    check_family(family)
-    name, parameters = family_name(family), function_parameters(family)
+    check_problem_function(function)
+    name, parameters = problem_name(function), function_parameters(function)
     values = read_values(f"problem {name!r}", parameters, texts or {})
     # Only what the canonical label shows is kept, so that equal labels are equal recipes.
     shown = parse_label(make_label(name, parameters, values)).parameters or {}
-    return ProblemSpec(name, family, tuple((p.name, values[p.name]) for p in parameters if p.name in shown))
+    return ProblemSpec(name, function, tuple((p.name, values[p.name]) for p in parameters if p.name in shown))
 
 
-def on_request(family: Callable[..., Problem]) -> Callable[..., Problem]:
+def on_request(function: Callable[..., Problem]) -> Callable[..., Problem]:
     """Mark a problem function whose cells take long: a run of everything leaves it out, names and patterns do not."""
-    return in_matrix()(family)
+    return in_matrix()(function)
 
 
 def in_matrix(
@@ -150,23 +150,23 @@ def in_matrix(
         if not isinstance(row, Mapping):
             raise UsageError(f"in_matrix expects a mapping of parameters for each problem, got {describe(row)}")
 
-    def mark(family: Callable[..., Problem]) -> Callable[..., Problem]:
-        family.in_matrix, family.crossed_with = rows, (tuple(schemes), tuple(measures))  # type: ignore[attr-defined]
-        return family
+    def mark(function: Callable[..., Problem]) -> Callable[..., Problem]:
+        function.in_matrix, function.crossed_with = rows, (tuple(schemes), tuple(measures))  # type: ignore[attr-defined]
+        return function
 
     return mark
 
 
-def matrix_specs(family: Callable[..., Problem]) -> tuple[ProblemSpec, ...]:
+def matrix_specs(function: Callable[..., Problem]) -> tuple[ProblemSpec, ...]:
     """Return the recipes that a run of everything takes, that of the defaults where the function is not marked."""
-    schemes, measures = getattr(family, "crossed_with", ((), ()))
-    specs = (problem_spec(family, texts) for texts in _matrix_texts(family))
+    schemes, measures = getattr(function, "crossed_with", ((), ()))
+    specs = (problem_spec(function, texts) for texts in _matrix_texts(function))
     return tuple(replace(spec, schemes=schemes, measures=measures) for spec in specs)
 
 
-def family_name(family: Callable[..., Problem]) -> str:
+def problem_name(function: Callable[..., Problem]) -> str:
     """Return the name a problem function is registered under: its own, with hyphens for underscores."""
-    return family.__name__.replace("_", "-")
+    return function.__name__.replace("_", "-")
 
 
 def check_scheme(scheme: object) -> None:
@@ -195,7 +195,7 @@ def check_scheme(scheme: object) -> None:
     _check_declarations(owner, kind)
 
 
-def check_family(family: object) -> None:
+def check_problem_function(function: object) -> None:
     """Check that an object can serve as a problem function.
 
     Raises
@@ -205,12 +205,12 @@ def check_family(family: object) -> None:
     ParameterError
         If what it is marked with for the matrix is no parameter or no value of one.
     """
-    if not inspect.isfunction(family):
-        raise UsageError(f"expected a function that returns a problem, got {describe(family)}")
-    check_name("problem function", family_name(family))
-    owner, parameters = f"problem {family_name(family)!r}", function_parameters(family)
+    if not inspect.isfunction(function):
+        raise UsageError(f"expected a function that returns a problem, got {describe(function)}")
+    check_name("problem function", problem_name(function))
+    owner, parameters = f"problem {problem_name(function)!r}", function_parameters(function)
     check_parameters(owner, parameters)
-    for texts in _matrix_texts(family):
+    for texts in _matrix_texts(function):
         read_values(owner, parameters, texts)
 
 
@@ -265,8 +265,8 @@ def unknown(kind: str, name: str, known: Mapping[str, object]) -> UsageError:
     return UsageError(f"unknown {kind} {name!r}{did_you_mean(name, known)}")
 
 
-def _matrix_texts(family: Callable[..., Problem]) -> list[dict[str, str]]:
-    rows: tuple[Mapping[str, object], ...] = getattr(family, "in_matrix", ({},))
+def _matrix_texts(function: Callable[..., Problem]) -> list[dict[str, str]]:
+    rows: tuple[Mapping[str, object], ...] = getattr(function, "in_matrix", ({},))
     return [{name: str(value) for name, value in row.items()} for row in rows]
 
 

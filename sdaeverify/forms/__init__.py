@@ -15,7 +15,7 @@ from .mechanics.jacobian import ConstraintJacobian, DenseJacobian, Gram
 from .mechanics.multiplied import Multiplied
 from .mechanics.structure import Structure
 from .overdamped.constrained_langevin import ConstrainedLangevin, ConstraintGeometry
-from .overdamped.family import Penalised, StiffnessFamily
+from .overdamped.stiffness_family import Penalised, StiffnessFamily
 from .problem import Problem, Residual, components, known_traits, unknown_traits
 from .sde.sde import SDE, as_sde
 

@@ -33,8 +33,8 @@ from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally, packed, unpacked
 from ..forms import Problem
-from ..probe.stiffness.family import member, no_family
 from ..probe.stiffness.iterations import MOST, Iterations, RunIterations, counters, iterations, run_iterations
+from ..probe.stiffness.members import member, no_family
 from ..registry.hookspecs import hookimpl
 from .judge import NOT_PROBED, coverage, finding, no_claim, unknown_value
 

@@ -16,7 +16,7 @@ from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally, packed, unpacked
 from ..forms import Problem
-from ..probe.stiffness.family import member, no_family
+from ..probe.stiffness.members import member, no_family
 from ..probe.stiffness.stiff_limit import LimitDistances, Slope, limit_distances, limit_slopes
 from ..registry.hookspecs import hookimpl
 from .judge import NOT_PROBED, coverage, decide, finding, is_order, no_claim, order_tests

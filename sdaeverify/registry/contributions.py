@@ -20,12 +20,12 @@ from ..contracts.labels import dataclass_parameters, did_you_mean, parse_label, 
 from ..contracts.scheme import Scheme
 from ..contracts.specs import (
     ProblemSpec,
-    check_family,
     check_name,
+    check_problem_function,
     check_scheme,
     describe,
-    family_name,
     matrix_specs,
+    problem_name,
     problem_spec,
 )
 from ..errors import FAULTS, ParameterError, PluginError, one_line
@@ -70,7 +70,7 @@ class ProblemEntry:
     """A registered problem function."""
 
     name: str
-    family: Callable[..., Problem]
+    function: Callable[..., Problem]
     origin: Origin
 
     @property
@@ -81,7 +81,7 @@ class ProblemEntry:
     @property
     def in_matrix(self) -> tuple[ProblemSpec, ...]:
         """The recipes that a run of everything takes."""
-        return matrix_specs(self.family)
+        return matrix_specs(self.function)
 
     @property
     def variants(self) -> tuple[ProblemSpec, ...]:
@@ -96,7 +96,7 @@ class ProblemEntry:
         ParameterError
             If a parameter is unknown or its text is no value of its type.
         """
-        return problem_spec(self.family, texts)
+        return problem_spec(self.function, texts)
 
 
 @dataclass(frozen=True)
@@ -163,14 +163,14 @@ def collect(plugin: object, origin: Origin) -> Contribution:
     """
     manager = _manager(plugin, _check_hooks(plugin), origin.plugin)
     schemes = _variants(_call(manager, "sdaeverify_schemes"))
-    families = _by_name("problem", _call(manager, "sdaeverify_problems"), _family_name)
+    functions = _by_name("problem", _call(manager, "sdaeverify_problems"), _problem_name)
     measures = _by_name("measure", _call(manager, "sdaeverify_measures"), _measure_name)
     planted = _by_name("planted bug", _call(manager, "sdaeverify_planted"), _planted_name)
     cases = _by_name("calibration case", _call(manager, "sdaeverify_calibration"), _case_name)
     experiments = _by_name("experiment", _call(manager, "sdaeverify_experiments"), _experiment_name)
     return Contribution(
         {name: SchemeEntry(name, variants, origin) for name, variants in schemes.items()},
-        {name: ProblemEntry(name, family, origin) for name, family in families.items()},
+        {name: ProblemEntry(name, function, origin) for name, function in functions.items()},
         {name: MeasureEntry(name, measure, origin) for name, measure in measures.items()},
         getattr(manager.hook, "sdaeverify_report", None),
         {name: PlantedEntry(name, bug, origin) for name, bug in planted.items()},
@@ -279,10 +279,10 @@ def _by_name(kind: str, things: Iterable[Any], name_of: Callable[[Any], str]) ->
     return found
 
 
-def _family_name(family: Callable[..., Problem]) -> str:
-    check_family(family)
-    _check_pickles(f"problem {family_name(family)!r}", family)
-    return family_name(family)
+def _problem_name(function: Callable[..., Problem]) -> str:
+    check_problem_function(function)
+    _check_pickles(f"problem {problem_name(function)!r}", function)
+    return problem_name(function)
 
 
 def _measure_name(measure: Any) -> str:

@@ -136,7 +136,7 @@ class Registry:
             scheme = self.schemes.get(given.name)
             return scheme is not None and type(scheme.variants[0]) is type(given)
         problem = self.problems.get(given.name)
-        return problem is not None and problem.family is given.family
+        return problem is not None and problem.function is given.function
 
     def report(self, folder: Path, result: object) -> tuple[str, ...]:
         """Let each plugin write beside the report of a result; return one line for each that failed."""

@@ -100,7 +100,7 @@ def select_problems(
                 chosen += entry.variants if is_glob and texts is None else [entry.make(texts)]
         else:
             chosen.append(_recipe(item))
-    return sorted(_unique("problem", chosen, lambda spec: spec.family), key=lambda spec: (spec.name, spec.label))
+    return sorted(_unique("problem", chosen, lambda spec: spec.function), key=lambda spec: (spec.name, spec.label))
 
 
 def select_measures(registry: Registry, wanted: Any = ()) -> list[Any]:

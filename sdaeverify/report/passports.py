@@ -54,10 +54,10 @@ def scheme_passport(scheme: Scheme) -> Passport:
 
 def problem_passport(spec: ProblemSpec, problem: Problem | None) -> Passport:
     """Return what a problem says of itself: equation, parameters, traits, truths, controls, source."""
-    defaults = {p.name: str(p.default) for p in function_parameters(spec.family)}
+    defaults = {p.name: str(p.default) for p in function_parameters(spec.function)}
     known = {
         "label": spec.label,
-        "text": docstring(spec.family),
+        "text": docstring(spec.function),
         "parameters": {**defaults, **{name: str(value) for name, value in dict(spec.parameters).items()}},
     }
     if problem is None:

@@ -48,7 +48,7 @@ def provenance(registry: Registry, study: Study, arguments: Sequence[str]) -> di
         "code": {
             "framework": framework_source(),
             "schemes": {c.scheme.label: thing_source(c.scheme, type(c.scheme).__module__) for c in cells},
-            "problems": {c.spec.label: thing_source(c.spec.family, c.spec.family.__module__) for c in cells},
+            "problems": {c.spec.label: thing_source(c.spec.function, c.spec.function.__module__) for c in cells},
         },
     }
 

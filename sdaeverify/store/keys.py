@@ -37,7 +37,7 @@ def lane_ingredients(scheme: Scheme, spec: ProblemSpec, settings: Settings, bloc
     sources = {f"source of the {kind}": source_of(module) for kind, module in _modules(scheme, spec)}
     if not all(sources.values()):
         return None
-    loaded = {"code of the scheme": code_of(scheme), "code of the problem": code_of(spec.family)}
+    loaded = {"code of the scheme": code_of(scheme), "code of the problem": code_of(spec.function)}
     numbers = {name: str(value) for name, value in asdict(settings).items() if name not in BUDGET}
     drawn = "none"
     if block != SCREENING:
@@ -82,7 +82,7 @@ def read_sources(schemes: Iterable[Scheme], specs: Iterable[ProblemSpec], measur
         source_of(type(measure).__module__)
         code_of(measure)
     things: list[tuple[Any, str]] = [(scheme, type(scheme).__module__) for scheme in schemes]
-    things += [(spec.family, spec.family.__module__) for spec in specs]
+    things += [(spec.function, spec.function.__module__) for spec in specs]
     for thing, _ in things:
         code_of(thing)
     found = tuple((module, files_of(module)) for module in dict.fromkeys(module for _, module in things))
@@ -107,7 +107,7 @@ def measure_ingredients(measure: Measure, settings: Settings) -> Ingredients | N
 
 
 def _modules(scheme: Scheme, spec: ProblemSpec) -> tuple[tuple[str, str], ...]:
-    return ("scheme", type(scheme).__module__), ("problem", spec.family.__module__)
+    return ("scheme", type(scheme).__module__), ("problem", spec.function.__module__)
 
 
 def key(ingredients: Ingredients) -> str:

@@ -14,7 +14,7 @@ from ..conformance.own_run import stopped_states
 from ..conformance.trial import Trial
 from ..contracts.matching import Match, match
 from ..contracts.scheme import Scheme, Step
-from ..contracts.specs import ProblemSpec, describe, family_name
+from ..contracts.specs import ProblemSpec, describe, problem_name
 from ..errors import FAULTS, UsageError, one_line
 from ..forms import Delayed, IndexOne, Problem, as_sde, components
 from ..forms.delay.linked import linked_equation
@@ -125,7 +125,7 @@ def problem_of(given: object, registry: Registry) -> ProblemSpec:
         If it is none of these, or its label means none or several.
     """
     if inspect.isfunction(given):
-        return ProblemSpec(family_name(given), given)
+        return ProblemSpec(problem_name(given), given)
     return only("problem", given, select_problems(registry, [given]))  # type: ignore[list-item]
 
 

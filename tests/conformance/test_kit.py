@@ -101,7 +101,7 @@ def test_a_scheme_without_claims_is_a_control(registry: Registry) -> None:
 def test_a_shipped_problem_describes_its_parameters(registry: Registry) -> None:
     """The function's docstring has every parameter and a source with units."""
     for entry in registry.problems.values():
-        family = entry.make().family
+        family = entry.make().function
         wanted = ["Source\n------", "unit", *(f"\n{each} : " for each in inspect.signature(family).parameters)]
         assert not [each for each in wanted if each not in (inspect.getdoc(family) or "")], entry.name
 

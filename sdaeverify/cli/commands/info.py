@@ -289,8 +289,8 @@ def _form(form: type[Problem], registry: Registry) -> Iterator[str]:
     yield from ("", *docstring(form).splitlines(), "")
     solving = (scheme.name for scheme in _schemes(registry) if form in scheme.forms)
     yield f"schemes that solve it: {', '.join(solving) or 'none'}"
-    families = ((entry.name, inspect.signature(entry.family)) for entry in registry.problems.values())
-    having = (name for name, signature in families if signature.return_annotation in {form, form.__name__})
+    functions = ((entry.name, inspect.signature(entry.function)) for entry in registry.problems.values())
+    having = (name for name, signature in functions if signature.return_annotation in {form, form.__name__})
     yield f"problems that are declared to have it: {', '.join(having) or 'none'}"
     yield f"traits that it declares: {', '.join(map(str, form.declared_traits)) or 'none'}"
 

@@ -32,7 +32,7 @@ from ..manifold import onto_manifold
 from ..mechanics.jacobian import ConstraintJacobian, DenseJacobian, Gram
 from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE
-from .family import StiffnessFamily
+from .stiffness_family import StiffnessFamily
 
 K = TypeVar("K")
 

@@ -40,7 +40,7 @@ from ...probe.linear.pair import no_linear_pair
 from ...probe.local.orders import last_orders
 from ...probe.operator import transition
 from ...probe.operator.transition_errors import invariant_observables
-from ...probe.stiffness.family import member, no_family
+from ...probe.stiffness.members import member, no_family
 from ...probe.stiffness.paired_members import PairedErrors, paired_errors
 from ...probe.stiffness.uniform_errors import (
     Supremum,

@@ -12,7 +12,7 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.scheme import Scheme, Step
 from ...noise.brownian import Increment
-from .family import FEW_PATHS, few_steps, member, short_step, stiffnesses
+from .members import FEW_PATHS, few_steps, member, short_step, stiffnesses
 
 PER_DECADE = 2
 COUNTED = "iterations"

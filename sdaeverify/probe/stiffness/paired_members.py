@@ -23,7 +23,7 @@ from ...contracts.settings import Settings
 from ...forms import Problem, StiffnessFamily
 from ...noise.brownian import LevelNoise, Source, brownian_steps
 from ...numerics.statistics import group_sums
-from .family import member, stiffnesses
+from .members import member, stiffnesses
 
 PURPOSE = "uniformity"
 # Levels of the scheme at most, and halvings from the finest of them to the Euler path.

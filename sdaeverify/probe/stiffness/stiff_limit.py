@@ -18,7 +18,7 @@ from ...contracts.scheme import Scheme
 from ...noise.brownian import Increment
 from ...numerics import norm
 from ...numerics.statistics import EPS, Estimate, group_sums, jackknife, slope_weights
-from .family import FEW_PATHS, FEW_STEPS, few_steps, member, short_step
+from .members import FEW_PATHS, FEW_STEPS, few_steps, member, short_step
 
 POWERS = tuple(range(16, 29, 2))
 QUANTITIES = ("x", "zeta", "x without noise", "zeta without noise")

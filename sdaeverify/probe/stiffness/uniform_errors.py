@@ -42,7 +42,7 @@ from ..step.nodes import Nodes, step_nodes
 from ..step.one_step import OneStep
 from ..step.states import cloud
 from ..step.step_noise import StepNoise
-from .family import member, stiffnesses
+from .members import member, stiffnesses
 
 # Values of eps in a decade where moments are propagated, and where an operator is set up for each of them.
 PER_DECADE, OPERATORS_PER_DECADE = 2, 1

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.labels import parse_label
-from ...contracts.specs import check_family, matrix_specs, problem_spec
+from ...contracts.specs import check_problem_function, matrix_specs, problem_spec
 from ...errors import SdaeverifyError
 from ...forms import Delayed, Dissipation, IndexOne, known_traits
 from ...forms.traits import Trait
@@ -28,7 +28,7 @@ TIMES = (0.0, 0.37, 0.91)
 def check_usable(subject: ProblemSubject) -> str:
     """Expect a function with a name, and with parameters whose defaults a label can show."""
     try:
-        check_family(subject.spec.family)
+        check_problem_function(subject.spec.function)
     except SdaeverifyError as error:
         return str(error)
     return ""
@@ -46,7 +46,7 @@ def check_builds(subject: ProblemSubject) -> str:
 def check_label(subject: ProblemSubject) -> str:
     """Expect the label to make the problem again: the command that reproduces a result has nothing else."""
     spec = subject.spec
-    again = problem_spec(spec.family, parse_label(spec.label).parameters)
+    again = problem_spec(spec.function, parse_label(spec.label).parameters)
     return "" if again == spec else f"its label {spec.label} makes another problem, {again.label}"
 
 
@@ -58,7 +58,7 @@ def check_pickling(subject: ProblemSubject) -> str:
 
 def check_docstring(subject: ProblemSubject) -> str:
     """Expect a docstring: a list of problems shows its first line."""
-    return "" if (subject.spec.family.__doc__ or "").strip() else "its function has no docstring"
+    return "" if (subject.spec.function.__doc__ or "").strip() else "its function has no docstring"
 
 
 def check_sources(subject: ProblemSubject) -> str:
@@ -73,7 +73,7 @@ def check_sources(subject: ProblemSubject) -> str:
 def check_in_matrix(subject: ProblemSubject) -> str:
     """Expect a problem for each row that its function has in the matrix, and the schemes and measures named there."""
     try:
-        for spec in matrix_specs(subject.spec.family):
+        for spec in matrix_specs(subject.spec.function):
             spec.build()
             select_schemes(subject.registry, spec.schemes or ("*",))
             select_measures(subject.registry, spec.measures)
