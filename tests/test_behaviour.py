@@ -149,10 +149,10 @@ def test_blocks_of_two_versions_do_not_go_together():
     (first,), (second,) = (run_block(task, block, digests=True) for block in range(2))
     other = second._replace(behaviour=Behaviour("something", second.behaviour.problem))
 
-    known = CellEvidence().merged(first, 0)
+    known = CellEvidence().merge(first, 0)
 
-    assert known.merged(second, 0).error == ""
-    assert known.merged(other, 0).error.startswith("what the scheme does has changed during the run")
+    assert known.merge(second, 0).error == ""
+    assert known.merge(other, 0).error.startswith("what the scheme does has changed during the run")
     assert differing(None, second.behaviour) == ""
 
 

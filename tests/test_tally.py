@@ -17,7 +17,7 @@ def note(values):
 @given(WHOLE, WHOLE)
 def test_merging_equals_noting_everything_at_once(a, b):
     """Sums, maxima and largest values of two parts are those of the whole."""
-    merged, whole = note(a).merged(note(b)), note(np.concatenate([a, b]))
+    merged, whole = note(a).merge(note(b)), note(np.concatenate([a, b]))
 
     assert merged.sums["sum"] == whole.sums["sum"]
     assert merged.maxima["max"] == whole.maxima["max"]
@@ -26,7 +26,7 @@ def test_merging_equals_noting_everything_at_once(a, b):
 
 def test_names_of_either_side_are_kept():
     """What only one side noted stays."""
-    merged = Tally({"a": np.ones(1)}).merged(Tally({"b": np.ones(1)}))
+    merged = Tally({"a": np.ones(1)}).merge(Tally({"b": np.ones(1)}))
 
     assert set(merged.sums) == {"a", "b"}
 
@@ -38,7 +38,7 @@ def test_a_nan_is_never_lost():
         note(np.arange(12.0)),
     )
 
-    merged = bad.merged(Tally({"s": np.ones(1)}, {"m": good.maxima["max"]}, {"t": np.array([3.0, 2.0])}))
+    merged = bad.merge(Tally({"s": np.ones(1)}, {"m": good.maxima["max"]}, {"t": np.array([3.0, 2.0])}))
 
     assert np.isnan(merged.sums["s"][0])
     assert merged.maxima["m"] == good.maxima["max"]

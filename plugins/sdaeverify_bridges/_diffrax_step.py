@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from sdaeverify import SDE, Langevin
 from sdaeverify.bridges import Coefficients, Compiled, Foreign, vectorised
 
-from ._reversible import divided
+from ._reversible import split_memory
 
 RECORDS = {1: diffrax.BrownianIncrement, 2: diffrax.SpaceTimeLevyArea, 3: diffrax.SpaceTimeTimeLevyArea}
 Terms = Callable[["KnownStep"], diffrax.AbstractTerm]
@@ -83,7 +83,7 @@ def reversible_step(problem: SDE) -> Compiled:
     equation, solver = Coefficients(problem, jnp, stratonovich=True), diffrax.ReversibleHeun()
 
     def one(memory: jax.Array, t: jax.Array, h: jax.Array, dW: jax.Array) -> jax.Array:
-        x, z, F, B = divided(problem, memory)
+        x, z, F, B = split_memory(problem, memory)
         terms = sde_terms(equation, KnownStep(h, (dW,)))
         x, _, _, (z, (F, B)), _ = solver.step(terms, t, t + h, x, None, (z, (F, B)), made_jump=False)
         return jnp.concatenate([x, z, F, B.reshape(-1)])

@@ -6,14 +6,14 @@ from sdaeverify import SDE, Array
 from sdaeverify.bridges import Coefficients
 
 
-def entered(problem: SDE, x: Array, t: float) -> Array:
+def begin_memory(problem: SDE, x: Array, t: float) -> Array:
     """Return x, z = x, F(t, z) and the rows of B(t, z), shape (3 d + d l, P): what the method begins with."""
     equation = Coefficients(problem, np, stratonovich=True)
     B = equation.diffusion(t, x)
     return np.concatenate([x, x, equation.drift(t, x), B.reshape(-1, x.shape[-1])])
 
 
-def divided(problem: SDE, memory: Array) -> tuple[Array, Array, Array, Array]:
+def split_memory(problem: SDE, memory: Array) -> tuple[Array, Array, Array, Array]:
     """Return x, z and F, shape (d, ...), and B, shape (d, l, ...), of a memory with any axes after the first."""
     d, l = problem.dimension, problem.noise_dim
     x, z, F = (memory[begin : begin + d] for begin in (0, d, 2 * d))

@@ -12,7 +12,7 @@ import torchsde
 from sdaeverify import SDE, Array
 from sdaeverify.bridges import Coefficients, Compiled, TorchFunctions, area_matrices
 
-from ._reversible import divided
+from ._reversible import split_memory
 
 
 def noise_type(problem: SDE) -> str:
@@ -128,7 +128,7 @@ def one_thread() -> Iterator[None]:
 
 def reversible(problem: SDE, solved: Callable[..., Any], memory: Array) -> Array:
     """Make a step of the reversible Heun method, whose memory is an argument and a result of ``sdeint``."""
-    x, z, F, B = divided(problem, memory)
+    x, z, F, B = split_memory(problem, memory)
     is_diagonal = noise_type(problem) == "diagonal"
     B = np.einsum("jjp->jp", B) if is_diagonal else B
     ys, (F_1, B_1, z_1) = solved(first(x), extra=True, extra_solver_state=(first(F), first(B), first(z)))

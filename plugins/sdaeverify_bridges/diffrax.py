@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 from sdaeverify import SDE, Array, Claim, Langevin, Parts, Scheme, hookimpl
 from sdaeverify.bridges import Bridge, Compiled, Library, why_no_temperature, why_not_bridged
 
-from ._reversible import entered
+from ._reversible import begin_memory
 
 LIBRARY = Library.find("diffrax")
 TABLE = "documentation of diffrax, SDE solver table"
@@ -83,7 +83,7 @@ class Diffrax(Bridge):
 
     def enter(self, problem: SDE, state: Array, t: float, h: float) -> Array:
         """Return the problem's state, with the memory that the reversible solver begins with."""
-        return entered(problem, state, t) if self.is_reversible else state
+        return begin_memory(problem, state, t) if self.is_reversible else state
 
     def parts(self, problem: SDE, state: Any) -> Parts:
         """Return the problem's own components."""

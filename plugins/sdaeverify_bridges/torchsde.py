@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 from sdaeverify import SDE, Array, Claim, ParameterError, Parts, Scheme, hookimpl
 from sdaeverify.bridges import SEPARATE, Bridge, Compiled, Library, why_areas
 
-from ._reversible import entered
+from ._reversible import begin_memory
 
 LIBRARY = Library.find("torchsde")
 # Strong orders that the solver classes state: for all noise, and for the kinds of noise that have another one.
@@ -107,7 +107,7 @@ class TorchSDEStratonovich(TorchSDE):
 
     def enter(self, problem: SDE, state: Array, t: float, h: float) -> Array:
         """Return the problem's state, with the memory that the reversible method begins with."""
-        return entered(problem, state, t) if self.method == "reversible_heun" else state
+        return begin_memory(problem, state, t) if self.method == "reversible_heun" else state
 
     def parts(self, problem: SDE, state: Any) -> Parts:
         """Return the problem's own components."""

@@ -66,7 +66,7 @@ class StochasticTheta(Scheme):
     def stable_below(self, problem: SDE | DelaySDAE) -> float:
         """Return the bound of Theorem 4.2, sharpened, where the problem gives its constants."""
         known = None if isinstance(problem, SDE) else problem.reduced_dissipation
-        return nan if known is None else known.sharpened(self.theta)
+        return nan if known is None else known.sharp_step(self.theta)
 
     def refuses(self, problem: SDE | DelaySDAE) -> str:
         """Refuse drifts that complex steps cannot differentiate, unless theta is 0."""

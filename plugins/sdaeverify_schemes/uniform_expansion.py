@@ -109,7 +109,7 @@ class UniformExpansion(LangevinScheme):
 
 def _normal(at: ConstraintGeometry, f: Array, dW: Array, given: ExpansionWeights) -> Array:
     """Return r of the part g G^{-1} r of a step that acts along the normals alone, shape (q, P)."""
-    turned = np.einsum("kdp,dp->kp", at.problem.turned(at.x, at.relaxation), at.relaxation)
+    turned = np.einsum("kdp,dp->kp", at.problem.turn_normals(at.x, at.relaxation), at.relaxation)
     moved = given.noise * dW + given.drift * f + given.normal_fixman * at.fixman - given.quadratic * at.quadratic
     traces = given.divergence * at.divergence + given.traces * at.normal_traces
     return np.asarray(at.J.times(moved) - given.zeta * at.zeta - given.turned * turned + traces)

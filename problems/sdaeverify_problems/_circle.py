@@ -39,7 +39,7 @@ def tangent(theta: Array | float) -> Array:
     return np.stack([np.cos(theta), np.sin(theta)])
 
 
-def rotated(x: Array) -> Array:
+def quarter_turn(x: Array) -> Array:
     """Return J x, shape (2, P), for J = [[0, -1], [1, 0]]."""
     return np.stack([-x[1], x[0]])
 

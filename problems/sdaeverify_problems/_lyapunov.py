@@ -82,9 +82,9 @@ def cayley_transform(M: Array) -> tuple[Array, Array]:
 
 def series(inverse: Array, powers: Iterable[Array], R: Array) -> Array:
     """Return Lambda up to A^n Lambda (A^n)^T, n twice that of the last power, from R of shape (p, p, ..., P)."""
-    X = conjugated(inverse, 2.0 * R)
+    X = congruence(inverse, 2.0 * R)
     for power in powers:
-        X = X + conjugated(power, X)
+        X = X + congruence(power, X)
     return X
 
 
@@ -98,7 +98,7 @@ def transposed_product(A: Array, B: Array) -> Array:
     return np.asarray(np.einsum("niP,njP->ijP", A, B))
 
 
-def conjugated(A: Array, X: Array) -> Array:
+def congruence(A: Array, X: Array) -> Array:
     """Return A X A^T on every path; shapes (p, p, P), (p, p, ..., P) -> (p, p, ..., P)."""
     half = np.einsum("ikP,kj...P->ij...P", A, X)
     return np.asarray(np.einsum("ik...P,jkP->ij...P", half, A))

@@ -5,7 +5,7 @@ import numpy as np
 from sdaeverify import SDE, Angle, Array, Chart, Increment, InvariantMean, Moment, Pathwise, hookimpl
 
 from . import _controls as controls
-from ._circle import constraint, rotated
+from ._circle import constraint, quarter_turn
 
 SOURCE = "rotation by the angle W(t), Ito's formula"
 
@@ -41,8 +41,8 @@ def circle(theta_0: float = 0.5, horizon: float = 1.0) -> SDE:
     return SDE(
         controls=controls.SCALAR,
         drift=lambda t, x: -0.5 * x,
-        diffusion=lambda t, x: rotated(x)[:, None],
-        diffusion_derivative=lambda t, x, y: rotated(y)[:, None],
+        diffusion=lambda t, x: quarter_turn(x)[:, None],
+        diffusion_derivative=lambda t, x, y: quarter_turn(y)[:, None],
         start=[np.cos(theta_0), np.sin(theta_0)],
         constraint=constraint,
         noise_dim=1,

@@ -8,7 +8,7 @@ from sdaeverify import SDE, Angle, Array, Chart, InvariantMean, ParameterError, 
 
 from . import _controls as controls
 from ._arc_length import arc_truth, circumference, speed
-from ._circle import rotated
+from ._circle import quarter_turn
 
 MEASURES = ("arc", "delta")
 # The smallest rate at which the law of the eccentric angle relaxes.
@@ -43,14 +43,14 @@ def ellipse(measure: str = "arc", theta_0: float = 0.5, horizon: float = 1.0) ->
     def drift(t: float, x: Array) -> Array:
         """Return (1/2) Dt t - (fixman/2) t <n, H t>/|grad g|, n = grad g/|grad g|, H = D^2 g."""
         n, length = normal(x)
-        t_ = rotated(n)
+        t_ = quarter_turn(n)
         Ht = np.stack([0.25 * t_[0], t_[1]])
-        return 0.5 * (rotated(Ht) - (1.0 + fixman) * t_ * (n * Ht).sum(axis=0)) / length
+        return 0.5 * (quarter_turn(Ht) - (1.0 + fixman) * t_ * (n * Ht).sum(axis=0)) / length
 
     return SDE(
         controls=controls.SCALAR,
         drift=drift,
-        diffusion=lambda t, x: rotated(normal(x)[0])[:, None],
+        diffusion=lambda t, x: quarter_turn(normal(x)[0])[:, None],
         start=[2.0 * np.cos(theta_0), np.sin(theta_0)],
         constraint=lambda x: 0.5 * (0.25 * x[0] * x[0] + x[1] * x[1] - 1.0)[None],
         noise_dim=1,

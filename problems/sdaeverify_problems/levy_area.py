@@ -42,11 +42,11 @@ def levy_area(c: float = 2.0, horizon: float = 1.0) -> SDE:
         second = np.stack([none, one, -half * x[3] * x[0], half * x[2] * x[0]])
         return np.stack([first, second], axis=1)
 
-    def turned(t: float) -> float:
+    def mean_u(t: float) -> float:
         return float(1.0 / np.cosh(0.5 * c * t))
 
     values = {
-        "u": turned,
+        "u": mean_u,
         "v": lambda t: 0.0,
         "u^2": lambda t: 0.5 + 0.5 / np.cosh(c * t),
         "w_1^2": lambda t: t,

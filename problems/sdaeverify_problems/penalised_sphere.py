@@ -54,7 +54,7 @@ def penalised_sphere(
     return ConstrainedLangevin(
         eps=eps,
         family=lambda other: penalised_sphere(other, d, pull, damping, spin, horizon),
-        drift=lambda x: pull * np.eye(d)[:, :1] - damping * x + spin * turned(x),
+        drift=lambda x: pull * np.eye(d)[:, :1] - damping * x + spin * quarter_turn(x),
         strength=1.0,
         constraint=lambda x: 0.5 * (squared_norm(x) - 1.0)[None],
         jacobian=lambda x: x[None],
@@ -71,7 +71,7 @@ def penalised_sphere(
     )
 
 
-def turned(x: Array) -> Array:
+def quarter_turn(x: Array) -> Array:
     """Return (-x_2, x_1, 0, ...), shape (d, P)."""
     return np.concatenate([-x[1:2], x[:1], 0.0 * x[2:]])
 

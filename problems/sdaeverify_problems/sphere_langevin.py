@@ -110,15 +110,15 @@ def moments(masses: Array, c_g: float, gamma: float, kT: float) -> tuple[Moment,
     m, start = float(masses[0]), float(VELOCITY @ VELOCITY)
     alike, all_alike = masses[1] == m, bool(np.all(masses == m)) and c_g == 0.0
 
-    def decayed(value: float, rate: float) -> Callable[[float], float]:
+    def decay(value: float, rate: float) -> Callable[[float], float]:
         return lambda t: float(value * np.exp(-rate * t))
 
     def speed(t: float) -> float:
         return start + (start - 2.0 * kT / m) * float(np.expm1(-2.0 * gamma / m * t))
 
-    values = {"(r x v)_3": decayed(MOMENTUM[2], gamma / m)} if alike else {}
+    values = {"(r x v)_3": decay(MOMENTUM[2], gamma / m)} if alike else {}
     if all_alike:
-        values |= {"(r x v)_1": decayed(MOMENTUM[0], gamma / m), "|v|^2": speed, "v^T M v": lambda t: m * speed(t)}
+        values |= {"(r x v)_1": decay(MOMENTUM[0], gamma / m), "|v|^2": speed, "v^T M v": lambda t: m * speed(t)}
     source = "Ito's formula for r x v and |v|^2"
     return tuple(Moment(observable=name, value=value, source=source) for name, value in values.items())
 

@@ -44,7 +44,7 @@ def sphere_product(
         raise ParameterError(f"d and spheres must be at least 2, got {d!r} and {spheres!r}")
     A = mixture(spheres, mixing)
     law = RadialLaw(eps, d, 1.0)
-    known = known_of(law)
+    known = point_truths(law)
     angles = np.resize(ANGLES, spheres)
     starts = np.stack([np.cos(angles), np.sin(angles), *np.zeros((d - 2, spheres))], axis=1)
     blocks = np.eye(d * spheres).reshape(spheres, d, -1)
@@ -76,7 +76,7 @@ def mixture(q: int, mixing: float) -> Array:
     return np.asarray(A)
 
 
-def known_of(law: RadialLaw) -> dict[str, Known]:
+def point_truths(law: RadialLaw) -> dict[str, Known]:
     """Return what is known of the first two points: of each, and of products, whose factors are independent."""
     one, two = (free(law, angle) for angle in ANGLES)
     known = {}

@@ -77,7 +77,7 @@ class Bridge(Scheme):
 
     def prepare(self, problem: Any, h: float) -> Stepper:
         """Return the step for one problem and step size."""
-        compiled = compiled_once(self, Formulas(problem))
+        compiled = compile_once(self, Formulas(problem))
 
         def stepper(state: State, t: float, noise: Increment) -> Step:
             # One Brownian motion has no areas, whether or not they are drawn.
@@ -98,6 +98,6 @@ def _at_once(step: Callable[..., Any], arrays: tuple[Array, ...]) -> Array:
 
 
 @lru_cache(maxsize=256)
-def compiled_once(bridge: Bridge, formulas: Formulas) -> Compiled:
+def compile_once(bridge: Bridge, formulas: Formulas) -> Compiled:
     """Return the compiled step of a bridge, the same one for all problems with the same formulas."""
     return bridge.compiled(formulas.problem)

@@ -264,7 +264,7 @@ def _run(trial: Trial) -> tuple[list[Stop], State]:
     state, stops = trial.scheme.start(trial.view, trial.paths, trial.h), list[Stop]()
     recall = trial.view.recall(trial.h, trial.paths)
     for n, drawn in enumerate(_noises(trial)):
-        noise = freeze(drawn if recall is None else recall.driven(drawn))
+        noise = freeze(drawn if recall is None else recall.add_past(drawn))
         stops.append(Stop(freeze(state), noise))
         state = trial.stepper(stops[n].state, n * trial.h, noise).state
         if recall is not None:

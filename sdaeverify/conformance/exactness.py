@@ -184,7 +184,7 @@ def _miss(scheme: Scheme, trivial: Trivial) -> str:
         error, moved, bound = _error(scheme, trivial, H)
         if error <= bound:
             return ""
-        fine, fine_moved, fine_bound = _error(scheme, *trivial.shortened)
+        fine, fine_moved, fine_bound = _error(scheme, *trivial.short_run)
         if fine <= max(fine_bound, trivial.shorter**VANISHING * fine_moved * error / moved if moved else 0.0):
             return ""
         if trivial.noisy and measures_following("paths").isdisjoint(claim.measure for claim in scheme.promises):
@@ -197,7 +197,7 @@ def _miss(scheme: Scheme, trivial: Trivial) -> str:
 
 
 def _miss_in_law(scheme: Scheme, trivial: Trivial) -> str:
-    coarse, fine = law_error(scheme, trivial, H), law_error(scheme, *trivial.shortened)
+    coarse, fine = law_error(scheme, trivial, H), law_error(scheme, *trivial.short_run)
     if coarse is None or fine is None or fine.share <= max(fine.rounding, trivial.shorter**VANISHING * coarse.share):
         return ""
     return f"{fine.quantity} of many steps is off by {fine.share:.2g} of what the solution's grows by,"

@@ -36,7 +36,7 @@ def stopped_states(scheme: Scheme, view: Any, paths: int) -> State:
     recall = view.recall(h, paths)
     for n in range(last[-1]):
         noise = scheme.law.increment(level_noise(view, paths, h, n), h)
-        new = stepper(freeze(state), n * h, noise if recall is None else recall.driven(noise)).state
+        new = stepper(freeze(state), n * h, noise if recall is None else recall.add_past(noise)).state
         state = _choose(last > n, new, state)
         if recall is not None:
             recall.push(scheme.parts(view, state)["x"])
@@ -62,7 +62,7 @@ def parts_along(scheme: Scheme, problem: Problem, h: float, noises: Sequence[Inc
     paths = noises[0].dW.shape[-1]
     state, stepper, recall = scheme.start(problem, paths, h), scheme.prepare(problem, h), problem.recall(h, paths)
     for n, drawn in enumerate(noises):
-        noise = freeze(drawn if recall is None else recall.driven(drawn))
+        noise = freeze(drawn if recall is None else recall.add_past(drawn))
         state = stepper(freeze(state), n * h, noise).state
         parts = scheme.parts(problem, state)
         if recall is not None:

@@ -85,7 +85,7 @@ class ProblemSpec:
         try:
             # What is not finite is said in one line: by the problem, or by the form that it is compared in.
             with np.errstate(all="ignore"):
-                problem = self._called(values)
+                problem = self._call(values)
                 if values:
                     problem.equation()
         except OUT_OF_RANGE as error:
@@ -95,7 +95,7 @@ class ProblemSpec:
             raise ParameterError(f"problem {self.label}{how}: {one_line(error)}") from error
         return problem
 
-    def _called(self, values: Mapping[str, object]) -> Problem:
+    def _call(self, values: Mapping[str, object]) -> Problem:
         problem: object = self.function(**values)
         if not isinstance(problem, Problem):
             where = f"{self.function.__module__}.{self.function.__qualname__}"

@@ -36,7 +36,7 @@ class Tally:
             given: Mapping[str, Array] = getattr(self, kind)
             object.__setattr__(self, kind, {name: np.asarray(value, order="C") for name, value in given.items()})
 
-    def merged(self, other: "Tally") -> "Tally":
+    def merge(self, other: "Tally") -> "Tally":
         """Return the evidence of both sets of paths; names of either are kept."""
         return Tally(
             _merge(self.sums, other.sums, np.add),

@@ -131,7 +131,7 @@ class Problem:
         return min(1.0, self.horizon)
 
     @property
-    def carried(self) -> dict[str, Any]:
+    def shared_fields(self) -> dict[str, Any]:
         """The fields that a view of the same states takes over."""
         return {own.name: getattr(self, own.name) for own in fields(Problem) if own.name not in OWN}
 
@@ -206,10 +206,10 @@ class Problem:
         """Return the lagged values of a run with steps of size h on so many paths; None without delay."""
         return None
 
-    def driven(self, h: float, noise: Increment) -> Increment:
+    def add_past(self, h: float, noise: Increment) -> Increment:
         """Return the noise of a first step of size h from time 0, with the past that drives it, too."""
         recall = self.recall(h, noise.dW.shape[-1])
-        driven: Increment = noise if recall is None else recall.driven(noise)
+        driven: Increment = noise if recall is None else recall.add_past(noise)
         return driven
 
     def state(self, x: Array, t: float = 0.0) -> Any:  # noqa: ARG002 - forms with a constraint in time use it
@@ -252,7 +252,7 @@ class Problem:
         return slice(0, 0) if self.has_constraints else slice(None)
 
     @property
-    def normed(self) -> tuple[str, ...]:
+    def norm_parts(self) -> tuple[str, ...]:
         """The components that `squared_norm` is about; all of them if it names none."""
         return ()
 

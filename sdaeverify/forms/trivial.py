@@ -48,7 +48,7 @@ class Trivial(NamedTuple):
     shorter: float = SHORTER
 
     @property
-    def shortened(self) -> tuple["Trivial", float]:
+    def short_run(self) -> tuple["Trivial", float]:
         """The problem on shorter steps, and their size."""
         return self.finer or self, H * self.shorter
 

@@ -68,7 +68,7 @@ class Gated:
         return f"{len(self.outcomes)} claimed {'quantity' if len(self.outcomes) == 1 else 'quantities'}: {parts}"
 
     @property
-    def told(self) -> list[Outcome]:
+    def not_passed(self) -> list[Outcome]:
         """The outcomes that did not simply pass, worst first."""
         return [o for status in ORDER if status is not Status.PASSED for o in self.outcomes if o.status is status]
 

@@ -73,7 +73,7 @@ class Effort(Measure):
         if not counters(scheme, member(view)):
             return Tally()
         few = packed(PROBED, iterations(scheme, view, settings.seed))
-        return few.merged(packed(ALONG, run_iterations(scheme, view, settings.steps, settings.seed)))
+        return few.merge(packed(ALONG, run_iterations(scheme, view, settings.steps, settings.seed)))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each counter, and its means."""

@@ -72,10 +72,10 @@ class Intervals(Measure):
         """Return the local defects on the first intervals and on all, where the one-step map can be probed."""
         found = Tally()
         for span in SPANS.values():
-            found = found.merged(probe_strong(scheme, view, settings, span))
+            found = found.merge(probe_strong(scheme, view, settings, span))
         if loses_algebraic(scheme, view) or no_delay_consistency(scheme, view):
             return found
-        return found.merged(packed(GIVEN_PAST, delay_consistency(scheme, view)))
+        return found.merge(packed(GIVEN_PAST, delay_consistency(scheme, view)))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component on each interval, and their levels."""
@@ -135,7 +135,7 @@ class IntervalObserver:
             paths = {} if found.sums else {"paths": noted.sums["paths"]}
             sums = {name: value for name, value in noted.sums.items() if name != "paths"}
             renamed = (_with_suffix(each, suffix) for each in (sums, noted.maxima, noted.largest))
-            found = found.merged(Tally(*renamed)).merged(Tally(sums=paths))
+            found = found.merge(Tally(*renamed)).merge(Tally(sums=paths))
         return found
 
 

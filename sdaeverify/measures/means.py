@@ -12,7 +12,7 @@ from ..contracts.measure import Evidence, Snapshot
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..forms import Problem
-from ..numerics.statistics import GROUPS, Estimate, group_sums, jackknife, jackknives, weighted
+from ..numerics.statistics import GROUPS, Estimate, group_sums, jackknife, jackknives, weighted_sum
 
 VALUES, SQUARES, SIZES, KNOWN = "values ", "squares ", "sizes ", "truth "
 # A truth with an error of its own, and the same at half its resolution.
@@ -182,7 +182,7 @@ class Means:
 
     def _functional(self, levels: Array, weights: Array, means: Array) -> Array:
         # Taken, and not indexed: in C order.
-        return weighted(weights, np.log2(np.abs(self._differences(means).take(levels, axis=1))))
+        return weighted_sum(weights, np.log2(np.abs(self._differences(means).take(levels, axis=1))))
 
     def _estimate(self, statistic: Callable[[Array], Array]) -> Estimate:
         return jackknives(self.sums, self.counts, statistic)[0]

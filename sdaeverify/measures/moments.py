@@ -65,7 +65,7 @@ class MomentObserver:
     def __init__(self, problem: Problem, parts: Parts, settings: Settings) -> None:
         self.problem, self.settings = problem, settings
         self.wanted: Sequence[frozenset[int]] = [frozenset()] * settings.levels
-        self.names = problem.normed or tuple(parts)
+        self.names = problem.norm_parts or tuple(parts)
         self.worst = np.repeat(self._V(parts)[None], settings.levels + 1, axis=0)
 
     def after_step(self, level: int, step: int, parts: Parts) -> None:

@@ -60,7 +60,7 @@ class Solvability(Measure):
             return "the problem has no view of the scheme's form"
         h, l = view.horizon / FEW_STEPS, view.noise_dim
         zeros, areas = np.zeros((l, 2)), np.zeros((l * (l - 1) // 2, 2))
-        noise = view.driven(h, Increment(zeros, zeros, K=zeros, A=areas))
+        noise = view.add_past(h, Increment(zeros, zeros, K=zeros, A=areas))
         with np.errstate(all="ignore"):
             result = scheme.prepare(view, h)(scheme.start(view, 2, h), 0.0, noise)
         return "its steps cannot fail: they solve no equation" if result.failed is None else ""

@@ -79,7 +79,7 @@ class Stability(Measure):
             return packed(QUANTITY, stability(scheme, view, sizes))
         found = Tally()
         for scale in limits(scheme, view, QUARTER * view.delay):
-            found = found.merged(packed(LIMITS[scale], delay_stability(scheme, view, sizes, scale)))
+            found = found.merge(packed(LIMITS[scale], delay_stability(scheme, view, sizes, scale)))
         return found
 
     def judge(self, evidence: Evidence) -> Judgement:

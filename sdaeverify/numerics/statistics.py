@@ -231,10 +231,10 @@ def log_functional(sums: Array, counts: Array, weights: Array, p: float = 1.0) -
     p : float, optional
         Of the norm.
     """
-    return jackknives(sums, counts, lambda means: weighted(weights, log_norms(means, p)))[0]
+    return jackknives(sums, counts, lambda means: weighted_sum(weights, log_norms(means, p)))[0]
 
 
-def weighted(weights: Array, values: Array) -> Array:
+def weighted_sum(weights: Array, values: Array) -> Array:
     """Return sum_l w_l y_l over the last axis of y.
 
     Parameters

@@ -122,7 +122,7 @@ class _Steps(NamedTuple):
 
     def _noise(self, state: State, t: float, h: float, far: Any) -> Increment:
         drawn = self.view.drawn(self.rng, h, PATHS, far)
-        noise = self.view.driven(h, self.scheme.law.increment(drawn, h))
+        noise = self.view.add_past(h, self.scheme.law.increment(drawn, h))
         if noise.lagged is None or not t:
             return noise
         # The past of a path is where others are.

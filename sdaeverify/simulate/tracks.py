@@ -105,7 +105,7 @@ class Track:
 
     def _increment(self, noise: LevelNoise, index: int) -> Increment:
         increment = self.scheme.law.increment(noise.increment(index), self.h)
-        return increment if self.recall is None else self.recall.driven(increment)
+        return increment if self.recall is None else self.recall.add_past(increment)
 
     def _one(self, increment: Increment) -> Step:
         if self.step:

@@ -184,14 +184,14 @@ class Store:
         self, entry: Entry, place: Place | None, stored: StoredLane | None, reason: str, now: Behaviour | None
     ) -> Recalled:
         if place is None or stored is None:
-            return self._unknown(entry, place, reason)
+            return self._recall_nothing(entry, place, reason)
         if now is None:
-            return self._unknown(entry, place, UNTOLD)
+            return self._recall_nothing(entry, place, UNTOLD)
         if now != stored.behaviour:
-            return self._unknown(entry, place, _otherwise(stored.behaviour, now))
+            return self._recall_nothing(entry, place, _otherwise(stored.behaviour, now))
         return self._recall_known(entry, place, stored)
 
-    def _unknown(self, entry: Entry, place: Place | None, reason: str) -> Recalled:
+    def _recall_nothing(self, entry: Entry, place: Place | None, reason: str) -> Recalled:
         self.reasons[reason] += 1
         return Recalled(Entry(entry.scheme, ()), None, entry.measures, place)
 

@@ -316,7 +316,7 @@ class Blocks:
     def _salvage(self, parcel: Parcel, lost: Lost, *, again: bool) -> Parts:
         """Return the evidence of a parcel of which a process died: what may have died by accident is tried again."""
         entries, mark = parcel.task.entries, lost.mark
-        pieces = list(entries) if mark.lane in {PROBLEM, NOBODY} else _set_apart(entries, mark)
+        pieces = list(entries) if mark.lane in {PROBLEM, NOBODY} else _isolate_culprit(entries, mark)
         if mark.lane == PROBLEM or len(pieces) == 1:
             if again or lost.late:
                 return self._dead(parcel, lost, again=again)
@@ -345,7 +345,7 @@ class Blocks:
         return [(entry, lane._replace(errors=tuple(told)))]
 
 
-def _set_apart(entries: tuple[Entry, ...], mark: Mark) -> list[Entry]:
+def _isolate_culprit(entries: tuple[Entry, ...], mark: Mark) -> list[Entry]:
     """Return the entry whose code ran, with the measure alone if it was one's, and then all that is left."""
     culprit, rest = entries[mark.lane], [e for index, e in enumerate(entries) if index != mark.lane]
     if mark.measure == NO_MEASURE or len(culprit.measures) == 1:

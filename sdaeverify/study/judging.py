@@ -209,12 +209,12 @@ class CellEvidence:
         """Whether nothing can be measured."""
         return bool(self.error or self.violation)
 
-    def merged(self, lane: LaneEvidence, index: int) -> "CellEvidence":
+    def merge(self, lane: LaneEvidence, index: int) -> "CellEvidence":
         """Return the evidence with that of one more block; the first error stays."""
         return CellEvidence(
-            self.sampled.merged(lane.tallies[index]),
-            self.probed.merged(lane.probes[index]),
-            self.health.merged(lane.health),
+            self.sampled.merge(lane.tallies[index]),
+            self.probed.merge(lane.probes[index]),
+            self.health.merge(lane.health),
             self.seconds + lane.seconds,
             self.path_seconds + (lane.seconds if lane.paths else 0.0),
             self.paths + lane.paths,
@@ -367,7 +367,7 @@ def _before_the_end(finding: Finding, known: CellEvidence) -> Finding:
 def _evidence(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence) -> Evidence:
     assert plan.problem is not None
     assert cell.seen is not None
-    tally = known.sampled.merged(known.probed)
+    tally = known.sampled.merge(known.probed)
     return Evidence(cell.scheme, plan.problem, cell.seen, settings, tally, known.health, settings.level)
 
 

@@ -122,7 +122,7 @@ class Study:
         waiting = [problem for problem in waiting if problem.open]
         state = _Progress(self.problems, Forecast(self.settings))
         for problem in waiting:
-            state.forecast.expect(problem.plan.spec.label, [*problem.screening, *problem.expected], fresh=True)
+            state.forecast.expect(problem.plan.spec.label, [*problem.screening, *problem.expected_pieces], fresh=True)
         yield from self._screen(waiting, blocks, window, state)
         yield from self._look(waiting, blocks, window, state)
 
@@ -153,7 +153,7 @@ class Study:
             if job.block == job.last:
                 job.problem.judge()
                 goes_on = job.problem.open and self._goes_on(job.problem, blocks)
-                state.forecast.expect(job.task.spec.label, job.problem.expected if goes_on else ())
+                state.forecast.expect(job.task.spec.label, job.problem.expected_pieces if goes_on else ())
                 jobs.extend(_jobs(job.problem) if goes_on else ())
                 if not goes_on:
                     yield from self._finish([job.problem])
@@ -166,7 +166,7 @@ class Study:
     def _goes_on(self, problem: ProblemRun, blocks: Blocks) -> bool:
         """Return whether a problem takes its next look; if nothing is computed, cells without evidence are halted."""
         if self.store is not None and self.stored_only:
-            problem.halt(blocks.lacking(problem.task(), problem.wanted), HALTED)
+            problem.halt(blocks.lacking(problem.task(), problem.next_pieces), HALTED)
         return problem.open
 
     def _finish(self, problems: Iterable[ProblemRun]) -> Iterator[Finished]:

@@ -39,7 +39,7 @@ class CellRun:
     halted: str = ""
 
     @property
-    def known(self) -> CellEvidence:
+    def final_evidence(self) -> CellEvidence:
         """The evidence, or that it was not looked for."""
         return replace(self.evidence, error=self.halted, lack=Verdict.NOT_RUN) if self.halted else self.evidence
 
@@ -49,7 +49,7 @@ class CellRun:
         return bool(self.halted) or (self.result is not None and all(f.settled for f in self.result.findings))
 
     @property
-    def needed(self) -> float:
+    def paths_to_decide(self) -> float:
         """Number of paths that would decide, as far as the findings say."""
         open_ = [finding for finding in self.result.findings if not finding.settled] if self.result else []
         return max((finding.reason.paths for finding in open_), default=0.0)
@@ -88,15 +88,15 @@ class ProblemRun:
         return {(run.cell.scheme.label, SCREENING) for run in self._running()}
 
     @property
-    def expected(self) -> set[Piece]:
+    def expected_pieces(self) -> set[Piece]:
         """What is run from the next look on if as many paths decide as the findings say; before them, that look."""
         longest = max((self._find_last_look(run) for run in self.runs if not run.settled), default=self.look)
-        begin, ends, kept = self.blocks.start, self.settings.ends, self._kept
+        begin, ends, kept = self.blocks.start, self.settings.ends, self._control_keys
         lasts = ((run, longest if _key(run.cell) in kept else self._find_last_look(run)) for run in self._running())
         return {(run.cell.scheme.label, block) for run, look in lasts for block in range(begin, ends[look])}
 
     @property
-    def wanted(self) -> tuple[int, ...]:
+    def next_pieces(self) -> tuple[int, ...]:
         """What the next look needs: its blocks, and what one step tells."""
         return (*self.blocks, SCREENING)
 
@@ -148,25 +148,25 @@ class ProblemRun:
         return (*done, *excluded_cells(self.plan))
 
     def _judge_runs(self, runs: Sequence[CellRun]) -> list[CellResult]:
-        evidence = {_key(run.cell): run.known for run in (*self.runs, *self.controls)}
+        evidence = {_key(run.cell): run.final_evidence for run in (*self.runs, *self.controls)}
         controls = control_verdicts(self.plan, self.settings, evidence)
         return [judge_cell(self.plan, run.cell, self.settings, run.evidence, controls) for run in runs]
 
     def _running(self) -> Iterator[CellRun]:
         # A cell that is settled keeps the evidence of its last look; a control goes on for the cells it controls.
-        kept = self._kept
+        kept = self._control_keys
         for run in (*self.runs, *self.controls):
             if (_key(run.cell) in kept or not run.settled) and not (run.halted or run.evidence.refused):
                 yield run
 
     @property
-    def _kept(self) -> set[tuple[Scheme, str]]:
+    def _control_keys(self) -> set[tuple[Scheme, str]]:
         return {_key(cell) for cell in self.plan.control_cells}
 
     def _find_last_look(self, run: CellRun) -> int:
         """Return the look at which a cell is decided, as far as is known; the last but one where none decides it."""
         totals = [self.settings.totals[end - 1] for end in self.settings.ends]
-        enough = (look for look, total in enumerate(totals) if total >= run.needed)
+        enough = (look for look, total in enumerate(totals) if total >= run.paths_to_decide)
         return max(self.look, next(enough, len(totals) - 2))
 
     def _sequential(self, run: CellRun, result: CellResult) -> CellResult:
@@ -191,7 +191,7 @@ def _draws_none(measure: Measure) -> bool:
 
 def _merge_lane(known: CellEvidence, lane: LaneEvidence, index: int) -> CellEvidence:
     try:
-        return known.merged(lane, index)
+        return known.merge(lane, index)
     except FAULTS as error:
         # Only of files that were not written by this program.
         return replace(known, error=f"evidence of two blocks does not go together: {one_line(error)}")

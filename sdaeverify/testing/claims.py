@@ -282,7 +282,7 @@ def check_lock(run: ClaimRun, locked: Claims, workers: int = 1) -> None:
         If nobody can tell, since locked cells were not run in this process.
     """
     __tracebackhide__ = True
-    if why := _unknown(run, locked, workers):
+    if why := _why_incomplete(run, locked, workers):
         import pytest  # noqa: PLC0415 - the kit itself needs no pytest
 
         raise pytest.skip.Exception(f"{why}; {GATE}", _use_item_location=True)
@@ -292,7 +292,7 @@ def check_lock(run: ClaimRun, locked: Claims, workers: int = 1) -> None:
         raise ClaimError("\n".join(f"lock file: {visible(line)}" for line in lock.violations))
 
 
-def _unknown(run: ClaimRun, locked: Claims, workers: int) -> str:
+def _why_incomplete(run: ClaimRun, locked: Claims, workers: int) -> str:
     # Which process has run what differs from time to time, and a test must not.
     if workers > 1:
         return f"the tests are spread over {workers} processes"

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.pairs import run_pairs
 from probe.theta_cells import is_stable
 from sdaeverify.noise.brownian import LevelNoise, Source
-from sdaeverify.probe.linear.delay_step import probed_step
+from sdaeverify.probe.linear.delay_step import probe_step
 from sdaeverify.simulate.tracks import Track
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
@@ -41,7 +41,7 @@ def test_a_decision_on_stability_against_simulating_it(m, benchmark, report, one
     dW = np.sqrt(h) * Source(1, "benchmark", 0, 1000).stream("brownian", 0).standard_normal((16, 1, 1000))
 
     def decide() -> object:
-        return is_stable(probed_step(scheme, problem, h).step, problem.mesh(h))
+        return is_stable(probe_step(scheme, problem, h).step, problem.mesh(h))
 
     def sixteen_steps() -> object:
         track = Track(scheme, problem, 0, h, 1000)

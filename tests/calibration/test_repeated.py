@@ -33,8 +33,8 @@ def test_pooled_repetitions_are_merged_ones():
 
     found = pool(stack_tallies(tallies), 3)
 
-    assert same(one(found, 0), tallies[0].merged(tallies[1]).merged(tallies[2]))
-    assert same(one(found, 1), tallies[3].merged(tallies[4]).merged(tallies[5]))
+    assert same(one(found, 0), tallies[0].merge(tallies[1]).merge(tallies[2]))
+    assert same(one(found, 1), tallies[3].merge(tallies[4]).merge(tallies[5]))
 
 
 def test_first_of_every_few_are_pooled():
@@ -43,7 +43,7 @@ def test_first_of_every_few_are_pooled():
 
     found = pool(stack_tallies(tallies), 2, every=3)
 
-    assert same(one(found, 1), tallies[3].merged(tallies[4]))
+    assert same(one(found, 1), tallies[3].merge(tallies[4]))
 
 
 def test_stacks_are_appended():

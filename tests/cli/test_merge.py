@@ -41,7 +41,7 @@ def made(call, kept):
 
 
 @pytest.fixture
-def merged(call, monkeypatch):
+def merge(call, monkeypatch):
     """Merge runs into the folder ``both``."""
 
     def run(*folders, further=(), workers=False):

@@ -125,6 +125,6 @@ def test_trivial_delay_problems_are_solved_by_their_solution(trivial: Trivial) -
 def test_trivial_delays_lie_on_every_kind_of_mesh() -> None:
     """One reaches back over several steps, one to a mesh point, one over a part of a step; one is none, one stays."""
     kinds = {3: 0.3, 2: 0.0, 1: 0.7, 0: 0.0}
-    for trivials, long in (([(each, H) for each in EVERY], 11), ([each.shortened for each in EVERY], 10957)):
+    for trivials, long in (([(each, H) for each in EVERY], 11), ([each.short_run for each in EVERY], 10957)):
         meshes = dict(Mesh.of(trivial.problem.delay, h) for trivial, h in trivials)
         assert meshes == pytest.approx({**kinds, long: Mesh.of(LONG, trivials[-1][1]).delta})

@@ -244,7 +244,7 @@ def test_the_residual_needs_the_past() -> None:
 
 def test_the_first_step_is_driven_by_the_history() -> None:
     """At time 0 the lagged value is phi(-tau), at the end of the first step phi(h - tau)."""
-    noise = make().driven(0.125, Increment(np.zeros((2, 4)), None))
+    noise = make().add_past(0.125, Increment(np.zeros((2, 4)), None))
 
     assert noise.lagged is not None
     assert noise.ahead is not None

@@ -88,7 +88,7 @@ def test_recalled_values_are_those_of_all_states(ratio: float, steps: int) -> No
     mesh = Mesh.of(delay, h)
     recall = Recall(mesh, h, delay, history, states[0])
     for n in range(steps):
-        noise = recall.driven(NONE)
+        noise = recall.add_past(NONE)
         assert noise.lagged is not None
         assert noise.ahead is not None
         # Next to a whole number the two readings differ by a part 1e-9 of a step.

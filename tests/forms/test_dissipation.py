@@ -27,7 +27,7 @@ def sweep(count: int, seed: int, widened: float = 1.0) -> tuple[int, int]:
         cell, theta = random_cell(rng), rng.choice([0.0, rng.uniform(0.0, 0.5), rng.uniform(0.5, 1.0), 1.0])
         assert cell.dissipation.C > 0.0
         equations += cell.equation.stable is not True
-        bounds = cell.dissipation.largest_step(theta), widened * cell.dissipation.sharpened(theta)
+        bounds = cell.dissipation.largest_step(theta), widened * cell.dissipation.sharp_step(theta)
         sizes = {part * bound for bound in bounds if bound < np.inf for part in BELOW}
         sizes |= set(ANY) if bounds[1] == np.inf else set()
         schemes += any(is_stable(cell.step(theta, h), cell.mesh(h)) is not True for h in sizes)
@@ -50,8 +50,8 @@ def test_bounds_of_the_step_size() -> None:
     assert SETS["IV"].dissipation.largest_step(0.0) == pytest.approx(0.0389, abs=0.5e-4)
     assert SETS["VI"].dissipation.largest_step(0.5) == pytest.approx(0.1967, abs=0.5e-4)
     assert SETS["IV"].dissipation.largest_step(1.0) == np.inf
-    assert SETS["IV"].dissipation.sharpened(0.5) == np.inf
-    assert SETS["II"].dissipation.largest_step(1.0) == SETS["II"].dissipation.sharpened(0.5) == 0.0
+    assert SETS["IV"].dissipation.sharp_step(0.5) == np.inf
+    assert SETS["II"].dissipation.largest_step(1.0) == SETS["II"].dissipation.sharp_step(0.5) == 0.0
 
 
 def test_all_constants_enter() -> None:
@@ -62,7 +62,7 @@ def test_all_constants_enter() -> None:
     assert found.C == 4000.0 - 6.0 - 7.0 - 11.0 - 160.0 - 136.0
     assert (found.K1, found.K2) == (32.0, 53.0)
     assert found.largest_step(0.5) == pytest.approx(found.C / (0.5 * (32.0**2 + 53.0**2)))
-    assert found.sharpened(0.25) == pytest.approx(found.C / (0.5 * 85.0**2))
+    assert found.sharp_step(0.25) == pytest.approx(found.C / (0.5 * 85.0**2))
 
 
 def test_eliminating_y_keeps_what_the_constants_promise() -> None:
@@ -79,9 +79,9 @@ def test_set_iii_is_dissipative_with_y_eliminated() -> None:
     known = delay_test("III").without_y().dissipation
     assert known is not None
     assert pytest.approx(15.8) == known.C
-    assert known.sharpened(0.0) == pytest.approx(15.8 / 12.1**2)
+    assert known.sharp_step(0.0) == pytest.approx(15.8 / 12.1**2)
     cell = SETS["III"]
-    sizes = {theta: min(known.sharpened(theta), 100.0) for theta in (0.0, 0.2, 0.5, 1.0)}
+    sizes = {theta: min(known.sharp_step(theta), 100.0) for theta in (0.0, 0.2, 0.5, 1.0)}
     assert all(
         is_stable(cell.step(theta, part * h), cell.mesh(part * h)) for theta, h in sizes.items() for part in BELOW
     )
@@ -92,14 +92,14 @@ def test_the_printed_bound_is_never_above_the_sharpened_one() -> None:
     rng = np.random.default_rng(1)
     for _ in range(50):
         found = random_cell(rng).dissipation
-        assert all(found.largest_step(theta) <= found.sharpened(theta) for theta in np.linspace(0.0, 0.99, 12))
+        assert all(found.largest_step(theta) <= found.sharp_step(theta) for theta in np.linspace(0.0, 0.99, 12))
 
 
 @pytest.mark.parametrize("theta", [0.0, 0.3])
 def test_the_sharpened_bound_is_attained(theta: float) -> None:
     """Dx = a x dt + c x dW is stable a millionth below it and unstable a millionth above."""
     cell = Linear(-2.0, 0.0, 1.0, 0.0)
-    bound = cell.dissipation._replace(al2=0.0).sharpened(theta)
+    bound = cell.dissipation._replace(al2=0.0).sharp_step(theta)
     for h, stable in ((bound * (1.0 - 1e-6), True), (bound * (1.0 + 1e-6), False)):
         assert is_stable(cell.step(theta, h), cell.mesh(h)) is stable
 

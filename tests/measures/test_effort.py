@@ -155,7 +155,7 @@ def test_coarse_steps_without_root_do_not_count():
     wild[..., 0] = 40.0
 
     def verdict(failed, most=runs.most):
-        tally = packed(PROBED, iterations).merged(packed(ALONG, runs._replace(failed=failed, most=most)))
+        tally = packed(PROBED, iterations).merge(packed(ALONG, runs._replace(failed=failed, most=most)))
         return MEASURE.judge(Evidence(Right(), AFFINE, AFFINE, SETTINGS, tally, Tally())).findings[0].verdict
 
     assert verdict(coarse, wild) is Verdict.VERIFIED

@@ -30,7 +30,7 @@ def sizes(scheme, family, measure, **parameters):
     (lane,) = run_block(Task(spec, (Entry(scheme, (measure,)),), SETTINGS), 0)
     assert not lane.errors[0]
     problem = spec.build()
-    tally = lane.tallies[0].merged(lane.probes[0])
+    tally = lane.tallies[0].merge(lane.probes[0])
     evidence = Evidence(scheme, problem, match(scheme, problem).problem, SETTINGS, tally, lane.health)
     return measure.error_sizes(evidence), evidence
 

@@ -321,7 +321,7 @@ def test_chains_decide_what_the_operator_leaves_open():
     tally = Invariant().probe(Euler(), problem, Settings())
     resolution = tally.sums[f"{OPERATOR} resolution"] + np.array([0.0, 1.0, 0.0])
     blurred = Tally(sums={**tally.sums, f"{OPERATOR} resolution": resolution})
-    both = blurred.merged(packed(CHAINS, record(linear)))
+    both = blurred.merge(packed(CHAINS, record(linear)))
     evidence = Evidence(Euler(), problem, problem, Settings(), both, Tally(), level=LEVEL)
 
     found = {finding.quantity: finding for finding in Invariant().judge(evidence).findings}

@@ -66,7 +66,7 @@ def judged(
     observer = MomentObserver(problem, {"x": np.zeros((1, len(truth)))}, SETTINGS)
     observer.after_coarsest_step(Snapshot([{"x": x(level)[None]} for level in levels], {"x": truth[None]}, None))
     health = Tally(sums={"without_root": np.full(len(levels), float(without_root))})
-    tally = observer.tally().merged(probed)
+    tally = observer.tally().merge(probed)
     with np.errstate(all="ignore"):
         return Moments().judge(Evidence(scheme, problem, problem, SETTINGS, tally, health, 1e-5))
 
@@ -218,7 +218,7 @@ def run(scheme: Scheme, problem: Callable[..., HolonomicSDAE], **parameters: str
     tally, health = lanes[0].probes[0], Tally()
     for lane in lanes:
         assert lane.errors == ("",)
-        tally, health = tally.merged(lane.tallies[0]), health.merged(lane.health)
+        tally, health = tally.merge(lane.tallies[0]), health.merge(lane.health)
     with np.errstate(all="ignore"):
         (found,) = measure.judge(Evidence(scheme, view, view, settings, tally, health, 1e-5)).findings
     return found

@@ -53,7 +53,7 @@ def judged(
     probed = measure.probe(scheme, problem, SETTINGS)
     counted = PathCount({"x": np.zeros((1, paths))}, SETTINGS).tally()
     health = Tally(sums={"without_root": np.array(without_root, dtype=float)})
-    return measure.judge(Evidence(scheme, problem, problem, SETTINGS, probed.merged(counted), health))
+    return measure.judge(Evidence(scheme, problem, problem, SETTINGS, probed.merge(counted), health))
 
 
 def root(judgement: Judgement) -> Finding:

@@ -91,7 +91,7 @@ def run(scheme, family=gbm, settings=None, *, probed=True):
     assert not lane.errors[0]
     problem = spec.build()
     view = problem.view(scheme.form)
-    tally = lane.tallies[0].merged(Uniform().probe(scheme, view, settings)) if probed else lane.tallies[0]
+    tally = lane.tallies[0].merge(Uniform().probe(scheme, view, settings)) if probed else lane.tallies[0]
     evidence = Evidence(scheme, problem, view, settings, tally, lane.health)
     return {finding.quantity: finding for finding in Uniform().judge(evidence).findings}
 

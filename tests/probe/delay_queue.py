@@ -23,7 +23,7 @@ def queue_operator(step: LinearDelayStep, mesh: Mesh) -> Operator:
         Of dimension k + m d. It has the nonzero eigenvalues of the recursion's operator on (y_n, x_{n-1}, ...,
         x_{n-m}).
     """
-    k, d, (m, delta) = step.rows, step.delayed, mesh
+    k, d, (m, delta) = step.rows, step.dimension, mesh
     n = k + m * d
     factors = np.zeros((len(step.noise) + 1, n, n))
     factors[:, :k] = step.maps @ arguments(k, d, mesh)

@@ -115,8 +115,8 @@ def test_growth_rates_with_the_sine_linearised(name: str, rate: float) -> None:
 def test_an_equation_slowed_by_its_growth_rate_is_on_the_boundary(equation: LinearDelay) -> None:
     """Slowed by a little less it grows, by a little more it decays."""
     rate = equation.growth_rate
-    assert equation.slowed(rate - 1e-9).stable is False
-    assert equation.slowed(rate + 1e-9).stable is True
+    assert equation.discount(rate - 1e-9).stable is False
+    assert equation.discount(rate + 1e-9).stable is True
 
 
 @pytest.mark.parametrize(("A", "B"), [(-2.0, 0.0), (-2.0, 0.5)])

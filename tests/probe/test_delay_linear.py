@@ -9,7 +9,7 @@ from probe.theta_cells import SETS
 from sdaeverify import DelaySDAE
 from sdaeverify.probe.linear.affine import AFFINE
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, UNIT, at_rest, is_autonomous, linear_delay
-from sdaeverify.probe.linear.delay_step import limits, probed_step
+from sdaeverify.probe.linear.delay_step import limits, probe_step
 from sdaeverify_problems.delay_ou import delay_ou
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta
@@ -25,7 +25,7 @@ ROUNDING = 1e-13
 def test_a_linear_step_is_found_as_it_is(name: str, theta: float, h: float) -> None:
     """On every kind of mesh, with the delay shorter than a step, too."""
     cell = SETS[name]._replace(l=0.0)
-    found = probed_step(StochasticTheta(theta=theta), delay_test(name, l=0.0), h)
+    found = probe_step(StochasticTheta(theta=theta), delay_test(name, l=0.0), h)
     expected = cell.step(theta, h)
     assert found.defect <= AFFINE
     assert not found.failed
@@ -37,7 +37,7 @@ def test_a_linear_step_is_found_as_it_is(name: str, theta: float, h: float) -> N
 def test_a_lagged_algebraic_component_shows_in_its_own_column() -> None:
     """With theta = 1 the old y drives x, where the coupled method takes nothing from it."""
     problem, h = delay_test("IV", l=0.0), 0.125
-    old, coupled = (probed_step(s(theta=1.0), problem, h).step for s in (LaggedAlgebraicTheta, StochasticTheta))
+    old, coupled = (probe_step(s(theta=1.0), problem, h).step for s in (LaggedAlgebraicTheta, StochasticTheta))
     assert old.drift[0, 1] == pytest.approx(h / (1.0 + 8.0 * h), rel=1e-13)
     assert coupled.drift[0, 1] == 0.0
 
@@ -51,13 +51,13 @@ def test_a_sine_is_its_derivative_at_small_states_and_nothing_at_large_ones(name
     assert linear_delay(problem, LARGE)[:4] == pytest.approx(cell._replace(l=0.0).equation[:4], rel=1e-12)
     for size, l in ((SMALL, cell.l), (LARGE, 0.0)):
         expected = cell._replace(l=l).step(0.5, 0.25).drift
-        assert probed_step(scheme, problem, 0.25, size).step.drift == pytest.approx(expected, abs=1e-12)
+        assert probe_step(scheme, problem, 0.25, size).step.drift == pytest.approx(expected, abs=1e-12)
 
 
 def test_additive_noise_is_an_offset() -> None:
     """Of the noise, per standard deviation; the equation is then not at rest at zero."""
     problem, h = delay_ou(sigma=0.7), 0.125
-    found = probed_step(StochasticTheta(theta=0.0), problem, h)
+    found = probe_step(StochasticTheta(theta=0.0), problem, h)
     assert found.offset == pytest.approx(np.array([[0.0], [0.7 * np.sqrt(h)]]), abs=1e-15)
     assert not at_rest(problem)
     assert at_rest(delay_test())

@@ -9,7 +9,7 @@ from scipy.linalg import solve_discrete_lyapunov
 from sdaeverify.arrays import Array
 from sdaeverify.probe.linear.delay_equation import UNIT
 from sdaeverify.probe.stability import stability as scanning
-from sdaeverify.probe.stability.stability import delay_stability, refined_scan
+from sdaeverify.probe.stability.stability import delay_stability, refine_scan
 from sdaeverify.probe.stability.windows import (
     STEEPER,
     Window,
@@ -103,7 +103,7 @@ def test_a_dip_that_shows_by_its_slopes_is_halved_into() -> None:
     plain = scan_sizes()
     assert min(dip(h) for h in plain) > 1.0
 
-    scan = refined_scan(lambda h: (h, dip(h), 0.0, 0.0, 0.0, np.inf), plain)
+    scan = refine_scan(lambda h: (h, dip(h), 0.0, 0.0, 0.0, np.inf), plain)
     ((low, high),) = stable_windows(scan.h, scan.sign, crossings(dip, scan.h, scan.sign))
     assert (np.log(low / 0.05), np.log(high / 0.05)) == pytest.approx((-0.001, 0.001), rel=2e-3)
     assert len(scan.h) < 2 * len(plain)

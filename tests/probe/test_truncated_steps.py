@@ -38,7 +38,7 @@ def test_states_with_a_truncated_step_are_left_out() -> None:
     """Where some states of the cloud are far out, orders are those at the others."""
     scheme, problem = DriftTruncatedEuler(), hyperbolic_pair(c=3.0, b_1=0.121, b_2=0.89, x_1=2.37, horizon=2.0)
     step = OneStep(scheme, problem)
-    states, left = cloud(problem, step.equation), step.untruncated(float(LEVELS[-2]) * problem.time_unit)
+    states, left = cloud(problem, step.equation), step.usable_states(float(LEVELS[-2]) * problem.time_unit)
     record = local_strong(scheme, problem)
 
     assert 0 < left.shape[1] < states.shape[1]
@@ -51,5 +51,5 @@ def test_gentle_drift_keeps_all_states() -> None:
     """No step of a drift of 1 is truncated at a size that orders are taken from."""
     step = OneStep(DriftTruncatedEuler(), with_drift(1.0))
 
-    assert step.untruncated(float(LEVELS[-2])) is cloud(step.view, step.equation)
+    assert step.usable_states(float(LEVELS[-2])) is cloud(step.view, step.equation)
     assert not step.truncated(cloud(step.view, step.equation), LEVELS[-3:]).any()

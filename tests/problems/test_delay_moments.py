@@ -11,7 +11,7 @@ from scipy.linalg import expm
 from sdaeverify import DelaySDAE, InvariantMean, MeanSquareStability, Moment, ParameterError
 from sdaeverify.arrays import Array
 from sdaeverify.probe.linear.delay_equation import LinearDelay
-from sdaeverify.probe.linear.delay_step import probed_step, run_moments, run_start
+from sdaeverify.probe.linear.delay_step import probe_step, run_moments, run_start
 from sdaeverify_problems import _delay_equilibrium as equilibrium
 from sdaeverify_problems import _delay_test_moments as of_test
 from sdaeverify_problems._delay_coefficients import SETS
@@ -110,7 +110,7 @@ def test_moments_over_stiff_and_over_many_delays_are_the_limit_of_implicit_euler
     table = []
     for m in meshes:
         scheme, h = StochasticTheta(theta=1.0), tau / m
-        step, steps = probed_step(scheme, problem, h).step, round(t / h)
+        step, steps = probe_step(scheme, problem, h).step, round(t / h)
         run = run_moments(step, problem.mesh(h), run_start(scheme, problem, h, steps), steps)
         table.append(np.array([run.mean[-1, 0], run.second[-1, 0, 0]]))
     for power in (2.0, 4.0, 8.0):

@@ -132,7 +132,7 @@ def _condition(known: Dissipation) -> list[str]:
     constants = ", ".join(f"{name} = {value:g}" for name, value in known._asdict().items())
     if known.C <= 0.0:
         return [f"condition (4.1) fails: C = {known.C:g}; {constants}"]
-    steps = ((theta, known.largest_step(theta), known.sharpened(theta)) for theta in THETAS)
+    steps = ((theta, known.largest_step(theta), known.sharp_step(theta)) for theta in THETAS)
     bounds = [f"theta = {theta:g}: stable below h_0 = {h:.5g}, sharpened {more:.5g}" for theta, h, more in steps]
     return [f"condition (4.1) holds: C = {known.C:g}; {constants}", *bounds]
 

@@ -250,7 +250,7 @@ class DelaySDAE(Delayed):
             delay=self.delay,
             history=self.history,
             dissipation=self.reduced_dissipation,
-            **self.carried,
+            **self.shared_fields,
             source=f"y eliminated from: {self.source}",
             seen_as="delay equation",
         )
@@ -362,7 +362,7 @@ class DelaySDAE(Delayed):
             drift=lambda t, x: self.drift(t, x, x, self.eliminated(t, x, x)),
             diffusion=lambda t, x: self.diffusion(t, x, x, self.eliminated(t, x, x)),
             start=self.past(0.0)[:, 0],
-            **self.carried,
+            **self.shared_fields,
             source=f"y eliminated from: {self.source}",
             seen_as="SDE",
         )

@@ -105,7 +105,7 @@ class Dissipation(NamedTuple):
         """
         return self._quotient(2.0 * (1.0 - theta) ** 2 * (self.K1**2 + self.K2**2))
 
-    def sharpened(self, theta: float) -> float:
+    def sharp_step(self, theta: float) -> float:
         """Return C/((1 - 2 theta) (K1 + K2)^2), which is never below h_0 and follows from the same constants.
 
         With X_n = x_n - theta h f_n, on any mesh,

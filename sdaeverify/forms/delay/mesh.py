@@ -90,7 +90,7 @@ class Recall:
         self.step += 1
         self.ring[self.step % len(self.ring)] = x
 
-    def driven(self, noise: Increment) -> Increment:
+    def add_past(self, noise: Increment) -> Increment:
         """Return the noise of the next step with the lagged values of its begin and, as far as known, of its end."""
         return noise._replace(lagged=self.lagged(), ahead=self._at(self.step + 1, known=True))
 

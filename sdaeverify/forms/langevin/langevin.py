@@ -111,7 +111,7 @@ class Langevin(Damped):
             diffusion_derivative=lambda *_: np.zeros_like(B),
             start=self.initial(1)[:, 0],
             names={"q": slice(0, n), "p": slice(n, None)},
-            **self.carried,
+            **self.shared_fields,
             source=f"first-order system of: {self.source}",
             seen_as="first-order system",
         )

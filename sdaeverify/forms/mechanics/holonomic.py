@@ -268,7 +268,7 @@ class HolonomicSDAE(Mechanics):
         return size * norm(r), size * moved
 
     @property
-    def normed(self) -> tuple[str, ...]:
+    def norm_parts(self) -> tuple[str, ...]:
         """Positions and velocities."""
         return "r", "v"
 

@@ -107,7 +107,7 @@ class ConstraintGeometry:
         """Return (tr H_k P)_k with P = g G^{-1} g^T, shape (q, P): the sum over j of (g G^{-1})_j . H_k g_j."""
         gradients = np.broadcast_to(self.problem.dg(self.x), self.dual.shape)
         terms = (
-            np.einsum("kdp,dp->kp", self.problem.turned(self.x, g_j), dual_j)
+            np.einsum("kdp,dp->kp", self.problem.turn_normals(self.x, g_j), dual_j)
             for g_j, dual_j in zip(gradients, self.dual, strict=True)
         )
         return np.asarray(sum(terms, np.zeros_like(self.zeta)))
@@ -254,10 +254,10 @@ class ConstrainedLangevin(StiffnessFamily):
             return np.asarray(np.einsum("kij,jkp->ip", self._hessians, A))
         if self.second is not None:
             return self.second(x, A)
-        terms = (self.turned(x, column)[k] for k, column in enumerate(np.swapaxes(A, 0, 1)))
+        terms = (self.turn_normals(x, column)[k] for k, column in enumerate(np.swapaxes(A, 0, 1)))
         return np.asarray(sum(terms, np.zeros_like(x)))
 
-    def turned(self, x: Array, w: Array) -> Array:
+    def turn_normals(self, x: Array, w: Array) -> Array:
         """Return the rows H_k w, shape (q, d, P): the derivative of g^T in the direction w of shape (d, P)."""
         if self._hessians is not None:
             return np.asarray(np.einsum("kij,jp->kip", self._hessians, w))
@@ -273,7 +273,7 @@ class ConstrainedLangevin(StiffnessFamily):
         units = np.eye(self.dimension)
         if self._hessians is not None:
             return np.asarray(np.einsum("kii->k", self._hessians)[:, None] + 0.0 * x[:1])
-        rows = (self.turned(x, np.broadcast_to(unit[:, None], x.shape))[:, i] for i, unit in enumerate(units))
+        rows = (self.turn_normals(x, np.broadcast_to(unit[:, None], x.shape))[:, i] for i, unit in enumerate(units))
         return np.asarray(sum(rows, np.zeros((self.constraints, x.shape[-1]))))
 
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:
@@ -349,7 +349,7 @@ class ConstrainedLangevin(StiffnessFamily):
         )
         check_shape("laplacians(x)", self.traces(x), (self.constraints, PROBES))
         basis = [np.broadcast_to(unit[:, None], y.shape) for unit in np.eye(self.dimension)]
-        expected = sum(self.turned(y, unit)[:, i] for i, unit in enumerate(basis))
+        expected = sum(self.turn_normals(y, unit)[:, i] for i, unit in enumerate(basis))
         if not np.allclose(self.traces(y), expected, rtol=1e-6, atol=1e-9):
             raise ProblemError("laplacians disagrees with the traces of the second derivatives")
 
@@ -389,7 +389,7 @@ def langevin_equation(problem: "ConstrainedLangevin") -> SDE:
         diffusion_product=(lambda *given: sigma * given[-1]) if eps else project,
         start=problem.start,
         constraint=None if eps else problem.constraint,
-        **problem.carried,
+        **problem.shared_fields,
         source=f"{'penalised' if eps else 'constrained'} dynamics of: {problem.source}",
         seen_as="penalised SDE" if eps else "constrained SDE",
     )

@@ -11,7 +11,7 @@ from ..mechanics.jacobian import ConstraintJacobian
 
 
 class Penalised(LevelSets):
-    """Dynamics on level sets that are left or kept: with ``eps``, ``strength``, ``turned`` and ``traces``."""
+    """Dynamics on level sets that are left or kept: with ``eps``, ``strength``, ``turn_normals`` and ``traces``."""
 
     absent: ClassVar[str] = "has no constraint that is penalised"
 

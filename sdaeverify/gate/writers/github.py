@@ -118,7 +118,7 @@ def annotations(gated: Gated, root: Path) -> Iterator[str]:
     root : Path
         Folder that files are named relative to; a claim whose source is not in it is annotated without its file.
     """
-    told = [outcome for outcome in gated.told if outcome.status in KINDS]
+    told = [outcome for outcome in gated.not_passed if outcome.status in KINDS]
     lines = [f"lock file: {line}" for line in gated.lock.violations]
     shown = [_command("error", {"title": "sdaeverify lock file"}, visible(line)) for line in lines[: MOST // 2]]
     shown += [_annotation(outcome, gated, root) for outcome in told[: MOST - len(shown)]]

@@ -26,13 +26,15 @@ def text_report(gated: Gated) -> Iterator[str]:
     ----------
     gated : Gated
     """
-    full = [outcome for outcome in gated.told if _in_full(outcome, gated)]
+    full = [outcome for outcome in gated.not_passed if _in_full(outcome, gated)]
     for outcome in full[:MOST]:
         yield from message(outcome, gated.settings, gated.command(outcome)).split("\n")
         yield ""
     if len(full) > MOST:
         yield f"and {len(full) - MOST} more that fail, see gate.md"
-    yield from limit_lines([_in_a_line(outcome) for outcome in gated.told if not _in_full(outcome, gated)], MOST)
+    yield from limit_lines(
+        [_in_a_line(outcome) for outcome in gated.not_passed if not _in_full(outcome, gated)], MOST
+    )
     yield from (visible(f"lock file: {line}") for line in limit_lines(gated.lock.violations, 2 * MOST))
     yield from (visible(f"warning: {line}") for line in gated.warnings)
     yield from (visible(f"note: {line}") for line in (*gated.lock.notes, *gated.notes))

@@ -93,7 +93,7 @@ def _verdicts(
     for above in ABOVE:
         claim = Claim(measure=Strong.name, value=case.order + above, source="calibration")
         for local in (Tally(), probed):
-            yield _sequential(replace(evidence, claims=(claim,)), [look.merged(local) for look in looks])
+            yield _sequential(replace(evidence, claims=(claim,)), [look.merge(local) for look in looks])
 
 
 def _sequential(evidence: Evidence, looks: list[Tally]) -> tuple[float, float]:

@@ -67,9 +67,9 @@ class _Cell:
         """Return the sizes of the errors of a run on some blocks."""
         lanes = [run.lanes[self.key][block] for block in blocks]
         records = [lane.measures[measure.name] for lane in lanes]
-        tally = reduce(Tally.merged, [record.sampled for record in records])
-        tally = tally.merged(reduce(Tally.merged, [record.probed for record in records]))
-        health, level = reduce(Tally.merged, [lane.health for lane in lanes]), run.settings.level
+        tally = reduce(Tally.merge, [record.sampled for record in records])
+        tally = tally.merge(reduce(Tally.merge, [record.probed for record in records]))
+        health, level = reduce(Tally.merge, [lane.health for lane in lanes]), run.settings.level
         evidence = Evidence(self.scheme, self.problem, self.view, run.settings, tally, health, level)
         with np.errstate(all="ignore"):
             return measure.error_sizes(evidence)

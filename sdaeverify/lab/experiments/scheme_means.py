@@ -20,7 +20,7 @@ from ...errors import FAULTS
 from ...forms import Delayed, DelayState, Problem
 from ...probe.linear.affine import AFFINE, relative
 from ...probe.linear.delay_equation import at_rest, is_autonomous, is_scalar, linear_delay
-from ...probe.linear.delay_step import LinearDelayStep, RunMoments, probed_step, run_moments, run_start
+from ...probe.linear.delay_step import LinearDelayStep, RunMoments, probe_step, run_moments, run_start
 from ...probe.stability.delay_radius import radius
 from ...probe.step.nodes import SEED
 
@@ -89,7 +89,7 @@ def linear_run(scheme: Scheme, steps: int, problem: Problem) -> LinearRun | None
     memory = flatten(scheme.start(view, 1, h))
     if len(memory) != view.dimension + view.constraints or not at_rest(view) or not is_autonomous(view):
         return None
-    found = probed_step(scheme, view, h)
+    found = probe_step(scheme, view, h)
     linear = not found.failed and max(found.defect, np.abs(found.offset).max()) <= AFFINE
     return LinearRun(scheme, view, h, found.step) if linear else None
 

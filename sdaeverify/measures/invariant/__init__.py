@@ -171,11 +171,11 @@ class Invariant(Measure):
         evidence = Evidence(scheme, view, view, settings, Tally(), Tally(), level=settings.level)
         operator = stationary_record(evidence)
         if operator is not None:
-            evidence = replace(evidence, tally=packed(OPERATOR, operator).merged(_densities(evidence, operator)))
+            evidence = replace(evidence, tally=packed(OPERATOR, operator).merge(_densities(evidence, operator)))
         left = _open_quantities({found.quantity: found for found in self.judge(evidence).findings})
         if not (left and np.isfinite(view.relaxation)):
             return evidence.tally
-        return evidence.tally.merged(packed(CHAINS, _chains(evidence, left)))
+        return evidence.tally.merge(packed(CHAINS, _chains(evidence, left)))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each observable whose exact mean is known, and its levels."""

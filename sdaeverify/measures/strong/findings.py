@@ -146,7 +146,7 @@ def probe_strong(scheme: Scheme, view: Problem, settings: Settings, span: Span =
     delayed = view.capability(Delayed)
     if not delta or delayed is None or not keeps_constraint(scheme, view):
         return found
-    return found.merged(packed(_of_y(span), algebraic_defects(scheme, delayed, delta)))
+    return found.merge(packed(_of_y(span), algebraic_defects(scheme, delayed, delta)))
 
 
 def _delta(view: Problem, settings: Settings) -> float:

@@ -146,7 +146,7 @@ class UniformObserver:
 
     def tally(self) -> Tally:
         """Return the sums of both."""
-        return self.grid.tally(at_end=False).merged(self.between.tally())
+        return self.grid.tally(at_end=False).merge(self.between.tally())
 
 
 def pairs_of(evidence: Evidence) -> Iterator[tuple[str, Quantity, Quantity]]:

@@ -100,7 +100,7 @@ class Uniformity(Measure):
         evidence = _errors(scheme, view, settings)
         if uniform_defects_refusal(scheme, view):
             return evidence
-        return evidence.merged(packed(ONE_STEP, uniform_defects(scheme, view)))
+        return evidence.merge(packed(ONE_STEP, uniform_defects(scheme, view)))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each kind of error, and its suprema."""
@@ -132,7 +132,7 @@ def _errors(scheme: Scheme, view: Any, settings: Settings) -> Tally:
     evidence = packed(WEAK, moment_suprema(scheme, view, steps))
     if no_linear_pair(scheme, one):
         return evidence
-    return evidence.merged(packed(STRONG, strong_suprema(scheme, view, steps)))
+    return evidence.merge(packed(STRONG, strong_suprema(scheme, view, steps)))
 
 
 def _of_errors(evidence: Evidence) -> Judgement:

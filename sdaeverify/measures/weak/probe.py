@@ -88,14 +88,14 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
     pair = remove_delay(scheme, view)
     if not (loses_algebraic(scheme, view) or local.refusal(*pair)):
         found = local.local_weak(*pair, _reference)
-        evidence = evidence.merged(packed(LOCAL, found))
+        evidence = evidence.merge(packed(LOCAL, found))
     if view.capability(Delayed):
         if not no_delay_moments(scheme, view, settings.steps):
-            evidence = evidence.merged(packed(MOMENTS, delay_moment_errors(scheme, view, settings.steps)))
+            evidence = evidence.merge(packed(MOMENTS, delay_moment_errors(scheme, view, settings.steps)))
     elif not no_moments(scheme, view):
-        evidence = evidence.merged(packed(MOMENTS, moment_errors(scheme, view, settings.steps)))
+        evidence = evidence.merge(packed(MOMENTS, moment_errors(scheme, view, settings.steps)))
     elif not _decides_claims(found, scheme) and view.chart is not None and not transition.refusal(scheme, view):
-        evidence = evidence.merged(packed(OPERATOR, _operator(scheme, view, settings)))
+        evidence = evidence.merge(packed(OPERATOR, _operator(scheme, view, settings)))
     return evidence
 
 

@@ -117,7 +117,7 @@ class LinearDelay(NamedTuple):
         """The rate lam of E x^2 ~ e^(lam t), per unit of time.
 
         It is where the integral of e^(-lam t) (c r(t) + d r(t - tau))^2 is 1, that is the integral of the equation
-        `slowed` by lam, or twice the real part of the rightmost root if that is larger. The integral decreases in
+        `discount` by lam, or twice the real part of the rightmost root if that is larger. The integral decreases in
         lam; its reciprocal is 0 at the latter, and nearly a straight line.
         """
         low = 2.0 * self.rightmost_root.real
@@ -129,7 +129,7 @@ class LinearDelay(NamedTuple):
         )
         return float(root)
 
-    def slowed(self, rate: float) -> "LinearDelay":
+    def discount(self, rate: float) -> "LinearDelay":
         """Return the equation of e^(-rate t/2) x."""
         factor = float(np.exp(np.clip(-0.5 * rate * self.tau, -CLIP, CLIP)))
         return LinearDelay(self.A - 0.5 * rate, self.B * factor, self.c, self.d * factor, self.tau)
@@ -148,7 +148,7 @@ class LinearDelay(NamedTuple):
         # Negative below the growth rate, positive above.
         if rate <= 2.0 * self.rightmost_root.real:
             return -1.0
-        integral = self.slowed(rate).noise_integral
+        integral = self.discount(rate).noise_integral
         return 1.0 / integral - 1.0 if integral > 0.5 else 1.0
 
 

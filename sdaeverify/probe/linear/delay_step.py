@@ -54,7 +54,7 @@ class LinearDelayStep(NamedTuple):
         return len(self.drift)
 
     @property
-    def delayed(self) -> int:
+    def dimension(self) -> int:
         """Number d of components of x, which are the first of y."""
         return int(self.drift.shape[1] - self.rows) // 2
 
@@ -81,7 +81,7 @@ class Lagged(NamedTuple):
 
 def as_recursion(step: LinearDelayStep, mesh: Mesh) -> Lagged:
     """Return a step as a recursion in y alone; at most four lags have coefficients."""
-    k, d = step.rows, step.delayed
+    k, d = step.rows, step.dimension
     now, following = _weights(mesh)
     lags = np.unique([0, *(lag for lag, _ in now + following)])
     maps, sources = np.zeros((len(step.noise) + 1, len(lags), k, k)), step.maps
@@ -175,7 +175,7 @@ def run_moments(step: LinearDelayStep, mesh: Mesh, start: Start, steps: int) -> 
     RunMoments
     """
     # A run that is shorter than the delay reaches no later values of its past.
-    k, d, m = step.rows, step.delayed, min(mesh.m, max(steps, 1) + 1)
+    k, d, m = step.rows, step.dimension, min(mesh.m, max(steps, 1) + 1)
     known = np.concatenate([start.y, np.ravel(start.lagged[:m]), [1.0]])
     # Of (y_n, all lagged values, 1): the last column carries the means.
     P = np.outer(known, known)
@@ -212,7 +212,7 @@ def _places(k: int, d: int, place: int) -> Array:
 
 def _advance(P: Array, step: LinearDelayStep, known: Known, forgotten: list[Array], delta: float) -> None:
     # `forgotten` are the places of v_n, where v_{n+m} is put; without a delay there are none.
-    k, d, maps = step.rows, step.delayed, step.maps
+    k, d, maps = step.rows, step.dimension, step.maps
     second = (maps @ known.within @ maps.swapaxes(1, 2)).sum(axis=0)
     cross = step.drift @ known.taken
     # The new lagged value with all that was known, with y_{n+1} and with itself.
@@ -249,7 +249,7 @@ class ProbedStep(NamedTuple):
     failed: bool
 
 
-def probed_step(scheme: Scheme, view: Delayed, h: float, scale: float = UNIT) -> ProbedStep:
+def probe_step(scheme: Scheme, view: Delayed, h: float, scale: float = UNIT) -> ProbedStep:
     """Return the matrices of a step of size h after the first delay.
 
     Parameters
@@ -313,7 +313,7 @@ def no_lasting_run(scheme: Scheme, view: Delayed, h: float) -> str:
     """
     if reason := no_lasting_step(scheme, view, h):
         return reason
-    probed, t = probed_step(scheme, view, h), min(WHEN * view.delay, view.delay - h)
+    probed, t = probe_step(scheme, view, h), min(WHEN * view.delay, view.delay - h)
     known = np.concatenate([view.past(t - view.delay), view.past(min(0.0, t + h - view.delay))])
     memory = trial_states(probed.step.rows)
     inputs = np.concatenate([memory, np.repeat(known, memory.shape[1], axis=1)])
@@ -357,9 +357,9 @@ def limits(scheme: Scheme, view: Delayed, h: float) -> tuple[float, ...]:
     h : float
         Step size.
     """
-    if probed_step(scheme, view, h).defect <= AFFINE:
+    if probe_step(scheme, view, h).defect <= AFFINE:
         return (UNIT,)
-    return tuple(size for size in (SMALL, LARGE) if probed_step(scheme, view, h, size).defect <= AFFINE)
+    return tuple(size for size in (SMALL, LARGE) if probe_step(scheme, view, h, size).defect <= AFFINE)
 
 
 def _evaluate_step(scheme: Scheme, view: Delayed, h: float, at: tuple[Array, Array], t: float) -> tuple[Array, bool]:

@@ -28,7 +28,7 @@ from ..step.one_step import OneStep
 from ..step.times import changing
 from .affine import AFFINE
 from .delay_equation import is_autonomous, is_scalar
-from .delay_step import LinearDelayStep, Start, no_lasting_run, probed_step, run_moments, run_start
+from .delay_step import LinearDelayStep, Start, no_lasting_run, probe_step, run_moments, run_start
 from .equation import linear_equation
 from .linear_map import MemoryStep
 from .observable_part import restrict_to_observed
@@ -192,7 +192,7 @@ def no_delay_moments(scheme: Scheme, view: Delayed, steps: Sequence[int]) -> str
     if not is_autonomous(view):
         return "its coefficients depend on time"
     h = view.delay / 4.0
-    linear = probed_step(scheme, view, h).defect <= AFFINE
+    linear = probe_step(scheme, view, h).defect <= AFFINE
     return no_lasting_run(scheme, view, h) if linear else "the step is not linear in the state"
 
 
@@ -247,7 +247,7 @@ def known_moments(view: Delayed) -> Array:
 def _run(scheme: Scheme, view: Delayed, count: int) -> tuple[float, ...]:
     """Return E x_N, E x_N^2, the largest moment on the way, the step's defect and whether it failed."""
     h = view.horizon / count
-    probed, (y, lagged) = probed_step(scheme, view, h), run_start(scheme, view, h, count)
+    probed, (y, lagged) = probe_step(scheme, view, h), run_start(scheme, view, h, count)
     start = Start(np.append(y, 1.0), lagged)
     found = run_moments(_homogeneous(probed.step, probed.offset), view.mesh(h), start, count)
     mean, second = found.mean[:, 0], found.second[:, 0, 0]

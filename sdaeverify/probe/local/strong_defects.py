@@ -84,7 +84,7 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     LocalStrong
     """
     step = OneStep(scheme, view)
-    x = step.untruncated(_last_but_one(view))
+    x = step.usable_states(_last_but_one(view))
     nodes = HalfSteps(*(part.few(WORK // len(x)) for part in _half_steps(scheme, view)))
     # Of a rule with thousands of nodes, implicit steps at half the states are dear enough.
     x = x[:, :: 2 if len(nodes.whole.weights) > MOST_NODES else 1]

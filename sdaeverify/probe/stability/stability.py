@@ -20,7 +20,7 @@ from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import Delayed, Problem
 from ..linear.delay_equation import UNIT, at_rest, is_autonomous, is_scalar, linear_delay
-from ..linear.delay_step import limits, no_lasting_step, probed_step
+from ..linear.delay_step import limits, no_lasting_step, probe_step
 from ..linear.equation import linear_equation, no_linear_equation
 from ..linear.linear_map import MemoryStep
 from ..linear.observable_part import essential_equation, essential_operator
@@ -133,7 +133,7 @@ def no_stability(scheme: Scheme, view: Problem) -> str:
     if reason := reason or one_step.incomparable() or no_linear_step(scheme, view):
         return reason
     # Of admissible states alone one has to know how the scheme goes on from them; others are those of its memory.
-    return one_step.unentered() if view.has_constraints else ""
+    return one_step.no_entry() if view.has_constraints else ""
 
 
 def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count: int = COUNT) -> StabilityRecord:
@@ -158,7 +158,7 @@ def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count:
     low, high = LEAST * min(1.0, time), MOST * max(1.0, time)
     h = scan_sizes(low, high, round(count * np.log(high / low) / np.log(MOST / LEAST)))
     with np.errstate(all="ignore"):
-        scan = refined_scan(lambda size: _radius(one_step, size), h)
+        scan = refine_scan(lambda size: _radius(one_step, size), h)
         run = radii([_radius(one_step, size) for size in step_sizes])
         boundaries = crossings(lambda size: step_radius(one_step, size), scan.h, scan.sign)
     decays = {True: 1.0, False: 0.0, None: np.nan}[equation.decays()]
@@ -166,7 +166,7 @@ def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count:
     return StabilityRecord(*scan, *run, boundaries, equation.abscissa, decays, at_rest)
 
 
-def refined_scan(found: Callable[[float], Row], sizes: Array) -> Radius:
+def refine_scan(found: Callable[[float], Row], sizes: Array) -> Radius:
     """Return the radius on a grid, and amid neighbours between which it may cross 1 and come back.
 
     Parameters
@@ -246,17 +246,17 @@ def delay_stability(scheme: Scheme, view: Delayed, step_sizes: Sequence[float], 
     """
 
     def found(h: float) -> Row:
-        probed, mesh = probed_step(scheme, view, h, scale), view.mesh(h)
+        probed, mesh = probe_step(scheme, view, h, scale), view.mesh(h)
         rho, width = radius(probed.step, mesh) if mesh.m <= LONGEST else UNKNOWN
         return h, rho, width, probed.defect, float(probed.failed), np.inf
 
     def alone(h: float) -> float:
-        probed, mesh = probed_step(scheme, view, h, scale), view.mesh(h)
+        probed, mesh = probe_step(scheme, view, h, scale), view.mesh(h)
         return radius(probed.step, mesh, certified=False).rho if mesh.m <= LONGEST else np.nan
 
     with np.errstate(all="ignore"):
         abscissa, decays = _equation(view, scale)
-        scan, run = refined_scan(found, _scan(view, scale)), radii([found(h) for h in step_sizes])
+        scan, run = refine_scan(found, _scan(view, scale)), radii([found(h) for h in step_sizes])
         boundaries = crossings(alone, scan.h, scan.sign)
     return StabilityRecord(*scan, *run, boundaries, abscissa, decays, float(at_rest(view)))
 

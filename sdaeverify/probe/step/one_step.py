@@ -85,7 +85,7 @@ class OneStep:
             return "a step jumps as a function of its noise: nodes tell no expectations"
         if self.view.records and not beside:
             return "the problem has noise beside Brownian motions, over which nothing is averaged here"
-        return self.not_at_nodes() or self.incomparable() or self.unentered()
+        return self.not_at_nodes() or self.incomparable() or self.no_entry()
 
     def not_at_nodes(self) -> str:
         """Return that a step uses noise of Brownian motions that the nodes have not, or an empty string."""
@@ -101,7 +101,7 @@ class OneStep:
             return "the named components leave out rows of the state, or have some twice"
         return ""
 
-    def unentered(self) -> str:
+    def no_entry(self) -> str:
         """Return that `enter` leaves memory unset, or the state lacks what is compared, or an empty string."""
         h = self.view.horizon / 64.0
         start, entered = self.scheme.start(self.view, 2, h), self.enter(self.equation.initial(2), 0.0, h)
@@ -158,7 +158,7 @@ class OneStep:
             found[:, place] = mask.reshape(x.shape[1], -1).any(axis=1)
         return found
 
-    def untruncated(self, h: float) -> Array:
+    def usable_states(self, h: float) -> Array:
         """Return the states of the cloud at which steps of this size are not truncated, shape (d, S)."""
         x = cloud(self.view, self.equation)
         with np.errstate(all="ignore"):
@@ -167,7 +167,7 @@ class OneStep:
 
     def all_truncated(self, h: float) -> str:
         """Return that steps of this size are truncated at every state of the cloud, or an empty string."""
-        return "" if self.untruncated(h).size else TRUNCATED
+        return "" if self.usable_states(h).size else TRUNCATED
 
     def read(self, state: State) -> Array:
         """Return the comparable components of a state, shape (d, P)."""

@@ -151,11 +151,11 @@ def check_second_derivatives(subject: ProblemSubject) -> str:
     """Expect the second derivatives of the constraint of Langevin dynamics, and their traces, to be those of Dg."""
     problem, x = subject.offering(Penalised), subject.x
     for w in directions(x):
-        turned = problem.turned(x, w)
+        turned = problem.turn_normals(x, w)
         if text := _differs(problem.dg, turned, x, w, problem.dg(x)):
             return f"the second derivative is {text}"
     units = (np.broadcast_to(unit[:, None], x.shape) for unit in np.eye(len(x)))
-    traces = sum(problem.turned(x, unit)[:, i] for i, unit in enumerate(units))
+    traces = sum(problem.turn_normals(x, unit)[:, i] for i, unit in enumerate(units))
     text = excess(problem.traces(x) - traces, 64 * EPS * len(x), traces)
     return text and f"the laplacians are {text}"
 
