@@ -7,6 +7,7 @@ import numpy as np
 from sdaeverify import Array, Parts
 
 from ._fibre import Fibre
+from ._unit_sphere import squared_norm
 
 Observable = Callable[[float, Parts], Array]
 
@@ -25,10 +26,10 @@ def observables(fibre: Fibre) -> dict[str, Observable]:
     """
 
     def kinetic(t: float, s: Parts) -> Array:
-        return _square(s["v"]) * (0.5 * fibre.chain.ds)
+        return squared_norm(s["v"]) * (0.5 * fibre.chain.ds)
 
     return {
-        "tip speed^2": lambda t, s: _square(s["v"][-fibre.chain.d :]),
+        "tip speed^2": lambda t, s: squared_norm(s["v"][-fibre.chain.d :]),
         "kinetic": kinetic,
         "energy": lambda t, s: kinetic(t, s) + potential(fibre, s["r"]),
     }
@@ -45,8 +46,3 @@ def potential(fibre: Fibre, r: Array) -> Array:
     bending = 0.5 / (fibre.alpha**2 * chain.ds**3) * np.einsum("idp,idp->p", bends, bends)
     energy: Array = bending + chain.ds / fibre.Fr**2 * chain.points(r)[:, 1].sum(axis=0)
     return energy
-
-
-def _square(x: Array) -> Array:
-    square: Array = (x * x).sum(axis=0)
-    return square

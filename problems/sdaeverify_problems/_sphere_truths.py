@@ -9,6 +9,7 @@ from sdaeverify import Angle, Array, Chart, InvariantMean, Line, Moment, Truth
 
 from ._pulled_law import invariant_means, on_the_sphere
 from ._radial_law import RadialLaw
+from ._unit_sphere import squared_norm
 
 SOURCE = "harmonic polynomials of a process of Cox, Ingersoll and Ross"
 PULLED = "von Mises and Fisher's law, or its mixture around the sphere"
@@ -103,8 +104,3 @@ def polar_chart(law: RadialLaw, square: float) -> Chart | None:
 def direction(z: Array) -> Array:
     """Return the point of the circle with angle z, shape (1, P) -> (2, P)."""
     return np.concatenate([np.cos(z), np.sin(z)])
-
-
-def squared_norm(x: Array) -> Array:
-    """Return |x|^2, shape (P,)."""
-    return np.asarray((x * x).sum(axis=0))

@@ -6,6 +6,8 @@ import numpy as np
 
 from sdaeverify import Angle, Array, Chart
 
+from ._unit_sphere import squared_norm
+
 RADIUS, TUBE = 3.0, 1.0
 
 
@@ -87,11 +89,6 @@ def outward(x: Array) -> Array:
     """Return e_rho, the unit vector away from the axis, shape (3, P)."""
     rho = axial(x)
     return np.stack([x[0] / rho, x[1] / rho, 0.0 * rho])
-
-
-def squared_norm(x: Array) -> Array:
-    """Return |x|^2, shape (P,)."""
-    return np.asarray((x * x).sum(axis=0))
 
 
 def surface_chart() -> Chart:

@@ -8,8 +8,9 @@ from sdaeverify import Array, ConstrainedLangevin, InvariantMean, Parts
 
 from . import _controls as controls
 from ._stiffness import check_stiffness
-from ._torus_geometry import Quartic, Tube, squared_norm, surface_chart
+from ._torus_geometry import Quartic, Tube, surface_chart
 from ._torus_law import CENTRE, check_drift, surface_means
+from ._unit_sphere import squared_norm
 
 SURFACE = "density exp(-V) on the surface, quadrature converged to rounding"
 

@@ -7,9 +7,14 @@ from sdaeverify import Array
 from ._circle import EPS
 
 
+def squared_norm(x: Array) -> Array:
+    """Return |x|^2, shape (n, ...) -> (...)."""
+    return np.asarray((x * x).sum(axis=0))
+
+
 def constraint(r: Array) -> Array:
     """Return g(r) = (1 - |r|^2)/2, shape (1, P)."""
-    return np.asarray(0.5 * (1.0 - (r * r).sum(axis=0))[None])
+    return np.asarray(0.5 * (1.0 - squared_norm(r))[None])
 
 
 def jacobian(r: Array) -> Array:

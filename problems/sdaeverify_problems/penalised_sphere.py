@@ -6,8 +6,9 @@ from sdaeverify import Array, ConstrainedLangevin, ParameterError, hookimpl, on_
 
 from . import _controls as controls
 from ._radial_law import RadialLaw
-from ._sphere_truths import PULLED, SOURCE, free, limits, moments, polar_chart, squared_norm, with_pull
+from ._sphere_truths import PULLED, SOURCE, free, limits, moments, polar_chart, with_pull
 from ._stiffness import check_stiffness
+from ._unit_sphere import squared_norm
 
 ANGLE = 0.9
 

@@ -5,6 +5,7 @@ import numpy as np
 from sdaeverify import SDE, Array, InvariantMean, Moment, hookimpl
 
 from . import _controls as controls
+from ._unit_sphere import constraint, squared_norm
 
 SOURCE = "spherical harmonics: those of degree n decay at the rate n (n + 1)/2"
 RELAXATION = 1.0
@@ -66,14 +67,9 @@ def sphere(longitude: float = 0.0, latitude: float = 0.9, horizon: float = 0.5) 
     )
 
 
-def constraint(x: Array) -> Array:
-    """Return g(x) = (1 - |x|^2)/2, shape (1, P)."""
-    return 0.5 * (1.0 - (x * x).sum(axis=0))[None]
-
-
 def projector(t: float, x: Array) -> Array:
     """Return Id - x x^T/|x|^2, shape (3, 3, P)."""
-    return np.eye(3)[..., None] - x[:, None] * x[None] / (x * x).sum(axis=0)
+    return np.eye(3)[..., None] - x[:, None] * x[None] / squared_norm(x)
 
 
 @hookimpl

@@ -10,6 +10,7 @@ from . import _controls as controls
 from ._matrix_problem import matrix_constraint
 from ._radial_law import RadialLaw
 from ._stiffness import check_stiffness
+from ._unit_sphere import squared_norm
 
 SQUARE = "|x|^2 is a process of Cox, Ingersoll and Ross"
 SYMMETRY = "invariance under rotations of rows and of columns"
@@ -63,11 +64,6 @@ def stiefel(
         units="columns of length 1, time so that the noise has strength 1",
         source="Laurent 2022, (1.2) and (1.4), on orthonormal frames",
     )
-
-
-def squared_norm(x: Array) -> Array:
-    """Return |x|^2, shape (P,)."""
-    return np.asarray((x * x).sum(axis=0))
 
 
 ENTRIES: dict[str, Callable[[float, Parts], Array]] = {
