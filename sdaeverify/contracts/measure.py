@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import Parts
 from ..forms import Problem
+from ..forms.problem import subclasses
 from .error_sizes import ErrorSizes
 from .finding import Judgement
 from .scheme import Claim, Scheme
@@ -166,9 +167,4 @@ class Measure:
 
 def measures_following(*what: str) -> frozenset[str]:
     """Return the names of the loaded measures whose claims say that short steps follow ``paths`` or their ``law``."""
-    found, kinds = set[str](), Measure.__subclasses__()
-    while kinds:
-        kind = kinds.pop()
-        kinds += kind.__subclasses__()
-        found |= {kind.name} if kind.follows in what else set()
-    return frozenset(found)
+    return frozenset(kind.name for kind in subclasses(Measure) if kind.follows in what)

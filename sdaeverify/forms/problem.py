@@ -1,6 +1,6 @@
 """What problems of every form have in common."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from inspect import Signature, signature
 from typing import Any, NamedTuple, TypeVar
@@ -303,12 +303,15 @@ def briefly_signed(form: Form) -> Form:
 
 def known_traits() -> dict[str, Trait]:
     """Return the traits of all forms there are, by their names."""
-    found, forms = dict[str, Trait](), [Problem]
-    while forms:
-        form = forms.pop()
-        found |= {str(trait): trait for trait in form.declared_traits}
-        forms += form.__subclasses__()
-    return found
+    forms: list[type[Problem]] = [Problem, *subclasses(Problem)]
+    return {str(trait): trait for form in forms for trait in form.declared_traits}
+
+
+def subclasses(kind: type[K]) -> Iterator[type[K]]:
+    """Yield all classes below a class."""
+    for below in kind.__subclasses__():
+        yield below
+        yield from subclasses(below)
 
 
 def unknown_traits(given: Iterable[str]) -> list[str]:

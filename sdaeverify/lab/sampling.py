@@ -1,7 +1,8 @@
 """Paths of a scheme on a problem, to look at: `sample` makes them, on the same noise as a run."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain, islice
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -16,11 +17,12 @@ from ..contracts.specs import ProblemSpec
 from ..contracts.tally import Tally
 from ..errors import SchemeError, UsageError
 from ..forms import Problem
-from ..noise.brownian import Brownian, Piece, Source
+from ..noise.brownian import Brownian, Source
 from ..registry.load import load_registry
 from ..registry.selection import only, select_problems, select_schemes
 from ..simulate.ensemble import one_thread
 from ..simulate.tracks import Track
+from .experiments.picture import empty_figure
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -91,7 +93,8 @@ class Paths:
         if not 0 <= index < values.shape[1]:
             raise UsageError(f"index must be from 0 to {values.shape[1] - 1} for {name}, got {index!r}")
         if ax is None:
-            ax = _axes()
+            with empty_figure({}) as figure:
+                ax = figure.add_subplot()
         ax.plot(self.times, values[:, index], lw=0.8)
         ax.set(xlabel="t", ylabel=f"{name}_{index + 1}", title=f"{self.scheme} on {self.problem}")
         return ax
@@ -155,17 +158,13 @@ def _simulate(scheme: Scheme, spec: ProblemSpec, source: Source, level: int) -> 
     track = Track(scheme, matched.problem, level, h / 2**level, source.used or 0)
     book = _Book(track, DEFAULT.coarsest * 2**level)
     brownian = Brownian(source, problem.noise_dim, h, level, problem.noise, problem.records)
-    for piece in _pieces(brownian, level):
-        track.advance(piece.noise, (book,))
+    for piece in chain.from_iterable(islice(brownian.pieces(), DEFAULT.coarsest)):
+        if piece.level == level:
+            track.advance(piece.noise, (book,))
     track.find_lost(0.0)
     times = np.linspace(0.0, problem.horizon, len(book.parts))
     components = {name: np.stack([parts[name] for parts in book.parts]) for name in book.parts[0]}
     return Paths(scheme.label, spec.label, times, components, track.failed, track.lost)
-
-
-def _pieces(brownian: Brownian, level: int) -> Iterator[Piece]:
-    for _, pieces in zip(range(DEFAULT.coarsest), brownian.pieces(), strict=False):
-        yield from (piece for piece in pieces if piece.level == level)
 
 
 class _Book:
@@ -186,14 +185,3 @@ class _Book:
     def tally(self) -> Tally:
         """Return nothing."""
         return Tally()
-
-
-def _axes() -> Any:
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - only pictures need it
-        from matplotlib.figure import Figure  # noqa: PLC0415
-    except ImportError as error:
-        raise UsageError("no picture without matplotlib: pip install 'sdaeverify[plot]'") from error
-    figure = Figure(layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure.add_subplot()

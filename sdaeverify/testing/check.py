@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import FAULTS, one_line
+from ..errors import FAULTS, SdaeverifyError, one_line
 
 # The newest level of the kit: a plugin that names an older one is not put to checks that are younger.
 LEVEL = 2
@@ -124,3 +124,12 @@ def run_check(check: Check, subject: Any) -> tuple[CheckStatus, str, float]:
     except FAULTS as error:
         status, reason = CheckStatus.FAILED, f"raises {one_line(error)}"
     return status, reason, time.perf_counter() - begun
+
+
+def error_text(call: Callable[..., object], *arguments: object) -> str:
+    """Return what a call refuses its arguments for, or an empty string."""
+    try:
+        call(*arguments)
+    except SdaeverifyError as error:
+        return str(error)
+    return ""

@@ -19,7 +19,7 @@ from ..report.plain import visible
 from .check import LEVEL, Check, CheckOutcome, CheckStatus, run_check
 from .checks.declarations import check_usable
 from .checks.problem_declarations import check_builds
-from .checks.problem_declarations import check_usable as usable_family
+from .checks.problem_declarations import check_usable as check_function
 from .subjects import Problems, ProblemSubject, SchemeSubject, cells_of, load_plugins, problem_of, scheme_of
 from .table import checks
 
@@ -148,7 +148,7 @@ def scheme_questions(subject: SchemeSubject, problems: Problems | None, level: i
 
 def problem_questions(subject: ProblemSubject, level: int | None) -> list[Question]:
     """Return everything that a problem is asked; see `scheme_questions` for the parameters."""
-    unusable = usable_family(subject)
+    unusable = check_function(subject)
     broken = unusable or _unbuilt(subject)
     label = subject.spec.name if unusable else subject.spec.label
     found = []

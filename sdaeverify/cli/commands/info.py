@@ -18,6 +18,7 @@ from ...contracts.scheme import Claim, Scheme, form_names
 from ...errors import FAULTS, ProblemError, SdaeverifyError, UsageError, one_line
 from ...forms import Delayed, Dissipation, Problem, known_traits
 from ...forms.controls import Control
+from ...forms.problem import subclasses
 from ...noise.brownian import Increment
 from ...noise.records import NoiseRecord
 from ...probe.linear.delay_equation import LARGE, SMALL, at_rest, is_autonomous, is_scalar, linear_delay
@@ -272,13 +273,9 @@ def describe_concept(name: str, registry: Registry) -> list[str]:
 
 def _forms(registry: Registry) -> dict[str, type[Problem]]:
     """Return the forms that have a name of their own: those of the package, and those that a plugin uses."""
-    found, waiting = dict[str, type[Problem]](), [Problem]
-    while waiting:
-        for form in waiting.pop().__subclasses__():
-            waiting.append(form)
-            found[form.__name__] = form
-    used = {form.__name__ for scheme in _schemes(registry) for form in scheme.forms}
-    return {name: form for name, form in found.items() if name in used or form.__module__.startswith("sdaeverify.")}
+    used = {form for scheme in _schemes(registry) for form in scheme.forms}
+    forms = (f for f in subclasses(Problem) if f in used or f.__module__.startswith("sdaeverify."))
+    return {form.__name__: form for form in forms}
 
 
 def _schemes(registry: Registry) -> list[Scheme]:

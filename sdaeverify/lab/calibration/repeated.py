@@ -111,11 +111,7 @@ def pool(tally: Tally, count: int, every: int | None = None) -> Tally:
 
 def one(tally: Tally, repetition: int) -> Tally:
     """Return the tally of one repetition."""
-
-    def pick(values: Array) -> Array:
-        return np.asarray(values[repetition])
-
-    return Tally(_each(tally.sums, pick), _each(tally.maxima, pick), _each(tally.largest, pick))
+    return _join([tally], lambda values: np.asarray(values[0][repetition]))
 
 
 def _join(tallies: Sequence[Tally], join: Callable[[list[Array]], Array]) -> Tally:

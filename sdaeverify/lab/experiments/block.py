@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import chain, islice
 from typing import NamedTuple
 
 import numpy as np
@@ -184,7 +185,7 @@ def _run_block(task: NoiseTask, block: int, paths: int) -> tuple[RunFound, ...]:
     finest = max(track.level for track in tracks)
     records = next((track.problem.records for track in tracks if track.problem and not task.noise), ())
     brownian = Brownian(source, int(dimension), horizon / coarsest, finest, fields, records)
-    for piece in _pieces(brownian, coarsest):
+    for piece in chain.from_iterable(islice(brownian.pieces(), coarsest)):
         for track in tracks:
             track.advance(piece)
     return tuple(track.conclude(paths) for track in tracks)
@@ -194,11 +195,6 @@ def _common(what: str, values: set[float] | set[int]) -> float:
     if len(values) != 1:
         raise ProblemError(f"runs on one noise must have one {what}, got {', '.join(map(str, sorted(values)))}")
     return values.pop()
-
-
-def _pieces(brownian: Brownian, coarsest: int) -> Iterator[Piece]:
-    for _, pieces in zip(range(coarsest), brownian.pieces(), strict=False):
-        yield from pieces
 
 
 class _Driven:

@@ -1,6 +1,7 @@
 """The panels of an experiment as a picture, by matplotlib: the extra `plot`."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from itertools import count, cycle
 from math import ceil, floor, log10
 from pathlib import Path
@@ -27,6 +28,27 @@ FONTS: Any = {"font.size": 9.0, "axes.titlesize": 9.5, "legend.fontsize": 7.5, "
 SETTINGS: Any = {**FONTS, "svg.hashsalt": "sdaeverify"}
 
 
+@contextmanager
+def empty_figure(settings: Any, **attributes: Any) -> Iterator[Any]:
+    """Make a figure of matplotlib that no window shows, with settings that hold while it is drawn.
+
+    Raises
+    ------
+    UsageError
+        If matplotlib is not installed.
+    """
+    try:
+        from matplotlib import rc_context  # noqa: PLC0415 - only pictures need it
+        from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
+        from matplotlib.figure import Figure  # noqa: PLC0415
+    except ImportError as error:
+        raise UsageError(MISSING) from error
+    with rc_context(settings):
+        figure = Figure(layout="constrained", **attributes)
+        FigureCanvasAgg(figure)
+        yield figure
+
+
 def draw(panels: Sequence[Panel], title: str, path: Path) -> None:
     """Draw panels into a file whose suffix says which kind it is.
 
@@ -43,17 +65,9 @@ def draw(panels: Sequence[Panel], title: str, path: Path) -> None:
     UsageError
         If matplotlib is not installed.
     """
-    try:
-        from matplotlib import rc_context  # noqa: PLC0415 - only pictures need it
-        from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
-        from matplotlib.figure import Figure  # noqa: PLC0415
-    except ImportError as error:
-        raise UsageError(MISSING) from error
     columns = len(panels) if len(panels) <= IN_A_ROW else COLUMNS
     rows = ceil(len(panels) / columns)
-    with rc_context(SETTINGS):
-        figure = Figure(figsize=(WIDTH * columns, HEIGHT * rows + 0.4), layout="constrained")
-        FigureCanvasAgg(figure)
+    with empty_figure(SETTINGS, figsize=(WIDTH * columns, HEIGHT * rows + 0.4)) as figure:
         figure.suptitle(title, fontsize=10.0, wrap=True)
         axes = np.ravel(figure.subplots(rows, columns, squeeze=False))
         for panel, ax in zip(panels, axes, strict=False):

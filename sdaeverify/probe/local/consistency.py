@@ -22,7 +22,7 @@ from ..step.one_step import OneStep
 from ..step.states import WHEN, cloud
 from .delay_links import remove_delay
 from .orders import last_orders
-from .strong_defects import LEVELS, ROUNDING, core
+from .strong_defects import LEVELS, ROUNDING, core, mark_rows
 
 # In units of the horizon, or of time where that is shorter: so small that a hundredth part of the noise that is wrong
 # is not hidden by what is right.
@@ -105,9 +105,7 @@ def consistency_orders(record: Consistency, component: int | None = None) -> Con
     -------
     ConsistencyOrders
     """
-    rows = np.ones(len(record.core), dtype=bool)
-    if component is not None:
-        rows = (record.core > 0.0) | (np.arange(len(rows)) == component)
+    rows = mark_rows(record.core, component)
     return ConsistencyOrders(*(_orders(record, part[:, rows]) for part in (record.rms, record.mean)))
 
 

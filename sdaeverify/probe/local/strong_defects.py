@@ -139,6 +139,12 @@ def core(equation: Equation, x: Array) -> Array:
     return np.array(found, dtype=float)
 
 
+def mark_rows(core: Array, component: int | None) -> Array:
+    """Return whose defects count for a component, given by its index: the core's and its own; all without one."""
+    everywhere = np.ones(len(core), dtype=bool)
+    return everywhere if component is None else (core > 0.0) | (np.arange(len(core)) == component)
+
+
 def _join_levels(a: LocalStrong, b: LocalStrong) -> LocalStrong:
     levels = zip(a[:4], b[:4], strict=True)
     h, rms, mean, scale = (np.concatenate(pair, axis=-1) for pair in levels)

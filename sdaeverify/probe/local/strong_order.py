@@ -13,7 +13,7 @@ import numpy as np
 
 from ...arrays import Array
 from .orders import last_orders
-from .strong_defects import EM, LEVELS, ROUNDING, SELF, LocalStrong
+from .strong_defects import EM, LEVELS, ROUNDING, SELF, LocalStrong, mark_rows
 
 # A consistent step has q2 >= 1 and q1 >= 3/2.
 LEAST_Q2, LEAST_Q1 = 0.9, 1.4
@@ -75,19 +75,14 @@ def strong_order(record: LocalStrong, component: int | None = None) -> StrongOrd
     -------
     StrongOrder
     """
-    return _take_order(record, _mark_rows(record, component))
+    return _take_order(record, mark_rows(record.core, component))
 
 
 def strong_orders(record: LocalStrong) -> tuple[StrongOrder, ...]:
     """Return the order of each component and, last, of the full state; what has the same errors is found once."""
-    every = [_mark_rows(record, component) for component in (*range(len(record.core)), None)]
+    every = [mark_rows(record.core, component) for component in (*range(len(record.core)), None)]
     found = {key: _take_order(record, rows) for key, rows in {rows.tobytes(): rows for rows in every}.items()}
     return tuple(found[rows.tobytes()] for rows in every)
-
-
-def _mark_rows(record: LocalStrong, component: int | None) -> Array:
-    everywhere = np.ones(len(record.core), dtype=bool)
-    return everywhere if component is None else (record.core > 0.0) | (np.arange(len(everywhere)) == component)
 
 
 def _take_order(record: LocalStrong, rows: Array) -> StrongOrder:

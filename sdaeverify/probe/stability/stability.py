@@ -245,19 +245,15 @@ def delay_stability(scheme: Scheme, view: Delayed, step_sizes: Sequence[float], 
         Of an equation in more than one dimension, neither growth rate nor stability are known: NaN.
     """
 
-    def found(h: float) -> Row:
+    def row(h: float, *, certified: bool = True) -> Row:
         probed, mesh = probe_step(scheme, view, h, scale), view.mesh(h)
-        rho, width = radius(probed.step, mesh) if mesh.m <= LONGEST else UNKNOWN
+        rho, width = radius(probed.step, mesh, certified=certified) if mesh.m <= LONGEST else UNKNOWN
         return h, rho, width, probed.defect, float(probed.failed), np.inf
-
-    def alone(h: float) -> float:
-        probed, mesh = probe_step(scheme, view, h, scale), view.mesh(h)
-        return radius(probed.step, mesh, certified=False).rho if mesh.m <= LONGEST else np.nan
 
     with np.errstate(all="ignore"):
         abscissa, decays = _equation(view, scale)
-        scan, run = refine_scan(found, _scan(view, scale)), radii([found(h) for h in step_sizes])
-        boundaries = crossings(alone, scan.h, scan.sign)
+        scan, run = refine_scan(row, _scan(view, scale)), radii([row(h) for h in step_sizes])
+        boundaries = crossings(lambda h: row(h, certified=False)[1], scan.h, scan.sign)
     return StabilityRecord(*scan, *run, boundaries, abscissa, decays, float(at_rest(view)))
 
 

@@ -11,11 +11,11 @@ from ...contracts.matching import match
 from ...contracts.scheme import Claim
 from ...contracts.settings import Settings
 from ...contracts.specs import ProblemSpec, check_scheme
-from ...errors import FAULTS, SdaeverifyError
+from ...errors import FAULTS
 from ...forms import components, unknown_traits
 from ...gate.untested import known_quantities, unknown_quantities
 from ...study import Study, plan
-from ..check import Inapplicable
+from ..check import Inapplicable, error_text
 from ..subjects import SchemeSubject
 
 # Names of quantities do not depend on the sample: the smallest there is.
@@ -26,11 +26,7 @@ FEW = 3
 
 def check_usable(subject: SchemeSubject) -> str:
     """Expect a frozen dataclass with a name, a form, claims, and parameters that a label can show."""
-    try:
-        check_scheme(subject.scheme)
-    except SdaeverifyError as error:
-        return str(error)
-    return ""
+    return error_text(check_scheme, subject.scheme)
 
 
 def check_label(subject: SchemeSubject) -> str:

@@ -37,7 +37,7 @@ def _judge(
 ) -> Iterator[tuple[Control, tuple[CellResult, CellResult]]]:
     """Yield each control with the results of its two schemes, of which its order is claimed."""
     (found,) = select_measures(subject.registry, [measure])
-    schemes = [_claiming(subject, control, label) for control in controls for label in _labels(control)]
+    schemes = [_claiming(subject, each, label) for each in controls for label in (each.positive, each.negative)]
     made = plan(schemes, [subject.spec], [found])
     # The controls are what is judged here: they do not take part as controls.
     study = Study(Plan(tuple(replace(problem, controls=()) for problem in made.problems)), BUDGET)
@@ -46,10 +46,6 @@ def _judge(
     results = {id(result.cell.scheme): result for result in study.results()}
     for n, control in enumerate(controls):
         yield control, (results[id(schemes[2 * n])], results[id(schemes[2 * n + 1])])
-
-
-def _labels(control: Control) -> tuple[str, str]:
-    return control.positive, control.negative
 
 
 def _claiming(subject: ProblemSubject, control: Control, label: str) -> Scheme:

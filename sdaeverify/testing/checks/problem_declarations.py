@@ -18,6 +18,7 @@ from ...forms.traits import Trait
 from ...forms.truths import InvariantMean
 from ...numerics.statistics import EPS
 from ...registry.selection import select_measures, select_schemes
+from ..check import error_text
 from ..subjects import WHEN, ProblemSubject, excess
 from .differences import FIRST_ERROR, first
 from .problem_functions import delay_arguments
@@ -27,20 +28,12 @@ TIMES = (0.0, 0.37, 0.91)
 
 def check_usable(subject: ProblemSubject) -> str:
     """Expect a function with a name, and with parameters whose defaults a label can show."""
-    try:
-        check_problem_function(subject.spec.function)
-    except SdaeverifyError as error:
-        return str(error)
-    return ""
+    return error_text(check_problem_function, subject.spec.function)
 
 
 def check_builds(subject: ProblemSubject) -> str:
     """Expect the function to return a problem that does not contradict itself."""
-    try:
-        subject.spec.build()
-    except SdaeverifyError as error:
-        return str(error)
-    return ""
+    return error_text(subject.spec.build)
 
 
 def check_label(subject: ProblemSubject) -> str:
