@@ -1,7 +1,7 @@
 """A gate under way: run, judge, compare with the lock file, write and print the reports."""
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -143,7 +143,7 @@ def _judge(run: Run, result: Result, request: Request, tiers: dict[str, Claims] 
         (*_warnings(found, request), *limit_lines(missed, MOST_UNTESTED)),
         (
             *_notes(found, request, tiers),
-            *_idle_words(idle_claims),
+            *limit_lines([str(each) for each in idle_claims if each.chosen], MOST_UNTESTED),
             *(_reuse(run) if request.reuse else ()),
         ),
     )
@@ -176,10 +176,6 @@ def _find_untested(run: Run, result: Result, request: Request) -> list[Untested]
     if request.partial:
         return [each for each in found if each.claim.measure not in request.registry.measures]
     return found
-
-
-def _idle_words(found: Iterable[Untested]) -> list[str]:
-    return limit_lines([str(each) for each in found if each.chosen], MOST_UNTESTED)
 
 
 def _reuse(run: Run) -> list[str]:

@@ -1,6 +1,6 @@
 """What a gate runs: the claimed cells that a tier covers."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -61,7 +61,9 @@ def every_claim_once(plans: Sequence[ProblemPlan]) -> list[ProblemPlan]:
         if test.rank < known.rank:
             best[test.scheme, test.claim] = test
     kept = {id(test.cell) for test in best.values()}
-    return [replace(made, cells=tuple(_cells_among(made.cells, kept))) for made in plans]
+    return [
+        replace(made, cells=tuple(c for c in made.cells if c.verdict is not None or id(c) in kept)) for made in plans
+    ]
 
 
 def size(problem: Any) -> int:
@@ -88,10 +90,6 @@ def _tests(made: ProblemPlan) -> Iterator[_Test]:
 def _counts(claim: Claim, scheme: Scheme, view: Any) -> bool:
     quantities = claim.quantities or ("",)
     return any(claim_for(scheme, view.traits, claim.measure, name).claim is claim for name in quantities)
-
-
-def _cells_among(cells: Iterable[Cell], kept: set[int]) -> Iterator[Cell]:
-    return (cell for cell in cells if cell.verdict is not None or id(cell) in kept)
 
 
 def gate_plan(registry: Registry, policy: Policy, executor: Executor | None = None) -> Plan:
@@ -127,7 +125,8 @@ def gate_plan(registry: Registry, policy: Policy, executor: Executor | None = No
     claimed = [_claimed_part(problem) for problem in made.problems]
     kept = every_claim_once(claimed) if tier.cover is Cover.EVERY_CLAIM_ONCE else claimed
     ready = [_with_asked_controls(problem, controls=tier.controls) for problem in kept if problem.cells]
-    return Plan(tuple(sorted(ready, key=_work, reverse=True)))
+    # What a problem costs, very roughly: its cells times its components.
+    return Plan(tuple(sorted(ready, key=lambda made: len(made.cells) * size(made.problem), reverse=True)))
 
 
 def omitted_measures(registry: Registry, policy: Policy) -> list[str]:
@@ -172,21 +171,14 @@ def _with_asked_controls(made: ProblemPlan, *, controls: bool) -> ProblemPlan:
     measures = {claim.measure for claim in claims} if controls else set()
     kept = [plan for plan in made.controls if plan.control.measure in measures]
     asked = {(claim.measure, order) for claim in claims for order in _deciding(kept, claim)}
-    return replace(
-        made, controls=tuple(p if (p.control.measure, p.control.order) in asked else _without_cells(p) for p in kept)
+    plans = (
+        p if (p.control.measure, p.control.order) in asked else ControlPlan(p.control, missing="no claim asks for it")
+        for p in kept
     )
+    return replace(made, controls=tuple(plans))
 
 
 def _deciding(plans: Sequence[ControlPlan], claim: Claim) -> tuple[float, ...]:
     if isinstance(claim.value, str):
         return ()
     return deciding((plan.control.order for plan in plans if plan.control.measure == claim.measure), claim.value)
-
-
-def _without_cells(unasked: ControlPlan) -> ControlPlan:
-    return ControlPlan(unasked.control, missing="no claim asks for it")
-
-
-def _work(made: ProblemPlan) -> int:
-    """Return what a problem costs, very roughly: its cells times its components."""
-    return len(made.cells) * size(made.problem)

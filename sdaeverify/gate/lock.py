@@ -120,7 +120,8 @@ def read_lock(file: Path) -> dict[str, Claims]:
     # What is nested too deeply for the reader is no ValueError to it.
     except (ValueError, RecursionError) as error:
         raise UsageError(f"{file} is no lock file: {error}; {WRITE}") from error
-    if not isinstance(data, dict) or not _is_version(data.get("schema_version")):
+    version = data.get("schema_version") if isinstance(data, dict) else None
+    if version != SCHEMA or isinstance(version, bool):
         raise UsageError(f"{file} is no lock file of version {SCHEMA}; {WRITE}")
     try:
         return {tier: _flat(nested) for tier, nested in data["tiers"].items()}
@@ -137,10 +138,6 @@ def lock_text(tiers: Mapping[str, Claims]) -> str:
 def _key(outcome: Outcome) -> Key:
     cell = outcome.cell
     return Key(cell.scheme.label, cell.spec.label, cell.measure.name, outcome.finding.quantity)
-
-
-def _is_version(version: object) -> bool:
-    return version == SCHEMA and not isinstance(version, bool)
 
 
 def _nest_claims(claims: Claims) -> dict[str, Any]:

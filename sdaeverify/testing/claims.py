@@ -79,7 +79,8 @@ class ClaimRun:
 
     def words(self, outcome: Outcome) -> str:
         """Return an outcome in words, with the command that computes it again where its names are registered."""
-        command = command_of(outcome, self.settings, self.registry.files) if self._is_named(outcome.cell) else ""
+        named = self.registry.names(outcome.cell.scheme) and self.registry.names(outcome.cell.spec)
+        command = command_of(outcome, self.settings, self.registry.files) if named else ""
         return message(outcome, self.settings, command)
 
     def check(self, cell: Cell) -> None:
@@ -118,9 +119,6 @@ class ClaimRun:
     def _limits(self) -> Limits | None:
         timeout, memory = self.policy.timeout, self.policy.memory
         return Limits(timeout or inf, memory or 0) if timeout or memory else None
-
-    def _is_named(self, cell: Cell) -> bool:
-        return self.registry.names(cell.scheme) and self.registry.names(cell.spec)
 
 
 @dataclass(frozen=True)

@@ -127,11 +127,8 @@ def _reproduce(plan: "ExperimentPlan", folder: Path, arguments: tuple[str, ...],
     print_texts(console, _lines(exhibit, plan, console))
     print_texts(console, _save(exhibit, plan, folder, arguments, options["format"]))
     console.print()
-    return max(code, ExitCode.NOT_MEASURED) if evidence.failures or _has_unmeasured(exhibit) else code
-
-
-def _has_unmeasured(exhibit: "Exhibit") -> bool:
-    return any(entry.more.get("error") for entry in exhibit.entries)
+    failed = evidence.failures or any(entry.more.get("error") for entry in exhibit.entries)
+    return max(code, ExitCode.NOT_MEASURED) if failed else code
 
 
 def _lines(exhibit: "Exhibit", plan: "ExperimentPlan", console: Console) -> Iterator[str]:

@@ -47,9 +47,8 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
     tables = read_verdicts(folder)
     chosen, absent = ([r for r in all_ if _fits(r, scheme, problem, measures)] for all_ in tables[1:3])
     if not (chosen or absent):
-        raise UsageError(
-            f"nothing in {folder} is about {' on '.join(filter(None, (scheme, problem)))}{_of(measures)}"
-        )
+        about = ", ".join([" on ".join(filter(None, (scheme, problem))), *measures])
+        raise UsageError(f"nothing in {folder} is about {about}")
     pairs = [(row, read_row(row)) for row in chosen]
     shown = [pair for pair in pairs if pair[1].verdict in ATTENTION] if left_open else pairs
     console = output()
@@ -101,10 +100,6 @@ def _is_named(name: str, pattern: str) -> bool:
     return (
         not pattern or name == pattern or fnmatchcase(name.partition("[")[0] if "[" not in pattern else name, pattern)
     )
-
-
-def _of(measures: Sequence[str]) -> str:
-    return f", {', '.join(measures)}" if measures else ""
 
 
 def _notes(folder: Path) -> Iterator[str]:

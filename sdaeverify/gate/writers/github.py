@@ -170,15 +170,11 @@ def source_in(root: Path, file: Path) -> str:
         That the module was imported from.
     """
     root, file = root.resolve(), file.resolve()
-    if file.is_relative_to(root) and not _is_installed(file):
+    if file.is_relative_to(root) and INSTALLED.isdisjoint(file.parts):
         return file.relative_to(root).as_posix()
     copies = [path for path in _sources(root, file.name) if path.read_bytes() == file.read_bytes()]
     best = max(copies, key=lambda path: (_common_end(path, file), path.as_posix()), default=None)
     return "" if best is None else best.relative_to(root).as_posix()
-
-
-def _is_installed(file: Path) -> bool:
-    return not INSTALLED.isdisjoint(file.parts)
 
 
 def _sources(root: Path, name: str) -> Iterator[Path]:

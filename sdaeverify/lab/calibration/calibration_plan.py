@@ -97,7 +97,7 @@ class CalibrationPlan:
                 by_problem.setdefault((placed.spec.label, placed.case.share), []).append(placed)
         for (_, share), group in by_problem.items():
             judged = any(study in JUDGED for placed in group for study in placed.studies)
-            settings, blocks = path_settings(self.seed, self._sequences(share))
+            settings, blocks = path_settings(self.seed, max(2, round(self.repetitions * share / QUARTER)))
             cases = tuple((placed.case, placed.scheme) for placed in group)
             yield from (PathJob(group[0].spec, cases, settings, block, judged) for block in blocks)
 
@@ -105,9 +105,6 @@ class CalibrationPlan:
         for placed in self.placed:
             if CHAINS_STUDY in placed.studies:
                 yield ChainJob(placed.spec, placed.case, placed.scheme, self.seed, 2 * (self.repetitions // 2))
-
-    def _sequences(self, share: float) -> int:
-        return max(2, round(self.repetitions * share / QUARTER))
 
 
 def calibration_plan(registry: Registry, seed: int, repetitions: int, only: Sequence[str] = ()) -> CalibrationPlan:

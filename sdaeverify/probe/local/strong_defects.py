@@ -85,7 +85,8 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     """
     step = OneStep(scheme, view)
     x = step.usable_states(_last_but_one(view))
-    nodes = HalfSteps(*(part.few(WORK // len(x)) for part in _half_steps(scheme, view)))
+    rule = half_steps(view.noise_dim, NODES, areas="H" in scheme.noise)
+    nodes = HalfSteps(*(part.few(WORK // len(x)) for part in rule))
     # Of a rule with thousands of nodes, implicit steps at half the states are dear enough.
     x = x[:, :: 2 if len(nodes.whole.weights) > MOST_NODES else 1]
     when = times(step, x)
@@ -108,10 +109,6 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
 def _last_but_one(view: Problem) -> float:
     # An order needs the two finest step sizes.
     return float(LEVELS[-2]) * view.time_unit
-
-
-def _half_steps(scheme: Scheme, view: Problem) -> HalfSteps:
-    return half_steps(view.noise_dim, NODES, areas="H" in scheme.noise)
 
 
 def core(equation: Equation, x: Array) -> Array:

@@ -272,15 +272,12 @@ def stationary_densities(scheme: Scheme, view: Problem, h: float) -> Densities:
     basis = chart_basis(chart, *FINE[len(chart.axes)])
     with np.errstate(all="ignore"):
         own = stationary(transition(OneStep(scheme, view), basis, h).matrix)
-        exact = _invariant(generator(ito, chart, basis))
+        G = generator(ito, chart, basis)
+        # pi with pi G = 0 and pi(1) = 1.
+        exact = stationary(np.eye(len(G)) + G)
         at = np.array([_points(axis) for axis in chart.axes])
         found = [np.array(list(_marginals(basis, law, chart.axes, at))) for law in (own, exact)]
     return Densities(np.array(h), at, *found)
-
-
-def _invariant(G: Array) -> Array:
-    """Return pi with pi G = 0 and pi(1) = 1."""
-    return stationary(np.eye(len(G)) + G)
 
 
 def _points(axis: Angle | Line) -> Array:

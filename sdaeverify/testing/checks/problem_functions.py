@@ -212,17 +212,13 @@ def check_delay_derivatives(subject: ProblemSubject) -> str:
         for w in directions(z):
             pairs = zip(linearised(WHEN, *split(z)), split(w), strict=True)
             change = sum((_times(A, part) for A, part in pairs), np.zeros_like(value))
-            if text := _differs(partial(_evaluate_split, f, split), change, z, w, value):
+            if text := _differs(partial(lambda g, at: g(WHEN, *split(at)), f), change, z, w, value):
                 return f"the derivatives of {name} are {text}"
     return ""
 
 
 def _times(A: Array, y: Array) -> Array:
     return np.asarray(np.einsum("ijp,jp->ip", np.broadcast_to(A, (*A.shape[:2], y.shape[-1])), y))
-
-
-def _evaluate_split(f: Callable[..., Array], split: Callable[[Array], list[Array]], z: Array) -> Array:
-    return f(WHEN, *split(z))
 
 
 def check_algebraic_solution(subject: ProblemSubject) -> str:
