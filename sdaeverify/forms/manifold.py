@@ -1,12 +1,13 @@
 """Points of a manifold g = 0 near given points."""
 
 from collections.abc import Callable
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..arrays import Array
-from .mechanics.jacobian import ConstraintJacobian
+from ..numerics.derivatives import jacobian
+from .mechanics.jacobian import ConstraintJacobian, DenseJacobian
 from .problem import Problem
 
 STEPS = 50
@@ -17,22 +18,30 @@ class LevelSets(Problem):
 
     absent: ClassVar[str] = "has no constraint on its positions"
 
+    constraint: Callable[[Array], Array]
+    jacobian: Callable[[Array], Array] | None
 
-def onto_manifold(
-    g: Callable[[Array], Array],
-    linearised: Callable[[Array], ConstraintJacobian],
-    push: Callable[[ConstraintJacobian, Array], Array],
-    x: Array,
-) -> Array:
+    def dg(self, x: Array) -> Array:
+        """Return Dg(x), shape (m, n, P)."""
+        return self.jacobian(x) if self.jacobian is not None else jacobian(self.constraint, x)
+
+    def linearised(self, x: Array) -> ConstraintJacobian:
+        """Return Dg(x) as the operations that schemes need of it."""
+        return DenseJacobian(self.dg(x))
+
+    def push(self, J: ConstraintJacobian, c: Array) -> Array:
+        """Return what multipliers c, shape (m, P), do to a state: grad g c, shape (n, P)."""
+        return J.transposed(c)
+
+
+def onto_manifold(g: Callable[[Array], Array], problem: Any, x: Array) -> Array:
     """Solve g(y) = 0 by Gauss-Newton steps y <- y - M^{-1} grad g(y) G_M(y)^{-1} g(y) from y = x.
 
     Parameters
     ----------
     g : callable, ndarray of shape (n, P) -> ndarray of shape (m, P)
-    linearised : callable, ndarray of shape (n, P) -> ConstraintJacobian
-        Dg.
-    push : callable, (ConstraintJacobian, ndarray of shape (m, P)) -> ndarray of shape (n, P)
-        M^{-1} grad g c.
+    problem : Problem
+        With ``linearised`` and ``push``: Dg, and M^{-1} grad g c.
     x : ndarray, shape (n, P)
 
     Returns
@@ -45,6 +54,6 @@ def onto_manifold(
         value = g(y)
         if np.abs(value).max() <= 4.0 * np.finfo(float).eps:
             break
-        J = linearised(y)
-        y = y - push(J, J.gram(J).solve(value))
+        J = problem.linearised(y)
+        y = y - problem.push(J, J.gram(J).solve(value))
     return y

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Array, Parts
 from ...errors import ProblemError
-from ...numerics.derivatives import directional, is_analytic, jacobian, second_directional
+from ...numerics.derivatives import directional, is_analytic, second_directional
 from ...numerics.linalg import apply, norm
 from ..checks import (
     CONSISTENCY,
@@ -148,10 +148,6 @@ class HolonomicSDAE(Mechanics):
         """Return M^{-1} y for y of shape (n, P) or (n, l, P)."""
         return y if self._inverse is None else np.einsum("ij,j...->i...", self._inverse, y)
 
-    def dg(self, r: Array) -> Array:
-        """Return Dg(r), shape (m, n, P)."""
-        return self.jacobian(r) if self.jacobian is not None else jacobian(self.constraint, r)
-
     def d2g(self, r: Array, y: Array, z: Array) -> Array:
         """Return D^2 g(r)(y, z), shape (m, P).
 
@@ -235,7 +231,7 @@ class HolonomicSDAE(Mechanics):
     def admissible(self, x: Array) -> Array:
         """Return states (r, v, mu) with g(r) = 0 and Dg(r) v = 0 near the columns of x."""
         r, v, mu = self.state(x)
-        r = onto_manifold(self.constraint, self.linearised, self.push, r)
+        r = onto_manifold(self.constraint, self, r)
         return np.concatenate([r, self.tangent(self.linearised(r), v)[0], mu])
 
     def view(self, form: type[Problem]) -> Problem | None:

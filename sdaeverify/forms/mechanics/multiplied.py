@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Array
 from ..manifold import LevelSets
-from .jacobian import ConstraintJacobian
 
 
 class Multiplied(LevelSets):
@@ -37,7 +36,6 @@ class Mechanics(Multiplied):
     """Positions r and velocities v of bodies that a force a(t, r, v) moves and a constraint g(r) = 0 holds."""
 
     force: Callable[[float, Array, Array], Array]
-    constraint: Callable[[Array], Array]
     mass: ArrayLike | None
     force_derivatives: Callable[[float, Array, Array], tuple[Array, Array]] | None
 
@@ -56,10 +54,6 @@ class Mechanics(Multiplied):
         """Return M^{-1} y for y of shape (n, P) or (n, l, P)."""
 
     @abstractmethod
-    def dg(self, r: Array) -> Array:
-        """Return Dg(r), shape (m, n, P)."""
-
-    @abstractmethod
     def d2g(self, r: Array, y: Array, z: Array) -> Array:
         """Return D^2 g(r)(y, z), shape (m, P).
 
@@ -69,10 +63,6 @@ class Mechanics(Multiplied):
         y, z : ndarray, shape (n, P)
             Directions; the derivative is bilinear and symmetric in them.
         """
-
-    @abstractmethod
-    def linearised(self, r: Array) -> ConstraintJacobian:
-        """Return Dg(r) as the operations that schemes need of it."""
 
     @abstractmethod
     def no_derivative_of_force(self) -> str:

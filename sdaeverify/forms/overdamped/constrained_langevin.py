@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Array, Parts
 from ...errors import ProblemError
-from ...numerics.derivatives import directional, is_analytic, jacobian
+from ...numerics.derivatives import directional, is_analytic
 from ...numerics.linalg import norm
 from ...numerics.newton import Root
 from ..checks import (
@@ -29,7 +29,7 @@ from ..checks import (
     vector,
 )
 from ..manifold import onto_manifold
-from ..mechanics.jacobian import ConstraintJacobian, DenseJacobian, Gram
+from ..mechanics.jacobian import ConstraintJacobian, Gram
 from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE
 from .stiffness_family import StiffnessFamily
@@ -236,18 +236,6 @@ class ConstrainedLangevin(StiffnessFamily):
         """Return the geometry of the constraint at x."""
         return self.geometry(self, x)
 
-    def dg(self, x: Array) -> Array:
-        """Return g^T(x), shape (q, d, P)."""
-        return self.jacobian(x) if self.jacobian is not None else jacobian(self.constraint, x)
-
-    def linearised(self, x: Array) -> ConstraintJacobian:
-        """Return g^T(x) as the operations that schemes need of it."""
-        return DenseJacobian(self.dg(x))
-
-    def push(self, J: ConstraintJacobian, c: Array) -> Array:
-        """Return g c, shape (d, P), for c of shape (q, P)."""
-        return J.transposed(c)
-
     def contraction(self, x: Array, A: Array) -> Array:
         """Return S(x; A) = sum_k H_k(x) A_k, shape (d, P), for A of shape (d, q, P)."""
         if self._hessians is not None:
@@ -285,7 +273,7 @@ class ConstrainedLangevin(StiffnessFamily):
 
     def admissible(self, x: Array) -> Array:
         """Return points of the manifold near the columns of x, or x itself where it need not be kept."""
-        return onto_manifold(self.constraint, self.linearised, self.push, x) if self.has_constraints else x
+        return onto_manifold(self.constraint, self, x) if self.has_constraints else x
 
     def capability(self, kind: type[K]) -> K | None:
         """Return the problem itself for what it is; it is a `StiffnessFamily` only with its members."""

@@ -1,13 +1,11 @@
 """What a problem offers that is one of a family with every stiffness parameter."""
 
 from abc import abstractmethod
-from collections.abc import Callable
 from typing import Any, ClassVar
 
 from ...arrays import Array
 from ..equation import Equation
 from ..manifold import LevelSets
-from ..mechanics.jacobian import ConstraintJacobian
 
 
 class Penalised(LevelSets):
@@ -23,7 +21,6 @@ class StiffnessFamily(Penalised):
 
     eps: float
     strength: float
-    constraint: Callable[[Array], Array]
 
     @property
     @abstractmethod
@@ -50,11 +47,3 @@ class StiffnessFamily(Penalised):
     @abstractmethod
     def member(self, eps: float) -> "StiffnessFamily":
         """Return the same problem, its truths included, with another eps."""
-
-    @abstractmethod
-    def linearised(self, x: Array) -> ConstraintJacobian:
-        """Return the linearised constraint at x."""
-
-    @abstractmethod
-    def push(self, J: ConstraintJacobian, c: Array) -> Array:
-        """Return what multipliers c do to a state with the linearised constraint J."""

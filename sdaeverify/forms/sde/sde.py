@@ -190,7 +190,7 @@ class SDE(Problem):
         ProblemError
             If the equation has no invariant.
         """
-        return onto_manifold(self._invariant, self.linearised, self.push, x)
+        return onto_manifold(self._invariant, self, x)
 
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:
         """Return the defect g(x), if there is a constraint."""
