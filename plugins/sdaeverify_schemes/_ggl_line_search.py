@@ -56,10 +56,12 @@ class Searched(NamedTuple):
 def search_line(old: Iterate, L: Linearised) -> Searched:
     """Go along Newton's update as far as it lowers |F|^2, or changes it by no more than is known of it."""
     update, known = L.update(old.F), _bound_rounding(old, L)
-    s = np.ones_like(known)
-    x = old.x.moved(s, update)
+    x = old.x.moved(1.0, update)
     F = old.equations.defects(x)
-    high = np.flatnonzero(~(F.square <= bound(old, known, s)))
+    s, low = np.ones_like(known), F.square <= bound(old, known, 1.0)
+    if low.all():
+        return Searched(Iterate(old.equations, x, F), low, np.zeros(s.size, dtype=np.int64))
+    high = np.flatnonzero(~low)
     while high.size and s.min() > SHORTEST:
         s[high] *= 0.5
         nearer = take_paths(old.x, high).moved(s[high], take_paths(update, high))
@@ -72,7 +74,7 @@ def search_line(old: Iterate, L: Linearised) -> Searched:
     return Searched(Iterate(old.equations, x, F), lower, np.round(-np.log2(s)).astype(np.int64))
 
 
-def bound(old: Iterate, known: Array, s: Array) -> Array:
+def bound(old: Iterate, known: Array, s: Array | float) -> Array:
     """Return the largest |F|^2 that is accepted after a part s of the update."""
     return np.asarray((1.0 - 2.0 * ARMIJO * s) * old.F.square + known)
 

@@ -21,7 +21,7 @@ import numpy as np
 from sdaeverify import Array
 from sdaeverify.numerics import BlockBanded, identity, largest, solve_blocks
 
-from ._ggl_equations import Defects, Equations, Unknowns
+from ._ggl_equations import Defects, Equations, Unknowns, rows
 
 # Rounding errors of a component, in units of eps times the terms that cancel in it: about as many as there are terms.
 ROUNDINGS = 16.0 * float(np.finfo(float).eps)
@@ -91,6 +91,6 @@ def linearise(equations: Equations, x: Unknowns) -> Linearised:
         (None, Dg, unused),
     )
     size, none = Dg.size(), np.zeros(r.shape[-1])
-    by_r = np.stack([part + none for part in (turning.size(), stiffness.size(), size, V.size())])
-    by_v = np.stack([part + none for part in (h, A_v.size(), none, size)])
+    by_r = rows(none + turning.size(), stiffness.size(), size, V.size())
+    by_v = rows(none + h, A_v.size(), 0.0, size)
     return Linearised(equations, matrix, A_v, N, Dg, turning, by_r, by_v)

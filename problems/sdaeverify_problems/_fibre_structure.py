@@ -19,7 +19,7 @@ class FibreStructure(Structure):
     ----------
     fibre : Fibre
     bending : BlockBanded
-        -alpha^{-2} ds^{-4} S, blocks of shape (d, d, 1).
+        -alpha^{-2} ds^{-4} S, blocks of shape (d, d, 1), no wider than there are points.
     before, behind : ndarray, shape (3, N, 1, 1, 1)
         Dr^{-2}/2 times the shares of the points i - 1, i, i + 1 in the edges i - 1/2 and i + 1/2.
     """
@@ -73,7 +73,7 @@ class FibreStructure(Structure):
 def fibre_structure(fibre: Fibre) -> FibreStructure:
     """Return the structure of a fibre."""
     chain, d = fibre.chain, fibre.chain.d
-    S, W = scalar_matrices(chain)
+    (S, W), bends = scalar_matrices(chain), min(2, chain.N - 1)
     bending, scale = -(fibre.alpha**-2) / chain.ds**4, 0.5 / fibre.Dr**2
     return FibreStructure(
         nodes=chain.N,
@@ -81,7 +81,7 @@ def fibre_structure(fibre: Fibre) -> FibreStructure:
         width=2,
         reach=1,
         fibre=fibre,
-        bending=BlockBanded(bending * _diagonals(S, 2) * np.eye(d)[..., None], 2),
+        bending=BlockBanded(bending * _diagonals(S, bends) * np.eye(d)[..., None], bends),
         before=scale * _diagonals(W[:-1], 1),
         behind=scale * _diagonals(W[1:], 1),
     )

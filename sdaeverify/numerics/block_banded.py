@@ -46,23 +46,28 @@ class BlockBanded:
         return BlockBanded(total, lower)
 
     def __sub__(self, other: "BlockBanded") -> "BlockBanded":
+        if (self.lower, self.upper) == (other.lower, other.upper):
+            return BlockBanded(self.blocks - other.blocks, self.lower)
         return self + (-1.0) * other
 
     def __rmul__(self, factor: float) -> "BlockBanded":
         return BlockBanded(factor * self.blocks, self.lower)
 
     def __matmul__(self, other: "BlockBanded") -> "BlockBanded":
-        """Return the product; its bands are as wide as both together."""
+        """Return the product; its bands are as wide as both together, and no wider than there are nodes."""
         A, B = self.blocks, other.blocks
         if len(A) == len(B) == 1:
             return BlockBanded(np.einsum("knabp,knbcp->knacp", A, B))
         N, paths = A.shape[1], max(A.shape[-1], B.shape[-1])
-        product = np.zeros((len(A) + len(B) - 1, N, A.shape[2], B.shape[3], paths))
+        lower, upper = min(self.lower + other.lower, N - 1), min(self.upper + other.upper, N - 1)
+        product = np.zeros((lower + upper + 1, N, A.shape[2], B.shape[3], paths))
         for k in range(len(A)):
             rows, columns = overlap(N, k - self.lower)
             for j in range(len(B)):
-                product[k + j, rows] += np.einsum("nabp,nbcp->nacp", A[k, rows], B[j, columns])
-        return BlockBanded(product, self.lower + other.lower)
+                diagonal = k + j + lower - self.lower - other.lower
+                if 0 <= diagonal < len(product):
+                    product[diagonal, rows] += np.einsum("nabp,nbcp->nacp", A[k, rows], B[j, columns])
+        return BlockBanded(product, lower)
 
     def times(self, x: Array) -> Array:
         """Return A x, shape (N, b, P) -> (N, a, P)."""
@@ -88,8 +93,9 @@ class BlockBanded:
 
     def size(self) -> Array:
         """Return the norm for largest components: the largest sum of absolute values over a row, (P,) or (1,)."""
-        rows: Array = np.abs(self.blocks).sum(axis=(0, 3)).max(axis=(0, 1))
-        return rows
+        sizes = np.abs(self.blocks)
+        rows: Array = sizes[0].sum(axis=2) if len(sizes) == 1 else sizes.sum(axis=(0, 3))
+        return np.asarray(np.maximum.reduce(rows, axis=(0, 1)))
 
 
 @lru_cache
@@ -149,6 +155,8 @@ def solve_blocks(rows: Sequence[Sequence[BlockBanded | None]], right: Sequence[A
     list of ndarray, shape (N, b_j, P)
         y_j.
     """
+    if len(right[0]) == 1:
+        return _solve_node(rows, right)
     given = [(i, j, part) for i, row in enumerate(rows) for j, part in enumerate(row) if part is not None]
     widths = {j: part.blocks.shape[3] for _, j, part in given}
     tops = np.cumsum([0, *(x.shape[1] for x in right)])
@@ -157,12 +165,24 @@ def solve_blocks(rows: Sequence[Sequence[BlockBanded | None]], right: Sequence[A
     return np.split(_solve_parts(parts, np.concatenate(right, axis=1)), lefts[1:-1], axis=1)
 
 
+def _solve_node(rows: Sequence[Sequence[BlockBanded | None]], right: Sequence[Array]) -> list[Array]:
+    # Of one node: the matrix of each path, in the order of LAPACK's memory.
+    x = np.concatenate(right, axis=1)[0]
+    widths = [next(part.blocks.shape[3] for part in column if part is not None) for column in zip(*rows, strict=True)]
+    A = np.zeros((x.shape[-1], len(x), len(x))).transpose(1, 2, 0)
+    top = 0
+    for row, given in zip(rows, right, strict=True):
+        left, below = 0, top + given.shape[1]
+        for part, width in zip(row, widths, strict=True):
+            if part is not None:
+                A[top:below, left : left + width] = part.blocks[part.lower, 0]
+            left += width
+        top = below
+    return [y[None] for y in np.split(solve(A, x), np.cumsum(widths)[:-1])]
+
+
 def _solve_parts(parts: list[Part], x: Array) -> Array:
-    if len(x) == 1:
-        return solve(_dense(parts, x), x[0])[None]
-    sums = sum(part.matrix.blocks.sum(axis=(0, 1, 2, 3)) for part in parts)
-    usable = np.isfinite(sums + x.sum(axis=(0, 1)))
-    y = _eliminate(parts, x, usable)
+    y, usable = _eliminate(parts, x)
     # An overflow in one path may have reached others, so that these are done again, each for itself.
     broken = usable & ~np.isfinite(y.sum(axis=(0, 1)))
     if broken.any():
@@ -175,12 +195,13 @@ def _solve_parts(parts: list[Part], x: Array) -> Array:
 def _dense(parts: list[Part], x: Array) -> Array:
     # The matrix of each path.
     N, b, P = x.shape
-    dense, nodes = np.zeros((N, b, N, b, P)), np.arange(N)
+    # In the order of LAPACK's memory.
+    dense = np.zeros((P, N, b, N, b)).transpose(1, 2, 3, 4, 0)
     for top, left, A in parts:
+        height, width = A.blocks.shape[2:4]
         for k, blocks in enumerate(A.blocks):
-            here, there = overlap(N, k - A.lower)
-            height, width = blocks.shape[1:3]
-            dense[nodes[here], top : top + height, nodes[there], left : left + width] = blocks[here]
+            for i in range(N)[overlap(N, k - A.lower)[0]]:
+                dense[i, top : top + height, i + k - A.lower, left : left + width] = blocks[i]
     return dense.reshape(N * b, N * b, P)
 
 
@@ -218,20 +239,22 @@ def _layout(places: tuple[tuple[int, ...], ...], N: int, b: int) -> _Layout:
     return _Layout(N * b, below, above, tuple(sources), target)
 
 
-def _eliminate(parts: list[Part], x: Array, usable: Mask) -> Array:
+def _eliminate(parts: list[Part], x: Array) -> tuple[Array, Mask]:
+    # The solution, and on which paths all that is given is finite.
     N, b, P = x.shape
     layout = _layout(tuple(part.place for part in parts), N, b)
     entries, right, y = _entries(layout, parts, P), x.reshape(-1, P), np.empty((P, N * b))
+    usable = np.isfinite(np.add.reduce(entries) + np.add.reduce(right))
     together = max(1, LARGEST // (N * b * layout.rows))
     for paths in (slice(begin, begin + together) for begin in range(0, P, together)):
         y[paths] = _together(layout, entries[:, paths], right[:, paths].T, usable[paths])
-    return np.ascontiguousarray(y.T).reshape(x.shape)
+    return np.ascontiguousarray(y.T).reshape(x.shape), usable
 
 
 def _together(layout: _Layout, entries: Array, x: Array, usable: Mask) -> Array:
     # One band matrix of many paths. A pivot is never another path's row, which is zero in the column; but a row that
     # is not finite would spoil the paths beside it.
-    right = np.where(usable[:, None], x, 0.0)
+    right = x if usable.all() else np.where(usable[:, None], x, 0.0)
     # Unit rows before the first and after the last path, so that all paths see the same surroundings: vector
     # instructions round otherwise at the edge of a matrix.
     ends = np.zeros(layout.below + layout.above)
@@ -245,7 +268,8 @@ def _together(layout: _Layout, entries: Array, x: Array, usable: Mask) -> Array:
             break
         pivots = factors[layout.diagonal][len(ends) : len(y) - len(ends)].reshape(x.shape)
         usable = usable & (pivots != 0.0).all(axis=1)
-    return np.where(usable[:, None], y[len(ends) : len(y) - len(ends)].reshape(x.shape), np.nan)
+    y = y[len(ends) : len(y) - len(ends)].reshape(x.shape)
+    return y if usable.all() else np.where(usable[:, None], y, np.nan)
 
 
 def _entries(layout: _Layout, parts: list[Part], P: int) -> Array:

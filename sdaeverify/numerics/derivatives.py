@@ -38,7 +38,7 @@ def directional(f: Function, x: Array, y: Array) -> Array:
     -------
     ndarray, shape (..., P)
     """
-    return np.imag(f(x + 1j * TINY * y)) / TINY
+    return np.imag(f(_moved(x, y))) / TINY
 
 
 def jacobian(f: Function, x: Array) -> Array:
@@ -48,7 +48,10 @@ def jacobian(f: Function, x: Array) -> Array:
     Df(x) + i D^2 f(x)(y, .), so that a Jacobian taken here can be differentiated once more.
     """
     point = np.real(x)
-    first = np.stack([_partial(f, point, i) for i in range(len(x))], axis=1)
+    columns = [_partial(f, point, i) for i in range(len(x))]
+    first = np.empty((len(columns[0]), len(x), *columns[0].shape[1:]))
+    for i, column in enumerate(columns):
+        first[:, i] = column
     if not np.iscomplexobj(x):
         return first
     step = np.imag(x)
@@ -119,6 +122,15 @@ def _steps_agree(f: Function, x: Array, y: Array) -> bool:
         except (TypeError, np.exceptions.ComplexWarning):
             return False
     return matches_differences(f, exact, x, y)
+
+
+def _moved(x: Array, y: Array) -> Array:
+    # x + i TINY y, without the products of complex numbers where both are real.
+    if np.iscomplexobj(x) or np.iscomplexobj(y):
+        return np.asarray(x + 1j * TINY * y)
+    z = np.empty(np.broadcast_shapes(x.shape, y.shape), dtype=complex)
+    z.real, z.imag = x, TINY * y
+    return z
 
 
 def _partial(f: Function, x: Array, i: int) -> Array:

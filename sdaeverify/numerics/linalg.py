@@ -68,8 +68,8 @@ def determinant(A: Array) -> Array:
 
 def largest(x: Array) -> Array:
     """Return the largest absolute component of every path; shape (n, P) -> (P,)."""
-    sizes: Array = np.abs(x)
-    return sizes[0] if len(x) == 1 else np.asarray(sizes.max(axis=0))
+    sizes = np.abs(x)
+    return np.asarray(sizes[0] if len(x) == 1 else np.maximum.reduce(sizes))
 
 
 def norm(x: Array) -> Array:
@@ -86,7 +86,12 @@ def all_finite(x: Array) -> Mask:
 
 
 def _adjugate_times(A: Array, b: Array) -> Array:
-    return np.stack([A[1, 1] * b[0] - A[0, 1] * b[1], A[0, 0] * b[1] - A[1, 0] * b[0]])
+    first = A[1, 1] * b[0] - A[0, 1] * b[1]
+    # A fifth of the time of `numpy.stack`.
+    both = np.empty((2, *first.shape), dtype=first.dtype)
+    both[0] = first
+    np.subtract(A[0, 0] * b[1], A[1, 0] * b[0], out=both[1])
+    return both
 
 
 def _solve_with_one(A: Array, b: Array) -> Array:
@@ -98,8 +103,8 @@ def _solve_with_one(A: Array, b: Array) -> Array:
 
 
 def _lapack_solve(A: Array, b: Array) -> Array:
-    matrices = np.ascontiguousarray(np.moveaxis(A, -1, 0))
-    right = np.moveaxis(b, -1, 0).reshape(b.shape[-1], len(b), -1)
+    matrices = np.ascontiguousarray(A.transpose(2, 0, 1))
+    right = b.reshape(len(b), -1, b.shape[-1]).transpose(2, 0, 1)
     try:
         x = np.linalg.solve(matrices, right)
     except np.linalg.LinAlgError:
@@ -108,7 +113,7 @@ def _lapack_solve(A: Array, b: Array) -> Array:
         with np.errstate(invalid="ignore"):
             singular = np.linalg.slogdet(matrices).sign == 0.0
         x = np.linalg.solve(np.where(singular[:, None, None], np.nan, matrices), right)
-    return np.moveaxis(x, 0, -1).reshape(b.shape)
+    return x.transpose(1, 2, 0).reshape(b.shape)
 
 
 # Tridiagonal systems on every path at once, by elimination along the chain: O(m) a path.

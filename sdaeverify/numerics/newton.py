@@ -73,23 +73,40 @@ def newton(
     -------
     Root
     """
-    iterations = np.zeros(x.shape[1], dtype=np.int64)
-    active = np.ones(x.shape[1], dtype=bool)
+    left = paths = x.shape[1]
+    iterations, active = np.zeros(paths, dtype=np.int64), np.ones(paths, dtype=bool)
     made: _Made | None = None
     for _ in range(max_iterations):
         value, matrix = f(x)
-        update, done = (value, ~active) if made is None else made.once_more(value, active, tolerance)
-        if not done.all():
+        again = None if made is None else made.once_more(value, active, tolerance)
+        if again is not None and again.done.all():
+            update, length = again.update, again.length
+        else:
             fresh = matrix() if callable(matrix) else matrix
-            update = np.where(active & done, update, solver(fresh, value))
-            made = _Made(fresh, value, update, solver, size) if callable(matrix) else None
-        x = np.where(active, x - update, x)
+            update = solver(fresh, value) if again is None else again.completed(active, solver(fresh, value))
+            length = size(update)
+            made = _Made(fresh, value, update, length, solver, size) if callable(matrix) else None
+        # Most often all paths stop together: what masks cost is then saved.
+        x = x - update if left == paths else np.where(active, x - update, x)
         iterations += active
         # Written so that a NaN stays active and ends as a failure.
-        active &= ~(size(update) <= tolerance)
-        if not active.any():
+        active &= ~(length <= tolerance)
+        left = np.count_nonzero(active)
+        if not left:
             break
     return Root(x, ~active, iterations)
+
+
+class _Again(NamedTuple):
+    """An update by the matrix of the one before, its size, and the paths that need no other or none at all."""
+
+    update: Array
+    length: Array
+    done: Mask
+
+    def completed(self, active: Mask, fresh: Array) -> Array:
+        """Return it where it is enough, and a fresh update elsewhere."""
+        return np.where(active & self.done, self.update, fresh)
 
 
 class _Made(NamedTuple):
@@ -98,18 +115,19 @@ class _Made(NamedTuple):
     matrix: Any
     value: Array
     update: Array
+    length: Array
     solver: Solver
     size: Callable[[Array], Array]
 
-    def once_more(self, value: Array, active: Mask, tolerance: float | Array) -> tuple[Array, Mask]:
-        """Return the update of another value by the same matrix, and the paths that need no other or none at all."""
+    def once_more(self, value: Array, active: Mask, tolerance: float | Array) -> _Again | None:
+        """Return the update of another value by the same matrix, or None where no path has come near enough."""
         fallen = active & (largest(value) <= FALLEN * largest(self.value))
-        if not fallen.any():
-            return value, ~active
+        if not np.count_nonzero(fallen):
+            return None
         update = self.solver(self.matrix, value)
         length = self.size(update)
-        sure = (length <= tolerance) & (length**2 <= RELATIVE * tolerance * self.size(self.update))
-        return update, ~active | (fallen & sure)
+        sure = (length <= tolerance) & (length**2 <= RELATIVE * tolerance * self.length)
+        return _Again(update, length, ~active | (fallen & sure))
 
 
 def update_tolerance(*sizes: Array) -> Array:

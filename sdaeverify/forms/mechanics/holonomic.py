@@ -403,7 +403,9 @@ def inherent_sde(problem: "HolonomicSDAE", *, with_multiplier: bool = False) -> 
     def drift(t: float, x: Array) -> Array:
         r, v = x[:n], x[n : 2 * n]
         J = problem.linearised(r)
-        a = np.broadcast_to(problem.force(t, r, v), r.shape)
+        a = problem.force(t, r, v)
+        if a.shape != r.shape:
+            a = np.broadcast_to(a, r.shape)
         lam = problem.inherent_multiplier(J, r, v, a)
         return np.concatenate([v, problem.inverse_mass(a + J.transposed(lam)), lam[:m]])
 

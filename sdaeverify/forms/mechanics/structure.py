@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -234,6 +234,14 @@ class Structure:
 class Unstructured(Structure):
     """One node; derivatives along all unit vectors are taken side by side, as if they were further paths."""
 
+    def by_slot(self, c: Array) -> Array:
+        """Return what belongs to constraints by nodes: the one node has them all."""
+        return c[None]
+
+    def by_constraint(self, c: Array) -> Array:
+        """Return what belongs to the slots of nodes by constraints."""
+        return np.asarray(c[0])
+
     def force_blocks(self, problem: Mechanics, t: float, r: Array, v: Array) -> tuple[BlockBanded, BlockBanded]:
         """Return the derivatives of a(t, r, v) by r and by v, blocks of shape (n, n, P) or (n, n, 1)."""
         if problem.force_derivatives is not None:
@@ -252,8 +260,7 @@ class Unstructured(Structure):
     def curvatures(self, problem: Mechanics, r: Array, v: Array, c: Array) -> tuple[BlockBanded, ...]:
         """Return v^T Hess g_j(r), one block of shape (m, n, P), and every H(c_k), of shape (n, n, P)."""
         n, P = r.shape
-        unit = units(n, P)
-        second = problem.d2g(repeat_paths(r, n * n), np.repeat(np.eye(n), n * P, axis=1), repeat_paths(unit, n))
+        second = problem.d2g(repeat_paths(r, n * n), units(n, n * P), pairs(n, P))
         hessian = np.broadcast_to(second, (len(second), n * n * P)).reshape(-1, n, n, P)
         sums = np.einsum("kmp,mijp->kijp", c, hessian)
         return one_block(np.einsum("mijp,ip->mjp", hessian, v)), *map(one_block, sums)
@@ -264,9 +271,20 @@ def repeat_paths(x: Array, times: int) -> Array:
     return np.concatenate([x] * times, axis=1)
 
 
+@lru_cache(maxsize=16)
 def units(n: int, paths: int) -> Array:
-    """Return the unit vectors of n components, each for all paths, shape (n, n P)."""
-    return np.repeat(np.eye(n), paths, axis=1)
+    """Return the unit vectors of n components, each for all paths, shape (n, n P), not to be written into."""
+    unit = np.repeat(np.eye(n), paths, axis=1)
+    unit.flags.writeable = False
+    return unit
+
+
+@lru_cache(maxsize=8)
+def pairs(n: int, paths: int) -> Array:
+    """Return the unit vectors once for every one of them, shape (n, n n P), not to be written into."""
+    unit = repeat_paths(units(n, paths), n)
+    unit.flags.writeable = False
+    return unit
 
 
 def one_block(matrix: Array) -> BlockBanded:
