@@ -77,7 +77,7 @@ class QuTiP(Bridge):
 
         def step(x: Array, t: float, h: float, dW: Array, H: Array | None = None) -> Array:
             numbers = np.stack([dW] if H is None else [dW, np.sqrt(12.0) * H])
-            paths = alike(numbers.reshape(-1, x.shape[1]))
+            paths = equal_columns(numbers.reshape(-1, x.shape[1]))
             states = np.concatenate([x, np.ones((1, x.shape[1]))]).astype(complex).T[paths]
             noises = np.moveaxis(numbers[None, ..., paths[:, 0]], -1, 0).copy()
             ends, found = np.empty(x.shape), zip(states, noises, strict=True)
@@ -88,7 +88,7 @@ class QuTiP(Bridge):
         return step
 
 
-def alike(numbers: Array) -> NDArray[np.intp]:
+def equal_columns(numbers: Array) -> NDArray[np.intp]:
     """Return the places of equal columns of numbers, shape (groups, 16): the last one of a group fills it up."""
     order = np.lexsort(numbers)
     differ = (numbers[:, order[1:]] != numbers[:, order[:-1]]).any(axis=0)

@@ -199,12 +199,12 @@ def _scale(cells: int, part: str) -> tuple[float, float]:
     return float(np.sqrt(exact)), float(np.sqrt(covariance[tip, tip]))
 
 
-def _tip(evidence: ExperimentEvidence, cells: int, part: str) -> Array:
+def _tip_positions(evidence: ExperimentEvidence, cells: int, part: str) -> Array:
     return evidence.values(("law", cells), part)[-1][-D]
 
 
 def _variance(evidence: ExperimentEvidence, cells: int, part: str) -> TableEntry:
-    x = _tip(evidence, cells, part)
+    x = _tip_positions(evidence, cells, part)
     exact, scheme = _scale(cells, part)
     # Of a normal sample the standard deviation is known up to 1/sqrt(2 (P - 1)) of it.
     return TableEntry(
@@ -231,7 +231,7 @@ def _panel(evidence: ExperimentEvidence, at: Cells) -> Panel:
 
 
 def _law_panel(evidence: ExperimentEvidence) -> Panel:
-    coarse, fine = (_tip(evidence, cells, "r") for cells in (10, 40))
+    coarse, fine = (_tip_positions(evidence, cells, "r") for cells in (10, 40))
     centre, scale = fine.mean(), fine.std(ddof=1)
     ends = np.array([-2.5, 2.5])
     curves = (

@@ -47,7 +47,7 @@ class OldNormals:
             return Reached.by(self._iterate(self.y, (), MANY, self.at.gram), self.y)
         if (known := self.at.root(self.y, self.level)) is None:
             return self.search()
-        return self._once_more(Reached(*known, known.iterations), ~known.converged, OldNormals.search)
+        return self._search_again(Reached(*known, known.iterations), ~known.converged, OldNormals.search)
 
     def search(self) -> Reached:
         """Return y + g(x) lambda, by Newton's method from lambda = 0 with the matrix g(x')^T g(x).
@@ -60,7 +60,7 @@ class OldNormals:
         reached = Reached.by(end, self.y)
         sure = reached.found & (end.second <= end.first)
         for parts in PARTS:
-            reached = self._once_more(reached, ~sure, partial(OldNormals.follow, parts=parts))
+            reached = self._search_again(reached, ~sure, partial(OldNormals.follow, parts=parts))
             sure |= reached.found
         return reached
 
@@ -86,7 +86,7 @@ class OldNormals:
         at = self.at.problem.near(self.at.x[:, where])
         return OldNormals(at, self.y[:, where], self.level[:, where])
 
-    def _once_more(self, reached: Reached, where: Mask, search: Callable[["OldNormals"], Reached]) -> Reached:
+    def _search_again(self, reached: Reached, where: Mask, search: Callable[["OldNormals"], Reached]) -> Reached:
         if not where.any():
             return reached
         return reached.merge(where, search(self._part(np.flatnonzero(where))))

@@ -70,11 +70,11 @@ class MatrixLevel(NamedTuple):
         p, unit = len(self.C), np.eye(len(self.C))[..., None]
         c = _trace(self.C) / p
         B = self.B / c
-        S = 0.5 * _twice(B)
+        S = 0.5 * _twice_sym(B)
         T = self.right / c + transposed_product(B, B) + product(B - S, B - S)
         t = _trace(T) / p
         rest = T / t - unit
-        return 0.5 * _twice(np.sqrt(t) * (unit + 0.5 * rest - 0.125 * product(rest, rest)) - S)
+        return 0.5 * _twice_sym(np.sqrt(t) * (unit + 0.5 * rest - 0.125 * product(rest, rest)) - S)
 
     def _iterate(self, begin: Array, most: int, squarings: int) -> Root:
         root = newton(self._linearise, begin, self.rounding, most, partial(_update, squarings))
@@ -87,7 +87,7 @@ class MatrixLevel(NamedTuple):
         Lambda = self._matrix(entries)
         half = 0.5 * product(self.C, Lambda)
         U = self.B + half
-        return (_twice(product(Lambda, U)) - self.right).reshape(entries.shape), U + half
+        return (_twice_sym(product(Lambda, U)) - self.right).reshape(entries.shape), U + half
 
     def _matrix(self, entries: Array) -> Array:
         return entries.reshape(self.C.shape)
@@ -96,7 +96,7 @@ class MatrixLevel(NamedTuple):
 def _update(squarings: int, W: Array, defect: Array) -> Array:
     inverse, A = cayley_transform(np.swapaxes(W, 0, 1))
     # No later update would take back what is not symmetric in Lambda.
-    return (0.5 * _twice(series(inverse, _squares(A, squarings), defect.reshape(W.shape)))).reshape(defect.shape)
+    return (0.5 * _twice_sym(series(inverse, _squares(A, squarings), defect.reshape(W.shape)))).reshape(defect.shape)
 
 
 def _squares(A: Array, squarings: int) -> list[Array]:
@@ -105,11 +105,11 @@ def _squares(A: Array, squarings: int) -> list[Array]:
 
 def _definite(W: Array) -> Mask:
     """Tell where the symmetric part S is surely positive definite: tr S > 0 and (tr S)^2 > (p - 1) |S|^2."""
-    S, trace = 0.5 * _twice(W), _trace(W)
+    S, trace = 0.5 * _twice_sym(W), _trace(W)
     return np.asarray((trace > 0.0) & (trace**2 > (len(W) - 1.0) * np.einsum("ijP,ijP->P", S, S)))
 
 
-def _twice(A: Array) -> Array:
+def _twice_sym(A: Array) -> Array:
     """Return A + A^T."""
     return A + np.swapaxes(A, 0, 1)
 

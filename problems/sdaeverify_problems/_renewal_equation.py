@@ -50,7 +50,7 @@ class Pieces(NamedTuple):
 def mean(equation: ScalarDelay, t: float) -> float:
     """Return E x(t)."""
     k, u = piece(equation, t)
-    return float(_later(equation, _pieces(equation, k).m, k, u))
+    return float(_value_later(equation, _pieces(equation, k).m, k, u))
 
 
 def second(equation: ScalarDelay, t: float) -> float:
@@ -70,7 +70,7 @@ def _row(at: Convolution, r: Array) -> Array:
     return at.matrix((at.of_s @ r[:-1]) ** 2)[0]
 
 
-def _later(equation: ScalarDelay, m: Array, k: int, u: float) -> float:
+def _value_later(equation: ScalarDelay, m: Array, k: int, u: float) -> float:
     """Return m(k tau + u)."""
     (young, _), A = _convolutions(equation, (u,)), equation.A
     drawn = young.matrix(np.exp(A * young.s)) @ m[k, :-1]

@@ -70,7 +70,7 @@ def _shorten(text: str) -> str:
 
 
 @contextmanager
-def aside() -> Iterator[None]:
+def output_to_stderr() -> Iterator[None]:
     """Send to stderr what is written to stdout, even past Python: what the code of a plugin prints is no result."""
     with redirect_stdout(sys.stderr):
         if sys.__stdout__ is None or sys.__stderr__ is None:

@@ -23,7 +23,7 @@ from ..registry.load import Registry
 from ..report.files import require_writable, require_writable_file, write_json, write_text
 from ..workers.executors import Crew
 from ..workers.limits import Limits
-from .console import aside, complain
+from .console import complain, output_to_stderr
 from .exit_codes import ExitCode, code_of_gate
 from .running import Run, advance, call_report_hooks, workers
 
@@ -95,7 +95,7 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
         require_writable_file(request.junitxml, "--junitxml")
     _remove_reports(request.folder)
     with workers(request.jobs, request.limits, request.registry) as crew:
-        with aside():
+        with output_to_stderr():
             plan = gate_plan(request.registry, policy, crew.executor)
         run = Run(plan, policy.settings, request.registry, request.arguments, request.folder, not request.reuse)
         result, code = _run_to_its_end(run, crew, request.progress)

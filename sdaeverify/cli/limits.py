@@ -9,7 +9,7 @@ from ..errors import UsageError
 from ..gate.amounts import read_memory
 from ..workers.limits import Limits
 from ..workers.pool import available_cores
-from .options import once, together
+from .options import combine_options, once
 
 TIMEOUT = 600.0
 # Of the memory of the machine or of its container, for all workers together.
@@ -18,7 +18,7 @@ CONTAINER = Path("/sys/fs/cgroup/memory.max")
 
 
 # How the code of plugins is held to limits.
-limits = together(
+limits = combine_options(
     once(
         "--timeout",
         type=float,

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from ..registry.load import Registry, load_registry
-from .console import aside, complain
+from .console import complain, output_to_stderr
 
 
 def load_and_warn(files: Sequence[str], *, lab: bool = False) -> Registry:
@@ -33,5 +33,5 @@ def load_and_warn(files: Sequence[str], *, lab: bool = False) -> Registry:
 
 def load_quietly(files: Sequence[str], *, lab: bool = False) -> Registry:
     """Load all plugins, and say nothing about them; raises as `load_and_warn`."""
-    with aside():
+    with output_to_stderr():
         return load_registry(files, lab=lab)

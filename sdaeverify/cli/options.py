@@ -52,7 +52,7 @@ progress_of_cells = once(
 progress_bar = once("--progress", type=click.Choice(KINDS), default=KINDS[0], help="On stderr: a bar, or nothing.")
 
 
-def together(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:
+def combine_options(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:
     """Return several options as one decorator; they stand in the help as they stand here."""
 
     def add(command: Command) -> Command:
@@ -63,14 +63,14 @@ def together(*options: Callable[[Command], Command]) -> Callable[[Command], Comm
     return add
 
 
-selection = together(
+selection = combine_options(
     click.option("-s", "--schemes", multiple=True, metavar="PATTERN", help=f"Schemes. {SELECTION}"),
     click.option("-p", "--problems", multiple=True, metavar="PATTERN", help="Problems, in the same way."),
     click.option("-m", "--measures", multiple=True, metavar="PATTERN", help="Measures, in the same way."),
 )
 
 
-loudness = together(
+loudness = combine_options(
     click.option("-q", "--quiet", is_flag=True, help="Say the counts alone."),
     click.option("-v", "--verbose", is_flag=True, help="Show the matrix, too."),
 )

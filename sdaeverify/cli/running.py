@@ -36,7 +36,7 @@ from ..study import CellResult, Finished, Plan, Study
 from ..workers.executors import PROCESSES, Crew, LostExecutorError, open_crew
 from ..workers.limits import Limits
 from ..workers.pool import BLOCKS_A_WORKER, executor_for
-from .console import aside, complain, output, print_lines
+from .console import complain, output, output_to_stderr, print_lines
 from .exit_codes import ExitCode, code_of_results
 from .progress import progress
 
@@ -139,7 +139,7 @@ class Run:
     def write_page(self) -> None:
         """Write the page of the folder, or remove that of an earlier run, whose numbers are in no table any more."""
         if self.page:
-            with aside():
+            with output_to_stderr():
                 told = passports(self.plan)
             write_page(self.folder, told)
         else:
@@ -213,7 +213,7 @@ def advance(run: Run, crew: Crew, kind: str) -> Result:
         Of progress: "auto", "plain" or "none".
     """
     due = 0.0
-    with aside(), progress(kind, run.study.total) as show:
+    with output_to_stderr(), progress(kind, run.study.total) as show:
         for event in run.study.run(crew, BLOCKS_A_WORKER * crew.jobs):
             begun = time.monotonic()
             if run.first_only and isinstance(event, Finished) and _has_refuted(event):
@@ -233,7 +233,7 @@ def _has_refuted(event: Finished) -> bool:
 
 def call_report_hooks(run: Run, result: Result) -> None:
     """Let plugins add their reports to the folder of a run, and warn of those that fail."""
-    with aside():
+    with output_to_stderr():
         failures = run.registry.report(run.folder, result)
     for failure in failures:
         complain("warning", failure)

@@ -173,7 +173,7 @@ class Finding:
     settled: bool = True
     details: Mapping[str, object] = field(default_factory=dict)
 
-    def withheld(self, doubt: Reason | str, **changed: Any) -> "Finding":
+    def withhold(self, doubt: Reason | str, **changed: Any) -> "Finding":
         """Return the finding as one that is not verified, the doubt before its reason."""
         open_ = replace(self, verdict=Verdict.INCONCLUSIVE, reason=Reason.of(doubt, self.reason), p_verified=1.0)
         return replace(open_, **changed)

@@ -176,7 +176,7 @@ def checked_values(owner: str, parameters: Sequence[Parameter], values: Mapping[
     """
     checked: dict[str, Any] = dict(values)
     for name, default, _ in (p for p in parameters if p.name in values):
-        if wrong := _wrong(values[name], default):
+        if wrong := _objection(values[name], default):
             given = f"{' '.join(repr(values[name]).split()):.60}"
             raise ParameterError(f"parameter {name} of {owner} {wrong}, got {given}")
         if isinstance(default, float):
@@ -241,7 +241,7 @@ def _write(value: object, parameter: Parameter) -> str:
 
 def _read(owner: str, text: str, parameter: Parameter) -> bool | int | float | str:
     value = _convert(text, parameter)
-    wrong = _wrong(value, parameter.default)
+    wrong = _objection(value, parameter.default)
     if value is None or wrong:
         raise ParameterError(
             f"parameter {parameter.name} of {owner} {wrong or 'expects no text at all'}, got {text!r:.60}"
@@ -249,7 +249,7 @@ def _read(owner: str, text: str, parameter: Parameter) -> bool | int | float | s
     return value
 
 
-def _wrong(value: object, default: object) -> str:
+def _objection(value: object, default: object) -> str:
     """Return what is wrong with a value of a parameter with some default; empty if nothing is."""
     kind = next((kind for kind, _ in KINDS if isinstance(default, kind)), None)
     if kind is None:

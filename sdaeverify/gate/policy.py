@@ -138,7 +138,7 @@ def _number(key: str, value: Any) -> float:
     return float(value)
 
 
-def _whole(key: str, value: Any) -> int:
+def _integer(key: str, value: Any) -> int:
     _require_fit(key, "a whole number", value, fits=isinstance(value, int) and not isinstance(value, bool))
     return int(value)
 
@@ -192,12 +192,12 @@ READERS: Mapping[str, Callable[[str, Any], Any]] = {
     "plugins": _texts,
     "alpha": _number,
     "tier": _text,
-    "seed": _whole,
+    "seed": _integer,
     "inconclusive": _text,
     "lock": _text,
     "timeout": _number,
     "memory": _memory,
-    "level": _whole,
+    "level": _integer,
     FAILURES: _failures,
 }
 

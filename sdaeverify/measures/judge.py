@@ -391,7 +391,7 @@ def withhold_in_doubt(findings: list[Finding]) -> list[Finding]:
     if not wrong:
         return findings
     doubt = f"not confirmed: {Kind.WRONG_LIMIT} in {', '.join(wrong)}"
-    return [f.withheld(doubt) if f.verdict is Verdict.VERIFIED else f for f in findings]
+    return [f.withhold(doubt) if f.verdict is Verdict.VERIFIED else f for f in findings]
 
 
 def sound_levels(health: Mapping[str, Array]) -> tuple[Array, Reason]:

@@ -231,7 +231,7 @@ def _contraction(scheme: Scheme, wide: Chains, plan: ChainPlan) -> float:
     full turns is no distance, and pairing is for the observables.
     """
     source, state = plan.source(wide.view, "contraction", PILOTS), wide.tracks[0].state
-    pair = [_start_at(Chains(scheme, wide.view, source, plan.h), _some(state, shift)) for shift in (0, 1)]
+    pair = [_start_at(Chains(scheme, wide.view, source, plan.h), _select_pilots(state, shift)) for shift in (0, 1)]
     spread = pair[0].values()[0].std(axis=-1, keepdims=True)
     unit = np.where(spread > 0.0, spread, 1.0)
     before = _distance(pair, unit)
@@ -247,7 +247,7 @@ def _start_at(chains: Chains, state: State) -> Chains:
     return chains
 
 
-def _some(state: State, shift: int) -> State:
+def _select_pilots(state: State, shift: int) -> State:
     def choose(part: Array) -> Array:
         return np.asarray(part[..., (np.arange(PILOTS) + shift) % part.shape[-1]])
 

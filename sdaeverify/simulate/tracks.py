@@ -43,7 +43,7 @@ class Track:
         """Make successive steps."""
         for index in range(len(noise.dW)):
             increment, before = self._increment(noise, index), self.state
-            result = self._one(increment)
+            result = self._step_once(increment)
             self._count(before, increment, result)
             self.state = result.state
             self.step += 1
@@ -107,12 +107,12 @@ class Track:
         increment = self.scheme.law.increment(noise.increment(index), self.h)
         return increment if self.recall is None else self.recall.add_past(increment)
 
-    def _one(self, increment: Increment) -> Step:
+    def _step_once(self, increment: Increment) -> Step:
         if self.step:
             return self.stepper(self.state, self.step * self.h, increment)
-        return self._first(increment)
+        return self._first_step(increment)
 
-    def _first(self, increment: Increment) -> Step:
+    def _first_step(self, increment: Increment) -> Step:
         _freeze(self.state)
         result, again = (self.stepper(self.state, 0.0, increment) for _ in range(2))
         same_kind(self.state, result)

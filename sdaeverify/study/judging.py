@@ -159,12 +159,12 @@ def heed_controls(finding: Finding, scheme: Scheme, controls: ControlVerdicts) -
     reason, verdict = objection
     known = verdict is Verdict.INCONCLUSIVE
     doubt = f"the problem does not discriminate here: {reason}" if known else f"it cannot be verified: {reason}"
-    return finding.withheld(doubt, verdict=verdict, settled=not (known and by_paths))
+    return finding.withhold(doubt, verdict=verdict, settled=not (known and by_paths))
 
 
 def _suspect(finding: Finding, reason: str) -> Finding:
     doubt = f"the truth of the problem is suspect: {reason}"
-    return finding.withheld(doubt, verdict=Verdict.ERROR, p_refuted=1.0)
+    return finding.withhold(doubt, verdict=Verdict.ERROR, p_refuted=1.0)
 
 
 def _findings(cell: Cell, claim: Claim, known: Evidence) -> tuple[Finding, ...]:

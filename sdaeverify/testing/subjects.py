@@ -146,7 +146,7 @@ def cells_of(scheme: Scheme, problems: Problems | None, registry: Registry) -> l
         If a problem that is named does not match the scheme, or nothing does.
     """
     if problems is None:
-        return _few(scheme, registry)
+        return _smallest_cells(scheme, registry)
     if not problems:
         raise UsageError("problems is empty; leave it out for a few registered ones")
     return [_cell(scheme, spec) for spec in select_problems(registry, problems)]
@@ -159,7 +159,7 @@ def _cell(scheme: Scheme, spec: ProblemSpec) -> CellSubject:
     return CellSubject(scheme, found.problem, spec.label)
 
 
-def _few(scheme: Scheme, registry: Registry) -> list[CellSubject]:
+def _smallest_cells(scheme: Scheme, registry: Registry) -> list[CellSubject]:
     matched = [cell for spec in select_problems(registry) for cell in _matching(scheme, spec)]
     if not matched:
         raise UsageError(f"no registered problem matches scheme {scheme.label!r}; give problems=[...]")

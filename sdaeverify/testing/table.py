@@ -32,15 +32,15 @@ def checks(kind: str) -> tuple[Check, ...]:
     return TABLE[kind]
 
 
-def _of(category: str, *, each_problem: bool = False) -> Callable[..., Check]:
+def _category(category: str, *, each_problem: bool = False) -> Callable[..., Check]:
     def check(name: str, function: Callable[[Any], str], since: int = 1) -> Check:
         return Check(name, category, since, function, each_problem)
 
     return check
 
 
-_api, _once, _truth = _of("api"), _of("behaviour"), _of("truths")
-_step = _of("behaviour", each_problem=True)
+_api, _once, _truth = _category("api"), _category("behaviour"), _category("truths")
+_step = _category("behaviour", each_problem=True)
 
 SCHEME_CHECKS = (
     _api("declaration", declarations.check_usable),

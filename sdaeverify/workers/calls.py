@@ -39,7 +39,7 @@ class Lost(NamedTuple):
 
     def why(self, late: str) -> str:
         """Return the reason in words; those for a process that was late have a place for the limit."""
-        return late.format(self.timeout) if self.late else f"{DIED}{_how(self.code)}"
+        return late.format(self.timeout) if self.late else f"{DIED}{_describe_end(self.code)}"
 
 
 class Call(Generic[Value]):
@@ -102,7 +102,7 @@ class Call(Generic[Value]):
         return Lost(mark, late, self._executor.limits.timeout, death.code)
 
 
-def _how(code: int | None) -> str:
+def _describe_end(code: int | None) -> str:
     if code is None:
         return ", perhaps for want of memory"
     if code >= 0:

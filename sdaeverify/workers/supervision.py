@@ -48,7 +48,7 @@ def supervise(program: Callable[[], int]) -> int:
     os.close(tell)
     os.close(ended)
     for number in PASSED_ON:
-        signal.signal(number, lambda number, _: _pass_on(child, number))
+        signal.signal(number, lambda number, _: _forward_signal(child, number))
     signal.pthread_sigmask(signal.SIG_UNBLOCK, PASSED_ON)
     return _outcome(child, told)
 
@@ -77,7 +77,7 @@ def _end_with_parent(ended: int) -> None:
     os._exit(NOT_MEASURED)
 
 
-def _pass_on(child: int, number: int) -> None:
+def _forward_signal(child: int, number: int) -> None:
     with suppress(ProcessLookupError):
         os.kill(child, number)
 
@@ -94,9 +94,9 @@ def _outcome(child: int, told: int) -> int:
     except BlockingIOError:
         code = b""
     if code:
-        _bury(child)
+        _reap(child)
         return code[0]
-    return _untold(os.waitpid(child, 0)[1] if status is None else status)
+    return _code_of_status(os.waitpid(child, 0)[1] if status is None else status)
 
 
 def _status(child: int) -> int | None:
@@ -104,7 +104,7 @@ def _status(child: int) -> int | None:
     return status if process else None
 
 
-def _bury(child: int) -> None:
+def _reap(child: int) -> None:
     """Let a process shut down that has told its code, and end it where it does not."""
     until = time.monotonic() + SHUTDOWN
     while _status(child) is None:
@@ -115,7 +115,7 @@ def _bury(child: int) -> None:
         time.sleep(0.002)
 
 
-def _untold(status: int) -> int:
+def _code_of_status(status: int) -> int:
     code = os.waitstatus_to_exitcode(status)
     if -code in PASSED_ON:
         # This process ends as the other one did.

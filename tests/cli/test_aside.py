@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from sdaeverify.cli.console import aside
+from sdaeverify.cli.console import output_to_stderr
 
 CHATTY = """
 import os, sys
@@ -131,7 +131,7 @@ def test_stdout_is_back_afterwards(capfd):
         os.write(1, b"aside\n")
         raise KeyError
 
-    with pytest.raises(KeyError), aside():
+    with pytest.raises(KeyError), output_to_stderr():
         broken()
     os.write(1, b"result\n")
 
@@ -140,7 +140,7 @@ def test_stdout_is_back_afterwards(capfd):
 
 def test_a_stream_without_a_file(capsys):
     """Where stdout is no file, as in a notebook, what is printed goes to stderr all the same."""
-    with aside():
+    with output_to_stderr():
         print("aside")
     print("result")
 

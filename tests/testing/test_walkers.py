@@ -6,7 +6,7 @@ import pytest
 from sdaeverify import Problem
 from sdaeverify.noise.brownian import Source, brownian_steps
 from sdaeverify.testing.check import Inapplicable
-from sdaeverify.testing.checks.sampled import COARSEST, euler_walker, exact_walker, together
+from sdaeverify.testing.checks.sampled import COARSEST, euler_walker, exact_walker, walk_together
 from sdaeverify_problems.delay_martingale import delay_martingale
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.gbm_algebraic import gbm_algebraic
@@ -22,7 +22,7 @@ def test_euler_walks_on_the_named_noise():
         for dW in fine.dW:
             x = x + h * 0.5 * x + 0.6 * x * dW
 
-    times = list(together(problem, "gbm", [walker], 4))
+    times = list(walk_together(problem, "gbm", [walker], 4))
 
     assert times == [0.5, 1.0]
     np.testing.assert_allclose(walker.parts(1.0)["x"], x, rtol=1e-13)
@@ -31,7 +31,7 @@ def test_euler_walks_on_the_named_noise():
 def test_mirrored_paths_have_opposite_noise():
     """For a linear equation with additive noise, means over a path and its mirror image have no noise at all."""
     walker = euler_walker(ou(), 0, 8)
-    list(together(ou(), "ou", [walker], 8, mirrored=True))
+    list(walk_together(ou(), "ou", [walker], 8, mirrored=True))
     x = walker.parts(1.0)["x"][0]
 
     np.testing.assert_allclose(x[:4] + x[4:], 2.0 * (1.0 - 1.0 / COARSEST) ** COARSEST, rtol=1e-13)
@@ -40,7 +40,7 @@ def test_mirrored_paths_have_opposite_noise():
 def test_a_solution_walks_on_the_same_paths():
     """An exact solution over coarse steps ends where Euler's scheme tends to."""
     runs = [euler_walker(gbm(), 6, 16), exact_walker(gbm(), gbm().pathwise, 0, 16)]
-    list(together(gbm(), "gbm", runs, 16))
+    list(walk_together(gbm(), "gbm", runs, 16))
     simulated, exact = (run.parts(1.0)["x"] for run in runs)
 
     assert np.abs(simulated - exact).max() < 0.1 * np.abs(exact).max()
@@ -51,7 +51,7 @@ def test_algebraic_components_are_solved_for(tau):
     """With and without delay, y solves its constraint after every step."""
     problem = gbm_algebraic(tau=tau)
     walker = euler_walker(problem, 1, 3)
-    list(together(problem, "gbm-algebraic", [walker], 3))
+    list(walk_together(problem, "gbm-algebraic", [walker], 3))
     parts = walker.parts(1.0)
 
     np.testing.assert_allclose(parts["y"], 0.5 * parts["x"], rtol=1e-15)
@@ -63,7 +63,7 @@ def test_a_delay_is_looked_up():
     walker = euler_walker(problem, 0, 3)
     steps = brownian_steps(Source(1, "delay-martingale in the kit", 0, 3), 1, 1.0 / COARSEST, 0)
     W = sum(level.dW[0] for _, (level,) in zip(range(COARSEST), steps, strict=False))
-    list(together(problem, "delay-martingale", [walker], 3))
+    list(walk_together(problem, "delay-martingale", [walker], 3))
 
     np.testing.assert_allclose(walker.parts(1.0)["x"], 1.0 + 0.8 * W, rtol=1e-13)
 

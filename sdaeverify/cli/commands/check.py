@@ -14,7 +14,7 @@ from ...errors import UsageError
 from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
 from ...report.plain import empty_table, visible
-from ..console import aside, output
+from ..console import output, output_to_stderr
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 from ..options import plugins
@@ -41,7 +41,7 @@ def check(**options: Any) -> ExitCode:
     NAME is a scheme or a problem, with parameters or as a glob. Prints what did not pass, and how many did.
     """
     registry = load_and_warn(options["plugins"])
-    with aside():
+    with output_to_stderr():
         questions = list(_questions(registry, options["names"], options["problems"] or None, options["level"]))
         rows = [question.answer({}).row for question in questions]
     if options["as_json"]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..console import aside, complain, conclude, output, print_texts
+from ..console import complain, conclude, output, output_to_stderr, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 from ..options import once, plugins
@@ -51,7 +51,7 @@ def compare(**options: Any) -> ExitCode:
     for run in (run for run in (old, new) if run.damaged):
         complain("warning", f"{damages(run.folder, run.damaged)} and left out")
     registry = load_and_warn(options["plugins"])
-    with aside():
+    with output_to_stderr():
         found, omitted = compared(old, new, registry)
     judged = changes([each.found for each in found], options["factor"], options["alpha"])
     rows = list(zip(found, judged, strict=True))

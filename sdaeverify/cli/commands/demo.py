@@ -11,7 +11,7 @@ from ...registry.load import Registry
 from ...report.plain import in_columns, visible, wrap_text
 from ...report.reading import Reading, Row, read_row
 from ...report.sentences import PlainLine, claim_in_words, counts_in_words, interval, mark
-from ..console import aside, output, print_lines
+from ..console import output, output_to_stderr, print_lines
 from ..exit_codes import ExitCode
 from ..limits import read_limits
 from ..loading import load_and_warn
@@ -50,7 +50,7 @@ def _run(registry: Registry, words: tuple[str, ...], out: Path) -> Any:
     from ...api import plan_of  # noqa: PLC0415
     from ..running import Run  # noqa: PLC0415
 
-    with aside():
+    with output_to_stderr():
         todo = plan_of(registry, SCHEMES, PROBLEMS, MEASURES)
     return Run(todo, SETTINGS, registry, words, out)
 

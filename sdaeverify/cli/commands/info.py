@@ -34,7 +34,7 @@ from ...report.passports import (
 )
 from ...report.plain import visible
 from ..catalogue import AnyEntry, parameters_of, subject
-from ..console import aside, output, print_texts
+from ..console import output, output_to_stderr, print_texts
 from ..exit_codes import ExitCode
 from ..loading import load_quietly
 from ..options import plugins
@@ -60,13 +60,13 @@ def info(name: str, plugins: tuple[str, ...], as_json: bool) -> ExitCode:
             f"no scheme, problem, measure or plugin is named {label.name!r}{did_you_mean(label.name, known)}"
         )
     if as_json:
-        with aside():
+        with output_to_stderr():
             records = _passports(registry, label.name, label.parameters or {})
             if label.name in concept_names(registry):
                 records.append({"kind": "word", "text": "\n".join(describe_concept(label.name, registry))})
         click.echo(json.dumps([*records, *([rows[label.name]._asdict()] if label.name in rows else [])], indent=2))
         return ExitCode.OK
-    with aside():
+    with output_to_stderr():
         sections = _sections(registry, label.name, label.parameters or {})
         if label.name in concept_names(registry):
             sections.append(describe_concept(label.name, registry))

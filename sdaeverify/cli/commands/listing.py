@@ -9,7 +9,7 @@ from rich.text import Text
 from ...registry import contributions
 from ...report.plain import empty_table, visible
 from ..catalogue import Record, catalogue
-from ..console import aside, output
+from ..console import output, output_to_stderr
 from ..exit_codes import ExitCode
 from ..loading import load_quietly
 from ..options import plugins
@@ -30,7 +30,7 @@ COLUMNS = {
 def listing(kind: str | None, as_json: bool, plugins: tuple[str, ...]) -> ExitCode:
     """List what is registered: schemes, problems, measures or plugins; everything without KIND."""
     registry = load_quietly(plugins, lab=as_json or kind == "plugins")
-    with aside():
+    with output_to_stderr():
         records = catalogue(registry)
     if as_json:
         click.echo(json.dumps(records[kind] if kind else records, indent=2))

@@ -15,7 +15,7 @@ from ...report.sentences import ATTENTION
 from ...report.terminal import plan_table
 from ...study import Plan
 from ...study.plan import shard
-from ..console import aside, complain, output, print_texts
+from ..console import complain, output, output_to_stderr, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..limits import limits, options_of
 from ..loading import load_and_warn
@@ -79,14 +79,14 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
         return _nothing("no plugin is found; is sdaeverify installed? Run pip install . in its folder")
     with workers(*options_of(options), registry, options["executor"]) as crew:
         schemes, problems, measures = (options[kind] for kind in ("schemes", "problems", "measures"))
-        with aside():
+        with output_to_stderr():
             todo = plan_of(registry, schemes, problems, measures, crew.executor)
         if options["lf"]:
             todo = _open_part(todo, options["out"])
         if options["shard"]:
             todo = shard(todo, *_read_shard(options["shard"]))
         if not todo.cells:
-            return _nothing(f"all was verified in {options['out']}" if options["lf"] else _missing(registry))
+            return _nothing(f"all was verified in {options['out']}" if options["lf"] else _describe_missing(registry))
         if options["dry_run"]:
             return _show_plan(todo, settings)
         run = Run(todo, settings, registry, tuple(context.obj), options["out"], options["fresh"])
@@ -126,7 +126,7 @@ def _open_part(plan: Plan, folder: Path) -> Plan:
     return Plan(tuple(problems))
 
 
-def _missing(registry: Registry) -> str:
+def _describe_missing(registry: Registry) -> str:
     kinds = {"scheme": registry.schemes, "problem": registry.problems, "measure": registry.measures}
     missing = " and no ".join(kind for kind, entries in kinds.items() if not entries)
     return f"no {missing} is registered; sdaeverify list plugins says why"

@@ -52,12 +52,12 @@ def merge(context: click.Context, /, runs: tuple[Path, ...], **options: Any) -> 
         todo = _plan(saved, registry, crew.executor)
         require_writable(options["out"])
         for folder in runs:
-            _tell(folder, copy_evidence(folder, options["out"]))
+            _report_copies(folder, copy_evidence(folder, options["out"]))
         merged = Run(todo, settings, registry, tuple(context.obj), options["out"], stored_only=True)
         return carry_out(merged, crew, "none")
 
 
-def _tell(folder: Path, copied: "Copied") -> None:
+def _report_copies(folder: Path, copied: "Copied") -> None:
     complain("", f"{folder}: {copied.new} blocks are new, {copied.same} were there")
     if copied.other:
         complain("warning", f"{folder}: {copied.other} blocks are there with other numbers, which are kept")

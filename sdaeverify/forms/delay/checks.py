@@ -106,14 +106,14 @@ def _check(name: str, f: Callable[..., Array], given: Callable[..., Partials], a
             continue
 
         def derivative(point: Array, direction: Array, place: int = place) -> Array:
-            return apply(given(*_with(at, place, point))[place], direction)
+            return apply(given(*_replace_at(at, place, point))[place], direction)
 
         check_derivative(f"{name}(t, x, v, y).{NAMES[place]}", section, derivative, z)
 
 
 def _sections(f: Callable[..., Array], at: tuple[Array, ...]) -> list[tuple[Callable[[Array], Array], Array]]:
-    return [(lambda z, place=place: f(*_with(at, place, z)), z) for place, z in enumerate(at)]  # type: ignore[misc]
+    return [(lambda z, place=place: f(*_replace_at(at, place, z)), z) for place, z in enumerate(at)]  # type: ignore[misc]
 
 
-def _with(at: tuple[Array, ...], place: int, z: Array) -> tuple[Array, ...]:
+def _replace_at(at: tuple[Array, ...], place: int, z: Array) -> tuple[Array, ...]:
     return (*at[:place], z, *at[place + 1 :])

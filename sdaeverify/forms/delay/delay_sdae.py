@@ -446,7 +446,7 @@ def trivial_delays(form: Callable[..., Any]) -> Trivials:
     noise, none = (NOISES[1], NOISES[2]), tuple(np.zeros_like(S) for S in NOISES[1:])
     equations = [(0.0 * RATE, none), (RATE, none), (0.0 * RATE, noise)]
     on_few_steps = [
-        tuple(_on_both(form, steps, c, S, algebraic=algebraic) for S in strengths for algebraic in (True, False))
+        tuple(_two_sizes(form, steps, c, S, algebraic=algebraic) for S in strengths for algebraic in (True, False))
         for steps in DELAYS
         for c, strengths in equations
     ]
@@ -454,7 +454,7 @@ def trivial_delays(form: Callable[..., Any]) -> Trivials:
     return *on_few_steps, tuple(trivial._replace(shorter=LESS_SHORT) for trivial in long)
 
 
-def _on_both(form: Callable[..., Any], steps: float, c: Array, S: Array, *, algebraic: bool) -> Trivial:
+def _two_sizes(form: Callable[..., Any], steps: float, c: Array, S: Array, *, algebraic: bool) -> Trivial:
     coarse, fine = (_make_trivial(form, steps * h, c, S, algebraic=algebraic) for h in (H, H * SHORTER))
     return coarse._replace(finer=fine)
 

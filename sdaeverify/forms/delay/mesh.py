@@ -92,13 +92,13 @@ class Recall:
 
     def add_past(self, noise: Increment) -> Increment:
         """Return the noise of the next step with the lagged values of its begin and, as far as known, of its end."""
-        return noise._replace(lagged=self.lagged(), ahead=self._at(self.step + 1, known=True))
+        return noise._replace(lagged=self.lagged(), ahead=self._lagged_value(self.step + 1, known=True))
 
     def lagged(self) -> Array:
         """Return xb_n, the value at t_n - tau."""
-        return self._at(self.step, known=False)
+        return self._lagged_value(self.step, known=False)
 
-    def _at(self, n: int, *, known: bool) -> Array:
+    def _lagged_value(self, n: int, *, known: bool) -> Array:
         m, delta = self.mesh
         if n <= m - delta:
             return np.broadcast_to(self.history(min(0.0, n * self.h - self.delay)), self.ring.shape[1:])

@@ -356,7 +356,7 @@ def _inverse_mass(mass: ArrayLike | None, n: int) -> Array | None:
     M, inverse = numbers(mass), np.zeros((n, n))
     # What has an infinite mass moves at its own speed, whatever pushes it: a clock.
     moved = np.ones(n, dtype=bool) if M is None or M.shape != (n, n) else ~np.isposinf(np.diag(M))
-    if M is None or M.shape != (n, n) or not np.isfinite(M[moved][:, moved]).all() or not _alone(M, ~moved):
+    if M is None or M.shape != (n, n) or not np.isfinite(M[moved][:, moved]).all() or not _is_uncoupled(M, ~moved):
         raise ProblemError(f"mass must be a finite matrix of shape ({n}, {n}), got {format_value(mass)}")
     if not moved.any():
         raise ProblemError(f"mass must be finite in some direction, got {M.tolist()}")
@@ -371,7 +371,7 @@ def _inverse_mass(mass: ArrayLike | None, n: int) -> Array | None:
     return inverse
 
 
-def _alone(M: Array, clocks: Array) -> bool:
+def _is_uncoupled(M: Array, clocks: Array) -> bool:
     """Tell whether the rows and columns of some positions are 0 off the diagonal."""
     others = ~np.eye(len(M), dtype=bool) & (clocks[:, None] | clocks)
     return not M[others].any()

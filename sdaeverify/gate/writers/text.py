@@ -26,14 +26,14 @@ def text_report(gated: Gated) -> Iterator[str]:
     ----------
     gated : Gated
     """
-    full = [outcome for outcome in gated.not_passed if _in_full(outcome, gated)]
+    full = [outcome for outcome in gated.not_passed if _needs_full_text(outcome, gated)]
     for outcome in full[:MOST]:
         yield from message(outcome, gated.settings, gated.command(outcome)).split("\n")
         yield ""
     if len(full) > MOST:
         yield f"and {len(full) - MOST} more that fail, see gate.md"
     yield from limit_lines(
-        [_in_a_line(outcome) for outcome in gated.not_passed if not _in_full(outcome, gated)], MOST
+        [_one_line_text(outcome) for outcome in gated.not_passed if not _needs_full_text(outcome, gated)], MOST
     )
     yield from (visible(f"lock file: {line}") for line in limit_lines(gated.lock.violations, 2 * MOST))
     yield from (visible(f"warning: {line}") for line in gated.warnings)
@@ -42,12 +42,12 @@ def text_report(gated: Gated) -> Iterator[str]:
     yield gated.summary
 
 
-def _in_a_line(outcome: Outcome) -> str:
+def _one_line_text(outcome: Outcome) -> str:
     why = shorten(visible(remark(outcome)), LONGEST, placeholder=" ...")
     return f"{headline(outcome)}: {why}" if why else headline(outcome)
 
 
-def _in_full(outcome: Outcome, gated: Gated) -> bool:
+def _needs_full_text(outcome: Outcome, gated: Gated) -> bool:
     return outcome.status in FULL or gated.is_red(outcome)
 
 

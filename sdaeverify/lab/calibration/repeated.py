@@ -103,9 +103,9 @@ def pool(tally: Tally, count: int, every: int | None = None) -> Tally:
         return largest(np.concatenate(np.moveaxis(runs(values), 1, 0), axis=-1), values.shape[-1])
 
     return Tally(
-        _each(tally.sums, lambda values: runs(values).sum(axis=1)),
-        _each(tally.maxima, lambda values: runs(values).max(axis=1)),
-        _each(tally.largest, tops),
+        _map_values(tally.sums, lambda values: runs(values).sum(axis=1)),
+        _map_values(tally.maxima, lambda values: runs(values).max(axis=1)),
+        _map_values(tally.largest, tops),
     )
 
 
@@ -122,7 +122,7 @@ def _join(tallies: Sequence[Tally], join: Callable[[list[Array]], Array]) -> Tal
     return Tally(join_maps("sums"), join_maps("maxima"), join_maps("largest"))
 
 
-def _each(values: Mapping[str, Array], change: Callable[[Array], Array]) -> dict[str, Array]:
+def _map_values(values: Mapping[str, Array], change: Callable[[Array], Array]) -> dict[str, Array]:
     return {name: change(value) for name, value in values.items()}
 
 

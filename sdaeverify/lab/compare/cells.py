@@ -125,7 +125,7 @@ def _cell(old: StoredRun, new: StoredRun, registry: Registry, key: tuple[str, st
 
 def _of_measure(cell: _Cell, registry: Registry, name: str) -> Iterator[Comparison | Omitted]:
     a, b = cell.old.lanes[cell.key], cell.new.lanes[cell.key]
-    blocks = [block for block in sorted(a.keys() & b.keys()) if _alike(a[block], b[block], name)]
+    blocks = [block for block in sorted(a.keys() & b.keys()) if _is_in_both(a[block], b[block], name)]
     if name not in registry.measures:
         yield Omitted(*cell.key, name, "", f"measure {name} is not registered here")
     elif not (name in _measures(a) and name in _measures(b)):
@@ -158,7 +158,7 @@ def _of_quantities(
         yield Comparison(*where, paths, found) if found.known else Omitted(*where, found.reason)
 
 
-def _alike(a: StoredLane, b: StoredLane, measure: str) -> bool:
+def _is_in_both(a: StoredLane, b: StoredLane, measure: str) -> bool:
     drawn = a.ingredients.get(DRAWN) == b.ingredients.get(DRAWN)
     return drawn and measure in a.measures and measure in b.measures
 

@@ -64,10 +64,10 @@ def factor(old: ErrorSizes, new: ErrorSizes) -> Factor:
     if old.exact or new.exact:
         return _with_exact(old, new)
     if obstacle := _obstacle(old, new):
-        return _none(obstacle)
+        return _no_factor(obstacle)
     mine, others = _common(old, new)
     if not len(mine):
-        return _none("; ".join(["no step size at which both errors can be told", *_remarks(old, new)]))
+        return _no_factor("; ".join(["no step size at which both errors can be told", *_remarks(old, new)]))
     if old.replicates is None or new.replicates is None:
         return Factor(Estimate(float((new.log2[others] - old.log2[mine]).mean()), 0.0), len(mine))
     pseudo = (new.replicates[:, others] - old.replicates[:, mine]).mean(axis=1)
@@ -80,7 +80,7 @@ def _with_exact(old: ErrorSizes, new: ErrorSizes) -> Factor:
         return Factor(Estimate(0.0, 0.0), reason=BOTH_EXACT)
     reason, other = (WAS_EXACT, new) if old.exact else (IS_EXACT, old)
     if not len(other.h):
-        return _none(f"{reason}, and the other run has no step size to tell an error at")
+        return _no_factor(f"{reason}, and the other run has no step size to tell an error at")
     return Factor(Estimate(inf if old.exact else -inf, 0.0), reason=reason)
 
 
@@ -119,5 +119,5 @@ def _finite(sizes: ErrorSizes, level: int) -> bool:
     return bool(np.isfinite(sizes.log2[level]) and (replicates is None or np.isfinite(replicates[:, level]).all()))
 
 
-def _none(reason: str) -> Factor:
+def _no_factor(reason: str) -> Factor:
     return Factor(Estimate(nan, nan), reason=reason)

@@ -303,7 +303,7 @@ def _enough(findings: list[Finding]) -> list[Finding]:
     if len(sampled) >= FUNCTIONALS:
         return findings
     doubt = f"paths alone verify with at least {FUNCTIONALS} informative functionals"
-    return [f.withheld(doubt) if f in sampled else f for f in findings]
+    return [f.withhold(doubt) if f in sampled else f for f in findings]
 
 
 def _details(sampled: MeanOrder, confidence: float) -> dict[str, object]:

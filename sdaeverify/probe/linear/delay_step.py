@@ -267,8 +267,8 @@ def probe_step(scheme: Scheme, view: Delayed, h: float, scale: float = UNIT) -> 
     """
     k, l = len(flatten(scheme.start(view, 1, h))), view.noise_dim
     inputs = trial_states(k + 2 * view.dimension)
-    xi = np.concatenate([np.zeros((l, 1)), np.eye(l), _further(l)], axis=1)
-    values, failed = _evaluate_step(scheme, view, h, (scale * inputs, xi), _later(view)[0])
+    xi = np.concatenate([np.zeros((l, 1)), np.eye(l), _further_noise(l)], axis=1)
+    values, failed = _evaluate_step(scheme, view, h, (scale * inputs, xi), _times_after_delay(view)[0])
     values = values / scale
     factors = at_corners(values[:, : inputs.shape[0] + 1])
     noise = factors[..., 1 : 1 + l] - factors[..., :1]
@@ -296,7 +296,7 @@ def no_lasting_step(scheme: Scheme, view: Delayed, h: float) -> str:
         trial_states(len(flatten(scheme.start(view, 1, h))) + 2 * view.dimension),
         np.ones((view.noise_dim, 1)),
     )
-    first, *others = (_evaluate_step(scheme, view, h, (inputs, xi), t)[0] for t in _later(view))
+    first, *others = (_evaluate_step(scheme, view, h, (inputs, xi), t)[0] for t in _times_after_delay(view))
     return "" if all(relative(other - first, np.abs(first)) <= AFFINE for other in others) else DIFFERENT
 
 
@@ -322,7 +322,7 @@ def no_lasting_run(scheme: Scheme, view: Delayed, h: float) -> str:
     return "" if relative(made - expected, np.abs(expected)) <= AFFINE else DIFFERENT
 
 
-def _later(view: Delayed) -> tuple[float, ...]:
+def _times_after_delay(view: Delayed) -> tuple[float, ...]:
     """Return times after the first delay: before, the lagged values are the history's, and a scheme may know them."""
     left = max(view.horizon - view.delay, 0.0)
     return tuple(view.delay + part * left for part in (WHEN, *ELSEWHEN))
@@ -372,6 +372,6 @@ def _evaluate_step(scheme: Scheme, view: Delayed, h: float, at: tuple[Array, Arr
     return after.reshape(-1, inputs.shape[1], count), failed
 
 
-def _further(l: int) -> Array:
+def _further_noise(l: int) -> Array:
     rng = np.random.Generator(np.random.Philox(key=SEED + 7))
     return np.asarray(REACH * rng.uniform(-1.0, 1.0, (l, TRIALS)))

@@ -124,7 +124,7 @@ def _defects(step: OneStep, x: Array, nodes: Nodes, h: float) -> tuple[Array, Ar
     states, t = x.shape[1], WHEN * step.view.horizon
     wide, noise = np.repeat(x, len(nodes.weights), axis=1), nodes.increment(h, states)
     first = step(wide, t, h, noise) - step.euler(wide, t, h, noise)
-    state = step.advance(step.enter(wide, t, h), t, h, _anywhere(nodes, h, states))
+    state = step.advance(step.enter(wide, t, h), t, h, _random_increments(nodes, h, states))
     gone = step.read(state)
     later = step.read(step.advance(state, t + h, h, noise)) - step.euler(gone, t + h, h, noise)
     defects = np.stack([first, later]).reshape(2, len(x), states, -1)
@@ -135,7 +135,7 @@ def _defects(step: OneStep, x: Array, nodes: Nodes, h: float) -> tuple[Array, Ar
     return rms, mean, np.abs(x).max(axis=0)
 
 
-def _anywhere(nodes: Nodes, h: float, states: int) -> Increment:
+def _random_increments(nodes: Nodes, h: float, states: int) -> Increment:
     """Return one random increment for each state, the same at all nodes and, in units of its size, for all h."""
     rng, count = np.random.Generator(np.random.Philox(key=SEED + 2)), len(nodes.weights)
     dW, H = (np.repeat(np.sqrt(h) * rng.standard_normal((len(nodes.dW), states)), count, axis=1) for _ in range(2))

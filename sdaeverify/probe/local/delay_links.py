@@ -126,13 +126,13 @@ class LinkedScheme(Scheme):
         delay, new, failed = self.problem.delay, [], []
         lagged, ahead = (history_at(self.problem, s, state) for s in (t, t + h))
         for age, (x, own) in enumerate(reversed(_split(state, noise, self.links))):
-            step = self._one(x, t + age * delay, h, own._replace(lagged=lagged, ahead=ahead))
+            step = self._step_link(x, t + age * delay, h, own._replace(lagged=lagged, ahead=ahead))
             lagged, ahead = x, self.scheme.parts(self.problem, step.state)[X]
             new.append(ahead)
             failed += [] if step.failed is None else [step.failed]
         return Step(np.concatenate(new[::-1]), failed=np.any(failed, axis=0) if failed else None)
 
-    def _one(self, x: Array, t: float, h: float, noise: Increment) -> Step:
+    def _step_link(self, x: Array, t: float, h: float, noise: Increment) -> Step:
         assert noise.lagged is not None
         state = self.scheme.enter(self.problem, self.problem.consistent(t, x, noise.lagged), t, h)
         return self.scheme.prepare(self.problem, h)(state, t, noise)

@@ -164,14 +164,14 @@ def _level(
     step: OneStep, x: Array, nodes: HalfSteps, h: float, when: tuple[ProbeTime, ...]
 ) -> tuple[Array, Array, Array]:
     """Return root mean squares and means of the defects, shape (3, C, S), and the scale, shape (S,), of all times."""
-    nodes = nodes.beside(step.view.records, h)
+    nodes = nodes.with_records(step.view.records, h)
     some, begins = in_batches(x, len(nodes.whole.weights)), [moment.of_size(step, h) for moment in when]
-    found = zip(*(_at(step, states, nodes, h, t) for t in begins for states in some), strict=True)
+    found = zip(*(_defects_at(step, states, nodes, h, t) for t in begins for states in some), strict=True)
     rms, mean, scale = (np.concatenate(parts, axis=-1) for parts in found)
     return rms, mean, scale
 
 
-def _at(step: OneStep, x: Array, nodes: HalfSteps, h: float, t: float) -> tuple[Array, Array, Array]:
+def _defects_at(step: OneStep, x: Array, nodes: HalfSteps, h: float, t: float) -> tuple[Array, Array, Array]:
     """Return the same of a step from time t."""
     states, weights = x.shape[1], nodes.whole.weights
     wide = np.repeat(x, len(weights), axis=1)

@@ -142,7 +142,7 @@ def local_weak(
     moments = times(step, first.states)[1:]
     known = [first, *(reference(view, tuple(each.of_size(step, float(h)) for h in first.h)) for each in moments)]
     with np.errstate(all="ignore"):
-        found = list(zip(*(_at(step, each, nodes) for each in known), strict=True))
+        found = list(zip(*(_defects_at(step, each, nodes) for each in known), strict=True))
     defect, scale = (np.concatenate(parts, axis=1) for parts in found)
     finite = np.isfinite(defect) & np.isfinite(scale)
     defect, scale = keep_defined(defect, scale), significant(scale, SCALE)
@@ -151,7 +151,7 @@ def local_weak(
     return LocalWeak(first.h, np.where(finite, defect, np.nan), np.where(finite, scale, np.nan), *counts, time)
 
 
-def _at(step: OneStep, known: SemigroupReference, nodes: Nodes) -> tuple[Array, Array]:
+def _defects_at(step: OneStep, known: SemigroupReference, nodes: Nodes) -> tuple[Array, Array]:
     """Return the defects of a step from one time, and their scale, both of shape (F, S, H).
 
     Of steps that are truncated they are NaN, and a state has none where some of the finest are.

@@ -171,7 +171,7 @@ def functional_orders(record: TransitionErrors) -> tuple[FunctionalOrder, ...]:
     """
     columns = zip(record.errors.T, error_floors(record).T, _sizes(record), record.response, strict=True)
     return tuple(
-        _telling(order_of(record.h, errors, floors, size), response > max(EXACT * size, ABOVE_FLOOR * floors[-1]))
+        _responsive(order_of(record.h, errors, floors, size), response > max(EXACT * size, ABOVE_FLOOR * floors[-1]))
         for errors, floors, size, response in columns
     )
 
@@ -253,7 +253,7 @@ def _with_lower_powers(found: FunctionalOrder, h: Array, errors: Array, floors: 
     return FunctionalOrder(order, order, order, coefficient=lowest.value, h=found.h, note=note)
 
 
-def _telling(found: FunctionalOrder, responds: bool) -> FunctionalOrder:
+def _responsive(found: FunctionalOrder, responds: bool) -> FunctionalOrder:
     if np.isfinite(found.order) or not found.informative or responds:
         return found
     note = "its mean is as right with too much noise and too long steps: a symmetry fixes it"

@@ -196,7 +196,7 @@ class HalfSteps(NamedTuple):
     first: Nodes
     second: Nodes
 
-    def beside(self, records: tuple[NoiseRecord, ...], h: float) -> "HalfSteps":
+    def with_records(self, records: tuple[NoiseRecord, ...], h: float) -> "HalfSteps":
         """Return the same with the noise beside Brownian motions of a step of size h."""
         found = self
         for record in records:

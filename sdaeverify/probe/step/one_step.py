@@ -205,11 +205,11 @@ def _depends_on_run(step: OneStep) -> bool:
     """
     h = RUN_H * step.view.time_unit
     with np.errstate(all="ignore"):
-        off, finer = _off(step, h), _off(step, h / FINER)
+        off, finer = _distance_from_run(step, h), _distance_from_run(step, h / FINER)
     return off > MOVED and not finer * FINER**VANISHING < off
 
 
-def _off(step: OneStep, h: float) -> float:
+def _distance_from_run(step: OneStep, h: float) -> float:
     """Return how far the steps of a run are at most from those that `enter` begins at the same states."""
     x, t = cloud(step.view, step.equation)[:, ::4], WHEN * step.view.horizon
     rng = np.random.Generator(np.random.Philox(key=SEED + 9))

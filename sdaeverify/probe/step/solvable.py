@@ -74,8 +74,8 @@ def _level(step: OneStep, x: Array, noise: Array, h: float) -> tuple[Array, Arra
     increment = Increment(np.sqrt(h) * noise, still if "H" in step.scheme.noise else None, K=still, A=areas)
     result = step.scheme.prepare(step.view, h)(step.enter(wide, t, h), t, increment)
     failed = np.zeros(wide.shape[1], dtype=bool) if result.failed is None else result.failed
-    return _any(failed), _any(~all_finite(flatten(result.state)))
+    return _any_of_pairs(failed), _any_of_pairs(~all_finite(flatten(result.state)))
 
 
-def _any(bad: Array) -> Array:
+def _any_of_pairs(bad: Array) -> Array:
     return bad.reshape(-1, 2).any(axis=1).astype(float)

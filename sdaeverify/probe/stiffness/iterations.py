@@ -131,14 +131,14 @@ def run_iterations(scheme: Scheme, view: Any, steps: Sequence[int], seed: int) -
     """
     eps, sizes = np.array(RUNS), view.horizon / np.array(steps[:LEVELS])
     with np.errstate(all="ignore"):
-        found = [[_along(scheme, member(view, each), float(h), seed) for h in sizes] for each in eps]
+        found = [[_count_along_run(scheme, member(view, each), float(h), seed) for h in sizes] for each in eps]
     above, most, paths, failed = (
         np.array([[np.asarray(run[index]) for run in runs] for runs in found]) for index in range(4)
     )
     return RunIterations(sizes, eps, np.moveaxis(above, 2, 0), np.moveaxis(most, 2, 0), paths, failed)
 
 
-def _along(scheme: Scheme, problem: Any, h: float, seed: int) -> tuple[Array, Array, int, float]:
+def _count_along_run(scheme: Scheme, problem: Any, h: float, seed: int) -> tuple[Array, Array, int, float]:
     """Return the first axes of `above` and `most`, and `paths` and `failed`, of one run."""
     names, step, rng = (
         counters(scheme, problem),

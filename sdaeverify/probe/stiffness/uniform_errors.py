@@ -345,7 +345,7 @@ def _level(scheme: Scheme, view: Any, h: float) -> tuple[Array, ...]:
     x, sizes, failed = _states(view, h), [], 0.0
     for ratio in RATIOS:
         one_step = OneStep(scheme, member(view, ratio * h))
-        whole, halves = _after(one_step, x, h, 1), _after(one_step, x, 0.5 * h, 2)
+        whole, halves = _combine_steps(one_step, x, h, 1), _combine_steps(one_step, x, 0.5 * h, 2)
         sizes.append(np.abs(whole.moments - halves.moments).max(axis=1))
         failed = max(failed, whole.failed, halves.failed)
     nodes = _nodes(one_step)
@@ -372,7 +372,7 @@ class _After(NamedTuple):
     failed: float
 
 
-def _after(one_step: OneStep, x: Array, h: float, steps: int) -> _After:
+def _combine_steps(one_step: OneStep, x: Array, h: float, steps: int) -> _After:
     """Return what is known after steps whose nodes are all combined."""
     nodes = _nodes(one_step)
     count, states = len(nodes.weights), x.shape[1]

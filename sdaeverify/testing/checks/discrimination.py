@@ -55,11 +55,11 @@ def _claiming(subject: ProblemSubject, control: Control, label: str) -> Scheme:
 
 def _find_contradiction(control: Control, positive: CellResult, negative: CellResult) -> str:
     what, wrong = f"{control.measure} order {control.order:g}", {Verdict.ERROR, Verdict.DIVERGED}
-    if found := _first(positive, {Verdict.REFUTED, *wrong}):
+    if found := _first_words(positive, {Verdict.REFUTED, *wrong}):
         return f"the positive control {control.positive} of {what} is not verified: {found}"
     if _absent(positive) != _absent(negative):
         return f"one of the controls {control.positive} and {control.negative} of {what} cannot be put to it"
-    if (found := _first(negative, wrong)) or (found := _all_verified(negative)):
+    if (found := _first_words(negative, wrong)) or (found := _all_verified(negative)):
         return f"the negative control {control.negative} of {what} is not refuted: {found}"
     return ""
 
@@ -67,8 +67,8 @@ def _find_contradiction(control: Control, positive: CellResult, negative: CellRe
 def _find_undecided(control: Control, positive: CellResult, negative: CellResult) -> str:
     if _absent(positive):
         return ""
-    undecided = "" if _first(positive, {Verdict.VERIFIED}) else control.positive
-    undecided = undecided or ("" if _first(negative, {Verdict.REFUTED}) else control.negative)
+    undecided = "" if _first_words(positive, {Verdict.VERIFIED}) else control.positive
+    undecided = undecided or ("" if _first_words(negative, {Verdict.REFUTED}) else control.negative)
     return undecided and f"{undecided} as a control of {control.measure} order {control.order:g}"
 
 
@@ -82,7 +82,7 @@ def _all_verified(result: CellResult) -> str:
     return _finding_words(judged[0]) if verified else ""
 
 
-def _first(result: CellResult, verdicts: set[Verdict]) -> str:
+def _first_words(result: CellResult, verdicts: set[Verdict]) -> str:
     return next((_finding_words(finding) for finding in result.findings if finding.verdict in verdicts), "")
 
 

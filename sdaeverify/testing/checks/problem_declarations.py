@@ -91,12 +91,12 @@ def check_relaxation(subject: ProblemSubject) -> str:
 def check_traits(subject: ProblemSubject) -> str:
     """Expect every declared trait to be true: where one is false, claims are refuted that nobody made."""
     for name in sorted(subject.problem.traits):
-        if text := _against(subject, name):
+        if text := _evidence_against(subject, name):
             return f"trait {name} is false: {text}"
     return ""
 
 
-def _against(subject: ProblemSubject, name: str) -> str:
+def _evidence_against(subject: ProblemSubject, name: str) -> str:
     if name in EVIDENCE:
         return EVIDENCE[name](subject)
     stated = next(trait for trait in subject.problem.traits if trait == name)

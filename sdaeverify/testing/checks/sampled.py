@@ -127,7 +127,7 @@ def exact_walker(problem: Any, truth: Pathwise, level: int, paths: int) -> Walke
     return Walker(truth.start(paths), advance, truth.parts, level)
 
 
-def together(
+def walk_together(
     problem: Any, label: str, walkers: Sequence[Walker], paths: int, *, mirrored: bool = False
 ) -> Iterator[float]:
     """Advance walkers on the same Brownian paths and yield the times at which they meet: T/2 and T.
@@ -150,12 +150,12 @@ def together(
     for n, levels in zip(range(COARSEST), steps, strict=False):
         for walker in walkers:
             noise = levels[walker.level]
-            walker.walk(_both(noise) if mirrored else noise, H / 2**walker.level)
+            walker.walk(_mirror(noise) if mirrored else noise, H / 2**walker.level)
         if n + 1 in {COARSEST // 2, COARSEST}:
             yield (n + 1) * H
 
 
-def _both(noise: LevelNoise) -> LevelNoise:
+def _mirror(noise: LevelNoise) -> LevelNoise:
     def both(part: Array | None, sign: float = -1.0) -> Array | None:
         return None if part is None else np.concatenate([part, sign * part], axis=-1)
 
@@ -194,7 +194,7 @@ def check_solution_simulated(subject: ProblemSubject) -> str:
     reference = exact_walker(problem, truth, level, PATHS)
     squares: dict[str, Array] = defaultdict(lambda: np.zeros(len(LEVELS)))
     sizes: dict[str, float] = defaultdict(float)
-    for t in together(problem, subject.spec.label, [*runs, reference], PATHS):
+    for t in walk_together(problem, subject.spec.label, [*runs, reference], PATHS):
         exact = reference.parts(t)
         for name in exact.keys() & runs[0].parts(t).keys():
             squares[name] += [np.mean((run.parts(t)[name] - exact[name]) ** 2) for run in runs]
@@ -228,7 +228,7 @@ def check_solution_averaged(subject: ProblemSubject) -> str:
     wanted = moments(subject)
     reference = exact_walker(problem, truth, 0, MANY)
     quantile, compared = _quantile(2 * len(wanted)), 0
-    for t in together(problem, subject.spec.label, [reference], MANY):
+    for t in walk_together(problem, subject.spec.label, [reference], MANY):
         for moment in wanted:
             values = _evaluate_observable(problem, moment, t, reference.parts(t))
             if values is None or _heavy(values):
@@ -236,7 +236,7 @@ def check_solution_averaged(subject: ProblemSubject) -> str:
             compared += 1
             mean, expected = Mean.of(values), moment.value(t)
             if abs(mean.value - expected) > quantile * mean.se + ROUNDING * max(1.0, abs(expected)):
-                return _apart(f"the solution's {moment.observable}", mean, quantile, expected, t)
+                return _describe_gap(f"the solution's {moment.observable}", mean, quantile, expected, t)
     if not compared:
         raise Inapplicable("no moment is one of known components with light tails")
     return ""
@@ -250,7 +250,7 @@ def check_moments_simulated(subject: ProblemSubject) -> str:
     problem, wanted = subject.problem, moments(subject)
     coarse, fine = euler_walker(problem, 3, 8 * PATHS), euler_walker(problem, 5, 8 * PATHS)
     quantile, compared = _quantile(4 * len(wanted)), 0
-    for t in together(problem, subject.spec.label, [coarse, fine], 8 * PATHS, mirrored=True):
+    for t in walk_together(problem, subject.spec.label, [coarse, fine], 8 * PATHS, mirrored=True):
         for moment in wanted:
             values = _pair(problem, moment, t, coarse, fine)
             if values is None:
@@ -259,7 +259,7 @@ def check_moments_simulated(subject: ProblemSubject) -> str:
             mean, change = Mean.of(values[1]), Mean.of(values[1] - values[0])
             bias, expected = 2.0 * (abs(change.value) + quantile * change.se), moment.value(t)
             if abs(mean.value - expected) > quantile * mean.se + bias + ROUNDING * max(1.0, abs(expected)):
-                return _apart(f"Euler's {moment.observable}", mean, quantile, expected, t)
+                return _describe_gap(f"Euler's {moment.observable}", mean, quantile, expected, t)
     if not compared:
         raise Inapplicable("no moment has light tails")
     return ""
@@ -294,6 +294,6 @@ def _quantile(means: int) -> float:
     return -float(scipy.special.ndtri(LEVEL / (2 * means)))
 
 
-def _apart(what: str, mean: Mean, quantile: float, expected: float, t: float) -> str:
+def _describe_gap(what: str, mean: Mean, quantile: float, expected: float, t: float) -> str:
     interval = f"{mean.value:.6g} +- {quantile * mean.se:.2g}"
     return f"{what} has the mean {interval} at t = {t:.3g}, where the moment is {expected:.6g}"
