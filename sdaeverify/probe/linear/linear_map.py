@@ -83,10 +83,11 @@ class MemoryStep:
         return flatten(step.state), step.failed is not None and bool(np.any(step.failed))
 
     def at_nodes(self, x: Array, nodes: Nodes) -> tuple[Array, bool]:
-        """Return the memory after a step from every state at every node, shape (k, states, K), in one batch."""
-        states, count = x.shape[1], len(nodes.weights)
-        after, failed = self.advance(np.repeat(x, count, axis=1), nodes.increment(self.h, states))
-        return after.reshape(len(x), states, count), failed
+        """Return the memory after a step from every state at every node, shape (k, states, K)."""
+        states, parts = x.shape[1], nodes.in_batches(x.shape[1])
+        found = [self.advance(np.repeat(x, len(part.weights), axis=1), part.increment(self.h, states)) for part in parts]
+        after = [values.reshape(len(x), states, -1) for values, _ in found]
+        return np.concatenate(after, axis=-1) if len(after) > 1 else after[0], any(failed for _, failed in found)
 
     def reading(self) -> Array:
         """Return the map of (x, 1) to (y, 1), y being the comparable components, shape (d + 1, k + 1)."""

@@ -5,15 +5,17 @@ At a state x, with the noise xi = (xi_1, xi_2) of two half steps at Gauss-Hermit
     d_self = Phi_h(x; xi) - Phi_{h/2}(Phi_{h/2}(x; xi_1); xi_2),     d_em = Phi_h(x; xi) - [x + f h + B dW].
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, each
 from ...contracts.scheme import Scheme
 from ...forms import Equation, Problem
+from ...noise.brownian import Increment
 from ...numerics.digits import SCALE, keep_defined, significant
-from ..step.nodes import MOST_NODES, HalfSteps, half_steps
+from ..step.nodes import MOST_NODES, HalfSteps, Nodes, half_steps
 from ..step.one_step import OneStep, why_unresolved
 from ..step.states import WHEN, in_batches
 from ..step.times import ProbeTime, times
@@ -174,17 +176,24 @@ def _level(
 def _defects_at(step: OneStep, x: Array, nodes: HalfSteps, h: float, t: float) -> tuple[Array, Array, Array]:
     """Return the same of a step from time t."""
     states, weights = x.shape[1], nodes.whole.weights
-    wide = np.repeat(x, len(weights), axis=1)
-    whole, first, second = (part.increment(h, states) for part in nodes)
-    once = step(wide, t, h, whole)
-    state = step.advance(step.enter(wide, t, 0.5 * h), t, 0.5 * h, first)
-    middle = step.read(state)
+    once, alone = _spread(nodes.whole, x, h, lambda *at: np.stack([step(at[0], t, h, at[1]), step.euler(at[0], t, h, at[1])]))
+    state = _spread(nodes.first, x, h, lambda wide, noise: step.advance(step.enter(wide, t, 0.5 * h), t, 0.5 * h, noise))
+    middle, second = step.read(state), nodes.second.increment(h, states)
     twice = step.read(step.advance(state, t + 0.5 * h, 0.5 * h, second))
-    euler = step.euler(wide, t, h, whole), step.euler(middle, t + 0.5 * h, 0.5 * h, second)
-    defects = np.stack([once - twice, once - euler[0], twice - euler[1]]).reshape(3, len(x), states, -1)
+    later = step.euler(middle, t + 0.5 * h, 0.5 * h, second)
+    defects = np.stack([once - twice, once - alone, twice - later]).reshape(3, len(x), states, -1)
     scale = np.maximum(np.abs(x).max(axis=0), np.abs(once).max(axis=0).reshape(states, -1).max(axis=1))
     squares = defects**2 @ weights, (defects @ weights) ** 2
     rms, mean = (
         np.sqrt(np.stack([part[:, rows].sum(axis=1) for rows in step.names.values()], axis=1)) for part in squares
     )
     return rms, mean, scale
+
+
+def _spread(nodes: Nodes, x: Array, h: float, advance: Callable[[Array, Increment], Any]) -> Any:
+    """Return what becomes of every state at every node, each noise of many nodes being asked once."""
+    states, (some, place) = x.shape[1], nodes.distinct()
+    wide = np.repeat(x, len(some.weights), axis=1)
+    found = advance(wide, some.increment(h, states))
+    places = (np.arange(states)[:, None] * len(some.weights) + place).ravel()
+    return each(lambda part: part[..., places], found)

@@ -6,6 +6,7 @@ polynomials up to degree 2n - 1 in each normal with n Gauss-Hermite nodes.
 
 from collections.abc import Mapping
 from functools import lru_cache
+from itertools import pairwise
 from math import prod
 from typing import Any, NamedTuple
 
@@ -22,6 +23,8 @@ FEWEST = 3
 # Larger than this it may not be with three nodes a variable either: so many random points take its place.
 LARGEST, POINTS = 7_000, 2_000
 SEED = 20170601
+# Paths of a step at once: more do not stay near the processor, and a solver goes on until the last has its root.
+BATCH = 16_384
 
 
 class Rule(NamedTuple):
@@ -75,9 +78,43 @@ class Nodes(NamedTuple):
         H = None if self.H is None else self.H[:, :count]
         return Nodes(self.dW[:, :count], H, np.full(count, 1.0 / count), exact=False)
 
+    def in_batches(self, states: int) -> "list[Nodes]":
+        """Return the nodes in parts that so many states at each of them make no long batch of."""
+        count = len(self.weights)
+        parts = -(-states * count // BATCH)
+        if parts <= 1:
+            return [self]
+        ends = np.linspace(0, count, parts + 1).astype(int).tolist()
+        return [self.taken(slice(*pair)) for pair in pairwise(ends)]
+
+    def distinct(self) -> "tuple[Nodes, Array]":
+        """Return the nodes whose noise is no other one's, and the place of each node among them.
+
+        What is asked at these alone holds at all: half the noise of a product rule has few values, each of them many
+        times. Nodes with records are taken as they are.
+        """
+        x = self.dW if self.H is None else np.concatenate([self.dW, self.H])
+        if self.records or not self.exact:
+            return self, np.arange(len(self.weights))
+        first, place = _distinct_columns(x.tobytes(), len(x))
+        return self.taken(first), place
+
+    def taken(self, places: Array | slice) -> "Nodes":
+        """Return some of the nodes, without records."""
+        return Nodes(self.dW[:, places], None if self.H is None else self.H[:, places], self.weights[places])
+
     def mean(self, values: Array) -> Array:
         """Return the expectation over the nodes of values of shape (..., K)."""
         return np.asarray(np.einsum("...k,k->...", values, self.weights))
+
+
+@lru_cache(maxsize=8)
+def _distinct_columns(x: bytes, rows: int) -> tuple[Array, Array]:
+    # Where each column is found first, and which of these every column is.
+    _, first, place = np.unique(
+        np.frombuffer(x).reshape(rows, -1), axis=1, return_index=True, return_inverse=True
+    )
+    return first, place.ravel()
 
 
 @lru_cache(maxsize=64)

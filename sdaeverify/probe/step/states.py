@@ -8,7 +8,7 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...forms import Equation, Problem
 from ...numerics import all_finite, norm, solve
-from .nodes import SEED
+from .nodes import BATCH, SEED
 
 # Points of the cloud beside the initial state, in each of its two parts.
 PILOT, SCATTERED = 6, 6
@@ -23,8 +23,6 @@ CLOSE = 1e-10
 SIZE = 1 + PILOT + SCATTERED
 # Time of the step as a part of the horizon: at 0, derivatives of the coefficients in time may vanish.
 WHEN = 0.2
-# Paths of a step at once: more do not stay near the processor, and a solver goes on until the last has its root.
-BATCH = 16_384
 
 
 @lru_cache(maxsize=8)
