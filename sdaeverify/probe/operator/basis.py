@@ -8,7 +8,7 @@ interpolation, which folds what a step adds beyond the basis back into it.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -44,7 +44,7 @@ class AxisBasis(NamedTuple):
         return np.asarray(self.values(self.nodes) * self.weights)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Basis:
     """Products phi_a(z_1) psi_b(z_2), in this order of (a, b) with b fastest; the first of them is 1.
 
@@ -88,6 +88,7 @@ class Basis:
         return np.asarray(np.matmul(second, half).reshape(-1, *values.shape[1:]))
 
 
+@lru_cache(maxsize=8)
 def chart_basis(chart: Chart, angle: int = 25, line: int = 24) -> Basis:
     """Return the basis for the functions of a chart.
 

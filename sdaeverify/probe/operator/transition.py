@@ -24,6 +24,8 @@ from .chart_equation import output_rows, require_chart
 
 # Gauss-Hermite nodes for each of so many normals a step; with more of them there is no operator.
 NODES = {1: 8, 2: 8, 3: 5, 4: 4}
+# Paths whose functions are evaluated at once.
+AT_ONCE = 2_048
 # A coordinate that leaps further than so many scales has blown up.
 BLOWN_UP = 1e6
 # Rounding of embed and read, and what a solver's tolerance may add, relative to the state.
@@ -49,6 +51,11 @@ class Transition(NamedTuple):
     departure: float
     failed: float
     truncated: float
+
+    @property
+    def noticed(self) -> tuple[float, float, float]:
+        """What is not the matrix."""
+        return self.departure, self.failed, self.truncated
 
 
 class Given(NamedTuple):
@@ -123,10 +130,18 @@ def stationary(matrix: Array) -> Array:
 
 def _means(basis: Basis, nodes: Nodes, z: Array) -> Array:
     # E phi_j over the noise from each node of the quadrature, shape (Q, n), the paths of z being (Q, K).
+    weights = nodes.weights
+    paths = z.reshape(len(z), -1, len(weights))
+    # Few at a time: the values of all functions on all paths do not stay near the processor.
+    parts = np.array_split(paths, -(-z.shape[1] // AT_ONCE), axis=1)
+    return np.concatenate([_means_of_some(basis, weights, part.reshape(len(z), -1)) for part in parts])
+
+
+def _means_of_some(basis: Basis, weights: Array, z: Array) -> Array:
     first, second = (
-        np.moveaxis(values.reshape(len(values), -1, len(nodes.weights)), 0, 1) for values in basis.factors(z)
+        np.moveaxis(values.reshape(len(values), -1, len(weights)), 0, 1) for values in basis.factors(z)
     )
-    return np.asarray(np.matmul(first * nodes.weights, np.swapaxes(second, 1, 2)).reshape(len(first), -1))
+    return np.asarray(np.matmul(first * weights, np.swapaxes(second, 1, 2)).reshape(len(first), -1))
 
 
 def _normals(one_step: OneStep) -> int:

@@ -10,7 +10,8 @@ truncation weakens friction but not noise, the stationary law has tails |v|^-q w
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import NamedTuple
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -78,14 +79,19 @@ class TransitionErrors(NamedTuple):
         return self._replace(**both, response=finer.response)
 
 
+# Means of all functions under a law, and what was noticed of the steps that lead to it.
+_Law = tuple[Array, tuple[float, float, float]]
+
+
 class _Question(NamedTuple):
-    # Whose means are asked for (O observables) and at which step sizes (H); the scheme's law as a function of
-    # (basis, matrix, steps), and the exact means as one of (basis, coefficients of the observables).
+    # Whose means are asked for (O observables) and at which step sizes (H); the scheme's law and what was noticed of
+    # its steps as a function of (number of steps, arguments of `transition`), and the exact means as one of (basis,
+    # coefficients of the observables).
     one_step: OneStep
     names: tuple[str, ...]
     h: Array
     steps: Array
-    law: Callable[[Basis, Array, int], Array]
+    law: Callable[..., _Law]
     exact: Callable[[Basis, Array], Array]
 
 
@@ -126,11 +132,11 @@ def weak_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Transiti
     (ito, chart), T = require_chart(view), view.horizon
     start = chart.read(ito.initial(1))
 
-    def law(basis: Basis, matrix: Array, count: int) -> Array:
-        means = basis.values(start)[:, 0]
+    def law(count: int, one_step: OneStep, basis: Basis, *how: Any) -> _Law:
+        step, means = transition(one_step, basis, *how), basis.values(start)[:, 0]
         for _ in range(count):
-            means = means @ matrix
-        return means
+            means = means @ step.matrix
+        return means, step.noticed
 
     def exact(basis: Basis, functions: Array) -> Array:
         if all(name in truths for name in names):
@@ -163,8 +169,8 @@ def invariant_errors(
     TransitionErrors
     """
 
-    def law(_: Basis, matrix: Array, __: int) -> Array:
-        return stationary(matrix)
+    def law(_: int, *how: Any) -> _Law:
+        return _stationary_law(*how)
 
     def exact(_: Basis, __: Array) -> Array:
         return np.array([truths[name] for name in names])
@@ -193,10 +199,18 @@ def _means(question: _Question, basis: Basis, fewer: int = 0, given: Given = ASK
     values = _evaluate_observables(question.one_step.view, question.names, basis.nodes)
     functions = basis.project(values.T)
     exact = question.exact(basis, functions)
-    transitions = [transition(question.one_step, basis, h, fewer, given) for h in question.h]
-    laws = [question.law(basis, step.matrix, round(n)) for step, n in zip(transitions, question.steps, strict=True)]
-    noticed = np.array([(step.departure, step.failed, step.truncated) for step in transitions])
-    return _Means(np.array(laws) @ functions - exact, exact, np.sqrt(values**2 @ basis.weights), noticed.T)
+    sizes = zip(question.steps, question.h, strict=True)
+    found = [question.law(round(n), question.one_step, basis, h, fewer, given) for n, h in sizes]
+    laws, noticed = zip(*found, strict=True)
+    errors = np.array(laws) @ functions - exact
+    return _Means(errors, exact, np.sqrt(values**2 @ basis.weights), np.array(noticed).T)
+
+
+@lru_cache(maxsize=32)
+def _stationary_law(one_step: OneStep, basis: Basis, h: float, fewer: int, given: Given) -> _Law:
+    # Remembered for the densities, which are those of the same steps.
+    step = transition(one_step, basis, h, fewer, given)
+    return stationary(step.matrix), step.noticed
 
 
 def _evaluate_observables(view: Problem, names: Sequence[str], z: Array, outputs: float = 0.0) -> Array:
@@ -268,16 +282,21 @@ def stationary_densities(scheme: Scheme, view: Problem, h: float) -> Densities:
     Densities
         NaN where a law is not known.
     """
-    ito, chart = require_chart(view)
+    _, chart = require_chart(view)
     basis = chart_basis(chart, *FINE[len(chart.axes)])
     with np.errstate(all="ignore"):
-        own = stationary(transition(OneStep(scheme, view), basis, h).matrix)
-        G = generator(ito, chart, basis)
-        # pi with pi G = 0 and pi(1) = 1.
-        exact = stationary(np.eye(len(G)) + G)
+        own, _ = _stationary_law(OneStep(scheme, view), basis, h, 0, ASKED)
+        exact = _invariant(view, basis)
         at = np.array([_points(axis) for axis in chart.axes])
         found = [np.array(list(_marginals(basis, law, chart.axes, at))) for law in (own, exact)]
     return Densities(np.array(h), at, *found)
+
+
+@lru_cache(maxsize=4)
+def _invariant(view: Problem, basis: Basis) -> Array:
+    """Return pi with pi G = 0 and pi(1) = 1."""
+    G = generator(*require_chart(view), basis)
+    return stationary(np.eye(len(G)) + G)
 
 
 def _points(axis: Angle | Line) -> Array:
