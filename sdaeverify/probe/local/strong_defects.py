@@ -6,6 +6,7 @@ At a state x, with the noise xi = (xi_1, xi_2) of two half steps at Gauss-Hermit
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -72,8 +73,11 @@ def no_local_order(scheme: Scheme, view: Problem) -> str:
     return why_unresolved(view, shortest) or step.refusal(beside=True) or step.all_truncated(_last_but_one(view))
 
 
+@lru_cache(maxsize=4)
 def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     """Probe one step and two half steps of each size at each state of the cloud, and at each time that counts.
+
+    Remembered, because several measures ask for the same.
 
     Parameters
     ----------

@@ -4,6 +4,7 @@ The radius r is the least number that is above the squares of all eigenvalues wi
 principle, and at which the gain of the noise is at most 1. No matrix of the history's second moments is made.
 """
 
+from copy import copy
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -135,12 +136,15 @@ class Layout(NamedTuple):
     rows, columns : ndarray, shape (E,)
         Places of all entries, in the first order of unknowns.
     order, starts : ndarray
-        Sorts entries by rows and columns; where each of these places begins, and in `ends` each row.
-    ends : ndarray, shape (N + 1,)
+        Sorts entries by rows and columns; where each of these places begins.
     places : ndarray, shape (N,)
         Of the unknowns, in an order that makes the matrix a banded one.
     above, below : int
         Number of its diagonals beside the main one.
+    cells : ndarray, shape (E,)
+        Place of every entry in LAPACK's flat array of diagonals.
+    empty : csr_array, shape (N, N)
+        The matrix in the first order, whose values are yet to be set.
     """
 
     used: Array
@@ -148,23 +152,22 @@ class Layout(NamedTuple):
     columns: Array
     order: Array
     starts: Array
-    ends: Array
     places: Array
     above: int
     below: int
+    cells: Array
+    empty: "scipy.sparse.csr_array"
 
     def factorise(self, values: Array) -> "Banded":
         """Return the matrix with some values of its entries, equal places being added."""
-        size = len(self.places)
-        new_rows, new_columns = self.places[self.rows], self.places[self.columns]
-        diagonals = np.zeros((2 * self.below + self.above + 1, size))
-        np.add.at(diagonals, (self.below + self.above + new_rows - new_columns, new_columns), values)
+        shape = 2 * self.below + self.above + 1, len(self.places)
+        diagonals = np.bincount(self.cells, values, shape[0] * shape[1]).reshape(shape)
         factors, pivots, singular = scipy.linalg.lapack.dgbtrf(diagonals, self.below, self.above, overwrite_ab=True)
         if singular:
             raise np.linalg.LinAlgError("singular matrix")
-        data = np.add.reduceat(values[self.order], self.starts)
-        entries = data, self.columns[self.order][self.starts], self.ends
-        return Banded(scipy.sparse.csr_array(entries, shape=(size, size)), self, factors, pivots)
+        matrix = copy(self.empty)
+        matrix.data = np.add.reduceat(values[self.order], self.starts)
+        return Banded(matrix, self, factors, pivots)
 
 
 class Banded(NamedTuple):
@@ -186,7 +189,7 @@ class Banded(NamedTuple):
 
     def solve(self, right: Array) -> Array:
         """Return the solution for right sides of shape (N, S)."""
-        _, _, _, _, _, _, places, above, below = self.layout
+        places, above, below = self.layout.places, self.layout.above, self.layout.below
         moved = np.empty_like(right)
         moved[places] = right
         found, _ = scipy.linalg.lapack.dgbtrs(self.factors, below, above, moved, self.pivots, overwrite_b=True)
@@ -266,7 +269,11 @@ def _layout(lags: tuple[int, ...], k: int, there: bytes, count: int) -> Layout:
     starts = np.concatenate([[0], 1 + np.flatnonzero(change)])
     ends = np.searchsorted(rows[order][starts], np.arange(len(places) + 1))
     offsets = places[columns] - places[rows]
-    return Layout(used, rows, columns, order, starts, ends, places, int(offsets.max()), int(-offsets.min()))
+    above, below = int(offsets.max()), int(-offsets.min())
+    cells = (below + above - offsets) * len(places) + places[columns]
+    entries = np.zeros(len(starts)), columns[order][starts], ends
+    empty = scipy.sparse.csr_array(entries, shape=(len(places), len(places)))
+    return Layout(used, rows, columns, order, starts, places, above, below, cells, empty)
 
 
 def _fold_places(count: int, block: int) -> Array:
@@ -298,6 +305,8 @@ ERRORS = 10.0
 # Powers of r that are used stay below this.
 LARGEST_POWER = 1e200
 LARGEST_RADIUS = 1e30
+# By this a number is smaller than what rounding makes of its logarithm.
+CLOSER = 1.0 - 1e-12
 # Rows of a companion matrix whose eigenvalues are looked for, what rounding leaves of no noise, and the width that is
 # enough, relative to the radius.
 DENSE, NEGLIGIBLE, CERTAIN = 256, 1e-12, 1e-10
@@ -330,8 +339,10 @@ def radius(step: LinearDelayStep, mesh: Mesh, *, certified: bool = True) -> Spec
         return SpectralRadius(np.inf, np.inf)
     if low <= floor and _excess(recursion, floor) > 0.0:
         return SpectralRadius(0.5 * floor, 0.5 * floor)
+    # Where no eigenvalue is outside a circle, none is outside a larger one.
+    excess = _noise_excess if outside(recursion, float(np.sqrt(CLOSER * low))) == 0 else _excess
     logarithm = scipy.optimize.brentq(
-        lambda s: _excess(recursion, float(np.exp(s))), np.log(low), np.log(high), xtol=1e-15, rtol=1e-15
+        lambda s: excess(recursion, float(np.exp(s))), np.log(low), np.log(high), xtol=1e-15, rtol=1e-15
     )
     rho = float(np.exp(logarithm))
     return SpectralRadius(rho, _width(recursion, rho) if certified else np.inf)
@@ -355,8 +366,10 @@ def _without_noise(recursion: Lagged, floor: float) -> SpectralRadius | None:
 
 def _excess(recursion: Lagged, r: float) -> float:
     # Negative below the radius, positive above, and nearly linear where noise makes the radius.
-    if outside(recursion, float(np.sqrt(r))) != 0:
-        return -1.0
+    return -1.0 if outside(recursion, float(np.sqrt(r))) != 0 else _noise_excess(recursion, r)
+
+
+def _noise_excess(recursion: Lagged, r: float) -> float:
     gain = noise_gain(recursion, r).value
     return 1.0 / gain - 1.0 if gain > 0.5 else 1.0
 
