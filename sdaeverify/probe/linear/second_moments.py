@@ -44,7 +44,7 @@ class Operator(NamedTuple):
         """Return sum_k w_k A_k P A_k^T, shape (n, n)."""
         n = self.dimension
         # Rows of A_k P and of A_k side by side for all k, so that one product of matrices sums over them.
-        left = np.tensordot(self.factors * self.weights, P, axes=(1, 0)).reshape(n, -1)
+        left = ((self.factors * self.weights).swapaxes(1, 2).reshape(-1, n) @ P).reshape(n, -1)
         return np.asarray(left @ self.factors.swapaxes(1, 2).reshape(n, -1).T)
 
     def dense(self) -> Array:

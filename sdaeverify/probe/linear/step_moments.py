@@ -265,9 +265,15 @@ def expectation(step: MemoryStep, noise: StepNoise, *, kinks: bool = True) -> Ex
 
 def disagreement(a: Operator, b: Operator) -> float:
     """Return the largest difference of two operators' values at some random positive matrices, relative."""
-    trials = _positive(a.dimension)
-    values = [np.stack([operator(P) for P in trials]) for operator in (a, b)]
-    return relative((values[0] - values[1]).reshape(-1, 1), values[0].reshape(-1, 1))
+    return _apart(_try_operator(a), _try_operator(b))
+
+
+def _try_operator(operator: Operator) -> Array:
+    return np.stack([operator(P) for P in _positive(operator.dimension)])
+
+
+def _apart(values: Array, others: Array) -> float:
+    return relative((values - others).reshape(-1, 1), values.reshape(-1, 1))
 
 
 def factors_of(step: MemoryStep, noise: StepNoise, x: Array) -> Array:
@@ -289,13 +295,15 @@ def _climb_rules(step: MemoryStep, noise: StepNoise, rules: Iterable[Nodes | Non
     """Return the first rule that agrees with the one before, else the last two; rules that are too large are None."""
     x = noise.simplex()
     found = Expectation(Operator(factors_of(step, noise, x), np.full(x.shape[1], 1.0 / x.shape[1])), None)
-    for place, nodes in enumerate(rules):
+    before = None
+    for nodes in rules:
         if nodes is None:
             break
         finer = Operator(factors_at(step, nodes), nodes.weights)
-        found = Expectation(finer, found.operator if place else None)
-        if found.disagreement <= AGREEMENT:
+        values = _try_operator(finer)
+        if before is not None and _apart(values, before) <= AGREEMENT:
             return Expectation(finer, finer)
+        found, before = Expectation(finer, None if before is None else found.operator), values
     return found
 
 

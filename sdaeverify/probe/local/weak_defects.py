@@ -36,6 +36,8 @@ LEVELS = 2.0 ** -np.arange(3.0, 19.0)
 # Gauss-Hermite nodes a variable, by the number of variables. Beyond, 3 nodes: exact to degree 5, enough for order 2.
 COUNTS = {1: 8, 2: 6, 3: 5, 4: 4}
 FEWEST_NODES = 3
+# Test functions with which a batch is as long as that of a step; of more it is shorter.
+FUNCTIONS = 32
 # An order needs so many of the finest step sizes that are not truncated.
 LEAST = 5
 
@@ -156,7 +158,7 @@ def _defects_at(step: OneStep, known: SemigroupReference, nodes: Nodes) -> tuple
 
     Of steps that are truncated they are NaN, and a state has none where some of the finest are.
     """
-    some = in_batches(known.states, len(nodes.weights))
+    some = in_batches(known.states, len(nodes.weights) * -(-len(known.means) // FUNCTIONS))
     levels = [
         tuple(map(np.hstack, zip(*(_level(step, known, nodes, level, x) for x in some), strict=True)))
         for level in range(len(known.h))

@@ -1,5 +1,6 @@
 """The members of a family: one problem with many stiffness parameters eps, its truths included."""
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -29,8 +30,12 @@ def stiffnesses(per_decade: int) -> Array:
     return np.asarray(10.0 ** np.linspace(LOWEST, HIGHEST, (HIGHEST - LOWEST) * per_decade + 1))
 
 
+@lru_cache(maxsize=128)
 def member(view: Any, eps: float = TYPICAL) -> StiffnessFamily:
-    """Return the problem with another eps; `no_family` has nothing against it."""
+    """Return the problem with another eps; `no_family` has nothing against it.
+
+    Remembered, because all schemes and measures ask for the same.
+    """
     family: StiffnessFamily = view.capability(StiffnessFamily)
     return family.member(float(eps))
 
