@@ -84,10 +84,12 @@ class MemoryStep:
 
     def at_nodes(self, x: Array, nodes: Nodes) -> tuple[Array, bool]:
         """Return the memory after a step from every state at every node, shape (k, states, K)."""
-        states, parts = x.shape[1], nodes.in_batches(x.shape[1])
-        found = [self.advance(np.repeat(x, len(part.weights), axis=1), part.increment(self.h, states)) for part in parts]
-        after = [values.reshape(len(x), states, -1) for values, _ in found]
-        return np.concatenate(after, axis=-1) if len(after) > 1 else after[0], any(failed for _, failed in found)
+        states, after, failed = x.shape[1], [], False
+        for part in nodes.in_batches(states):
+            values, lost = self.advance(np.repeat(x, len(part.weights), axis=1), part.increment(self.h, states))
+            after.append(values.reshape(len(x), states, -1))
+            failed = failed or lost
+        return np.concatenate(after, axis=-1) if len(after) > 1 else after[0], failed
 
     def reading(self) -> Array:
         """Return the map of (x, 1) to (y, 1), y being the comparable components, shape (d + 1, k + 1)."""

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...arrays import Array, each
-from ...contracts.scheme import Scheme
+from ...contracts.scheme import Scheme, State
 from ...forms import Equation, Problem
 from ...noise.brownian import Increment
 from ...numerics.digits import SCALE, keep_defined, significant
@@ -179,12 +179,18 @@ def _level(
 
 def _defects_at(step: OneStep, x: Array, nodes: HalfSteps, h: float, t: float) -> tuple[Array, Array, Array]:
     """Return the same of a step from time t."""
-    states, weights = x.shape[1], nodes.whole.weights
-    once, alone = _spread(nodes.whole, x, h, lambda *at: np.stack([step(at[0], t, h, at[1]), step.euler(at[0], t, h, at[1])]))
-    state = _spread(nodes.first, x, h, lambda wide, noise: step.advance(step.enter(wide, t, 0.5 * h), t, 0.5 * h, noise))
-    middle, second = step.read(state), nodes.second.increment(h, states)
-    twice = step.read(step.advance(state, t + 0.5 * h, 0.5 * h, second))
-    later = step.euler(middle, t + 0.5 * h, 0.5 * h, second)
+    states, weights, half = x.shape[1], nodes.whole.weights, 0.5 * h
+
+    def one(wide: Array, noise: Increment) -> Array:
+        return np.stack([step(wide, t, h, noise), step.euler(wide, t, h, noise)])
+
+    def first(wide: Array, noise: Increment) -> State:
+        return step.advance(step.enter(wide, t, half), t, half, noise)
+
+    (once, alone), state = _spread(nodes.whole, x, h, one), _spread(nodes.first, x, h, first)
+    second = nodes.second.increment(h, states)
+    twice = step.read(step.advance(state, t + half, half, second))
+    later = step.euler(step.read(state), t + half, half, second)
     defects = np.stack([once - twice, once - alone, twice - later]).reshape(3, len(x), states, -1)
     scale = np.maximum(np.abs(x).max(axis=0), np.abs(once).max(axis=0).reshape(states, -1).max(axis=1))
     squares = defects**2 @ weights, (defects @ weights) ** 2

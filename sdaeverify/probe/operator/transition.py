@@ -138,9 +138,7 @@ def _means(basis: Basis, nodes: Nodes, z: Array) -> Array:
 
 
 def _means_of_some(basis: Basis, weights: Array, z: Array) -> Array:
-    first, second = (
-        np.moveaxis(values.reshape(len(values), -1, len(weights)), 0, 1) for values in basis.factors(z)
-    )
+    first, second = (np.moveaxis(values.reshape(len(values), -1, len(weights)), 0, 1) for values in basis.factors(z))
     return np.asarray(np.matmul(first * weights, np.swapaxes(second, 1, 2)).reshape(len(first), -1))
 
 

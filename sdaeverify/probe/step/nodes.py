@@ -111,9 +111,7 @@ class Nodes(NamedTuple):
 @lru_cache(maxsize=8)
 def _distinct_columns(x: bytes, rows: int) -> tuple[Array, Array]:
     # Where each column is found first, and which of these every column is.
-    _, first, place = np.unique(
-        np.frombuffer(x).reshape(rows, -1), axis=1, return_index=True, return_inverse=True
-    )
+    _, first, place = np.unique(np.frombuffer(x).reshape(rows, -1), axis=1, return_index=True, return_inverse=True)
     return first, place.ravel()
 
 
