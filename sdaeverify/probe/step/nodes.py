@@ -79,10 +79,10 @@ class Nodes(NamedTuple):
         return Nodes(self.dW[:, :count], H, np.full(count, 1.0 / count), exact=False)
 
     def in_batches(self, states: int) -> "list[Nodes]":
-        """Return the nodes in parts that so many states at each of them make no long batch of."""
+        """Return the nodes in parts that so many states at each make no long batch of; with records, as one."""
         count = len(self.weights)
         parts = -(-states * count // BATCH)
-        if parts <= 1:
+        if parts <= 1 or self.records:
             return [self]
         ends = np.linspace(0, count, parts + 1).astype(int).tolist()
         return [self.taken(slice(*pair)) for pair in pairwise(ends)]
