@@ -265,14 +265,14 @@ def expectation(step: MemoryStep, noise: StepNoise, *, kinks: bool = True) -> Ex
 
 def disagreement(a: Operator, b: Operator) -> float:
     """Return the largest difference of two operators' values at some random positive matrices, relative."""
-    return _apart(_try_operator(a), _try_operator(b))
+    return _difference(_try_operator(a), _try_operator(b))
 
 
 def _try_operator(operator: Operator) -> Array:
     return np.stack([operator(P) for P in _positive(operator.dimension)])
 
 
-def _apart(values: Array, others: Array) -> float:
+def _difference(values: Array, others: Array) -> float:
     return relative((values - others).reshape(-1, 1), values.reshape(-1, 1))
 
 
@@ -301,7 +301,7 @@ def _climb_rules(step: MemoryStep, noise: StepNoise, rules: Iterable[Nodes | Non
             break
         finer = Operator(factors_at(step, nodes), nodes.weights)
         values = _try_operator(finer)
-        if before is not None and _apart(values, before) <= AGREEMENT:
+        if before is not None and _difference(values, before) <= AGREEMENT:
             return Expectation(finer, finer)
         found, before = Expectation(finer, None if before is None else found.operator), values
     return found

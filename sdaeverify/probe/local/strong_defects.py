@@ -202,7 +202,7 @@ def _defects_at(step: OneStep, x: Array, nodes: HalfSteps, h: float, t: float) -
 
 def _spread(nodes: Nodes, x: Array, h: float, advance: Callable[[Array, Increment], Any]) -> Any:
     """Return what becomes of every state at every node, each noise of many nodes being asked once."""
-    states, (some, place) = x.shape[1], nodes.distinct()
+    states, (some, place) = x.shape[1], nodes.find_distinct()
     wide = np.repeat(x, len(some.weights), axis=1)
     found = advance(wide, some.increment(h, states))
     places = (np.arange(states)[:, None] * len(some.weights) + place).ravel()

@@ -85,9 +85,9 @@ class Nodes(NamedTuple):
         if parts <= 1 or self.records:
             return [self]
         ends = np.linspace(0, count, parts + 1).astype(int).tolist()
-        return [self.taken(slice(*pair)) for pair in pairwise(ends)]
+        return [self.select(slice(*pair)) for pair in pairwise(ends)]
 
-    def distinct(self) -> "tuple[Nodes, Array]":
+    def find_distinct(self) -> "tuple[Nodes, Array]":
         """Return the nodes whose noise is no other one's, and the place of each node among them.
 
         What is asked at these alone holds at all: half the noise of a product rule has few values, each of them many
@@ -97,9 +97,9 @@ class Nodes(NamedTuple):
         if self.records or not self.exact:
             return self, np.arange(len(self.weights))
         first, place = _distinct_columns(x.tobytes(), len(x))
-        return self.taken(first), place
+        return self.select(first), place
 
-    def taken(self, places: Array | slice) -> "Nodes":
+    def select(self, places: Array | slice) -> "Nodes":
         """Return some of the nodes, without records."""
         return Nodes(self.dW[:, places], None if self.H is None else self.H[:, places], self.weights[places])
 
