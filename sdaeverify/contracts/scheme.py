@@ -6,6 +6,7 @@ time; a step is a pure function that accepts any batch of paths.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf, nan
 from typing import Any, ClassVar, NamedTuple, Self
 
@@ -157,7 +158,7 @@ class Scheme:
         """Distribution whose project makes the claims and gates them; empty for the one that registers the scheme."""
         return ""
 
-    @property
+    @cached_property
     def label(self) -> str:
         """Canonical label: the name and the parameters that differ from their defaults."""
         parameters = dataclass_parameters(type(self))

@@ -36,19 +36,20 @@ def provenance(registry: Registry, study: Study, arguments: Sequence[str]) -> di
     dict
     """
     settings, cells = study.settings, study.plan.cells
+    schemes, specs = dict.fromkeys(cell.scheme for cell in cells), dict.fromkeys(cell.spec for cell in cells)
     return {
         **describe_making(registry, settings.seed, arguments),
         "selection": {
-            "schemes": list(dict.fromkeys(cell.scheme.label for cell in cells)),
-            "problems": list(dict.fromkeys(cell.spec.label for cell in cells)),
+            "schemes": list(dict.fromkeys(scheme.label for scheme in schemes)),
+            "problems": list(dict.fromkeys(spec.label for spec in specs)),
             "measures": list(dict.fromkeys(cell.measure.name for cell in cells)),
         },
         "files": list(registry.files),
         "settings": {**asdict(settings), "steps": list(settings.steps)},
         "code": {
             "framework": framework_source(),
-            "schemes": {c.scheme.label: thing_source(c.scheme, type(c.scheme).__module__) for c in cells},
-            "problems": {c.spec.label: thing_source(c.spec.function, c.spec.function.__module__) for c in cells},
+            "schemes": {scheme.label: thing_source(scheme, type(scheme).__module__) for scheme in schemes},
+            "problems": {spec.label: thing_source(spec.function, spec.function.__module__) for spec in specs},
         },
     }
 

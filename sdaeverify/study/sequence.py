@@ -69,6 +69,7 @@ class ProblemRun:
         self.runs = [CellRun(cell) for cell in plan.runnable]
         known = {_key(run.cell) for run in self.runs}
         self.controls = [CellRun(cell) for cell in plan.control_cells if _key(cell) not in known]
+        self.excluded = excluded_cells(plan)
         self.look = 0
 
     @property
@@ -145,7 +146,7 @@ class ProblemRun:
         done = (
             _as_it_is(run, run.halted or (stopped if unsettled or run.result is None else "")) for run in self.runs
         )
-        return (*done, *excluded_cells(self.plan))
+        return (*done, *self.excluded)
 
     def _judge_runs(self, runs: Sequence[CellRun]) -> list[CellResult]:
         evidence = {_key(run.cell): run.final_evidence for run in (*self.runs, *self.controls)}
