@@ -80,6 +80,8 @@ class Evidence:
         Significance level of one one-sided test, all corrections for looks and for further tests made.
     claims : tuple of Claim, optional
         That are judged; those of the scheme if left out.
+    probed : Tally, optional
+        The part of `tally` that further paths leave as it is; all of it if left out.
     """
 
     scheme: Scheme
@@ -90,6 +92,12 @@ class Evidence:
     health: Tally
     level: float = 0.005
     claims: tuple[Claim, ...] | None = None
+    probed: Tally | None = None
+
+    @property
+    def without_paths(self) -> Tally:
+        """What further paths leave as it is."""
+        return self.tally if self.probed is None else self.probed
 
     @property
     def promises(self) -> tuple[Claim, ...]:

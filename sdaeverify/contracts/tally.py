@@ -1,6 +1,6 @@
 """Mergeable evidence: sums, maxima and largest values over paths, block by block."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -9,12 +9,13 @@ import numpy as np
 from ..arrays import Array
 
 Record = TypeVar("Record")
+Found = TypeVar("Found")
 
 # So many of the largest values are noted of each block, whatever the number of paths: more can be added later.
 EXTREMES = 128
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Tally:
     """Sufficient statistics of some paths, by name.
 
@@ -29,6 +30,7 @@ class Tally:
     sums: Mapping[str, Array] = field(default_factory=dict)
     maxima: Mapping[str, Array] = field(default_factory=dict)
     largest: Mapping[str, Array] = field(default_factory=dict)
+    _readings: dict[tuple[object, ...], Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         # A sum depends on how numbers lie in memory: they lie as they do in what was kept and read.
@@ -36,8 +38,20 @@ class Tally:
             given: Mapping[str, Array] = getattr(self, kind)
             object.__setattr__(self, kind, {name: np.asarray(value, order="C") for name, value in given.items()})
 
+    def __reduce__(self) -> tuple[type["Tally"], tuple[Mapping[str, Array], ...]]:
+        return Tally, (self.sums, self.maxima, self.largest)
+
+    def read(self, reading: Callable[..., Found], *given: Hashable) -> Found:
+        """Return what a pure function of the evidence, and of what else is given, says: it is asked once."""
+        if (reading, *given) not in self._readings:
+            self._readings[reading, *given] = reading(self, *given)
+        found: Found = self._readings[reading, *given]
+        return found
+
     def merge(self, other: "Tally") -> "Tally":
         """Return the evidence of both sets of paths; names of either are kept."""
+        if not (other.sums or other.maxima or other.largest):
+            return self
         return Tally(
             _merge(self.sums, other.sums, np.add),
             _merge(self.maxima, other.maxima, np.fmax),

@@ -79,7 +79,7 @@ class Intervals(Measure):
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component on each interval, and their levels."""
-        quantities = list(quantities_of(evidence))
+        quantities = quantities_of(evidence)
         orders = {end: local_orders(evidence, span) for end, span in SPANS.items()}
         findings = []
         for each in quantities:

@@ -145,6 +145,7 @@ class Means:
         """Return E [phi(x_l) - phi(x_k)], l being the coarsest and k the finest level of some differences."""
         return self._estimate(lambda means: means[:, levels[0]] - means[:, levels[-1] + 1])
 
+    @cached_property
     def off_reference(self) -> tuple[Estimate, float] | None:
         """Return |E [phi(x_L) - phi(y)]|, y a reference on these paths, and |E [phi(y) - phi(z)]|, z half as fine."""
         if self.reference is None or self.blurred is None:
@@ -190,8 +191,11 @@ class Means:
 
 def means_of(evidence: Evidence) -> Mapping[str, Means]:
     """Return the evidence on each observable that could be evaluated."""
-    sums, h = evidence.tally.sums, np.array(evidence.step_sizes)
-    found = {}
+    return evidence.tally.read(_means, *evidence.step_sizes)
+
+
+def _means(tally: Tally, *step_sizes: float) -> dict[str, Means]:
+    sums, h, found = tally.sums, np.array(step_sizes), {}
     for key in sums:
         if key.startswith(VALUES):
             name = key.removeprefix(VALUES)

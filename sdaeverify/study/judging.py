@@ -7,7 +7,7 @@ above all, that is wrong.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -204,6 +204,11 @@ class CellEvidence:
     behaviour: Behaviour | None = None
     lack: Verdict = Verdict.ERROR
 
+    @cached_property
+    def whole(self) -> Tally:
+        """From paths and without sampling."""
+        return self.sampled.merge(self.probed)
+
     @property
     def refused(self) -> bool:
         """Whether nothing can be measured."""
@@ -343,7 +348,7 @@ def _of_control(
     if known.violation:
         return Objection(f"breaks a contract: {known.violation}")
     whole = _evidence(plan, cell, settings, known)
-    return ControlEvidence(replace(whole, tally=known.sampled), whole)
+    return ControlEvidence(replace(whole, tally=known.sampled, probed=None), whole)
 
 
 def _of_violation(cell: Cell, known: CellEvidence) -> CellResult:
@@ -367,8 +372,8 @@ def _before_the_end(finding: Finding, known: CellEvidence) -> Finding:
 def _evidence(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence) -> Evidence:
     assert plan.problem is not None
     assert cell.seen is not None
-    tally = known.sampled.merge(known.probed)
-    return Evidence(cell.scheme, plan.problem, cell.seen, settings, tally, known.health, settings.level)
+    fixed = cell.scheme, plan.problem, cell.seen, settings
+    return Evidence(*fixed, known.whole, known.health, settings.level, probed=known.probed)
 
 
 def _unmet(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:

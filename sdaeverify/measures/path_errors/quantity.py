@@ -10,6 +10,7 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.finding import LevelFinding
 from ...contracts.measure import Evidence
+from ...contracts.tally import Tally
 from ...numerics.statistics import EPS, Estimate, Tail, jackknife, log_functional, order_of, slope_weights, tail
 from .errors import AT_T, POWERS
 
@@ -117,25 +118,29 @@ class Quantity:
         return tail(float(sums[1]), float(sums[2]), self.largest[level], self.paths)
 
 
-def quantities_of(evidence: Evidence) -> Iterator[Quantity]:
-    """Yield the quantities of a cell in the order in which they were noted."""
-    sums, h = evidence.tally.sums, np.array(evidence.step_sizes)
-    names = [name.removeprefix("error ") for name in sums if name.startswith("error ")]
-    for name in names:
-        component = name.removesuffix(AT_T)
-        yield Quantity(
+def quantities_of(evidence: Evidence) -> tuple[Quantity, ...]:
+    """Return the quantities of a cell in the order in which they were noted."""
+    return evidence.tally.read(_quantities, evidence.settings.extremes, *evidence.step_sizes)
+
+
+def _quantities(tally: Tally, extremes: int, *step_sizes: float) -> tuple[Quantity, ...]:
+    sums, names = tally.sums, [name.removeprefix("error ") for name in tally.sums if name.startswith("error ")]
+    return tuple(
+        Quantity(
             name=name,
-            h=h,
+            h=np.array(step_sizes),
             error=sums[f"error {name}"],
             difference=sums[f"difference {name}"],
             blurred=sums.get(f"blurred {name}"),
             relative=sums.get(f"relative {name}"),
             counts=sums["paths"],
-            largest=evidence.tally.largest[name][..., : evidence.settings.extremes],
-            size=float(evidence.tally.maxima[f"size {component}"][0]),
-            moved=float(evidence.tally.maxima[f"moved {component}"][0]),
+            largest=tally.largest[name][..., :extremes],
+            size=float(tally.maxima[f"size {name.removesuffix(AT_T)}"][0]),
+            moved=float(tally.maxima[f"moved {name.removesuffix(AT_T)}"][0]),
             motion=_mean(sums.get(f"motion {name}"), sums["paths"]),
         )
+        for name in names
+    )
 
 
 def _mean(sums: Array | None, counts: Array) -> float:

@@ -64,7 +64,7 @@ class Strong(Measure):
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component at grid times and at T, and their levels."""
-        quantities = list(quantities_of(evidence))
+        quantities = quantities_of(evidence)
         orders = local_orders(evidence)
         findings = withhold_in_doubt([_finding(evidence, quantity, orders) for quantity in quantities])
         findings += unknown_components(evidence, self.name, orders, {quantity.name for quantity in quantities})

@@ -164,15 +164,18 @@ def local_orders(evidence: Evidence, span: Span = WHOLE) -> Orders:
 
     An y that solves the constraint has the order of x or, if that is lower, the one of its own defects.
     """
-    record = unpacked(span.name, LocalStrong, evidence.tally)
+    return evidence.without_paths.read(_read_orders, evidence.scheme, evidence.view, span)
+
+
+def _read_orders(tally: Tally, scheme: Scheme, view: Problem, span: Span) -> Orders:
+    record = unpacked(span.name, LocalStrong, tally)
     if record is None:
         return {}
-    scheme, view = evidence.scheme, evidence.view
     names = OneStep(*remove_delay(scheme, view, span.links, span.until)).names
     orders = dict(zip((*names, STATE), strong_orders(record), strict=True))
     if not keeps_constraint(scheme, view):
         return orders
-    own = unpacked(_of_y(span), AlgebraicDefects, evidence.tally)
+    own = unpacked(_of_y(span), AlgebraicDefects, tally)
     bound = np.inf if own is None else algebraic_order(own)
     return orders | {Y: at_most(orders[X], bound), STATE: at_most(orders[STATE], bound)}
 

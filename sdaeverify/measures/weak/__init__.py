@@ -10,6 +10,7 @@ Their order is a slope of log2 |mean difference|.
 """
 
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -185,15 +186,22 @@ def _last_difference(means: Means, order: float) -> float:
 
 def _limit_error(evidence: Evidence, means: Means) -> tuple[Estimate, float] | None:
     """Return how far the finest level is from what is known, and how far that is off itself."""
-    truth = next((t for t in evidence.problem.truths if isinstance(t, Moment) and t.observable == means.name), None)
+    truth = _known_mean(evidence.problem, means.name)
     if truth is not None:
         last = means.mean(len(means.h) - 1)
-        return Estimate(abs(last.value - truth.value(evidence.problem.horizon)), last.se), 0.0
-    found, pathwise = means.off_reference(), evidence.problem.pathwise
+        return Estimate(abs(last.value - truth), last.se), 0.0
+    found, pathwise = means.off_reference, evidence.problem.pathwise
     if found is None or pathwise is None:
         return None
     # Halving the step of a reference of order q takes away all but 1/2^q of its error.
     return found[0], found[1] / (2.0**pathwise.order - 1.0)
+
+
+@lru_cache
+def _known_mean(problem: Problem, observable: str) -> float | None:
+    """Return an expectation at T, if it is known: the same for every scheme and look."""
+    found = (t for t in problem.truths if isinstance(t, Moment) and t.observable == observable)
+    return next((truth.value(problem.horizon) for truth in found), None)
 
 
 class Weak(Measure):

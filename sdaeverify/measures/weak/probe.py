@@ -101,15 +101,19 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
 
 def weak_probe(evidence: Evidence) -> WeakProbe:
     """Return the deterministic evidence of a cell."""
-    record = unpacked(OPERATOR, TransitionErrors, evidence.tally)
+    return evidence.without_paths.read(_read_probe, evidence.view)
+
+
+def _read_probe(tally: Tally, view: Problem) -> WeakProbe:
+    record = unpacked(OPERATOR, TransitionErrors, tally)
     orders: dict[str, FunctionalOrder] = {}
     if record is not None and not obstacle(record):
-        orders = _operator_orders(evidence.view, record)
-    defects = unpacked(LOCAL, LocalWeak, evidence.tally)
-    moments = unpacked(MOMENTS, MomentErrors, evidence.tally)
+        orders = _operator_orders(view, record)
+    defects = unpacked(LOCAL, LocalWeak, tally)
+    moments = unpacked(MOMENTS, MomentErrors, tally)
     return WeakProbe(
         None if defects is None else weak_order(defects),
-        None if moments is None else least_order(widen(moment_orders(moments), evidence.view)),
+        None if moments is None else least_order(widen(moment_orders(moments), view)),
         orders,
     )
 
