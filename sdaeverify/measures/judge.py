@@ -411,6 +411,8 @@ def sound_levels(health: Mapping[str, Array]) -> tuple[Array, Reason]:
     ndarray of int
     Reason
     """
+    if not (health["failed"].any() or health["truncated"].any()):
+        return np.arange(len(health["failed"])), lost_index(health)
     wrong = {"failed paths": health["failed"] > 0, "truncated steps": health["truncated"] > 0}
     bad = np.flatnonzero(wrong["failed paths"] | wrong["truncated steps"])
     first = int(bad[-1]) + 1 if len(bad) else 0

@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
-from functools import cached_property, partial
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,17 @@ from ..contracts.measure import Evidence, Snapshot
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..forms import Problem
-from ..numerics.statistics import GROUPS, Estimate, group_sums, jackknife, jackknives, weighted_sum
+from ..numerics.statistics import (
+    GROUPS,
+    Estimate,
+    corrected_slope_weights,
+    group_sums,
+    jackknife,
+    jackknives,
+    slope_weights,
+    weighted_sum,
+)
+from .once import once
 
 VALUES, SQUARES, SIZES, KNOWN = "values ", "squares ", "sizes ", "truth "
 # A truth with an error of its own, and the same at half its resolution.
@@ -108,6 +119,7 @@ class Means:
     reference: Array | None = None
     blurred: Array | None = None
     sizes: Array | None = None
+    known: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def size(self) -> float:
@@ -154,9 +166,20 @@ class Means:
         off = jackknife(both, self.counts, lambda means: abs(float(means[0] - means[1])))
         return off, abs(float((self.reference - self.blurred).sum() / self.counts.sum()))
 
-    def functional(self, levels: Array, weights: Array) -> Estimate:
-        """Return a linear functional of log2 |difference| on some levels."""
-        return self._estimate(partial(self._functional, levels, weights))
+    @once
+    def slope(self, levels: Array) -> Estimate:
+        """Return the least-squares slope of log2 |difference| against log2 h on some levels."""
+        return self._linear(levels, slope_weights(np.log2(self.h[levels])))
+
+    @once
+    def corrected_slope(self, levels: Array) -> Estimate:
+        """Return the slope with one further term of the expansion, in h."""
+        return self._linear(levels, corrected_slope_weights(np.log2(self.h[levels])))
+
+    @once
+    def rise(self, levels: Array) -> Estimate:
+        """Return by how much the local order grows from the last but one pair of levels to the last."""
+        return self._linear(levels[-3:], np.array([-1.0, 2.0, -1.0]))
 
     def least_signal(self, levels: Array) -> float:
         """Return the least ratio of a difference to its standard error on some levels."""
@@ -181,9 +204,11 @@ class Means:
             return np.asarray(means[:, :-1] - means[:, -1:])
         return np.asarray(means[:, :-1] - means[:, 1:])
 
-    def _functional(self, levels: Array, weights: Array, means: Array) -> Array:
+    def _linear(self, levels: Array, weights: Array) -> Estimate:
         # Taken, and not indexed: in C order.
-        return weighted_sum(weights, np.log2(np.abs(self._differences(means).take(levels, axis=1))))
+        return self._estimate(
+            lambda means: weighted_sum(weights, np.log2(np.abs(self._differences(means).take(levels, axis=1))))
+        )
 
     def _estimate(self, statistic: Callable[[Array], Array]) -> Estimate:
         return jackknives(self.sums, self.counts, statistic)[0]

@@ -128,7 +128,7 @@ def jackknife(sums: Array, counts: Array, statistic: Callable[[Array], float]) -
     -------
     Estimate
     """
-    return _estimate(pseudo_values(sums, counts, statistic))
+    return _estimates(np.atleast_2d(pseudo_values(sums, counts, statistic)))[0]
 
 
 def jackknives(sums: Array, counts: Array, statistics: Callable[[Array], Array]) -> tuple[Estimate, ...]:
@@ -144,14 +144,14 @@ def jackknives(sums: Array, counts: Array, statistics: Callable[[Array], Array])
         One or k functions of n times the means.
     """
     found = np.ascontiguousarray(np.atleast_2d(statistics(_leave_out(sums, counts)).T))
-    return tuple(map(_estimate, GROUPS * found[:, :1] - (GROUPS - 1) * found[:, 1:]))
+    return _estimates(GROUPS * found[:, :1] - (GROUPS - 1) * found[:, 1:])
 
 
-def _estimate(pseudo: Array) -> Estimate:
+def _estimates(pseudo: Array) -> tuple[Estimate, ...]:
     # As mean() and std() do it, which take longer to find out what they are asked.
-    mean = np.add.reduce(pseudo) / GROUPS
-    square = np.add.reduce((pseudo - mean) ** 2) / (GROUPS - 1)
-    return Estimate(float(mean), float(np.sqrt(square) / np.sqrt(GROUPS)))
+    mean = np.add.reduce(pseudo, axis=1) / GROUPS
+    square = np.add.reduce((pseudo - mean[:, np.newaxis]) ** 2, axis=1) / (GROUPS - 1)
+    return tuple(map(Estimate, mean.tolist(), (np.sqrt(square) / np.sqrt(GROUPS)).tolist()))
 
 
 def pseudo_values(sums: Array, counts: Array, statistic: Callable[[Array], float | Array]) -> Array:
@@ -174,14 +174,16 @@ def _leave_out(sums: Array, counts: Array) -> Array:
     """Return the means over all paths and those outside each group; in C order, sums have the bits of one row."""
     if len(counts) != GROUPS:
         raise ValueError(f"expected sums over {GROUPS} groups of paths, got {len(counts)}")
-    total, n = sums.sum(axis=0), counts.sum()
-    left_out = (total - sums) / (n - counts).reshape(-1, *(1,) * total.ndim)
-    return np.ascontiguousarray(np.concatenate([(total / n)[np.newaxis], left_out]))
+    total, n = np.add.reduce(sums), np.add.reduce(counts)
+    means = np.empty((1 + GROUPS, *total.shape))
+    means[0] = total / n
+    means[1:] = (total - sums) / (n - counts).reshape(-1, *(1,) * total.ndim)
+    return means
 
 
 def slope_weights(x: Array) -> Array:
     """Return the weights w of the least-squares slope sum_l w_l y_l over abscissae x."""
-    centred: Array = x - x.mean()
+    centred: Array = x - np.add.reduce(x) / len(x)
     return np.asarray(centred / (centred @ centred))
 
 

@@ -14,7 +14,7 @@ from ...contracts.finding import Kind, Reason
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...forms.truths import Pathwise
-from ...numerics.statistics import RISING, Estimate, corrected_slope_weights, slope_weights
+from ...numerics.statistics import RISING, Estimate, slope_weights
 from ...simulate.reference import OWN_REFERENCE
 from ..judge import COARSE, FITTED, SUSPECT, PathTests, at_levels, hold_back, order_tests, sound_levels, with_sample
 from .quantity import Quantity, quantities_of
@@ -251,9 +251,8 @@ def asymptotic_order(quantity: Quantity, usable: Array, confidence: float) -> tu
     """
     if len(usable) <= FITTED:
         return float("nan"), float("nan")
-    x, finer = np.log2(quantity.h), usable[1:]
-    order = quantity.linear(finer, corrected_slope_weights(x[finer]))
-    gap = abs(order.value - quantity.linear(usable, corrected_slope_weights(x[usable])).value)
+    order = quantity.corrected_slope(usable[1:])
+    gap = abs(order.value - quantity.corrected_slope(usable).value)
     return order.value, max(order.interval(confidence)[1] - order.value + gap, 0.05)
 
 

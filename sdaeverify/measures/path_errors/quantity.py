@@ -1,7 +1,8 @@
 """The evidence on one component's pathwise errors, its statistics, and its rows, one a step size."""
 
 from collections.abc import Container, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from math import inf
 from typing import Any
 
@@ -11,7 +12,18 @@ from ...arrays import Array
 from ...contracts.finding import LevelFinding
 from ...contracts.measure import Evidence
 from ...contracts.tally import Tally
-from ...numerics.statistics import EPS, Estimate, Tail, jackknife, log_functional, order_of, slope_weights, tail
+from ...numerics.statistics import (
+    EPS,
+    Estimate,
+    Tail,
+    corrected_slope_weights,
+    jackknives,
+    log_functional,
+    order_of,
+    slope_weights,
+    tail,
+)
+from ..once import once
 from .errors import AT_T, POWERS
 
 
@@ -51,6 +63,7 @@ class Quantity:
     size: float
     moved: float
     motion: float = inf
+    known: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def paths(self) -> int:
@@ -65,6 +78,7 @@ class Quantity:
         """Return E e_l^p, shape (L,)."""
         return np.asarray(self.error[..., power].sum(axis=0) / self.paths)
 
+    @once
     def slope(self, levels: Array, power: int = 1) -> Estimate:
         """Return the least-squares slope of log2 (E e^p)^(1/p) against log2 h on some levels."""
         return order_of(self.h[levels], self.error[:, levels, power], self.counts, POWERS[power])
@@ -82,6 +96,7 @@ class Quantity:
         """
         return log_functional(self.error[:, levels, power], self.counts, weights, POWERS[power])
 
+    @once
     def contrast(self, levels: Array, share: float = 1.0) -> Estimate:
         """Return slope of log2 E e_{l+1} minus slope of log2 E d_l over the same levels l: 0 in the right limit.
 
@@ -92,6 +107,12 @@ class Quantity:
         both = np.concatenate([self.error[:, fine, 1], self.difference[:, coarse]], axis=1)
         return log_functional(both, self.counts, np.concatenate([weights, -share * weights]))
 
+    @once
+    def corrected_slope(self, levels: Array) -> Estimate:
+        """Return the slope with one further term of the expansion, in h."""
+        return self.linear(levels, corrected_slope_weights(np.log2(self.h[levels])))
+
+    @once
     def rise(self, levels: Array) -> Estimate:
         """Return by how much the local order grows from the last but one pair of levels to the last."""
         return self.linear(levels[-3:], np.array([-1.0, 2.0, -1.0]))
@@ -107,11 +128,24 @@ class Quantity:
         both = np.concatenate([self.error[:, levels, 1], self.blurred[:, levels]], axis=1)
         return log_functional(both, self.counts, np.concatenate([-weights, weights]))
 
-    def relative_error(self, level: int) -> Estimate:
-        """Return E |x_l - x|/|x| at T."""
-        assert self.relative is not None
-        return jackknife(self.relative[:, level], self.counts, float)
+    @cached_property
+    def relative_errors(self) -> tuple[Estimate, ...]:
+        """E |x_l - x|/|x| at T of each level, if it was noted."""
+        return () if self.relative is None else jackknives(np.asfortranarray(self.relative), self.counts, np.asarray)
 
+    @cached_property
+    def local_orders(self) -> tuple[Estimate, ...]:
+        """Order between each level and the one before, but for the coarsest."""
+        x = np.log2(self.h[: self.error.shape[1]])
+        weights = np.stack([slope_weights(x[level : level + 2]) for level in range(len(x) - 1)], axis=1)
+
+        def orders(means: Array) -> Array:
+            y = np.log2(means)
+            return np.asarray(weights[0] * y[:, :-1] + weights[1] * y[:, 1:])
+
+        return jackknives(np.asfortranarray(self.error[..., 1]), self.counts, orders)
+
+    @once
     def tail(self, level: int) -> Tail:
         """Return the tail diagnostics of a level."""
         sums = self.error[:, level].sum(axis=0)
@@ -176,9 +210,8 @@ def level_rows(quantity: Quantity, fitted: Container[int], norms: Mapping[str, i
     one, two = means[:, 1], means[:, 2]
     for level in range(len(means)):
         spread = np.sqrt(max(two[level] - one[level] ** 2, 0.0) / quantity.paths)
-        local: Any = Estimate(float("nan"), float("nan"))
-        if level and one[level - 1 : level + 1].all():
-            local = quantity.slope(np.array([level - 1, level]))
+        known = level and one[level - 1 : level + 1].all()
+        local = quantity.local_orders[level - 1] if known else Estimate(float("nan"), float("nan"))
         details = {
             **{f"estimate_{name}": means[level, index] ** (1.0 / POWERS[index]) for name, index in norms.items()},
             "local_order": local.value,
@@ -193,6 +226,6 @@ def _relative(quantity: Quantity, level: int) -> dict[str, float]:
     """Return the mean over paths of |x_l - x|/|x| at T, with its interval."""
     if quantity.relative is None:
         return {}
-    mean = quantity.relative_error(level)
+    mean = quantity.relative_errors[level]
     low, high = mean.interval(RELATIVE_CONFIDENCE)
     return {"relative": mean.value, "relative_low": low, "relative_high": high}

@@ -24,7 +24,7 @@ from ...contracts.settings import Settings
 from ...contracts.tally import Tally
 from ...forms import Problem
 from ...forms.truths import Moment
-from ...numerics.statistics import RISING, Estimate, corrected_slope_weights, slope_weights
+from ...numerics.statistics import RISING, Estimate
 from ...registry.hookspecs import hookimpl
 from ..error_sizes import of_means
 from ..judge import (
@@ -95,7 +95,7 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
         return MeanOrder(unknown, levels, 0.0, PathTests.none(TOO_FEW), TOO_FEW)
     if _without_error(evidence, means, levels):
         return MeanOrder(unknown, levels, 0.0, PathTests.none("no error beyond rounding"), "no error beyond rounding")
-    slope = means.functional(levels, slope_weights(np.log2(means.h[levels])))
+    slope = means.slope(levels)
     resolved = means.least_signal(levels)
     if claim is None or isinstance(claim.value, str):
         return MeanOrder(slope, levels, resolved, PathTests.none(""))
@@ -128,7 +128,7 @@ def _tests(
     order = order_tests(claim, slope, evidence)
     assert not isinstance(claim.value, str)
     refuted = max(order.refuted, _corrected_slope(means, levels).p_below(claim.value - claim.margin))
-    if means.functional(levels[-3:], np.array([-1.0, 2.0, -1.0])).interval(evidence.settings.confidence)[0] > RISING:
+    if means.rise(levels).interval(evidence.settings.confidence)[0] > RISING:
         refuted = 1.0
     if _coarse(means, int(levels[-1])):
         refuted = 1.0
@@ -156,7 +156,7 @@ def _corrected_slope(means: Means, levels: Array) -> Estimate:
     further = np.arange(max(levels[0] - 1, 0), levels[-1] + 1)
     if len(further) <= FEWEST:
         return Estimate(float("nan"), float("nan"))
-    return means.functional(further, corrected_slope_weights(np.log2(means.h[further])))
+    return means.corrected_slope(further)
 
 
 def _limit(evidence: Evidence, means: Means, order: float) -> PathTests:
