@@ -1,23 +1,28 @@
-"""What is found of some levels of a record's evidence is found once, whatever is claimed, and however often asked."""
+"""What a record finds of some levels, it finds once: whatever is claimed, and however often it is asked."""
 
 from collections.abc import Callable
 from functools import wraps
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
-Given = ParamSpec("Given")
-Found = TypeVar("Found")
+Method = TypeVar("Method", bound=Callable[..., Any])
 
 
-def once(method: Callable[Concatenate[Any, Any, Given], Found]) -> Callable[Concatenate[Any, Any, Given], Found]:
-    """Return a method of a record, of levels and what else is given, that keeps what it finds in `known` of it."""
+def once(method: Method) -> Method:
+    """Return a method of a record, of levels and what else is given, that keeps what it finds in the record's `known`.
+
+    Parameters
+    ----------
+    method : callable, (record, levels, *given) -> object
+        A pure function; what is given beside levels can be hashed.
+    """
 
     @wraps(method)
-    def found(self: Any, levels: Any, *given: Given.args, **named: Given.kwargs) -> Found:
-        key = method.__name__, np.asarray(levels).tobytes(), *given, *named.items()
+    def found(self: Any, levels: Any, *given: Any) -> Any:
+        key = method.__name__, np.asarray(levels).tobytes(), *given
         if key not in self.known:
-            self.known[key] = method(self, levels, *given, **named)
-        return self.known[key]  # type: ignore[no-any-return]
+            self.known[key] = method(self, levels, *given)
+        return self.known[key]
 
-    return found
+    return cast("Method", found)

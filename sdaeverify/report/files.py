@@ -138,7 +138,10 @@ def harmless(value: object) -> object:
 
 
 def _harmless(column: "pd.Series[Any]") -> "pd.Series[Any]":
-    return pd.Series([harmless(value) for value in column], index=column.index, dtype=object)
+    # Most texts stand in many rows.
+    safe = {text: harmless(text) for text in {value for value in column if isinstance(value, str)}}
+    values = [safe[value] if isinstance(value, str) else value for value in column]
+    return pd.Series(values, index=column.index, dtype=object)
 
 
 def _number(text: str) -> bool:

@@ -30,18 +30,20 @@ def family_wise(results: Sequence[CellResult], alpha: float) -> list[CellResult]
     -------
     list of CellResult
     """
-    p_refuted = {place: finding.p_refuted for place, finding in _claims(results)}
-    p_verified = {place: finding.p_verified for place, finding in _claims(results)}
-    refuted, verified = holm(p_refuted, alpha), holm(p_verified, alpha)
-    return [
-        replace(
-            result,
-            findings=tuple(
-                _decide(finding, refuted=(i, j) in refuted, verified=(i, j) in verified)
-                for j, finding in enumerate(result.findings)
-            ),
-        )
+    claims = [
+        ((i, j), finding)
         for i, result in enumerate(results)
+        for j, finding in enumerate(result.findings)
+        if finding.claim is not None
+    ]
+    refuted = holm({place: finding.p_refuted for place, finding in claims}, alpha)
+    verified = holm({place: finding.p_verified for place, finding in claims}, alpha)
+    decided = [list(result.findings) for result in results]
+    for (i, j), finding in claims:
+        decided[i][j] = _decide(finding, refuted=(i, j) in refuted, verified=(i, j) in verified)
+    changed = {i for (i, j), finding in claims if decided[i][j] is not finding}
+    return [
+        replace(result, findings=tuple(decided[i])) if i in changed else result for i, result in enumerate(results)
     ]
 
 
@@ -56,17 +58,8 @@ def holm(p_values: dict[Place, float], alpha: float) -> set[Place]:
     return rejected
 
 
-def _claims(results: Sequence[CellResult]) -> list[tuple[Place, Finding]]:
-    return [
-        ((i, j), finding)
-        for i, result in enumerate(results)
-        for j, finding in enumerate(result.findings)
-        if finding.claim is not None
-    ]
-
-
 def _decide(finding: Finding, *, refuted: bool, verified: bool) -> Finding:
-    if finding.claim is None or finding.tier < 3 or finding.verdict is Verdict.DIVERGED:
+    if finding.tier < 3 or finding.verdict is Verdict.DIVERGED:
         return finding
     known = {Verdict.REFUTED: finding.p_refuted, Verdict.VERIFIED: finding.p_verified}
     if finding.verdict in known and (refuted or verified or isnan(known[finding.verdict])):

@@ -109,7 +109,7 @@ def _run(run: Mapping[str, Any]) -> dict[str, Any]:
 def _findings(tables: SavedTables, texts: _Texts) -> dict[str, list[Any]]:
     rows, details = tables.verdicts, {key_of(row): row for row in tables.details}
     further = [details.get(key_of(row), {}) for row in rows]
-    commands = {_cell(row): command_of(row, tables.run) for row in rows}
+    commands = {cell: command_of(row, tables.run) for cell, row in {_cell(row): row for row in rows}.items()}
     return {
         **{name: [texts(row.get(name, "")) for row in rows] for name in TEXTS},
         **{name: [texts(row.get(name, "")) for row in further] for name in DETAILS},
