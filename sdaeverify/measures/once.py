@@ -10,7 +10,7 @@ Method = TypeVar("Method", bound=Callable[..., Any])
 
 
 def once(method: Method) -> Method:
-    """Return a method of a record, of levels and what else is given, that keeps what it finds in the record's `known`.
+    """Return a method of a record, of levels and what else is given, that keeps what it finds in its `known`.
 
     Parameters
     ----------
