@@ -1,6 +1,7 @@
 """Pages of the programs about the verifier: the self-test, the calibration, a comparison, a history."""
 
 from pathlib import Path
+from shutil import copytree
 
 import pytest
 
@@ -77,8 +78,19 @@ def test_the_history_of_folders_is_a_page(call):
     outcome = call("history", folder, folder, "--out", "page/history.html")
     assert outcome.code == 0
     assert "2 runs, 0 verdicts changed, 0 orders and 0 error constants made a step" in outcome.out
+    assert max(map(len, outcome.out.splitlines())) <= 80
     assert Path("page/history.html").is_file()
     assert call("history", folder).err == "sdaeverify: error: history needs two runs or more\n"
+
+
+def test_a_changed_verdict_is_told_in_the_terminal(call):
+    """Which quantity of which scheme, and what it was in which run."""
+    assert call("matrix", "-s", "euler-maruyama", "-p", "gbm", "-m", "strong", "--paths", "256", "--out", "old").code == 0
+    copytree("old", "new")
+    table = Path("new/verdicts.csv")
+    table.write_text(table.read_text(encoding="utf-8").replace(",verified,", ",refuted,", 1), encoding="utf-8")
+    words = " ".join(call("history", "old", "new").out.split())
+    assert "euler-maruyama on gbm, strong x: verified in old, refuted in new" in words
 
 
 def test_reports_beside_a_run_are_on_its_page():

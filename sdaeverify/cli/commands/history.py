@@ -14,9 +14,9 @@ from ...errors import UsageError
 from ...report.files import require_writable_file
 from ...report.folders import Key, SavedTables, TextRow, key_of, read_tables
 from ...report.html import TablePage, to_json, write_tables
-from ...report.plain import in_columns, visible
+from ...report.plain import visible, wrap_text
 from ...report.reading import ORDER, Interval, claimed_order, number, read_row
-from ...report.sentences import ABSENT, SYMBOLS, PlainLine
+from ...report.sentences import ABSENT, SYMBOLS, PlainLine, counts_in_words
 from ..console import output, print_lines
 from ..exit_codes import ExitCode
 from ..options import once
@@ -29,6 +29,8 @@ UNSAMPLED = 0.01
 # What the orders of these measures are called; and what a constant belongs to.
 LETTERS = {"strong": "p", "weak": "q"}
 HALF = 0.5
+# In the terminal: verdicts that changed, characters of a date up to its minutes, and of a commit.
+SHOWN, MINUTES, COMMIT = 10, 16, 10
 
 
 class RunNumber(NamedTuple):
@@ -56,14 +58,25 @@ def history(runs: tuple[Path, ...], out: Path) -> ExitCode:
         raise UsageError("history needs two runs or more")
     require_writable_file(out, "--out")
     read = [read_tables(folder) for folder in runs]
-    tables = told, changed, orders, constants = history_tables(read)
+    tables = _, changed, orders, constants = history_tables(read)
     steps = f"{len(orders.rows)} orders and {len(constants.rows)} error constants made a step"
     sentence = f"{len(runs)} runs, {len(changed.rows)} verdicts changed, {steps}"
     write_tables(out, sentence, tables, history=history_series(read))
-    cells = [[f"{cell:g}" if isinstance(cell, float) else visible(str(cell)) for cell in row] for row in told.rows]
-    lines = (*in_columns([list(told.head), *cells]), sentence, f"the page is {visible(str(out))}")
-    print_lines(output(unbroken=True), map(PlainLine, lines))
+    texts = [*map(_run_in_words, read), *map(_change_in_words, changed.rows[:SHOWN]), sentence, f"the page is {out}"]
+    console = output()
+    print_lines(console, (PlainLine(line) for text in texts for line in wrap_text(visible(text), console.width, "  ")))
     return ExitCode.OK
+
+
+def _run_in_words(run: SavedTables) -> str:
+    folder, date, commit, *_ = _about(run)
+    when = ", ".join(filter(None, (date[:MINUTES].replace("T", " "), commit[:COMMIT])))
+    return f"{folder} ({when}): {counts_in_words(row['verdict'] for row in run.verdicts)}"
+
+
+def _change_in_words(row: Sequence[object]) -> str:
+    earlier, later, scheme, problem, measure, quantity, before, after = row
+    return f"{scheme} on {problem}, {measure} {quantity}: {before} in {earlier}, {after} in {later}"
 
 
 def history_tables(runs: Sequence[SavedTables]) -> list[TablePage]:
