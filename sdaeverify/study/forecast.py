@@ -1,7 +1,7 @@
 """How much work a study has left, from the measured seconds of what is done."""
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from statistics import fmean
 
@@ -26,9 +26,10 @@ Piece = tuple[str, int]
 class Forecast:
     """Seconds of work that are left, those of all workers together.
 
-    A scheme costs without paths what others have cost on its problem; on its first paths, too, and, as long as these
-    others are few, a part of what they took without paths; on further paths what its own have cost. Which further
-    ones it takes is said by its findings, of how many paths would decide; until there are some, it is a guess.
+    A scheme costs without paths what others have cost on its problem, and on a problem not begun what problems have
+    cost for their breadth; on its first paths what others have cost there, too, and, as long as these are few, a part
+    of what they took without paths; on further paths what its own have cost. Which further ones it takes is said by
+    its findings, of how many paths would decide; until there are some, it is a guess.
 
     Parameters
     ----------
@@ -40,6 +41,8 @@ class Forecast:
         By problem, what is expected to be run.
     fresh : dict of str to int
         Number of schemes of the problems that were not judged yet.
+    breadths : dict of str to float
+        What the screening of a problem weighs, for each of its schemes.
     screened : dict of str to list of float
         Measured seconds of each scheme without paths, by problem.
     sampled : dict of str to (dict of str to (float, float))
@@ -51,12 +54,13 @@ class Forecast:
     settings: Settings
     wanted: dict[str, set[Piece]] = field(default_factory=dict)
     fresh: dict[str, int] = field(default_factory=dict)
+    breadths: dict[str, float] = field(default_factory=dict)
     screened: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
     sampled: dict[str, dict[str, tuple[float, float]]] = field(default_factory=lambda: defaultdict(dict))
     spent: float = 0.0
     _known: dict[str, float] = field(default_factory=dict)
 
-    def expect(self, problem: str, pieces: Iterable[Piece], *, fresh: bool = False) -> None:
+    def expect(self, problem: str, pieces: Iterable[Piece], breadth: float | None = None) -> None:
         """Take note of what is expected to be run of a problem from now on, in place of what was before.
 
         Parameters
@@ -64,14 +68,15 @@ class Forecast:
         problem : str
             Label.
         pieces : iterable of Piece
-        fresh : bool
-            Whether no paths have told yet how many of them are needed.
+        breadth : float, optional
+            What its screening weighs beside those of others; given before paths tell how many of them are needed.
         """
         self._known.pop(problem, None)
         self.wanted[problem] = set(pieces)
         self.fresh.pop(problem, None)
-        if fresh:
+        if breadth is not None:
             self.fresh[problem] = len({scheme for scheme, _ in self.wanted[problem]})
+            self.breadths[problem] = breadth / max(self.fresh[problem], 1)
 
     def heard(self, problem: str, block: int, seconds: Iterable[tuple[str, float]]) -> None:
         """Take note of what some schemes took on a block of a problem.
@@ -102,18 +107,18 @@ class Forecast:
     @property
     def left(self) -> float:
         """Seconds that are left."""
-        mean, whole = self._mean, 0.0
+        pace, whole = self._pace, 0.0
         for problem in self.wanted:
-            # Of a problem of which nothing was measured, this is in multiples of the mean, and changes with it alone.
+            # Of a problem of which nothing was measured, this is in multiples of the pace, and changes with it alone.
             begun = bool(self.screened[problem] or self.sampled[problem])
             if problem not in self._known:
-                self._known[problem] = self._sum_left(problem, mean if begun else 1.0)
-            whole += self._known[problem] * (1.0 if begun else mean)
+                self._known[problem] = self._sum_left(problem, pace if begun else 1.0)
+            whole += self._known[problem] * (1.0 if begun else pace)
         return whole
 
-    def _sum_left(self, problem: str, mean: float) -> float:
-        """Return the seconds that are left of a problem; `mean` are those of a scheme without paths if not known."""
-        screening = fmean(self.screened[problem] or [mean])
+    def _sum_left(self, problem: str, pace: float) -> float:
+        """Return the seconds that are left of a problem; `pace` are those of its breadth if they are not known."""
+        screening = fmean(self.screened[problem] or [pace * self.breadths[problem]])
         known = {scheme: seconds / times for scheme, (seconds, times) in self.sampled[problem].items()}
         first = (sum(known.values()) + ALIKE * FIRST * screening) / (len(known) + ALIKE)
         left = 0.0
@@ -130,12 +135,16 @@ class Forecast:
         return 1.0 + GROWTH * (self.settings.paths_of(block) / self.settings.paths_of(0) - 1.0)
 
     @property
-    def _mean(self) -> float:
-        """Seconds of a scheme without paths; guessed from those of paths where such were known before."""
-        if without := [each for known in self.screened.values() for each in known]:
-            return fmean(without)
-        first = [seconds / times for known in self.sampled.values() for seconds, times in known.values()]
-        return fmean(first) / FIRST if first else 0.0
+    def _pace(self) -> float:
+        """Seconds of the unit of breadth; guessed from those of paths where all screenings were known before."""
+        if any(self.screened.values()):
+            return self._mean_pace(self.screened)
+        first = {p: [seconds / times for seconds, times in known.values()] for p, known in self.sampled.items()}
+        return self._mean_pace(first) / FIRST
+
+    def _mean_pace(self, measured: Mapping[str, list[float]]) -> float:
+        breadth = sum(self.breadths[problem] * len(each) for problem, each in measured.items())
+        return sum(map(sum, measured.values())) / breadth if breadth else 0.0
 
 
 def weight(plan: ProblemPlan, settings: Settings) -> int:

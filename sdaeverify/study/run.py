@@ -122,7 +122,8 @@ class Study:
         waiting = [problem for problem in waiting if problem.open]
         state = _Progress(self.problems, Forecast(self.settings))
         for problem in waiting:
-            state.forecast.expect(problem.plan.spec.label, [*problem.screening, *problem.expected_pieces], fresh=True)
+            pieces = [*problem.screening, *problem.expected_pieces]
+            state.forecast.expect(problem.plan.spec.label, pieces, breadth(problem.plan))
         yield from self._screen(waiting, blocks, window, state)
         yield from self._look(waiting, blocks, window, state)
 

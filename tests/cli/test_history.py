@@ -85,7 +85,8 @@ def test_the_history_of_folders_is_a_page(call):
 
 def test_a_changed_verdict_is_told_in_the_terminal(call):
     """Which quantity of which scheme, and what it was in which run."""
-    assert call("matrix", "-s", "euler-maruyama", "-p", "gbm", "-m", "strong", "--paths", "256", "--out", "old").code == 0
+    strong = ("-s", "euler-maruyama", "-p", "gbm", "-m", "strong", "--paths", "256")
+    assert call("matrix", *strong, "--out", "old").code == 0
     copytree("old", "new")
     table = Path("new/verdicts.csv")
     table.write_text(table.read_text(encoding="utf-8").replace(",verified,", ",refuted,", 1), encoding="utf-8")

@@ -20,11 +20,11 @@ class Recorder(Forecast):
 
     events = []  # noqa: RUF012 # those of the only run of this process
 
-    def expect(self, problem, pieces, *, fresh=False):
+    def expect(self, problem, pieces, breadth=None):
         """Note what is expected."""
         wanted = sorted(set(pieces))
-        self.note("expect", problem, wanted, fresh)
-        super().expect(problem, wanted, fresh=fresh)
+        self.note("expect", problem, wanted, breadth)
+        super().expect(problem, wanted, breadth)
 
     def heard(self, problem, block, seconds):
         """Note what pieces took."""
@@ -47,8 +47,8 @@ def shown(events):
     forecast = Forecast(Settings())
     for now, what, problem, *told in events:
         if what == "expect":
-            pieces, fresh = told
-            forecast.expect(problem, map(tuple, pieces), fresh=fresh)
+            pieces, breadth = told
+            forecast.expect(problem, map(tuple, pieces), breadth)
         else:
             getattr(forecast, what)(problem, *told)
             yield now - events[0][0], forecast.spent / (forecast.spent + forecast.left)

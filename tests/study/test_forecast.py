@@ -18,11 +18,11 @@ FURTHER = 1.0 + (1.0 + GROWTH)
 
 
 def forecast(settings=THREE, **schemes):
-    """Return a forecast of the first looks at some problems, by their numbers of schemes."""
+    """Return a forecast of the first looks at some problems, by their numbers of schemes, of one breadth each."""
     made = Forecast(settings)
     for problem, count in schemes.items():
         blocks = (SCREENING, *range(settings.ends[0]))
-        made.expect(problem, [(f"s{n}", block) for n in range(count) for block in blocks], fresh=True)
+        made.expect(problem, [(f"s{n}", block) for n in range(count) for block in blocks], count)
     return made
 
 
@@ -36,6 +36,15 @@ def test_what_needs_no_paths_costs_what_the_schemes_so_far_have_cost():
     made = forecast(Settings(paths=256), a=4, b=2)
     made.heard("a", SCREENING, [("s0", 1.0), ("s1", 2.0), ("s2", 3.0)])
     assert made.left == pytest.approx((1 + 2) * 2.0 + FIRST * 6 * 2.0)
+
+
+def test_a_problem_not_begun_costs_what_others_have_cost_for_their_breadth():
+    """What has a quarter of the breadth of what was measured costs a quarter of it."""
+    made = Forecast(Settings(paths=256))
+    for problem, breadth in {"a": 8, "b": 2}.items():
+        made.expect(problem, [("s0", SCREENING), ("s1", SCREENING)], breadth)
+    made.heard("a", SCREENING, [("s0", 3.0), ("s1", 5.0)])
+    assert made.left == pytest.approx(8.0 / 4)
 
 
 def test_measured_schemes_outweigh_the_guess_of_a_first_look():

@@ -64,7 +64,9 @@ def history(runs: tuple[Path, ...], out: Path) -> ExitCode:
     write_tables(out, sentence, tables, history=history_series(read))
     texts = [*map(_run_in_words, read), *map(_change_in_words, changed.rows[:SHOWN]), sentence, f"the page is {out}"]
     console = output()
-    print_lines(console, (PlainLine(line) for text in texts for line in wrap_text(visible(text), console.width, "  ")))
+    print_lines(
+        console, (PlainLine(line) for text in texts for line in wrap_text(visible(text), console.width, "  "))
+    )
     return ExitCode.OK
 
 
