@@ -7,7 +7,7 @@ wrong in one line, or an empty string.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from ..probe.step.one_step import OneStep
 from ..probe.step.states import WHEN, cloud
 from ..probe.step.times import in_a_row
 from .batches import equal, freeze, take_paths
-from .own_run import level_noise
+from .own_run import level_noise, stops_along
 from .trial import Trial
 
 # A fine step, and the coarsest one that runs begin with by default, at which iterations differ most between paths.
@@ -240,36 +240,17 @@ def _is_kicked(trial: Trial) -> np.ndarray[Any, np.dtype[np.bool_]]:
 STEPS, TAKEN_UP = 8, (0, 3)
 
 
-class Stop(NamedTuple):
-    """A state of a run, with the noise of the step that follows it."""
-
-    state: State
-    noise: Increment
-
-
 def carries_its_memory(trial: Trial) -> str:
     """Go on from copies of the state, field by field, with a copy of the scheme that has never made a step."""
-    stops, end = _run(trial)
+    stops = list(stops_along(trial.scheme, trial.view, trial.h, list(_noises(trial))))
     for begin in TAKEN_UP:
         fresh = replace(trial.scheme)
         state, stepper = each(np.array, stops[begin].state), fresh.prepare(trial.view, trial.h)
-        if not equal(_last(stepper, state, trial.h, begin, [stop.noise for stop in stops[begin:]]), end):
+        if not equal(_last(stepper, state, trial.h, begin, [stop.noise for stop in stops[begin:]]), stops[-1].end):
             when = f"after {begin} steps" if begin else "at its start"
             text = f"a run taken up {when} from a copy of its state ends elsewhere"
             return f"{text}: the scheme remembers more than its state"
     return ""
-
-
-def _run(trial: Trial) -> tuple[list[Stop], State]:
-    state, stops = trial.scheme.start(trial.view, trial.paths, trial.h), list[Stop]()
-    recall = trial.view.recall(trial.h, trial.paths)
-    for n, drawn in enumerate(_noises(trial)):
-        noise = freeze(drawn if recall is None else recall.add_past(drawn))
-        stops.append(Stop(freeze(state), noise))
-        state = trial.stepper(stops[n].state, n * trial.h, noise).state
-        if recall is not None:
-            recall.push(trial.scheme.parts(trial.view, state)["x"])
-    return stops, state
 
 
 def _noises(trial: Trial) -> Iterator[Increment]:

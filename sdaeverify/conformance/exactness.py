@@ -20,7 +20,7 @@ from ..forms.trivial import H, Trivial, Trivials
 from ..noise.brownian import Increment
 from ..numerics.statistics import EPS
 from ..probe.step.nodes import SEED
-from .own_run import parts_along
+from .own_run import stops_along
 
 # The law of a run on dx = c dt + S dW: how its mean and its covariance grow, without sampling.
 #
@@ -87,7 +87,7 @@ def law_error(scheme: Scheme, trivial: Trivial, h: float) -> LawError | None:
         return None
     known = list(trivial.solution(0.0, np.zeros((trivial.problem.noise_dim, 1))))
     noises, probe = _unit_noises(scheme, trivial, h)
-    run = parts_along(scheme, trivial.problem, h, noises)
+    run = (scheme.parts(trivial.problem, stop.end) for stop in stops_along(scheme, trivial.problem, h, noises))
     states = [_stack_parts(parts, known) for parts in islice(run, LAW_STEPS - 1, None, LAW_STEPS)]
     found = [_moments(state, probe) for state in states]
     if any(moments is None for moments in found):
@@ -208,7 +208,8 @@ def _error(scheme: Scheme, trivial: Trivial, h: float) -> tuple[float, float, fl
     problem = trivial.problem
     rng = np.random.Generator(np.random.Philox(key=SEED))
     noises = [scheme.law.increment(problem.drawn(rng, h, PATHS), h) for _ in range(STEPS)]
-    *_, got = parts_along(scheme, problem, h, noises)
+    *_, last = stops_along(scheme, problem, h, noises)
+    got = scheme.parts(problem, last.end)
     W = sum((noise.dW for noise in noises), np.zeros((problem.noise_dim, PATHS)))
     jumps = {r.name: reduce(r.joined, (noise.records[r.name] for noise in noises)) for r in problem.records}
     # A scheme may leave out components: they are missing in its report.

@@ -1,11 +1,10 @@
 """A scheme's own run: states along it, where iterations, truncation and constraints are at work."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Parts
 from ..contracts.scheme import Scheme, State
 from ..forms import Problem
 from ..noise.brownian import BROWNIAN, USUAL, Brownian, Increment, Source
@@ -43,8 +42,16 @@ def stopped_states(scheme: Scheme, view: Any, paths: int) -> State:
     return freeze(state)
 
 
-def parts_along(scheme: Scheme, problem: Problem, h: float, noises: Sequence[Increment]) -> Iterator[Parts]:
-    """Yield the comparable components after each step of size h.
+class Stop(NamedTuple):
+    """A state of a run, the noise of the step that follows it, and the state after that."""
+
+    state: State
+    noise: Increment
+    end: State
+
+
+def stops_along(scheme: Scheme, problem: Problem, h: float, noises: Sequence[Increment]) -> Iterator[Stop]:
+    """Yield the steps of size h of a run from the scheme's start; nobody can write into what they are given.
 
     Parameters
     ----------
@@ -57,17 +64,16 @@ def parts_along(scheme: Scheme, problem: Problem, h: float, noises: Sequence[Inc
 
     Yields
     ------
-    mapping of str to ndarray
+    Stop
     """
     paths = noises[0].dW.shape[-1]
     state, stepper, recall = scheme.start(problem, paths, h), scheme.prepare(problem, h), problem.recall(h, paths)
     for n, drawn in enumerate(noises):
-        noise = freeze(drawn if recall is None else recall.add_past(drawn))
-        state = stepper(freeze(state), n * h, noise).state
-        parts = scheme.parts(problem, state)
+        stop, noise = freeze(state), freeze(drawn if recall is None else recall.add_past(drawn))
+        state = stepper(stop, n * h, noise).state
         if recall is not None:
-            recall.push(parts["x"])
-        yield parts
+            recall.push(scheme.parts(problem, state)["x"])
+        yield Stop(stop, noise, state)
 
 
 def level_noise(view: Any, paths: int, h: float, block: int) -> Increment:
