@@ -14,6 +14,7 @@ import scipy
 from ..arrays import Array
 
 GROUPS = 20
+ROOT = np.sqrt(GROUPS)
 EPS = float(np.finfo(float).eps)
 # Steps too coarse for the problem show as local orders that grow by more than this from one level to the next.
 RISING = 0.05
@@ -150,8 +151,9 @@ def jackknives(sums: Array, counts: Array, statistics: Callable[[Array], Array])
 def _estimates(pseudo: Array) -> tuple[Estimate, ...]:
     # As mean() and std() do it, which take longer to find out what they are asked.
     mean = np.add.reduce(pseudo, axis=1) / GROUPS
-    square = np.add.reduce((pseudo - mean[:, np.newaxis]) ** 2, axis=1) / (GROUPS - 1)
-    return tuple(map(Estimate, mean.tolist(), (np.sqrt(square) / np.sqrt(GROUPS)).tolist()))
+    centred = pseudo - mean[:, np.newaxis]
+    square = np.add.reduce(centred * centred, axis=1) / (GROUPS - 1)
+    return tuple(map(Estimate, mean.tolist(), (np.sqrt(square) / ROOT).tolist()))
 
 
 def pseudo_values(sums: Array, counts: Array, statistic: Callable[[Array], float | Array]) -> Array:

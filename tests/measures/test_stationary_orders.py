@@ -10,7 +10,7 @@ from sdaeverify import Claim, Settings, Step
 from sdaeverify.contracts.finding import Finding, Verdict
 from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures.invariant import operator_findings, stationary_record
+from sdaeverify.measures.invariant import operator_findings, operator_orders, stationary_record
 from sdaeverify_planted.uniformly_accurate import ScaledTerms
 from sdaeverify_problems.affine_constraint import affine_constraint
 from sdaeverify_problems.angle_pendulum import angle_pendulum
@@ -65,7 +65,7 @@ def findings(scheme, problem) -> dict[str, Finding]:
     evidence = Evidence(scheme, view, view, settings, Tally(), Tally(), level=settings.level)
     record = stationary_record(evidence)
     assert record is not None
-    return {found.quantity: found for found in operator_findings(evidence, record)}
+    return {found.quantity: found for found in operator_findings(evidence, record, operator_orders(record, view))}
 
 
 def verdicts(scheme, problem) -> dict[str, Verdict]:

@@ -49,9 +49,10 @@ def usable(record: TransitionErrors) -> bool:
     return not obstacle(record)
 
 
-def operator_findings(evidence: Evidence, record: TransitionErrors) -> list[Finding]:
-    """Return a finding for each observable whose exact mean is known."""
-    orders = _orders(evidence.view, record)
+def operator_findings(
+    evidence: Evidence, record: TransitionErrors, orders: Mapping[str, FunctionalOrder]
+) -> list[Finding]:
+    """Return a finding for each observable whose exact mean is known, from the orders of a record."""
     columns = dict(zip(orders, zip(record.errors.T, error_floors(record).T, strict=True), strict=True))
     found = []
     for name in (truth.observable for truth in evidence.view.truths if isinstance(truth, InvariantMean)):
@@ -64,8 +65,9 @@ def operator_findings(evidence: Evidence, record: TransitionErrors) -> list[Find
 
 def is_settled(evidence: Evidence, record: TransitionErrors) -> bool:
     """Tell whether finer steps would tell no more: all that is claimed is verified, or fixed by a symmetry."""
-    fixed = {name for name, order in _orders(evidence.view, record).items() if order.fixed}
-    claimed = {found.quantity: found.verdict for found in operator_findings(evidence, record) if found.claim}
+    orders = operator_orders(record, evidence.view)
+    fixed = {name for name, order in orders.items() if order.fixed}
+    claimed = {found.quantity: found.verdict for found in operator_findings(evidence, record, orders) if found.claim}
     return all(verdict is Verdict.VERIFIED for name, verdict in claimed.items() if name not in fixed)
 
 
@@ -82,7 +84,8 @@ def operator_levels(evidence: Evidence, record: TransitionErrors) -> Iterator[Le
             yield LevelFinding(name, None, float(errors[level]), 0.0, details, float(h))
 
 
-def _orders(view: Problem, record: TransitionErrors) -> dict[str, FunctionalOrder]:
+def operator_orders(record: TransitionErrors, view: Problem) -> dict[str, FunctionalOrder]:
+    """Return the order of each observable on the chart."""
     return dict(zip(invariant_observables(view), widen(functional_orders(record), view), strict=True))
 
 
@@ -186,7 +189,8 @@ class Invariant(Measure):
         # The logarithm of a difference that is exactly zero is not a defect.
         with np.errstate(all="ignore"):
             if operator is not None:
-                findings |= {found.quantity: found for found in operator_findings(evidence, operator)}
+                orders = evidence.without_paths.read(_read_orders, evidence.view)
+                findings |= {found.quantity: found for found in operator_findings(evidence, operator, orders)}
                 levels += operator_levels(evidence, operator)
                 levels += density_levels(unpacked(DENSITIES, Densities, evidence.tally))
             if chains is not None:
@@ -207,6 +211,11 @@ class Invariant(Measure):
 def sdaeverify_measures() -> list[Measure]:
     """Register the measure."""
     return [Invariant()]
+
+
+def _read_orders(tally: Tally, view: Problem) -> dict[str, FunctionalOrder]:
+    operator = unpacked(OPERATOR, TransitionErrors, tally)
+    return {} if operator is None else operator_orders(operator, view)
 
 
 def coarsest_step(view: Problem, settings: Settings) -> float:

@@ -65,10 +65,15 @@ class Quantity:
     motion: float = inf
     known: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
-    @property
+    @cached_property
     def paths(self) -> int:
         """Number of paths."""
         return int(self.counts.sum())
+
+    @cached_property
+    def totals(self) -> Array:
+        """Sums of e_l^p over all paths, shape (L, 3) or (L, 4)."""
+        return np.asarray(self.error.sum(axis=0))
 
     def rounding(self, steps: Array) -> Array:
         """Return eps sqrt(N) times the component's size: what rounding accumulates to over N steps."""
@@ -76,7 +81,7 @@ class Quantity:
 
     def means(self, power: int = 1) -> Array:
         """Return E e_l^p, shape (L,)."""
-        return np.asarray(self.error[..., power].sum(axis=0) / self.paths)
+        return np.asarray(self.totals[:, power] / self.paths)
 
     @once
     def slope(self, levels: Array, power: int = 1) -> Estimate:
@@ -148,8 +153,7 @@ class Quantity:
     @once
     def tail(self, level: int) -> Tail:
         """Return the tail diagnostics of a level."""
-        sums = self.error[:, level].sum(axis=0)
-        return tail(float(sums[1]), float(sums[2]), self.largest[level], self.paths)
+        return tail(float(self.totals[level, 1]), float(self.totals[level, 2]), self.largest[level], self.paths)
 
 
 def quantities_of(evidence: Evidence) -> tuple[Quantity, ...]:
@@ -206,7 +210,7 @@ def level_rows(quantity: Quantity, fitted: Container[int], norms: Mapping[str, i
     ------
     LevelFinding
     """
-    means = quantity.error.sum(axis=0) / quantity.paths
+    means = quantity.totals / quantity.paths
     one, two = means[:, 1], means[:, 2]
     for level in range(len(means)):
         spread = np.sqrt(max(two[level] - one[level] ** 2, 0.0) / quantity.paths)
