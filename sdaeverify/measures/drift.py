@@ -41,7 +41,6 @@ from ..numerics.statistics import (
     EPS,
     RISING,
     Estimate,
-    corrected_slope_weights,
     group_sums,
     jackknife,
     jackknives,
@@ -66,6 +65,7 @@ from .judge import (
     sound_levels,
     with_sample,
 )
+from .slopes import Slopes
 
 TIMES = 64
 NOWHERE = np.zeros((1, 1))
@@ -184,7 +184,7 @@ def _histogram(values: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Defect:
+class Defect(Slopes):
     """The evidence on one constraint.
 
     Attributes
@@ -202,6 +202,7 @@ class Defect:
         Sums of (int_0^T |g|^2 dt)^{1/2} over groups.
     """
 
+    next_power: ClassVar[float] = NEXT_POWER
     name: str
     h: Array
     squares: tuple[Array, ...]
@@ -215,19 +216,7 @@ class Defect:
         """Return log2 of sup_t RMS |g| at a level."""
         return jackknives(self.squares[level], self.counts, _log_sup)[0]
 
-    def slope(self, levels: Array) -> Estimate:
-        """Return the slope of log2 sup_t RMS |g| against log2 h on some levels."""
-        return self.linear(levels, slope_weights(np.log2(self.h[levels])))
-
-    def corrected_slope(self, levels: Array) -> Estimate:
-        """Return the slope p of a residual a h^p (1 + b h^(1/2)): what local orders that rise slowly tend to."""
-        return self.linear(levels, corrected_slope_weights(np.log2(self.h[levels]), NEXT_POWER))
-
-    def rise(self, levels: Array) -> Estimate:
-        """Return by how much the local order grows from the last but one pair of levels to the last."""
-        return self.linear(levels[-3:], np.array([-1.0, 2.0, -1.0]))
-
-    def linear(self, levels: Array, weights: Array) -> Estimate:
+    def linear(self, levels: Array, weights: Array, *_: int) -> Estimate:
         """Return a weighted sum of log2 sup_t RMS |g| on some levels."""
         lengths = np.cumsum([self.squares[level].shape[1] for level in levels])[:-1]
 

@@ -2,9 +2,8 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -13,17 +12,8 @@ from ..contracts.measure import Evidence, Snapshot
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..forms import Problem
-from ..numerics.statistics import (
-    GROUPS,
-    Estimate,
-    corrected_slope_weights,
-    group_sums,
-    jackknife,
-    jackknives,
-    slope_weights,
-    weighted_sum,
-)
-from .once import once
+from ..numerics.statistics import GROUPS, Estimate, group_sums, jackknife, jackknives, weighted_sum
+from .slopes import Slopes
 
 VALUES, SQUARES, SIZES, KNOWN = "values ", "squares ", "sizes ", "truth "
 # A truth with an error of its own, and the same at half its resolution.
@@ -90,7 +80,7 @@ class MeanObserver:
 
 
 @dataclass(frozen=True)
-class Means:
+class Means(Slopes):
     """The evidence on one observable.
 
     Attributes
@@ -119,7 +109,6 @@ class Means:
     reference: Array | None = None
     blurred: Array | None = None
     sizes: Array | None = None
-    known: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def size(self) -> float:
@@ -166,20 +155,12 @@ class Means:
         off = jackknife(both, self.counts, lambda means: abs(float(means[0] - means[1])))
         return off, abs(float((self.reference - self.blurred).sum() / self.counts.sum()))
 
-    @once
-    def slope(self, levels: Array) -> Estimate:
-        """Return the least-squares slope of log2 |difference| against log2 h on some levels."""
-        return self._linear(levels, slope_weights(np.log2(self.h[levels])))
-
-    @once
-    def corrected_slope(self, levels: Array) -> Estimate:
-        """Return the slope with one further term of the expansion, in h."""
-        return self._linear(levels, corrected_slope_weights(np.log2(self.h[levels])))
-
-    @once
-    def rise(self, levels: Array) -> Estimate:
-        """Return by how much the local order grows from the last but one pair of levels to the last."""
-        return self._linear(levels[-3:], np.array([-1.0, 2.0, -1.0]))
+    def linear(self, levels: Array, weights: Array, *_: int) -> Estimate:
+        """Return sum_l w_l log2 |difference l| over some levels."""
+        # Taken, and not indexed: in C order.
+        return self._estimate(
+            lambda means: weighted_sum(weights, np.log2(np.abs(self._differences(means).take(levels, axis=1))))
+        )
 
     def least_signal(self, levels: Array) -> float:
         """Return the least ratio of a difference to its standard error on some levels."""
@@ -203,12 +184,6 @@ class Means:
         if self.coupled:
             return np.asarray(means[:, :-1] - means[:, -1:])
         return np.asarray(means[:, :-1] - means[:, 1:])
-
-    def _linear(self, levels: Array, weights: Array) -> Estimate:
-        # Taken, and not indexed: in C order.
-        return self._estimate(
-            lambda means: weighted_sum(weights, np.log2(np.abs(self._differences(means).take(levels, axis=1))))
-        )
 
     def _estimate(self, statistic: Callable[[Array], Array]) -> Estimate:
         return jackknives(self.sums, self.counts, statistic)[0]

@@ -1,10 +1,9 @@
 """The evidence on one component's pathwise errors, its statistics, and its rows, one a step size."""
 
 from collections.abc import Container, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from math import inf
-from typing import Any
 
 import numpy as np
 
@@ -16,19 +15,17 @@ from ...numerics.statistics import (
     EPS,
     Estimate,
     Tail,
-    corrected_slope_weights,
     jackknives,
     log_functional,
-    order_of,
     slope_weights,
     tail,
 )
-from ..once import once
+from ..slopes import Slopes, once
 from .errors import AT_T, POWERS
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Quantity(Slopes):
     """The evidence on one component.
 
     Attributes
@@ -63,7 +60,6 @@ class Quantity:
     size: float
     moved: float
     motion: float = inf
-    known: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @cached_property
     def paths(self) -> int:
@@ -83,22 +79,9 @@ class Quantity:
         """Return E e_l^p, shape (L,)."""
         return np.asarray(self.totals[:, power] / self.paths)
 
-    @once
-    def slope(self, levels: Array, power: int = 1) -> Estimate:
-        """Return the least-squares slope of log2 (E e^p)^(1/p) against log2 h on some levels."""
-        return order_of(self.h[levels], self.error[:, levels, power], self.counts, POWERS[power])
-
-    def linear(self, levels: Array, weights: Array, power: int = 1) -> Estimate:
-        """Return a linear functional of y on some levels.
-
-        Parameters
-        ----------
-        levels : ndarray of int
-        weights : ndarray, shape (levels,)
-            Of y = log2 (E e^p)^(1/p) on them.
-        power : int
-            Place of p among `POWERS`.
-        """
+    def linear(self, levels: Array, weights: Array, *norm: int) -> Estimate:
+        """Return sum_l w_l y_l, y = log2 (E e^p)^(1/p), on some levels; `norm` is the place of p among `POWERS`."""
+        (power,) = norm or (1,)
         return log_functional(self.error[:, levels, power], self.counts, weights, POWERS[power])
 
     @once
@@ -111,16 +94,6 @@ class Quantity:
         weights = slope_weights(np.log2(self.h[coarse]))
         both = np.concatenate([self.error[:, fine, 1], self.difference[:, coarse]], axis=1)
         return log_functional(both, self.counts, np.concatenate([weights, -share * weights]))
-
-    @once
-    def corrected_slope(self, levels: Array) -> Estimate:
-        """Return the slope with one further term of the expansion, in h."""
-        return self.linear(levels, corrected_slope_weights(np.log2(self.h[levels])))
-
-    @once
-    def rise(self, levels: Array) -> Estimate:
-        """Return by how much the local order grows from the last but one pair of levels to the last."""
-        return self.linear(levels[-3:], np.array([-1.0, 2.0, -1.0]))
 
     def ahead(self, levels: Array) -> Estimate:
         """Return the local order at the next step size, if it grows by as much as it did between the last two."""

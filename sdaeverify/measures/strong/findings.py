@@ -51,6 +51,8 @@ Orders = Mapping[str, StrongOrder]
 # By tier, where no slope is fitted.
 EXACT_METHODS = {1: "local order (T1), guarded by paths", 3: "paths (T3)"}
 UNFITTED_METHODS = {1: "local order (T1)", 3: "paths"}
+# How far below its claim an order may be.
+TOLERANCE = 0.1
 # How much the next order may differ from the last one for an order to be missed.
 SETTLED = 0.1
 # An order below its claim at few states that rises by more with a level is that of a layer which steps still miss.
@@ -327,19 +329,15 @@ def _details(evidence: Evidence, quantity: Quantity, fitted: Fit) -> dict[str, o
     }
 
 
-def judge_strong(
-    order: StrongOrder, claim: float, tolerance: float = 0.1, *, margin: float = 0.0, sharp: bool = True
-) -> Opinion:
+def judge_strong(order: StrongOrder, claim: float, *, margin: float = 0.0, sharp: bool = True) -> Opinion:
     """Compare a local order with a claimed least strong order.
 
     Parameters
     ----------
     order : StrongOrder
     claim : float
-    tolerance : float
-        How far below the claim the order may be.
     margin : float
-        That of the claim: where it is wider than `tolerance`, an order between the two decides nothing.
+        That of the claim: where it is wider than `TOLERANCE`, an order between the two decides nothing.
     sharp : bool
         Whether the scheme's local order is its global one; if not, a low local order decides nothing, and
         consistency is asked of a step from where the scheme itself has gone.
@@ -352,17 +350,17 @@ def judge_strong(
     figures = f"p2 = {order.p2:.3f}, p1 = {order.p1:.3f}, q2 = {order.q2:.3f}, q1 = {order.q1:.3f}"
     unknown = np.isnan([order.q2, order.q1 if order.means else order.q2]).any()
     if not unknown and (not order.consistent or order.inconsistent_share > 0.5):
-        return _inconsistent(order, claim - tolerance, figures, sharp=sharp)
+        return _inconsistent(order, claim - TOLERANCE, figures, sharp=sharp)
     if unknown or np.isnan(order.order):
         return local_doubt(
             f"no local order: the map is not finite or a solver's tolerance hides its defects; {figures}"
         )
     text = f"local order {order.order:.3f}, claimed {claim}; {figures}"
-    if order.order < claim - tolerance:
+    if order.order < claim - TOLERANCE:
         within = order.order >= claim - margin
         doubt = local_doubt(f"{text}; within the margin {margin:g}")
-        return doubt if within else _too_low(order, claim - tolerance, text, sharp=sharp)
-    if order.ahead < claim - tolerance:
+        return doubt if within else _too_low(order, claim - TOLERANCE, text, sharp=sharp)
+    if order.ahead < claim - TOLERANCE:
         return local_doubt(f"{text}; still falling, to {order.ahead:.3f}")
     void = f"; void below h = {order.plateau_h:.2g}" if order.plateau_h else ""
     if not order.means:

@@ -101,14 +101,13 @@ def remove_page(folder: Path) -> None:
         raise UsageError(f"cannot remove {folder / PAGE}: {error.strerror or error}") from error
 
 
-def page_text(data: Mapping[str, Any], title: str = "sdaeverify report") -> str:
+def page_text(data: Mapping[str, Any]) -> str:
     """Return the page that shows some numbers.
 
     Parameters
     ----------
     data : mapping
         As `payload` returns it.
-    title : str
     """
     script = "\n".join(_asset(name) for name in SCRIPTS)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
@@ -117,7 +116,6 @@ def page_text(data: Mapping[str, Any], title: str = "sdaeverify report") -> str:
     numbers = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     parts = {
         "policy": escape(policy),
-        "title": escape(title),
         "style": _asset("page.css"),
         "sentence": escape(str(data.get("sentence", ""))),
         "data": numbers,

@@ -1,0 +1,69 @@
+"""Slopes over the levels of a record: each is found once, whatever is claimed, and however often it is asked."""
+
+from collections.abc import Callable
+from functools import cached_property, wraps
+from typing import Any, ClassVar, TypeVar, cast
+
+import numpy as np
+
+from ..arrays import Array
+from ..numerics.statistics import Estimate, corrected_slope_weights, slope_weights
+
+Method = TypeVar("Method", bound=Callable[..., Any])
+
+
+def once(method: Method) -> Method:
+    """Return a method of a record, of levels and what else is given, that keeps what it finds in its `known`.
+
+    Parameters
+    ----------
+    method : callable, (record, levels, *given) -> object
+        A pure function; what is given beside levels can be hashed.
+    """
+
+    @wraps(method)
+    def found(self: Any, levels: Any, *given: Any) -> Any:
+        key = method.__name__, np.asarray(levels).tobytes(), *given
+        if key not in self.known:
+            self.known[key] = method(self, levels, *given)
+        return self.known[key]
+
+    return cast("Method", found)
+
+
+class Slopes:
+    """What is told by y_l, the logarithm to base 2 of what a record measures at step sizes h_l.
+
+    Attributes
+    ----------
+    next_power : float
+        q in y = a + p log2 h + c h^q: by how much the order of the next term of the expansion is higher.
+    h : ndarray, shape (L,)
+    """
+
+    next_power: ClassVar[float] = 1.0
+    h: Array
+
+    @cached_property
+    def known(self) -> dict[Any, Any]:
+        """What has been found."""
+        return {}
+
+    def linear(self, levels: Array, weights: Array, *norm: int) -> Estimate:
+        """Return sum_l w_l y_l over some levels, in a norm where there are several."""
+        raise NotImplementedError
+
+    @once
+    def slope(self, levels: Array, *norm: int) -> Estimate:
+        """Return the least-squares slope on some levels."""
+        return self.linear(levels, slope_weights(np.log2(self.h[levels])), *norm)
+
+    @once
+    def corrected_slope(self, levels: Array) -> Estimate:
+        """Return the slope with one further term of the expansion."""
+        return self.linear(levels, corrected_slope_weights(np.log2(self.h[levels]), self.next_power))
+
+    @once
+    def rise(self, levels: Array) -> Estimate:
+        """Return by how much the local order grows from the last but one pair of levels to the last."""
+        return self.linear(levels[-3:], np.array([-1.0, 2.0, -1.0]))
