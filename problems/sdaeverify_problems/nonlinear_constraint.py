@@ -35,9 +35,9 @@ def nonlinear_constraint(a: float = -1.0, b: float = 0.5, tau: float = 0.3, hori
         sum_of_both: Array = y + y**3 + 0.5 * v
         return sum_of_both
 
-    def scaled_partials(factor: float, y: Array) -> Partials:
-        one = np.ones((1, *y.shape))
-        return Partials(0.0 * one, 0.5 * factor * one, factor * (1.0 + 3.0 * y**2)[None])
+    def scaled_partials(factor: float, by_x: float, y: Array) -> Partials:
+        shape = (1, *y.shape)
+        return Partials(np.full(shape, by_x), np.full(shape, 0.5 * factor), factor * (1.0 + 3.0 * y**2)[None])
 
     def parts_of(t: float, x: Array) -> Parts:
         return {"x": x, "y": cubic_root(0.5 * x)}
@@ -49,8 +49,8 @@ def nonlinear_constraint(a: float = -1.0, b: float = 0.5, tau: float = 0.3, hori
         drift=lambda t, x, v, y: a * combine(v, y),
         diffusion=lambda t, x, v, y: b * combine(v, y)[:, None],
         constraint=lambda t, x, v, y: combine(v, y) - x,
-        drift_partials=lambda t, x, v, y: scaled_partials(a, y),
-        constraint_partials=lambda t, x, v, y: scaled_partials(1.0, y)._replace(x=-np.ones((1, *y.shape))),
+        drift_partials=lambda t, x, v, y: scaled_partials(a, 0.0, y),
+        constraint_partials=lambda t, x, v, y: scaled_partials(1.0, -1.0, y),
         delay=tau,
         history=lambda t: [1.0],
         algebraic=1,

@@ -1,7 +1,14 @@
 """Numerical tools with paths last: derivatives, small linear algebra, Newton's method."""
 
 from .block_banded import BlockBanded, identity, overlap, solve_blocks
-from .derivatives import directional, is_analytic, jacobian, matches_differences, second_directional
+from .derivatives import (
+    directional,
+    is_analytic,
+    jacobian,
+    jacobian_at_once,
+    matches_differences,
+    second_directional,
+)
 from .linalg import (
     Elimination,
     Tridiagonal,
@@ -31,6 +38,7 @@ __all__ = [
     "identity",
     "is_analytic",
     "jacobian",
+    "jacobian_at_once",
     "largest",
     "matches_differences",
     "newton",

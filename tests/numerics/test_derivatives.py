@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdaeverify.numerics import directional, is_analytic, jacobian, second_directional
+from sdaeverify.numerics import directional, is_analytic, jacobian, jacobian_at_once, second_directional
 
 EPS = np.finfo(float).eps
 
@@ -71,6 +71,15 @@ def test_derivatives_of_one_path_do_not_depend_on_the_others():
         one = slice(k, k + 1)
         assert np.array_equal(jacobian(f, X[:, one]), batch[..., one])
         assert np.array_equal(second_directional(f, X[:, one], Y[:, one], Z[:, one]), second[:, one])
+
+
+@pytest.mark.parametrize("paths", [1, 3, 64, 5000])
+def test_directions_side_by_side_change_no_bit_of_a_jacobian(paths):
+    """Few paths or many, and a function of one column for all of them: both give the same array."""
+    x = np.random.default_rng(1).standard_normal((2, paths))
+    assert np.array_equal(jacobian_at_once(f, x), jacobian(f, x))
+    constant = np.array([[1.0], [2.0]])
+    assert np.array_equal(jacobian_at_once(lambda _: constant, x), jacobian(lambda _: constant, x))
 
 
 def test_a_jacobian_can_be_differentiated_once_more():

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ...arrays import Array, Parts
 from ...errors import ProblemError, SchemeError
 from ...noise.brownian import BROWNIAN, Increment
-from ...numerics.derivatives import directional, is_analytic, jacobian
+from ...numerics.derivatives import directional, is_analytic, jacobian, jacobian_at_once
 from ...numerics.linalg import apply, norm
 from ..checks import (
     CONSISTENCY,
@@ -203,7 +203,7 @@ class SDE(Problem):
         """Return Df(x), shape (d, d, P) or (d, d, 1)."""
         if self.drift_derivative is not None:
             return self.drift_derivative(t, x)
-        return jacobian(partial(self.drift, t), x)
+        return jacobian_at_once(partial(self.drift, t), x)
 
     def no_derivative_of_drift(self) -> str:
         """Return why Df can neither be had from the author nor by complex step, or an empty string."""
