@@ -361,7 +361,7 @@ def no_linear_step(scheme: Scheme, view: Problem) -> str:
     return "" if kind == "f" else "the scheme's memory is no array of real numbers"
 
 
-def step_moments(one_step: OneStep, h: float, *, far: bool = True) -> StepMoments:
+def step_moments(one_step: OneStep, h: float, *, far: bool = True, atoms: bool = True) -> StepMoments:
     """Return how second moments pass through a step of size h.
 
     Parameters
@@ -370,6 +370,8 @@ def step_moments(one_step: OneStep, h: float, *, far: bool = True) -> StepMoment
     h : float
     far : bool
         Whether noise is searched for poles and for what it carries beyond the quadrature.
+    atoms : bool
+        Whether all atoms of a bounded law are taken, where there are many and fewer points tell the same to rounding.
 
     Returns
     -------
@@ -377,13 +379,15 @@ def step_moments(one_step: OneStep, h: float, *, far: bool = True) -> StepMoment
     """
     step, noise = MemoryStep(one_step, h), StepNoise.of(one_step)
     with np.errstate(all="ignore"):
-        if noise.law.bounded:
+        if noise.law.bounded and (atoms or not noise.has_many_atoms):
             return _by_atoms(step, noise)
         points = np.concatenate([noise.simplex(), noise.trials()], axis=1)
         found = linear_map(step, noise.nodes(points, np.ones(points.shape[1])))
         if _affine(found, points):
             vertices = len(points) + 1
             return _exact(found, Operator(found.factors[..., :vertices], np.full(vertices, 1.0 / vertices)))
+        if noise.law.bounded:
+            return _by_atoms(step, noise)
         seen = far_noise(partial(factors_of, step, noise), noise) if far else FarNoise(np.inf, 0.0)
         operators = expectation(step, noise, kinks=seen.pole > CUT)
         return StepMoments(operators, found.defect, found.failed, seen)

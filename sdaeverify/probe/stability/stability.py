@@ -158,7 +158,8 @@ def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count:
     low, high = LEAST * min(1.0, time), MOST * max(1.0, time)
     h = scan_sizes(low, high, round(count * np.log(high / low) / np.log(MOST / LEAST)))
     with np.errstate(all="ignore"):
-        scan = refine_scan(lambda size: _radius(one_step, size), h)
+        # Of the scan, signs count and six digits are told.
+        scan = refine_scan(lambda size: _radius(one_step, size, atoms=False), h)
         run = radii([_radius(one_step, size) for size in step_sizes])
         boundaries = crossings(lambda size: step_radius(one_step, size), scan.h, scan.sign)
     decays = {True: 1.0, False: 0.0, None: np.nan}[equation.decays()]
@@ -201,8 +202,8 @@ def step_radius(one_step: OneStep, h: float) -> float:
     ).rho
 
 
-def _radius(one_step: OneStep, h: float) -> Row:
-    found = step_moments(one_step, h)
+def _radius(one_step: OneStep, h: float, *, atoms: bool = True) -> Row:
+    found = step_moments(one_step, h, atoms=atoms)
     rho, width = spectral_radius(_essential(one_step, h, found.operator))
     error, coarser = width + found.far.left_out, found.expectation.coarser
     if coarser is None:

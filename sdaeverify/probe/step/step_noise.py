@@ -15,6 +15,8 @@ REACH = (0.5, 2.0, 5.0, 9.5, 30.0, 60.0)
 DIRECTIONS = 4
 # Nodes of a rule at most: the step is evaluated at as many noises for k + 1 states.
 LARGEST = 7_000
+# So many atoms are many; their moments are those of standard variables to this.
+MANY, STANDARD = 100, 1e-12
 # Where the density leaves 1e-21 of its mass outside.
 CUT = 9.5
 
@@ -49,6 +51,16 @@ class StepNoise(NamedTuple):
     def tractable(self) -> bool:
         """Whether all atoms of a bounded law can be enumerated."""
         return not self.law.bounded or count_atoms(self.law.atoms(self.motions, areas=self.areas)) <= LARGEST
+
+    @property
+    def has_many_atoms(self) -> bool:
+        """Whether a bounded law has many atoms, of mean 0 and covariance Id: what is affine in them needs but few."""
+        atoms = self.rule(0) if self.law.bounded else None
+        if atoms is None or len(atoms.weights) < MANY:
+            return False
+        x = atoms.dW if atoms.H is None else np.concatenate([atoms.dW, np.sqrt(12.0) * atoms.H])
+        moments = np.abs(x @ atoms.weights).max(), np.abs((x * atoms.weights) @ x.T - np.eye(len(x))).max()
+        return bool(max(moments) <= STANDARD)
 
     def nodes(self, x: Array, weights: Array) -> Nodes:
         """Return the noise of a step of length 1 where the normals are x, shape (n, K)."""
