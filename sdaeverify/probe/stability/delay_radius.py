@@ -4,6 +4,7 @@ The radius r is the least number that is above the squares of all eigenvalues wi
 principle, and at which the gain of the noise is at most 1. No matrix of the history's second moments is made.
 """
 
+from collections.abc import Callable
 from copy import copy
 from functools import lru_cache
 from typing import NamedTuple
@@ -206,9 +207,7 @@ def noise_gain(recursion: Lagged, r: float) -> Gain:
     """Return the gain of noise at some r above the squares of all eigenvalues of the recursion without noise."""
     recursion = rescale(recursion, r)
     k = recursion.maps.shape[-1]
-    unit = np.eye(k * (k + 1) // 2)
-    Q = np.stack([smat(each, k) for each in unit], axis=-1)
-    gamma, change = covariances(recursion, Q)
+    gamma, change = covariances(recursion, _unit_covariances(k))
     gain = np.stack([svec(P) for P in np.moveaxis(_noise(recursion, gamma), -1, 0)], axis=-1)
     values, left, right = scipy.linalg.eig(gain, left=True)
     largest = np.abs(values).argmax()
@@ -217,6 +216,11 @@ def noise_gain(recursion: Lagged, r: float) -> Gain:
     # At a multiple eigenvalue y is orthogonal to x, and rounding is at most what its square root would be.
     condition = np.abs(y) @ np.abs(gain) @ np.abs(x) / max(abs(np.vdot(y, x)), np.sqrt(EPS))
     return Gain(value, (change + 16.0 * EPS * k) * max(value, float(condition)))
+
+
+@lru_cache(maxsize=8)
+def _unit_covariances(k: int) -> Array:
+    return np.stack([smat(each, k) for each in np.eye(k * (k + 1) // 2)], axis=-1)
 
 
 def covariances(recursion: Lagged, Q: Array) -> tuple[Array, float]:
@@ -305,8 +309,6 @@ ERRORS = 10.0
 # Powers of r that are used stay below this.
 LARGEST_POWER = 1e200
 LARGEST_RADIUS = 1e30
-# By this a number is smaller than what rounding makes of its logarithm.
-CLOSER = 1.0 - 1e-12
 # Rows of a companion matrix whose eigenvalues are looked for, what rounding leaves of no noise, and the width that is
 # enough, relative to the radius.
 DENSE, NEGLIGIBLE, CERTAIN = 256, 1e-12, 1e-10
@@ -334,15 +336,14 @@ def radius(step: LinearDelayStep, mesh: Mesh, *, certified: bool = True) -> Spec
     floor = LARGEST_POWER ** (-1.0 / (recursion.lags[-1] + 1.0))
     if (found := _without_noise(recursion, floor)) is not None:
         return found
-    low, high = _bracket(recursion, floor)
+    excess = _excess_of(recursion)
+    low, high = _bracket(excess, 1.0 / (recursion.lags[-1] + 1.0), floor)
     if high >= LARGEST_RADIUS:
         return SpectralRadius(np.inf, np.inf)
-    if low <= floor and _excess(recursion, floor) > 0.0:
+    if low <= floor and excess(floor) > 0.0:
         return SpectralRadius(0.5 * floor, 0.5 * floor)
-    # Where no eigenvalue is outside a circle, none is outside a larger one.
-    excess = _noise_excess if outside(recursion, float(np.sqrt(CLOSER * low))) == 0 else _excess
     logarithm = scipy.optimize.brentq(
-        lambda s: excess(recursion, float(np.exp(s))), np.log(low), np.log(high), xtol=1e-15, rtol=1e-15
+        lambda s: excess(float(np.exp(s))), np.log(low), np.log(high), xtol=1e-15, rtol=1e-15
     )
     rho = float(np.exp(logarithm))
     return SpectralRadius(rho, _width(recursion, rho) if certified else np.inf)
@@ -364,14 +365,20 @@ def _without_noise(recursion: Lagged, floor: float) -> SpectralRadius | None:
     return found if found.width <= CERTAIN * rho else None
 
 
-def _excess(recursion: Lagged, r: float) -> float:
-    # Negative below the radius, positive above, and nearly linear where noise makes the radius.
-    return -1.0 if outside(recursion, float(np.sqrt(r))) != 0 else _noise_excess(recursion, r)
+def _excess_of(recursion: Lagged) -> Callable[[float], float]:
+    """Return what is negative below the radius, positive above, and nearly linear where noise makes the radius."""
+    free = np.inf
 
+    def excess(r: float) -> float:
+        nonlocal free
+        # Where no eigenvalue is outside a circle, none is outside a larger one.
+        if r < free and outside(recursion, float(np.sqrt(r))) != 0:
+            return -1.0
+        free = min(free, r)
+        gain = noise_gain(recursion, r).value
+        return 1.0 / gain - 1.0 if gain > 0.5 else 1.0
 
-def _noise_excess(recursion: Lagged, r: float) -> float:
-    gain = noise_gain(recursion, r).value
-    return 1.0 / gain - 1.0 if gain > 0.5 else 1.0
+    return excess
 
 
 def side_of(recursion: Lagged, r: float) -> int:
@@ -383,13 +390,13 @@ def side_of(recursion: Lagged, r: float) -> int:
     return 0 if abs(gain - 1.0) <= ERRORS * error else int(np.sign(1.0 - gain))
 
 
-def _bracket(recursion: Lagged, floor: float) -> tuple[float, float]:
+def _bracket(excess: Callable[[float], float], step: float, floor: float) -> tuple[float, float]:
     # Steps that grow from the scale of one delay: far below the radius, many eigenvalues have to be counted.
-    below = _excess(recursion, 1.0) <= 0.0
-    low, high, step = 1.0, 1.0, 1.0 / (recursion.lags[-1] + 1.0)
-    while (below and low == high) or (below and high < LARGEST_RADIUS and _excess(recursion, high) <= 0.0):
+    below = excess(1.0) <= 0.0
+    low, high = 1.0, 1.0
+    while (below and low == high) or (below and high < LARGEST_RADIUS and excess(high) <= 0.0):
         low, high, step = high, high * np.exp(step), 2.0 * step
-    while not below and (low == high or (low > floor and _excess(recursion, low) > 0.0)):
+    while not below and (low == high or (low > floor and excess(low) > 0.0)):
         low, high, step = max(floor, low * np.exp(-step)), low, 2.0 * step
     return low, high
 
