@@ -124,7 +124,7 @@ def test_records_are_part_of_what_is_drawn():
 def test_nodes_are_those_of_both():
     """Each Brownian node comes with each pair of nodes of the half steps; means are those of the product."""
     h = 0.01
-    nodes = half_steps(1, 4).beside((Arrivals(),), h)
+    nodes = half_steps(1, 4).with_records((Arrivals(),), h)
     whole, first, second = (part.records["arrivals"] for part in nodes)
 
     assert np.array_equal(whole, first + second)

@@ -101,7 +101,7 @@ def test_fibres_of_different_grids_on_one_noise(registry):
     law = Law(**{name: getattr(experiment, name) for name in ("name", "title", "source", "block")})
     evidence = evidence_of(registry, experiment.name, law, paths=40)
 
-    tips = [refinement._tip(evidence, cells, "r") for cells in (10, 40)]
+    tips = [refinement._tip_positions(evidence, cells, "r") for cells in (10, 40)]
     for cells, x in zip((10, 40), tips, strict=True):
         exact, _ = refinement._scale(cells, "r")
         # A deviation of 40 normal draws has a relative error of 1/sqrt(78); the linearisation one of 1.5 percent.
