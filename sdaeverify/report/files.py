@@ -138,10 +138,11 @@ def harmless(value: object) -> object:
 
 
 def _harmless(column: "pd.Series[Any]") -> "pd.Series[Any]":
+    values = column.to_numpy(dtype=object).tolist()
     # Most texts stand in many rows.
-    safe = {text: harmless(text) for text in {value for value in column if isinstance(value, str)}}
-    values = [safe[value] if isinstance(value, str) else value for value in column]
-    return pd.Series(values, index=column.index, dtype=object)
+    safe = {text: harmless(text) for text in {value for value in values if isinstance(value, str)}}
+    told = [safe[value] if isinstance(value, str) else value for value in values]
+    return pd.Series(told, index=column.index, dtype=object)
 
 
 def _number(text: str) -> bool:
