@@ -216,8 +216,14 @@ class Defect(Slopes):
         """Return log2 of sup_t RMS |g| at a level."""
         return jackknives(self.squares[level], self.counts, _log_sup)[0]
 
-    def linear(self, levels: Array, weights: Array, *_: int) -> Estimate:
-        """Return a weighted sum of log2 sup_t RMS |g| on some levels."""
+    def linear(self, levels: Array, weights: Array) -> Estimate:
+        """Return a weighted sum of log2 sup_t RMS |g| on some levels.
+
+        Parameters
+        ----------
+        levels : ndarray of int
+        weights : ndarray, shape of levels
+        """
         lengths = np.cumsum([self.squares[level].shape[1] for level in levels])[:-1]
 
         def statistic(means: Array) -> Array:

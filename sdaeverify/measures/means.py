@@ -155,8 +155,14 @@ class Means(Slopes):
         off = jackknife(both, self.counts, lambda means: abs(float(means[0] - means[1])))
         return off, abs(float((self.reference - self.blurred).sum() / self.counts.sum()))
 
-    def linear(self, levels: Array, weights: Array, *_: int) -> Estimate:
-        """Return sum_l w_l log2 |difference l| over some levels."""
+    def linear(self, levels: Array, weights: Array) -> Estimate:
+        """Return sum_l w_l log2 |difference l| over some levels.
+
+        Parameters
+        ----------
+        levels : ndarray of int
+        weights : ndarray, shape of levels
+        """
         # Taken, and not indexed: in C order.
         return self._estimate(
             lambda means: weighted_sum(weights, np.log2(np.abs(self._differences(means).take(levels, axis=1))))

@@ -49,14 +49,20 @@ class Slopes:
         """What has been found."""
         return {}
 
-    def linear(self, levels: Array, weights: Array, *norm: int) -> Estimate:
-        """Return sum_l w_l y_l over some levels, in a norm where there are several."""
+    def linear(self, levels: Array, weights: Array) -> Estimate:
+        """Return sum_l w_l y_l over some levels.
+
+        Parameters
+        ----------
+        levels : ndarray of int
+        weights : ndarray, shape of levels
+        """
         raise NotImplementedError
 
     @once
-    def slope(self, levels: Array, *norm: int) -> Estimate:
+    def slope(self, levels: Array) -> Estimate:
         """Return the least-squares slope on some levels."""
-        return self.linear(levels, slope_weights(np.log2(self.h[levels])), *norm)
+        return self.linear(levels, slope_weights(np.log2(self.h[levels])))
 
     @once
     def corrected_slope(self, levels: Array) -> Estimate:

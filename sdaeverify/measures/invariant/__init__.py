@@ -52,7 +52,16 @@ def usable(record: TransitionErrors) -> bool:
 def operator_findings(
     evidence: Evidence, record: TransitionErrors, orders: Mapping[str, FunctionalOrder]
 ) -> list[Finding]:
-    """Return a finding for each observable whose exact mean is known, from the orders of a record."""
+    """Return a finding for each observable whose exact mean is known, from the orders of a record.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    record : TransitionErrors
+        Errors of invariant means, by observable and step size.
+    orders : mapping of str to FunctionalOrder
+        Their orders, by observable.
+    """
     columns = dict(zip(orders, zip(record.errors.T, error_floors(record).T, strict=True), strict=True))
     found = []
     for name in (truth.observable for truth in evidence.view.truths if isinstance(truth, InvariantMean)):

@@ -79,10 +79,21 @@ class Quantity(Slopes):
         """Return E e_l^p, shape (L,)."""
         return np.asarray(self.totals[:, power] / self.paths)
 
-    def linear(self, levels: Array, weights: Array, *norm: int) -> Estimate:
-        """Return sum_l w_l y_l, y = log2 (E e^p)^(1/p), on some levels; `norm` is the place of p among `POWERS`."""
-        (power,) = norm or (1,)
+    def linear(self, levels: Array, weights: Array, power: int = 1) -> Estimate:
+        """Return sum_l w_l y_l, y = log2 (E e^p)^(1/p), on some levels.
+
+        Parameters
+        ----------
+        levels : ndarray of int
+        weights : ndarray, shape of levels
+        power : int
+            The place of p among `POWERS`.
+        """
         return log_functional(self.error[:, levels, power], self.counts, weights, POWERS[power])
+
+    def slope_in(self, power: int, levels: Array) -> Estimate:
+        """Return the least-squares slope of y on some levels, p being at a place among `POWERS`."""
+        return self.linear(levels, slope_weights(np.log2(self.h[levels])), power)
 
     @once
     def contrast(self, levels: Array, share: float = 1.0) -> Estimate:
