@@ -87,8 +87,9 @@ Parts = list[tuple[Entry, LaneEvidence]]
 LATE = "no result within {:g} s on a block of paths (--timeout)"
 AGAIN = ", twice"
 MEANWHILE = "while the run was under way; run it again"
-# Pieces of a block for each worker: with one worker the noise is drawn once, with many a scheme is alone; and the
-# schemes at most that are screened in one piece, where there is no noise to share.
+# Pieces of a look for each worker: each draws the noise of its block and makes the truth anew, so that many blocks
+# are not cut, and a single one is, down to a scheme where workers are many; and the schemes at most that are screened
+# in one piece, where there is no noise to share.
 PIECES, SCREENED_TOGETHER = 2, 3
 # What a worker whose memory is used up may raise outside the code of a scheme.
 SHORT = (MemoryError, OSError)
@@ -232,7 +233,8 @@ class Blocks:
         while jobs or waiting:
             while jobs and len(waiting) < most:
                 job = jobs.popleft()
-                waiting.append(_Started(job, *self._begin(job.task, job.block)))
+                others = sum(other.task is job.task for other in (*jobs, *(each.job for each in waiting)))
+                waiting.append(_Started(job, *self._begin(job, 1 + others)))
             yield from self._tell_done(waiting)
             first = waiting[0]
             if len(first.parts) == len(first.begun):
@@ -252,19 +254,20 @@ class Blocks:
                     found = each.parts[index] = self._parts(one)
                     yield each.job, Portion((entry.scheme.label, lane.seconds) for entry, lane in found)
 
-    def _begin(self, task: Task, block: int) -> tuple[list[Recalled], list[Begun]]:
+    def _begin(self, job: Job, blocks: int) -> tuple[list[Recalled], list[Begun]]:
+        task, block = job.task, job.block
         if self.store is None:
-            return [], self._send_pieces(Parcel(task, block, tuple(None for _ in task.entries)))
+            return [], self._send_pieces(Parcel(task, block, tuple(None for _ in task.entries)), blocks)
         recalled = self.store.recall(task, block, self.observe)
         missing = [r for r in recalled if r.missing]
         entries = tuple(Entry(r.entry.scheme, r.missing) for r in missing)
         parcel = Parcel(replace(task, entries=entries), block, tuple(r.place for r in missing))
-        return recalled, self._send_pieces(parcel) if missing else []
+        return recalled, self._send_pieces(parcel, blocks) if missing else []
 
-    def _send_pieces(self, parcel: Parcel) -> list[Begun]:
-        """Send a parcel in pieces of some schemes, the more pieces the more workers there are."""
+    def _send_pieces(self, parcel: Parcel, blocks: int) -> list[Begun]:
+        """Send a parcel in pieces of some schemes, more where there are more workers for the blocks of a look."""
         entries, jobs = parcel.task.entries, self.crew.jobs
-        size = max(1, ceil(len(entries) / (PIECES * jobs if jobs > 1 else 1)))
+        size = max(1, ceil(len(entries) / (ceil(PIECES * jobs / blocks) if jobs > 1 else 1)))
         if parcel.block == SCREENING:
             size = min(size, SCREENED_TOGETHER)
         return [self._send(parcel.only(entries[n : n + size])) for n in range(0, len(entries), size)]

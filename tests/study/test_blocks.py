@@ -16,6 +16,7 @@ from sdaeverify.simulate.ensemble import Entry, Task, run_block
 from sdaeverify.simulate.marker import NO_MEASURE, PROBLEM
 from sdaeverify.study.blocks import Blocks, Portion
 from sdaeverify.workers.calls import DIED, Lost
+from sdaeverify.workers.executors import Crew
 from sdaeverify.workers.isolated import Died, Isolated
 from sdaeverify.workers.limits import FORMAT, NOBODY, Limits, Mark
 from sdaeverify_problems.gbm import gbm
@@ -132,6 +133,16 @@ def test_workers_that_are_not_isolated():
     with ThreadPoolExecutor(1) as executor:
         assert errors(executor) == [("", "")] * 3
     assert errors(None) == [("", "")] * 3
+
+
+def test_a_block_is_cut_where_there_are_fewer_than_workers_can_take():
+    """Two workers get one block in pieces of a scheme, and four blocks of a look whole: each piece draws noise."""
+    task = replace(TASK, settings=Settings(paths=160, block=40, levels=3, coarsest=2))
+    for blocks, schemes in {1: [1, 1, 1], 4: [3, 3, 3, 3]}.items():
+        with ThreadPoolExecutor(2) as executor:
+            jobs = deque(Given(task, block) for block in range(blocks))
+            found = [one for _, one in Blocks(Crew(executor, 2), None).results(jobs, 4) if isinstance(one, Portion)]
+        assert [len(portion) for portion in found] == schemes
 
 
 def test_who_takes_too_long_is_not_tried_again(tmp_path):
