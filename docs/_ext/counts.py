@@ -1,12 +1,11 @@
 """Counts of the reference run, and constants of the code, which pages quote as ``{{ name }}``."""
 
-import inspect
 from collections import Counter
 from pathlib import Path
 
 from sdaeverify import Claim
 from sdaeverify.measures.judge import DEEP_PATHS
-from sdaeverify.measures.strong.findings import judge_strong
+from sdaeverify.measures.strong.findings import TOLERANCE as STRONG_TOLERANCE
 from sdaeverify.measures.weak.probe import TOLERANCE
 from sdaeverify.probe.local.strong_order import LEAST_Q1, LEAST_Q2
 from sdaeverify.registry.load import load_registry
@@ -36,7 +35,7 @@ def constants() -> dict[str, float]:
     """Return what verdicts are held to."""
     return {
         "margin": Claim(measure="strong", value=1.0, source="default").margin,
-        "strong_tolerance": inspect.signature(judge_strong).parameters["tolerance"].default,
+        "strong_tolerance": STRONG_TOLERANCE,
         "weak_tolerance": TOLERANCE,
         "least_q1": LEAST_Q1,
         "least_q2": LEAST_Q2,

@@ -152,9 +152,10 @@ def _steps_agree(f: Function, x: Array, y: Array) -> bool:
 
 
 def _moved(x: Array, y: Array) -> Array:
-    # x + i TINY y, without the products of complex numbers where both are real.
-    if np.iscomplexobj(x) or np.iscomplexobj(y):
-        return np.asarray(x + 1j * TINY * y)
+    # x + i TINY y, without the products of complex numbers where both are real arrays, and of NumPy.
+    if not all(isinstance(part, np.ndarray) and not np.iscomplexobj(part) for part in (x, y)):
+        moved: Array = x + 1j * TINY * y
+        return moved
     z = np.empty(np.broadcast_shapes(x.shape, y.shape), dtype=complex)
     z.real, z.imag = x, TINY * y
     return z

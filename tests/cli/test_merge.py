@@ -41,7 +41,7 @@ def made(call, kept):
 
 
 @pytest.fixture
-def merge(call, monkeypatch):
+def merged(call, monkeypatch):
     """Merge runs into the folder ``both``."""
 
     def run(*folders, further=(), workers=False):
