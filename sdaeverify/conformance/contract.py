@@ -19,7 +19,7 @@ from ..noise.brownian import Increment
 from ..numerics import all_finite
 from ..probe.step.one_step import OneStep
 from ..probe.step.states import WHEN, cloud
-from ..probe.step.times import in_a_row
+from ..probe.step.times import in_a_row, same_in_a_row
 from .batches import equal, freeze, take_paths
 from .own_run import level_noise, stops_along
 from .trial import Trial
@@ -125,12 +125,21 @@ def repeats_itself(trial: Trial) -> str:
 
 
 def _counts_calls(trial: Trial) -> str:
-    """Make the step of two paths as often as a long run makes steps."""
+    """Make the step of two paths as often as a long run makes steps, or before and after such a row of them."""
     state, noise = take_paths(trial.state, FEW), take_paths(trial.noise, FEW)
     first = trial.step(state, noise)
-    calls = (call for call in range(1, in_a_row(trial.view)) if not same_step(first, trial.step(state, noise)))
-    found = next(calls, 0)
+    calls = range(1, 2 if _same_in_a_row(trial) else in_a_row(trial.view))
+    found = next((call for call in calls if not same_step(first, trial.step(state, noise))), 0)
     return f"the same step gives other numbers when it is made for the {found + 1}th time" if found else ""
+
+
+def _same_in_a_row(trial: Trial) -> bool:
+    """Tell whether the steps of a row, which are made anyway to compare times, are the same to the last bit."""
+    try:
+        return trial.x is not None and same_in_a_row(OneStep(trial.scheme, trial.view))
+    except FAULTS:
+        # Of another time: who asks for orders tells it.
+        return False
 
 
 def follows_the_paths(trial: Trial) -> str:

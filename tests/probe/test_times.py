@@ -1,5 +1,6 @@
 """Times at which a step is probed: one where nothing depends on time, more where something does."""
 
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from sdaeverify.probe.local.weak_defects import local_weak
 from sdaeverify.probe.local.weak_order import weak_order
 from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify.probe.step.states import cloud
-from sdaeverify.probe.step.times import times
+from sdaeverify.probe.step.times import same_in_a_row, times
 
 STILL = equation(lambda t, x: 0.5 * x, lambda t, x: 0.6 * x[:, None], [1.0])
 MOVING = equation(lambda t, x: 0.5 * x + np.sin(t), lambda t, x: 0.6 * x[:, None], [1.0])
@@ -79,3 +80,19 @@ def test_a_right_step_is_verified_at_all_times():
 
     assert judge_strong(strong_order(local_strong(right, MOVING)), 0.5).verdict is Verdict.VERIFIED
     assert judge_weak(weak_order(local_weak(right, MOVING)), 1.0).verdict is Verdict.VERIFIED
+
+
+def counter():
+    """Return an Euler step that is off by a rounding error from its hundredth call on."""
+    calls = count()
+    return lambda p, x, t, h, n: euler(p, x, t, h, n) * (1.0 + 1e-15 * (next(calls) > 100))
+
+
+@pytest.mark.parametrize(
+    ("formula", "problem", "expected"),
+    [(euler, STILL, True), (euler, MOVING, False), (late, STILL, False), (counter(), STILL, False)],
+    ids=["nothing", "the equation", "the step", "its calls"],
+)
+def test_steps_in_a_row_are_the_same(formula, problem, expected):
+    """Steps in a row go to the same place to the last bit where neither time nor the number of calls counts."""
+    assert same_in_a_row(OneStep(scheme(formula), problem)) is expected

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
+from ...contracts.scheme import Step, flatten
 from ...forms import Problem, components
 from ...noise.brownian import Increment
 from .nodes import SEED
@@ -59,10 +60,12 @@ class ProbeTime(NamedTuple):
 
 
 class _Row(NamedTuple):
-    # Times of steps with two neighbours, how far each is from their mean, and from that of the equation.
+    # Times of steps with two neighbours, how far each is from their mean, and from that of the equation; whether all
+    # steps are the same to the last bit.
     t: Array
     bend: Array
     off: Array
+    same: bool = False
 
     @property
     def odd(self) -> float:
@@ -108,12 +111,22 @@ def changing(step: OneStep) -> str:
     return DIFFERENT if len(times(step, cloud(step.view, step.equation))) > 1 else ""
 
 
-@lru_cache(maxsize=8)
 def odd_step(step: OneStep) -> float | None:
     """Return when a step in a row is unlike its neighbours, and not because the equation is; None if no step is."""
-    h = (1.0 - WHEN) / in_a_row(step.view)
-    found = _row(step, h * step.view.time_unit, WHEN * step.view.horizon)
+    found = _first_row(step)
     return found.odd if (found.bend > 0.0).any() else None
+
+
+def same_in_a_row(step: OneStep) -> bool:
+    """Tell whether a row of steps go to the same place to the last bit: neither time nor their number counts."""
+    return _first_row(step).same
+
+
+# The schemes of a problem are tried one after the other, and probed when all have been.
+@lru_cache(maxsize=64)
+def _first_row(step: OneStep) -> _Row:
+    h = (1.0 - WHEN) / in_a_row(step.view)
+    return _row(step, h * step.view.time_unit, WHEN * step.view.horizon)
 
 
 def _row(step: OneStep, h: float, begin: float) -> _Row:
@@ -127,14 +140,21 @@ def _row(step: OneStep, h: float, begin: float) -> _Row:
     t = h * np.arange(first, min(first + in_a_row(step.view), last))
     noise, make = _noise(step, h, x.shape[1]), step.scheme.prepare(step.view, h)
     with np.errstate(all="ignore"):
-        there = np.array([step.read(make(step.enter(x, at, h), at, noise).state) for at in t.tolist()])
+        made = (make(step.enter(x, at, h), at, noise) for at in t.tolist())
+        found = [(step.read(one.state), _to_bytes(one)) for one in made]
+        there, same = np.array([part for part, _ in found]), len({told for _, told in found}) == 1
         bend, allowed = _bend(there), SAME * np.abs(there).max(where=np.isfinite(there), initial=0.0)
         if not (bend > allowed).any():
-            return _Row(t[1:-1], np.zeros_like(bend), bend)
+            return _Row(t[1:-1], np.zeros_like(bend), bend, same)
         equation = np.array([step.euler(x, at, h, noise) for at in t.tolist()])
         allowed += UNLIKE * _bend(equation).max(initial=0.0)
         off = np.nan_to_num(np.abs(there - equation).reshape(len(t), -1)).max(axis=1)
         return _Row(t[1:-1], np.where(bend > allowed, bend, 0.0), off[1:-1])
+
+
+def _to_bytes(made: Step) -> tuple[bytes, ...]:
+    """Return state and outputs of a step to the last bit, as they are before the next one is made."""
+    return (flatten(made.state).tobytes(), *(np.asarray(part).tobytes() for part in made.outputs.values()))
 
 
 def _bend(values: Array) -> Array:
