@@ -1,6 +1,6 @@
 """The time loop: shared noise, isolation of what goes wrong, counts that lose nothing."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -10,13 +10,18 @@ from sdaeverify import SDE, Scheme, Settings, Step
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.measures.drift import Drift
 from sdaeverify.measures.strong import Strong
+from sdaeverify.measures.weak import Weak
 from sdaeverify.simulate.ensemble import Entry, Task, run_block
+from sdaeverify.simulate.reference import OWN_REFERENCE
+from sdaeverify.simulate.tracks import Track
 from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.levy_area import levy_area
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import DriftTruncatedEuler, EulerMaruyama
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 from sdaeverify_schemes.milstein import Milstein
+from sdaeverify_schemes.milstein_areas import MilsteinAreas
 
 STRONG = Strong()
 SETTINGS = Settings(paths=120, levels=4, block=60)
@@ -190,20 +195,52 @@ def test_constraint_residuals_are_noted_at_every_level():
     assert lane.tallies[1].maxima["worst g"].shape == (4,)
 
 
+def no_truth() -> SDE:
+    """Return geometric Brownian motion of which nothing is known."""
+    problem = gbm()
+    return SDE(
+        drift=problem.drift,
+        diffusion=problem.diffusion,
+        start=[1.0],
+        noise_dim=1,
+        horizon=1.0,
+        observables={"x": lambda t, parts: parts["x"][0]},
+        source="test",
+    )
+
+
+@pytest.mark.parametrize("family", [no_truth, pendulum])
+def test_who_compares_with_no_truth_makes_no_steps_for_one(family, monkeypatch):
+    """Where nobody asks for the truth no noise is finer than the finest level, and what is noted is the same."""
+    measure = Weak() if family is no_truth else Drift()
+    scheme = EulerMaruyama() if family is no_truth else HalfExplicitEuler("none")
+    drawn = []
+    advance = Track.advance
+    monkeypatch.setattr(Track, "advance", lambda self, *given: drawn.append(self.level) or advance(self, *given))
+    (both,) = lanes(family, [scheme], measures=(STRONG, measure))
+    finest, drawn[:] = max(drawn), []
+    (alone,) = lanes(family, [scheme], measures=(measure,))
+
+    assert max(drawn) == SETTINGS.levels - 1
+    assert finest == SETTINGS.levels - 1 + (OWN_REFERENCE if family is no_truth else 0)
+    assert_same_evidence(alone, both._replace(tallies=both.tallies[1:]))
+
+
+def test_areas_are_those_of_the_finest_level_whoever_asks():
+    """Levy areas are put together from the finest level: they do not depend on whether the truth is asked for."""
+
+    def no_path_known() -> SDE:
+        known = levy_area()
+        return replace(known, truths=tuple(truth for truth in known.truths if truth is not known.pathwise))
+
+    (both,) = lanes(no_path_known, [MilsteinAreas()], measures=(STRONG, Weak()))
+    (alone,) = lanes(no_path_known, [MilsteinAreas()], measures=(Weak(),))
+
+    assert_same_evidence(alone, both._replace(tallies=both.tallies[1:]))
+
+
 def test_own_reference_is_used_where_there_is_no_truth():
     """Without a pathwise truth a scheme is compared with itself, three levels finer, on the same noise."""
-
-    def no_truth() -> SDE:
-        problem = gbm()
-        return SDE(
-            drift=problem.drift,
-            diffusion=problem.diffusion,
-            start=[1.0],
-            noise_dim=1,
-            horizon=1.0,
-            source="test",
-        )
-
     (lane,) = lanes(no_truth, [EulerMaruyama()])
 
     errors = lane.tallies[0].sums["error x"][..., 1].sum(axis=0)

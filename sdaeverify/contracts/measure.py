@@ -24,7 +24,7 @@ class Snapshot(NamedTuple):
     levels : sequence of mapping
         Named components of the scheme's state at each level, coarsest first.
     truth : mapping
-        The same of the truth.
+        The same of the truth; of the finest level where no measure of the scheme asks for the truth.
     coarser_truth : mapping or None
         The same of the truth at half its resolution, where it has an error of its own.
     """
@@ -151,6 +151,10 @@ class Measure:
         settings : Settings
         """
         return None
+
+    def needs_truth(self, problem: Problem) -> bool:  # noqa: ARG002 - most measures compare paths with it
+        """Tell whether its observer asks for the truth, which costs more than a scheme where it is approximate."""
+        return True
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:  # noqa: ARG002
         """Evaluate the one-step map and return evidence without sampling error; run once a cell.

@@ -273,6 +273,10 @@ class Drift(Measure):
         """Return the notebook for one block."""
         return ResidualObserver(problem, parts, settings)
 
+    def needs_truth(self, problem: Problem) -> bool:
+        """Tell that it does not: a residual is of the scheme alone."""
+        return False
+
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each constraint, and its levels."""
         defects = list(_defects(evidence))

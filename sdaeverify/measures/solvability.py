@@ -69,6 +69,10 @@ class Solvability(Measure):
         """Return a notebook that has the paths simulated and counts them: what fails is counted with the steps."""
         return PathCount(parts, settings)
 
+    def needs_truth(self, problem: Problem) -> bool:
+        """Tell that it does not: roots are those of the scheme alone."""
+        return False
+
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return what became of one step on a wide range of step sizes, where something is claimed of it."""
         if claim_for(scheme, view.traits, self.name, ROOT).claim is None or OneStep(scheme, view).refusal():

@@ -172,7 +172,8 @@ def _keep_freed_memory() -> None:
 def _run_block(task: Task, block: int, marker: Marker, *, digests: bool) -> tuple[LaneEvidence, ...]:
     with marker.of(PROBLEM):
         problem = task.spec.build()
-        reference = Reference(problem, task.settings, max(block, 0))
+        asked_for = any(_needs_truth(entry, problem) for entry in task.entries)
+        reference = Reference(problem, task.settings, max(block, 0), asked_for=asked_for)
         did = problem_digest(problem) if digests else ""
     first = block == (SCREENING if task.screened else 0)
     place = _Place(problem, reference, task.settings, marker, did, first=first, sampled=block != SCREENING)
@@ -186,6 +187,10 @@ def _run_block(task: Task, block: int, marker: Marker, *, digests: bool) -> tupl
             if problem_digest(problem) != did:
                 raise ProblemError(f"what it does has {CHANGED}")
     return lanes
+
+
+def _needs_truth(entry: Entry, problem: Problem) -> bool:
+    return any(measure.needs_truth(problem) for measure in entry.measures)
 
 
 def without_evidence(
@@ -309,7 +314,8 @@ class _Run:
             return
         parts = None
         if self.place.sampled:
-            self.lane = Lane(scheme, self.view, self.settings, paths, self.reference.own)
+            own = self.reference.own if _needs_truth(self.entry, self.place.problem) else None
+            self.lane = Lane(scheme, self.view, self.settings, paths, own)
             parts = self.lane.tracks[0].constraint_arguments()
         self.watches = [_Watch(m, index, self.place, parts) for index, m in enumerate(self.entry.measures)]
 

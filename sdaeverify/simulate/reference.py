@@ -21,6 +21,15 @@ class Reference:
     An exact truth steps over the coarsest grid, or over the finest where it needs further normals; one of finite
     order runs one level finer than the finest, and once more at the finest to tell its own error.
 
+    Parameters
+    ----------
+    problem : Problem
+    settings : Settings
+    block : int
+        Whose paths it is on.
+    asked_for : bool, optional
+        Whether anybody compares with it; if not it makes no steps.
+
     Attributes
     ----------
     own : int or None
@@ -31,14 +40,17 @@ class Reference:
         Level the truth steps at.
     """
 
-    def __init__(self, problem: Problem, settings: Settings, block: int) -> None:
+    def __init__(self, problem: Problem, settings: Settings, block: int, *, asked_for: bool = True) -> None:
         self.truth, self.paths, self.drawn = problem.pathwise, settings.paths_of(block), settings.sizes[block]
         last = settings.levels - 1
         self.level, self.finest = _resolution(self.truth, last)
         self.own = self.finest if self.truth is None else None
+        # Levy areas are put together from the finest level: with another one they would be others.
+        if not (asked_for or "A" in problem.noise):
+            self.finest = last
         self.h = [problem.horizon / (settings.coarsest * 2 ** (self.level - k)) for k in range(2)]
         self.states: list[Any] = []
-        if self.truth is not None:
+        if self.truth is not None and asked_for:
             self.states = [self.truth.start(self.paths) for _ in range(1 if self.truth.exact else 2)]
         self.steps = [0 for _ in self.states]
 
@@ -50,8 +62,8 @@ class Reference:
             self.steps[index] += len(piece.noise.dW)
 
     def parts(self) -> list[Parts]:
-        """Return the components it knows, at full and, if it has an error, at half resolution."""
-        if self.truth is None:
+        """Return the components it knows, at full and, if it has an error, at half resolution; none without steps."""
+        if self.truth is None or not self.states:
             return []
         t = self.steps[0] * self.h[0]
         return [self.truth.parts(t, state) for state in self.states]

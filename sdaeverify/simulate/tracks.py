@@ -149,13 +149,14 @@ class Lane:
         Parameters
         ----------
         truths : sequence of mapping
-            The truth at full and, if it has an error, at half resolution; empty where the lane is its own.
+            The truth at full and, if it has an error, at half resolution; empty where the lane is its own, and where
+            nobody asks for it.
         """
-        known = truths if self.own is None else [self.tracks[self.own].parts()]
+        levels = [self.tracks[level].parts() for level in range(self.levels)]
+        known = (truths or levels[-1:]) if self.own is None else [self.tracks[self.own].parts()]
         size = max(float(np.fmax.reduce(np.abs(part), axis=None)) for part in known[0].values())
         for track in self.tracks.values():
             track.find_lost(size)
-        levels = [self.tracks[level].parts() for level in range(self.levels)]
         return Snapshot(levels, known[0], known[1] if len(known) > 1 else None)
 
     def health(self) -> Tally:

@@ -89,8 +89,8 @@ AGAIN = ", twice"
 MEANWHILE = "while the run was under way; run it again"
 # Pieces of a look for each worker: each draws the noise of its block and makes the truth anew, so that many blocks
 # are not cut, and a single one is, down to a scheme where workers are many; and the schemes at most that are screened
-# in one piece, where there is no noise to share.
-PIECES, SCREENED_TOGETHER = 2, 3
+# in one piece, which share what is found out about their problem.
+PIECES, SCREENED_TOGETHER = 2, 8
 # What a worker whose memory is used up may raise outside the code of a scheme.
 SHORT = (MemoryError, OSError)
 

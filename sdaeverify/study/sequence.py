@@ -162,7 +162,9 @@ class ProblemRun:
 
     @property
     def _control_keys(self) -> set[tuple[Scheme, str]]:
-        return {_key(cell) for cell in self.plan.control_cells}
+        """Those of the controls that open cells are judged by."""
+        asked = {run.cell.measure.name for run in self.runs if not run.settled}
+        return {_key(cell) for cell in self.plan.control_cells if cell.measure.name in asked}
 
     def _find_last_look(self, run: CellRun) -> int:
         """Return the look at which a cell is decided, as far as is known; the last but one where none decides it."""

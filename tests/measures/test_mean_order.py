@@ -120,6 +120,22 @@ def test_a_wrong_limit_is_seen_from_a_reference():
     assert blind.tests.refuted > 0.01
 
 
+def test_of_expectation_and_reference_the_sharper_one_judges_the_limit():
+    """An error that drowns in the spread of the expectation shows against a reference on the same paths."""
+    truth = Moment(observable="x", value=lambda t: LIMIT, source="test")
+    seen = replace(problem(truth=False), truths=(replace(gbm().pathwise, order=1.5), truth))
+
+    both = found(0.1 * H + 0.01, seen=seen, spread=1.0, off=1e-6)
+    alone = found(0.1 * H + 0.01, seen=problem(), spread=1.0)
+    blurred = found(0.1 * H + 0.5, seen=seen, off=1.0)
+
+    assert both.tests.refuted < 1e-6
+    assert both.tests.blind <= 1.0
+    assert alone.tests.refuted > 0.01
+    # The expectation is the sharper one where the reference is known badly.
+    assert blurred.tests.refuted < 1e-6
+
+
 def test_differences_lost_in_noise_decide_nothing():
     """A mean difference below three standard errors is unresolved, and the tests say what would resolve it."""
     order = found(1e-4 * H, jitter=0.01)

@@ -104,7 +104,7 @@ def test_threads(here):
 
 def test_a_lost_worker_costs_a_second_call():
     """A call whose worker is lost is made once more, and changes nothing."""
-    sound, lossy = Failing(), Failing(1, 2)
+    sound, lossy = Failing(), Failing(1, 3)
 
     same(sdaeverify.verify(*ASKED, **SMALL, executor=sound), sdaeverify.verify(*ASKED, **SMALL, executor=lossy))
     assert lossy.calls == sound.calls + 2

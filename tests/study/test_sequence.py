@@ -101,6 +101,24 @@ def test_a_patient_cell_does_not_cost_the_others():
     assert [result.paths for result in results] == [256, 2048]
 
 
+def test_controls_go_on_with_the_cells_they_are_for():
+    """Controls of a measure take no further look when none of its cells is open, whoever else's are."""
+    schemes = {scheme.label: scheme for scheme in (DisplacedEuler(), EulerMaruyama(), Milstein())}
+    made = plan(
+        [Milstein()], [problem_spec(gbm)], [Strong(), Patient()], lambda label: schemes.get(label, Milstein())
+    )
+    problem = ProblemRun(made.problems[0], SETTINGS)
+    before = {(entry.scheme.name, each.name) for entry in problem.task().entries for each in entry.measures}
+    settled = Finding(quantity="x", verdict=Verdict.VERIFIED, claim=CLAIM)
+    strong = next(run for run in problem.runs if run.cell.measure.name == "strong")
+    strong.result = CellResult(strong.cell, (settled,))
+
+    after = {(entry.scheme.name, each.name) for entry in problem.task().entries for each in entry.measures}
+
+    assert {("milstein", "strong"), ("displaced-euler", "strong"), ("milstein", "patient")} <= before
+    assert after == {("milstein", "patient")}
+
+
 @pytest.mark.parametrize(("said", "blocks"), [({"paths": "900"}, 2), ({"paths": "1e+06"}, 4), ({}, 1)])
 def test_the_looks_ahead_are_those_that_findings_ask_for(said, blocks):
     """Up to so many paths as would decide; to the last but one where all are too few; one where nothing is said."""

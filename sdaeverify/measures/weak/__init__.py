@@ -185,11 +185,21 @@ def _last_difference(means: Means, order: float) -> float:
 
 
 def _limit_error(evidence: Evidence, means: Means) -> tuple[Estimate, float] | None:
-    """Return how far the finest level is from what is known, and how far that is off itself."""
+    """Return how far the finest level is from what is known, by the sharper way, and how far that is off itself."""
+    known = [found for found in (_off_expectation(evidence, means), _off_reference(evidence, means)) if found]
+    return min(known, key=lambda found: found[0].se + found[1], default=None)
+
+
+def _off_expectation(evidence: Evidence, means: Means) -> tuple[Estimate, float] | None:
     truth = _known_mean(evidence.problem, means.name)
-    if truth is not None:
-        last = means.mean(len(means.h) - 1)
-        return Estimate(abs(last.value - truth), last.se), 0.0
+    if truth is None:
+        return None
+    last = means.mean(len(means.h) - 1)
+    return Estimate(abs(last.value - truth), last.se), 0.0
+
+
+def _off_reference(evidence: Evidence, means: Means) -> tuple[Estimate, float] | None:
+    """Return the same of a reference on the same paths: what both have in common is no error."""
     found, pathwise = means.off_reference, evidence.problem.pathwise
     if found is None or pathwise is None:
         return None
@@ -226,6 +236,10 @@ class Weak(Measure):
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> MeanObserver:
         """Return the notebook for one block."""
         return MeanObserver(problem, parts, settings)
+
+    def needs_truth(self, problem: Problem) -> bool:
+        """Tell whether there is one for all schemes: means are compared with nothing that a scheme says of itself."""
+        return problem.pathwise is not None
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return local weak defects, and errors of propagated moments where they can be had."""
