@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 
 from sdaeverify import Array, HolonomicSDAE
-from sdaeverify.numerics import largest
 
 
 class Unknowns(NamedTuple):
@@ -36,8 +35,8 @@ class Defects(NamedTuple):
     ----------
     position, velocity : ndarray, shape (n, P)
     constraint, hidden : ndarray, shape (m, P)
-    terms : ndarray, shape (4, P)
-        Size of known and of added terms in each equation.
+    shift, moving, pulling, kicking : ndarray, shape (n, P)
+        M^{-1} times grad g h nu, h a, grad g h lambda and B dw: what cancels in the first two.
     square : ndarray, shape (P,)
         |F|^2.
     """
@@ -46,18 +45,16 @@ class Defects(NamedTuple):
     velocity: Array
     constraint: Array
     hidden: Array
-    terms: Array
+    shift: Array
+    moving: Array
+    pulling: Array
+    kicking: Array
     square: Array
 
     @property
     def parts(self) -> tuple[Array, ...]:
-        """What is left of each equation."""
-        return self[:4]
-
-    @property
-    def largest(self) -> Array:
-        """Largest component of each equation, shape (4, P)."""
-        return rows(*map(largest, self.parts))
+        """What is left of each equation, those of the constraint first."""
+        return self.constraint, self.hidden, self.position, self.velocity
 
 
 class Equations(NamedTuple):
@@ -92,23 +89,15 @@ class Equations(NamedTuple):
         problem, r = self.problem, self.r + x.xi
         J = problem.linearised(r)
         shift = problem.push(J, x.nu)
-        forces = (self.h * problem.force(self.t, r, x.v), J.transposed(x.lam), self.kick)
-        moving, pulling, kicking = (problem.inverse_mass(force) for force in forces)
-        added = largest(self.v) + (largest(moving) + largest(pulling) + largest(kicking))
+        # The force may be one for all paths.
+        force = np.multiply(self.h, problem.force(self.t, r, x.v), out=np.empty_like(r))
+        forces = (force, J.transposed(x.lam), self.kick)
+        moving, pulling, kicking = (problem.inverse_mass(each) for each in forces)
         parts = (
             x.xi - self.h * x.v - shift,
             x.v - self.v - (moving + pulling + kicking),
             problem.constraint(r),
             J.times(x.v),
         )
-        square = sum(np.add.reduce(part * part) for part in parts)
-        return Defects(*parts, rows(largest(x.xi) + largest(shift), added, 0.0, 0.0), np.asarray(square))
-
-
-def rows(first: Array, *others: Array | float) -> Array:
-    """Return numbers of each path as rows, the first of shape (P,): a fifth of the time of `numpy.stack`."""
-    table = np.empty((1 + len(others), len(first)))
-    table[0] = first
-    for i, row in enumerate(others, 1):
-        table[i] = row
-    return table
+        F = np.concatenate(parts)
+        return Defects(*parts, shift, moving, pulling, kicking, np.add.reduce(F * F))

@@ -55,13 +55,18 @@ class Searched(NamedTuple):
 
 def search_line(old: Iterate, L: Linearised) -> Searched:
     """Go along Newton's update as far as it lowers |F|^2, or changes it by no more than is known of it."""
-    update, known = L.update(old.F), _bound_rounding(old, L)
-    x = old.x.moved(1.0, update)
+    update = L.update(old.F)
+    x = Unknowns(*map(np.add, old.x, update))
     F = old.equations.defects(x)
-    s, low = np.ones_like(known), F.square <= bound(old, known, 1.0)
+    low = F.square <= bound(old, 0.0, 1.0)
     if low.all():
-        return Searched(Iterate(old.equations, x, F), low, np.zeros(s.size, dtype=np.int64))
-    high = np.flatnonzero(~low)
+        return Searched(Iterate(old.equations, x, F), low, np.zeros(low.size, dtype=np.int64))
+    return _halve(old, update, Iterate(old.equations, x, F), _bound_rounding(old, L))
+
+
+def _halve(old: Iterate, update: Unknowns, full: Iterate, known: Array) -> Searched:
+    (_, x, F), s = full, np.ones_like(known)
+    high = np.flatnonzero(~(F.square <= bound(old, known, s)))
     while high.size and s.min() > SHORTEST:
         s[high] *= 0.5
         nearer = take_paths(old.x, high).moved(s[high], take_paths(update, high))
@@ -74,15 +79,15 @@ def search_line(old: Iterate, L: Linearised) -> Searched:
     return Searched(Iterate(old.equations, x, F), lower, np.round(-np.log2(s)).astype(np.int64))
 
 
-def bound(old: Iterate, known: Array, s: Array | float) -> Array:
+def bound(old: Iterate, known: Array | float, s: Array | float) -> Array:
     """Return the largest |F|^2 that is accepted after a part s of the update."""
     return np.asarray((1.0 - 2.0 * ARMIJO * s) * old.F.square + known)
 
 
 def _bound_rounding(old: Iterate, L: Linearised) -> Array:
     # What rounding may leave of |F|^2.
-    counts = np.array([len(part) for part in old.F.parts])
-    return np.asarray(counts @ L.rounding(old.x, old.F) ** 2)
+    of_each = zip(old.F.parts, L.rounding(old.x, old.F), strict=True)
+    return np.asarray(sum(len(part) * rounding**2 for part, rounding in of_each))
 
 
 def take_paths(record: Record, paths: Array) -> Record:

@@ -14,17 +14,21 @@ entries narrow they read
     | 0         Dg                                              0 |  | h h lambda |     | F_3             |
 """
 
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from sdaeverify import Array
-from sdaeverify.numerics import BlockBanded, identity, largest, solve_blocks
+from sdaeverify.numerics import BlockBanded, identity, largest, solve, solve_blocks
 
-from ._ggl_equations import Defects, Equations, Unknowns, rows
+from ._ggl_equations import Defects, Equations, Unknowns
 
 # Rounding errors of a component, in units of eps times the terms that cancel in it: about as many as there are terms.
 ROUNDINGS = 16.0 * float(np.finfo(float).eps)
+
+
+Matrix = tuple[tuple[BlockBanded | None, ...], ...]
 
 
 class Linearised(NamedTuple):
@@ -33,22 +37,18 @@ class Linearised(NamedTuple):
     Attributes
     ----------
     equations : Equations
-    matrix : tuple of tuples of BlockBanded or None
-    A_v, N, Dg : BlockBanded
-    turning : BlockBanded
-        M^{-1} H(h nu).
-    by_r, by_v : ndarray, shape (4, P)
-        How much errors of r and of v change each equation, in the norm of largest components.
+    A_v, N, Dg, V : BlockBanded
+    turning, stiffness : BlockBanded
+        M^{-1} H(h nu) and M^{-1} { h d_r a + H(h lambda) }.
     """
 
     equations: Equations
-    matrix: tuple[tuple[BlockBanded | None, ...], ...]
     A_v: BlockBanded
     N: BlockBanded
     Dg: BlockBanded
+    V: BlockBanded
     turning: BlockBanded
-    by_r: Array
-    by_v: Array
+    stiffness: BlockBanded
 
     def update(self, F: Defects) -> Unknowns:
         """Return Newton's update."""
@@ -56,18 +56,67 @@ class Linearised(NamedTuple):
         first, second = blocks.by_node(F.position), blocks.by_node(F.velocity)
         third, fourth = blocks.by_slot(F.constraint), blocks.by_slot(F.hidden)
         right = (h * fourth + self.Dg.times(first), h * second + self.A_v.times(first), third)
-        nu, xi, lam = solve_blocks(self.matrix, [-part for part in right])
+        nu, xi, lam = (solve_node if blocks.nodes == 1 else solve_blocks)(self._matrix(), [-part for part in right])
         v = (xi - self.turning.times(xi) - self.N.times(nu) + first) / h
         n = F.position.shape
         return Unknowns(xi.reshape(n), v.reshape(n), blocks.by_constraint(lam) / h, blocks.by_constraint(nu))
 
-    def rounding(self, x: Unknowns, F: Defects) -> Array:
-        """Return what rounding may leave of each equation, shape (4, P).
+    def rounding(self, x: Unknowns, F: Defects) -> Iterator[Array]:
+        """Yield what rounding may leave of each equation, those of the constraint first; shape (P,).
 
         A position is known up to eps |r|, which stiff forces and sharp constraints magnify: the bending of a chain
         leaves h 16 alpha^{-2} ds^{-4} eps |r| of the velocity's equation.
         """
-        return ROUNDINGS * (F.terms + self.by_r * largest(self.equations.r + x.xi) + self.by_v * largest(x.v))
+        r, v, size = largest(self.equations.r + x.xi), largest(x.v), self.Dg.size()
+        yield ROUNDINGS * (size * r)
+        yield ROUNDINGS * (self.V.size() * r + size * v)
+        terms = largest(x.xi) + largest(F.shift)
+        yield ROUNDINGS * (terms + self.turning.size() * r + self.equations.h * v)
+        terms = largest(self.equations.v) + (largest(F.moving) + largest(F.pulling) + largest(F.kicking))
+        yield ROUNDINGS * (terms + self.stiffness.size() * r + self.A_v.size() * v)
+
+    def _matrix(self) -> Matrix:
+        blocks, h, minus = self.equations.problem.blocks, self.equations.h, -1.0 * self.N
+        A_r, unused = identity(blocks.nodes, len(self.equations.r) // blocks.nodes) - self.turning, blocks.empty_slots
+        # Signs go where there is least to be multiplied by them. The unknown of a slot that no constraint has is 0.
+        return (
+            (unused + self.Dg @ minus, h * self.V + self.Dg @ A_r, None),
+            (self.A_v @ minus, self.A_v @ A_r + (-h) * self.stiffness, minus),
+            (None, self.Dg, unused),
+        )
+
+
+def solve_node(rows: Matrix, right: Sequence[Array]) -> list[Array]:
+    """Solve the equations of a single node: those in the middle for xi, the others for what acts on it.
+
+        | D  C  0 |  | x |   | a |
+        | A  K  E |  | y | = | b |     y = K^{-1} b - K^{-1} ( A E ) (x, z)
+        | 0  B  0 |  | z |   | c |
+
+    Parameters
+    ----------
+    rows : tuple of tuples of BlockBanded or None
+    right : sequence of ndarrays, shape (1, ., P)
+        a, b and c.
+
+    Returns
+    -------
+    list of ndarray, shape (1, ., P)
+        x, y and z.
+    """
+    (D, C, _), (A, K, E), (_, B, _) = ([None if part is None else part.blocks[0, 0] for part in row] for row in rows)
+    (a, b, c), (m, n, _) = (part[0] for part in right), B.shape
+    acting, constraints = np.empty((n, 2 * m + 1, b.shape[-1])), np.empty((2 * m, n, b.shape[-1]))
+    acting[:, :m], acting[:, m:-1], acting[:, -1] = A, E, b
+    constraints[:m], constraints[m:] = C, B
+    moved = solve(K, acting)
+    system = np.einsum("inp,nkp->ikp", constraints, moved)
+    system[:m, :m] -= D
+    system[:m, -1] -= a
+    system[m:, -1] -= c
+    xz = solve(system[:, :-1], system[:, -1])
+    y = moved[:, -1] - np.einsum("nkp,kp->np", moved[:, :-1], xz)
+    return [xz[None, :m], y[None], xz[None, m:]]
 
 
 def linearise(equations: Equations, x: Unknowns) -> Linearised:
@@ -77,20 +126,9 @@ def linearise(equations: Equations, x: Unknowns) -> Linearised:
     W = blocks.inverse_mass_blocks(problem)
     a_r, a_v = blocks.force_blocks(problem, equations.t, r, x.v)
     Dg = blocks.constraint_blocks(problem, r)
-    V, pulling, turning = blocks.curvatures(problem, r, x.v, np.stack([x.lam, x.nu]))
+    V, pulling, turning = blocks.curvatures(problem, r, x.v, np.array((x.lam, x.nu)))
     stiffness, N = h * a_r + pulling, Dg.transposed()
     if W is not None:
         a_v, stiffness, turning, N = (W @ part for part in (a_v, stiffness, turning, N))
-    unit, unused = identity(blocks.nodes, len(r) // blocks.nodes), blocks.empty_slots
-    # Signs go where there is least to be multiplied by them.
-    A_v, A_r, minus = unit + (-h) * a_v, unit - turning, -1.0 * N
-    # The unknown of a slot that no constraint has is 0.
-    matrix = (
-        (unused + Dg @ minus, h * V + Dg @ A_r, None),
-        (A_v @ minus, A_v @ A_r + (-h) * stiffness, minus),
-        (None, Dg, unused),
-    )
-    size, none = Dg.size(), np.zeros(r.shape[-1])
-    by_r = rows(none + turning.size(), stiffness.size(), size, V.size())
-    by_v = rows(none + h, A_v.size(), 0.0, size)
-    return Linearised(equations, matrix, A_v, N, Dg, turning, by_r, by_v)
+    A_v = identity(blocks.nodes, len(r) // blocks.nodes) + (-h) * a_v
+    return Linearised(equations, A_v, N, Dg, V, turning, stiffness)

@@ -5,10 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from sdaeverify import Array, Mask
+from sdaeverify.numerics import largest
 
 from ._ggl_equations import Equations, Unknowns
 from ._ggl_line_search import Iterate, replace_paths, search_line
-from ._ggl_linearised import linearise
+from ._ggl_linearised import Linearised, linearise
 
 
 class Stop(NamedTuple):
@@ -70,10 +71,20 @@ def solve_equations(equations: Equations, guess: Unknowns, stop: Stop) -> Root:
         iterations[paths] += 1
         halvings[paths] += halved
         x = replace_paths(x, paths, here.x)
-        found[paths] = (here.F.largest <= np.maximum(stop.tolerance, L.rounding(here.x, here.F))).all(axis=0)
-        on = np.flatnonzero(lower & ~found[paths])
+        found[paths] = there = _is_root(here, L, stop.tolerance)
+        on = np.flatnonzero(lower & ~there)
         if not on.size:
             break
         if on.size < paths.size:
             paths, here = paths[on], here.of(on)
     return Root(x, found, iterations, halvings)
+
+
+def _is_root(here: Iterate, L: Linearised, tolerance: float) -> Mask:
+    small = np.ones(here.F.square.size, dtype=bool)
+    for part, rounding in zip(here.F.parts, L.rounding(here.x, here.F), strict=True):
+        small &= largest(part) <= np.maximum(tolerance, rounding)
+        # Before the last iterations there is no path on which even the constraint is that small.
+        if not small.any():
+            break
+    return small

@@ -104,6 +104,7 @@ def identity(nodes: int, size: int) -> BlockBanded:
     return BlockBanded(np.broadcast_to(np.eye(size)[..., None], (1, nodes, size, size, 1)))
 
 
+@lru_cache
 def overlap(nodes: int, offset: int) -> tuple[slice, slice]:
     """Return the rows i of blocks that have a node i + offset, and these nodes."""
     rows, columns = (slice(max(0, -o), max(0, min(nodes, nodes - o))) for o in (offset, -offset))
@@ -155,30 +156,12 @@ def solve_blocks(rows: Sequence[Sequence[BlockBanded | None]], right: Sequence[A
     list of ndarray, shape (N, b_j, P)
         y_j.
     """
-    if len(right[0]) == 1:
-        return _solve_node(rows, right)
     given = [(i, j, part) for i, row in enumerate(rows) for j, part in enumerate(row) if part is not None]
     widths = {j: part.blocks.shape[3] for _, j, part in given}
     tops = np.cumsum([0, *(x.shape[1] for x in right)])
     lefts = np.cumsum([0, *(widths[j] for j in range(len(widths)))])
     parts = [Part(int(tops[i]), int(lefts[j]), part) for i, j, part in given]
     return np.split(_solve_parts(parts, np.concatenate(right, axis=1)), lefts[1:-1], axis=1)
-
-
-def _solve_node(rows: Sequence[Sequence[BlockBanded | None]], right: Sequence[Array]) -> list[Array]:
-    # Of one node: the matrix of each path, in the order of LAPACK's memory.
-    x = np.concatenate(right, axis=1)[0]
-    widths = [next(part.blocks.shape[3] for part in column if part is not None) for column in zip(*rows, strict=True)]
-    A = np.zeros((x.shape[-1], len(x), len(x))).transpose(1, 2, 0)
-    top = 0
-    for row, given in zip(rows, right, strict=True):
-        left, below = 0, top + given.shape[1]
-        for part, width in zip(row, widths, strict=True):
-            if part is not None:
-                A[top:below, left : left + width] = part.blocks[part.lower, 0]
-            left += width
-        top = below
-    return [y[None] for y in np.split(solve(A, x), np.cumsum(widths)[:-1])]
 
 
 def _solve_parts(parts: list[Part], x: Array) -> Array:
