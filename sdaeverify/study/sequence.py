@@ -156,9 +156,9 @@ class ProblemRun:
     def _running(self) -> Iterator[CellRun]:
         # A cell that is settled keeps the evidence of its last look; a control goes on for the cells it controls.
         kept = self._control_keys
-        for run in (*self.runs, *self.controls):
-            if (_key(run.cell) in kept or not run.settled) and not (run.halted or run.evidence.refused):
-                yield run
+        wanted = [run for run in self.runs if not run.settled or _key(run.cell) in kept]
+        wanted += [run for run in self.controls if _key(run.cell) in kept]
+        yield from (run for run in wanted if not (run.halted or run.evidence.refused))
 
     @property
     def _control_keys(self) -> set[tuple[Scheme, str]]:
