@@ -52,6 +52,8 @@ class Tally:
         """Return the evidence of both sets of paths; names of either are kept."""
         if not (other.sums or other.maxima or other.largest):
             return self
+        if not (self.sums or self.maxima or self.largest):
+            return other
         return Tally(
             _merge(self.sums, other.sums, np.add),
             _merge(self.maxima, other.maxima, np.fmax),

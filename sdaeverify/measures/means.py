@@ -1,6 +1,6 @@
 """What the weak measure notes on one block: the observables at T, of every level and of the truth."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +12,7 @@ from ..contracts.measure import Evidence, Snapshot
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..forms import Problem
-from ..numerics.statistics import GROUPS, Estimate, group_sums, jackknife, jackknives, weighted_sum
+from ..numerics.statistics import GROUPS, Estimate, estimates, group_sums, jackknife, leave_out, weighted_sum
 from .slopes import Slopes
 
 VALUES, SQUARES, SIZES, KNOWN = "values ", "squares ", "sizes ", "truth "
@@ -144,7 +144,7 @@ class Means(Slopes):
 
     def change(self, levels: Array) -> Estimate:
         """Return E [phi(x_l) - phi(x_k)], l being the coarsest and k the finest level of some differences."""
-        return self._estimate(lambda means: means[:, levels[0]] - means[:, levels[-1] + 1])
+        return estimates(self._left_out[:, levels[0]] - self._left_out[:, levels[-1] + 1])[0]
 
     @cached_property
     def off_reference(self) -> tuple[Estimate, float] | None:
@@ -164,9 +164,7 @@ class Means(Slopes):
         weights : ndarray, shape of levels
         """
         # Taken, and not indexed: in C order.
-        return self._estimate(
-            lambda means: weighted_sum(weights, np.log2(np.abs(self._differences(means).take(levels, axis=1))))
-        )
+        return estimates(weighted_sum(weights, self._logarithms.take(levels, axis=1)))[0]
 
     def least_signal(self, levels: Array) -> float:
         """Return the least ratio of a difference to its standard error on some levels."""
@@ -180,19 +178,26 @@ class Means(Slopes):
 
     @cached_property
     def _means(self) -> tuple[Estimate, ...]:
-        return jackknives(self.sums, self.counts, lambda means: means)
+        return estimates(self._left_out)
 
     @cached_property
     def _changes(self) -> tuple[Estimate, ...]:
-        return jackknives(self.sums, self.counts, self._differences)
+        return estimates(self._differences)
 
-    def _differences(self, means: Array) -> Array:
-        if self.coupled:
-            return np.asarray(means[:, :-1] - means[:, -1:])
-        return np.asarray(means[:, :-1] - means[:, 1:])
+    @cached_property
+    def _left_out(self) -> Array:
+        return leave_out(self.sums, self.counts)
 
-    def _estimate(self, statistic: Callable[[Array], Array]) -> Estimate:
-        return jackknives(self.sums, self.counts, statistic)[0]
+    @cached_property
+    def _differences(self) -> Array:
+        means = self._left_out
+        return np.asarray(means[:, :-1] - (means[:, -1:] if self.coupled else means[:, 1:]))
+
+    @cached_property
+    def _logarithms(self) -> Array:
+        # Of all levels, those that no slope is fitted to included.
+        with np.errstate(all="ignore"):
+            return np.asarray(np.log2(np.abs(self._differences)))
 
 
 def means_of(evidence: Evidence) -> Mapping[str, Means]:

@@ -144,7 +144,12 @@ def jackknives(sums: Array, counts: Array, statistics: Callable[[Array], Array])
     statistics : callable, ndarray of shape (n, ...) -> ndarray of shape (n, k) or (n,)
         One or k functions of n times the means.
     """
-    found = np.ascontiguousarray(np.atleast_2d(statistics(_leave_out(sums, counts)).T))
+    return estimates(statistics(leave_out(sums, counts)))
+
+
+def estimates(values: Array) -> tuple[Estimate, ...]:
+    """Estimate one or k statistics from their values on what `leave_out` returns, shape (1 + G,) or (1 + G, k)."""
+    found = np.ascontiguousarray(np.atleast_2d(values.T))
     return _estimates(GROUPS * found[:, :1] - (GROUPS - 1) * found[:, 1:])
 
 
@@ -168,12 +173,15 @@ def pseudo_values(sums: Array, counts: Array, statistic: Callable[[Array], float
     statistic : callable, means -> float or ndarray
         What is computed from the means over paths.
     """
-    found = np.array([statistic(each) for each in _leave_out(sums, counts)])
+    found = np.array([statistic(each) for each in leave_out(sums, counts)])
     return np.asarray(GROUPS * found[0] - (GROUPS - 1) * found[1:])
 
 
-def _leave_out(sums: Array, counts: Array) -> Array:
-    """Return the means over all paths and those outside each group; in C order, sums have the bits of one row."""
+def leave_out(sums: Array, counts: Array) -> Array:
+    """Return the means over all paths and those outside each group, shape (1 + G, ...), from sums over groups.
+
+    In C order, a sum over some columns has the bits of one row.
+    """
     if len(counts) != GROUPS:
         raise ValueError(f"expected sums over {GROUPS} groups of paths, got {len(counts)}")
     total, n = np.add.reduce(sums), np.add.reduce(counts)

@@ -1,7 +1,7 @@
 """Blocks over an executor: evidence merged in block order, so that the result does not depend on the workers."""
 
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -48,15 +48,20 @@ class Screened(NamedTuple):
     ----------
     problem : str
         Label.
-    results : tuple of CellResult
-        Of the cells that need no paths.
+    judge : callable, () -> tuple of CellResult
+        Of the cells that need no paths: judged where somebody wants to see them so early.
     waiting : int
         Cells whose verdicts do.
     """
 
     problem: str
-    results: tuple[CellResult, ...]
+    judge: Callable[[], tuple[CellResult, ...]]
     waiting: int
+
+    @property
+    def results(self) -> tuple[CellResult, ...]:
+        """Of the cells that need no paths."""
+        return self.judge()
 
 
 class Finished(NamedTuple):
@@ -136,8 +141,8 @@ class Study:
             yield state.heard(job, found)
             if not isinstance(found, Portion):
                 job.problem.absorb(job.task, found)
-                results = job.problem.judge_screened()
-                yield Screened(job.problem.plan.spec.label, results, len(job.problem.runs) - len(results))
+                waiting_cells = len(job.problem.runs) - len(job.problem.screened)
+                yield Screened(job.problem.plan.spec.label, job.problem.judge_screened, waiting_cells)
 
     def _look(
         self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int, state: "_Progress"

@@ -62,6 +62,11 @@ class ProblemRun:
     ----------
     plan : ProblemPlan
     settings : Settings
+
+    Attributes
+    ----------
+    pairs : (int, int)
+        Number of schemes, and how many of them need nothing more.
     """
 
     def __init__(self, plan: ProblemPlan, settings: Settings) -> None:
@@ -71,17 +76,12 @@ class ProblemRun:
         self.controls = [CellRun(cell) for cell in plan.control_cells if _key(cell) not in known]
         self.excluded = excluded_cells(plan)
         self.look = 0
+        self.pairs = self._count_pairs()
 
     @property
     def open(self) -> bool:
         """Whether further paths are wanted and there are some left."""
         return self.look < len(self.settings.ends) and not all(run.settled for run in self.runs)
-
-    @property
-    def pairs(self) -> tuple[int, int]:
-        """Number of schemes, and how many of them need nothing more."""
-        schemes = {run.cell.scheme for run in self.runs}
-        return len(schemes), len(schemes - {run.cell.scheme for run in self.runs if not run.settled})
 
     @property
     def screening(self) -> set[Piece]:
@@ -111,6 +111,7 @@ class ProblemRun:
         for run in (*self.runs, *self.controls):
             if _key(run.cell) in lacking:
                 run.halted = reason
+        self.pairs = self._count_pairs()
 
     def task(self) -> Task:
         """Return what determines the evidence of the next look: the open cells, and the controls."""
@@ -130,8 +131,13 @@ class ProblemRun:
 
     def judge_screened(self) -> tuple[CellResult, ...]:
         """Return what is known of the cells about which paths tell nothing; they are judged once more with all."""
-        done = [run for run in self.runs if run.evidence.refused or _draws_none(run.cell.measure)]
-        return tuple(self._judge_runs([run for run in done if not run.halted]))
+        return tuple(self._judge_runs(self.screened))
+
+    @property
+    def screened(self) -> list[CellRun]:
+        """The cells about which paths tell nothing."""
+        done = (run for run in self.runs if run.evidence.refused or _draws_none(run.cell.measure))
+        return [run for run in done if not run.halted]
 
     def judge(self) -> None:
         """Judge the open cells at the end of a look."""
@@ -139,6 +145,7 @@ class ProblemRun:
         for run, result in zip(runs, self._judge_runs(runs), strict=True):
             run.result = self._sequential(run, result)
         self.look += 1
+        self.pairs = self._count_pairs()
 
     def results(self, stopped: str) -> tuple[CellResult, ...]:
         """Return the results of all cells as they are now; `stopped` says why further looks were not taken."""
@@ -147,6 +154,10 @@ class ProblemRun:
             _as_it_is(run, run.halted or (stopped if unsettled or run.result is None else "")) for run in self.runs
         )
         return (*done, *self.excluded)
+
+    def _count_pairs(self) -> tuple[int, int]:
+        schemes = {run.cell.scheme for run in self.runs}
+        return len(schemes), len(schemes - {run.cell.scheme for run in self.runs if not run.settled})
 
     def _judge_runs(self, runs: Sequence[CellRun]) -> list[CellResult]:
         evidence = {_key(run.cell): run.final_evidence for run in (*self.runs, *self.controls)}

@@ -44,9 +44,9 @@ def test_it_fills_with_what_needs_no_paths_and_then_with_what_paths_add(cells):
     board.hear(Finished(results(cells[1:], (Verdict.VERIFIED,))))
     board.hear(Finished(results(cells, *[(Verdict.OUT_OF_SCOPE,)] * 3)))
     assert lines(board)[-1].split() == ["gbm", "○○○"]
-    board.hear(Screened("ou", (), 5))
+    board.hear(Screened("ou", tuple, 5))
     assert lines(board)[-1].split() == ["ou", "………", "5"]
-    board.hear(Screened("gbm", first, 2))
+    board.hear(Screened("gbm", lambda: first, 2))
     assert lines(board)[-1].split() == ["gbm", "✓", "2"]
     board.hear(Finished(results(cells, (Verdict.VERIFIED, Verdict.REFUTED), (Verdict.VERIFIED,), (Verdict.ERROR,))))
     assert lines(board)[-1].split() == ["gbm", "✗✓!"]

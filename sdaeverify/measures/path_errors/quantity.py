@@ -15,10 +15,12 @@ from ...numerics.statistics import (
     EPS,
     Estimate,
     Tail,
-    jackknives,
-    log_functional,
+    estimates,
+    leave_out,
+    log_norms,
     slope_weights,
     tail,
+    weighted_sum,
 )
 from ..slopes import Slopes, once
 from .errors import AT_T, POWERS
@@ -89,7 +91,7 @@ class Quantity(Slopes):
         power : int
             The place of p among `POWERS`.
         """
-        return log_functional(self.error[:, levels, power], self.counts, weights, POWERS[power])
+        return _estimate(weights, self._logarithms(power).take(levels, axis=1))
 
     def slope_in(self, power: int, levels: Array) -> Estimate:
         """Return the least-squares slope of y on some levels, p being at a place among `POWERS`."""
@@ -103,8 +105,9 @@ class Quantity(Slopes):
         """
         coarse, fine = levels[:-1], levels[1:]
         weights = slope_weights(np.log2(self.h[coarse]))
-        both = np.concatenate([self.error[:, fine, 1], self.difference[:, coarse]], axis=1)
-        return log_functional(both, self.counts, np.concatenate([weights, -share * weights]))
+        errors, differences = self._logarithms(1), self._take_logarithms(self.difference)
+        both = np.concatenate([errors.take(fine, axis=1), differences.take(coarse, axis=1)], axis=1)
+        return _estimate(np.concatenate([weights, -share * weights]), both)
 
     def ahead(self, levels: Array) -> Estimate:
         """Return the local order at the next step size, if it grows by as much as it did between the last two."""
@@ -114,30 +117,44 @@ class Quantity(Slopes):
         """Return by how much the slope changes if the truth is taken at half its resolution."""
         assert self.blurred is not None
         weights = slope_weights(np.log2(self.h[levels]))
-        both = np.concatenate([self.error[:, levels, 1], self.blurred[:, levels]], axis=1)
-        return log_functional(both, self.counts, np.concatenate([-weights, weights]))
+        both = np.stack([self._logarithms(1), self._take_logarithms(self.blurred)], axis=1).take(levels, axis=2)
+        return _estimate(np.concatenate([-weights, weights]), both.reshape(len(both), -1))
 
     @cached_property
     def relative_errors(self) -> tuple[Estimate, ...]:
         """E |x_l - x|/|x| at T of each level, if it was noted."""
-        return () if self.relative is None else jackknives(np.asfortranarray(self.relative), self.counts, np.asarray)
+        return () if self.relative is None else estimates(self._leave_out(self.relative))
 
     @cached_property
     def local_orders(self) -> tuple[Estimate, ...]:
         """Order between each level and the one before, but for the coarsest."""
         x = np.log2(self.h[: self.error.shape[1]])
         weights = np.stack([slope_weights(x[level : level + 2]) for level in range(len(x) - 1)], axis=1)
-
-        def orders(means: Array) -> Array:
-            y = np.log2(means)
-            return np.asarray(weights[0] * y[:, :-1] + weights[1] * y[:, 1:])
-
-        return jackknives(np.asfortranarray(self.error[..., 1]), self.counts, orders)
+        y = self._logarithms(1)
+        return estimates(weights[0] * y[:, :-1] + weights[1] * y[:, 1:])
 
     @once
     def tail(self, level: int) -> Tail:
         """Return the tail diagnostics of a level."""
         return tail(float(self.totals[level, 1]), float(self.totals[level, 2]), self.largest[level], self.paths)
+
+    @once
+    def _logarithms(self, power: int) -> Array:
+        return self._take_logarithms(self.error[..., power], POWERS[power])
+
+    def _take_logarithms(self, sums: Array, p: float = 1.0) -> Array:
+        """Return log2 (E e_l^p)^(1/p) over all paths and without each group, shape (1 + G, L)."""
+        # Of all levels, those that no slope is fitted to included.
+        with np.errstate(all="ignore"):
+            return log_norms(self._leave_out(sums), p)
+
+    def _leave_out(self, sums: Array) -> Array:
+        # A level's groups lie side by side: the bits of the sums of some levels are those of all.
+        return leave_out(np.asfortranarray(sums), self.counts)
+
+
+def _estimate(weights: Array, logarithms: Array) -> Estimate:
+    return estimates(weighted_sum(weights, logarithms))[0]
 
 
 def quantities_of(evidence: Evidence) -> tuple[Quantity, ...]:

@@ -103,6 +103,7 @@ class _Means(NamedTuple):
     noticed: Array
 
 
+@lru_cache
 def chart_observables(view: Problem) -> tuple[str, ...]:
     """Return the names of the observables that are functions of the chart, in the problem's order."""
     return tuple(name for name in view.observables if _is_function(view, name))
