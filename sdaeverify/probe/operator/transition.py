@@ -8,6 +8,7 @@ with a quadrature over z and cubature nodes for the noise: one batched step for 
 expectations at the final time, its left eigenvector of eigenvalue 1 gives the stationary law, both without sampling.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -99,7 +100,7 @@ def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given:
     -------
     Transition
     """
-    ito, chart = require_chart(one_step.view)
+    _, chart = require_chart(one_step.view)
     nodes = _nodes(one_step, fewer)
     z = np.repeat(basis.nodes, len(nodes.weights), axis=1)
     with np.errstate(all="ignore"):
@@ -107,7 +108,7 @@ def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given:
         x = one_step.read(step.state)
         reached = chart.read(x)
         usable = np.isfinite(x).all(axis=0) & _is_bounded(chart, reached)
-        departure = _departure(chart, x, reached, ~output_rows(ito, chart, basis.nodes))
+        departure = _departure(chart, x, reached, _core(one_step.view, basis))
     failed = ~usable if step.failed is None else ~usable | step.failed
     truncated = np.zeros_like(failed) if step.truncated is None else step.truncated
     weights = np.multiply.outer(basis.weights, nodes.weights).ravel()
@@ -156,6 +157,12 @@ def _step(one_step: OneStep, x: Array, h: float, nodes: Nodes, given: Given = AS
     noise = nodes.increment(given.variance * h, x.shape[1] // len(nodes.weights))
     h = given.length * h
     return one_step.scheme.prepare(one_step.view, h)(one_step.enter(x, 0.0, h), 0.0, noise)
+
+
+@lru_cache(maxsize=8)
+def _core(view: Problem, basis: Basis) -> Mask:
+    # Remembered, because all steps of all schemes ask for the same.
+    return ~output_rows(*require_chart(view), basis.nodes)
 
 
 def _is_bounded(chart: Chart, z: Array) -> Mask:

@@ -217,7 +217,8 @@ def _stationary_law(one_step: OneStep, basis: Basis, h: float, fewer: int, given
 def _evaluate_observables(view: Problem, names: Sequence[str], z: Array, outputs: float = 0.0) -> Array:
     # Observables at coordinates z, the rows that are pure outputs being given a value; shape (O, P).
     ito, chart = require_chart(view)
-    parts = ito.parts(chart.embed(z) + outputs * output_rows(ito, chart, z)[:, None])
+    moved = outputs * output_rows(ito, chart, z)[:, None] if outputs else 0.0
+    parts = ito.parts(chart.embed(z) + moved)
     values = [np.broadcast_to(view.observables[name](view.horizon, parts), z.shape[1:]) for name in names]
     return np.array(values).reshape(len(names), z.shape[1])
 
