@@ -56,19 +56,19 @@ def solve_coupled(problem: DelaySDAE, begin: Begun, t: float, s: float) -> Root:
     -------
     Root
     """
-    d, weight, unit = problem.dimension, begin.lag.weight, np.eye(problem.dimension)[..., None]
+    d, lag, unit = problem.dimension, begin.lag, np.eye(problem.dimension)[..., None]
 
     def matrix(x: Array, v: Array, y: Array) -> Array:
         df = problem.linearised_drift(t, x, v, y)
-        top = [unit - s * (df.x + weight * df.v), -s * df.y]
+        top = [unit - s * lag.total(df), -s * df.y]
         if problem.constraint is None:
             return top[0]
         du = problem.linearised_constraint(t, x, v, y)
-        return _blocks([top, [du.x + weight * du.v, du.y]], x.shape[-1])
+        return _blocks([top, [lag.total(du), du.y]], x.shape[-1])
 
     def linearised(z: Array) -> tuple[Array, Callable[[], Array]]:
         x, y = z[:d], z[d:]
-        v = begin.lag.ahead(x)
+        v = lag.ahead(x)
         value = x - begin.known - s * problem.drift(t, x, v, y)
         whole = value if problem.constraint is None else np.concatenate([value, problem.constraint(t, x, v, y)])
         return whole, lambda: matrix(x, v, y)

@@ -52,7 +52,7 @@ class LaggedAlgebraicTheta(Scheme):
 
         def matrix(x: Array) -> Array:
             df = problem.linearised_drift(t + h, x, lag.ahead(x), y)
-            return np.asarray(unit - s * (df.x + lag.weight * df.v))
+            return np.asarray(unit - s * lag.total(df))
 
         def linearised(x: Array) -> tuple[Array, Callable[[], Array]]:
             return x - begin.known - s * problem.drift(t + h, x, lag.ahead(x), y), lambda: matrix(x)

@@ -32,7 +32,8 @@ def nonlinear_constraint(a: float = -1.0, b: float = 0.5, tau: float = 0.3, hori
     """
 
     def combine(v: Array, y: Array) -> Array:
-        sum_of_both: Array = y + y**3 + 0.5 * v
+        # A power takes as long as all else of a step.
+        sum_of_both: Array = y + y * y * y + 0.5 * v
         return sum_of_both
 
     def scaled_partials(factor: float, by_x: float, y: Array) -> Partials:

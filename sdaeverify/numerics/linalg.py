@@ -86,11 +86,12 @@ def all_finite(x: Array) -> Mask:
 
 
 def _adjugate_times(A: Array, b: Array) -> Array:
-    first = A[1, 1] * b[0] - A[0, 1] * b[1]
+    ((p, q), (r, s)), (x, y) = A, b
+    first = s * x - q * y
     # A fifth of the time of `numpy.stack`.
     both = np.empty((2, *first.shape), dtype=first.dtype)
     both[0] = first
-    np.subtract(A[0, 0] * b[1], A[1, 0] * b[0], out=both[1])
+    np.subtract(p * y, r * x, out=both[1])
     return both
 
 

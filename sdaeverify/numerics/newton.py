@@ -85,7 +85,7 @@ def newton(
             fresh = matrix() if callable(matrix) else matrix
             update = solver(fresh, value) if again is None else again.completed(active, solver(fresh, value))
             length = size(update)
-            made = _Made(fresh, value, update, length, solver, size) if callable(matrix) else None
+            made = _Made(fresh, FALLEN * largest(value), length, solver, size) if callable(matrix) else None
         # Most often all paths stop together: what masks cost is then saved.
         x = x - update if left == paths else np.where(active, x - update, x)
         iterations += active
@@ -110,18 +110,17 @@ class _Again(NamedTuple):
 
 
 class _Made(NamedTuple):
-    """An update that was made: of a value, by a matrix."""
+    """An update that was made: by a matrix, so long; `small` is where F is so much smaller than it was there."""
 
     matrix: Any
-    value: Array
-    update: Array
+    small: Array
     length: Array
     solver: Solver
     size: Callable[[Array], Array]
 
     def once_more(self, value: Array, active: Mask, tolerance: float | Array) -> _Again | None:
         """Return the update of another value by the same matrix, or None where no path has come near enough."""
-        fallen = active & (largest(value) <= FALLEN * largest(self.value))
+        fallen = active & (largest(value) <= self.small)
         if not np.count_nonzero(fallen):
             return None
         update = self.solver(self.matrix, value)

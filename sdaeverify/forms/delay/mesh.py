@@ -7,6 +7,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...noise.brownian import Increment
+from .partials import Partials
 
 # A delay is a whole number of steps if it is one to so many parts of itself: T/N and tau are both rounded.
 WHOLE = 1e-11
@@ -32,6 +33,10 @@ class Lag(NamedTuple):
     def ahead(self, x: Array) -> Array:
         """Return xb_{n+1} where x_{n+1} is x."""
         return self.known + self.weight * x if self.weight else self.known
+
+    def total(self, change: Partials) -> Array:
+        """Return the derivative by x_{n+1} of a function at the step's end, at which xb_{n+1} may depend on it."""
+        return change.x + self.weight * change.v if self.weight else change.x
 
 
 class Mesh(NamedTuple):
