@@ -35,6 +35,9 @@ FAR = 60.0
 SPACING = 0.125
 # A peak is followed to a distance of SPACING / ZOOM^ZOOMS.
 ZOOM, ZOOMS = 8, 8
+# What the third zoom or a later one raises by less has a top: a pole of c |z - z*|^-p that is no more beside the rest
+# of the step has not risen enough at the last, for p up to 2.
+FLAT, SEEN = 1e-6, 3
 MOST_PEAKS = 64
 # |z - z*|^-p has an infinite second moment from p = 1/2 on; a peak that is none has p = 0.
 EXPONENT = 0.45
@@ -199,16 +202,16 @@ def _sizes(factors: Factors, x: Array) -> Array:
 
 def _exponents(factors: Factors, directions: Array, centre: Array, nearby: Array) -> Array:
     """Return p of peaks like |z - z*|^-p, from how much they rise when the distance to them shrinks."""
-    if not len(centre):
-        return centre
-    width, sizes = SPACING, nearby
-    for _ in range(ZOOMS):
-        places = centre[:, None] + width * np.linspace(-1.0, 1.0, 2 * ZOOM + 1)
-        values = _sizes(factors, directions[:, :, None] * places)
-        best = values.argmax(axis=1)
-        centre, sizes = places[np.arange(len(places)), best], values.max(axis=1)
-        width /= ZOOM
-    return np.asarray(np.log(sizes / nearby) / np.log(SPACING / width))
+    width, centre, sizes, rising = SPACING, centre.copy(), nearby.copy(), np.arange(len(centre))
+    for zoom in range(1, ZOOMS + 1):
+        if not len(rising):
+            break
+        places = centre[rising, None] + width * np.linspace(-1.0, 1.0, 2 * ZOOM + 1)
+        values = _sizes(factors, directions[:, rising, None] * places)
+        centre[rising], before = places[np.arange(len(places)), values.argmax(axis=1)], sizes[rising]
+        sizes[rising], width = values.max(axis=1), width / ZOOM
+        rising = rising[(sizes[rising] > (1.0 + FLAT) * before) | (zoom < SEEN)]
+    return np.asarray(np.log(sizes / nearby) / np.log(float(ZOOM) ** ZOOMS))
 
 
 def _bound_tails(lines: Array, z: Array) -> float:
