@@ -35,9 +35,8 @@ FAR = 60.0
 SPACING = 0.125
 # A peak is followed to a distance of SPACING / ZOOM^ZOOMS.
 ZOOM, ZOOMS = 8, 8
-# What the third zoom or a later one raises by less has a top: a pole of c |z - z*|^-p that is no more beside the rest
-# of the step has not risen enough at the last, for p up to 2.
-FLAT, SEEN = 1e-6, 3
+# Peaks that so many zooms have not raised beyond the first one, nor far beyond the grid, are zoomed no further.
+LOOKED, FLAT, RISEN = 3, 1.001, 2.0
 MOST_PEAKS = 64
 # |z - z*|^-p has an infinite second moment from p = 1/2 on; a peak that is none has p = 0.
 EXPONENT = 0.45
@@ -202,16 +201,22 @@ def _sizes(factors: Factors, x: Array) -> Array:
 
 def _exponents(factors: Factors, directions: Array, centre: Array, nearby: Array) -> Array:
     """Return p of peaks like |z - z*|^-p, from how much they rise when the distance to them shrinks."""
-    width, centre, sizes, rising = SPACING, centre.copy(), nearby.copy(), np.arange(len(centre))
-    for zoom in range(1, ZOOMS + 1):
-        if not len(rising):
-            break
-        places = centre[rising, None] + width * np.linspace(-1.0, 1.0, 2 * ZOOM + 1)
-        values = _sizes(factors, directions[:, rising, None] * places)
-        centre[rising], before = places[np.arange(len(places)), values.argmax(axis=1)], sizes[rising]
-        sizes[rising], width = values.max(axis=1), width / ZOOM
-        rising = rising[(sizes[rising] > (1.0 + FLAT) * before) | (zoom < SEEN)]
+    closer, first = _zoom(factors, directions, centre, range(1))
+    closer, sizes = _zoom(factors, directions, closer, range(1, LOOKED))
+    # The others have a top.
+    rising = sizes > np.minimum(FLAT * first, RISEN * nearby)
+    _, sizes[rising] = _zoom(factors, directions[:, rising], closer[rising], range(LOOKED, ZOOMS))
     return np.asarray(np.log(sizes / nearby) / np.log(float(ZOOM) ** ZOOMS))
+
+
+def _zoom(factors: Factors, directions: Array, centre: Array, zooms: range) -> tuple[Array, Array]:
+    """Return the places of the largest values close to some centres, and these values."""
+    sizes = np.full(len(centre), np.nan)
+    for width in SPACING / float(ZOOM) ** np.array(zooms if len(centre) else ()):
+        places = centre[:, None] + width * np.linspace(-1.0, 1.0, 2 * ZOOM + 1)
+        values = _sizes(factors, directions[:, :, None] * places)
+        centre, sizes = places[np.arange(len(places)), values.argmax(axis=1)], values.max(axis=1)
+    return centre, sizes
 
 
 def _bound_tails(lines: Array, z: Array) -> float:

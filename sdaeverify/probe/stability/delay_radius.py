@@ -7,7 +7,7 @@ principle, and at which the gain of the noise is at most 1. No matrix of the his
 from collections.abc import Callable
 from copy import copy
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -15,7 +15,7 @@ import scipy
 from ...arrays import Array
 from ...forms import Mesh
 from ..linear.delay_step import Lagged, LinearDelayStep, as_recursion
-from ..linear.second_moments import smat, svec
+from ..linear.second_moments import smat, triangle
 from .spectral import WIDTHS, SpectralRadius
 
 # How many eigenvalues of a recursion y_{n+1} = sum_i A_i y_{n-i} lie outside a circle: the argument principle.
@@ -166,9 +166,7 @@ class Layout(NamedTuple):
         factors, pivots, singular = scipy.linalg.lapack.dgbtrf(diagonals, self.below, self.above, overwrite_ab=True)
         if singular:
             raise np.linalg.LinAlgError("singular matrix")
-        matrix = copy(self.empty)
-        matrix.data = np.add.reduceat(values[self.order], self.starts)
-        return Banded(matrix, self, factors, pivots)
+        return Banded(values, self, factors, pivots)
 
 
 class Banded(NamedTuple):
@@ -176,17 +174,24 @@ class Banded(NamedTuple):
 
     Attributes
     ----------
-    matrix : csr_array, shape (N, N)
-        In the first order.
+    values : ndarray, shape (E,)
+        Of its entries, those at equal places to be added.
     layout : Layout
     factors, pivots : ndarray
         Of LAPACK.
     """
 
-    matrix: "scipy.sparse.csr_array"
+    values: Array
     layout: Layout
     factors: Array
     pivots: Array
+
+    @property
+    def matrix(self) -> "scipy.sparse.csr_array":
+        """The matrix in the first order of unknowns."""
+        matrix = copy(self.layout.empty)
+        matrix.data = np.add.reduceat(self.values[self.layout.order], self.layout.starts)
+        return matrix
 
     def solve(self, right: Array) -> Array:
         """Return the solution for right sides of shape (N, S)."""
@@ -205,10 +210,8 @@ def rescale(recursion: Lagged, r: float) -> Lagged:
 
 def noise_gain(recursion: Lagged, r: float) -> Gain:
     """Return the gain of noise at some r above the squares of all eigenvalues of the recursion without noise."""
-    recursion = rescale(recursion, r)
     k = recursion.maps.shape[-1]
-    gamma, change = covariances(recursion, _unit_covariances(k))
-    gain = np.stack([svec(P) for P in np.moveaxis(_noise(recursion, gamma), -1, 0)], axis=-1)
+    gain, change = _gain_matrix(rescale(recursion, r))
     values, left, right = scipy.linalg.eig(gain, left=True)
     largest = np.abs(values).argmax()
     y, x = left[:, largest], right[:, largest]
@@ -218,12 +221,19 @@ def noise_gain(recursion: Lagged, r: float) -> Gain:
     return Gain(value, (change + 16.0 * EPS * k) * max(value, float(condition)))
 
 
+def _gain_matrix(recursion: Lagged, *, refined: bool = True) -> tuple[Any, float]:
+    # The gain at 1 on coordinates svec, and what refinement changes.
+    i, j, scale = triangle(recursion.maps.shape[-1])
+    gamma, change = covariances(recursion, _unit_covariances(recursion.maps.shape[-1]), refined=refined)
+    return scale[:, None] * _noise(recursion, gamma)[i, j], change
+
+
 @lru_cache(maxsize=8)
 def _unit_covariances(k: int) -> Array:
     return np.stack([smat(each, k) for each in np.eye(k * (k + 1) // 2)], axis=-1)
 
 
-def covariances(recursion: Lagged, Q: Array) -> tuple[Array, float]:
+def covariances(recursion: Lagged, Q: Array, *, refined: bool = True) -> tuple[Array, float]:
     """Return Gamma_0, ..., Gamma_{m+1} for some Q.
 
     Parameters
@@ -232,18 +242,22 @@ def covariances(recursion: Lagged, Q: Array) -> tuple[Array, float]:
         All of whose eigenvalues lie within the unit circle, the noise being left aside.
     Q : ndarray, shape (k, k, S)
         Symmetric in the first two.
+    refined : bool, optional
+        Whether a step of iterative refinement is made.
 
     Returns
     -------
     gamma : ndarray, shape (m + 2, k, k, S)
     change : float
-        Of the largest entries by a step of iterative refinement, relative.
+        Of the largest entries by that step, relative; NaN without it.
     """
     k, count, lags = Q.shape[0], Q.shape[2], int(recursion.lags[-1]) + 2
     matrix = _yule_walker(recursion, lags)
     right = np.zeros((lags * k * k, count))
     right[: k * k] = Q.reshape(-1, count)
-    found = matrix.solve(right)
+    found, change = matrix.solve(right), np.nan
+    if not refined:
+        return found.reshape(lags, k, k, count), change
     correction = matrix.solve(right - matrix.matrix @ found)
     change = float((np.abs(correction).max(axis=0) / np.abs(found).max(axis=0)).max())
     return np.asarray((found + correction).reshape(lags, k, k, count)), change
@@ -287,21 +301,13 @@ def _fold_places(count: int, block: int) -> Array:
     return np.asarray((places[:, None] * block + np.arange(block)).ravel())
 
 
-NOISE = "jiac,ipcds,jpbd->abs"
-
-
 def _noise(recursion: Lagged, gamma: Array) -> Array:
     # sum over noises and pairs of lags of G_i E(y_{n-i} y_{n-p}^T) G_p^T, shape (k, k, S).
     at = recursion.lags[None, :] - recursion.lags[:, None]
     blocks = np.where((at >= 0)[..., None, None, None], gamma[np.abs(at)], gamma[np.abs(at)].swapaxes(2, 3))
     G = recursion.maps[1:]
-    return np.asarray(np.einsum(NOISE, G, blocks, G, optimize=_path(G.shape, blocks.shape)))
-
-
-@lru_cache(maxsize=16)
-def _path(G: tuple[int, ...], blocks: tuple[int, ...]) -> list[object]:
-    path: list[object] = np.einsum_path(NOISE, np.empty(G), np.empty(blocks), np.empty(G), optimize=True)[0]
-    return path
+    carried = np.tensordot(G, blocks, axes=((1, 3), (0, 2)))
+    return np.tensordot(G, carried, axes=((0, 1, 3), (0, 2, 3))).swapaxes(0, 1)
 
 
 # Gains are decided if they differ from 1 by so many times their error.
@@ -312,17 +318,17 @@ LARGEST_RADIUS = 1e30
 # Rows of a companion matrix whose eigenvalues are looked for, what rounding leaves of no noise, and the width that is
 # enough, relative to the radius.
 DENSE, NEGLIGIBLE, CERTAIN = 256, 1e-12, 1e-10
+# Where the gain is tried first: that much above the square of the largest eigenvalue.
+ABOVE, BESIDE = 1.1, 1e-3
 
 
-def radius(step: LinearDelayStep, mesh: Mesh, *, certified: bool = True) -> SpectralRadius:
+def radius(step: LinearDelayStep, mesh: Mesh) -> SpectralRadius:
     """Return the spectral radius of the second moments of the whole history.
 
     Parameters
     ----------
     step : LinearDelayStep
     mesh : Mesh
-    certified : bool, optional
-        Whether a width is looked for, which costs as much as the radius; where noise acts it is infinite if not.
 
     Returns
     -------
@@ -334,7 +340,7 @@ def radius(step: LinearDelayStep, mesh: Mesh, *, certified: bool = True) -> Spec
         return SpectralRadius(np.inf, np.inf)
     recursion = as_recursion(step, mesh)
     floor = LARGEST_POWER ** (-1.0 / (recursion.lags[-1] + 1.0))
-    if (found := _without_noise(recursion, floor)) is not None:
+    if (found := _from_eigenvalues(recursion, floor)) is not None:
         return found
     excess = _excess_of(recursion)
     low, high = _bracket(excess, 1.0 / (recursion.lags[-1] + 1.0), floor)
@@ -346,23 +352,43 @@ def radius(step: LinearDelayStep, mesh: Mesh, *, certified: bool = True) -> Spec
         lambda s: excess(float(np.exp(s))), np.log(low), np.log(high), xtol=1e-15, rtol=1e-15
     )
     rho = float(np.exp(logarithm))
-    return SpectralRadius(rho, _width(recursion, rho) if certified else np.inf)
+    return SpectralRadius(rho, _width(recursion, rho))
 
 
-def _without_noise(recursion: Lagged, floor: float) -> SpectralRadius | None:
-    """Return the largest squared eigenvalue of the companion matrix where it is certain and noise does not act.
+def _from_eigenvalues(recursion: Lagged, floor: float) -> SpectralRadius | None:
+    """Return the radius, if it is certain, of a recursion whose companion matrix is small.
 
-    Bisection, which has no slope to go by without noise, takes fifty counts of eigenvalues.
+    Eigenvalues are counted on either side of the result alone: without noise, where bisection has no slope to go by,
+    fifty times less than by `_bracket`.
     """
     count, k = int(recursion.lags[-1]) + 1, recursion.maps.shape[-1]
-    if np.abs(recursion.maps[1:]).max(initial=0.0) > NEGLIGIBLE or count * k > DENSE:
+    if count * k > DENSE:
         return None
     F = np.eye(count * k, k=-k)
     for lag, part in zip(recursion.lags, recursion.maps[0], strict=True):
         F[:k, lag * k : (lag + 1) * k] = part
     rho = float(np.abs(np.linalg.eigvals(F)).max() ** 2)
+    if np.abs(recursion.maps[1:]).max(initial=0.0) > NEGLIGIBLE:
+        rho = _radius_of_noise(recursion, rho)
     found = SpectralRadius(rho, _width(recursion, rho) if rho > floor else np.inf)
     return found if found.width <= CERTAIN * rho else None
+
+
+def _radius_of_noise(recursion: Lagged, least: float) -> float:
+    """Return the r at which the gain is 1, or the square of the largest eigenvalue if it is smaller above that.
+
+    1/gain is 0 there and nearly linear in r beyond. The gain falls at least like 1/r, which bounds r on both sides.
+    """
+
+    def excess(r: float) -> float:
+        if r <= least:
+            return -1.0
+        gain = np.abs(np.linalg.eigvals(_gain_matrix(rescale(recursion, r), refined=False)[0])).max()
+        return float(1.0 / gain - 1.0)
+
+    start = ABOVE * least + BESIDE
+    low, high = sorted([start, start / (1.0 + excess(start))])
+    return float(scipy.optimize.brentq(excess, max(low, least), high, xtol=1e-15 * high, rtol=1e-15))
 
 
 def _excess_of(recursion: Lagged) -> Callable[[float], float]:

@@ -246,15 +246,15 @@ def delay_stability(scheme: Scheme, view: Delayed, step_sizes: Sequence[float], 
         Of an equation in more than one dimension, neither growth rate nor stability are known: NaN.
     """
 
-    def row(h: float, *, certified: bool = True) -> Row:
+    def row(h: float) -> Row:
         probed, mesh = probe_step(scheme, view, h, scale), view.mesh(h)
-        rho, width = radius(probed.step, mesh, certified=certified) if mesh.m <= LONGEST else UNKNOWN
+        rho, width = radius(probed.step, mesh) if mesh.m <= LONGEST else UNKNOWN
         return h, rho, width, probed.defect, float(probed.failed), np.inf
 
     with np.errstate(all="ignore"):
         abscissa, decays = _equation(view, scale)
         scan, run = refine_scan(row, _scan(view, scale)), radii([row(h) for h in step_sizes])
-        boundaries = crossings(lambda h: row(h, certified=False)[1], scan.h, scan.sign)
+        boundaries = crossings(lambda h: row(h)[1], scan.h, scan.sign)
     return StabilityRecord(*scan, *run, boundaries, abscissa, decays, float(at_rest(view)))
 
 
