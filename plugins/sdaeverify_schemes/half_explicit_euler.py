@@ -84,12 +84,13 @@ class HalfExplicitEuler(Scheme):
         r, v, mu = state
         a = problem.force(t, r, v)
         eta = self._truncation_factor(problem, v, a, h)
+        part = eta * h
         old = problem.linearised(r)
-        r_new, J, kappa, A, found, iterations = onto_constraint(problem, r + eta * h * v, old)
+        r_new, J, kappa, A, found, iterations = onto_constraint(problem, r + part * v, old)
         failed = ~found
         if self.truncation == "theory":
             failed |= norm(kappa) >= 1.0 / (8.0 * problem.constraint_bound**4)
-        x = v + problem.inverse_mass(eta * h * a + problem.diffused(t, r, v, noise.dW))
+        x = v + problem.inverse_mass(part * a + problem.diffused(t, r, v, noise.dW))
         lam = -A.solve(J.times(x))
         new = HolonomicState(r_new, x + problem.push(old, lam), mu + lam)
         if failed.any():

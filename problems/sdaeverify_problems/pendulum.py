@@ -34,7 +34,7 @@ def pendulum(c_g: float = 1.0, theta_0: float = 0.5, omega_0: float = 0.5, horiz
     ------
     Lindner & Stroot (2017), section 5.1, (5.77).
     """
-    rotor = Rotor(c_g, 0.0, 1.0)
+    rotor, weight, unit = Rotor(c_g, 0.0, 1.0), np.array([[0.0], [-c_g]]), np.eye(2)[..., None]
 
     def advance(z: Array, t: float, h: float, noise: Increment) -> Array:
         return rotor.on_the_circle(z, h, noise)
@@ -47,8 +47,9 @@ def pendulum(c_g: float = 1.0, theta_0: float = 0.5, omega_0: float = 0.5, horiz
     pathwise = circle.angle_truth(theta_0, omega_0, advance, "order 3/2 Ito-Taylor step of the angle form")
     return HolonomicSDAE(
         controls=controls.VANISHING_SEVERAL,
-        force=lambda t, r, v: np.array([[0.0], [-c_g]]),
-        diffusion=lambda t, r, v: np.eye(2)[..., None],
+        force=lambda t, r, v: weight,
+        diffusion=lambda t, r, v: unit,
+        diffusion_product=lambda t, r, v, w: w,
         constraint=circle.constraint,
         jacobian=circle.jacobian,
         curvature=circle.curvature,

@@ -74,7 +74,7 @@ def largest(x: Array) -> Array:
 
 def norm(x: Array) -> Array:
     """Return the Euclidean norm of every path; shape (n, P) -> (P,)."""
-    length: Array = np.sqrt(np.einsum("np,np->p", x, x))
+    length: Array = np.abs(x[0]) if len(x) == 1 else np.sqrt(np.einsum("np,np->p", x, x))
     return length
 
 
