@@ -1,6 +1,7 @@
 """Projection of a point onto the constraint along normals taken elsewhere."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -50,15 +51,21 @@ def onto_constraint(problem: HolonomicSDAE | SDE, y: Array, old: ConstraintJacob
     -------
     Projected
     """
+    none = np.zeros_like(old.times(y))
+    one = len(none) == 1
+    length = norm(problem.push(old, none + 1.0)) if one else None
 
-    def linearised(kappa: Array) -> tuple[Array, Callable[[], Gram]]:
+    def gram(x: Array) -> Gram:
+        return problem.linearised(x).gram(old)
+
+    def linearised(kappa: Array) -> tuple[Array, Gram | Callable[[], Gram]]:
         x = y + problem.push(old, kappa)
-        return problem.constraint(x), lambda: problem.linearised(x).gram(old)
+        # A single number is made anew in less time than it takes to ask whether the last one would do.
+        return problem.constraint(x), gram(x) if one else partial(gram, x)
 
     def moved(kappa: Array) -> Array:
-        return norm(problem.push(old, kappa))
+        return norm(problem.push(old, kappa)) if length is None else length * np.abs(kappa[0])
 
-    none = np.zeros_like(old.times(y))
     # kappa scales like 1/g, so that positions tell how small an update is.
     root = newton(linearised, none, update_tolerance(norm(y)), solver=lambda A, value: A.solve(value), size=moved)
     r = y + problem.push(old, root.x)
