@@ -33,7 +33,7 @@ class Estimate(NamedTuple):
 
     def interval(self, confidence: float, bias: float = 0.0) -> tuple[float, float]:
         """Return the two-sided interval t_{G-1} se, widened by a bound of the bias on either side."""
-        half = float(scipy.special.stdtrit(GROUPS - 1, 0.5 + 0.5 * confidence)) * self.se + bias
+        half = _quantile(0.5 + 0.5 * confidence) * self.se + bias
         return self.value - half, self.value + half
 
     def p_above(self, bound: float, bias: float = 0.0) -> float:
@@ -61,7 +61,7 @@ class Estimate(NamedTuple):
         distance = abs(self.value - bound) - bias
         if not (distance > 0.0 and np.isfinite(self.se)):
             return float("inf")
-        needed = float(scipy.special.stdtrit(GROUPS - 1, 1.0 - level)) * self.se / distance
+        needed = _quantile(1.0 - level) * self.se / distance
         return max(1.0, needed**2)
 
     def growth_to_see(self, size: float, confidence: float, bias: float = 0.0) -> float:
@@ -80,7 +80,12 @@ class Estimate(NamedTuple):
         """
         if not (size > bias and np.isfinite(self.se)):
             return float("inf")
-        return max(1.0, (2.0 * float(scipy.special.stdtrit(GROUPS - 1, confidence)) * self.se / (size - bias)) ** 2)
+        return max(1.0, (2.0 * _quantile(confidence) * self.se / (size - bias)) ** 2)
+
+
+@lru_cache
+def _quantile(probability: float) -> float:
+    return float(scipy.special.stdtrit(GROUPS - 1, probability))
 
 
 def _p_value(distance: float, se: float) -> float:
@@ -193,8 +198,16 @@ def leave_out(sums: Array, counts: Array) -> Array:
 
 def slope_weights(x: Array) -> Array:
     """Return the weights w of the least-squares slope sum_l w_l y_l over abscissae x."""
-    centred: Array = x - np.add.reduce(x) / len(x)
-    return np.asarray(centred / (centred @ centred))
+    return _slope_weights(tuple(x.tolist()))
+
+
+@lru_cache
+def _slope_weights(abscissae: tuple[float, ...]) -> Array:
+    x = np.array(abscissae)
+    centred = x - np.add.reduce(x) / len(x)
+    found = np.asarray(centred / (centred @ centred))
+    found.flags.writeable = False
+    return found
 
 
 def corrected_slope_weights(x: Array, power: float = 1.0) -> Array:

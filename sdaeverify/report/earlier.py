@@ -13,10 +13,8 @@ from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import pandas as pd
-
 from ..errors import UsageError
-from .files import PARQUET, csv_text, harmless, write_csv, write_json
+from .files import PARQUET, csv_text, harmless, read_rows, write_csv, write_json
 from .folders import DETAILS, LEVELS, NOT_APPLICABLE, RUN, SCHEMA, VERDICTS
 from .html import PAGE
 from .saved import EARLIER
@@ -59,15 +57,15 @@ class Kept(NamedTuple):
 
 
 def save_tables(
-    folder: Path, tables: Mapping[str, pd.DataFrame], run: dict[str, object], cells: Collection[Key]
+    folder: Path, tables: Mapping[str, Mapping[str, Iterable[object]]], run: dict[str, object], cells: Collection[Key]
 ) -> Kept:
     """Write the tables of a run and ``run.json``, with the rows that are kept of earlier ones.
 
     Parameters
     ----------
     folder : Path
-    tables : mapping of str to DataFrame
-        By the name of the file.
+    tables : mapping of str to (mapping of str to iterable)
+        Columns by the name of the file.
     run : dict
     cells : collection of (str, str, str)
         Scheme, problem and measure of each cell of the run.
@@ -139,7 +137,7 @@ def _keep(folder: Path, run: dict[str, Any], cells: Collection[Key]) -> Kept:
     return Kept({name: of for name, of in kept.items() if of}, [runs[place] for place in places], lost)
 
 
-def _tables(folder: Path) -> Iterator[tuple[str, list[Row]]]:
+def _tables(folder: Path) -> Iterator[tuple[str, Sequence[Row]]]:
     details = (f"{DETAILS}/{file.name}" for file in sorted((folder / DETAILS).glob("*.csv")))
     yield from ((name, _rows(folder / name)) for name in (VERDICTS, NOT_APPLICABLE, LEVELS, *details))
 
@@ -165,15 +163,13 @@ def _key(row: Row) -> Key:
     return tuple(row[name] for name in COLUMNS)
 
 
-def _rows(file: Path) -> list[Row]:
+def _rows(file: Path) -> Sequence[Row]:
     """Return the rows of a table as texts; none where it is no table of this program."""
     try:
-        with file.open(newline="", encoding="utf-8") as opened:
-            reader = csv.DictReader(opened, restkey="", restval="", strict=True)
-            rows = list(reader) if {*COLUMNS} <= {*(reader.fieldnames or ())} else []
+        rows = read_rows(file)
     except (OSError, ValueError, csv.Error):
         return []
-    return [row for row in rows if "" not in row]
+    return [row for row in rows if "" not in row] if rows and {*COLUMNS} <= {*rows[0]} else []
 
 
 def _join(text: str, rows: Sequence[Row]) -> str:

@@ -1,21 +1,24 @@
 """Files of a run, each written as a whole or not at all; text only, so that anybody can read them safely."""
 
+import csv
 import io
 import json
 import os
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from errno import EISDIR
 from importlib.util import find_spec
+from itertools import zip_longest
 from pathlib import Path
-from typing import IO, Any
-
-import pandas as pd
-from pandas.api.types import is_numeric_dtype
+from types import NoneType
+from typing import IO, TYPE_CHECKING, Any
 
 from ..errors import UsageError
 from .plain import visible
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 PARQUET = ".parquet"
 UNFINISHED = ".unfinished-"
@@ -83,9 +86,10 @@ def require_writable_file(file: Path, option: str) -> None:
         raise UsageError(f"cannot write {file}: {os.strerror(EISDIR)}; choose another {option}")
 
 
-def write_table(table: pd.DataFrame, path: Path) -> None:
+def write_table(table: "pd.DataFrame", path: Path) -> None:
     """Write a table as CSV, as `csv_text` returns it."""
-    write_text(csv_text(table), path)
+    known = table.astype(object).where(table.notna(), None)
+    write_text(csv_text({str(name): column.tolist() for name, column in known.items()}), path)
 
 
 def write_csv(text: str, path: Path) -> None:
@@ -98,6 +102,8 @@ def write_csv(text: str, path: Path) -> None:
     """
     write_text(text, path)
     if find_spec("pyarrow"):
+        import pandas as pd  # noqa: PLC0415 - it takes as long as all the rest of the program
+
         texts = pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
         table = texts.apply(_convert_column)
         try:
@@ -109,6 +115,8 @@ def write_csv(text: str, path: Path) -> None:
 
 def _convert_column(column: "pd.Series[Any]") -> "pd.Series[Any]":
     """Return a column of texts as whole numbers, else as numbers, to the last bit; as it is if it is neither."""
+    import pandas as pd  # noqa: PLC0415
+
     for number in (int, lambda text: float(text or "nan")):
         try:
             return pd.Series([number(text) for text in column], index=column.index)
@@ -117,11 +125,19 @@ def _convert_column(column: "pd.Series[Any]") -> "pd.Series[Any]":
     return column
 
 
-def csv_text(table: pd.DataFrame) -> str:
-    """Return a table as CSV, numbers with all their digits and texts made harmless by `harmless`, headings too."""
-    texts = {name: _harmless(table[name]) for name in table.columns if not is_numeric_dtype(table[name].dtype)}
-    safe = table.assign(**texts).rename(columns=harmless)
-    return safe.to_csv(index=False, lineterminator="\n")
+def csv_text(columns: Mapping[str, Iterable[object]]) -> str:
+    """Return columns as CSV: numbers with all digits, nothing for None and NaN; texts, headings too, are `harmless`.
+
+    Parameters
+    ----------
+    columns : mapping of str to iterable
+        By their headings, all of one length.
+    """
+    told = io.StringIO()
+    writer = csv.writer(told, lineterminator="\n")
+    writer.writerow([harmless(name) for name, _ in columns.items()])
+    writer.writerows(zip(*(_cells(list(values)) for _, values in columns.items()), strict=True))
+    return told.getvalue()
 
 
 def harmless(value: object) -> object:
@@ -137,12 +153,15 @@ def harmless(value: object) -> object:
     return f"'{text}" if text.lstrip().startswith(FORMULA) and not _number(text) else text
 
 
-def _harmless(column: "pd.Series[Any]") -> "pd.Series[Any]":
-    values = column.to_numpy(dtype=object).tolist()
-    # Most texts stand in many rows.
-    safe = {text: harmless(text) for text in {value for value in values if isinstance(value, str)}}
-    told = [safe[value] if isinstance(value, str) else value for value in values]
-    return pd.Series(told, index=column.index, dtype=object)
+def _cells(values: list[object]) -> list[object]:
+    kinds = {*map(type, values)}
+    if any(issubclass(kind, str) for kind in kinds):
+        # Most texts stand in many rows.
+        safe = {text: harmless(text) for text in {value for value in values if isinstance(value, str)}}
+        values = [safe[value] if isinstance(value, str) else value for value in values]
+    if kinds - {str, int, bool, NoneType}:
+        return [None if value != value else value for value in values]  # noqa: PLR0124 - NaN
+    return values
 
 
 def _number(text: str) -> bool:
@@ -151,6 +170,24 @@ def _number(text: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def read_rows(file: Path) -> list[dict[str, str]]:
+    """Return the rows of a CSV file, with nothing where one is too short; what is too much has no heading.
+
+    Raises
+    ------
+    OSError, ValueError, csv.Error
+        If it cannot be read.
+    """
+    with file.open(newline="", encoding="utf-8") as opened:
+        reader = csv.reader(opened, strict=True)
+        head = next(reader, [])
+        return [_read_row(head, line) for line in reader if line]
+
+
+def _read_row(head: list[str], line: list[str]) -> dict[str, str]:
+    return dict(zip(head, line, strict=True) if len(head) == len(line) else zip_longest(head, line, fillvalue=""))
 
 
 def write_json(values: Mapping[str, object], path: Path) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..errors import UsageError
+from .files import read_rows
 
 # Of the files of a run: 1 had one table of verdicts for all measures and for what does not apply.
 SCHEMA = 2
@@ -69,10 +70,9 @@ def key_of(row: TextRow) -> Key:
     return scheme, problem, measure, quantity
 
 
-def _rows(file: Path) -> list[TextRow]:
+def _rows(file: Path) -> Sequence[TextRow]:
     try:
-        with file.open(newline="", encoding="utf-8") as opened:
-            rows: list[TextRow] = list(csv.DictReader(opened, restval="", restkey=""))
+        rows = read_rows(file)
     except (OSError, UnicodeError, csv.Error) as error:
         why = getattr(error, "strerror", None) or error
         raise UsageError(f"{file.parent} holds no run: cannot read {file.name}: {why}") from error

@@ -81,7 +81,8 @@ def record(row: Row) -> dict[str, Any]:
 def text(row: Row, name: str) -> str:
     """Return a text of a row; empty where it has none."""
     found = row.get(name)
-    return "" if found is None or str(found) == "nan" else str(found)
+    told = "" if found is None else str(found)
+    return "" if told == "nan" else told
 
 
 def number(row: Row, name: str) -> float:

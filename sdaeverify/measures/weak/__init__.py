@@ -267,14 +267,14 @@ def sdaeverify_measures() -> list[Measure]:
 def _finding(evidence: Evidence, means: Means, probed: WeakProbe) -> Finding:
     covered = coverage(evidence, Weak.name, means.name)
     sampled = mean_order(evidence, means, covered.claim)
-    opinion = _opinion(evidence, sampled, covered, probed)
-    _, left_out = sound_levels(evidence.health.sums)
+    opinion = _opinion(evidence, sampled, covered)
+    left_out = sound_levels(evidence.health.sums)[1] if sampled.remark == TOO_FEW else Reason()
     said = sampled.remark in {part.text for part in opinion.reason.parts}
     confidence = evidence.settings.confidence
     low, high = sampled.slope.interval(confidence) if opinion.tier == 3 else (float("nan"), float("nan"))
     return finding(
         covered,
-        opinion.plus("" if said else sampled.remark, left_out if sampled.remark == TOO_FEW else ""),
+        opinion.plus("" if said else sampled.remark, left_out),
         estimate=sampled.slope.value if opinion.tier == 3 else probed.order,
         low=low,
         high=high,
@@ -283,12 +283,12 @@ def _finding(evidence: Evidence, means: Means, probed: WeakProbe) -> Finding:
     )
 
 
-def _opinion(evidence: Evidence, sampled: MeanOrder, covered: Coverage, probed: WeakProbe) -> Opinion:
+def _opinion(evidence: Evidence, sampled: MeanOrder, covered: Coverage) -> Opinion:
     if covered.claim is None:
         return Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
     if evidence.health.sums["lost"][-1] > 0:
         return Opinion(Verdict.DIVERGED, LOST)
-    local, confirmed = judge_probe(probed, covered.claim, covered.quantity)
+    local, confirmed = judge_probe(evidence, covered.claim, covered.quantity)
     # What is known at T without sampling needs no paths to show it.
     tests = sampled.tests._replace(blind=1.0) if confirmed else sampled.tests
     opinion = guard(local, tests, evidence)
@@ -300,7 +300,7 @@ def _opinion(evidence: Evidence, sampled: MeanOrder, covered: Coverage, probed: 
 def _of_state(evidence: Evidence, probed: WeakProbe) -> Finding:
     """Return the finding on a problem without observables: by probing, with nothing to guard it."""
     covered = coverage(evidence, Weak.name, STATE)
-    opinion, _ = judge_probe(probed, covered.claim, STATE)
+    opinion, _ = judge_probe(evidence, covered.claim, STATE)
     if covered.claim is None or opinion is None or opinion.verdict is Verdict.INCONCLUSIVE:
         open_ = leave_open(covered, "the problem has no observables, and probing does not decide")
         return finding(covered, open_, details=probed.details)

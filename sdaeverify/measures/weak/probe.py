@@ -130,7 +130,7 @@ def probe_sizes(evidence: Evidence) -> dict[str, ErrorSizes]:
     return found
 
 
-def judge_probe(probed: WeakProbe, claim: Claim | None, observable: str) -> tuple[Opinion | None, bool]:
+def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tuple[Opinion | None, bool]:
     """Return what the deterministic tiers say of a claim about an observable.
 
     The local order decides; moments can take back what it verifies, and decide where it does not. So does the
@@ -138,8 +138,8 @@ def judge_probe(probed: WeakProbe, claim: Claim | None, observable: str) -> tupl
 
     Parameters
     ----------
-    probed : WeakProbe
-        What tiers T1 and T2 found.
+    evidence : Evidence
+        Of a cell: what tiers T1 and T2 found counts.
     claim : Claim or None
         That covers the observable.
     observable : str
@@ -152,7 +152,8 @@ def judge_probe(probed: WeakProbe, claim: Claim | None, observable: str) -> tupl
     """
     if claim is None or isinstance(claim.value, str):
         return None, False
-    opinion = None if probed.local is None else judge_weak(probed.local, claim.value, max(TOLERANCE, claim.margin))
+    probed, tolerance = weak_probe(evidence), max(TOLERANCE, claim.margin)
+    opinion = evidence.without_paths.read(_judge_local, evidence.view, claim.value, tolerance)
     if opinion is not None and opinion.verdict is Verdict.REFUTED:
         return opinion, False
     further = _global(probed, claim.value, observable)
@@ -160,6 +161,11 @@ def judge_probe(probed: WeakProbe, claim: Claim | None, observable: str) -> tupl
     if further is not None and (undecided or further.verdict is Verdict.REFUTED):
         return further, False
     return opinion, further is not None and further.verdict is Verdict.VERIFIED
+
+
+def _judge_local(tally: Tally, view: Problem, claim: float, tolerance: float) -> Opinion | None:
+    order = tally.read(_read_probe, view).local
+    return None if order is None else judge_weak(order, claim, tolerance)
 
 
 def _global(probed: WeakProbe, claim: float, observable: str) -> Opinion | None:

@@ -87,13 +87,12 @@ def strong_orders(record: LocalStrong) -> tuple[StrongOrder, ...]:
 
 def _take_order(record: LocalStrong, rows: Array) -> StrongOrder:
     means, worst = bool(record.means), record.scale.max(axis=0)
-    rms, mean = (
-        last_orders(record.h, part[:, rows].max(axis=2), ROUNDING * worst, worst, len(LEVELS))
-        for part in (record.rms, record.mean)
-    )
-    (p2, q2, later2), (p1, q1, later1) = rms.order.min(axis=1), mean.order.min(axis=1)
-    share, typical = _state_by_state(record, rows)
-    ahead2, ahead1 = rms.ahead[SELF].min(), mean.ahead[SELF].min()
+    both = np.stack([record.rms[:, rows], record.mean[:, rows]])
+    found = last_orders(record.h, both.max(axis=3), ROUNDING * worst, worst, len(LEVELS))
+    (p2, q2, later2), (p1, q1, later1) = found.order.min(axis=2)
+    share, typical = _state_by_state(record, both)
+    ahead2, ahead1 = found.ahead[:, SELF].min(axis=1)
+    plateaus = found.plateau_h.max(axis=(1, 2))
     return StrongOrder(
         order=float(np.minimum(p2 - 0.5, p1 - 1.0) if means else p2 - 0.5),
         p2=float(p2),
@@ -103,7 +102,7 @@ def _take_order(record: LocalStrong, rows: Array) -> StrongOrder:
         consistent=bool(_consistent(q2, q1, means)),
         inconsistent_share=share,
         typical=typical,
-        plateau_h=float(max(rms.plateau_h.max(), mean.plateau_h.max() if means else 0.0)),
+        plateau_h=float(plateaus.max() if means else plateaus[0]),
         means=means,
         ahead=float(np.minimum(ahead2 - 0.5, ahead1 - 1.0) if means else ahead2 - 0.5),
         consistent_later=bool(_consistent(later2, later1, means)),
@@ -121,15 +120,12 @@ def _consistent(q2: Array, q1: Array, means: bool) -> Array:
     return (q2 > LEAST_Q2) & ((q1 > LEAST_Q1) | (not means))
 
 
-def _state_by_state(record: LocalStrong, rows: Array) -> tuple[float, float]:
+def _state_by_state(record: LocalStrong, both: Array) -> tuple[float, float]:
     """Return the share of the states that are inconsistent, and the median of their orders, at the worst time."""
-    two, one = (
-        last_orders(record.h, part[:, rows], ROUNDING * record.scale, record.scale, len(LEVELS))
-        for part in (record.rms, record.mean)
-    )
-    means = bool(record.means)
-    p2, p1 = (np.fmax(orders.order, orders.ahead)[SELF].min(axis=0) for orders in (two, one))
+    found, means = last_orders(record.h, both, ROUNDING * record.scale, record.scale, len(LEVELS)), bool(record.means)
+    p2, p1 = np.fmax(found.order, found.ahead)[:, SELF].min(axis=1)
     typical = np.fmin(p2 - 0.5, p1 - 1.0) if means else p2 - 0.5
-    wrong = ~_consistent(two.order[EM], one.order[EM], means).all(axis=0)
+    q2, q1 = found.order[:, EM]
+    wrong = ~_consistent(q2, q1, means).all(axis=0)
     by_time = int(record.times), -1
     return float(wrong.reshape(by_time).mean(axis=1).max()), float(np.median(typical.reshape(by_time), axis=1).min())

@@ -102,6 +102,8 @@ class WeakOrder(NamedTuple):
 
     def share(self, found: Mask) -> Array:
         """Return at which share of the states something is so, at the worst time, shape (...) for (..., S)."""
+        if not found.any():
+            return np.zeros(found.shape[:-1])
         shares = [found[..., self.time == time].mean(axis=-1) for time in set(self.time.tolist())]
         return np.asarray(np.max(shares, axis=0))
 

@@ -80,9 +80,11 @@ def lowest_power(h: Array, errors: Array, floors: Array, below: float) -> Coeffi
 
 
 def _coefficient(values: Array, floors: Array, power: float) -> Coefficient | None:
-    whole, half = (Coefficient(float(power), *_limit(values, floors, step)) for step in (1.0, 0.5))
-    explained = abs(whole.value) <= whole.known or (not whole.clear and abs(half.value) <= half.known)
-    return None if explained else whole
+    whole = Coefficient(float(power), *_limit(values, floors, 1.0))
+    if abs(whole.value) <= whole.known:
+        return None
+    half, known = _limit(values, floors, 0.5)
+    return whole if whole.clear or not abs(half) <= known else None
 
 
 def _limit(values: Array, floors: Array, step: float) -> tuple[float, float]:

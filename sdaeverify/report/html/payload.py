@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from math import isnan
+from math import isinf, isnan
 from typing import Any
 
 from ..folders import NAMES, Key, SavedTables, TextRow, key_of
@@ -31,6 +31,7 @@ LEVEL = {
     "failed": "x",
     "most": "most",
 }
+TRUTHS = {"True": 1, "False": 0}
 # Columns that begin in the same way and are no cost of a step.
 NO_COST = {"mean_std_error"}
 # Texts and numbers of a finding, from the verdicts and from the details of its measure.
@@ -96,9 +97,9 @@ def to_json(value: float) -> float | str | None:
     if isnan(value):
         return None
     short = float(f"{value:.6g}")
-    if short in {float("inf"), float("-inf")}:
+    if isinf(short):
         return "inf" if short > 0 else "-inf"
-    return int(short) if short == int(short) and abs(short) < 1e15 else short
+    return int(short) if short.is_integer() and abs(short) < 1e15 else short
 
 
 def _run(run: Mapping[str, Any]) -> dict[str, Any]:
@@ -142,9 +143,9 @@ def _columns(rows: Sequence[TextRow], texts: _Texts) -> dict[str, list[Any]]:
 def _level(row: TextRow, name: str, texts: _Texts) -> Any:
     if name == "functional":
         return texts(row[name])
-    if row[name] in {"True", "False"}:
-        return int(row[name] == "True")
-    return to_json(number(row, name))
+    if (text := row[name]) in TRUTHS:
+        return TRUTHS[text]
+    return to_json(number(row, name)) if text else None
 
 
 def _densities(rows: Iterable[TextRow], texts: _Texts) -> list[list[Any]]:

@@ -4,11 +4,12 @@ A finding is a row as people are told of it: one meaning a field in every measur
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from math import inf, isfinite, isnan, nan
-from typing import Any, NamedTuple
+from types import NoneType
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from ...arrays import Array
 from ...contracts.finding import Finding, Reason, Verdict
@@ -19,7 +20,11 @@ from .. import folders
 from ..reading import AT_END, BIAS, DECIDED, ORDER, RESIDUAL, Interval, Reading
 from .columns import DETAILS, LEVELS, MEAN, NOT_APPLICABLE, VERDICTS, WHOLE, Column, details_file, names
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 GUARDED = "guarded by "
+INTEGER, REAL = (int, np.integer), (float, np.floating)
 # Standard errors from which on a mean difference tells something.
 RESOLVED = 3.0
 SAMPLED, AT_ONCE, ONE_STEP, CONTRACT = 3, 2, 1, 0
@@ -138,14 +143,39 @@ def rows_of(results: Iterable[CellResult]) -> Rows:
     return rows
 
 
-def tables_of(rows: Rows) -> dict[str, pd.DataFrame]:
+class Table(NamedTuple):
+    """Columns of equal length.
+
+    Attributes
+    ----------
+    columns : dict of str to list
+        None where a row has no such value.
+    whole : frozenset of str
+        Columns of whole numbers.
+    """
+
+    columns: dict[str, list[object]]
+    whole: frozenset[str]
+
+    @property
+    def frame(self) -> "pd.DataFrame":
+        """The table for pandas."""
+        import pandas as pd  # noqa: PLC0415 - whoever asks for files alone need not wait for it
+
+        told = {name: [nan if v is None else v for v in column] for name, column in self.columns.items()}
+        whole = (name for name in self.whole if all(v is None or _is_whole(v) for v in self.columns[name]))
+        # A column of whole numbers reads the same whether or not other rows leave it empty.
+        return pd.DataFrame(told).astype(dict.fromkeys(whole, "Int64"))
+
+
+def tables_of(rows: Rows) -> dict[str, Table]:
     """Return rows as tables, by the names of their files."""
     found = {folders.VERDICTS: (rows.verdicts, VERDICTS), folders.NOT_APPLICABLE: (rows.absent, NOT_APPLICABLE)}
     found |= {details_file(measure): (told, DETAILS) for measure, told in rows.details.items()}
-    return {file: frame(told, columns) for file, (told, columns) in found.items()}
+    return {file: table_of(told, columns) for file, (told, columns) in found.items()}
 
 
-def level_table(results: Iterable[CellResult], settings: Settings) -> pd.DataFrame:
+def level_table(results: Iterable[CellResult], settings: Settings) -> Table:
     """Return one row for each quantity of each cell at each step size.
 
     Parameters
@@ -155,20 +185,34 @@ def level_table(results: Iterable[CellResult], settings: Settings) -> pd.DataFra
 
     Returns
     -------
-    DataFrame
+    Table
         The columns of all measures first, then those of some.
     """
-    return frame([row for result in results for row in _level_rows(result, settings)], LEVELS)
+    return table_of([row for result in results for row in _level_rows(result, settings)], LEVELS)
 
 
-def frame(rows: Sequence[Mapping[str, object]], columns: Sequence[Column]) -> pd.DataFrame:
+def table_of(rows: Sequence[Mapping[str, object]], columns: Sequence[Column] = ()) -> Table:
     """Return rows as a table: the columns that are known first, then whatever else the rows have."""
     known = names(columns)
-    further = dict.fromkeys(name for row in rows for name in row if name not in known)
-    table = pd.DataFrame(rows, columns=[*known, *further])
-    # A column of whole numbers reads the same whether or not other rows leave it empty.
-    whole = [*(column.name for column in columns if column.kind == WHOLE), *further]
-    return table.astype({name: "Int64" for name in whole if all(_is_whole(row[name]) for row in rows if name in row)})
+    every = dict.fromkeys(chain(known, *rows))
+    whole = {column.name for column in columns if column.kind == WHOLE} | (every.keys() - {*known})
+    told: dict[str, list[object]] = {name: [None] * len(rows) for name in every}
+    for place, row in enumerate(rows):
+        for name, value in row.items():
+            told[name][place] = value
+    return Table({name: _column(values, whole=name in whole) for name, values in told.items()}, frozenset(whole))
+
+
+def _column(values: list[Any], *, whole: bool) -> list[object]:
+    """Return numbers of one kind: whole ones become floats where others are not whole, or where some are missing."""
+    kinds = {*map(type, values)}
+    integers = {kind for kind in kinds if issubclass(kind, INTEGER)}
+    others = kinds - integers
+    if not integers or not others or (whole and integers == {int} and others == {NoneType}):
+        return values
+    if bool in kinds or not all(issubclass(kind, (*REAL, NoneType)) for kind in others):
+        return values
+    return [None if value is None else float(value) for value in values]
 
 
 def _is_whole(value: object) -> bool:
