@@ -187,12 +187,17 @@ def _defects_at(step: OneStep, x: Array, nodes: HalfSteps, h: float, t: float) -
     def first(wide: Array, noise: Increment) -> State:
         return step.advance(step.enter(wide, t, half), t, half, noise)
 
-    (once, alone), state = _spread(nodes.whole, x, h, one), _spread(nodes.first, x, h, first)
+    made, spread = _at_distinct(nodes.whole, x, h, one)
+    scale = np.maximum(np.abs(x).max(axis=0), np.abs(made[0]).max(axis=0).reshape(states, -1).max(axis=1))
+    entered, spread_halves = _at_distinct(nodes.first, x, h, first)
+    (once, alone), state = spread(made), each(spread_halves, entered)
     second = nodes.second.increment(h, states)
     twice = step.read(step.advance(state, t + half, half, second))
     later = step.euler(step.read(state), t + half, half, second)
-    defects = np.stack([once - twice, once - alone, twice - later]).reshape(3, len(x), states, -1)
-    scale = np.maximum(np.abs(x).max(axis=0), np.abs(once).max(axis=0).reshape(states, -1).max(axis=1))
+    defects = np.empty((3, *once.shape))
+    for pair, defect in zip(((once, twice), (once, alone), (twice, later)), defects, strict=True):
+        np.subtract(*pair, out=defect)
+    defects = defects.reshape(3, len(x), states, -1)
     squares = defects**2 @ weights, (defects @ weights) ** 2
     rms, mean = (
         np.sqrt(np.stack([part[:, rows].sum(axis=1) for rows in step.names.values()], axis=1)) for part in squares
@@ -200,10 +205,14 @@ def _defects_at(step: OneStep, x: Array, nodes: HalfSteps, h: float, t: float) -
     return rms, mean, scale
 
 
-def _spread(nodes: Nodes, x: Array, h: float, advance: Callable[[Array, Increment], Any]) -> Any:
-    """Return what becomes of every state at every node, each noise of many nodes being asked once."""
+def _at_distinct(
+    nodes: Nodes, x: Array, h: float, advance: Callable[[Array, Increment], Any]
+) -> tuple[Any, Callable[[Array], Array]]:
+    """Return what becomes of every state at each noise of the nodes, and what spreads it over them.
+
+    Each noise of many nodes is asked once.
+    """
     states, (some, place) = x.shape[1], nodes.find_distinct()
     wide = np.repeat(x, len(some.weights), axis=1)
-    found = advance(wide, some.increment(h, states))
     places = (np.arange(states)[:, None] * len(some.weights) + place).ravel()
-    return each(lambda part: part[..., places], found)
+    return advance(wide, some.increment(h, states)), lambda part: np.take(part, places, axis=-1)
