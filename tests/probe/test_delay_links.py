@@ -38,6 +38,14 @@ def test_without_delay_nothing_is_linked(problem: SDE) -> None:
     assert remove_delay(scheme, problem) == (scheme, problem)
 
 
+def test_spans_with_one_end_are_one_problem() -> None:
+    """Up to two delays and up to the horizon are the same where that is two delays, and are found once."""
+    scheme, problem, longer = StochasticTheta(), delay_ou(horizon=2.0), delay_test("II", horizon=4.0)
+
+    assert remove_delay(scheme, problem, until=2.0) == remove_delay(scheme, problem)
+    assert remove_delay(scheme, longer, until=2.0) != remove_delay(scheme, longer)
+
+
 @pytest.mark.parametrize("name", ["II", "IV"])
 def test_the_equation_of_the_pair(name: str) -> None:
     """Each solution has the other, or the history, for its past, and a Brownian motion of its own."""

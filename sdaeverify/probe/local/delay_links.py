@@ -50,7 +50,9 @@ def remove_delay(scheme: Scheme, view: Problem, links: int = 2, until: float = n
     delayed = view.capability(Delayed)
     if delayed is None:
         return scheme, view
-    return LinkedScheme(scheme, delayed, links), linked_equation(delayed, links, until)
+    # Two spans with one end are one problem.
+    end = until if until * delayed.delay < delayed.horizon else np.inf
+    return LinkedScheme(scheme, delayed, links), linked_equation(delayed, links, end)
 
 
 def loses_algebraic(scheme: Scheme, view: Problem) -> bool:
