@@ -160,10 +160,7 @@ class OneStep:
 
     def usable_states(self, h: float) -> Array:
         """Return the states of the cloud at which steps of this size are not truncated, shape (d, S)."""
-        x = cloud(self.view, self.equation)
-        with np.errstate(all="ignore"):
-            truncated = self.truncated(x, np.array([h]))[:, 0]
-        return x[:, ~truncated] if truncated.any() else x
+        return _usable_states(self, h)
 
     def all_truncated(self, h: float) -> str:
         """Return that steps of this size are truncated at every state of the cloud, or an empty string."""
@@ -198,6 +195,14 @@ class OneStep:
 
 
 @lru_cache(maxsize=8)
+def _usable_states(step: OneStep, h: float) -> Array:
+    x = cloud(step.view, step.equation)
+    with np.errstate(all="ignore"):
+        truncated = step.truncated(x, np.array([h]))[:, 0]
+    return x[:, ~truncated] if truncated.any() else x
+
+
+@lru_cache(maxsize=8)
 def _depends_on_run(step: OneStep) -> bool:
     """Tell whether memory that was left by the steps before takes a step elsewhere than memory set by `enter`.
 
@@ -205,8 +210,8 @@ def _depends_on_run(step: OneStep) -> bool:
     """
     h = RUN_H * step.view.time_unit
     with np.errstate(all="ignore"):
-        off, finer = _distance_from_run(step, h), _distance_from_run(step, h / FINER)
-    return off > MOVED and not finer * FINER**VANISHING < off
+        off = _distance_from_run(step, h)
+        return off > MOVED and not _distance_from_run(step, h / FINER) * FINER**VANISHING < off
 
 
 def _distance_from_run(step: OneStep, h: float) -> float:

@@ -130,7 +130,8 @@ def _simulate_pilot(ito: Equation, h: float, normals: Array, *, implicit: bool) 
     for step, xi in enumerate(normals):
         t = step * h
         drift, kick = np.broadcast_to(h * ito.drift(t, x), x.shape), ito.diffused(t, x, np.sqrt(h) * xi)
-        stiff = stiff or bool(((norm(x) > 0.0) & (norm(drift) > norm(x))).any())
+        size = norm(x)
+        stiff = stiff or bool(((size > 0.0) & (norm(drift) > size)).any())
         x = x + solve(_implicit_matrix(ito, t, x, h), drift + kick) if implicit else x + drift + kick
         points[kept == step + 1] = x
     return points, stiff

@@ -88,17 +88,22 @@ def times(step: OneStep, x: Array) -> tuple[ProbeTime, ...]:
         0.2 of the horizon; the first and the last of eight times at which the same noise leads elsewhere; the step
         least like its neighbours and the next one, if one in a row is unlike them.
     """
-    horizon = step.view.horizon
-    h = H * step.view.time_unit
+    fixed, odd = _fixed_times(step, np.asarray(x, dtype=float).tobytes()), odd_step(step)
+    return (*fixed, *(() if odd is None else (ProbeTime(odd, 0), ProbeTime(odd, 1))))
+
+
+# Orders on paths and in law are asked of the same states.
+@lru_cache(maxsize=8)
+def _fixed_times(step: OneStep, states: bytes) -> tuple[ProbeTime, ...]:
+    x = np.frombuffer(states).reshape(step.equation.dimension, -1)
+    horizon, h = step.view.horizon, H * step.view.time_unit
     noise = _noise(step, h, x.shape[1])
     with np.errstate(all="ignore"):
         there = [step(x, when * horizon, h, noise) for when in (WHEN, *ELSEWHEN)]
     size = SAME * np.abs(there[0]).max(where=np.isfinite(there[0]), initial=0.0)
     moved = [not np.allclose(new, there[0], rtol=SAME, atol=size, equal_nan=True) for new in there[1:]]
     found = ELSEWHEN[moved]
-    fixed = (ProbeTime(horizon * when) for when in dict.fromkeys((WHEN, *found[:1], *found[-1:])))
-    odd = odd_step(step)
-    return (*fixed, *(() if odd is None else (ProbeTime(odd, 0), ProbeTime(odd, 1))))
+    return tuple(ProbeTime(horizon * when) for when in dict.fromkeys((WHEN, *found[:1], *found[-1:])))
 
 
 def in_a_row(view: Problem) -> int:
