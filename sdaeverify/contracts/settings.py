@@ -12,8 +12,9 @@ from operator import index
 from ..errors import UsageError
 
 FEWEST_PATHS, MOST_PATHS = 40, 10**9
-# Paths of the first block: what a cell that is easy to decide costs.
-FIRST_BLOCK = 256
+# Paths of the first block: what a cell that is easy to decide costs; and how many times as many there are with the
+# second: from 800 on (`judge.DEEP_PATHS`) paths alone decide, so that a look with fewer would hardly settle anything.
+FIRST_BLOCK, SECOND_TOTAL = 256, 4
 FINEST_STEPS = 2**20
 LARGEST_BLOCK = 2**20
 # In place of the index of a block: what one step tells of a scheme on a problem, before any path is drawn.
@@ -37,10 +38,10 @@ class Settings:
     confidence : float
         Of the two-sided intervals that verdicts are taken from.
     block : int
-        Most paths simulated together; part of what determines the noise. The first block has 256 of them, the next
-        as many as all before it, until this size is reached.
+        Most paths simulated together; part of what determines the noise. The first block has 256 of them, the second
+        768, the next as many as all before it, until this size is reached.
     looks : int
-        How often at most a cell is judged, with twice the paths each time, until it is decided.
+        How often at most a cell is judged, with at least twice the paths each time, until it is decided.
     family : int
         Tests among which a run shares its error probability when it decides early: each look of each one-sided
         test has level (1 - confidence)/(family looks).
@@ -86,7 +87,7 @@ class Settings:
         """Number of paths of each block; all are drawn, of the last one perhaps not all are used."""
         sizes = [min(FIRST_BLOCK, self.block)]
         while (total := sum(sizes)) < self.paths:
-            sizes.append(min(total, self.block))
+            sizes.append(min(total if len(sizes) > 1 else (SECOND_TOTAL - 1) * total, self.block))
             if sizes[-1] == self.block:
                 return (*sizes, *([self.block] * max(0, -(-(self.paths - total - self.block) // self.block))))
         return tuple(sizes)

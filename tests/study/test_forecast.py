@@ -12,9 +12,9 @@ from sdaeverify.study import Advanced, Study, plan
 from sdaeverify.study.forecast import AGAIN, ALIKE, FIRST, GROWTH, Forecast
 from study.record_run import distances, shown
 
-# A first block of 256 paths, and further ones of 256 and 512: of 1 and 1 + GROWTH times its seconds.
-THREE = Settings(paths=1024, looks=3)
-FURTHER = 1.0 + (1.0 + GROWTH)
+# A first block of 256 paths, and further ones of 768 and 1024, of so many times its seconds.
+THREE = Settings(paths=2048, looks=3)
+SECOND, THIRD = 1.0 + 2.0 * GROWTH, 1.0 + 3.0 * GROWTH
 
 
 def forecast(settings=THREE, **schemes):
@@ -61,7 +61,7 @@ def test_problems_that_paths_have_not_told_of_take_a_part_of_the_further_looks()
     made = forecast(a=2)
     made.heard("a", SCREENING, [("s0", 1.0), ("s1", 1.0)])
     made.heard("a", 0, [("s0", 3.0), ("s1", 5.0)])
-    assert made.left == pytest.approx(AGAIN * FURTHER * 8.0)
+    assert made.left == pytest.approx(AGAIN * (SECOND + THIRD) * 8.0)
     made.expect("a", [])
     assert made.left == 0.0
 
@@ -71,9 +71,9 @@ def test_a_further_look_costs_what_its_own_schemes_have_cost():
     made = forecast(a=2)
     made.heard("a", 0, [("s0", 3.0), ("s1", 5.0)])
     made.expect("a", [("s0", 1), ("s0", 2), ("s1", 1)])
-    assert made.left == pytest.approx(3.0 * FURTHER + 5.0)
+    assert made.left == pytest.approx(3.0 * (SECOND + THIRD) + 5.0 * SECOND)
     made.heard("a", 1, [("s0", 4.0)])
-    assert made.left == pytest.approx((3.0 + 4.0) / 2 * (1.0 + GROWTH) + 5.0)
+    assert made.left == pytest.approx((3.0 + 4.0) / (1.0 + SECOND) * THIRD + 5.0 * SECOND)
 
 
 def test_what_was_known_before_is_not_waited_for():

@@ -78,9 +78,9 @@ def run(schemes, measures, settings=SETTINGS, family=gbm, resolve=None):
     return study.results(), events
 
 
-@pytest.mark.parametrize(("wants", "taken"), [(1, 256), (300, 512), (1000, 1024), (8192, 8192), (10**6, 8192)])
+@pytest.mark.parametrize(("wants", "taken"), [(1, 256), (300, 1024), (1500, 2048), (8192, 8192), (10**6, 8192)])
 def test_a_cell_gets_paths_until_it_is_settled(wants, taken):
-    """The number of paths doubles until the measure is satisfied, and ends with the largest number."""
+    """After the second look paths double until the measure is satisfied, and end with the largest number."""
     (result,), _ = run([EulerMaruyama()], [Patient(wants=wants)])
 
     assert result.paths == taken
@@ -119,7 +119,7 @@ def test_controls_go_on_with_the_cells_they_are_for():
     assert after == {("milstein", "patient")}
 
 
-@pytest.mark.parametrize(("said", "blocks"), [({"paths": "900"}, 2), ({"paths": "1e+06"}, 4), ({}, 1)])
+@pytest.mark.parametrize(("said", "blocks"), [({"paths": "1900"}, 2), ({"paths": "1e+06"}, 3), ({}, 1)])
 def test_the_looks_ahead_are_those_that_findings_ask_for(said, blocks):
     """Up to so many paths as would decide; to the last but one where all are too few; one where nothing is said."""
     problem = ProblemRun(plan([EulerMaruyama()], [problem_spec(gbm)], [Patient()]).problems[0], SETTINGS)
@@ -135,7 +135,7 @@ def test_p_values_are_of_all_looks():
     """The p-value of a sequence is the least of its looks times their number."""
     (result,), _ = run([EulerMaruyama()], [Patient(p=1e-5)])
 
-    assert result.findings[0].p_verified == pytest.approx(6e-5)
+    assert result.findings[0].p_verified == pytest.approx(5e-5)
 
 
 def test_one_look_takes_all_paths_at_once():
