@@ -28,7 +28,7 @@ ON_GRID, IN_TIME = "x on the grid", "x in continuous time"
 # Of a slope over four levels, whose logarithms to base 2 are off by 2^-20/ln 2 each: the weights add up to 0.8.
 DIGITS = 0.8 * 2.0**-SAMPLED / np.log(2.0)
 # In the first block a scheme that breaks its contract is not run.
-LATER = 3
+LATER = 2
 CONVERGES = Claim(measure="uniform", value="converges", source="test")
 
 
