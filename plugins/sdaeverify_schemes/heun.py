@@ -10,6 +10,9 @@ from sdaeverify.numerics import apply
 
 from ._additive import not_additive
 
+# Numbers in the columns of the noise that are differentiated together: of more, what calls save is lost in memory.
+TOGETHER = 2**13
+
 COMMUTATIVE = ("scalar-noise", "diagonal-noise", "vanishing-milstein-term")
 RUEMELIN = "Ruemelin 1982, for commutative noise"
 LIPSCHITZ = "no projection; at least the strong order, g being Lipschitz near the solution"
@@ -90,9 +93,29 @@ def stratonovich(problem: SDE, t: float, x: Array) -> tuple[Array, Array]:
     x : ndarray, shape (d, P)
     """
     B = problem.diffusion(t, x)
-    columns = [np.broadcast_to(B[:, j], x.shape) for j in range(problem.noise_dim)]
-    turning = sum(problem.derivative_of_diffusion(t, x, b)[:, j] for j, b in enumerate(columns))
-    return problem.drift(t, x) - 0.5 * turning, B
+    return problem.drift(t, x) - 0.5 * turned_noise(problem, t, x, B), B
+
+
+def turned_noise(problem: SDE, t: float, x: Array, B: Array) -> Array:
+    """Return sum_j DB_j B_j, shape (d, P): of few paths by one call, for all columns B_j as if on further paths.
+
+    Parameters
+    ----------
+    problem : SDE
+    t : float
+    x : ndarray, shape (d, P)
+    B : ndarray, shape (d, l, P) or (d, l, 1)
+        At t and x.
+    """
+    (d, P), l = x.shape, B.shape[1]
+    columns = np.empty((d, l, P))
+    columns[...] = B
+    if l * x.size > TOGETHER:
+        each = (problem.derivative_of_diffusion(t, x, columns[:, j])[:, j] for j in range(l))
+        return np.asarray(sum(each))
+    change = problem.derivative_of_diffusion(t, np.concatenate([x] * l, axis=1), columns.reshape(d, l * P))
+    alike = change.shape[-1] == 1
+    return np.asarray(sum(change[:, j, :] if alike else change[:, j, j * P : (j + 1) * P] for j in range(l)))
 
 
 @hookimpl

@@ -37,10 +37,12 @@ def levy_area(c: float = 2.0, horizon: float = 1.0) -> SDE:
         return np.stack([0.0 * x[0], 0.0 * x[1], rate * x[2], rate * x[3]])
 
     def diffusion(t: float, x: Array) -> Array:
-        one, none, half = 1.0 + 0.0 * x[0], 0.0 * x[0], 0.5 * c
-        first = np.stack([one, none, half * x[3] * x[1], -half * x[2] * x[1]])
-        second = np.stack([none, one, -half * x[3] * x[0], half * x[2] * x[0]])
-        return np.stack([first, second], axis=1)
+        half = 0.5 * c
+        turned = np.stack([half * x[3], -half * x[2]])
+        B = np.zeros((4, 2, *x.shape[1:]), dtype=turned.dtype)
+        B[0, 0] = B[1, 1] = 1.0
+        B[2:, 0], B[2:, 1] = turned * x[1], -turned * x[0]
+        return B
 
     def mean_u(t: float) -> float:
         return float(1.0 / np.cosh(0.5 * c * t))
