@@ -72,7 +72,7 @@ class Reason:
     @property
     def parts(self) -> "tuple[Reason, ...]":
         """The parts, each by itself."""
-        return replace(self, rest=()), *self.rest
+        return (replace(self, rest=()), *self.rest) if self.rest else (self,)
 
     def then(self, other: "Reason | str", joint: str = "; ") -> "Reason":
         """Return this reason with another one behind it; an empty one adds nothing."""
@@ -80,7 +80,8 @@ class Reason:
         if not (self and added):
             return self or added
         first, *further = added.parts
-        return replace(self, rest=(*self.rest, replace(first, joint=joint), *further))
+        joined = first if first.joint == joint else replace(first, joint=joint)
+        return Reason(self.text, self.kind, self.numbers, self.joint, (*self.rest, joined, *further))
 
     @property
     def kinds(self) -> tuple[str, ...]:

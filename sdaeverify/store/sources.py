@@ -101,44 +101,71 @@ def _find_unnamed_files(module: str, files: Sequence[Path]) -> Iterator[Path]:
     folders = {next(p for p in f.parents if p.name == top) for f in files if top in {p.name for p in f.parents}}
     if top == FRAMEWORK or not folders:
         return
-    dynamic = any(word in file.read_bytes() for file in files if file.suffix == ".py" for word in DYNAMIC)
+    dynamic = any(map(_imports_by_name, files))
     for folder in sorted(folders):
-        for file in sorted(path for path in folder.rglob("*") if path.is_file() and CACHED not in path.parts):
-            if dynamic or file.suffix != ".py":
-                yield file
+        yield from (file for file in _files_in(folder) if dynamic or file.suffix != ".py")
+
+
+@cache
+def _imports_by_name(file: Path) -> bool:
+    return file.suffix == ".py" and any(word in file.read_bytes() for word in DYNAMIC)
+
+
+@cache
+def _files_in(folder: Path) -> tuple[Path, ...]:
+    return tuple(sorted(path for path in folder.rglob("*") if path.is_file() and CACHED not in path.parts))
 
 
 def _closure(start: str, first: Path) -> tuple[list[Path], set[str]]:
     """Return the files of a module and of all it imports whose source counts, and the other packages."""
     files: dict[str, Path] = {}
     foreign: set[str] = set()
+    depth = start.count(".") + (first.name == "__init__.py")
+    package = start.partition(".")[0], first.parents[depth - 1] if depth else None
     waiting = [(start, first)]
     while waiting:
         name, file = waiting.pop()
-        if name in files:
-            continue
-        files[name] = file
-        for found in _find_imports(name, file) if file.suffix == ".py" else ():
-            source = _own_file(found, start, first) or _local_file(found, start)
-            if source is not None:
-                waiting.append((_module_of(found, source), source))
-            elif _is_foreign(found, start):
-                foreign.add(found.partition(".")[0])
+        if name not in files:
+            files[name] = file
+            found, others = _resolve_imports(name, file, *package)
+            waiting += found
+            foreign |= others
     return [files[name] for name in sorted(files)], foreign
 
 
-def _own_file(name: str, start: str, first: Path) -> Path | None:
-    """Return the file of a module below the package of another one, or None if there is none."""
-    depth = start.count(".") + (first.name == "__init__.py")
-    if name.partition(".")[0] != start.partition(".")[0] or not depth:
-        return None
-    return _file_below(first.parents[depth - 1], name)
+@cache
+def _resolve_imports(
+    module: str, file: Path, own: str, folder: Path | None
+) -> tuple[tuple[tuple[str, Path], ...], frozenset[str]]:
+    """Return the modules that a module imports and their files, and the other packages.
+
+    Parameters
+    ----------
+    module : str
+    file : Path
+        That it is in.
+    own : str
+        Name of the package whose modules count.
+    folder : Path or None
+        That it is in; None for a module that is in no package.
+    """
+    files: dict[str, Path] = {}
+    foreign = set()
+    for name in _find_imports(module, file) if file.suffix == ".py" else ():
+        top = name.partition(".")[0]
+        inside = _file_below(folder, name) if folder is not None and top == own else None
+        source = inside or _local_file(name, own)
+        if source is not None:
+            files.setdefault(_module_of(name, source), source)
+        elif _is_foreign(name, own):
+            foreign.add(top)
+    return tuple(files.items()), frozenset(foreign)
 
 
-def _local_file(name: str, start: str) -> Path | None:
+def _local_file(name: str, own: str) -> Path | None:
     """Return the file of a module of the framework, or of another that is not among the installed packages."""
     top = name.partition(".")[0]
-    if top in {start.partition(".")[0], *ARITHMETIC} or top in sys.stdlib_module_names:
+    if top in {own, *ARITHMETIC} or top in sys.stdlib_module_names:
         return None
     spec = _spec(top)
     if spec is not None and spec.origin is None:
@@ -216,9 +243,9 @@ def _statements(tree: ast.AST) -> Iterator[ast.AST]:
         waiting += inner
 
 
-def _is_foreign(name: str, start: str) -> bool:
+def _is_foreign(name: str, own: str) -> bool:
     top = name.partition(".")[0]
-    known = {FRAMEWORK, *ARITHMETIC, start.partition(".")[0]}
+    known = {FRAMEWORK, *ARITHMETIC, own}
     return top not in sys.stdlib_module_names and top not in known
 
 
@@ -328,10 +355,9 @@ def _reach_from(thing: Any) -> Reached:
     kind = type(thing)
     if isinstance(thing, PLAIN):
         return Reached((kind.__name__, thing, *(_resolve_text(thing) if isinstance(thing, str) else ())))
-    for known, look in LOOKS:
-        if isinstance(thing, known):
-            reached: Reached = look(thing)
-            return reached
+    if (look := _look_for(cast("Hashable", kind))) is not None:
+        reached: Reached = look(thing)
+        return reached
     wrapped = getattr(thing, "__wrapped__", None) if callable(thing) else None
     if wrapped is not None:
         return Reached((kind.__name__,), (wrapped,))
@@ -410,6 +436,11 @@ LOOKS: tuple[tuple[Any, Any], ...] = (
     (cached_property, lambda given: Reached(("property",), (given.func,))),
     (partial, lambda call: Reached(("partial",), (call.func, call.args, call.keywords))),
 )
+
+
+@cache
+def _look_for(kind: Any) -> Any:
+    return next((look for known, look in LOOKS if issubclass(kind, known)), None)
 
 
 def _describe_element(element: Any) -> str:

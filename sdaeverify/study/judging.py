@@ -80,12 +80,12 @@ class ControlVerdicts:
         wrong = next((plan.control for plan in others if quantity in self._refuted(plan)), None)
         return f"{wrong.positive} is refuted here, too, which has order {wrong.order}" if wrong else ""
 
-    def _objection(self, claim: Claim, by_paths: bool) -> Objection | None:
-        """Return why a claim cannot be verified, by paths alone or by all tiers; None if it can."""
-        assert not isinstance(claim.value, str)
-        plans = [plan for plan in reversed(self.plans) if plan.control.measure == claim.measure]
+    def _objection(self, measure: str, order: float, margin: float, by_paths: bool) -> Objection | None:
+        """Return why an order up to a margin cannot be verified, by paths alone or by all tiers; None if it can."""
+        claim = Claim(measure=measure, value=order, margin=margin, source="control")
+        plans = [plan for plan in reversed(self.plans) if plan.control.measure == measure]
         declared = {plan.control.order: plan for plan in plans}
-        asked = [declared[order] for order in deciding(declared, claim.value)]
+        asked = [declared[known] for known in deciding(declared, order)]
         if not asked:
             reason = f"it declares no control of {claim.measure} order {claim.value} or more"
             return Objection(reason) if declared else None
@@ -151,7 +151,7 @@ def heed_controls(finding: Finding, scheme: Scheme, controls: ControlVerdicts) -
         suspicion = controls.suspicion(scheme, claim.measure, finding.quantity) if by_paths else ""
         return _suspect(finding, suspicion) if suspicion else finding
     # The margin belongs to the claim that is tested: the controls are put to the same one.
-    objection = controls.objection(replace(claim, quantities=(), when=frozenset(), source="control"), by_paths)
+    objection = controls.objection(claim.measure, claim.value, claim.margin, by_paths)
     if objection is None:
         return finding
     if finding.verdict is not Verdict.VERIFIED:

@@ -15,6 +15,9 @@ CACHED = (
     sources._gather_files,
     sources._content,
     sources._find_imports,
+    sources._resolve_imports,
+    sources._imports_by_name,
+    sources._files_in,
     sources._file_below,
     sources._spec,
 )

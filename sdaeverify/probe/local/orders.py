@@ -101,5 +101,7 @@ def _orders(h: Array, size: Array, usable: Array, fine: tuple[Array, ...]) -> tu
 def _pick(values: Array, index: Array) -> Array:
     if values.ndim == 1:
         return np.asarray(values[index])
-    wide = np.broadcast_to(values, (*index.shape, values.shape[-1])).reshape(-1, values.shape[-1])
+    if values.ndim <= index.ndim:
+        values = np.broadcast_to(values, (*index.shape, values.shape[-1]))
+    wide = values.reshape(-1, values.shape[-1])
     return np.asarray(wide[np.arange(index.size), index.ravel()].reshape(index.shape))
