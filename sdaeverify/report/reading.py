@@ -87,8 +87,13 @@ def text(row: Row, name: str) -> str:
 
 def number(row: Row, name: str) -> float:
     """Return a number of a row; NaN where it has none."""
+    return parse(text(row, name))
+
+
+def parse(told: str) -> float:
+    """Return a number; NaN where a text is none."""
     try:
-        return float(text(row, name) or nan)
+        return float(told or nan)
     except ValueError:
         return nan
 

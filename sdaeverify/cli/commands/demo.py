@@ -32,7 +32,7 @@ def demo(context: click.Context, /, out: Path) -> ExitCode:
 
     Takes a few seconds, and ends with the path of a page to look at.
     """
-    # Tables need pandas, which takes longer to load than all other commands need in all.
+    # What runs cells and writes tables takes as long to load as other commands need in all.
     from ...report.files import require_writable  # noqa: PLC0415
     from ..running import advance, workers  # noqa: PLC0415
 

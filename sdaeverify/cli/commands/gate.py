@@ -68,7 +68,7 @@ def gate(context: click.Context, /, **options: Any) -> ExitCode:
 
 
 def _run_gate(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any]) -> "tuple[Gated | None, ExitCode]":
-    # Tables need pandas, which takes longer to load than all other commands need in all.
+    # What runs cells and writes tables takes as long to load as other commands need in all.
     from ..gating import Request, carry_out_gate  # noqa: PLC0415
 
     registry = load_and_warn(policy.plugins)

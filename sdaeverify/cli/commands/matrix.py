@@ -69,7 +69,7 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
 
     With no options: everything that is registered, at a small budget.
     """
-    # Tables need pandas, which takes longer to load than all other commands need in all.
+    # What runs cells and writes tables takes as long to load as other commands need in all.
     from ...api import plan_of  # noqa: PLC0415
     from ..running import Run, carry_out, choose_output, workers  # noqa: PLC0415
 

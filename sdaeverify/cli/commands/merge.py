@@ -37,7 +37,7 @@ def merge(context: click.Context, /, runs: tuple[Path, ...], **options: Any) -> 
     Nothing is computed: a problem is judged as far as there is evidence on all its cells. The runs must have the same
     settings, but for the number of paths. matrix with the same --out computes what is missing.
     """
-    # Tables need pandas, which takes longer to load than all other commands need in all.
+    # What runs cells and writes tables takes as long to load as other commands need in all.
     from ...report.files import require_writable  # noqa: PLC0415
     from ...report.saved import read_earlier, read_run  # noqa: PLC0415
     from ...store.store import copy_evidence  # noqa: PLC0415

@@ -2,11 +2,12 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
 from math import isinf, isnan
 from typing import Any
 
 from ..folders import NAMES, Key, SavedTables, TextRow, key_of
-from ..reading import number
+from ..reading import number, parse
 from ..sentences import counts_of
 from ..tables.columns import MEAN
 from ..tables.command import CELL, command_of
@@ -32,6 +33,7 @@ LEVEL = {
     "most": "most",
 }
 TRUTHS = {"True": 1, "False": 0}
+WORDS = {"functional"}
 # Columns that begin in the same way and are no cost of a step.
 NO_COST = {"mean_std_error"}
 # Texts and numbers of a finding, from the verdicts and from the details of its measure.
@@ -135,17 +137,16 @@ def _columns(rows: Sequence[TextRow], texts: _Texts) -> dict[str, list[Any]]:
     if not rows:
         return {}
     named = {"h": "h", "estimate": "e", "std_error": "s", **LEVEL}
-    present = {name: short for name, short in named.items() if any(row.get(name) for row in rows)}
-    columns = {short: [_level(row, name, texts) for row in rows] for name, short in present.items()}
+    told = {name: [row.get(name, "") for row in rows] for name in named}
+    present = {name: cells for name, cells in told.items() if any(cells)}
+    columns = {named[name]: [*map(texts if name in WORDS else _read_cell, cells)] for name, cells in present.items()}
     return {name: column for name, column in columns.items() if name in "hesf" or any(column)}
 
 
-def _level(row: TextRow, name: str, texts: _Texts) -> Any:
-    if name == "functional":
-        return texts(row[name])
-    if (text := row[name]) in TRUTHS:
-        return TRUTHS[text]
-    return to_json(number(row, name)) if text else None
+@lru_cache(maxsize=2**12)
+def _read_cell(text: str) -> float | str | None:
+    # Step sizes, numbers of steps and paths, truth values and zeros stand in most rows.
+    return TRUTHS[text] if text in TRUTHS else to_json(parse(text))
 
 
 def _densities(rows: Iterable[TextRow], texts: _Texts) -> list[list[Any]]:
