@@ -5,7 +5,7 @@ import numpy as np
 from sdaeverify import SDE, Angle, Array, Chart, Increment, InvariantMean, Moment, Pathwise, hookimpl
 
 from . import _controls as controls
-from ._circle import constraint, quarter_turn
+from ._circle import constraint, jacobian, quarter_turn
 
 SOURCE = "rotation by the angle W(t), Ito's formula"
 
@@ -45,6 +45,7 @@ def circle(theta_0: float = 0.5, horizon: float = 1.0) -> SDE:
         diffusion_derivative=lambda t, x, y: quarter_turn(y)[:, None],
         start=[np.cos(theta_0), np.sin(theta_0)],
         constraint=constraint,
+        jacobian=jacobian,
         noise_dim=1,
         horizon=horizon,
         traits=frozenset({"normal-milstein-term"}),

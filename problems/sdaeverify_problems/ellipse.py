@@ -53,6 +53,7 @@ def ellipse(measure: str = "arc", theta_0: float = 0.5, horizon: float = 1.0) ->
         diffusion=lambda t, x: quarter_turn(normal(x)[0])[:, None],
         start=[2.0 * np.cos(theta_0), np.sin(theta_0)],
         constraint=lambda x: 0.5 * (0.25 * x[0] * x[0] + x[1] * x[1] - 1.0)[None],
+        jacobian=lambda x: np.stack([0.25 * x[0], x[1]])[None],
         noise_dim=1,
         horizon=horizon,
         traits=frozenset({"normal-milstein-term"}),

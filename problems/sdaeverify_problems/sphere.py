@@ -5,7 +5,7 @@ import numpy as np
 from sdaeverify import SDE, Array, InvariantMean, Moment, hookimpl
 
 from . import _controls as controls
-from ._unit_sphere import constraint, squared_norm
+from ._unit_sphere import constraint, jacobian, squared_norm
 
 SOURCE = "spherical harmonics: those of degree n decay at the rate n (n + 1)/2"
 RELAXATION = 1.0
@@ -45,6 +45,7 @@ def sphere(longitude: float = 0.0, latitude: float = 0.9, horizon: float = 0.5) 
         diffusion=projector,
         start=start,
         constraint=constraint,
+        jacobian=jacobian,
         noise_dim=3,
         horizon=horizon,
         noise=frozenset({"dW"}),

@@ -270,6 +270,14 @@ def test_the_jacobian_of_the_constraint_is_its_derivative():
     assert np.abs(on_the_ellipse().dg(x) - np.stack([0.5 * x[0], 2.0 * x[1]])[None]).max() <= 8 * EPS
 
 
+def test_a_jacobian_that_is_given_makes_up_for_a_constraint_that_is_not_analytic():
+    """Dg is the author's, and complex numbers are asked of nothing."""
+    problem = on_the_ellipse(
+        constraint=lambda x: ellipse(x.real), jacobian=lambda x: np.stack([0.5 * x[0], 2.0 * x[1]])[None]
+    )
+    assert problem.dg(np.array([[1.0], [3.0]])).tolist() == [[[0.5], [6.0]]]
+
+
 def test_admissible_states_are_on_the_manifold_and_near():
     """Points beside the manifold are moved onto it, those on it stay."""
     problem = on_the_ellipse()
@@ -285,6 +293,9 @@ def test_admissible_states_are_on_the_manifold_and_near():
     [
         ({"start": [1.2, 0.9]}, "the initial state violates constraint = 0: constraint is 0.1"),
         ({"constraint": lambda x: np.abs(x[:1]) - 1.2}, "constraint is not analytic"),
+        ({"constraint": None, "jacobian": lambda x: x[None]}, "jacobian is that of constraint, which is not given"),
+        ({"jacobian": lambda x: x}, "jacobian(x) returned shape (2, 3), expected (1, 2, 3)"),
+        ({"jacobian": lambda x: x[None]}, "jacobian disagrees with a difference quotient"),
         ({"constraint": lambda x: 0.0 * x[0]}, "constraint(x) returned shape (3,), expected (1, 3)"),
         ({"constraint": lambda x: None}, "constraint(x) returned NoneType"),
     ],

@@ -377,6 +377,7 @@ def langevin_equation(problem: "ConstrainedLangevin") -> SDE:
         diffusion_product=(lambda *given: sigma * given[-1]) if eps else project,
         start=problem.start,
         constraint=None if eps else problem.constraint,
+        jacobian=None if eps else problem.jacobian,
         **problem.shared_fields,
         source=f"{'penalised' if eps else 'constrained'} dynamics of: {problem.source}",
         seen_as="penalised SDE" if eps else "constrained SDE",

@@ -54,8 +54,9 @@ class SDE(Problem):
     names : mapping of str to slice, optional
         Named components; ``x`` for the whole state if left out.
     constraint : callable, x -> ndarray, shape (m, P), optional
-        g, which the solution keeps at zero: an invariant of the equation. It must be analytic, Dg is taken by
-        complex step.
+        g, which the solution keeps at zero: an invariant of the equation.
+    jacobian : callable, x -> ndarray, shape (m, d, P), optional
+        Dg; by complex step if left out, and g must then be analytic.
     horizon, noise_dim, source, units, traits, noise, observables, truths, controls, chart, relaxation, fastest
         As of any `Problem`, and seen_as, which only views set.
 
@@ -74,6 +75,7 @@ class SDE(Problem):
     diffusion_product: Callable[[float, Array, Array], Array] | None = None
     names: Mapping[str, slice] | None = None
     constraint: Callable[[Array], Array] | None = None
+    jacobian: Callable[[Array], Array] | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -180,7 +182,7 @@ class SDE(Problem):
         ProblemError
             If the equation has no invariant.
         """
-        return jacobian(self._invariant, x)
+        return jacobian(self._invariant, x) if self.jacobian is None else self.jacobian(x)
 
     def admissible(self, x: Array) -> Array:
         """Return points of the manifold g = 0 near the columns of x.
@@ -256,12 +258,17 @@ class SDE(Problem):
 
     def _check_constraint(self, x: Array) -> None:
         if self.constraint is None:
+            if self.jacobian is not None:
+                raise ProblemError("jacobian is that of constraint, which is not given")
             return
         value = self.constraint(x)
         m = len(value) if isinstance(value, np.ndarray) and value.ndim == 2 else 1
         check_shape("constraint(x)", value, (m, PROBES))
-        if not is_analytic(self.constraint, x):
-            raise ProblemError("constraint is not analytic (abs, real buffers?), so that Dg cannot be taken")
+        if self.jacobian is not None:
+            check_shape("jacobian(x)", self.jacobian(x), (m, self.dimension, PROBES))
+            check_derivative("jacobian", self.constraint, lambda y, z: self.linearised(y).times(z), x)
+        elif not is_analytic(self.constraint, x):
+            raise ProblemError("constraint is not analytic (abs, real buffers?); give jacobian")
         scale = self.residuals(self.parts(x))["g"].scale.max()
         if np.abs(value).max() > CONSISTENCY * max(1.0, scale):
             text = "the initial state violates constraint = 0: constraint is"
