@@ -38,6 +38,8 @@ ZOOM, ZOOMS = 8, 8
 # Peaks that so many zooms have not raised beyond the first one, nor far beyond the grid, are zoomed no further.
 LOOKED, FLAT, RISEN = 3, 1.001, 2.0
 MOST_PEAKS = 64
+# Nodes along lines whose factors are found at once: more factors of many components do not stay near the processor.
+AT_ONCE = 1_100
 # |z - z*|^-p has an infinite second moment from p = 1/2 on; a peak that is none has p = 0.
 EXPONENT = 0.45
 # Factors (n, n, K) where the normals are x, shape (variables, K).
@@ -194,8 +196,9 @@ def far_noise(factors: Factors, noise: StepNoise) -> FarNoise:
 
 def _sizes(factors: Factors, x: Array) -> Array:
     # A bound of the norm of [R, r] where the normals are x, shape (n, ...) -> (...).
-    A = factors(x.reshape(len(x), -1))[:-1]
-    sizes = len(A) * np.abs(A).max(axis=(0, 1)).reshape(x.shape[1:])
+    flat = x.reshape(len(x), -1)
+    parts = (factors(part)[:-1] for part in np.array_split(flat, -(-flat.shape[1] // AT_ONCE), axis=1))
+    sizes = np.concatenate([len(A) * np.abs(A).max(axis=(0, 1)) for A in parts]).reshape(x.shape[1:])
     return np.where(np.isnan(sizes), np.inf, sizes)
 
 
