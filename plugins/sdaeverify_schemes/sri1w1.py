@@ -46,7 +46,7 @@ class SRI1W1(Scheme):
         b_1, once, twice, thrice = stages(problem, x, t, h, f)
         later = problem.drift(t + 0.75 * h, x + 0.75 * h * f + 1.5 * mean * b_1)
         kick = once * dW + (b_1 - once) * mean + twice * (dW**2 - h) / (2.0 * np.sqrt(h))
-        return Step(x + h / 3.0 * (f + 2.0 * later) + kick + thrice * (dW**3 - 3.0 * h * dW) / (6.0 * h))
+        return Step(x + h / 3.0 * (f + 2.0 * later) + kick + thrice * (dW * dW * dW - 3.0 * h * dW) / (6.0 * h))
 
 
 def stages(problem: SDE, x: Array, t: float, h: float, f: Array) -> tuple[Array, Array, Array, Array]:

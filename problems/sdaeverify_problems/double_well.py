@@ -36,14 +36,14 @@ def double_well(sigma: float = 1.0, x_0: float = 0.5, horizon: float = 1.0) -> S
 
     def advance(x: Array, t: float, h: float, noise: Increment) -> Array:
         """Make one Ito-Taylor step of strong order 3/2."""
-        f, slope = x - x**3, 1.0 - 3.0 * x * x
+        f, slope = x - x * x * x, 1.0 - 3.0 * x * x
         curved = 0.5 * h * h * (f * slope - 3.0 * sigma**2 * x)
         return x + f * h + sigma * noise.dW + sigma * slope * noise.time_integral(h) + curved
 
     means = invariant_means(sigma)
     return SDE(
         controls=controls.ADDITIVE,
-        drift=lambda t, x: x - x**3,
+        drift=lambda t, x: x - x * x * x,
         diffusion=lambda t, x: np.full((1, 1, 1), sigma),
         diffusion_derivative=lambda t, x, y: np.zeros((1, 1, 1)),
         start=[x_0],
