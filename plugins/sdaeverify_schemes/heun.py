@@ -9,9 +9,7 @@ from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
 from sdaeverify.numerics import apply
 
 from ._additive import not_additive
-
-# Numbers in the columns of the noise that are differentiated together: of more, what calls save is lost in memory.
-TOGETHER = 2**13
+from ._side_by_side import TOGETHER
 
 COMMUTATIVE = ("scalar-noise", "diagonal-noise", "vanishing-milstein-term")
 RUEMELIN = "Ruemelin 1982, for commutative noise"

@@ -8,6 +8,7 @@ import numpy as np
 from sdaeverify import SDE, THREE_POINT, Array, Claim, Increment, Law, Scheme, Step, hookimpl
 from sdaeverify.numerics import apply
 
+from ._side_by_side import side_by_side
 from .platen_weak_2 import SEPARATE
 
 
@@ -45,12 +46,14 @@ class PlatenWeak2General(Scheme):
         f, B, V = problem.drift(t, x), problem.diffusion(t, x), antisymmetric_noise(noise, h)
         centre = x + h * f
         new = x + 0.5 * h * (f + problem.drift(t + h, centre + apply(B, dW)))
+        moves = [sign * s * B[:, j] for j in range(problem.noise_dim) for sign in (1.0, -1.0)]
+        later = side_by_side(problem.diffusion, t + h, [centre + move for move in moves])
+        beside = side_by_side(problem.diffusion, t, [x + move for move in moves])
         for j in range(problem.noise_dim):
-            own = s * B[:, j]
-            up, down = (problem.diffusion(t + h, centre + sign * own)[:, j] for sign in (1.0, -1.0))
+            up, down = next(later)[:, j], next(later)[:, j]
             new = new + 0.25 * (up + down + 2.0 * B[:, j]) * dW[j] + 0.25 / s * (up - down) * (dW[j] ** 2 - h)
             # B_j as the r of all the others.
-            above, below = (problem.diffusion(t, x + sign * own) for sign in (1.0, -1.0))
+            above, below = next(beside), next(beside)
             others = np.arange(problem.noise_dim) != j
             bent, turned = (above + below - 2.0 * B)[:, others], (above - below)[:, others]
             new = new + 0.25 * apply(bent, dW[others]) + 0.25 / s * apply(turned, dW[others] * dW[j] + V[j, others])
