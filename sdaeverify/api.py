@@ -361,6 +361,6 @@ def result_of(study: Study, registry: Registry, arguments: Sequence[str]) -> Res
     """
     run: dict[str, Any] = provenance(registry, study, arguments)
     results = tuple(study.results())
-    things = dict.fromkeys(thing for result in results for thing in (result.cell.scheme, result.cell.spec))
-    run["unnamed"] = sorted({thing.label for thing in things if not registry.names(thing)})
+    things = {id(thing): thing for result in results for thing in (result.cell.scheme, result.cell.spec)}
+    run["unnamed"] = sorted({thing.label for thing in things.values() if not registry.names(thing)})
     return Result(results, study.settings, run)

@@ -100,7 +100,7 @@ class Evidence:
         """What further paths leave as it is."""
         return self.tally if self.probed is None else self.probed
 
-    @property
+    @cached_property
     def promises(self) -> tuple[Claim, ...]:
         """The claims that are judged."""
         return self.scheme.promises if self.claims is None else self.claims

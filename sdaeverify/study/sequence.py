@@ -2,8 +2,7 @@
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-
-import numpy as np
+from math import isnan
 
 from ..contracts.finding import Finding, Reason, Verdict
 from ..contracts.measure import Measure
@@ -26,7 +25,7 @@ class CellRun:
     evidence : CellEvidence
     result : CellResult or None
         As judged at the last look.
-    least : dict of str to ndarray, shape (2,)
+    least : dict of str to tuple of float
         By quantity, the least p-values of all looks.
     halted : str
         Why no further look is taken; empty if that is open.
@@ -35,7 +34,7 @@ class CellRun:
     cell: Cell
     evidence: CellEvidence = field(default_factory=CellEvidence)
     result: CellResult | None = None
-    least: dict[str, np.ndarray] = field(default_factory=dict)
+    least: dict[str, tuple[float, ...]] = field(default_factory=dict)
     halted: str = ""
 
     @property
@@ -187,12 +186,17 @@ class ProblemRun:
         looks = len(self.settings.ends)
         findings = []
         for finding in result.findings:
-            now = np.array([finding.p_verified, finding.p_refuted])
-            least = np.fmin(run.least.get(finding.quantity, now), now)
+            now = float(finding.p_verified), float(finding.p_refuted)
+            least = tuple(map(_least, run.least.get(finding.quantity, now), now))
             run.least[finding.quantity] = least
-            p_verified, p_refuted = np.minimum(1.0, looks * least)
-            findings.append(replace(finding, p_verified=float(p_verified), p_refuted=float(p_refuted)))
+            p_verified, p_refuted = (p if isnan(p) else min(1.0, looks * p) for p in least)
+            findings.append(replace(finding, p_verified=p_verified, p_refuted=p_refuted))
         return replace(result, findings=tuple(findings))
+
+
+def _least(p: float, q: float) -> float:
+    """Return the lower of two p-values; NaN, where no test was made, gives way."""
+    return q if isnan(p) else p if isnan(q) else min(p, q)
 
 
 def _key(cell: Cell) -> tuple[Scheme, str]:
