@@ -134,6 +134,8 @@ def _first_row(step: OneStep) -> _Row:
     return _row(step, h * step.view.time_unit, WHEN * step.view.horizon)
 
 
+# Asked for two of its steps, of all sizes one after the other.
+@lru_cache(maxsize=32)
 def _row(step: OneStep, h: float, begin: float) -> _Row:
     """Return how far the steps of a row go from the mean of where their neighbours go, with the same noise.
 
