@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 from ..contracts.scheme import Scheme
-from ..contracts.settings import SCREENING
 from ..simulate.behaviour import Behaviour
 from ..simulate.ensemble import Entry, LaneEvidence, Task, behaviours, run_block, without_evidence
 from ..simulate.marker import NO_MEASURE, PROBLEM
@@ -87,10 +86,9 @@ Parts = list[tuple[Entry, LaneEvidence]]
 LATE = "no result within {:g} s on a block of paths (--timeout)"
 AGAIN = ", twice"
 MEANWHILE = "while the run was under way; run it again"
-# Pieces of a look for each worker: each draws the noise of its block and makes the truth anew, so that many blocks
-# are not cut, and a single one is, down to a scheme where workers are many; and the schemes at most that are screened
-# in one piece, which share what is found out about their problem.
-PIECES, SCREENED_TOGETHER = 2, 8
+# Pieces for each worker: each finds out about its problem, draws the noise of its block and makes the truth anew, so
+# that jobs are cut where few are left, down to a scheme where workers are many; and the schemes at most in a piece.
+PIECES, TOGETHER = 2, 8
 # What a worker whose memory is used up may raise outside the code of a scheme.
 SHORT = (MemoryError, OSError)
 
@@ -233,8 +231,7 @@ class Blocks:
         while jobs or waiting:
             while jobs and len(waiting) < most:
                 job = jobs.popleft()
-                others = sum(other.task is job.task for other in (*jobs, *(each.job for each in waiting)))
-                waiting.append(_Started(job, *self._begin(job, 1 + others)))
+                waiting.append(_Started(job, *self._begin(job, 1 + len(jobs) + len(waiting))))
             yield from self._tell_done(waiting)
             first = waiting[0]
             if len(first.parts) == len(first.begun):
@@ -254,22 +251,21 @@ class Blocks:
                     found = each.parts[index] = self._parts(one)
                     yield each.job, Portion((entry.scheme.label, lane.seconds) for entry, lane in found)
 
-    def _begin(self, job: Job, blocks: int) -> tuple[list[Recalled], list[Begun]]:
+    def _begin(self, job: Job, left: int) -> tuple[list[Recalled], list[Begun]]:
         task, block = job.task, job.block
         if self.store is None:
-            return [], self._send_pieces(Parcel(task, block, tuple(None for _ in task.entries)), blocks)
+            return [], self._send_pieces(Parcel(task, block, tuple(None for _ in task.entries)), left)
         recalled = self.store.recall(task, block, self.observe)
         missing = [r for r in recalled if r.missing]
         entries = tuple(Entry(r.entry.scheme, r.missing) for r in missing)
         parcel = Parcel(replace(task, entries=entries), block, tuple(r.place for r in missing))
-        return recalled, self._send_pieces(parcel, blocks) if missing else []
+        return recalled, self._send_pieces(parcel, left) if missing else []
 
-    def _send_pieces(self, parcel: Parcel, blocks: int) -> list[Begun]:
-        """Send a parcel in pieces of some schemes, more where there are more workers for the blocks of a look."""
+    def _send_pieces(self, parcel: Parcel, left: int) -> list[Begun]:
+        """Send a parcel in pieces of some schemes, more where there are more workers for the jobs that are left."""
         entries, jobs = parcel.task.entries, self.crew.jobs
-        size = max(1, ceil(len(entries) / (ceil(PIECES * jobs / blocks) if jobs > 1 else 1)))
-        if parcel.block == SCREENING:
-            size = min(size, SCREENED_TOGETHER)
+        pieces = ceil(PIECES * jobs / left) if jobs > 1 else 1
+        size = min(max(1, ceil(len(entries) / pieces)), TOGETHER)
         return [self._send(parcel.only(entries[n : n + size])) for n in range(0, len(entries), size)]
 
     def _end(self, task: Task, recalled: list[Recalled], computed: Parts) -> Lanes:
