@@ -11,12 +11,12 @@ from .plan import ProblemPlan
 
 # Guesses, the rounded means of default runs. Seconds of the first paths for each second without paths, and for how
 # many schemes this counts beside those of a problem that were measured on paths.
-FIRST, ALIKE = 0.4, 2.0
+FIRST, ALIKE = 0.6, 2.0
 # What each time as many paths as in the first block add to the time of a block, as part of that of the first: the
 # rest are its calls.
 GROWTH = 0.08
 # Part of the further looks at a problem that is taken, as long as its paths have not told anything yet.
-AGAIN = 0.3
+AGAIN = 0.15
 
 # A scheme, by its label, on a block of paths or, in place of them, without paths.
 Piece = tuple[str, int]
