@@ -52,7 +52,7 @@ def test_semi_implicit_step_against_drawing_its_normals(benchmark, report, one_c
     cost = run_pairs(
         benchmark, step(SEMI_IMPLICIT, SHORT), lambda: stream.standard_normal((2 * SHORT, PATHS)), PAIRS
     ).cost
-    report(f"{SEMI_IMPLICIT.label} on {SHORT} points, step / draw of 40 normals a path", cost, "at most 10")
+    report(f"{SEMI_IMPLICIT.label} on {SHORT} points, step / draw of 40 normals a path", cost, "at most 8")
 
 
 @pytest.mark.parametrize("scheme", SCHEMES, ids=lambda scheme: scheme.label)
