@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdaeverify import Array
-from sdaeverify.numerics import BlockBanded, identity, largest, solve, solve_blocks
+from sdaeverify.numerics import BlockBanded, apply, identity, largest, solve, solve_blocks
 
 from ._ggl_equations import Defects, Equations, Unknowns
 
@@ -110,12 +110,12 @@ def solve_node(rows: Matrix, right: Sequence[Array]) -> list[Array]:
     acting[:, :m], acting[:, m:-1], acting[:, -1] = A, E, b
     constraints[:m], constraints[m:] = C, B
     moved = solve(K, acting)
-    system = np.einsum("inp,nkp->ikp", constraints, moved)
+    system = apply(constraints, moved)
     system[:m, :m] -= D
     system[:m, -1] -= a
     system[m:, -1] -= c
     xz = solve(system[:, :-1], system[:, -1])
-    y = moved[:, -1] - np.einsum("nkp,kp->np", moved[:, :-1], xz)
+    y = moved[:, -1] - apply(moved[:, :-1], xz)
     return [xz[None, :m], y[None], xz[None, m:]]
 
 
