@@ -1,14 +1,14 @@
 """The public names for authors of measures: nothing else is needed to write one.
 
 A measure is a subclass of `Measure`, registered by the hook ``sdaeverify_measures``. It says what it asks of a scheme
-on a problem, in up to five methods:
+on a problem, in up to four methods:
 
 ``refuses``
     why the question makes no sense for a pair;
 ``observer``
     an `Observer` that notes, on one block of paths, the components of all step sizes (`Snapshot`) into a `Tally` of
     sums over groups of paths, which blocks, machines and runs can merge; the truth is computed beside them unless
-    ``needs_truth`` says that it is not looked at;
+    ``truths`` says that it is not looked at;
 ``probe``
     what one step tells without sampling, by the map `OneStep`; a record of numbers is `packed` into a tally, and
     `unpacked` where it is judged;

@@ -131,6 +131,9 @@ class Measure:
     lengthy: ClassVar[bool] = False
     # What a claim about it says that short steps follow: the ``paths`` of the equation, their ``law``, or neither.
     follows: ClassVar[str] = ""
+    # Whose solution its observer looks at as the truth: that of the ``problem``, and where it has none that of the
+    # ``scheme`` with shorter steps, which costs four times the rest; neither is computed where nobody looks at it.
+    truths: ClassVar[frozenset[str]] = frozenset({"problem", "scheme"})
     # What the estimate of a finding is, where it is no order.
     value_of: ClassVar[str] = ""
     # What the details of findings and of levels mean, by name.
@@ -152,10 +155,6 @@ class Measure:
         settings : Settings
         """
         return None
-
-    def needs_truth(self, problem: Problem) -> bool:  # noqa: ARG002 - most measures compare paths with it
-        """Tell whether its observer asks for the truth, which costs more than a scheme where it is approximate."""
-        return True
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:  # noqa: ARG002
         """Evaluate the one-step map and return evidence without sampling error; run once a cell.

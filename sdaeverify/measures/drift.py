@@ -245,6 +245,7 @@ class Drift(Measure):
     """Violation of each constraint along the paths."""
 
     name: ClassVar[str] = "drift"
+    truths: ClassVar[frozenset[str]] = frozenset()
     detail_columns: ClassVar[Mapping[str, str]] = {
         "class": "what the residual does as h tends to 0",
         "std_error": "standard error of the order",
@@ -271,10 +272,6 @@ class Drift(Measure):
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> ResidualObserver:
         """Return the notebook for one block."""
         return ResidualObserver(problem, parts, settings)
-
-    def needs_truth(self, problem: Problem) -> bool:
-        """Tell that it does not: a residual is of the scheme alone."""
-        return False
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each constraint, and its levels."""

@@ -44,6 +44,7 @@ class Solvability(Measure):
     """Whether every step has a root, and on which share of the paths one has none."""
 
     name: ClassVar[str] = "solvability"
+    truths: ClassVar[frozenset[str]] = frozenset()
     value_of: ClassVar[str] = "share of paths without a root"
     detail_columns: ClassVar[Mapping[str, str]] = {
         "class": "what the value is",
@@ -68,10 +69,6 @@ class Solvability(Measure):
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> "PathCount":
         """Return a notebook that has the paths simulated and counts them: what fails is counted with the steps."""
         return PathCount(parts, settings)
-
-    def needs_truth(self, problem: Problem) -> bool:
-        """Tell that it does not: roots are those of the scheme alone."""
-        return False
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return what became of one step on a wide range of step sizes, where something is claimed of it."""

@@ -190,7 +190,8 @@ def _run_block(task: Task, block: int, marker: Marker, *, digests: bool) -> tupl
 
 
 def _needs_truth(entry: Entry, problem: Problem) -> bool:
-    return any(measure.needs_truth(problem) for measure in entry.measures)
+    whose = "scheme" if problem.pathwise is None else "problem"
+    return any(whose in measure.truths for measure in entry.measures)
 
 
 def without_evidence(

@@ -219,6 +219,7 @@ class Weak(Measure):
 
     name: ClassVar[str] = "weak"
     follows: ClassVar[str] = "law"
+    truths: ClassVar[frozenset[str]] = frozenset({"problem"})
     detail_columns: ClassVar[Mapping[str, str]] = {
         "moment_order": "weak order at T by moment equations",
         "slope": "slope of mean differences, which is an order where it is informative",
@@ -236,10 +237,6 @@ class Weak(Measure):
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> MeanObserver:
         """Return the notebook for one block."""
         return MeanObserver(problem, parts, settings)
-
-    def needs_truth(self, problem: Problem) -> bool:
-        """Tell whether there is one for all schemes: means are compared with nothing that a scheme says of itself."""
-        return problem.pathwise is not None
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return local weak defects, and errors of propagated moments where they can be had."""
