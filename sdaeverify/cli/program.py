@@ -13,6 +13,7 @@ from click.shell_completion import shell_complete
 from .. import __version__
 from ..contracts.labels import did_you_mean
 from ..errors import SdaeverifyError, UsageError, one_line
+from ..workers.garbage import loading
 from .console import PROGRAM, complain, silence
 from .exit_codes import ExitCode, code_of_error
 
@@ -46,7 +47,8 @@ class _Commands(click.Group):
         if cmd_name not in COMMANDS:
             return None
         module, name = COMMANDS[cmd_name].split(":")
-        command: click.Command = getattr(import_module(f".commands.{module}", __package__), name)
+        with loading():
+            command: click.Command = getattr(import_module(f".commands.{module}", __package__), name)
         return command
 
     def resolve_command(

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from ..registry.discovery import load_file
+from .garbage import loading
 from .isolated import Isolated, Turn, end_process
 from .limits import Limits, limit_memory, read_mark
 
@@ -250,13 +251,14 @@ def _begin(plugins: Sequence[str], memory: int) -> None:
     # What a plugin prints is no result.
     os.dup2(2, 1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    for plugin in plugins:
-        if plugin.endswith(".py"):
-            load_file(plugin)
-        else:
-            importlib.import_module(plugin)
-    for module in FRAMEWORK:
-        importlib.import_module(module)
+    with loading():
+        for plugin in plugins:
+            if plugin.endswith(".py"):
+                load_file(plugin)
+            else:
+                importlib.import_module(plugin)
+        for module in FRAMEWORK:
+            importlib.import_module(module)
     limit_memory(memory)
 
 
