@@ -121,7 +121,7 @@ def gate_plan(registry: Registry, policy: Policy, executor: Executor | None = No
         [m for m in select_measures(registry, policy.measures) if m.name not in omitted_measures(registry, policy)],
     )
     resolve = (lambda label: select_schemes(registry, label)[0]) if tier.controls else None
-    made = plan(*chosen, resolve, remote_plan(executor, *chosen))
+    made = plan(*chosen, resolve, remote_plan(executor, *chosen, claimed=True))
     claimed = [_claimed_part(problem) for problem in made.problems]
     kept = every_claim_once(claimed) if tier.cover is Cover.EVERY_CLAIM_ONCE else claimed
     ready = [_with_asked_controls(problem, controls=tier.controls) for problem in kept if problem.cells]

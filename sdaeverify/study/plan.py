@@ -56,10 +56,13 @@ class RemoteCells(NamedTuple):
         In any order; without those of schemes that it says nothing about.
     builds : bool
         Whether it is safe to build the problem.
+    complete : bool
+        Whether schemes that it says nothing about have no cells; they are asked here otherwise.
     """
 
     cells: tuple[Cell, ...]
     builds: bool = True
+    complete: bool = False
 
 
 @dataclass(frozen=True)
@@ -184,6 +187,7 @@ def _problem_plan(
     found = (
         _attach_views(known[scheme], problem) if scheme in known else scheme_cells(scheme, spec, problem, measures)
         for scheme in schemes
+        if scheme in known or not remote.complete
     )
     return ProblemPlan(spec, problem, tuple(cell for cells in found for cell in cells))
 

@@ -29,19 +29,33 @@ class CellPlan(NamedTuple):
 
 
 class CellsRequest(NamedTuple):
-    """Schemes and measures whose cells on a problem are to be planned, with the files that they are made of."""
+    """Schemes and measures whose cells on a problem are to be planned, with the files that they are made of.
+
+    If `claimed`, of each scheme only the cells of measures that its claims name.
+    """
 
     spec: ProblemSpec
     schemes: tuple[Scheme, ...]
     measures: tuple[Measure, ...]
     sources: Sources = ()
+    claimed: bool = False
+
+    def measures_for(self, scheme: Scheme) -> tuple[Measure, ...]:
+        """Return the measures of the cells of a scheme."""
+        named = {claim.measure for claim in scheme.promises} if self.claimed else set()
+        return tuple(measure for measure in self.measures if not self.claimed or measure.name in named)
 
 
 CellPlans = list[tuple[CellPlan, ...]]
 
 
 def remote_plan(
-    executor: Executor | None, schemes: Sequence[Scheme], specs: Sequence[ProblemSpec], measures: Sequence[Measure]
+    executor: Executor | None,
+    schemes: Sequence[Scheme],
+    specs: Sequence[ProblemSpec],
+    measures: Sequence[Measure],
+    *,
+    claimed: bool = False,
 ) -> Planner | None:
     """Have all problems planned at once, and return a function of a problem that waits for its cells.
 
@@ -50,6 +64,8 @@ def remote_plan(
     executor : Executor or None
     schemes, specs, measures : sequence
         As `plan` takes them.
+    claimed : bool
+        Whether of each scheme only the cells of measures that its claims name are wanted.
 
     Returns
     -------
@@ -59,9 +75,8 @@ def remote_plan(
     sources = read_sources(schemes, specs, measures)
     if not isinstance(executor, Isolated):
         return None
-    pending = {
-        spec.label: _submit(executor, CellsRequest(spec, *spec.select(schemes, measures), sources)) for spec in specs
-    }
+    requests = (CellsRequest(spec, *spec.select(schemes, measures), sources, claimed) for spec in specs)
+    pending = {request.spec.label: _submit(executor, request) for request in requests}
     return lambda spec: pending[spec.label].outcome()
 
 
@@ -85,7 +100,7 @@ def plan_cells(request: CellsRequest, marker: Marker) -> CellPlans | None:
     found: CellPlans = []
     for index, scheme in enumerate(request.schemes):
         with marker.of(index):
-            cells = scheme_cells(scheme, request.spec, problem, request.measures)
+            cells = scheme_cells(scheme, request.spec, problem, request.measures_for(scheme))
         found.append(tuple(CellPlan(cell.view, cell.verdict, cell.reason) for cell in cells))
     return found
 
@@ -123,7 +138,7 @@ class _PendingCells(NamedTuple):
             return _submit(self.executor, self.request, again=True).outcome()
         if isinstance(found, Lost):
             return self._without(found.mark, found.why(LATE))
-        return RemoteCells(()) if found is None else RemoteCells(tuple(_cells(self.request, found)))
+        return RemoteCells(()) if found is None else RemoteCells(tuple(_cells(self.request, found)), complete=True)
 
     def _without(self, mark: Mark, why: str) -> RemoteCells:
         schemes = self.request.schemes
@@ -143,11 +158,11 @@ def _submit(executor: Isolated, request: CellsRequest, *, again: bool = False) -
 
 def _cells(request: CellsRequest, found: CellPlans) -> Iterator[Cell]:
     for scheme, plans in zip(request.schemes, found, strict=True):
-        for measure, found_out in zip(request.measures, plans, strict=True):
+        for measure, found_out in zip(request.measures_for(scheme), plans, strict=True):
             yield Cell(scheme, request.spec, measure, *found_out)
 
 
 def _failed_cells(request: CellsRequest, schemes: Sequence[Scheme], reason: str) -> Iterator[Cell]:
     for scheme in schemes:
-        for measure in request.measures:
+        for measure in request.measures_for(scheme):
             yield Cell(scheme, request.spec, measure, "", Verdict.ERROR, reason)

@@ -10,6 +10,7 @@ from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
 from sdaeverify.simulate.marker import NO_MEASURE, PROBLEM
+from sdaeverify.study.plan import plan
 from sdaeverify.study.remote_plan import remote_plan
 from sdaeverify.workers.calls import DIED
 from sdaeverify.workers.isolated import Died, Isolated
@@ -64,6 +65,24 @@ def test_everybody_answers(tmp_path):
     assert found.builds
     assert not failures(found)
     assert not list(tmp_path.iterdir())
+
+
+def test_only_what_is_claimed(tmp_path):
+    """Where only claimed cells are wanted, a scheme is asked about no other measure, neither there nor here."""
+
+    class Unclaimed(Strong):
+        name = "unclaimed"
+
+        def refuses(self, scheme, problem):
+            raise AssertionError
+
+    def cells(*measures):
+        planner = remote_plan(Fragile(tmp_path), SCHEMES, [GBM], measures, claimed=True)
+        made = plan(SCHEMES, [GBM], measures, planner=planner)
+        return [(cell.scheme, cell.measure.name, cell.verdict) for cell in made.cells]
+
+    assert cells(Strong(), Unclaimed()) == [(scheme, "strong", None) for scheme in SCHEMES]
+    assert not cells(Unclaimed())
 
 
 @pytest.mark.parametrize(
