@@ -47,6 +47,16 @@ class Fragile(Isolated):
         return future
 
 
+class Unclaimed(Strong):
+    """Nobody claims anything about it, and it may not be asked."""
+
+    name = "unclaimed"
+
+    def refuses(self, scheme, problem):
+        """Fail."""
+        raise AssertionError
+
+
 def told(executor):
     """Return what is told of a problem."""
     return remote_plan(executor, SCHEMES, [GBM], MEASURES)(GBM)
@@ -69,12 +79,6 @@ def test_everybody_answers(tmp_path):
 
 def test_only_what_is_claimed(tmp_path):
     """Where only claimed cells are wanted, a scheme is asked about no other measure, neither there nor here."""
-
-    class Unclaimed(Strong):
-        name = "unclaimed"
-
-        def refuses(self, scheme, problem):
-            raise AssertionError
 
     def cells(*measures):
         planner = remote_plan(Fragile(tmp_path), SCHEMES, [GBM], measures, claimed=True)
