@@ -153,7 +153,9 @@ def _count_along_run(scheme: Scheme, problem: Any, h: float, seed: int) -> tuple
         result = step(state, n * h, noise)
         taken = np.array([np.broadcast_to(result.costs[name], FEW_PATHS) for name in names], dtype=float)
         good = np.ones(FEW_PATHS, dtype=bool) if result.failed is None else ~result.failed
-        above += good & (taken[:, None] > np.arange(MOST)[:, None])
+        # No step takes more than the most: counts beyond it, nearly all of them, stay as they are.
+        reached = np.count_nonzero(np.arange(MOST) < np.fmax.reduce(taken, axis=None))
+        above[:, :reached] += good & (taken[:, None] > np.arange(reached)[:, None])
         most, rooted, made = np.maximum(most, np.where(good, taken, 0.0).max(axis=1)), rooted + good, made + 1
         if made * FEW_PATHS - rooted.sum() > HOPELESS * FEW_PATHS * round(problem.horizon / h):
             break
