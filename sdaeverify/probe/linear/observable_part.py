@@ -99,7 +99,7 @@ def _differences(x: Array) -> Array:
 
 
 def _between(operator: Operator, Q: Array) -> Operator:
-    return Operator(np.einsum("pi,ijk,qj->pqk", Q, operator.factors, Q, optimize=True), operator.weights)
+    return Operator(np.moveaxis(Q @ np.moveaxis(operator.factors, -1, 0) @ Q.T, 0, -1), operator.weights)
 
 
 def _close_under_maps(start: Array, maps: Array) -> Array:

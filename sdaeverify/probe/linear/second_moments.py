@@ -41,11 +41,11 @@ class Operator(NamedTuple):
         return Operator(self.factors[:-1, :-1], self.weights)
 
     def __call__(self, P: Array) -> Array:
-        """Return sum_k w_k A_k P A_k^T, shape (n, n)."""
+        """Return sum_k w_k A_k P A_k^T, shape (..., n, n), for one P or several."""
         n = self.dimension
         # Rows of A_k P and of A_k side by side for all k, so that one product of matrices sums over them.
-        left = ((self.factors * self.weights).swapaxes(1, 2).reshape(-1, n) @ P).reshape(n, -1)
-        return np.asarray(left @ self.factors.swapaxes(1, 2).reshape(n, -1).T)
+        left = (self.factors * self.weights).swapaxes(1, 2).reshape(-1, n) @ P
+        return np.asarray(left.reshape(*P.shape[:-1], -1) @ self.factors.swapaxes(1, 2).reshape(n, -1).T)
 
     def dense(self) -> Array:
         """Return the matrix in the coordinates svec, shape (size, size)."""

@@ -6,7 +6,7 @@ of them agree:
 
 1. Products of Gauss-Hermite rules with 5, 9, 15, 25 and 41 nodes a normal: steps that are smooth in the noise.
 2. One normal: panels of [-9.5, 9.5], bisected until they agree, in batches: kinks and jumps anywhere.
-3. Two normals: products of Gauss-Legendre rules on either side of 0, with 32 and 41 nodes: kinks at 0.
+3. Two normals: products of Gauss-Legendre rules on either side of 0, with 20, 24, 32 and 41 nodes: kinks at 0.
 """
 
 from collections.abc import Callable, Iterable
@@ -21,7 +21,7 @@ from ...forms import Problem
 from ..step.nodes import SEED, Nodes
 from ..step.one_step import OneStep
 from ..step.step_noise import CUT, StepNoise
-from .affine import AFFINE, relative
+from .affine import AFFINE, SIZES, relative, trial_states
 from .linear_map import LinearMap, MemoryStep, factors_at, linear_map
 from .second_moments import Operator
 
@@ -38,14 +38,15 @@ ZOOM, ZOOMS = 8, 8
 # Peaks that so many zooms have not raised beyond the first one, nor far beyond the grid, are zoomed no further.
 LOOKED, FLAT, RISEN = 3, 1.001, 2.0
 MOST_PEAKS = 64
-# Nodes along lines whose factors are found at once: more factors of many components do not stay near the processor.
-AT_ONCE = 1_100
+# Nodes along lines at which a step is made at once: more states of many components do not stay near the processor.
+AT_ONCE = 4_400
 # |z - z*|^-p has an infinite second moment from p = 1/2 on; a peak that is none has p = 0.
 EXPONENT = 0.45
-# Factors (n, n, K) where the normals are x, shape (variables, K).
-Factors = Callable[[Array], Array]
-LADDER = (5, 9, 15, 25, 41)
-SPLIT = (32, 41)
+# Where a state goes, shape (k, K), where the normals are x, shape (variables, K).
+Image = Callable[[Array], Array]
+# Where panels can follow, no more than a few rules of the ladder are tried: what they do not tell, panels do.
+LADDER, FEW = (5, 9, 15, 25, 41), 3
+SPLIT = (20, 24, 32, 41)
 AGREEMENT = 1e-12
 TRIALS = 3
 
@@ -156,26 +157,27 @@ class FarNoise(NamedTuple):
 
     A step that divides by 1 - c z has an infinite second moment, however far out the pole is, and a quadrature that
     stops at 9.5 standard deviations returns a finite number. All lines through 0 that are scanned reach out to 60.
+    They are scanned from one random state: a step with a pole has it from almost every one.
 
     Attributes
     ----------
     pole : float
-        Least |z| at which a factor is infinite, in standard deviations; infinite if there is none.
+        Least |z| at which the step is infinite, in standard deviations; infinite if there is none.
     left_out : float
-        Bound of what |z| > 9.5 adds to the operator P -> E A P A^T, along the lines.
+        Bound of what |z| > 9.5 adds to the mean square after a step from a state of length 1, along the lines.
     """
 
     pole: float
     left_out: float
 
 
-def far_noise(factors: Factors, noise: StepNoise) -> FarNoise:
+def far_noise(image: Image, noise: StepNoise) -> FarNoise:
     """Return where a step is infinite, and how much of its mean square comes from far out.
 
     Parameters
     ----------
-    factors : callable
-        [[R, r], [0, 1]] at given normals.
+    image : callable
+        Where a state goes at given normals.
     noise : StepNoise
 
     Returns
@@ -184,46 +186,46 @@ def far_noise(factors: Factors, noise: StepNoise) -> FarNoise:
     """
     z = np.arange(-FAR, FAR + SPACING, SPACING)
     directions = noise.directions()
-    lines = _sizes(factors, directions[:, :, None] * z)
+    lines = _sizes(image, directions[:, :, None] * z)
     line, place = np.nonzero((lines[:, 1:-1] >= lines[:, :-2]) & (lines[:, 1:-1] > lines[:, 2:]))
     nearby = np.maximum(lines[line, place], lines[line, place + 2])
     sharpest = np.argsort(nearby / lines[line, place + 1], kind="stable")[:MOST_PEAKS]
     line, centre, nearby = line[sharpest], z[place + 1][sharpest], nearby[sharpest]
-    exponent = _exponents(factors, directions[:, line], centre, nearby)
+    exponent = _exponents(image, directions[:, line], centre, nearby)
     pole = float(np.min(np.abs(centre), initial=np.inf, where=exponent > EXPONENT))
     return FarNoise(pole, np.inf if pole < np.inf else _bound_tails(lines, z))
 
 
-def _sizes(factors: Factors, x: Array) -> Array:
-    # A bound of the norm of [R, r] where the normals are x, shape (n, ...) -> (...).
+def _sizes(image: Image, x: Array) -> Array:
+    # A bound of the norm of the image where the normals are x, shape (n, ...) -> (...).
     flat = x.reshape(len(x), -1)
-    parts = (factors(part)[:-1] for part in np.array_split(flat, -(-flat.shape[1] // AT_ONCE), axis=1))
-    sizes = np.concatenate([len(A) * np.abs(A).max(axis=(0, 1)) for A in parts]).reshape(x.shape[1:])
+    parts = (image(part) for part in np.array_split(flat, -(-flat.shape[1] // AT_ONCE), axis=1))
+    sizes = np.concatenate([len(y) * np.abs(y).max(axis=0) for y in parts]).reshape(x.shape[1:])
     return np.where(np.isnan(sizes), np.inf, sizes)
 
 
-def _exponents(factors: Factors, directions: Array, centre: Array, nearby: Array) -> Array:
+def _exponents(image: Image, directions: Array, centre: Array, nearby: Array) -> Array:
     """Return p of peaks like |z - z*|^-p, from how much they rise when the distance to them shrinks."""
-    closer, first = _zoom(factors, directions, centre, range(1))
-    closer, sizes = _zoom(factors, directions, closer, range(1, LOOKED))
+    closer, first = _zoom(image, directions, centre, range(1))
+    closer, sizes = _zoom(image, directions, closer, range(1, LOOKED))
     # The others have a top.
     rising = sizes > np.minimum(FLAT * first, RISEN * nearby)
-    _, sizes[rising] = _zoom(factors, directions[:, rising], closer[rising], range(LOOKED, ZOOMS))
+    _, sizes[rising] = _zoom(image, directions[:, rising], closer[rising], range(LOOKED, ZOOMS))
     return np.asarray(np.log(sizes / nearby) / np.log(float(ZOOM) ** ZOOMS))
 
 
-def _zoom(factors: Factors, directions: Array, centre: Array, zooms: range) -> tuple[Array, Array]:
+def _zoom(image: Image, directions: Array, centre: Array, zooms: range) -> tuple[Array, Array]:
     """Return the places of the largest values close to some centres, and these values."""
     sizes = np.full(len(centre), np.nan)
     for width in SPACING / float(ZOOM) ** np.array(zooms if len(centre) else ()):
         places = centre[:, None] + width * np.linspace(-1.0, 1.0, 2 * ZOOM + 1)
-        values = _sizes(factors, directions[:, :, None] * places)
+        values = _sizes(image, directions[:, :, None] * places)
         centre, sizes = places[np.arange(len(places)), values.argmax(axis=1)], values.max(axis=1)
     return centre, sizes
 
 
 def _bound_tails(lines: Array, z: Array) -> float:
-    # |A P A^T| <= |A|^2 |P|, integrated over the far ends of a line.
+    # The mean square, integrated over the far ends of a line.
     far = np.abs(z) > CUT
     density = np.exp(2.0 * np.log(lines[:, far]) - 0.5 * z[far] ** 2) / np.sqrt(2.0 * np.pi)
     return float(np.max(density.sum(axis=1)) * SPACING)
@@ -265,22 +267,20 @@ def expectation(step: MemoryStep, noise: StepNoise, *, kinks: bool = True) -> Ex
     -------
     Expectation
     """
-    found = _climb_rules(step, noise, (noise.rule(count) for count in LADDER))
+    panels = kinks and noise.normals == 1
+    found = _climb_rules(step, noise, (noise.rule(count) for count in LADDER[: FEW if panels else None]))
     if found.coarser is found.operator or not kinks:
         return found
-    if noise.normals == 1:
+    if panels:
         return _bisect_expectation(step, noise)
     split = _climb_rules(step, noise, (noise.split_rule(count) for count in SPLIT))
-    return min(found, split, key=lambda pair: pair.disagreement)
+    agreed = split.coarser is split.operator
+    return split if agreed else min(found, split, key=lambda pair: pair.disagreement)
 
 
 def disagreement(a: Operator, b: Operator) -> float:
     """Return the largest difference of two operators' values at some random positive matrices, relative."""
-    return _difference(_try_operator(a), _try_operator(b))
-
-
-def _try_operator(operator: Operator) -> Array:
-    return np.stack([operator(P) for P in _positive(operator.dimension)])
+    return _difference(a(_positive(a.dimension)), b(_positive(b.dimension)))
 
 
 def _difference(values: Array, others: Array) -> float:
@@ -302,6 +302,12 @@ def factors_of(step: MemoryStep, noise: StepNoise, x: Array) -> Array:
     return factors_at(step, noise.nodes(x, np.ones(x.shape[1])))
 
 
+def _image(step: MemoryStep, noise: StepNoise, x: Array) -> Array:
+    # Where a random state of length 1 goes where the normals are x, shape (n, K) -> (k, K).
+    state = trial_states(step.dimension)[:, [SIZES.index(1.0) - len(SIZES)]]
+    return step.at_nodes(state, noise.nodes(x, np.ones(x.shape[1])))[0][:, 0]
+
+
 def _climb_rules(step: MemoryStep, noise: StepNoise, rules: Iterable[Nodes | None]) -> Expectation:
     """Return the first rule that agrees with the one before, else the last two; rules that are too large are None."""
     x = noise.simplex()
@@ -311,7 +317,7 @@ def _climb_rules(step: MemoryStep, noise: StepNoise, rules: Iterable[Nodes | Non
         if nodes is None:
             break
         finer = Operator(factors_at(step, nodes), nodes.weights)
-        values = _try_operator(finer)
+        values = finer(_positive(finer.dimension))
         if before is not None and _difference(values, before) <= AGREEMENT:
             return Expectation(finer, finer)
         found, before = Expectation(finer, None if before is None else found.operator), values
@@ -320,7 +326,9 @@ def _climb_rules(step: MemoryStep, noise: StepNoise, rules: Iterable[Nodes | Non
 
 def _bisect_expectation(step: MemoryStep, noise: StepNoise) -> Expectation:
     def integrals(factors: Array, weights: Array) -> Array:
-        return np.asarray(np.einsum("aipq,bipq,pq->abp", factors, factors, weights, optimize=True))
+        by_panel = factors.transpose(2, 0, 1, 3)
+        left, right = (part.reshape(*part.shape[:2], -1) for part in (by_panel * weights[:, None, None], by_panel))
+        return np.moveaxis(left @ right.swapaxes(1, 2), 0, -1)
 
     found = bisect_panels(lambda z: factors_of(step, noise, z[None]), integrals)
     finer, coarser = Operator(found.values, found.weights), Operator(found.coarse_values, found.coarse_weights)
@@ -399,7 +407,7 @@ def step_moments(one_step: OneStep, h: float, *, far: bool = True, atoms: bool =
             return _exact(found, Operator(found.factors[..., :vertices], np.full(vertices, 1.0 / vertices)))
         if noise.law.bounded:
             return _by_atoms(step, noise)
-        seen = far_noise(partial(factors_of, step, noise), noise) if far else FarNoise(np.inf, 0.0)
+        seen = far_noise(partial(_image, step, noise), noise) if far else FarNoise(np.inf, 0.0)
         operators = expectation(step, noise, kinks=seen.pole > CUT)
         return StepMoments(operators, found.defect, found.failed, seen)
 
