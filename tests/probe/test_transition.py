@@ -11,6 +11,7 @@ from sdaeverify import SDE, TWO_POINT, Angle, Chart, HolonomicSDAE, HolonomicSta
 from sdaeverify.numerics import apply
 from sdaeverify.probe.operator.basis import chart_basis
 from sdaeverify.probe.operator.transition import refusal, stationary, transition
+from sdaeverify.probe.step.nodes import step_nodes
 from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 
@@ -50,6 +51,28 @@ def test_means_are_preserved_as_such():
     """The operator takes 1 to 1."""
     T = operator(AdditiveHeun(), ANGLE).matrix
     assert np.allclose(T[:, 0], np.eye(len(T))[0], rtol=0.0, atol=1e-14)
+
+
+PLANE = replace(
+    OU,
+    diffusion=lambda t, x: SIGMA * np.eye(2)[..., None],
+    noise_dim=2,
+    start=[1.0, 0.0],
+    chart=identity(Line(0.0, SIGMA), Line(0.5, SIGMA)),
+)
+CURVED = replace(PLANE, drift=lambda t, x: np.stack([x[1], -np.sin(x[0])]))
+CALM = replace(PLANE, diffusion=lambda t, x: np.where(x[0] < 0.0, SIGMA, 0.0) * np.eye(2)[..., None])
+
+
+@pytest.mark.parametrize("scheme", [Euler(), AdditiveHeun()])
+@pytest.mark.parametrize("view", [PLANE, CURVED, CALM, ANGLE])
+def test_all_functions_are_averaged_over_all_nodes(scheme, view):
+    """A coordinate may be moved by one of two noises, by both or by none, and not everywhere."""
+    basis, nodes = chart_basis(view.chart, 5, 8), step_nodes(view.noise_dim, 8)
+    x = np.repeat(basis.nodes, len(nodes.weights), axis=1)
+    reached = scheme.step(view, x, 0.0, H, nodes.increment(H, basis.nodes.shape[1])).state
+    values = basis.values(reached).reshape(-1, basis.nodes.shape[1], len(nodes.weights))
+    assert np.allclose(operator(scheme, view).matrix, basis.project((values @ nodes.weights).T), rtol=0.0, atol=1e-13)
 
 
 def test_a_bounded_law_is_given_by_its_atoms():

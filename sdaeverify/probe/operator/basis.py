@@ -6,9 +6,9 @@ coordinates have the products. The quadrature has more nodes than there are func
 interpolation, which folds what a step adds beyond the basis back into it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -59,19 +59,25 @@ class Basis:
     axes: tuple[AxisBasis, AxisBasis]
     dimension: int
 
-    @property
+    @cached_property
     def nodes(self) -> Array:
         """Nodes of the quadrature, shape (dimension, Q)."""
         grid = np.meshgrid(*(axis.nodes for axis in self.axes), indexing="ij")
         return np.stack([part.ravel() for part in grid[: self.dimension]])
 
-    @property
+    @cached_property
     def weights(self) -> Array:
         """Weights of the quadrature, of sum 1, shape (Q,)."""
         return np.outer(*(axis.weights for axis in self.axes)).ravel()
 
-    def factors(self, z: Array) -> tuple[Array, Array]:
-        """Return the functions of the first and of the second coordinate, shapes (n_1, ...) and (n_2, ...)."""
+    @cached_property
+    def projections(self) -> tuple[Array, Array]:
+        """Those of both coordinates, as `AxisBasis.projection`."""
+        first, second = self.axes
+        return first.projection, second.projection
+
+    def factors(self, z: Array | Sequence[Array]) -> tuple[Array, Array]:
+        """Return the functions of the first and of the last coordinate, each at points of its own."""
         first, second = self.axes
         return first.values(z[0]), second.values(z[-1])
 
@@ -82,7 +88,7 @@ class Basis:
 
     def project(self, values: Array) -> Array:
         """Return the coefficients of functions given at the nodes: shape (Q, ...) -> (n, ...)."""
-        first, second = (axis.projection for axis in self.axes)
+        first, second = self.projections
         grid = values.reshape(first.shape[1], second.shape[1], -1)
         half = np.tensordot(first, grid, axes=(1, 0))
         return np.asarray(np.matmul(second, half).reshape(-1, *values.shape[1:]))
@@ -140,19 +146,20 @@ def _fourier_values(count: int, y: Array) -> Array:
     turn = np.exp(1j * y)
     power = np.full(y.shape, np.sqrt(2.0), dtype=complex)
     for k in range(1, count // 2 + 1):
-        power = power * turn
+        power *= turn
         values[2 * k - 1], values[2 * k] = power.real, power.imag
     return values
 
 
 def _hermite_values(count: int, axis: Line, y: Array) -> Array:
-    # sqrt(n + 1) h_{n+1} = x h_n - sqrt(n) h_{n-1}
+    # sqrt(n + 1) h_{n+1} = x h_n - sqrt(n) h_{n-1}, written in place.
     x = (y - axis.centre) / axis.scale
-    values = np.ones((count, *y.shape))
+    values, before = np.empty((count, *y.shape)), np.empty(y.shape)
+    values[0] = 1.0
     if count > 1:
         values[1] = x
     for n in range(1, count - 1):
         following = np.multiply(x, values[n], out=values[n + 1])
-        following -= np.sqrt(n) * values[n - 1]
-        following /= np.sqrt(n + 1)
+        following -= np.multiply(values[n - 1], np.sqrt(n), out=before)
+        following *= 1.0 / np.sqrt(n + 1)
     return values

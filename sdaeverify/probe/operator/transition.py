@@ -26,7 +26,7 @@ from .chart_equation import output_rows, require_chart
 # Gauss-Hermite nodes for each of so many normals a step; with more of them there is no operator.
 NODES = {1: 8, 2: 8, 3: 5, 4: 4}
 # Paths whose functions are evaluated at once.
-AT_ONCE = 2_048
+AT_ONCE = 12_000
 # A coordinate that leaps further than so many scales has blown up.
 BLOWN_UP = 1e6
 # Rounding of embed and read, and what a solver's tolerance may add, relative to the state.
@@ -130,17 +130,37 @@ def stationary(matrix: Array) -> Array:
 
 
 def _means(basis: Basis, nodes: Nodes, z: Array) -> Array:
-    # E phi_j over the noise from each node of the quadrature, shape (Q, n), the paths of z being (Q, K).
-    weights = nodes.weights
-    paths = z.reshape(len(z), -1, len(weights))
+    """Return E phi_j over the noise from each node of the quadrature, shape (Q, n), the paths of z being (Q, K)."""
+    paths = z.reshape(len(z), -1, len(nodes.weights))
+    firsts, places = zip(*map(_find_distinct, (paths[0], paths[-1])), strict=True)
+    joint = np.zeros([len(first) for first in firsts])
+    np.add.at(joint, places, nodes.weights)
+    axes = [np.take(axis, first, axis=1) for axis, first in zip((paths[0], paths[-1]), firsts, strict=True)]
+    found = np.empty((paths.shape[1], *(len(axis.derivative) for axis in basis.axes)))
     # Few at a time: the values of all functions on all paths do not stay near the processor.
-    parts = np.array_split(paths, -(-z.shape[1] // AT_ONCE), axis=1)
-    return np.concatenate([_means_of_some(basis, weights, part.reshape(len(z), -1)) for part in parts])
+    some = -(-AT_ONCE // max(joint.shape))
+    for start in range(0, len(found), some):
+        rows = slice(start, start + some)
+        first, second = basis.factors([axis[rows] for axis in axes])
+        np.matmul(np.moveaxis(first, 0, 1), _weigh(joint, np.moveaxis(second, 0, 2)), out=found[rows])
+    return found.reshape(len(found), -1)
 
 
-def _means_of_some(basis: Basis, weights: Array, z: Array) -> Array:
-    first, second = (np.moveaxis(values.reshape(len(values), -1, len(weights)), 0, 1) for values in basis.factors(z))
-    return np.asarray(np.matmul(first * weights, np.swapaxes(second, 1, 2)).reshape(len(first), -1))
+def _find_distinct(z: Array) -> tuple[Array, Array]:
+    """Return the nodes of the noise that lead to values of their own, shape (Q, K), and the place of each among them.
+
+    Part of the noise may not move a coordinate, or none of it.
+    """
+    _, first, place = np.unique(z[len(z) // 2], return_index=True, return_inverse=True)
+    if len(first) < len(place) and np.array_equal(z[:, first[place]], z):
+        return first, place
+    return np.arange(len(place)), np.arange(len(place))
+
+
+def _weigh(joint: Array, values: Array) -> Array:
+    """Return the weights of pairs of nodes, shape (I, J), times values of shape (..., J, n)."""
+    weights = np.diagonal(joint)
+    return values * weights[:, None] if np.array_equal(np.diag(weights), joint) else joint @ values
 
 
 def _normals(one_step: OneStep) -> int:
