@@ -87,6 +87,19 @@ def test_a_bounded_law_is_given_by_its_atoms():
     assert np.allclose(found, np.array([1.0, 3.0]) * (SIGMA**2 * H) ** 2, rtol=0.0, atol=1e-12)
 
 
+def test_a_symmetric_step_has_no_odd_means():
+    """Steps of q'' = -sin q - p that commute with a reflection mix even functions with even ones alone."""
+    basis = chart_basis(ANGLE.chart, 5, 8)
+    odd = basis.project(basis.nodes[1])
+    T = operator(Euler(), ANGLE).matrix
+    law = stationary(T)
+    assert law[1] == 0.0
+    assert abs(law @ odd) < 1e-15
+    assert np.allclose(law @ T, law, rtol=0.0, atol=1e-13)
+    pushed = replace(ANGLE, drift=lambda t, x: ANGLE.drift(t, x) + np.array([[0.0], [0.1]]))
+    assert abs(stationary(operator(Euler(), pushed).matrix) @ odd) > 0.01
+
+
 def test_doing_nothing_has_no_unique_stationary_law():
     """Where every law is stationary none is returned."""
     assert np.isnan(stationary(np.eye(4))[1:]).all()

@@ -17,6 +17,7 @@ from ...arrays import Array, Mask
 from ...contracts.scheme import Scheme, Step, flatten
 from ...forms import Problem
 from ...forms.chart import Angle, Chart
+from ...numerics.statistics import EPS
 from ..step.nodes import Nodes, step_nodes
 from ..step.one_step import OneStep
 from ..step.times import changing
@@ -29,6 +30,8 @@ NODES = {1: 8, 2: 8, 3: 5, 4: 4}
 AT_ONCE = 12_000
 # A coordinate that leaps further than so many scales has blown up.
 BLOWN_UP = 1e6
+# Rounding of an entry of the matrix, in units of EPS and of the size of its function.
+ROUNDING = 64.0
 # Rounding of embed and read, and what a solver's tolerance may add, relative to the state.
 ON_CHART = 1e-9
 
@@ -122,11 +125,31 @@ def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given:
 
 def stationary(matrix: Array) -> Array:
     """Return pi with pi T = pi and pi(1) = 1, the means of all functions, shape (n,); NaN if there are several."""
+    T, seen = matrix[1:, 1:], _find_seen(matrix)
+    inner, right = np.empty(len(T)), np.where(seen, matrix[0, 1:], 0.0)
     try:
-        inner = np.linalg.solve((np.eye(len(matrix)) - matrix)[1:, 1:].T, matrix[0, 1:])
+        # The second part has means 0, or several laws.
+        for part in (seen, ~seen):
+            block = T[np.ix_(part, part)]
+            inner[part] = np.linalg.solve((np.eye(len(block)) - block).T, right[part])
     except np.linalg.LinAlgError:
-        inner = np.full(len(matrix) - 1, np.nan)
+        inner[:] = np.nan
     return np.concatenate([[1.0], inner])
+
+
+def _find_seen(matrix: Array) -> Mask:
+    """Return which functions beside 1 have means, however many steps are made from the law of the basis.
+
+    Where a reflection takes steps to steps, those that change their sign under it have none.
+    """
+    # Functions are of size 1, what a step makes of them of the size of their columns.
+    rounding = ROUNDING * EPS * np.maximum(1.0, np.linalg.norm(matrix, axis=0))
+    mixed = ~(np.abs(matrix) <= rounding)
+    seen = before = mixed[0]
+    while before.any():
+        before = mixed[before].any(axis=0) & ~seen
+        seen = seen | before
+    return np.asarray(seen[1:])
 
 
 def _means(basis: Basis, nodes: Nodes, z: Array) -> Array:
