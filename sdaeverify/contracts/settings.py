@@ -2,7 +2,7 @@
 
 import re
 from bisect import bisect_right
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import accumulate
 from math import isqrt
@@ -34,6 +34,9 @@ class Settings:
         Steps N_0 of the coarsest level; errors are compared at its grid times.
     levels : int
         Number L of levels; level l makes N_0 2^l steps.
+    guard_levels : int
+        Of these, the coarsest that paths begin with. They are enough to guard what one step decides; what rests on
+        the paths themselves is run again on all levels.
     seed : int
     confidence : float
         Of the two-sided intervals that verdicts are taken from.
@@ -55,6 +58,7 @@ class Settings:
     paths: int = 8192
     coarsest: int = 8
     levels: int = 6
+    guard_levels: int = 4
     seed: int = 20170601
     confidence: float = 0.99
     block: int = 4096
@@ -69,7 +73,9 @@ class Settings:
         require(self.paths >= FEWEST_PATHS, "paths", f"at least {FEWEST_PATHS}", self.paths)
         require(self.paths <= MOST_PATHS, "paths", "at most 10^9", self.paths)
         require(self.coarsest >= 1, "the coarsest number of steps", "at least 1", self.coarsest)
-        require(self.levels >= 3, "levels", "at least 3, or no slope can be told", self.levels)
+        for name in ("levels", "guard_levels"):
+            given = getattr(self, name)
+            require(given >= 3, name, "at least 3, or no slope can be told", given)
         require(self.steps[-1] <= FINEST_STEPS, "the finest number of steps", "at most 2^20", self.steps[-1])
         require(0 <= self.seed < 2**63, "seed", "between 0 and 2^63 - 1", self.seed)
         require(0.5 <= self.confidence < 1, "confidence", "between 0.5 and 1", self.confidence)
@@ -81,6 +87,11 @@ class Settings:
     def steps(self) -> tuple[int, ...]:
         """Number of steps of each level, coarsest first."""
         return tuple(self.coarsest * 2**level for level in range(min(self.levels, 64)))
+
+    @cached_property
+    def guards(self) -> "Settings":
+        """The same with the levels that paths begin with."""
+        return self if self.guard_levels >= self.levels else replace(self, levels=self.guard_levels)
 
     @cached_property
     def sizes(self) -> tuple[int, ...]:

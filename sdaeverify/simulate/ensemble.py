@@ -53,12 +53,20 @@ class Task:
     settings : Settings
     screened : bool
         Whether one step is looked at before there are paths, as a block of its own; if not, with the first paths.
+    guards : bool
+        Whether paths take the levels of guards alone.
     """
 
     spec: ProblemSpec
     entries: tuple[Entry, ...]
     settings: Settings
     screened: bool = False
+    guards: bool = False
+
+    @property
+    def sampled(self) -> Settings:
+        """The settings that paths are drawn with; one step is looked at with those of the whole run."""
+        return self.settings.guards if self.guards else self.settings
 
 
 class LaneEvidence(NamedTuple):
@@ -173,10 +181,10 @@ def _run_block(task: Task, block: int, marker: Marker, *, digests: bool) -> tupl
     with marker.of(PROBLEM):
         problem = task.spec.build()
         asked_for = any(_needs_truth(entry, problem) for entry in task.entries)
-        reference = Reference(problem, task.settings, max(block, 0), asked_for=asked_for)
+        reference = Reference(problem, task.sampled, max(block, 0), asked_for=asked_for)
         did = problem_digest(problem) if digests else ""
     first = block == (SCREENING if task.screened else 0)
-    place = _Place(problem, reference, task.settings, marker, did, first=first, sampled=block != SCREENING)
+    place = _Place(problem, reference, task, marker, did, first=first, sampled=block != SCREENING)
     runs = [_Run(entry, index, place) for index, entry in enumerate(task.entries)]
     if any(run.sampled for run in runs):
         source = Source(task.settings.seed, task.spec.label, block, reference.drawn, reference.paths)
@@ -222,7 +230,7 @@ class _Place(NamedTuple):
 
     problem: Problem
     reference: Reference
-    settings: Settings
+    task: Task
     marker: Marker
     did: str
     first: bool
@@ -230,7 +238,7 @@ class _Place(NamedTuple):
 
 
 def _simulate(place: _Place, runs: "Sequence[_Run]", source: Source) -> None:
-    problem, reference, coarsest = place.problem, place.reference, place.settings.coarsest
+    problem, reference, coarsest = place.problem, place.reference, place.task.settings.coarsest
     extra = source.stream("truth", reference.level)
     h = problem.horizon / coarsest
     brownian = Brownian(source, problem.noise_dim, h, reference.finest, problem.noise, problem.records)
@@ -248,7 +256,7 @@ class _Watch:
     """One measure on one lane; what goes wrong in it costs this measure only."""
 
     def __init__(self, measure: Measure, index: int, place: _Place, parts: Parts | None) -> None:
-        problem, settings = place.problem, place.settings
+        problem, settings = place.problem, place.task.sampled
         self.measure, self.index, self.marker, self.error, self.starved = measure, index, place.marker, "", False
         self.observer: Observer | None = None
         self.wanted: Sequence[Container[int]] = [frozenset()] * settings.levels
@@ -297,7 +305,7 @@ class _Run:
 
     def __init__(self, entry: Entry, index: int, place: _Place) -> None:
         self.entry, self.index, self.place = entry, index, place
-        self.reference, self.settings = place.reference, place.settings
+        self.reference, self.settings = place.reference, place.task.settings
         self.error, self.starved, self.violation, self.seconds = "", False, "", 0.0
         self.watches: list[_Watch] = []
         self.did = ""
@@ -316,7 +324,7 @@ class _Run:
         parts = None
         if self.place.sampled:
             own = self.reference.own if _needs_truth(self.entry, self.place.problem) else None
-            self.lane = Lane(scheme, self.view, self.settings, paths, own)
+            self.lane = Lane(scheme, self.view, self.place.task.sampled, paths, own)
             parts = self.lane.tracks[0].constraint_arguments()
         self.watches = [_Watch(m, index, self.place, parts) for index, m in enumerate(self.entry.measures)]
 

@@ -20,6 +20,8 @@ Files = Mapping[str, tuple[str, tuple[Path, ...], str]]
 Sources = tuple[tuple[str, tuple[Path, ...]], ...]
 # What of the settings says how many paths there are in all and when to stop: a block does not depend on it.
 BUDGET = frozenset({"paths", "looks", "confidence", "family"})
+# Which levels begin is no part of what they are.
+UNKEYED = BUDGET | {"guard_levels"}
 
 
 def lane_ingredients(scheme: Scheme, spec: ProblemSpec, settings: Settings, block: int) -> Ingredients | None:
@@ -38,7 +40,7 @@ def lane_ingredients(scheme: Scheme, spec: ProblemSpec, settings: Settings, bloc
     if not all(sources.values()):
         return None
     loaded = {"code of the scheme": code_of(scheme), "code of the problem": code_of(spec.function)}
-    numbers = {name: str(value) for name, value in asdict(settings).items() if name not in BUDGET}
+    numbers = {name: str(value) for name, value in asdict(settings).items() if name not in UNKEYED}
     drawn = "none"
     if block != SCREENING:
         drawn = f"{settings.sizes[block]} drawn, {settings.paths_of(block)} used"

@@ -163,13 +163,14 @@ class Store:
         return f"evidence of {self.reused} of {self.reused + new} blocks of paths was reused{computed}"
 
     def _look_up(self, task: Task, block: int, entry: Entry) -> "_Found":
-        lane = lane_ingredients(entry.scheme, task.spec, task.settings, block)
+        settings = task.settings if block == SCREENING else task.sampled
+        lane = lane_ingredients(entry.scheme, task.spec, settings, block)
         if lane is None:
             return _Found(None, None, SOURCELESS)
         known = {measure.name: measure_ingredients(measure, task.settings) for measure in entry.measures}
         measures = {name: given for name, given in known.items() if given}
         container = Container(self.folder / FOLDER / f"{task.spec.name[:LONGEST_NAME]}{SUFFIX}")
-        which = "step" if block == SCREENING else f"{block:04d}"
+        which = "step" if block == SCREENING else f"{block:04d}{'g' * (settings is not task.settings)}"
         start = f"{which}-{_label_key(entry.scheme.label, task.spec.label)}-"
         files = lane_files(entry.scheme, task.spec)
         place = Place(container, f"{start}{key(lane)}", lane, measures, files, self.fresh)

@@ -4,6 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from statistics import fmean
+from typing import NamedTuple
 
 from ..contracts.settings import SCREENING, Settings
 from ..simulate.reference import OWN_REFERENCE
@@ -18,8 +19,23 @@ GROWTH = 0.08
 # Part of the further looks at a problem that is taken, as long as its paths have not told anything yet.
 AGAIN = 0.15
 
-# A scheme, by its label, on a block of paths or, in place of them, without paths.
-Piece = tuple[str, int]
+
+class Piece(NamedTuple):
+    """A piece of work.
+
+    Attributes
+    ----------
+    scheme : str
+        Label.
+    block : int
+        Of paths or, in place of them, `SCREENING`.
+    guards : bool
+        Whether the paths take the levels of guards alone.
+    """
+
+    scheme: str
+    block: int
+    guards: bool = False
 
 
 @dataclass
@@ -75,34 +91,33 @@ class Forecast:
         self.wanted[problem] = set(pieces)
         self.fresh.pop(problem, None)
         if breadth is not None:
-            self.fresh[problem] = len({scheme for scheme, _ in self.wanted[problem]})
+            self.fresh[problem] = len({piece.scheme for piece in self.wanted[problem]})
             self.breadths[problem] = breadth / max(self.fresh[problem], 1)
 
-    def heard(self, problem: str, block: int, seconds: Iterable[tuple[str, float]]) -> None:
-        """Take note of what some schemes took on a block of a problem.
+    def heard(self, problem: str, measured: Iterable[tuple[Piece, float]]) -> None:
+        """Take note of what some pieces of a problem took.
 
         Parameters
         ----------
         problem : str
             Label.
-        block : int
-        seconds : iterable of (str, float)
-            Measured, of each scheme.
+        measured : iterable of (Piece, float)
+            With the seconds of each.
         """
         self._known.pop(problem, None)
-        for scheme, each in seconds:
-            self.spent += each
-            self.wanted[problem].discard((scheme, block))
-            if block == SCREENING:
-                self.screened[problem].append(each)
+        for piece, seconds in measured:
+            self.spent += seconds
+            self.wanted[problem].discard(piece)
+            if piece.block == SCREENING:
+                self.screened[problem].append(seconds)
             else:
-                before, times = self.sampled[problem].get(scheme, (0.0, 0.0))
-                self.sampled[problem][scheme] = before + each, times + self._weigh(block)
+                before, times = self.sampled[problem].get(piece.scheme, (0.0, 0.0))
+                self.sampled[problem][piece.scheme] = before + seconds, times + self._weigh(piece)
 
-    def over(self, problem: str, block: int) -> None:
+    def over(self, problem: str, block: int, *, guards: bool = False) -> None:
         """Take note that a block of a problem is done, whether it was computed or known before."""
         self._known.pop(problem, None)
-        self.wanted[problem] = {piece for piece in self.wanted[problem] if piece[1] != block}
+        self.wanted[problem] = {piece for piece in self.wanted[problem] if piece[1:] != (block, guards)}
 
     @property
     def left(self) -> float:
@@ -122,17 +137,20 @@ class Forecast:
         known = {scheme: seconds / times for scheme, (seconds, times) in self.sampled[problem].items()}
         first = (sum(known.values()) + ALIKE * FIRST * screening) / (len(known) + ALIKE)
         left = 0.0
-        for scheme, block in self.wanted[problem]:
-            left += screening if block == SCREENING else known.get(scheme, first) * self._weigh(block)
+        for piece in self.wanted[problem]:
+            paid = known.get(piece.scheme, first)
+            left += screening if piece.block == SCREENING else paid * self._weigh(piece)
         if problem in self.fresh:
-            further = range(self.settings.ends[0], self.settings.blocks)
+            further = (Piece("", block) for block in range(self.settings.ends[0], self.settings.blocks))
             whole = sum(known.values()) + (self.fresh[problem] - len(known)) * first
             left += AGAIN * whole * sum(map(self._weigh, further))
         return left
 
-    def _weigh(self, block: int) -> float:
-        """Return what a block costs, in multiples of the first one."""
-        return 1.0 + GROWTH * (self.settings.paths_of(block) / self.settings.paths_of(0) - 1.0)
+    def _weigh(self, piece: Piece) -> float:
+        """Return what a scheme costs on a block, in multiples of the first one on all levels."""
+        share = sum(self.settings.guards.steps) / sum(self.settings.steps) if piece.guards else 1.0
+        paths = self.settings.paths_of(piece.block) / self.settings.paths_of(0)
+        return share * (1.0 + GROWTH * (paths - 1.0))
 
     @property
     def _pace(self) -> float:

@@ -5,7 +5,7 @@ anything refuted by paths where a scheme that is known to be right is refuted, t
 above all, that is wrong.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import NamedTuple
@@ -214,6 +214,11 @@ class CellEvidence:
         """Whether nothing can be measured."""
         return bool(self.error or self.violation)
 
+    @property
+    def without_paths(self) -> "CellEvidence":
+        """What is known without sampling; the time that paths took stays spent."""
+        return replace(self, sampled=Tally(), health=Tally(), path_seconds=0.0, paths=0)
+
     def merge(self, lane: LaneEvidence, index: int) -> "CellEvidence":
         """Return the evidence with that of one more block; the first error stays."""
         return CellEvidence(
@@ -321,13 +326,16 @@ def judge_cell(
     return CellResult(cell, findings, judgement.levels, known.health, known.paths, *times)
 
 
-def control_verdicts(plan: ProblemPlan, settings: Settings, evidences: Evidences) -> ControlVerdicts:
+def control_verdicts(
+    plan: ProblemPlan, settings: Callable[[Cell], Settings], evidences: Evidences
+) -> ControlVerdicts:
     """Return what the controls of a problem have against verdicts.
 
     Parameters
     ----------
     plan : ProblemPlan
-    settings : Settings
+    settings : callable, Cell -> Settings
+        Those that the paths of a cell were drawn with.
     evidences : mapping of (Scheme, str) to CellEvidence
         By scheme and name of the measure, those of the controls included.
 
@@ -336,7 +344,7 @@ def control_verdicts(plan: ProblemPlan, settings: Settings, evidences: Evidences
     ControlVerdicts
     """
     known = {cell: evidences[cell.scheme, cell.measure.name] for cell in plan.control_cells}
-    evidence = {cell: _of_control(plan, cell, settings, found) for cell, found in known.items()}
+    evidence = {cell: _of_control(plan, cell, settings(cell), found) for cell, found in known.items()}
     return ControlVerdicts(plan.controls, evidence)
 
 

@@ -11,7 +11,7 @@ from ..simulate.ensemble import Task
 from ..store.store import Store
 from ..workers.executors import Crew
 from .blocks import Blocks, Lanes, Portion
-from .forecast import Forecast, breadth, weight
+from .forecast import Forecast, Piece, breadth, weight
 from .holm import family_wise
 from .judging import CellResult
 from .plan import Plan
@@ -191,11 +191,11 @@ class _Progress:
 
     def heard(self, job: "_Job", found: Lanes | Portion) -> Advanced:
         """Take note of what is done, and return the event."""
-        label = job.task.spec.label
+        label, guards = job.task.spec.label, job.task.guards and job.block != SCREENING
         if isinstance(found, Portion):
-            self.forecast.heard(label, job.block, found)
+            self.forecast.heard(label, [(Piece(scheme, job.block, guards), each) for scheme, each in found])
         else:
-            self.forecast.over(label, job.block)
+            self.forecast.over(label, job.block, guards=guards)
         pairs, decided = (sum(counts) for counts in zip(*(problem.pairs for problem in self.problems), strict=True))
         return Advanced(decided, pairs, label, self.forecast.spent, self.forecast.left)
 

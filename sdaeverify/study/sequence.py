@@ -1,4 +1,8 @@
-"""One problem under way: look by look, more paths for the cells that are not decided yet."""
+"""One problem under way: look by look, more paths for the cells that are not decided yet.
+
+Paths begin on few, coarse levels. These are enough where one step has decided, so that paths only guard its verdict,
+and where nothing is claimed. All levels are for the rest: what paths alone decide, or what the guards leave open.
+"""
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,9 +14,14 @@ from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
 from ..errors import FAULTS, one_line
 from ..simulate.ensemble import Entry, LaneEvidence, Task
+from ..measures.judge import ROUND_OFF
 from .forecast import Piece
 from .judging import CellEvidence, CellResult, control_verdicts, excluded_cells, judge_cell, without_evidence
 from .plan import Cell, ProblemPlan
+
+# Looks on the levels of guards: what so many leave open, finer steps tell sooner than more paths.
+GUARD_LOOKS = 2
+FINER = "on more levels it would be told"
 
 
 @dataclass
@@ -27,6 +36,8 @@ class CellRun:
         As judged at the last look.
     least : dict of str to tuple of float
         By quantity, the least p-values of all looks.
+    finer : bool
+        Whether it waits for all levels.
     halted : str
         Why no further look is taken; empty if that is open.
     """
@@ -35,6 +46,7 @@ class CellRun:
     evidence: CellEvidence = field(default_factory=CellEvidence)
     result: CellResult | None = None
     least: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    finer: bool = False
     halted: str = ""
 
     @property
@@ -46,6 +58,11 @@ class CellRun:
     def settled(self) -> bool:
         """Whether no more paths are wanted."""
         return bool(self.halted) or (self.result is not None and all(f.settled for f in self.result.findings))
+
+    @property
+    def pathless(self) -> bool:
+        """Whether paths tell nothing about it."""
+        return self.evidence.refused or _draws_none(self.cell.measure)
 
     @property
     def paths_to_decide(self) -> float:
@@ -64,6 +81,10 @@ class ProblemRun:
 
     Attributes
     ----------
+    guards : bool
+        Whether paths are on the levels of guards still.
+    look : int
+        How many looks were taken on these levels.
     pairs : (int, int)
         Number of schemes, and how many of them need nothing more.
     """
@@ -74,7 +95,7 @@ class ProblemRun:
         known = {_key(run.cell) for run in self.runs}
         self.controls = [CellRun(cell) for cell in plan.control_cells if _key(cell) not in known]
         self.excluded = excluded_cells(plan)
-        self.look = 0
+        self.guards, self.look = settings.guards is not settings, 0
         self.pairs = self._count_pairs()
 
     @property
@@ -85,15 +106,22 @@ class ProblemRun:
     @property
     def screening(self) -> set[Piece]:
         """What is found without paths."""
-        return {(run.cell.scheme.label, SCREENING) for run in self._running()}
+        return {Piece(run.cell.scheme.label, SCREENING) for run in self._running()}
 
     @property
     def expected_pieces(self) -> set[Piece]:
         """What is run from the next look on if as many paths decide as the findings say; before them, that look."""
-        longest = max((self._find_last_look(run) for run in self.runs if not run.settled), default=self.look)
+        longest = max(map(self._find_last_look, self._asking), default=self.look)
         begin, ends, kept = self.blocks.start, self.settings.ends, self._control_keys
         lasts = ((run, longest if _key(run.cell) in kept else self._find_last_look(run)) for run in self._running())
-        return {(run.cell.scheme.label, block) for run, look in lasts for block in range(begin, ends[look])}
+        pieces = {
+            Piece(run.cell.scheme.label, block, self.guards)
+            for run, look in lasts
+            for block in range(begin, ends[look])
+        }
+        return pieces | {
+            Piece(run.cell.scheme.label, block) for run in self.runs if run.finer for block in range(ends[0])
+        }
 
     @property
     def next_pieces(self) -> tuple[int, ...]:
@@ -118,7 +146,7 @@ class ProblemRun:
         for run in self._running():
             entries.setdefault(run.cell.scheme, []).append(run)
         made = (Entry(scheme, tuple(run.cell.measure for run in runs)) for scheme, runs in entries.items())
-        return Task(self.plan.spec, tuple(made), self.settings, screened=True)
+        return Task(self.plan.spec, tuple(made), self.settings, screened=True, guards=self.guards)
 
     def absorb(self, task: Task, lanes: Iterable[LaneEvidence]) -> None:
         """Merge the evidence of one more block."""
@@ -135,15 +163,18 @@ class ProblemRun:
     @property
     def screened(self) -> list[CellRun]:
         """The cells about which paths tell nothing."""
-        done = (run for run in self.runs if run.evidence.refused or _draws_none(run.cell.measure))
-        return [run for run in done if not run.halted]
+        return [run for run in self.runs if run.pathless and not run.halted]
 
     def judge(self) -> None:
         """Judge the open cells at the end of a look."""
-        runs = [run for run in self.runs if not run.settled]
+        runs = self._asking
         for run, result in zip(runs, self._judge_runs(runs), strict=True):
             run.result = self._sequential(run, result)
+            if self.guards and not run.pathless:
+                run.result, run.finer = _leave_to_finer(run.result)
         self.look += 1
+        if self.guards and (self.look in {GUARD_LOOKS, len(self.settings.ends)} or not self._asking):
+            self._begin_finer()
         self.pairs = self._count_pairs()
 
     def results(self, stopped: str) -> tuple[CellResult, ...]:
@@ -154,33 +185,52 @@ class ProblemRun:
         )
         return (*done, *self.excluded)
 
+    def _begin_finer(self) -> None:
+        """Begin again, on all levels, with what is open and the controls of that."""
+        for run in self.runs:
+            run.finer = False
+        for run in self._running():
+            run.evidence, run.least = run.evidence.without_paths, {}
+        self.guards, self.look = False, 0
+
+    @property
+    def _asking(self) -> list[CellRun]:
+        """Cells that want paths on the present levels."""
+        return [run for run in self.runs if not (run.settled or run.finer)]
+
+    def _settings_of(self, cell: Cell) -> Settings:
+        return self.settings.guards if self.guards and not _draws_none(cell.measure) else self.settings
+
     def _count_pairs(self) -> tuple[int, int]:
         schemes = {run.cell.scheme for run in self.runs}
         return len(schemes), len(schemes - {run.cell.scheme for run in self.runs if not run.settled})
 
     def _judge_runs(self, runs: Sequence[CellRun]) -> list[CellResult]:
         evidence = {_key(run.cell): run.final_evidence for run in (*self.runs, *self.controls)}
-        controls = control_verdicts(self.plan, self.settings, evidence)
-        return [judge_cell(self.plan, run.cell, self.settings, run.evidence, controls) for run in runs]
+        controls = control_verdicts(self.plan, self._settings_of, evidence)
+        asked = ((run, self._settings_of(run.cell)) for run in runs)
+        return [judge_cell(self.plan, run.cell, settings, run.evidence, controls) for run, settings in asked]
 
     def _running(self) -> Iterator[CellRun]:
         # A cell that is settled keeps the evidence of its last look; a control goes on for the cells it controls.
         kept = self._control_keys
-        wanted = [run for run in self.runs if not run.settled or _key(run.cell) in kept]
+        asking = self._asking
+        wanted = [run for run in self.runs if run in asking or _key(run.cell) in kept]
         wanted += [run for run in self.controls if _key(run.cell) in kept]
         yield from (run for run in wanted if not (run.halted or run.evidence.refused))
 
     @property
     def _control_keys(self) -> set[tuple[Scheme, str]]:
         """Those of the controls that open cells are judged by."""
-        asked = {run.cell.measure.name for run in self.runs if not run.settled}
+        asked = {run.cell.measure.name for run in self._asking}
         return {_key(cell) for cell in self.plan.control_cells if cell.measure.name in asked}
 
     def _find_last_look(self, run: CellRun) -> int:
         """Return the look at which a cell is decided, as far as is known; the last but one where none decides it."""
         totals = [self.settings.totals[end - 1] for end in self.settings.ends]
         enough = (look for look, total in enumerate(totals) if total >= run.paths_to_decide)
-        return max(self.look, next(enough, len(totals) - 2))
+        last = max(self.look, next(enough, len(totals) - 2))
+        return min(last, GUARD_LOOKS - 1) if self.guards else last
 
     def _sequential(self, run: CellRun, result: CellResult) -> CellResult:
         looks = len(self.settings.ends)
@@ -192,6 +242,20 @@ class ProblemRun:
             p_verified, p_refuted = (p if isnan(p) else min(1.0, looks * p) for p in least)
             findings.append(replace(finding, p_verified=p_verified, p_refuted=p_refuted))
         return replace(result, findings=tuple(findings))
+
+
+def _leave_to_finer(result: CellResult) -> tuple[CellResult, bool]:
+    """Return a result on the levels of guards without what asks for all of them, and whether something is left so."""
+    kept = tuple(f if _is_guarded(f) or not f.settled else f.withhold(FINER, settled=False) for f in result.findings)
+    return replace(result, findings=kept), any(f is not one for f, one in zip(kept, result.findings, strict=True))
+
+
+def _is_guarded(finding: Finding) -> bool:
+    """Tell whether a few coarse steps are enough: one step decides, each step shows it, or nothing is claimed."""
+    if finding.verdict in {Verdict.VERIFIED, Verdict.REFUTED}:
+        exact = finding.claim is not None and finding.claim.value == ROUND_OFF
+        return finding.tier < 3 or (exact and finding.verdict is Verdict.VERIFIED)
+    return finding.verdict is Verdict.OUT_OF_SCOPE
 
 
 def _least(p: float, q: float) -> float:
