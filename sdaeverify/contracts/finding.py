@@ -39,6 +39,7 @@ class Kind(StrEnum):
     INCONSISTENT = "one step does not follow the equation"
     LOST_INDEX = "the problem loses its root"
     MORE_PATHS = "paths that would decide"
+    GUARD = "paths do not guard what one step says"
 
 
 @dataclass(frozen=True)

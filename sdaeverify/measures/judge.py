@@ -253,13 +253,13 @@ def _doubt(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]:
     """Return why paths that refute nothing are no guard, or an empty reason, and whether more of them do not help."""
     paths = {"paths": evidence.paths}
     if evidence.paths < CALIBRATED_PATHS:
-        return Reason("{paths} paths are too few to guard it", numbers=paths), True
+        return Reason("{paths} paths are too few to guard it", Kind.GUARD, paths), True
     if min(tests.refuted, tests.suspected) <= 1.0 - evidence.settings.confidence:
-        doubt = Reason("the paths do not look like it").then(tests.reason, ": ").then("more of them would tell")
-        return doubt, False
+        unlike = Reason("the paths do not look like it", Kind.GUARD)
+        return unlike.then(tests.reason, ": ").then("more of them would tell"), False
     if tests.blind <= 1.0:
         return Reason(), True
-    doubt = Reason("{paths} paths do not show an error that the claim forbids", numbers=paths)
+    doubt = Reason("{paths} paths do not show an error that the claim forbids", Kind.GUARD, paths)
     if not np.isfinite(tests.blind):
         return doubt.then("nor would more", ", "), True
     needed = tests.blind * evidence.paths

@@ -8,20 +8,20 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import isnan
 
-from ..contracts.finding import Finding, Reason, Verdict
+from ..contracts.finding import Finding, Kind, Reason, Verdict
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
 from ..errors import FAULTS, one_line
-from ..simulate.ensemble import Entry, LaneEvidence, Task
 from ..measures.judge import ROUND_OFF
+from ..simulate.ensemble import Entry, LaneEvidence, Task
 from .forecast import Piece
 from .judging import CellEvidence, CellResult, control_verdicts, excluded_cells, judge_cell, without_evidence
 from .plan import Cell, ProblemPlan
 
-# Looks on the levels of guards: what so many leave open, finer steps tell sooner than more paths.
+# Looks on the levels of guards: where nobody can say how many more paths are needed then, finer steps are tried.
 GUARD_LOOKS = 2
-FINER = "on more levels it would be told"
+FINER = "all levels decide"
 
 
 @dataclass
@@ -170,11 +170,9 @@ class ProblemRun:
         runs = self._asking
         for run, result in zip(runs, self._judge_runs(runs), strict=True):
             run.result = self._sequential(run, result)
-            if self.guards and not run.pathless:
-                run.result, run.finer = _leave_to_finer(run.result)
         self.look += 1
-        if self.guards and (self.look in {GUARD_LOOKS, len(self.settings.ends)} or not self._asking):
-            self._begin_finer()
+        if self.guards:
+            self._guard(run for run in runs if not run.pathless)
         self.pairs = self._count_pairs()
 
     def results(self, stopped: str) -> tuple[CellResult, ...]:
@@ -184,6 +182,18 @@ class ProblemRun:
             _as_it_is(run, run.halted or (stopped if unsettled or run.result is None else "")) for run in self.runs
         )
         return (*done, *self.excluded)
+
+    def _guard(self, runs: Iterable[CellRun]) -> None:
+        """Set those apart that ask for all levels, which are for all of them together when the others are done."""
+        last = self.look == len(self.settings.ends)
+        for run in runs:
+            assert run.result is not None
+            asking = [f for f in run.result.findings if _asks_for_finer(f, self.look) or (last and not f.settled)]
+            run.finer = bool(asking)
+            withheld = (f.withhold(FINER, settled=False) if f in asking else f for f in run.result.findings)
+            run.result = replace(run.result, findings=tuple(withheld))
+        if not self._asking:
+            self._begin_finer()
 
     def _begin_finer(self) -> None:
         """Begin again, on all levels, with what is open and the controls of that."""
@@ -229,8 +239,7 @@ class ProblemRun:
         """Return the look at which a cell is decided, as far as is known; the last but one where none decides it."""
         totals = [self.settings.totals[end - 1] for end in self.settings.ends]
         enough = (look for look, total in enumerate(totals) if total >= run.paths_to_decide)
-        last = max(self.look, next(enough, len(totals) - 2))
-        return min(last, GUARD_LOOKS - 1) if self.guards else last
+        return max(self.look, next(enough, len(totals) - 2))
 
     def _sequential(self, run: CellRun, result: CellResult) -> CellResult:
         looks = len(self.settings.ends)
@@ -244,18 +253,14 @@ class ProblemRun:
         return replace(result, findings=tuple(findings))
 
 
-def _leave_to_finer(result: CellResult) -> tuple[CellResult, bool]:
-    """Return a result on the levels of guards without what asks for all of them, and whether something is left so."""
-    kept = tuple(f if _is_guarded(f) or not f.settled else f.withhold(FINER, settled=False) for f in result.findings)
-    return replace(result, findings=kept), any(f is not one for f, one in zip(kept, result.findings, strict=True))
-
-
-def _is_guarded(finding: Finding) -> bool:
-    """Tell whether a few coarse steps are enough: one step decides, each step shows it, or nothing is claimed."""
+def _asks_for_finer(finding: Finding, look: int) -> bool:
+    """Tell whether a finding needs all levels: unless one step or each of them decides it, or nothing is claimed."""
     if finding.verdict in {Verdict.VERIFIED, Verdict.REFUTED}:
         exact = finding.claim is not None and finding.claim.value == ROUND_OFF
-        return finding.tier < 3 or (exact and finding.verdict is Verdict.VERIFIED)
-    return finding.verdict is Verdict.OUT_OF_SCOPE
+        return finding.tier == 3 and not (exact and finding.verdict is Verdict.VERIFIED)
+    if finding.settled:
+        return finding.verdict is not Verdict.OUT_OF_SCOPE
+    return not finding.reason.has(Kind.GUARD) or (look >= GUARD_LOOKS and not finding.reason.paths)
 
 
 def _least(p: float, q: float) -> float:

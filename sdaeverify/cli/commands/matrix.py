@@ -24,6 +24,7 @@ from ..options import jobs, levels_text, loudness, once, plugins, progress_of_ce
 DEFAULTS = Settings()
 SHARD = re.compile("([0-9]{1,6})/([0-9]{1,6})")
 FOLDER = Path("reports", "latest")
+NUMBERS = ("paths", "seed", "confidence", "block", "looks", "family")
 
 
 @click.command(epilog=codes_in_words(), short_help="Cross schemes with problems and judge every claim.")
@@ -33,8 +34,14 @@ FOLDER = Path("reports", "latest")
 @once(
     "--levels",
     metavar="LEVELS",
-    default=levels_text(DEFAULTS),
-    help=f"Steps as COARSEST..FINEST, doubling; or a number of levels, from {DEFAULTS.coarsest} steps on.",
+    help=f"Steps as COARSEST..FINEST, doubling; or a number of levels, from {DEFAULTS.coarsest} steps on.  "
+    f"[default: {levels_text(DEFAULTS)}]",
+)
+@once(
+    "--guard-levels",
+    type=int,
+    help="Levels that paths begin with, enough to guard what one step decides.  "
+    f"[default: {DEFAULTS.guard_levels}; all that --levels gives]",
 )
 @seed
 @once("--confidence", type=float, default=DEFAULTS.confidence, help="Level of the intervals verdicts are taken from.")
@@ -95,9 +102,11 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
 
 
 def _settings(options: dict[str, Any]) -> Settings:
-    coarsest, levels = read_levels(options["levels"])
-    numbers = {name: options[name] for name in ("paths", "seed", "confidence", "block", "looks", "family")}
-    return Settings(coarsest=coarsest, levels=levels, **numbers)
+    given = {name: options[name] for name in ("guard_levels", *NUMBERS) if options[name] is not None}
+    if options["levels"] is not None:
+        coarsest, levels = read_levels(options["levels"])
+        given = {"guard_levels": levels, "coarsest": coarsest, "levels": levels, **given}
+    return Settings(**given)
 
 
 def _read_shard(text: str) -> tuple[int, int]:

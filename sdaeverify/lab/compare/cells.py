@@ -125,7 +125,7 @@ def _cell(old: StoredRun, new: StoredRun, registry: Registry, key: tuple[str, st
 
 def _of_measure(cell: _Cell, registry: Registry, name: str) -> Iterator[Comparison | Omitted]:
     a, b = cell.old.lanes[cell.key], cell.new.lanes[cell.key]
-    blocks = [block for block in sorted(a.keys() & b.keys()) if _is_in_both(a[block], b[block], name)]
+    runs, blocks = _common(cell, name)
     if name not in registry.measures:
         yield Omitted(*cell.key, name, "", f"measure {name} is not registered here")
     elif not (name in _measures(a) and name in _measures(b)):
@@ -135,7 +135,7 @@ def _of_measure(cell: _Cell, registry: Registry, name: str) -> Iterator[Comparis
     else:
         measure = registry.measures[name].measure
         try:
-            sizes = [cell.sizes(measure, run, blocks) for run in (cell.old, cell.new)]
+            sizes = [cell.sizes(measure, run, blocks) for run in runs]
         except FAULTS as error:
             yield Omitted(*cell.key, name, "", f"its evidence cannot be read: {one_line(error)}")
             return
@@ -156,6 +156,17 @@ def _of_quantities(
         counts = old[quantity].counts
         paths = 0 if counts is None else int(counts.sum())
         yield Comparison(*where, paths, found) if found.known else Omitted(*where, found.reason)
+
+
+def _common(cell: _Cell, measure: str) -> tuple[tuple[StoredRun, StoredRun], list[int]]:
+    """Return the runs with the blocks that both have: on all levels, or on those of guards where these were enough."""
+    whole, guards = (cell.old, cell.new), (cell.old.guarding, cell.new.guarding)
+    for runs in (whole, guards) if guards[0].settings.levels == guards[1].settings.levels else (whole,):
+        a, b = (run.lanes.get(cell.key, {}) for run in runs)
+        blocks = [block for block in sorted(a.keys() & b.keys()) if _is_in_both(a[block], b[block], measure)]
+        if 0 in blocks:
+            return runs, blocks
+    return whole, []
 
 
 def _is_in_both(a: StoredLane, b: StoredLane, measure: str) -> bool:

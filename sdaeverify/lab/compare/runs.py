@@ -1,10 +1,11 @@
 """The evidence of a run as it was stored, with the settings it was drawn with, or why there is none to compare."""
 
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ...contracts.settings import Settings
+from ...contracts.settings import SCREENING, Settings
 from ...errors import UsageError
 from ...report.folders import read_verdicts, run_of
 from ...report.saved import SavedRun
@@ -31,6 +32,8 @@ class StoredRun:
         Of the stream of noise.
     lanes : mapping of (str, str) to (mapping of int to StoredLane)
         By labels of scheme and problem, block by block.
+    guards : mapping of (str, str) to (mapping of int to StoredLane)
+        The same with paths on the levels of guards.
     damaged : int
         Pieces of evidence that cannot be read.
     """
@@ -38,6 +41,7 @@ class StoredRun:
     saved: SavedRun
     fingerprint: str
     lanes: Mapping[tuple[str, str], Lanes]
+    guards: Mapping[tuple[str, str], Lanes]
     damaged: int = 0
 
     @property
@@ -49,6 +53,11 @@ class StoredRun:
     def settings(self) -> Settings:
         """With which it was run."""
         return self.saved.settings
+
+    @property
+    def guarding(self) -> "StoredRun":
+        """The run on the levels of guards."""
+        return replace(self, saved=replace(self.saved, settings=self.settings.guards), lanes=self.guards)
 
 
 def read_run(folder: Path) -> StoredRun:
@@ -65,16 +74,19 @@ def read_run(folder: Path) -> StoredRun:
         If it is no such folder, or holds no evidence: it says why, as far as the folder tells.
     """
     saved = read_saved(folder)
-    lanes: dict[tuple[str, str], dict[int, StoredLane]] = {}
+    # By the number of levels.
+    lanes: dict[str, dict[tuple[str, str], dict[int, StoredLane]]] = defaultdict(lambda: defaultdict(dict))
+    every, few = str(saved.settings.levels), str(saved.settings.guards.levels)
     damaged = 0
     for lane in (lane for container in containers(folder / FOLDER) for _, lane in container.lanes()):
         damaged += lane is None
         if lane is not None and _is_of(lane, saved):
             # Evidence of an earlier version stays where it was: what was used last counts.
-            lanes.setdefault((lane.scheme, lane.problem), {})[lane.block] = lane
+            for levels in {every, few} if lane.block == SCREENING else {lane.ingredients["levels"]}:
+                lanes[levels][lane.scheme, lane.problem][lane.block] = lane
     if not lanes:
         raise UsageError(why_absent(folder, damaged))
-    return StoredRun(saved, str(run_of(folder).get(FINGERPRINT, "")), lanes, damaged)
+    return StoredRun(saved, str(run_of(folder).get(FINGERPRINT, "")), lanes[every], lanes[few], damaged)
 
 
 def require_common_noise(old: StoredRun, new: StoredRun) -> None:
@@ -96,7 +108,10 @@ def _is_of(lane: StoredLane, saved: SavedRun) -> bool:
     # Evidence on controls and of earlier runs lies in the same folder.
     given = lane.ingredients
     named = given.get("scheme") in saved.schemes and given.get("problem") in saved.problems
-    numbers = all(given.get(name) == str(getattr(saved.settings, name)) for name in COMMON)
+    numbers = any(
+        all(given.get(name) == str(getattr(settings, name)) for name in COMMON)
+        for settings in (saved.settings, saved.settings.guards)
+    )
     return named and numbers and given.get("index", "").removeprefix("-").isdecimal()
 
 

@@ -31,6 +31,8 @@ def reproduce(cell: Sequence[str], settings: Settings, plugins: Sequence[str] = 
     words += [word for option, name in zip(("-s", "-p", "-m"), cell, strict=True) for word in (option, name)]
     words += ["--out", "reports/reproduced"]
     words += ["--paths", str(settings.paths), "--levels", f"{settings.steps[0]}..{settings.steps[-1]}"]
+    if settings.guards is not settings:
+        words += ["--guard-levels", str(settings.guard_levels)]
     words += ["--seed", str(settings.seed)]
     for name in ("confidence", "block", "looks", "family"):
         if getattr(settings, name) != getattr(default, name):
