@@ -3,7 +3,7 @@
 from collections import Counter
 from pathlib import Path
 
-from sdaeverify import Claim
+from sdaeverify import Claim, Settings
 from sdaeverify.measures.judge import DEEP_PATHS
 from sdaeverify.measures.strong.findings import TOLERANCE as STRONG_TOLERANCE
 from sdaeverify.measures.weak.probe import TOLERANCE
@@ -40,4 +40,5 @@ def constants() -> dict[str, float]:
         "least_q1": LEAST_Q1,
         "least_q2": LEAST_Q2,
         "deep_paths": DEEP_PATHS,
+        "guard_levels": Settings().guard_levels,
     }

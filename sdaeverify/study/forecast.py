@@ -20,8 +20,8 @@ GROWTH = 0.08
 AGAIN = 0.15
 
 
-class Piece(NamedTuple):
-    """A piece of work.
+class LaneKey(NamedTuple):
+    """A piece of work: a scheme on a block.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Forecast:
 
     Attributes
     ----------
-    wanted : dict of str to set of Piece
+    wanted : dict of str to set of LaneKey
         By problem, what is expected to be run.
     fresh : dict of str to int
         Number of schemes of the problems that were not judged yet.
@@ -68,7 +68,7 @@ class Forecast:
     """
 
     settings: Settings
-    wanted: dict[str, set[Piece]] = field(default_factory=dict)
+    wanted: dict[str, set[LaneKey]] = field(default_factory=dict)
     fresh: dict[str, int] = field(default_factory=dict)
     breadths: dict[str, float] = field(default_factory=dict)
     screened: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
@@ -76,14 +76,14 @@ class Forecast:
     spent: float = 0.0
     _known: dict[str, float] = field(default_factory=dict)
 
-    def expect(self, problem: str, pieces: Iterable[Piece], breadth: float | None = None) -> None:
+    def expect(self, problem: str, pieces: Iterable[LaneKey], breadth: float | None = None) -> None:
         """Take note of what is expected to be run of a problem from now on, in place of what was before.
 
         Parameters
         ----------
         problem : str
             Label.
-        pieces : iterable of Piece
+        pieces : iterable of LaneKey
         breadth : float, optional
             What its screening weighs beside those of others; given before paths tell how many of them are needed.
         """
@@ -94,14 +94,14 @@ class Forecast:
             self.fresh[problem] = len({piece.scheme for piece in self.wanted[problem]})
             self.breadths[problem] = breadth / max(self.fresh[problem], 1)
 
-    def heard(self, problem: str, measured: Iterable[tuple[Piece, float]]) -> None:
+    def heard(self, problem: str, measured: Iterable[tuple[LaneKey, float]]) -> None:
         """Take note of what some pieces of a problem took.
 
         Parameters
         ----------
         problem : str
             Label.
-        measured : iterable of (Piece, float)
+        measured : iterable of (LaneKey, float)
             With the seconds of each.
         """
         self._known.pop(problem, None)
@@ -115,7 +115,16 @@ class Forecast:
                 self.sampled[problem][piece.scheme] = before + seconds, times + self._weigh(piece)
 
     def over(self, problem: str, block: int, *, guards: bool = False) -> None:
-        """Take note that a block of a problem is done, whether it was computed or known before."""
+        """Take note that a block of a problem is done, whether it was computed or known before.
+
+        Parameters
+        ----------
+        problem : str
+            Label.
+        block : int
+        guards : bool, optional
+            Whether it was on the levels of guards.
+        """
         self._known.pop(problem, None)
         self.wanted[problem] = {piece for piece in self.wanted[problem] if piece[1:] != (block, guards)}
 
@@ -141,12 +150,13 @@ class Forecast:
             paid = known.get(piece.scheme, first)
             left += screening if piece.block == SCREENING else paid * self._weigh(piece)
         if problem in self.fresh:
-            further = (Piece("", block) for block in range(self.settings.ends[0], self.settings.blocks))
+            begin = self.settings.ends[0] if self.settings.guards is self.settings else 0
+            further = (LaneKey("", block) for block in range(begin, self.settings.blocks))
             whole = sum(known.values()) + (self.fresh[problem] - len(known)) * first
             left += AGAIN * whole * sum(map(self._weigh, further))
         return left
 
-    def _weigh(self, piece: Piece) -> float:
+    def _weigh(self, piece: LaneKey) -> float:
         """Return what a scheme costs on a block, in multiples of the first one on all levels."""
         share = sum(self.settings.guards.steps) / sum(self.settings.steps) if piece.guards else 1.0
         paths = self.settings.paths_of(piece.block) / self.settings.paths_of(0)

@@ -11,7 +11,7 @@ from ..simulate.ensemble import Task
 from ..store.store import Store
 from ..workers.executors import Crew
 from .blocks import Blocks, Lanes, Portion
-from .forecast import Forecast, Piece, breadth, weight
+from .forecast import Forecast, LaneKey, breadth, weight
 from .holm import family_wise
 from .judging import CellResult
 from .plan import Plan
@@ -193,7 +193,7 @@ class _Progress:
         """Take note of what is done, and return the event."""
         label, guards = job.task.spec.label, job.task.guards and job.block != SCREENING
         if isinstance(found, Portion):
-            self.forecast.heard(label, [(Piece(scheme, job.block, guards), each) for scheme, each in found])
+            self.forecast.heard(label, [(LaneKey(scheme, job.block, guards), each) for scheme, each in found])
         else:
             self.forecast.over(label, job.block, guards=guards)
         pairs, decided = (sum(counts) for counts in zip(*(problem.pairs for problem in self.problems), strict=True))

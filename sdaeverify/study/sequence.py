@@ -15,7 +15,7 @@ from ..contracts.settings import SCREENING, Settings
 from ..errors import FAULTS, one_line
 from ..measures.judge import ROUND_OFF
 from ..simulate.ensemble import Entry, LaneEvidence, Task
-from .forecast import Piece
+from .forecast import LaneKey
 from .judging import CellEvidence, CellResult, control_verdicts, excluded_cells, judge_cell, without_evidence
 from .plan import Cell, ProblemPlan
 
@@ -104,23 +104,23 @@ class ProblemRun:
         return self.look < len(self.settings.ends) and not all(run.settled for run in self.runs)
 
     @property
-    def screening(self) -> set[Piece]:
+    def screening(self) -> set[LaneKey]:
         """What is found without paths."""
-        return {Piece(run.cell.scheme.label, SCREENING) for run in self._running()}
+        return {LaneKey(run.cell.scheme.label, SCREENING) for run in self._running()}
 
     @property
-    def expected_pieces(self) -> set[Piece]:
+    def expected_pieces(self) -> set[LaneKey]:
         """What is run from the next look on if as many paths decide as the findings say; before them, that look."""
         longest = max(map(self._find_last_look, self._asking), default=self.look)
         begin, ends, kept = self.blocks.start, self.settings.ends, self._control_keys
         lasts = ((run, longest if _key(run.cell) in kept else self._find_last_look(run)) for run in self._running())
         pieces = {
-            Piece(run.cell.scheme.label, block, self.guards)
+            LaneKey(run.cell.scheme.label, block, self.guards)
             for run, look in lasts
             for block in range(begin, ends[look])
         }
         return pieces | {
-            Piece(run.cell.scheme.label, block) for run in self.runs if run.finer for block in range(ends[0])
+            LaneKey(run.cell.scheme.label, block) for run in self.runs if run.finer for block in range(ends[0])
         }
 
     @property

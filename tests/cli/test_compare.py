@@ -104,6 +104,21 @@ def test_order_kept_and_error_doubled(measured, compared):
     assert step["factor"] == step["ci_low"] == step["ci_high"] == pytest.approx(2.0, rel=0.02)
 
 
+def test_guards_are_compared_where_they_were_enough(measured, compared):
+    """Errors of paths on the levels of guards are compared on these, unless the other run has all levels."""
+    few, every = {"paths": 256, "guard-levels": 4, "levels": "8..256"}, {"paths": 256, "levels": "8..256"}
+    for folder, budget in {"old": few, "new": few, "whole": every}.items():
+        measured(folder, EULER if folder == "old" else DOUBLED, **budget)
+
+    _, answer = compared("old", "new")
+    _, other = compared("old", "whole")
+
+    row = by_quantity(answer)["x@T"]
+    assert (row["verdict"], row["paths"]) == ("worse", 256)
+    assert other["quantities"] == []
+    assert "not in both runs on as many levels" in str(other)
+
+
 def test_improvement_is_shown_and_no_failure(measured, call):
     """The other way round the errors are better, which is in the table, and the command succeeds."""
     measured("old"), measured("new", DOUBLED)

@@ -227,7 +227,8 @@ def test_reproduce(call, odd_scheme):
         "B = problem.diffusion(t, state); "
         "return Step(state + h * problem.drift(t, state) + np.einsum('dlp,lp->dp', B + 0 * noise.dW, noise.dW))"
     )
-    budget = ("--paths", "100", "--levels", "4..16", "--seed", "5", "--block", "64", "--confidence", "0.9")
+    budget = ("--paths", "100", "--seed", "5", "--block", "64", "--confidence", "0.9")
+    budget = (*budget, "--levels", "4..64", "--guard-levels", "4")
     call("matrix", "-s", "odd", "-p", "gbm[b=0.25]", "--plugin", plugin, *budget, "-j", "1")
     (row, *_) = before = rows("reports/latest")
 

@@ -37,6 +37,15 @@ def test_what_a_run_was_about(folder):
     assert run == SavedRun(folder, Settings(), ("milstein",), ("gbm", "ou"), ("strong",))
 
 
+def test_runs_of_earlier_versions_had_all_paths_on_all_levels(folder):
+    """What a run without guards has saved is read as one that had as many levels for them as for the rest."""
+    earlier = {name: value for name, value in NUMBERS.items() if name != "guard_levels"}
+
+    settings = read(folder, {**SAVED, "settings": earlier}).settings
+
+    assert settings.guards is settings
+
+
 def test_numbers_keep_their_kind(folder):
     """A whole number written with a point is whole, and a level written without one is none."""
     numbers = {**NUMBERS, "paths": 4096.0, "confidence": 0.5}

@@ -7,12 +7,13 @@ it renews `recorded_run.json`, which the tests replay.
 import json
 import sys
 import time
+from itertools import starmap
 from pathlib import Path
 
 import sdaeverify.study.run
 from sdaeverify.cli.program import conclude
 from sdaeverify.contracts.settings import Settings
-from sdaeverify.study.forecast import Forecast
+from sdaeverify.study.forecast import Forecast, LaneKey
 
 
 class Recorder(Forecast):
@@ -26,16 +27,16 @@ class Recorder(Forecast):
         self.note("expect", problem, wanted, breadth)
         super().expect(problem, wanted, breadth)
 
-    def heard(self, problem, block, seconds):
+    def heard(self, problem, measured):
         """Note what pieces took."""
-        measured = [(scheme, round(each, 4)) for scheme, each in seconds]
-        self.note("heard", problem, block, measured)
-        super().heard(problem, block, measured)
+        rounded = [(piece, round(seconds, 4)) for piece, seconds in measured]
+        self.note("heard", problem, rounded)
+        super().heard(problem, rounded)
 
-    def over(self, problem, block):
+    def over(self, problem, block, *, guards=False):
         """Note that a block is done."""
-        self.note("over", problem, block)
-        super().over(problem, block)
+        self.note("over", problem, block, guards)
+        super().over(problem, block, guards=guards)
 
     def note(self, *told):
         """Note something with the time."""
@@ -48,9 +49,13 @@ def shown(events):
     for now, what, problem, *told in events:
         if what == "expect":
             pieces, breadth = told
-            forecast.expect(problem, map(tuple, pieces), breadth)
+            forecast.expect(problem, starmap(LaneKey, pieces), breadth)
+        elif what == "heard":
+            forecast.heard(problem, [(LaneKey(*piece), seconds) for piece, seconds in told[0]])
         else:
-            getattr(forecast, what)(problem, *told)
+            block, guards = told
+            forecast.over(problem, block, guards=guards)
+        if what != "expect":
             yield now - events[0][0], forecast.spent / (forecast.spent + forecast.left)
 
 

@@ -17,6 +17,7 @@ from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
 from sdaeverify.numerics.statistics import group_sums
 from sdaeverify.study import CellResult, Finished, Screened, Study, plan
+from sdaeverify.study.forecast import LaneKey
 from sdaeverify.study.sequence import ProblemRun
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou
@@ -124,11 +125,11 @@ def test_the_looks_ahead_are_those_that_findings_ask_for(said, blocks):
     """Up to so many paths as would decide; to the last but one where all are too few; one where nothing is said."""
     problem = ProblemRun(plan([EulerMaruyama()], [problem_spec(gbm)], [Patient()]).problems[0], SETTINGS)
     label = EulerMaruyama().label
-    assert problem.expected_pieces == {(label, 0)}
+    assert problem.expected_pieces == {LaneKey(label, 0)}
     reason = Reason("about {paths} paths would decide", Kind.MORE_PATHS, said) if said else Reason("nobody knows")
     found = Finding(quantity="x", verdict=Verdict.INCONCLUSIVE, reason=reason, settled=False)
     problem.look, problem.runs[0].result = 1, CellResult(problem.runs[0].cell, (found,))
-    assert problem.expected_pieces == {(label, 1 + block) for block in range(blocks)}
+    assert problem.expected_pieces == {LaneKey(label, 1 + block) for block in range(blocks)}
 
 
 def test_p_values_are_of_all_looks():

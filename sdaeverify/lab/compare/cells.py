@@ -131,7 +131,7 @@ def _of_measure(cell: _Cell, registry: Registry, name: str) -> Iterator[Comparis
     elif not (name in _measures(a) and name in _measures(b)):
         yield Omitted(*cell.key, name, "", f"only in {(cell.old if name in _measures(a) else cell.new).folder}")
     elif 0 not in blocks:
-        yield Omitted(*cell.key, name, "", "the first block of paths is not in both runs")
+        yield Omitted(*cell.key, name, "", "the first block of paths is not in both runs on as many levels")
     else:
         measure = registry.measures[name].measure
         try:
@@ -159,7 +159,7 @@ def _of_quantities(
 
 
 def _common(cell: _Cell, measure: str) -> tuple[tuple[StoredRun, StoredRun], list[int]]:
-    """Return the runs with the blocks that both have: on all levels, or on those of guards where these were enough."""
+    """Return the runs with the blocks that both have on all levels or, where they were enough, of guards."""
     whole, guards = (cell.old, cell.new), (cell.old.guarding, cell.new.guarding)
     for runs in (whole, guards) if guards[0].settings.levels == guards[1].settings.levels else (whole,):
         a, b = (run.lanes.get(cell.key, {}) for run in runs)
