@@ -14,6 +14,7 @@ import scipy
 
 from ...arrays import Array
 from ...forms import Mesh
+from ...numerics.roots import find_root
 from ..linear.delay_step import Lagged, LinearDelayStep, as_recursion
 from ..linear.second_moments import smat, triangle
 from .spectral import WIDTHS, SpectralRadius
@@ -348,9 +349,7 @@ def radius(step: LinearDelayStep, mesh: Mesh) -> SpectralRadius:
         return SpectralRadius(np.inf, np.inf)
     if low <= floor and excess(floor) > 0.0:
         return SpectralRadius(0.5 * floor, 0.5 * floor)
-    logarithm = scipy.optimize.brentq(
-        lambda s: excess(float(np.exp(s))), np.log(low), np.log(high), xtol=1e-15, rtol=1e-15
-    )
+    logarithm = find_root(lambda s: excess(float(np.exp(s))), np.log(low), np.log(high), xtol=1e-15, rtol=1e-15)
     rho = float(np.exp(logarithm))
     return SpectralRadius(rho, _width(recursion, rho))
 
@@ -388,7 +387,7 @@ def _radius_of_noise(recursion: Lagged, least: float) -> float:
 
     start = ABOVE * least + BESIDE
     low, high = sorted([start, start / (1.0 + excess(start))])
-    return float(scipy.optimize.brentq(excess, max(low, least), high, xtol=1e-15 * high, rtol=1e-15))
+    return find_root(excess, max(low, least), high, xtol=1e-15 * high, rtol=1e-15)
 
 
 def _excess_of(recursion: Lagged) -> Callable[[float], float]:
