@@ -6,7 +6,7 @@ principle, and at which the gain of the noise is at most 1. No matrix of the his
 
 from collections.abc import Callable
 from copy import copy
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -379,6 +379,8 @@ def _radius_of_noise(recursion: Lagged, least: float) -> float:
     1/gain is 0 there and nearly linear in r beyond. The gain falls at least like 1/r, which bounds r on both sides.
     """
 
+    # Where it is tried first is an end of the bracket, too.
+    @cache
     def excess(r: float) -> float:
         if r <= least:
             return -1.0
@@ -411,8 +413,21 @@ def side_of(recursion: Lagged, r: float) -> int:
     count = outside(recursion, float(np.sqrt(r)))
     if count != 0:
         return 0 if count is None else -1
+    return _side_by_gain(recursion, r)
+
+
+def _side_by_gain(recursion: Lagged, r: float) -> int:
     gain, error = noise_gain(recursion, r)
     return 0 if abs(gain - 1.0) <= ERRORS * error else int(np.sign(1.0 - gain))
+
+
+def _is_between(recursion: Lagged, low: float, high: float) -> bool:
+    """Tell whether the spectral radius is between two numbers for certain."""
+    count = outside(recursion, float(np.sqrt(low)))
+    if count == 0:
+        # Nor is an eigenvalue outside the larger circle.
+        return _side_by_gain(recursion, low) < 0 and _side_by_gain(recursion, high) > 0
+    return count is not None and side_of(recursion, high) > 0
 
 
 def _bracket(excess: Callable[[float], float], step: float, floor: float) -> tuple[float, float]:
@@ -429,6 +444,6 @@ def _bracket(excess: Callable[[float], float], step: float, floor: float) -> tup
 def _width(recursion: Lagged, rho: float) -> float:
     for width in WIDTHS:
         d = width * rho
-        if side_of(recursion, rho + d) > 0 and side_of(recursion, rho - d) < 0:
+        if _is_between(recursion, rho - d, rho + d):
             return d
     return np.inf
