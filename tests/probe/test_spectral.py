@@ -11,7 +11,7 @@ from sdaeverify import Array
 from sdaeverify.probe.linear.second_moments import Operator
 from sdaeverify.probe.linear.step_moments import step_moments
 from sdaeverify.probe.stability import spectral
-from sdaeverify.probe.stability.spectral import is_below, spectral_radius
+from sdaeverify.probe.stability.spectral import are_below, spectral_radius
 from sdaeverify.probe.step.one_step import OneStep
 
 
@@ -61,8 +61,8 @@ def test_a_wrong_radius_has_no_tight_certificate(monkeypatch: pytest.MonkeyPatch
 def test_bounds_are_true_on_both_sides() -> None:
     """A bound a billionth away from the radius is told to be above or below."""
     T, rho = KNOWN["decoupled"]
-    assert is_below(T, T.dense(), rho + 1e-9) is True
-    assert is_below(T, T.dense(), rho - 1e-9) is False
+    assert are_below(T, T.dense(), rho + 1e-9) == [True]
+    assert are_below(T, T.dense(), rho - 1e-9) == [False]
 
 
 @pytest.mark.parametrize(("strength", "b"), [(-0.5, 0.5), (-1.5, 0.3)])
@@ -75,8 +75,8 @@ def test_large_operators_have_brackets_by_their_values(
     assert T.size > spectral.DENSE
     found, matrix = spectral_radius(T), T.dense()
     assert found.width < 1e-10
-    assert is_below(T, matrix, found.rho + found.width + 1e-12) is True
-    assert is_below(T, matrix, found.rho - found.width - 1e-12) is False
+    assert are_below(T, matrix, found.rho + found.width + 1e-12) == [True]
+    assert are_below(T, matrix, found.rho - found.width - 1e-12) == [False]
 
 
 def test_brackets_contain_the_radius_when_the_vector_is_a_rough_one(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -96,7 +96,7 @@ def test_an_eigenvalue_that_is_not_the_largest_is_unmasked(monkeypatch: pytest.M
     assert spectral_radius(T).width < 1e-10
     monkeypatch.setattr(spectral, "VECTORS", 20)
     found = spectral_radius(T)
-    assert is_below(T, T.dense(), found.rho + 1e-4) is False
+    assert are_below(T, T.dense(), found.rho + 1e-4) == [False]
     assert found.width == np.inf
 
 

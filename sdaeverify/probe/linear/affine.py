@@ -63,7 +63,7 @@ def defect(values: Array, fitted: Array) -> float:
     """
     k = fitted.shape[1] - 1
     x = np.concatenate([trial_states(k)[:, k + 1 :], np.ones((1, len(SIZES)))])
-    predicted, size = (np.einsum("ijn,js->isn", F[:-1], v) for F, v in ((fitted, x), (np.abs(fitted), np.abs(x))))
+    predicted, size = (v.T @ F[:-1] for F, v in ((fitted, x), (np.abs(fitted), np.abs(x))))
     given = values[:, k + 1 :]
     return relative(given - predicted, np.maximum(size, np.abs(given)))
 

@@ -5,6 +5,7 @@ For z = (x, 1) with A~ = [[A, a], [0, 0]] and C~_j = [[C_j, c_j], [0, 0]] the ma
     P' = A~ P + P A~^T + sum_j C~_j P C~_j^T     (Arnold 1974, section 8.5).
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -95,6 +96,8 @@ def no_linear_equation(view: Problem) -> str:
     return ""
 
 
+# Asked for at one step size after the other.
+@lru_cache(maxsize=8)
 def linear_equation(ito: Equation) -> LinearEquation:
     """Return the coefficients of an equation that `no_linear_equation` has nothing against."""
     x = corners(ito.dimension)

@@ -81,10 +81,10 @@ def svec(P: Array) -> Array:
 
 
 def smat(coordinates: Array, n: int) -> Array:
-    """Return the symmetric matrix of some coordinates, shape (n, n): the inverse of `svec`."""
+    """Return the symmetric matrices of some coordinates, shape (..., n, n): the inverse of `svec`."""
     i, j, scale = triangle(n)
-    P = np.empty((n, n))
-    P[i, j] = P[j, i] = coordinates / scale
+    P = np.empty((*coordinates.shape[:-1], n, n))
+    P[..., i, j] = P[..., j, i] = coordinates / scale
     return P
 
 

@@ -70,37 +70,34 @@ def _of_one_factor(operator: Operator, matrix: Array) -> SpectralRadius | None:
     return found if found.width <= CERTAIN * max(1.0, rho) else None
 
 
-def is_below(operator: Operator, matrix: Array, c: float) -> bool | None:
-    """Tell whether the spectral radius is below c > 0; None if the arithmetic does not tell.
+def are_below(operator: Operator, matrix: Array, *c: float) -> list[bool | None]:
+    """Tell whether the spectral radius is below each c > 0; None where the arithmetic does not tell.
 
     Parameters
     ----------
     operator : Operator
     matrix : ndarray
         The same in coordinates.
-    c : float
-
-    Returns
-    -------
-    bool or None
+    *c : float
     """
-    n = operator.dimension
+    n, bounds = operator.dimension, np.array(c)[:, None, None]
     unit = np.eye(n)
     try:
-        P = smat(np.linalg.solve(c * np.eye(len(matrix)) - matrix, svec(unit)), n)
+        P = smat(np.linalg.solve(bounds * np.eye(len(matrix)) - matrix, svec(unit)[:, None])[..., 0], n)
     except np.linalg.LinAlgError:
-        return None
+        return [None] * len(c)
     # Not by the matrix, whose own rounding would not show.
-    if not np.isfinite(P).all() or np.linalg.norm(c * P - operator(P) - unit) > RESIDUAL:
-        return None
+    known = np.linalg.norm(bounds * P - operator(P) - unit, axis=(1, 2)) <= RESIDUAL
     # If rho < c, P is at least (1 - RESIDUAL) Id/c: half of it is left to rounding.
-    return bool(np.linalg.eigvalsh(P).min() > 0.5 * (1.0 - RESIDUAL) / c)
+    below = np.linalg.eigvalsh(np.where(known[:, None, None], P, unit))[:, 0] > 0.5 * (1.0 - RESIDUAL) / np.array(c)
+    return [bool(answer) if certain else None for answer, certain in zip(below, known, strict=True)]
 
 
 def _certified_width(operator: Operator, matrix: Array, rho: float) -> float:
     for width in WIDTHS:
         d = width * max(1.0, rho)
-        if is_below(operator, matrix, rho + d) and (rho <= d or is_below(operator, matrix, rho - d) is False):
+        sides = (rho + d, rho - d) if rho > d else (rho + d,)
+        if are_below(operator, matrix, *sides) == [True, False][: len(sides)]:
             return d
     return np.inf
 

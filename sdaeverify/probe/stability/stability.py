@@ -197,18 +197,17 @@ def radii(rows: Sequence[Row]) -> Radius:
 
 def step_radius(one_step: OneStep, h: float) -> float:
     """Return the spectral radius of a step of size h, nothing being checked."""
-    return spectral_radius(
-        _essential(one_step, h, step_moments(one_step, h, far=False).operator), certified=False
-    ).rho
+    operator = step_moments(one_step, h, far=False, atoms=False).operator
+    return spectral_radius(_essential(one_step, h, operator), certified=False).rho
 
 
 def _radius(one_step: OneStep, h: float, *, atoms: bool = True) -> Row:
     found = step_moments(one_step, h, atoms=atoms)
-    rho, width = spectral_radius(_essential(one_step, h, found.operator))
-    error, coarser = width + found.far.left_out, found.expectation.coarser
-    if coarser is None:
-        error = np.inf
-    elif coarser is not found.operator:
+    coarser = found.expectation.coarser
+    # Without a second rule nothing is certain, whatever the arithmetic is.
+    rho, width = spectral_radius(_essential(one_step, h, found.operator), certified=coarser is not None)
+    error = width + found.far.left_out
+    if coarser is not None and coarser is not found.operator:
         error += abs(rho - spectral_radius(_essential(one_step, h, coarser), certified=False).rho)
     return h, rho, error, found.defect, float(found.failed), found.far.pole
 
