@@ -72,6 +72,8 @@ def remote_plan(
     callable or None
         None where there are no isolated workers.
     """
+    if isinstance(executor, Isolated):
+        executor.start(len(specs))
     sources = read_sources(schemes, specs, measures)
     if not isinstance(executor, Isolated):
         return None

@@ -65,6 +65,10 @@ def end_process(process: BaseProcess) -> None:
     process.kill()
 
 
+def _do_nothing(_: Path) -> None:
+    """Return."""
+
+
 def _exit_code(processes: Sequence[BaseProcess]) -> int | None:
     for process in processes:
         # It is dead, or about to be.
@@ -103,6 +107,11 @@ class Isolated(Executor):
     def submit_afresh(self, fn: Callable[..., Any], /, *args: Any) -> Future[Any]:
         """Make a call in a new process, in which nobody has used up anything."""
         return self._begin(partial(fn, *args), fresh=True)
+
+    def start(self, count: int) -> None:
+        """Start some workers before there is a call for them: they load their code meanwhile."""
+        for _ in range(min(count, len(self._idle))):
+            self._begin(partial(_do_nothing, self.new_mark()), fresh=False)
 
     def new_mark(self) -> Path:
         """Return a place for a mark that no other call has."""

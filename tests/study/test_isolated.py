@@ -200,3 +200,17 @@ def test_workers_end_where_the_block_is_left_by_an_error():
 
     assert time.monotonic() - begun < PATIENCE
     assert not active_children()
+
+
+def test_workers_are_started_before_there_are_calls(isolated, pools):
+    """As many as are asked for and there are; the first call goes to one of them."""
+    isolated.start(5)
+    assert [len(pool.calls) for pool in pools] == [1, 1]
+
+    for pool in pools:
+        pool.work()
+    future = isolated.submit(int, "7")
+    next(pool for pool in pools if pool.calls).work()
+
+    assert future.result() == 7
+    assert len(pools) == 2
