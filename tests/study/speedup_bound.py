@@ -10,14 +10,16 @@ from pathlib import Path
 
 from sdaeverify.store.container import containers
 
+# What evidence without paths is called in the files.
+SCREENED = "step"
+
 
 def pieces(folder):
-    """Return the seconds of each piece of work: by problem and block, by scheme."""
+    """Return the seconds of each piece of work: by problem and block, on few levels or on all, by scheme."""
     found = defaultdict(dict)
     for container in containers(folder):
         for name, lane in container.lanes():
-            block = -1 if name.startswith("step") else lane.block
-            found[lane.problem, block][lane.scheme] = lane.seconds
+            found[lane.problem, name.partition("-")[0]][lane.scheme] = lane.seconds
     return found
 
 
@@ -26,10 +28,10 @@ def main(folder):
     found = pieces(Path(folder, "evidence"))
     whole = sum(sum(schemes.values()) for schemes in found.values())
     longest = {place: max((each[scheme], scheme) for scheme in each) for place, each in found.items()}
-    screening = max((*each, problem) for (problem, block), each in longest.items() if block < 0)
+    screening = max((*each, problem) for (problem, block), each in longest.items() if block == SCREENED)
     chains = defaultdict(float)
     for (problem, block), (seconds, _) in longest.items():
-        chains[problem] += seconds if block >= 0 else 0.0
+        chains[problem] += seconds if block != SCREENED else 0.0
     problem = max(chains, key=chains.__getitem__)
     print(f"all pieces {whole:.1f} s; without paths at least {screening[0]:.1f} s: {screening[1]} on {screening[2]}")
     print(f"look after look at least {chains[problem]:.1f} s: {problem}")
