@@ -170,7 +170,7 @@ class Store:
         known = {measure.name: measure_ingredients(measure, task.settings) for measure in entry.measures}
         measures = {name: given for name, given in known.items() if given}
         container = Container(self.folder / FOLDER / f"{task.spec.name[:LONGEST_NAME]}{SUFFIX}")
-        which = "step" if block == SCREENING else f"{block:04d}{'g' * (settings is not task.settings)}"
+        which = "step" if block == SCREENING else f"{block:04d}{'g' if task.guards else ''}"
         start = f"{which}-{_label_key(entry.scheme.label, task.spec.label)}-"
         files = lane_files(entry.scheme, task.spec)
         place = Place(container, f"{start}{key(lane)}", lane, measures, files, self.fresh)

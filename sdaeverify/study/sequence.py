@@ -60,6 +60,11 @@ class CellRun:
         return bool(self.halted) or (self.result is not None and all(f.settled for f in self.result.findings))
 
     @property
+    def asking(self) -> bool:
+        """Whether more paths are wanted on the present levels."""
+        return not (self.settled or self.finer)
+
+    @property
     def pathless(self) -> bool:
         """Whether paths tell nothing about it."""
         return self.evidence.refused or _draws_none(self.cell.measure)
@@ -111,7 +116,7 @@ class ProblemRun:
     @property
     def expected_pieces(self) -> set[LaneKey]:
         """What is run from the next look on if as many paths decide as the findings say; before them, that look."""
-        longest = max(map(self._find_last_look, self._asking), default=self.look)
+        longest = max((self._find_last_look(run) for run in self.runs if run.asking), default=self.look)
         begin, ends, kept = self.blocks.start, self.settings.ends, self._control_keys
         lasts = ((run, longest if _key(run.cell) in kept else self._find_last_look(run)) for run in self._running())
         pieces = {
@@ -167,7 +172,7 @@ class ProblemRun:
 
     def judge(self) -> None:
         """Judge the open cells at the end of a look."""
-        runs = self._asking
+        runs = [run for run in self.runs if run.asking]
         for run, result in zip(runs, self._judge_runs(runs), strict=True):
             run.result = self._sequential(run, result)
         self.look += 1
@@ -188,11 +193,12 @@ class ProblemRun:
         last = self.look == len(self.settings.ends)
         for run in runs:
             assert run.result is not None
-            asking = [f for f in run.result.findings if _asks_for_finer(f, self.look) or (last and not f.settled)]
-            run.finer = bool(asking)
-            withheld = (f.withhold(FINER, settled=False) if f in asking else f for f in run.result.findings)
-            run.result = replace(run.result, findings=tuple(withheld))
-        if not self._asking:
+            found = run.result.findings
+            asks = [_asks_for_finer(finding, self.look) or (last and not finding.settled) for finding in found]
+            run.finer = any(asks)
+            kept = (f.withhold(FINER, settled=False) if ask else f for f, ask in zip(found, asks, strict=True))
+            run.result = replace(run.result, findings=tuple(kept))
+        if not any(run.asking for run in self.runs):
             self._begin_finer()
 
     def _begin_finer(self) -> None:
@@ -202,11 +208,6 @@ class ProblemRun:
         for run in self._running():
             run.evidence, run.least = run.evidence.without_paths, {}
         self.guards, self.look = False, 0
-
-    @property
-    def _asking(self) -> list[CellRun]:
-        """Cells that want paths on the present levels."""
-        return [run for run in self.runs if not (run.settled or run.finer)]
 
     def _settings_of(self, cell: Cell) -> Settings:
         return self.settings.guards if self.guards and not _draws_none(cell.measure) else self.settings
@@ -224,15 +225,14 @@ class ProblemRun:
     def _running(self) -> Iterator[CellRun]:
         # A cell that is settled keeps the evidence of its last look; a control goes on for the cells it controls.
         kept = self._control_keys
-        asking = self._asking
-        wanted = [run for run in self.runs if run in asking or _key(run.cell) in kept]
+        wanted = [run for run in self.runs if run.asking or _key(run.cell) in kept]
         wanted += [run for run in self.controls if _key(run.cell) in kept]
         yield from (run for run in wanted if not (run.halted or run.evidence.refused))
 
     @property
     def _control_keys(self) -> set[tuple[Scheme, str]]:
         """Those of the controls that open cells are judged by."""
-        asked = {run.cell.measure.name for run in self._asking}
+        asked = {run.cell.measure.name for run in self.runs if run.asking}
         return {_key(cell) for cell in self.plan.control_cells if cell.measure.name in asked}
 
     def _find_last_look(self, run: CellRun) -> int:
