@@ -22,6 +22,7 @@ from ..gate.writers.text import markdown_report, text_report
 from ..registry.load import Registry
 from ..report.files import require_writable, require_writable_file, write_json, write_text
 from ..workers.executors import Crew
+from ..workers.garbage import lasting
 from ..workers.limits import Limits
 from .console import complain, output_to_stderr
 from .exit_codes import ExitCode, code_of_gate
@@ -95,7 +96,7 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
         require_writable_file(request.junitxml, "--junitxml")
     _remove_reports(request.folder)
     with workers(request.jobs, request.limits, request.registry) as crew:
-        with output_to_stderr():
+        with output_to_stderr(), lasting():
             plan = gate_plan(request.registry, policy, crew.executor)
         run = Run(plan, policy.settings, request.registry, request.arguments, request.folder, not request.reuse)
         result, code = _run_to_its_end(run, crew, request.progress)

@@ -3,7 +3,7 @@
 import sys
 from typing import NoReturn
 
-from ..workers.garbage import loading
+from ..workers.garbage import lasting
 from ..workers.supervision import supervise
 
 INTERRUPTED = 130
@@ -17,7 +17,7 @@ def run() -> NoReturn:
 def _program() -> int:
     try:
         # Loaded here, after the process has been made that it is for: libraries start threads.
-        with loading():
+        with lasting():
             from .program import conclude  # noqa: PLC0415
     except KeyboardInterrupt:
         # An interrupt while the libraries are loading ends the program like a later one.

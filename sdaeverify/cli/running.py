@@ -42,7 +42,7 @@ from .progress import progress
 
 # Evidence is safe as it is: between two savings of the tables lies so many times what one takes. Before the first
 # that is taken to be so many seconds a cell.
-APART, ROW = 200.0, 3e-5
+APART, ROW = 200.0, 5e-5
 
 
 class Shown(Enum):

@@ -1,4 +1,4 @@
-"""When garbage is looked for: not while libraries and plugins load, which takes a quarter longer if it is."""
+"""When garbage is looked for: not while that comes to be which lasts, such as code; that takes longer if it is."""
 
 import gc
 from collections.abc import Iterator
@@ -6,8 +6,8 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def loading() -> Iterator[None]:
-    """Load code: it is no garbage, and is not looked through again for as long as the process lives."""
+def lasting() -> Iterator[None]:
+    """Make what lasts as long as the process, code or a plan: it is no garbage, and is never looked through."""
     before = gc.isenabled()
     gc.disable()
     try:

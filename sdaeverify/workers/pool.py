@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from ..registry.discovery import load_file
-from .garbage import loading
+from .garbage import lasting
 from .isolated import Isolated, Turn, end_process
 from .limits import Limits, limit_memory, read_mark
 
@@ -251,7 +251,7 @@ def _begin(plugins: Sequence[str], memory: int) -> None:
     # What a plugin prints is no result.
     os.dup2(2, 1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    with loading():
+    with lasting():
         for plugin in plugins:
             if plugin.endswith(".py"):
                 load_file(plugin)

@@ -218,7 +218,7 @@ def level_rows(quantity: Quantity, fitted: Container[int], norms: Mapping[str, i
         known = level and one[level - 1 : level + 1].all()
         local = quantity.local_orders[level - 1] if known else Estimate(float("nan"), float("nan"))
         details = {
-            **{f"estimate_{name}": means[level, index] ** (1.0 / POWERS[index]) for name, index in norms.items()},
+            **{f"estimate_{name}": float(means[level, p] ** (1.0 / POWERS[p])) for name, p in norms.items()},
             "local_order": local.value,
             "local_order_std_error": local.se,
             "fitted": level in fitted,

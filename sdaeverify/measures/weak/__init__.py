@@ -11,6 +11,7 @@ Their order is a slope of log2 |mean difference|.
 
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
+from math import sqrt
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ from ...contracts.settings import Settings
 from ...contracts.tally import Tally
 from ...forms import Problem
 from ...forms.truths import Moment
-from ...numerics.statistics import RISING, Estimate
+from ...numerics.statistics import EPS, RISING, Estimate
 from ...registry.hookspecs import hookimpl
 from ..error_sizes import of_means
 from ..judge import (
@@ -111,8 +112,8 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
 
 def _without_error(evidence: Evidence, means: Means, levels: Array) -> bool:
     size = 1.0 + abs(means.mean(int(levels[-1])).value)
-    bound = 64.0 * np.finfo(float).eps * size * np.sqrt(evidence.settings.steps[-1])
-    return all(abs(means.difference(int(level)).value) <= bound for level in levels)
+    bound = 64.0 * EPS * size * sqrt(evidence.settings.steps[-1])
+    return all(abs(means.difference(level).value) <= bound for level in levels.tolist())
 
 
 def _tests(

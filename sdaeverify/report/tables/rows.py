@@ -255,13 +255,16 @@ IN_VERDICTS = {"local_order"}
 
 
 def _level_rows(result: CellResult, settings: Settings) -> Iterator[dict[str, Any]]:
+    # Its quantities share what is told of the steps of a level.
+    levels = {row.level for row in result.levels if row.level is not None}
+    steps = {level: _of_level(result, settings, level) for level in levels}
     for row in result.levels:
         yield {
             **_names(result, row.quantity),
             "h": row.h,
             "estimate": row.estimate,
             "std_error": row.std_error,
-            **({} if row.level is None else _of_level(result, settings, row.level)),
+            **({} if row.level is None else steps[row.level]),
             **row.details,
         }
 
@@ -272,7 +275,7 @@ def _of_level(result: CellResult, settings: Settings, level: int) -> Record:
         "h": result.horizon / settings.steps[level],
         "paths": result.paths,
         "failed_paths": int(health["failed"][level]),
-        "truncated_share": health["truncated"][level] / steps,
+        "truncated_share": float(health["truncated"][level] / steps),
         "steps": settings.steps[level],
         "lost_paths": int(health["lost"][level]),
         **_means(health, level),
@@ -283,4 +286,4 @@ def _means(health: Mapping[str, Array], level: int) -> dict[str, float]:
     """Return each cost's mean over the steps that have it; NaN if none has."""
     costs = [name.removeprefix(COST) for name in health if name.startswith(COST)]
     counts = {name: health[f"{COUNTED}{name}"][level] for name in costs}
-    return {f"{MEAN}{n}": health[f"{COST}{n}"][level] / counts[n] if counts[n] else np.nan for n in costs}
+    return {f"{MEAN}{n}": float(health[f"{COST}{n}"][level] / counts[n]) if counts[n] else nan for n in costs}
