@@ -67,7 +67,6 @@ from .judge import (
 from .slopes import Slopes
 
 TIMES = 64
-NOWHERE = np.zeros((1, 1))
 # Places in successive stretches are spread evenly by it, whatever period a scheme repeats itself with.
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 # Histogram of log2 |defect| in eighths, so that quantiles of merged blocks are known to 4.5 per cent.
@@ -135,10 +134,14 @@ class ResidualObserver:
     def after_step(self, level: int, step: int, parts: Parts) -> None:
         """Note the defects after one of the wanted steps."""
         for name, residual in self.problem.residuals(parts).items():
-            size = np.where(parts.get(HELD, NOWHERE)[0] > 0.0, 0.0, norm(residual.value))
-            self.integral[name][level] += self.problem.horizon * self.weights[level].get(step, 0.0) * size**2
+            size = norm(residual.value)
+            if HELD in parts:
+                size = np.where(parts[HELD][0] > 0.0, 0.0, size)
+            square = size * size
+            if step in self.weights[level]:
+                self.integral[name][level] += self.problem.horizon * self.weights[level][step] * square
             if step in self.noted[level]:
-                self.squares[name][level].append(group_sums(size * size))
+                self.squares[name][level].append(group_sums(square))
                 self.worst[name][level] = np.fmax(self.worst[name][level], size)
                 self.scale[name][level] = np.fmax(self.scale[name][level], np.fmax.reduce(residual.scale))
 

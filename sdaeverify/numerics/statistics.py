@@ -112,7 +112,7 @@ def group_sums(values: Array) -> Array:
     sums = rounds.sum(axis=-2)
     rest = values[..., whole:]
     sums[..., : rest.shape[-1]] += rest
-    return np.moveaxis(sums, -1, 0)
+    return sums if sums.ndim == 1 else np.moveaxis(sums, -1, 0)
 
 
 def jackknife(sums: Array, counts: Array, statistic: Callable[[Array], float]) -> Estimate:

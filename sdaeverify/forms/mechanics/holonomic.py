@@ -223,10 +223,8 @@ class HolonomicSDAE(Mechanics):
         """Return the defects g(r) and Dg(r) v."""
         r, v = parts["r"], parts["v"]
         J = self.linearised(r)
-        return {
-            "g": Residual(self.constraint(r), J.size() * norm(r)),
-            "Dg v": Residual(J.times(v), J.size() * norm(v)),
-        }
+        size = J.size()
+        return {"g": Residual(self.constraint(r), size * norm(r)), "Dg v": Residual(J.times(v), size * norm(v))}
 
     def admissible(self, x: Array) -> Array:
         """Return states (r, v, mu) with g(r) = 0 and Dg(r) v = 0 near the columns of x."""
