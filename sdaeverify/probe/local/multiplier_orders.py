@@ -61,9 +61,9 @@ class Multipliers(NamedTuple):
 def no_multipliers(scheme: Scheme, view: Problem) -> str:
     """Return why a pair has no multipliers to probe, or an empty string."""
     step = OneStep(scheme, view)
-    if reason := step.refusal():
+    if reason := step.refusal(run=False):
         return reason
-    return "" if _find_outputs(step).any() else f"its steps give no outputs {KAPPA} or {LAMBDA}"
+    return step.refusal() if _find_outputs(step).any() else f"its steps give no outputs {KAPPA} or {LAMBDA}"
 
 
 def multipliers(scheme: Scheme, view: Problem) -> Multipliers:

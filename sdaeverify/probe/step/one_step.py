@@ -73,19 +73,21 @@ class OneStep:
             admissible = self.view.admissible(points)
         return admissible if np.isfinite(admissible).all() else points
 
-    def refusal(self, *, beside: bool = False) -> str:
+    def refusal(self, *, beside: bool = False, run: bool = True) -> str:
         """Return why the map cannot be probed at any state, or an empty string.
 
         Parameters
         ----------
         beside : bool
             Whether the nodes of the probe are those of the noise beside Brownian motions, too.
+        run : bool
+            Whether a run is made to tell if memory counts, the only thing that takes long.
         """
         if self.scheme.jumps:
             return "a step jumps as a function of its noise: nodes tell no expectations"
         if self.view.records and not beside:
             return "the problem has noise beside Brownian motions, over which nothing is averaged here"
-        return self.not_at_nodes() or self.incomparable() or self.no_entry()
+        return self.not_at_nodes() or self.incomparable() or self.no_entry(run=run)
 
     def not_at_nodes(self) -> str:
         """Return that a step uses noise of Brownian motions that the nodes have not, or an empty string."""
@@ -101,15 +103,21 @@ class OneStep:
             return "the named components leave out rows of the state, or have some twice"
         return ""
 
-    def no_entry(self) -> str:
-        """Return that `enter` leaves memory unset, or the state lacks what is compared, or an empty string."""
+    def no_entry(self, *, run: bool = True) -> str:
+        """Return that `enter` leaves memory unset, or the state lacks what is compared, or an empty string.
+
+        Parameters
+        ----------
+        run : bool
+            As for `refusal`.
+        """
         h = self.view.horizon / 64.0
         start, entered = self.scheme.start(self.view, 2, h), self.enter(self.equation.initial(2), 0.0, h)
         if type(start) is not type(entered) or flatten(start).shape != flatten(entered).shape:
             return "the scheme has memory that enter(problem, state, t, h) does not set"
         if untold := [name for name in self.names if name not in self.scheme.parts(self.view, entered)]:
             return f"the state of the scheme has no {', '.join(untold)}"
-        if len(flatten(entered)) > self.equation.dimension and _depends_on_run(self):
+        if run and len(flatten(entered)) > self.equation.dimension and _depends_on_run(self):
             return "steps of a run differ from those that begin with enter(problem, state, t, h)"
         return ""
 
