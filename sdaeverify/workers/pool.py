@@ -35,7 +35,7 @@ Result = TypeVar("Result")
 BLOCKS_A_WORKER = 3
 NONE = Limits()
 # What the framework itself needs, sooner or later: it is loaded before the memory of a worker is limited.
-FRAMEWORK = ("sdaeverify.study.blocks", "scipy.linalg", "scipy.sparse.linalg", "scipy.special")
+FRAMEWORK = ("sdaeverify.study.blocks", "scipy.linalg", "scipy.optimize", "scipy.sparse.linalg", "scipy.special")
 
 
 class Timekeeper:

@@ -24,7 +24,6 @@ import numpy as np
 import scipy
 
 from ...forms import Delayed
-from ...numerics.roots import find_root
 from ..step.nodes import SEED
 from ..step.states import WHEN
 
@@ -125,9 +124,10 @@ class LinearDelay(NamedTuple):
         width = 1.0 + abs(self.A) + abs(self.B) + (abs(self.c) + abs(self.d)) ** 2
         while self._excess(low + width) <= 0.0:
             width *= 2.0
-        return find_root(
+        root = scipy.optimize.brentq(
             lambda rate: -1.0 if rate <= low else self._excess(rate), low, low + width, xtol=1e-14, rtol=1e-14
         )
+        return float(root)
 
     def discount(self, rate: float) -> "LinearDelay":
         """Return the equation of e^(-rate t/2) x."""

@@ -14,7 +14,6 @@ import scipy
 
 from ...arrays import Array
 from ...forms import Mesh
-from ...numerics.roots import find_root
 from ..linear.delay_step import Lagged, LinearDelayStep, as_recursion
 from ..linear.second_moments import smat, triangle
 from .spectral import WIDTHS, SpectralRadius
@@ -349,7 +348,9 @@ def radius(step: LinearDelayStep, mesh: Mesh) -> SpectralRadius:
         return SpectralRadius(np.inf, np.inf)
     if low <= floor and excess(floor) > 0.0:
         return SpectralRadius(0.5 * floor, 0.5 * floor)
-    logarithm = find_root(lambda s: excess(float(np.exp(s))), np.log(low), np.log(high), xtol=1e-15, rtol=1e-15)
+    logarithm = scipy.optimize.brentq(
+        lambda s: excess(float(np.exp(s))), np.log(low), np.log(high), xtol=1e-15, rtol=1e-15
+    )
     rho = float(np.exp(logarithm))
     return SpectralRadius(rho, _width(recursion, rho))
 
@@ -389,7 +390,7 @@ def _radius_of_noise(recursion: Lagged, least: float) -> float:
 
     start = ABOVE * least + BESIDE
     low, high = sorted([start, start / (1.0 + excess(start))])
-    return find_root(excess, max(low, least), high, xtol=1e-15 * high, rtol=1e-15)
+    return float(scipy.optimize.brentq(excess, max(low, least), high, xtol=1e-15 * high, rtol=1e-15))
 
 
 def _excess_of(recursion: Lagged) -> Callable[[float], float]:

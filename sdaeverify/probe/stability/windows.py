@@ -10,9 +10,9 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
+import scipy
 
 from ...arrays import Array
-from ...numerics.roots import find_root
 
 # Least |rho - 1| that decides, and how many times its error it must be.
 MARGIN, ERRORS = 1e-9, 10.0
@@ -71,7 +71,9 @@ def crossings(radius: Callable[[float], float], h: Array, sign: Array) -> Array:
             value = np.log(radius(float(np.exp(log_h))))
         return LARGEST if np.isnan(value) else float(np.clip(value, -LARGEST, LARGEST))
 
-    roots = [find_root(log_rho, np.log(h[i]), np.log(h[j]), xtol=1e-15, rtol=1e-15) for i, j in brackets(sign)]
+    roots = [
+        scipy.optimize.brentq(log_rho, np.log(h[i]), np.log(h[j]), xtol=1e-15, rtol=1e-15) for i, j in brackets(sign)
+    ]
     return np.asarray(np.exp(roots))
 
 
