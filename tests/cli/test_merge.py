@@ -157,12 +157,15 @@ def test_a_scheme_without_evidence_beside_others(made, merged, call, odd_scheme)
     assert {row["verdict"] for row in found if row["scheme"] == "odd"} <= {"not_run", "error"}
 
 
-@pytest.mark.parametrize("name", ["seed", "block", "levels", "confidence", "coarsest", "looks", "family"])
+@pytest.mark.parametrize(
+    "name", ["seed", "block", "levels", "guard_levels", "confidence", "coarsest", "looks", "family"]
+)
 def test_other_settings_are_refused(made, merged, name):
     """Runs that cannot be one are refused in one line that names what differs."""
     one = made("one", "-s", "milstein", "-p", "gbm", *STRONG)
     two = Path(shutil.copytree(one, "two"))
-    value = {"seed": 1, "block": 80, "levels": 4, "confidence": 0.9, "coarsest": 4, "looks": 2, "family": 3}[name]
+    other = {"seed": 1, "block": 80, "levels": 4, "guard_levels": 5, "confidence": 0.9, "coarsest": 4, "looks": 2}
+    value = {**other, "family": 3}[name]
     changed(two, **{name: value})
 
     outcome = merged(one, two)
