@@ -4,7 +4,6 @@ Installed packages of others count by their version, modules of others that are 
 those of the framework too. What a function imports only when it is called counts.
 """
 
-import ast
 import builtins
 import hashlib
 import os
@@ -22,6 +21,8 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
+from .imports import find_imports
+
 FRAMEWORK = "sdaeverify"
 # The module that runs schemes on paths.
 RUNNER = f"{FRAMEWORK}.simulate.ensemble"
@@ -33,8 +34,6 @@ UNKNOWN = ""
 # What imports modules that no import statement names.
 DYNAMIC = (b"import_module", b"__import__")
 CACHED = "__pycache__"
-# Where statements hold others.
-BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")
 # Files of a distribution that are looked at, and seconds that it takes to install one.
 CODE = frozenset({".py", *EXTENSION_SUFFIXES, ".json", ".txt", ".csv", ".npy", ".npz", ".toml", ".yaml"})
 PATIENCE = 60.0
@@ -151,7 +150,7 @@ def _resolve_imports(
     """
     files: dict[str, Path] = {}
     foreign = set()
-    for name in _find_imports(module, file) if file.suffix == ".py" else ():
+    for name in find_imports(module, file) if file.suffix == ".py" else ():
         top = name.partition(".")[0]
         inside = _file_below(folder, name) if folder is not None and top == own else None
         source = inside or _local_file(name, own)
@@ -209,38 +208,6 @@ def _spec(package: str) -> ModuleSpec | None:
         return find_spec(package)
     except (ImportError, ValueError):
         return None
-
-
-@cache
-def _find_imports(module: str, file: Path) -> tuple[str, ...]:
-    """Return the dotted names a module imports, those of attributes too, which name no module."""
-    package = module if file.name == "__init__.py" else module.rpartition(".")[0]
-    try:
-        tree = ast.parse(file.read_bytes())
-    except (SyntaxError, ValueError):
-        return ()
-    return tuple(_names(tree, package))
-
-
-def _names(tree: ast.AST, package: str) -> Iterator[str]:
-    for node in _statements(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            parts = package.split(".") if node.level else []
-            stem = [*parts[: len(parts) - node.level + 1], *([node.module] if node.module else [])]
-            yield ".".join(stem)
-            yield from (".".join([*stem, alias.name]) for alias in node.names)
-
-
-def _statements(tree: ast.AST) -> Iterator[ast.AST]:
-    """Yield the statements of a module, those within others, too; no import stands in an expression."""
-    waiting = [tree]
-    while waiting:
-        node = waiting.pop()
-        inner = [child for part in BLOCKS for child in getattr(node, part, ())]
-        yield from inner
-        waiting += inner
 
 
 def _is_foreign(name: str, own: str) -> bool:

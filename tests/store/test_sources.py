@@ -14,7 +14,7 @@ CACHED = (
     sources.source_of,
     sources._gather_files,
     sources._content,
-    sources._find_imports,
+    sources.find_imports,
     sources._resolve_imports,
     sources._imports_by_name,
     sources._files_in,

@@ -24,7 +24,7 @@ WAYS = {
 }
 
 
-def imported(module, file, kept=sources._find_imports):
+def imported(module, file, kept=sources.find_imports):
     """Return what a module imports, read anew unless it is the framework, which stays as it is."""
     return (kept if module.partition(".")[0] == sources.FRAMEWORK else kept.__wrapped__)(module, file)
 
@@ -35,7 +35,7 @@ def put(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     monkeypatch.setattr(sde, "apply", sde.apply)
-    monkeypatch.setattr(sources, "_find_imports", imported)
+    monkeypatch.setattr(sources, "find_imports", imported)
     known = dict(os.environ)
 
     def write(files):
