@@ -24,7 +24,8 @@ GUARD_LOOKS = 2
 FINER = "all levels decide"
 
 
-@dataclass
+# Each is like itself alone: to look for one among many would compare all that they hold.
+@dataclass(eq=False)
 class CellRun:
     """A cell under way.
 
