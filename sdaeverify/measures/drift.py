@@ -41,8 +41,10 @@ from ..numerics.statistics import (
     EPS,
     RISING,
     Estimate,
+    estimates,
     group_sums,
     jackknives,
+    leave_out,
     pseudo_values,
     slope_weights,
 )
@@ -64,7 +66,7 @@ from .judge import (
     sound_levels,
     with_sample,
 )
-from .slopes import Slopes
+from .slopes import Slopes, once
 
 TIMES = 64
 # Places in successive stretches are spread evenly by it, whatever period a scheme repeats itself with.
@@ -216,7 +218,7 @@ class Defect(Slopes):
 
     def sup_rms(self, level: int) -> Estimate:
         """Return log2 of sup_t RMS |g| at a level."""
-        return jackknives(self.squares[level], self.counts, _log_sup)[0]
+        return estimates(self._log_sups(level))[0]
 
     def linear(self, levels: Array, weights: Array) -> Estimate:
         """Return a weighted sum of log2 sup_t RMS |g| on some levels.
@@ -226,14 +228,8 @@ class Defect(Slopes):
         levels : ndarray of int
         weights : ndarray, shape of levels
         """
-        lengths = np.cumsum([self.squares[level].shape[1] for level in levels])[:-1]
-
-        def statistic(means: Array) -> Array:
-            parts = np.split(means, lengths, axis=1)
-            return np.asarray(sum(w * _log_sup(part) for w, part in zip(weights, parts, strict=True)))
-
-        squares = np.concatenate([self.squares[level] for level in levels], axis=1)
-        return jackknives(squares, self.counts, statistic)[0]
+        parts = (w * self._log_sups(level) for w, level in zip(weights, levels.tolist(), strict=True))
+        return estimates(np.asarray(sum(parts)))[0]
 
     def growth(self, level: int, times: Array) -> float:
         """Return the slope of log RMS against log t over the second half of the log-time axis."""
@@ -242,6 +238,11 @@ class Defect(Slopes):
         if np.count_nonzero(late) < 3 or not (rms[late] > 0.0).all():
             return float("nan")
         return float(slope_weights(np.log2(times[late])) @ np.log2(rms[late]))
+
+    @once
+    def _log_sups(self, level: int) -> Array:
+        """Return log2 of sup_t RMS |g| of all paths and without each group."""
+        return _log_sup(leave_out(self.squares[level], self.counts))
 
 
 class Drift(Measure):
@@ -278,7 +279,7 @@ class Drift(Measure):
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each constraint, and its levels."""
-        defects = list(_defects(evidence))
+        defects = _defects(evidence)
         findings = tuple(_finding(evidence, defect) for defect in defects)
         return Judgement(findings, tuple(row for defect in defects for row in _levels(defect)))
 
@@ -297,19 +298,25 @@ def _log_sup(means: Array) -> Array:
     return np.asarray(0.5 * np.log2(means.max(axis=-1)))
 
 
-def _defects(evidence: Evidence) -> Iterator[Defect]:
-    sums, maxima = evidence.tally.sums, evidence.tally.maxima
-    for name in (key.removeprefix("histogram ") for key in sums if key.startswith("histogram ")):
-        yield Defect(
+def _defects(evidence: Evidence) -> tuple[Defect, ...]:
+    return evidence.tally.read(_read_defects, *evidence.step_sizes)
+
+
+def _read_defects(tally: Tally, *step_sizes: float) -> tuple[Defect, ...]:
+    sums, maxima = tally.sums, tally.maxima
+    return tuple(
+        Defect(
             name=name,
-            h=np.array(evidence.step_sizes),
-            squares=tuple(sums[f"squares {name} {level}"] for level in range(evidence.settings.levels)),
+            h=np.array(step_sizes),
+            squares=tuple(sums[f"squares {name} {level}"] for level in range(len(step_sizes))),
             counts=sums["paths"],
             histogram=sums[f"histogram {name}"],
             worst=maxima[f"worst {name}"],
             scale=maxima[f"scale {name}"],
             l2=sums[f"l2 {name}"],
         )
+        for name in (key.removeprefix("histogram ") for key in sums if key.startswith("histogram "))
+    )
 
 
 def _sizes(evidence: Evidence, defect: Defect) -> ErrorSizes:

@@ -12,7 +12,7 @@ from ..contracts.measure import Evidence, Snapshot
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..forms import Problem
-from ..numerics.statistics import GROUPS, Estimate, estimates, group_sums, jackknife, leave_out, weighted_sum
+from ..numerics.statistics import GROUPS, Estimate, estimates, group_sums, jackknives, leave_out, weighted_sum
 from .slopes import Slopes
 
 VALUES, SQUARES, SIZES, KNOWN = "values ", "squares ", "sizes ", "truth "
@@ -152,7 +152,7 @@ class Means(Slopes):
         if self.reference is None or self.blurred is None:
             return None
         both = np.stack([self.sums[:, len(self.h) - 1], self.reference], axis=1)
-        off = jackknife(both, self.counts, lambda means: abs(float(means[0] - means[1])))
+        (off,) = jackknives(both, self.counts, lambda means: np.abs(means[:, 0] - means[:, 1]))
         return off, abs(float((self.reference - self.blurred).sum() / self.counts.sum()))
 
     def linear(self, levels: Array, weights: Array) -> Estimate:
