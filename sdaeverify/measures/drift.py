@@ -13,6 +13,10 @@ The supremum over time of the root mean square of |g| is classified against h:
 ``constant``
     it does not depend on h and is not small.
 
+A constraint that the solution keeps is off by no more than the solution is, up to its Lipschitz constant: where one
+step tells that the whole state has a strong order in L2, the residual has it, too, and paths guard that. Where it has
+not, or nothing is told, the order of the residual along paths decides.
+
 Beside it stands the mean over paths of (int_0^T |g|^2 dt)^{1/2}. On a chain of nodes with spacing ds, where
 g = (1 - |d_s r|^2)/2 on each edge, the norms over space and time of Lindner et al. (2018), Fig. 4.3, are 2 sqrt(ds)
 times that of g for |d_s r|^2 - 1 = -2 g, and sqrt(ds) times that of Dg v for d_s r . d_s v = -Dg v.
@@ -23,7 +27,7 @@ so that integrals over time have times of their own: one in each of 64 equal str
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -34,7 +38,7 @@ from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally
-from ..forms import Problem
+from ..forms import Delayed, Problem
 from ..numerics import norm
 from ..numerics.digits import SAMPLED, significant
 from ..numerics.statistics import (
@@ -58,16 +62,23 @@ from .judge import (
     Coverage,
     PathTests,
     coverage,
-    decide,
     finding,
+    guard,
     hold_back,
+    is_order,
     no_fit,
     order_tests,
     sound_levels,
     with_sample,
 )
+from .path_errors.errors import STATE
 from .slopes import Slopes, once
+from .strong.findings import judge_strong, local_orders, probe_strong
 
+METHODS = {
+    1: "local strong order (T1), guarded by the residual along paths",
+    3: "order of the residual along paths (T3)",
+}
 TIMES = 64
 # Places in successive stretches are spread evenly by it, whatever period a scheme repeats itself with.
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
@@ -277,6 +288,13 @@ class Drift(Measure):
         """Return the notebook for one block."""
         return ResidualObserver(problem, parts, settings)
 
+    def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
+        """Return the local defects where an order is claimed, and the one-step map can be probed."""
+        asked = (claim for claim in scheme.promises if claim.measure == self.name and claim.when <= view.traits)
+        if view.capability(Delayed) or not any(map(is_order, asked)):
+            return Tally()
+        return probe_strong(scheme, view, settings)
+
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each constraint, and its levels."""
         defects = _defects(evidence)
@@ -382,7 +400,7 @@ def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverag
     growth = defect.growth(levels[-1], np.array(log_spaced(evidence.settings.steps[levels[-1]]), dtype=float))
     opinion = Opinion(Verdict.OUT_OF_SCOPE)
     if covered.claim is not None:
-        opinion = decide(_tests(evidence, defect, covered.claim, sound), evidence)
+        opinion = guard(_of_state(evidence, covered.claim), _tests(evidence, defect, covered.claim, sound), evidence)
     size = f"{kind}: sup over t of RMS {sup:.2g} at the finest h, growing like t^{growth:.1f}"
     return finding(
         covered,
@@ -390,9 +408,18 @@ def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverag
         estimate=slope.value,
         low=low,
         high=high,
-        method="order of the residual along paths (T3)",
+        method=METHODS[opinion.tier],
         details={"class": kind, "std_error": slope.se, "growth": growth, "fitted_levels": len(levels)},
     )
+
+
+def _of_state(evidence: Evidence, claim: Claim) -> Opinion | None:
+    """Return that one step verifies the order for the whole state, and so for a constraint; None if it does not."""
+    order = local_orders(evidence).get(STATE)
+    if order is None or isinstance(claim.value, str):
+        return None
+    local = judge_strong(order, claim.value, margin=claim.margin, sharp=evidence.scheme.sharp_locally)
+    return local.plus("of the state, whose order its residual has") if local.verdict is Verdict.VERIFIED else None
 
 
 def _classify(slope: float, sup: float, scale: float) -> str:

@@ -257,11 +257,18 @@ class ProblemRun:
 def _asks_for_finer(finding: Finding, look: int) -> bool:
     """Tell whether a finding needs all levels: unless one step or each of them decides it, or nothing is claimed."""
     if finding.verdict in {Verdict.VERIFIED, Verdict.REFUTED}:
-        exact = finding.claim is not None and finding.claim.value == ROUND_OFF
-        return finding.tier == 3 and not (exact and finding.verdict is Verdict.VERIFIED)
+        return not (_shows_claim(finding) if finding.verdict is Verdict.VERIFIED else finding.tier < 3)
     if finding.settled:
         return finding.verdict is not Verdict.OUT_OF_SCOPE
     return not finding.reason.has(Kind.GUARD) or (look >= GUARD_LOOKS and not finding.reason.paths)
+
+
+def _shows_claim(finding: Finding) -> bool:
+    """Tell whether a few coarse steps show what is verified: rounding, or about the order that one step decides."""
+    claim = finding.claim
+    if claim is None or isinstance(claim.value, str):
+        return finding.tier < 3 or (claim is not None and claim.value == ROUND_OFF)
+    return finding.tier < 3 and not finding.estimate < claim.value - claim.margin
 
 
 def _least(p: float, q: float) -> float:

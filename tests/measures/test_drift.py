@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from sdaeverify import Claim, HolonomicSDAE, Residual, Scheme, Settings
+from sdaeverify import Claim, HolonomicSDAE, Residual, Scheme, Settings, verify
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally
@@ -226,3 +226,38 @@ def test_what_is_eliminated_leaves_no_residual() -> None:
     assert Drift().refuses(StochasticTheta(), problem) == ""
     assert "y eliminated" in Drift().refuses(EulerMaruyama(), problem)
     assert "no constraint" in Drift().refuses(EulerMaruyama(), gbm())
+
+
+def test_a_state_of_strong_order_keeps_its_constraints_with_that_order():
+    """Where one step verifies the order of the whole state, paths on few levels guard that of its residual."""
+    found = verify("milstein", "circle", "drift")
+
+    (row,) = found.verdicts.to_dict("records")
+    assert (row["verdict"], row["decided_by"]) == ("verified", "T1")
+    assert row["guarded_by"] == "the residual along paths"
+    assert row["paths"] == 256
+    assert len(found.levels) == found.settings.guard_levels
+
+
+@dataclass(frozen=True)
+class Modest(EulerMaruyama):
+    """Euler-Maruyama that claims its residual has the order of the state."""
+
+    name: ClassVar[str] = "modest"
+    claims: ClassVar[tuple[Claim, ...]] = (Claim(measure="drift", value=0.5, margin=0.2, source="test"),)
+
+
+@dataclass(frozen=True)
+class Boasting(EulerMaruyama):
+    """Euler-Maruyama that claims a residual of order 1, which its state has not."""
+
+    name: ClassVar[str] = "boasting"
+    claims: ClassVar[tuple[Claim, ...]] = (Claim(measure="drift", value=1.0, margin=0.2, source="planted"),)
+
+
+@pytest.mark.parametrize(("scheme", "verdict", "tier"), [(Modest(), "verified", "T1"), (Boasting(), "refuted", "T3")])
+def test_where_one_step_does_not_verify_the_state_the_residual_decides(scheme, verdict, tier):
+    """A residual may be smaller than the state is off: of a higher order than the state's, paths tell."""
+    (row,) = verify(scheme, "circle", "drift").verdicts.to_dict("records")
+
+    assert (row["verdict"], row["decided_by"]) == (verdict, tier)
