@@ -88,7 +88,7 @@ AGAIN = ", twice"
 MEANWHILE = "while the run was under way; run it again"
 # Pieces for each worker: each finds out about its problem, draws the noise of its block and makes the truth anew, so
 # that jobs are cut where few are left, down to a scheme where workers are many; and the schemes at most in a piece.
-PIECES, TOGETHER = 2, 8
+PIECES, TOGETHER = 2, 16
 # What a worker whose memory is used up may raise outside the code of a scheme.
 SHORT = (MemoryError, OSError)
 
