@@ -165,6 +165,7 @@ class Measure:
         view : Problem
             In the form that the scheme solves.
         settings : Settings
+            Of the whole run; those of the paths that are observed and judged may be its `guards`.
         """
         return Tally()
 
