@@ -160,7 +160,8 @@ class Study:
                 job.problem.judge()
                 goes_on = job.problem.open and self._goes_on(job.problem, blocks)
                 state.forecast.expect(job.task.spec.label, job.problem.expected_pieces if goes_on else ())
-                jobs.extend(_jobs(job.problem) if goes_on else ())
+                # Looks in a row are not left to the end, where one worker would be busy with them alone.
+                jobs.extendleft(reversed([*_jobs(job.problem)] if goes_on else []))
                 if not goes_on:
                     yield from self._finish([job.problem])
 
