@@ -73,7 +73,7 @@ from .judge import (
 )
 from .path_errors.errors import STATE
 from .slopes import Slopes, once
-from .strong.findings import judge_strong, local_orders, probe_strong
+from .strong.findings import judge_order, local_orders, probe_strong
 
 METHODS = {
     1: "local strong order (T1), guarded by the residual along paths",
@@ -415,11 +415,10 @@ def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverag
 
 def _of_state(evidence: Evidence, claim: Claim) -> Opinion | None:
     """Return that one step verifies the order for the whole state, and so for a constraint; None if it does not."""
-    order = local_orders(evidence).get(STATE)
-    if order is None or isinstance(claim.value, str):
+    local = judge_order(evidence.scheme, claim, local_orders(evidence).get(STATE))
+    if local is None or local.verdict is not Verdict.VERIFIED:
         return None
-    local = judge_strong(order, claim.value, margin=claim.margin, sharp=evidence.scheme.sharp_locally)
-    return local.plus("of the state, whose order its residual has") if local.verdict is Verdict.VERIFIED else None
+    return local.plus("of the state, whose order its residual has")
 
 
 def _classify(slope: float, sup: float, scale: float) -> str:

@@ -30,7 +30,7 @@ class LaneKey(NamedTuple):
     block : int
         Of paths or, in place of them, `SCREENING`.
     guards : bool
-        Whether the paths take the levels of guards alone.
+        Whether it is of the time in which paths take the levels of guards alone.
     """
 
     scheme: str

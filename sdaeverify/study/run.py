@@ -192,7 +192,7 @@ class _Progress:
 
     def heard(self, job: "_Job", found: Lanes | Portion) -> Advanced:
         """Take note of what is done, and return the event."""
-        label, guards = job.task.spec.label, job.task.guards and job.block != SCREENING
+        label, guards = job.task.spec.label, job.task.guards
         if isinstance(found, Portion):
             self.forecast.heard(label, [(LaneKey(scheme, job.block, guards), each) for scheme, each in found])
         else:

@@ -112,7 +112,7 @@ class ProblemRun:
     @property
     def screening(self) -> set[LaneKey]:
         """What is found without paths."""
-        return {LaneKey(run.cell.scheme.label, SCREENING) for run in self._running()}
+        return {LaneKey(run.cell.scheme.label, SCREENING, self.guards) for run in self._running()}
 
     @property
     def expected_pieces(self) -> set[LaneKey]:
@@ -256,8 +256,10 @@ class ProblemRun:
 
 def _asks_for_finer(finding: Finding, look: int) -> bool:
     """Tell whether a finding needs all levels: unless one step or each of them decides it, or nothing is claimed."""
-    if finding.verdict in {Verdict.VERIFIED, Verdict.REFUTED}:
-        return not (_shows_claim(finding) if finding.verdict is Verdict.VERIFIED else finding.tier < 3)
+    if finding.verdict is Verdict.VERIFIED:
+        return not _shows_claim(finding)
+    if finding.verdict is Verdict.REFUTED:
+        return finding.tier == 3
     if finding.settled:
         return finding.verdict is not Verdict.OUT_OF_SCOPE
     return not finding.reason.has(Kind.GUARD) or (look >= GUARD_LOOKS and not finding.reason.paths)
@@ -266,9 +268,9 @@ def _asks_for_finer(finding: Finding, look: int) -> bool:
 def _shows_claim(finding: Finding) -> bool:
     """Tell whether a few coarse steps show what is verified: rounding, or about the order that one step decides."""
     claim = finding.claim
-    if claim is None or isinstance(claim.value, str):
-        return finding.tier < 3 or (claim is not None and claim.value == ROUND_OFF)
-    return finding.tier < 3 and not finding.estimate < claim.value - claim.margin
+    if finding.tier == 3:
+        return claim is not None and claim.value == ROUND_OFF
+    return claim is None or isinstance(claim.value, str) or not finding.estimate < claim.value - claim.margin
 
 
 def _least(p: float, q: float) -> float:

@@ -191,10 +191,24 @@ def step_sizes(evidence: Evidence) -> dict[str, ErrorSizes]:
 
 
 def _local(evidence: Evidence, covered: Coverage, order: StrongOrder | None) -> _Local:
-    claim = covered.claim
+    return _Local(order, judge_order(evidence.scheme, covered.claim, order))
+
+
+def judge_order(scheme: Scheme, claim: Claim | None, order: StrongOrder | None) -> Opinion | None:
+    """Return what a local order says of a scheme's claim; None where there is no order, or none is claimed.
+
+    Parameters
+    ----------
+    scheme : Scheme
+        Whether its local order is sharp counts.
+    claim : Claim or None
+        Of it, about strong order or what follows from it.
+    order : StrongOrder or None
+        Of one step, where it was probed.
+    """
     if order is None or claim is None or isinstance(claim.value, str):
-        return _Local(order)
-    return _Local(order, judge_strong(order, claim.value, margin=claim.margin, sharp=evidence.scheme.sharp_locally))
+        return None
+    return judge_strong(order, claim.value, margin=claim.margin, sharp=scheme.sharp_locally)
 
 
 def strong_finding(evidence: Evidence, quantity: Quantity, covered: Coverage, order: StrongOrder | None) -> Finding:
