@@ -1,6 +1,6 @@
 """Cubature nodes: exactness, aggregation of half steps, and what becomes of rules that would be too large."""
 
-from itertools import product
+from itertools import combinations_with_replacement, product
 from math import prod
 
 import numpy as np
@@ -14,6 +14,7 @@ from sdaeverify.probe.step.nodes import (
     MOST_NODES,
     POINTS,
     Nodes,
+    fifth_degree_rule,
     gauss_hermite,
     half_steps,
     normal_rule,
@@ -42,7 +43,21 @@ def test_variables_of_a_rule_are_independent() -> None:
         assert moment == pytest.approx(prod(GAUSSIAN_MOMENTS[p] for p in powers), abs=1e-10)
 
 
-@pytest.mark.parametrize(("dimension", "nodes"), [(2, 6**2), (4, 6**4), (6, 3**6), (8, 3**8)])
+@pytest.mark.parametrize("dimension", [3, 4, 8])
+def test_a_rule_of_the_fifth_degree_knows_all_moments_of_five_factors(dimension: int) -> None:
+    """Of whichever variables, in 2^n + 2n nodes of positive weight."""
+    rule = fifth_degree_rule(dimension)
+
+    for factors in combinations_with_replacement(range(dimension), 5):
+        for size in range(6):
+            powers = np.bincount(factors[:size], minlength=dimension)
+            moment = rule.weights @ np.prod(rule.x ** powers[:, None], axis=0)
+            assert moment == pytest.approx(prod(GAUSSIAN_MOMENTS[p] for p in powers), abs=1e-12)
+    assert len(rule.weights) == 2**dimension + 2 * dimension
+    assert (rule.weights > 0.0).all()
+
+
+@pytest.mark.parametrize(("dimension", "nodes"), [(2, 6**2), (4, 6**4), (6, 2**6 + 12), (8, 2**8 + 16)])
 def test_a_rule_that_were_too_large_has_fewer_nodes_a_variable(dimension: int, nodes: int) -> None:
     """It stays a rule: exact up to degree 5, and at most as large as allowed."""
     rule = normal_rule(dimension, 6)

@@ -17,7 +17,7 @@ from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import Delayed, Problem
 from ...noise.brownian import Increment
-from ..step.nodes import SEED, HalfSteps, Nodes, half_steps, step_nodes
+from ..step.nodes import SEED, HalfSteps, Nodes, half_steps, product_rule, step_nodes
 from ..step.one_step import OneStep
 from ..step.states import WHEN, cloud
 from .delay_links import remove_delay
@@ -177,7 +177,7 @@ def no_delay_consistency(scheme: Scheme, view: Delayed) -> str:
     """Return why a step cannot be probed given its past, or an empty string."""
     if scheme.law.bounded or "H" in scheme.noise:
         return "a step given its past is probed with Brownian increments alone"
-    nodes = half_steps(2 * view.noise_dim, DELAY_NODES)
+    nodes = half_steps(2 * view.noise_dim, DELAY_NODES, rule=product_rule)
     return "" if nodes.whole.exact else "its noise has too many dimensions for a rule"
 
 
@@ -195,7 +195,7 @@ def delay_consistency(scheme: Scheme, view: Delayed) -> DelayConsistency:
     DelayConsistency
     """
     step = OneStep(*remove_delay(scheme, view))
-    x, nodes = cloud(step.view, step.equation), half_steps(2 * view.noise_dim, DELAY_NODES)
+    x, nodes = cloud(step.view, step.equation), half_steps(2 * view.noise_dim, DELAY_NODES, rule=product_rule)
     h = LEVELS * step.view.time_unit
     with np.errstate(all="ignore"):
         found = [_level(step, x, nodes, float(size)) for size in h]

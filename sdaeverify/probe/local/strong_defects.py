@@ -16,7 +16,7 @@ from ...contracts.scheme import Scheme, State
 from ...forms import Equation, Problem
 from ...noise.brownian import Increment
 from ...numerics.digits import SCALE, keep_defined, significant
-from ..step.nodes import MOST_NODES, HalfSteps, Nodes, half_steps
+from ..step.nodes import COUNTS, FEWEST, HalfSteps, Nodes, half_steps
 from ..step.one_step import OneStep, why_unresolved
 from ..step.states import WHEN, in_batches
 from ..step.times import ProbeTime, times
@@ -26,7 +26,6 @@ from .orders import SETTLED, TOLERANCE, last_orders
 LEVELS = 4.0 ** -np.arange(2.0, 9.0)
 # Where a defect as small as a solver's tolerance falls more slowly than before, finer steps tell why.
 FINER = 4.0 ** -np.arange(9.0, 12.0)
-NODES = 6
 # Random points times components of the state: steps of many components, implicit ones above all, are dear.
 WORK = 6_000
 # Rounding errors of a defect stay some hundred times below this part of the solution's size.
@@ -91,10 +90,9 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     """
     step = OneStep(scheme, view)
     x = step.usable_states(_last_but_one(view))
-    rule = half_steps(view.noise_dim, NODES, areas="H" in scheme.noise)
-    nodes = HalfSteps(*(part.few(WORK // len(x)) for part in rule))
-    # Of a rule with thousands of nodes, implicit steps at half the states are dear enough.
-    x = x[:, :: 2 if len(nodes.whole.weights) > MOST_NODES else 1]
+    areas = "H" in scheme.noise
+    count = COUNTS.get(view.noise_dim * (4 if areas else 2), FEWEST)
+    nodes = HalfSteps(*(part.few(WORK // len(x)) for part in half_steps(view.noise_dim, count, areas=areas)))
     when = times(step, x)
     counts = np.array(float(nodes.whole.exact)), np.array(float(len(when)))
 

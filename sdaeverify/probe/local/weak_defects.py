@@ -23,7 +23,7 @@ from ...forms import Problem
 from ...numerics import jacobian
 from ...numerics.digits import SCALE, keep_defined, significant
 from ..step import test_functions
-from ..step.nodes import LARGEST, Nodes, step_nodes
+from ..step.nodes import COUNTS, FEWEST, LARGEST, Nodes, step_nodes
 from ..step.one_step import OneStep, why_unresolved
 from ..step.states import WHEN, cloud, in_batches
 from ..step.times import times
@@ -33,9 +33,6 @@ from .weak_order import LocalWeak
 # Step sizes 2^-3, ..., 2^-18 of the horizon, or of the unit of time where that is shorter. At the finest, defects of
 # a weak order 1 meet the floor of rounding; those of order 0 that hide behind them do not yet.
 LEVELS = 2.0 ** -np.arange(3.0, 19.0)
-# Gauss-Hermite nodes a variable, by the number of variables. Beyond, 3 nodes: exact to degree 5, enough for order 2.
-COUNTS = {1: 8, 2: 6, 3: 5, 4: 4}
-FEWEST_NODES = 3
 # Test functions with which a batch is as long as that of a step; of more it is shorter.
 FUNCTIONS = 32
 # An order needs so many of the finest step sizes that are not truncated.
@@ -171,7 +168,7 @@ def _defects_at(step: OneStep, known: SemigroupReference, nodes: Nodes) -> tuple
 
 def _nodes(scheme: Scheme, noises: int) -> Nodes:
     areas = "H" in scheme.noise
-    count = COUNTS.get(noises * (2 if areas else 1), FEWEST_NODES)
+    count = COUNTS.get(noises * (2 if areas else 1), FEWEST)
     return step_nodes(noises, count, areas=areas, law=scheme.law)
 
 

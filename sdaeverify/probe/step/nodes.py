@@ -1,10 +1,11 @@
 """Cubature nodes for the noise of one step, in units in which the step has length 1.
 
 An expectation over the noise is a weighted sum over nodes: exact for the atoms of a bounded variable, and for
-polynomials up to degree 2n - 1 in each normal with n Gauss-Hermite nodes.
+polynomials up to degree 2n - 1 in each normal with n Gauss-Hermite nodes. A step's terms of order h^{k/2} are
+polynomials of degree k, so that degree 5 in all normals together tells its means up to the order 2.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from itertools import pairwise
 from math import prod
@@ -17,9 +18,11 @@ from ...noise.brownian import Increment
 from ...noise.laws import GAUSSIAN, Law
 from ...noise.records import NoiseRecord
 
+# Nodes a variable, by the number of variables; of more variables, the fewest that tell the order 2.
+COUNTS = {1: 8, 2: 6, 3: 5, 4: 4}
+FEWEST = 3
 # A tensor rule larger than this has fewer nodes a variable, down to three, which are exact up to degree 5.
 MOST_NODES = 2_000
-FEWEST = 3
 # Larger than this it may not be with three nodes a variable either: so many random points take its place.
 LARGEST, POINTS = 7_000, 2_000
 SEED = 20170601
@@ -147,13 +150,35 @@ def normal_rule(dimension: int, count: int) -> Rule:
     Returns
     -------
     Rule
-        Random points where three nodes a variable are too many.
+        That of the fifth degree where a product would have three nodes a variable.
     """
+    three = count == FEWEST or (count > FEWEST and (FEWEST + 1) ** dimension > MOST_NODES)
+    if three and dimension > 2 and FEWEST**dimension <= LARGEST:
+        return fifth_degree_rule(dimension)
+    return product_rule(dimension, count)
+
+
+def product_rule(dimension: int, count: int) -> Rule:
+    """Return the same as a product of rules of one variable: random points where three nodes each are too many."""
     for fewer in range(count, min(count, FEWEST) - 1, -1):
         if fewer**dimension <= (MOST_NODES if fewer > FEWEST else LARGEST):
             return tensor_rule([gauss_hermite(fewer)] * dimension)
     points = np.random.Generator(np.random.Philox(key=SEED)).standard_normal((dimension, POINTS))
     return Rule(points, np.full(POINTS, 1.0 / POINTS), exact=False)
+
+
+def fifth_degree_rule(n: int) -> Rule:
+    """Return a rule for n > 2 standard normals that is exact for polynomials of degree 5, in 2^n + 2n nodes.
+
+    With a^2 = (n + 2)/2 and b^2 = (n + 2)/(n - 2), the points +-a e_i on the axes and the corners b (+-1, ..., +-1)
+    of a cube, of weights 1/a^4 and 2^{-n}/b^4 (Stroud 1971, E_n^{r^2} 5-3). Three nodes a variable are exact to the
+    same degree, in 3^n nodes.
+    """
+    a, b = np.sqrt((n + 2.0) / 2.0), np.sqrt((n + 2.0) / (n - 2.0))
+    corners = tensor_rule([(np.array([-b, b]), np.full(2, 0.5))] * n)
+    axes = np.concatenate([a * np.eye(n), -a * np.eye(n)], axis=1)
+    weights = np.concatenate([corners.weights / b**4, np.full(2 * n, a**-4)])
+    return Rule(np.concatenate([corners.x, axes], axis=1), weights)
 
 
 def atom_rule(axes: list[tuple[Array, Array]]) -> Rule:
@@ -247,7 +272,9 @@ def _pairs(data: Any, weights: Array) -> tuple[tuple[Any, Any], Array]:
     return pair, np.multiply.outer(weights, weights).ravel()
 
 
-def half_steps(dimension: int, count: int, *, areas: bool = False) -> HalfSteps:
+def half_steps(
+    dimension: int, count: int, *, areas: bool = False, rule: Callable[[int, int], Rule] = normal_rule
+) -> HalfSteps:
     """Return nodes for the Gaussian noise of two half steps and of the step they make up.
 
     dW = dW_1 + dW_2,   H = (H_1 + H_2)/2 + (dW_1 - dW_2)/4.
@@ -260,12 +287,14 @@ def half_steps(dimension: int, count: int, *, areas: bool = False) -> HalfSteps:
         Nodes of each normal.
     areas : bool
         Whether time integrals H go with dW.
+    rule : callable, optional
+        `normal_rule`, or `product_rule` for means over some of the normals given the others.
     """
-    rule = normal_rule(dimension * (4 if areas else 2), count)
-    W1, W2, *areas_ = np.split(rule.x / np.sqrt(2.0), 4 if areas else 2)
+    x, weights, exact = rule(dimension * (4 if areas else 2), count)
+    W1, W2, *areas_ = np.split(x / np.sqrt(2.0), 4 if areas else 2)
     if not areas:
-        return HalfSteps(*(Nodes(W, None, rule.weights, rule.exact) for W in (W1 + W2, W1, W2)))
+        return HalfSteps(*(Nodes(W, None, weights, exact) for W in (W1 + W2, W1, W2)))
     H1, H2 = (part / np.sqrt(12.0) for part in areas_)
     H = 0.5 * (H1 + H2) + 0.25 * (W1 - W2)
     pairs = ((W1 + W2, H), (W1, H1), (W2, H2))
-    return HalfSteps(*(Nodes(W, A, rule.weights, rule.exact) for W, A in pairs))
+    return HalfSteps(*(Nodes(W, A, weights, exact) for W, A in pairs))
