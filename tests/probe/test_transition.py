@@ -1,6 +1,6 @@
 """Transition operators against laws in closed form, and what keeps a scheme from having one."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -73,6 +73,39 @@ def test_all_functions_are_averaged_over_all_nodes(scheme, view):
     reached = scheme.step(view, x, 0.0, H, nodes.increment(H, basis.nodes.shape[1])).state
     values = basis.values(reached).reshape(-1, basis.nodes.shape[1], len(nodes.weights))
     assert np.allclose(operator(scheme, view).matrix, basis.project((values @ nodes.weights).T), rtol=0.0, atol=1e-13)
+
+
+OBLIQUE = np.array([[0.5, 0.2, -0.1], [0.3, -0.4, 0.2]])
+SLANTED = replace(PLANE, diffusion=lambda t, x: OBLIQUE[..., None], noise_dim=3, start=[0.0, 0.0])
+
+
+@dataclass(frozen=True)
+class Counting(Euler):
+    """Euler's method with what it was asked: the number of paths of each step, and a term quadratic in the noise."""
+
+    bend: float = 0.0
+    paths: list[int] = field(default_factory=list)
+
+    def step(self, problem, x, t, h, noise):
+        self.paths.append(x.shape[1])
+        return Step(super().step(problem, x, t, h, noise).state + self.bend * noise.dW[:1] ** 2)
+
+
+def test_a_step_that_is_affine_in_several_normals_leads_to_a_normal_law():
+    """x+ = (1 - h) x + S dW has the stationary covariance S S^T/(2 - h), and is made at 4 + 8 of 125 nodes."""
+    scheme, basis = Counting(), chart_basis(SLANTED.chart, line=8)
+    law = stationary(operator(scheme, SLANTED, basis=basis).matrix)
+    products = np.stack([basis.nodes[0] * basis.nodes[0], basis.nodes[0] * basis.nodes[1], basis.nodes[1] ** 2], 1)
+    expected = (OBLIQUE @ OBLIQUE.T / (2.0 - H))[[0, 0, 1], [0, 1, 1]]
+    assert np.allclose(law @ basis.project(products), expected, rtol=0.0, atol=1e-13)
+    assert scheme.paths == [12 * basis.nodes.shape[1]]
+
+
+def test_a_step_that_is_not_affine_in_its_normals_is_made_at_all_nodes():
+    """A bend of 1e-9 is small, and adds up over many steps."""
+    scheme, basis = Counting(bend=1e-9), chart_basis(SLANTED.chart, line=4)
+    operator(scheme, SLANTED, basis=basis)
+    assert scheme.paths[1:] == [125 * basis.nodes.shape[1]]
 
 
 def test_a_bounded_law_is_given_by_its_atoms():

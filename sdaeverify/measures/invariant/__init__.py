@@ -6,7 +6,7 @@ on the same noise are run (T3): paired differences tell the order, and the coars
 whether the limit is the exact law at all.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
@@ -139,8 +139,8 @@ OPERATOR, CHAINS, DENSITIES = "stationary law", "chains", "densities"
 # Quantities of the levels alone.
 DENSITY = "density of coordinate"
 STEP_SIZES = 5
-# Finer ones that follow where a claim is not verified on those, or they do not resolve the problem: at most so many
-# in all, each half of the one before. What is not sampled costs the same at every step size.
+# More of them where these do not resolve the problem, and finer ones that follow where a claim is not verified: at
+# most so many in all, each half of the one before. What is not sampled costs the same at every step size.
 FURTHER, MOST = 6, 16
 
 
@@ -241,10 +241,12 @@ def stationary_record(evidence: Evidence) -> TransitionErrors | None:
     if refusal(scheme, view) or not invariant_observables(view):
         return None
     sizes = [coarsest_step(view, evidence.settings) / 2.0**level for level in range(MOST)]
-    record = invariant_errors(scheme, view, sizes[:STEP_SIZES])
-    more = _steps_needed(evidence, record, sizes)
-    if usable(record) and more > STEP_SIZES:
-        record = record.extend(invariant_errors(scheme, view, sizes[STEP_SIZES:more]))
+    resolving = [not why_unresolved(view, h) for h in sizes]
+    first = max(STEP_SIZES, resolving.index(True) + 1) if resolving[-1] else STEP_SIZES
+    further = sizes[first : STEP_SIZES + FURTHER] if resolving[-1] else []
+    record = invariant_errors(scheme, view, sizes[:first])
+    if usable(record) and further and not is_settled(evidence, record):
+        record = record.extend(invariant_errors(scheme, view, further))
     return record if usable(record) else None
 
 
@@ -262,15 +264,6 @@ def density_levels(record: Densities | None) -> Iterator[LevelFinding]:
         for y, density, right in zip(points, own, exact, strict=True):
             details = {"at": float(y), "exact": float(right)}
             yield LevelFinding(f"{DENSITY} {number}", None, float(density), 0.0, details, float(record.h))
-
-
-def _steps_needed(evidence: Evidence, record: TransitionErrors, sizes: Sequence[float]) -> int:
-    """Return how many of the step sizes resolve the problem and settle the orders that are claimed, if they can."""
-    resolving = [not why_unresolved(evidence.view, h) for h in sizes]
-    if not resolving[-1]:
-        return STEP_SIZES
-    settled = is_settled(evidence, record)
-    return max(resolving.index(True) + 1, STEP_SIZES if settled else STEP_SIZES + FURTHER)
 
 
 def _chains(evidence: Evidence, names: Collection[str]) -> ChainRecord:

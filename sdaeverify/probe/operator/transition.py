@@ -6,6 +6,9 @@ In orthonormal functions phi_i of the coordinates z,
 
 with a quadrature over z and cubature nodes for the noise: one batched step for each step size. Powers of T give
 expectations at the final time, its left eigenvector of eigenvalue 1 gives the stationary law, both without sampling.
+
+A step that is affine in several normals leads from each z to a normal law, whose mean and covariance are known from
+a few of their values, and whose nodes are those of as many normals as there are coordinates.
 """
 
 from functools import lru_cache
@@ -18,8 +21,9 @@ from ...contracts.scheme import Scheme, Step, flatten
 from ...forms import Problem
 from ...forms.chart import Angle, Chart
 from ...numerics.statistics import EPS
-from ..step.nodes import Nodes, step_nodes
+from ..step.nodes import Nodes, gauss_hermite, step_nodes, tensor_rule
 from ..step.one_step import OneStep
+from ..step.step_noise import StepNoise
 from ..step.times import changing
 from .basis import Basis, chart_basis
 from .chart_equation import output_rows, require_chart
@@ -32,6 +36,8 @@ AT_ONCE = 12_000
 BLOWN_UP = 1e6
 # Rounding of an entry of the matrix, in units of EPS and of the size of its function.
 ROUNDING = 64.0
+# A step is affine in its noise if it is so to rounding, relative to the largest coordinate: errors add up over a run.
+AFFINE = 1e-13
 # Rounding of embed and read, and what a solver's tolerance may add, relative to the state.
 ON_CHART = 1e-9
 
@@ -103,8 +109,25 @@ def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given:
     -------
     Transition
     """
+    steps = _normal_steps(one_step, basis, fewer, h, given)
+    if steps is None:
+        steps = _make_steps(one_step, basis, _nodes(one_step, fewer), h, given)
+    return Transition(basis.project(_means(basis, steps.weights, steps.z)), *steps.noticed)
+
+
+class _Steps(NamedTuple):
+    """Coordinates z that Q nodes of the quadrature lead to at K nodes of the noise, whose weights are given.
+
+    `z` has shape (k, Q, K); what was noticed is told in the order of `Transition`.
+    """
+
+    z: Array
+    weights: Array
+    noticed: tuple[float, float, float]
+
+
+def _make_steps(one_step: OneStep, basis: Basis, nodes: Nodes, h: float, given: Given) -> _Steps:
     _, chart = require_chart(one_step.view)
-    nodes = _nodes(one_step, fewer)
     z = np.repeat(basis.nodes, len(nodes.weights), axis=1)
     with np.errstate(all="ignore"):
         step = _step(one_step, chart.embed(z), h, nodes, given)
@@ -115,12 +138,29 @@ def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given:
     failed = ~usable if step.failed is None else ~usable | step.failed
     truncated = np.zeros_like(failed) if step.truncated is None else step.truncated
     weights = np.multiply.outer(basis.weights, nodes.weights).ravel()
-    return Transition(
-        basis.project(_means(basis, nodes, np.where(usable, reached, z))),
-        float(np.max(departure, initial=0.0, where=~failed)),
-        float(weights @ failed),
-        float(weights @ truncated),
-    )
+    worst = float(np.max(departure, initial=0.0, where=~failed))
+    whole = np.where(usable, reached, z).reshape(len(z), -1, len(nodes.weights))
+    return _Steps(whole, nodes.weights, (worst, float(weights @ failed), float(weights @ truncated)))
+
+
+def _normal_steps(one_step: OneStep, basis: Basis, fewer: int, h: float, given: Given) -> _Steps | None:
+    """Return nodes of the normal laws that steps lead to, or None if they are not affine in several normals."""
+    noise = StepNoise.of(one_step)
+    if noise.law.bounded or noise.normals == 1:
+        return None
+    vertices, count = noise.simplex(), NODES[len(basis.nodes)] - fewer
+    corners = gauss_hermite(count)[0].max() * tensor_rule([gauss_hermite(2)] * noise.normals).x
+    x = np.concatenate([vertices, corners], axis=1)
+    few = _make_steps(one_step, basis, noise.nodes(x, np.full(x.shape[1], 1.0 / x.shape[1])), h, given)
+    at_vertices, beyond = np.split(few.z, [vertices.shape[1]], axis=2)
+    mean, slopes = at_vertices.mean(axis=2, keepdims=True), at_vertices @ vertices.T / vertices.shape[1]
+    if any(few.noticed[1:]) or np.abs(mean + slopes @ corners - beyond).max() > AFFINE * np.abs(few.z).max():
+        return None
+    # The transposed of the triangular factor has the covariance, and the first coordinate the first normal alone.
+    factors = np.linalg.qr(slopes.transpose(1, 2, 0), mode="r").transpose(2, 0, 1)
+    factors[np.abs(factors) <= AFFINE * np.abs(factors).max()] = 0.0
+    rule = tensor_rule([gauss_hermite(count)] * len(factors))
+    return _Steps(mean + factors @ rule.x, rule.weights, few.noticed)
 
 
 def stationary(matrix: Array) -> Array:
@@ -152,14 +192,13 @@ def _find_seen(matrix: Array) -> Mask:
     return np.asarray(seen[1:])
 
 
-def _means(basis: Basis, nodes: Nodes, z: Array) -> Array:
-    """Return E phi_j over the noise from each node of the quadrature, shape (Q, n), the paths of z being (Q, K)."""
-    paths = z.reshape(len(z), -1, len(nodes.weights))
-    firsts, places = zip(*map(_find_distinct, (paths[0], paths[-1])), strict=True)
+def _means(basis: Basis, weights: Array, z: Array) -> Array:
+    """Return E phi_j over the noise from each node of the quadrature, shape (Q, n), z having shape (k, Q, K)."""
+    firsts, places = zip(*map(_find_distinct, (z[0], z[-1])), strict=True)
     joint = np.zeros([len(first) for first in firsts])
-    np.add.at(joint, places, nodes.weights)
-    axes = [np.take(axis, first, axis=1) for axis, first in zip((paths[0], paths[-1]), firsts, strict=True)]
-    found = np.empty((paths.shape[1], *(len(axis.derivative) for axis in basis.axes)))
+    np.add.at(joint, places, weights)
+    axes = [np.take(axis, first, axis=1) for axis, first in zip((z[0], z[-1]), firsts, strict=True)]
+    found = np.empty((z.shape[1], *(len(axis.derivative) for axis in basis.axes)))
     # Few at a time: the values of all functions on all paths do not stay near the processor.
     some = -(-AT_ONCE // max(joint.shape))
     for start in range(0, len(found), some):
