@@ -115,7 +115,7 @@ def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given:
     return Transition(basis.project(_means(basis, steps.weights, steps.z)), *steps.noticed)
 
 
-class _Steps(NamedTuple):
+class _Reached(NamedTuple):
     """Coordinates z that Q nodes of the quadrature lead to at K nodes of the noise, whose weights are given.
 
     `z` has shape (k, Q, K); what was noticed is told in the order of `Transition`.
@@ -126,7 +126,7 @@ class _Steps(NamedTuple):
     noticed: tuple[float, float, float]
 
 
-def _make_steps(one_step: OneStep, basis: Basis, nodes: Nodes, h: float, given: Given) -> _Steps:
+def _make_steps(one_step: OneStep, basis: Basis, nodes: Nodes, h: float, given: Given) -> _Reached:
     _, chart = require_chart(one_step.view)
     z = np.repeat(basis.nodes, len(nodes.weights), axis=1)
     with np.errstate(all="ignore"):
@@ -140,10 +140,10 @@ def _make_steps(one_step: OneStep, basis: Basis, nodes: Nodes, h: float, given: 
     weights = np.multiply.outer(basis.weights, nodes.weights).ravel()
     worst = float(np.max(departure, initial=0.0, where=~failed))
     whole = np.where(usable, reached, z).reshape(len(z), -1, len(nodes.weights))
-    return _Steps(whole, nodes.weights, (worst, float(weights @ failed), float(weights @ truncated)))
+    return _Reached(whole, nodes.weights, (worst, float(weights @ failed), float(weights @ truncated)))
 
 
-def _normal_steps(one_step: OneStep, basis: Basis, fewer: int, h: float, given: Given) -> _Steps | None:
+def _normal_steps(one_step: OneStep, basis: Basis, fewer: int, h: float, given: Given) -> _Reached | None:
     """Return nodes of the normal laws that steps lead to, or None if they are not affine in several normals."""
     noise = StepNoise.of(one_step)
     if noise.law.bounded or noise.normals == 1:
@@ -157,10 +157,10 @@ def _normal_steps(one_step: OneStep, basis: Basis, fewer: int, h: float, given: 
     if any(few.noticed[1:]) or np.abs(mean + slopes @ corners - beyond).max() > AFFINE * np.abs(few.z).max():
         return None
     # The transposed of the triangular factor has the covariance, and the first coordinate the first normal alone.
-    factors = np.linalg.qr(slopes.transpose(1, 2, 0), mode="r").transpose(2, 0, 1)
+    factors = np.asarray(np.linalg.qr(slopes.transpose(1, 2, 0), mode="r")).transpose(2, 0, 1)
     factors[np.abs(factors) <= AFFINE * np.abs(factors).max()] = 0.0
     rule = tensor_rule([gauss_hermite(count)] * len(factors))
-    return _Steps(mean + factors @ rule.x, rule.weights, few.noticed)
+    return _Reached(mean + factors @ rule.x, rule.weights, few.noticed)
 
 
 def stationary(matrix: Array) -> Array:
