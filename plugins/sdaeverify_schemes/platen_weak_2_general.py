@@ -51,12 +51,12 @@ class PlatenWeak2General(Scheme):
         beside = side_by_side(problem.diffusion, t, [x + move for move in moves])
         for j in range(problem.noise_dim):
             up, down = next(later)[:, j], next(later)[:, j]
-            new = new + 0.25 * (up + down + 2.0 * B[:, j]) * dW[j] + 0.25 / s * (up - down) * (dW[j] ** 2 - h)
-            # B_j as the r of all the others.
+            new = new + (up + down + 2.0 * B[:, j]) * (0.25 * dW[j]) + (up - down) * (0.25 / s * (dW[j] ** 2 - h))
+            # B_j as the r of all the others, which are k here.
             above, below = next(beside), next(beside)
-            others = np.arange(problem.noise_dim) != j
-            bent, turned = (above + below - 2.0 * B)[:, others], (above - below)[:, others]
-            new = new + 0.25 * apply(bent, dW[others]) + 0.25 / s * apply(turned, dW[others] * dW[j] + V[j, others])
+            for k in (k for k in range(problem.noise_dim) if k != j):
+                up, down, product = above[:, k], below[:, k], dW[k] * dW[j] + V[j, k]
+                new = new + (up + down - 2.0 * B[:, k]) * (0.25 * dW[k]) + (up - down) * (0.25 / s * product)
         return Step(new)
 
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sdaeverify import SDE, Array, Claim, DelaySDAE, Increment, ParameterError, Problem, Scheme, Step, hookimpl
-from sdaeverify.numerics import Root, largest, newton, update_tolerance
+from sdaeverify.numerics import Dense, Root, largest, newton, update_tolerance
 
 from ._delay_orders import DELAYED
 from ._delay_theta import delay_theta
@@ -107,10 +107,10 @@ def implicit(problem: SDE, t: float, s: float, known: Array, guess: Array) -> Ro
     """
     unit = np.eye(len(known))[..., None]
 
-    def linearised(y: Array) -> tuple[Array, Callable[[], Array]]:
-        return y - s * problem.drift(t, y) - known, lambda: unit - s * problem.derivative_of_drift(t, y)
+    def linearised(y: Array) -> tuple[Array, Callable[[], Dense]]:
+        return y - s * problem.drift(t, y) - known, lambda: Dense(unit - s * problem.derivative_of_drift(t, y))
 
-    return newton(linearised, guess, update_tolerance(largest(guess)))
+    return newton(linearised, guess, update_tolerance(largest(guess)), solver=Dense.solve)
 
 
 @hookimpl

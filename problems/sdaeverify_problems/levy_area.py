@@ -33,15 +33,16 @@ def levy_area(c: float = 2.0, horizon: float = 1.0) -> SDE:
     """
 
     def drift(t: float, x: Array) -> Array:
-        rate = -(c**2) / 8.0 * (x[0] ** 2 + x[1] ** 2)
-        return np.stack([0.0 * x[0], 0.0 * x[1], rate * x[2], rate * x[3]])
+        f = np.zeros_like(x)
+        f[2:] = -(c**2) / 8.0 * (x[0] ** 2 + x[1] ** 2) * x[2:]
+        return f
 
     def diffusion(t: float, x: Array) -> Array:
-        half = 0.5 * c
-        turned = np.stack([half * x[3], -half * x[2]])
-        B = np.zeros((4, 2, *x.shape[1:]), dtype=turned.dtype)
+        u, v = 0.5 * c * x[2:]
+        B = np.zeros((4, 2, *x.shape[1:]), dtype=x.dtype)
         B[0, 0] = B[1, 1] = 1.0
-        B[2:, 0], B[2:, 1] = turned * x[1], -turned * x[0]
+        B[2, 0], B[2, 1] = v * x[1], -v * x[0]
+        B[3, 0], B[3, 1] = -u * x[1], u * x[0]
         return B
 
     def mean_u(t: float) -> float:

@@ -10,6 +10,7 @@ from .derivatives import (
     second_directional,
 )
 from .linalg import (
+    Dense,
     Elimination,
     Tridiagonal,
     all_finite,
@@ -26,6 +27,7 @@ from .newton import Root, newton, update_tolerance
 
 __all__ = [
     "BlockBanded",
+    "Dense",
     "Elimination",
     "Root",
     "Tridiagonal",

@@ -1,10 +1,15 @@
 """Small linear algebra on every path at once, paths last."""
 
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array, Mask
+
+# Systems of up to so many equations are solved by Cramer's rule.
+EXPLICIT = 2
 
 
 def apply(A: Array, x: Array) -> Array:
@@ -52,7 +57,7 @@ def solve(A: Array, b: Array) -> Array:
     -------
     ndarray, shape of b
     """
-    if len(b) > 2:
+    if len(b) > EXPLICIT:
         return _solve_with_one(A[..., 0], b) if A.shape[-1] == 1 else _lapack_solve(A, b)
     x: Array = b / A[0] if len(b) == 1 else _adjugate_times(A, b) / determinant(A)
     return x
@@ -206,20 +211,23 @@ class Elimination(NamedTuple):
 
 
 def eliminated(A: Array) -> Elimination:
-    """Return the factors of A, shape (m, m, P), in m steps that each take all paths at once."""
-    F, L, U = A.copy(), np.ones(A.shape[-1]), np.zeros(A.shape[-1])
+    """Return the factors of A, shape (m, m, P), in m - 1 steps that each take all paths at once."""
+    F = A.copy()
     with np.errstate(all="ignore"):
-        for k in range(len(A)):
-            if k:
-                F[k, k:] -= np.einsum("jp,jip->ip", F[k, :k], F[:k, k:])
-                F[k + 1 :, k] -= np.einsum("ijp,jp->ip", F[k + 1 :, :k], F[:k, k])
+        for k in range(len(A) - 1):
             F[k + 1 :, k] /= F[k, k]
-            U = np.maximum(U, np.abs(F[k, k:]).max(axis=0))
-            L = np.maximum(L, np.abs(F[k + 1 :, k]).max(axis=0, initial=0.0))
-        growth = L * U / np.abs(A).max(axis=(0, 1))
+            F[k + 1 :, k + 1 :] -= F[k + 1 :, k, None] * F[k, k + 1 :]
+        sizes, above = np.abs(F), _above(len(A))
+        growth = sizes[above].max(axis=0) * sizes[~above].max(axis=0, initial=1.0) / np.abs(A).max(axis=(0, 1))
     # Written so that a NaN counts as poor.
     poor = ~(growth <= GROWTH)
     return Elimination(A, F, poor)
+
+
+@lru_cache
+def _above(m: int) -> Mask:
+    # Which entries are on or above the diagonal.
+    return np.triu(np.ones((m, m), dtype=bool))
 
 
 def _substitute(F: Array, b: Array) -> Array:
@@ -232,3 +240,29 @@ def _substitute(F: Array, b: Array) -> Array:
                 x[k] -= np.einsum("jp,j...p->...p", F[k, k + 1 :], x[k + 1 :])
             x[k] /= F[k, k]
     return x
+
+
+@dataclass(frozen=True, eq=False)
+class Dense:
+    """A matrix without structure, factorised once for all right sides.
+
+    Attributes
+    ----------
+    matrix : ndarray, shape (m, m, P) or (m, m, 1)
+    """
+
+    matrix: Array
+
+    def solve(self, b: Array) -> Array:
+        """Solve A x = b; shape (m, P) or (m, k, P)."""
+        direct = len(self.matrix) <= EXPLICIT or self.matrix.shape[-1] == 1
+        return solve(self.matrix, b) if direct else self._factors.solve(b)
+
+    def positive(self) -> Mask:
+        """Tell on which paths det A > 0, shape (P,)."""
+        positive = determinant(self.matrix) > 0.0 if len(self.matrix) <= EXPLICIT else self._factors.positive()
+        return np.asarray(positive)
+
+    @cached_property
+    def _factors(self) -> Elimination:
+        return eliminated(self.matrix)

@@ -1,7 +1,5 @@
 """The linearised constraint at a position of every path, as the operations that schemes need of it."""
 
-from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -9,19 +7,13 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...errors import ProblemError
 from ...numerics.linalg import (
-    Elimination,
+    Dense,
     apply,
     apply_transposed,
-    determinant,
-    eliminated,
     norm,
     product_transposed,
-    solve,
 )
 from ..checks import PROBES, check_shape, wave
-
-# Systems of up to so many equations are solved by Cramer's rule.
-EXPLICIT = 2
 
 
 class Gram(Protocol):
@@ -50,31 +42,6 @@ class ConstraintJacobian(Protocol):
         """Return the Frobenius norm of Dg, shape (P,)."""
 
 
-@dataclass(frozen=True, eq=False)
-class DenseGram:
-    """A matrix without structure, factorised once for all right sides.
-
-    Attributes
-    ----------
-    matrix : ndarray, shape (m, m, P)
-    """
-
-    matrix: Array
-
-    def solve(self, b: Array) -> Array:
-        """Solve A c = b."""
-        return solve(self.matrix, b) if len(self.matrix) <= EXPLICIT else self._factors.solve(b)
-
-    def positive(self) -> Mask:
-        """Tell on which paths det A > 0."""
-        positive = determinant(self.matrix) > 0.0 if len(self.matrix) <= EXPLICIT else self._factors.positive()
-        return np.asarray(positive)
-
-    @cached_property
-    def _factors(self) -> Elimination:
-        return eliminated(self.matrix)
-
-
 class DenseJacobian(NamedTuple):
     """A Jacobian without structure.
 
@@ -96,11 +63,11 @@ class DenseJacobian(NamedTuple):
         """Return grad g c."""
         return apply_transposed(self.Dg, c)
 
-    def gram(self, other: "DenseJacobian") -> DenseGram:
+    def gram(self, other: "DenseJacobian") -> Dense:
         """Return Dg M^{-1} grad g of two positions."""
         if self.inverse_mass is None:
-            return DenseGram(product_transposed(self.Dg, other.Dg))
-        return DenseGram(product_transposed(self.Dg, np.einsum("ij,mjp->mip", self.inverse_mass, other.Dg)))
+            return Dense(product_transposed(self.Dg, other.Dg))
+        return Dense(product_transposed(self.Dg, np.einsum("ij,mjp->mip", self.inverse_mass, other.Dg)))
 
     def size(self) -> Array:
         """Return the Frobenius norm of Dg."""
