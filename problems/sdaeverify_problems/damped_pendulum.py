@@ -57,9 +57,11 @@ def damped_pendulum(
     if not 0.0 < mass < np.inf:
         raise ParameterError(f"the mass must be positive and finite, got {mass!r}")
     law, weight = Canonical(lambda x: c_g * x[1], M, kT), np.array([[0.0], [c_g]])
+    stiffness, drag = np.zeros((2, 2, 1)), gamma * np.eye(2)[..., None]
     problem = constrained_langevin(
         lambda r: weight,
         Bath(friction=gamma, kT=kT),
+        force_derivatives=lambda t, r, v: (stiffness, -drag),
         controls=controls.VANISHING_SEVERAL,
         constraint=circle.constraint,
         jacobian=circle.jacobian,

@@ -30,8 +30,8 @@ from .chart_equation import output_rows, require_chart
 
 # Gauss-Hermite nodes for each of so many normals a step; with more of them there is no operator.
 NODES = {1: 8, 2: 8, 3: 5, 4: 4}
-# Paths whose functions are evaluated at once.
-AT_ONCE = 12_000
+# Paths on which steps are made, and functions evaluated, at once: more do not stay near the processor.
+AT_ONCE = 8_000
 # A coordinate that leaps further than so many scales has blown up.
 BLOWN_UP = 1e6
 # Rounding of an entry of the matrix, in units of EPS and of the size of its function.
@@ -130,13 +130,11 @@ def _make_steps(one_step: OneStep, basis: Basis, nodes: Nodes, h: float, given: 
     _, chart = require_chart(one_step.view)
     z = np.repeat(basis.nodes, len(nodes.weights), axis=1)
     with np.errstate(all="ignore"):
-        step = _step(one_step, chart.embed(z), h, nodes, given)
-        x = one_step.read(step.state)
+        x, failed, truncated = _step_in_parts(one_step, chart.embed(z), h, nodes, given)
         reached = chart.read(x)
         usable = np.isfinite(x).all(axis=0) & _is_bounded(chart, reached)
         departure = _departure(chart, x, reached, _core(one_step.view, basis))
-    failed = ~usable if step.failed is None else ~usable | step.failed
-    truncated = np.zeros_like(failed) if step.truncated is None else step.truncated
+    failed = failed | ~usable
     weights = np.multiply.outer(basis.weights, nodes.weights).ravel()
     worst = float(np.max(departure, initial=0.0, where=~failed))
     whole = np.where(usable, reached, z).reshape(len(z), -1, len(nodes.weights))
@@ -199,7 +197,6 @@ def _means(basis: Basis, weights: Array, z: Array) -> Array:
     np.add.at(joint, places, weights)
     axes = [np.take(axis, first, axis=1) for axis, first in zip((z[0], z[-1]), firsts, strict=True)]
     found = np.empty((z.shape[1], *(len(axis.derivative) for axis in basis.axes)))
-    # Few at a time: the values of all functions on all paths do not stay near the processor.
     some = -(-AT_ONCE // max(joint.shape))
     for start in range(0, len(found), some):
         rows = slice(start, start + some)
@@ -239,6 +236,19 @@ def _step(one_step: OneStep, x: Array, h: float, nodes: Nodes, given: Given = AS
     noise = nodes.increment(given.variance * h, x.shape[1] // len(nodes.weights))
     h = given.length * h
     return one_step.scheme.prepare(one_step.view, h)(one_step.enter(x, 0.0, h), 0.0, noise)
+
+
+def _step_in_parts(one_step: OneStep, x: Array, h: float, nodes: Nodes, given: Given) -> tuple[Array, Mask, Mask]:
+    """Return where steps lead, which of them failed and which were truncated; few states at a time."""
+    count = len(nodes.weights)
+    some, found = -(-AT_ONCE // count) * count, []
+    for start in range(0, x.shape[1], some):
+        part = x[:, start : start + some]
+        step, none = _step(one_step, part, h, nodes, given), np.zeros(part.shape[1], dtype=bool)
+        masks = (none if mask is None else mask for mask in (step.failed, step.truncated))
+        found.append((one_step.read(step.state), *masks))
+    reached, failed, truncated = (np.concatenate(parts, axis=-1) for parts in zip(*found, strict=True))
+    return reached, failed, truncated
 
 
 @lru_cache(maxsize=8)
