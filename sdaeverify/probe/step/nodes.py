@@ -150,10 +150,9 @@ def normal_rule(dimension: int, count: int) -> Rule:
     Returns
     -------
     Rule
-        That of the fifth degree where a product would have three nodes a variable.
+        Of more variables than four, one of the fifth degree, or random points where these are too many.
     """
-    three = count == FEWEST or (count > FEWEST and (FEWEST + 1) ** dimension > MOST_NODES)
-    if three and dimension > 2 and FEWEST**dimension <= LARGEST:
+    if dimension > len(COUNTS) and count >= FEWEST and FEWEST**dimension <= LARGEST:
         return fifth_degree_rule(dimension)
     return product_rule(dimension, count)
 
