@@ -83,6 +83,8 @@ class Evidence:
         That are judged; those of the scheme if left out.
     probed : Tally, optional
         The part of `tally` that further paths leave as it is; all of it if left out.
+    sampled : Tally, optional
+        The part of `tally` that is of paths; all of it if left out.
     """
 
     scheme: Scheme
@@ -94,6 +96,12 @@ class Evidence:
     level: float = 0.005
     claims: tuple[Claim, ...] | None = None
     probed: Tally | None = None
+    sampled: Tally | None = None
+
+    @property
+    def along_paths(self) -> Tally:
+        """What paths tell: judged alone, or beside what is found without them, it is read once."""
+        return self.tally if self.sampled is None else self.sampled
 
     @property
     def without_paths(self) -> Tally:

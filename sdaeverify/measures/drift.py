@@ -317,7 +317,7 @@ def _log_sup(means: Array) -> Array:
 
 
 def _defects(evidence: Evidence) -> tuple[Defect, ...]:
-    return evidence.tally.read(_read_defects, *evidence.step_sizes)
+    return evidence.along_paths.read(_read_defects, *evidence.step_sizes)
 
 
 def _read_defects(tally: Tally, *step_sizes: float) -> tuple[Defect, ...]:

@@ -12,8 +12,8 @@ from ..contracts.measure import Evidence, Snapshot
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..forms import Problem
-from ..numerics.statistics import GROUPS, Estimate, estimates, group_sums, jackknives, leave_out, weighted_sum
-from .slopes import Slopes
+from ..numerics.statistics import Estimate, estimates, group_sums, jackknives, leave_out
+from .slopes import Logarithms, Slopes, of_each, once
 
 VALUES, SQUARES, SIZES, KNOWN = "values ", "squares ", "sizes ", "truth "
 # A truth with an error of its own, and the same at half its resolution.
@@ -79,6 +79,34 @@ class MeanObserver:
             return None  # the scheme, or the truth, does not know a component of it
 
 
+class Alike:
+    """The means of some observables of a cell that are compared with the same, and what their differences come to.
+
+    Parameters
+    ----------
+    sums : ndarray, shape (G, O, L) or (G, O, L + 1)
+        Of each observable over groups; the last column is the truth's, where it is known on every path.
+    counts : ndarray, shape (G,)
+    coupled : bool
+        Whether there is such a column.
+    """
+
+    def __init__(self, sums: Array, counts: Array, *, coupled: bool) -> None:
+        self.left_out = leave_out(sums, counts)
+        compared = self.left_out[..., -1:] if coupled else self.left_out[..., 1:]
+        differences = self.left_out[..., :-1] - compared
+        self.means, self.differences = of_each(self.left_out), of_each(differences)
+        # Of all levels, those that no slope is fitted to included.
+        with np.errstate(all="ignore"):
+            self.logarithms = Logarithms(np.log2(np.abs(differences)))
+        self.known: dict[object, tuple[Estimate, ...]] = {}
+
+    @once
+    def changes(self, levels: Array) -> tuple[Estimate, ...]:
+        """Return E [phi(x_l) - phi(x_k)] of each, l and k being the first level and the one after the last."""
+        return estimates(self.left_out[..., levels[0]] - self.left_out[..., levels[-1] + 1])
+
+
 @dataclass(frozen=True)
 class Means(Slopes):
     """The evidence on one observable.
@@ -92,6 +120,10 @@ class Means(Slopes):
     counts : ndarray, shape (G,)
     coupled : bool
         Whether there is such a column.
+    alike : Alike
+        Of the observable and others.
+    place : int
+        Its place among these.
     squares : ndarray, shape (G,), or None
         Of the squares at the finest level.
     reference, blurred : ndarray, shape (G,), or None
@@ -105,19 +137,21 @@ class Means(Slopes):
     sums: Array
     counts: Array
     coupled: bool
+    alike: Alike
+    place: int
     squares: Array | None = None
     reference: Array | None = None
     blurred: Array | None = None
     sizes: Array | None = None
 
-    @property
+    @cached_property
     def size(self) -> float:
         """E |phi| at the finest level; |E phi| where that is not known."""
         if self.sizes is None:
             return abs(self.mean(len(self.h) - 1).value)
         return float(self.sizes.sum() / self.counts.sum())
 
-    @property
+    @cached_property
     def heavy(self) -> bool:
         """Whether the mean at the finest level rests on few paths: little of its square, in few groups of paths."""
         if self.squares is None:
@@ -136,15 +170,15 @@ class Means(Slopes):
 
     def mean(self, level: int) -> Estimate:
         """Return E phi(x_l(T))."""
-        return self._means[level]
+        return self.alike.means[self.place][level]
 
     def difference(self, level: int) -> Estimate:
         """Return E [phi(x_l) - phi(x)], or E [phi(x_l) - phi(x_{l+1})], on the same paths."""
-        return self._changes[level]
+        return self.alike.differences[self.place][level]
 
     def change(self, levels: Array) -> Estimate:
         """Return E [phi(x_l) - phi(x_k)], l being the coarsest and k the finest level of some differences."""
-        return estimates(self._left_out[:, levels[0]] - self._left_out[:, levels[-1] + 1])[0]
+        return self.alike.changes(levels)[self.place]
 
     @cached_property
     def off_reference(self) -> tuple[Estimate, float] | None:
@@ -163,8 +197,7 @@ class Means(Slopes):
         levels : ndarray of int
         weights : ndarray, shape of levels
         """
-        # Taken, and not indexed: in C order.
-        return estimates(weighted_sum(weights, self._logarithms.take(levels, axis=1)))[0]
+        return self.alike.logarithms.linear(levels, weights)[self.place]
 
     def least_signal(self, levels: Array) -> float:
         """Return the least ratio of a difference to its standard error on some levels."""
@@ -176,42 +209,27 @@ class Means(Slopes):
         signs = {float(np.sign(self.difference(level).value)) for level in levels}
         return len(signs) == 1
 
-    @cached_property
-    def _means(self) -> tuple[Estimate, ...]:
-        return estimates(self._left_out)
-
-    @cached_property
-    def _changes(self) -> tuple[Estimate, ...]:
-        return estimates(self._differences)
-
-    @cached_property
-    def _left_out(self) -> Array:
-        return leave_out(self.sums, self.counts)
-
-    @cached_property
-    def _differences(self) -> Array:
-        means = self._left_out
-        return np.asarray(means[:, :-1] - (means[:, -1:] if self.coupled else means[:, 1:]))
-
-    @cached_property
-    def _logarithms(self) -> Array:
-        # Of all levels, those that no slope is fitted to included.
-        with np.errstate(all="ignore"):
-            return np.asarray(np.log2(np.abs(self._differences)))
-
 
 def means_of(evidence: Evidence) -> Mapping[str, Means]:
     """Return the evidence on each observable that could be evaluated."""
-    return evidence.tally.read(_means, *evidence.step_sizes)
+    return evidence.along_paths.read(_means, *evidence.step_sizes)
 
 
 def _means(tally: Tally, *step_sizes: float) -> dict[str, Means]:
-    sums, h, found = tally.sums, np.array(step_sizes), {}
-    for key in sums:
-        if key.startswith(VALUES):
-            name = key.removeprefix(VALUES)
-            truth = sums.get(KNOWN + name)
-            both = sums[key] if truth is None else np.concatenate([sums[key], truth.reshape(GROUPS, 1)], axis=1)
-            references = (sums.get(key + name) for key in (SQUARES, REFERENCE, BLURRED, SIZES))
-            found[name] = Means(name, h, both, sums["paths"], truth is not None, *references)
+    names = [key.removeprefix(VALUES) for key in tally.sums if key.startswith(VALUES)]
+    found: dict[str, Means] = {}
+    for coupled in (True, False):
+        alike = [name for name in names if (KNOWN + name in tally.sums) is coupled]
+        found |= _means_alike(tally, alike, np.array(step_sizes), coupled=coupled) if alike else {}
+    return {name: found[name] for name in names}
+
+
+def _means_alike(tally: Tally, names: Sequence[str], h: Array, *, coupled: bool) -> dict[str, Means]:
+    sums, counts = tally.sums, tally.sums["paths"]
+    noted = [np.column_stack([sums[VALUES + n], *([sums[KNOWN + n]] if coupled else [])]) for n in names]
+    alike = Alike(np.stack(noted, axis=1), counts, coupled=coupled)
+    found = {}
+    for place, (name, own) in enumerate(zip(names, noted, strict=True)):
+        further = (sums.get(key + name) for key in (SQUARES, REFERENCE, BLURRED, SIZES))
+        found[name] = Means(name, h, own, counts, coupled, alike, place, *further)
     return found

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, TypeVar, cast
 import numpy as np
 
 from ..arrays import Array
-from ..numerics.statistics import Estimate, corrected_slope_weights, slope_weights
+from ..numerics.statistics import Estimate, corrected_slope_weights, estimates, slope_weights, weighted_sum
 
 Method = TypeVar("Method", bound=Callable[..., Any])
 
@@ -29,6 +29,37 @@ def once(method: Method) -> Method:
         return self.known[key]
 
     return cast("Method", found)
+
+
+class Logarithms:
+    """Logarithms to base 2 of the means that a cell's quantities measure, over all paths and without each group.
+
+    What is asked of one quantity is asked of the others next: it is found of all of them at once.
+
+    Parameters
+    ----------
+    values : ndarray, shape (1 + G, Q, C)
+        Of Q quantities in C columns.
+    """
+
+    def __init__(self, values: Array) -> None:
+        self.values = values
+        self.known: dict[tuple[bytes, bytes], tuple[Estimate, ...]] = {}
+
+    def linear(self, columns: Array, weights: Array) -> tuple[Estimate, ...]:
+        """Return sum_c w_c y_c over some columns, of each quantity."""
+        key = columns.tobytes(), weights.tobytes()
+        if key not in self.known:
+            # Of quantities without errors as well. Taken, and not indexed: in C order.
+            with np.errstate(invalid="ignore"):
+                self.known[key] = estimates(weighted_sum(weights, self.values.take(columns, axis=2)))
+        return self.known[key]
+
+
+def of_each(values: Array) -> list[tuple[Estimate, ...]]:
+    """Return C estimates of each of Q quantities, from values of shape (1 + G, Q, C)."""
+    found, columns = estimates(values.reshape(len(values), -1)), values.shape[-1]
+    return [found[start : start + columns] for start in range(0, len(found), columns)]
 
 
 class Slopes:

@@ -271,8 +271,8 @@ def weighted_sum(weights: Array, values: Array) -> Array:
     return np.asarray(np.einsum("l,...l->...", weights, values))
 
 
-def log_norms(means: Array, p: float) -> Array:
-    """Return log2 (E e^p)^(1/p)."""
+def log_norms(means: Array, p: float | Array) -> Array:
+    """Return log2 (E e^p)^(1/p), p being one of all or one a column."""
     return np.asarray(np.log2(means) / p)
 
 

@@ -381,7 +381,7 @@ def _evidence(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvid
     assert plan.problem is not None
     assert cell.seen is not None
     fixed = cell.scheme, plan.problem, cell.seen, settings
-    return Evidence(*fixed, known.whole, known.health, settings.level, probed=known.probed)
+    return Evidence(*fixed, known.whole, known.health, settings.level, probed=known.probed, sampled=known.sampled)
 
 
 def _unmet(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:

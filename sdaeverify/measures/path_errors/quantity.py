@@ -1,6 +1,6 @@
 """The evidence on one component's pathwise errors, its statistics, and its rows, one a step size."""
 
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
@@ -20,10 +20,58 @@ from ...numerics.statistics import (
     log_norms,
     slope_weights,
     tail,
-    weighted_sum,
 )
-from ..slopes import Slopes, once
+from ..slopes import Logarithms, Slopes, of_each, once
 from .errors import AT_T, POWERS
+
+
+class ErrorLogarithms(Logarithms):
+    """Logarithms of the mean errors of some quantities, of successive differences and of blurred errors.
+
+    In columns: log2 (E e_l^p)^(1/p) of all levels, one power after the other; log2 E d_l; those of blurred errors.
+
+    Parameters
+    ----------
+    h : ndarray, shape (L,)
+        Step sizes.
+    noted : sequence of (ndarray, ...)
+        Sums over groups of each quantity: of e_l^p, shape (G, L, 3) or (G, L, 4); of |x_l - x_{l+1}|, shape
+        (G, L - 1) or (G, 0); of blurred errors, shape (G, L), if there are any.
+    counts : ndarray, shape (G,)
+    """
+
+    def __init__(self, h: Array, noted: Sequence[tuple[Array, ...]], counts: Array) -> None:
+        self.h = h
+        self.levels, self.powers = (int(length) for length in noted[0][0].shape[1:])
+        columns = np.stack([np.concatenate([sums.T.reshape(-1, len(counts)) for sums in own]) for own in noted])
+        # A column's groups lie side by side: the bits of the sums of some columns are those of all.
+        left_out = leave_out(np.moveaxis(np.ascontiguousarray(columns), -1, 0), counts)
+        p = np.ones(columns.shape[1])
+        p[: self.powers * self.levels] = np.repeat(POWERS[: self.powers], self.levels)
+        # Of all levels, those that no slope is fitted to included.
+        with np.errstate(all="ignore"):
+            super().__init__(log_norms(left_out, p))
+
+    def errors(self, levels: Array, power: int = 1) -> Array:
+        """Return the columns of errors, p being at a place among `POWERS`."""
+        return np.asarray(levels + power * self.levels)
+
+    def differences(self, levels: Array) -> Array:
+        """Return the columns of successive differences."""
+        return np.asarray(levels + self.powers * self.levels)
+
+    def blurred(self, levels: Array) -> Array:
+        """Return the columns of blurred errors, the last ones."""
+        return np.asarray(levels + self.values.shape[-1] - self.levels)
+
+    @cached_property
+    def local_orders(self) -> list[tuple[Estimate, ...]]:
+        """Orders between each level and the one before, but for the coarsest, of each quantity."""
+        x, y = np.log2(self.h[: self.levels]), self.values[..., self.levels : 2 * self.levels]
+        weights = np.stack([slope_weights(x[level : level + 2]) for level in range(len(x) - 1)], axis=1)
+        # Of levels and quantities without errors as well.
+        with np.errstate(invalid="ignore"):
+            return of_each(weights[0] * y[..., :-1] + weights[1] * y[..., 1:])
 
 
 @dataclass(frozen=True)
@@ -47,8 +95,12 @@ class Quantity(Slopes):
     largest : ndarray, shape (L, k)
     size, moved : float
         Largest value of the true component, and how far it has moved from its initial value.
+    logarithms : ErrorLogarithms
+        Of the quantity and others.
+    place : int
+        Its place among these.
     motion : float
-        The mean over paths of the latter; infinite where it was not noted.
+        The mean over paths of how far the component has moved; infinite where it was not noted.
     """
 
     name: str
@@ -61,6 +113,8 @@ class Quantity(Slopes):
     largest: Array
     size: float
     moved: float
+    logarithms: ErrorLogarithms
+    place: int
     motion: float = inf
 
     @cached_property
@@ -91,7 +145,7 @@ class Quantity(Slopes):
         power : int
             The place of p among `POWERS`.
         """
-        return _estimate(weights, self._logarithms(power).take(levels, axis=1))
+        return self._combine(self.logarithms.errors(levels, power), weights)
 
     def slope_in(self, power: int, levels: Array) -> Estimate:
         """Return the least-squares slope of y on some levels, p being at a place among `POWERS`."""
@@ -105,9 +159,8 @@ class Quantity(Slopes):
         """
         coarse, fine = levels[:-1], levels[1:]
         weights = slope_weights(np.log2(self.h[coarse]))
-        errors, differences = self._logarithms(1), self._take_logarithms(self.difference)
-        both = np.concatenate([errors.take(fine, axis=1), differences.take(coarse, axis=1)], axis=1)
-        return _estimate(np.concatenate([weights, -share * weights]), both)
+        columns = np.concatenate([self.logarithms.errors(fine), self.logarithms.differences(coarse)])
+        return self._combine(columns, np.concatenate([weights, -share * weights]))
 
     def ahead(self, levels: Array) -> Estimate:
         """Return the local order at the next step size, if it grows by as much as it did between the last two."""
@@ -117,57 +170,44 @@ class Quantity(Slopes):
         """Return by how much the slope changes if the truth is taken at half its resolution."""
         assert self.blurred is not None
         weights = slope_weights(np.log2(self.h[levels]))
-        both = np.stack([self._logarithms(1), self._take_logarithms(self.blurred)], axis=1).take(levels, axis=2)
-        return _estimate(np.concatenate([-weights, weights]), both.reshape(len(both), -1))
+        columns = np.concatenate([self.logarithms.errors(levels), self.logarithms.blurred(levels)])
+        return self._combine(columns, np.concatenate([-weights, weights]))
 
     @cached_property
     def relative_errors(self) -> tuple[Estimate, ...]:
         """E |x_l - x|/|x| at T of each level, if it was noted."""
-        return () if self.relative is None else estimates(self._leave_out(self.relative))
+        return () if self.relative is None else estimates(leave_out(np.asfortranarray(self.relative), self.counts))
 
     @cached_property
     def local_orders(self) -> tuple[Estimate, ...]:
         """Order between each level and the one before, but for the coarsest."""
-        x = np.log2(self.h[: self.error.shape[1]])
-        weights = np.stack([slope_weights(x[level : level + 2]) for level in range(len(x) - 1)], axis=1)
-        y = self._logarithms(1)
-        return estimates(weights[0] * y[:, :-1] + weights[1] * y[:, 1:])
+        return self.logarithms.local_orders[self.place]
 
     @once
     def tail(self, level: int) -> Tail:
         """Return the tail diagnostics of a level."""
         return tail(float(self.totals[level, 1]), float(self.totals[level, 2]), self.largest[level], self.paths)
 
-    @once
-    def _logarithms(self, power: int) -> Array:
-        return self._take_logarithms(self.error[..., power], POWERS[power])
-
-    def _take_logarithms(self, sums: Array, p: float = 1.0) -> Array:
-        """Return log2 (E e_l^p)^(1/p) over all paths and without each group, shape (1 + G, L)."""
-        # Of all levels, those that no slope is fitted to included.
-        with np.errstate(all="ignore"):
-            return log_norms(self._leave_out(sums), p)
-
-    def _leave_out(self, sums: Array) -> Array:
-        # A level's groups lie side by side: the bits of the sums of some levels are those of all.
-        return leave_out(np.asfortranarray(sums), self.counts)
-
-
-def _estimate(weights: Array, logarithms: Array) -> Estimate:
-    return estimates(weighted_sum(weights, logarithms))[0]
+    def _combine(self, columns: Array, weights: Array) -> Estimate:
+        return self.logarithms.linear(columns, weights)[self.place]
 
 
 def quantities_of(evidence: Evidence) -> tuple[Quantity, ...]:
     """Return the quantities of a cell in the order in which they were noted."""
-    return evidence.tally.read(_quantities, evidence.settings.extremes, *evidence.step_sizes)
+    return evidence.along_paths.read(_quantities, evidence.settings.extremes, *evidence.step_sizes)
 
 
 def _quantities(tally: Tally, extremes: int, *step_sizes: float) -> tuple[Quantity, ...]:
     sums, names = tally.sums, [name.removeprefix("error ") for name in tally.sums if name.startswith("error ")]
+    h, kinds = np.array(step_sizes), ("error", "difference", "blurred")
+    noted = [tuple(sums[key] for kind in kinds if (key := f"{kind} {name}") in sums) for name in names]
+    if not names:
+        return ()
+    logarithms = ErrorLogarithms(h, noted, sums["paths"])
     return tuple(
         Quantity(
             name=name,
-            h=np.array(step_sizes),
+            h=h,
             error=sums[f"error {name}"],
             difference=sums[f"difference {name}"],
             blurred=sums.get(f"blurred {name}"),
@@ -176,9 +216,11 @@ def _quantities(tally: Tally, extremes: int, *step_sizes: float) -> tuple[Quanti
             largest=tally.largest[name][..., :extremes],
             size=float(tally.maxima[f"size {name.removesuffix(AT_T)}"][0]),
             moved=float(tally.maxima[f"moved {name.removesuffix(AT_T)}"][0]),
+            logarithms=logarithms,
+            place=place,
             motion=_mean(sums.get(f"motion {name}"), sums["paths"]),
         )
-        for name in names
+        for place, name in enumerate(names)
     )
 
 

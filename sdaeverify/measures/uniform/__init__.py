@@ -25,6 +25,7 @@ from ...contracts.scheme import Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally, packed, unpacked
 from ...forms import Problem
+from ...numerics.statistics import GROUPS
 from ...probe.local.consistency import Consistency, consistency
 from ...probe.local.delay_links import loses_algebraic, remove_delay
 from ...probe.local.strong_defects import no_local_order
@@ -33,7 +34,7 @@ from ...registry.hookspecs import hookimpl
 from ..error_sizes import of_paths
 from ..judge import coverage, finding, leave_open, no_claim, withhold_in_doubt
 from ..path_errors.errors import POWERS, STATE, ErrorObserver, largest_errors, power_sums
-from ..path_errors.quantity import ERROR_COLUMNS, Quantity, level_rows, quantities_of
+from ..path_errors.quantity import ERROR_COLUMNS, ErrorLogarithms, Quantity, level_rows, quantities_of
 from .findings import judge_consistency, judge_pair
 
 PROBED = "local consistency"
@@ -151,15 +152,21 @@ class UniformObserver:
 
 def pairs_of(evidence: Evidence) -> Iterator[tuple[str, Quantity, Quantity]]:
     """Yield each component with its quantity on the grid and in continuous time."""
-    for grid in quantities_of(evidence):
-        error = evidence.tally.sums[f"{CONTINUOUS} {grid.name}"]
+    quantities, tally = quantities_of(evidence), evidence.tally
+    if not quantities:
+        return
+    h, nothing = np.array(evidence.step_sizes), np.empty((GROUPS, 0))
+    errors = [tally.sums[f"{CONTINUOUS} {grid.name}"] for grid in quantities]
+    logarithms = ErrorLogarithms(h, [(error, nothing) for error in errors], tally.sums["paths"])
+    for grid, error in zip(quantities, errors, strict=True):
         between = replace(
             grid,
             name=f"{grid.name}{IN_TIME}",
             error=error,
-            difference=np.empty((len(error), 0)),
+            difference=nothing,
             blurred=None,
-            largest=evidence.tally.largest[f"{CONTINUOUS} {grid.name}"][..., : evidence.settings.extremes],
+            largest=tally.largest[f"{CONTINUOUS} {grid.name}"][..., : evidence.settings.extremes],
+            logarithms=logarithms,
         )
         yield grid.name, replace(grid, name=f"{grid.name}{ON_GRID}"), between
 
@@ -235,7 +242,7 @@ def _local_opinions(evidence: Evidence) -> dict[str, Opinion]:
 
 def _unknown_components(evidence: Evidence) -> Iterator[Finding]:
     """Yield findings on the components that the truth does not know."""
-    view, known = evidence.view, {name for name, *_ in pairs_of(evidence)}
+    view, known = evidence.view, {grid.name for grid in quantities_of(evidence)}
     start = evidence.scheme.start(view, 1, evidence.step_sizes[0])
     for name in evidence.scheme.parts(view, start):
         if name not in known:
