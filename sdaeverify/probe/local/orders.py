@@ -63,9 +63,10 @@ def last_orders(h: Array, size: Array, floor: Array, scale: Array, used: int | N
     flat = ((order < FLAT) | (longer < FLAT)) & (_pick(size, fine[0]) < TOLERANCE * _pick(scale, fine[0]))
     plateau = np.where(flat, np.maximum(_pick(size, fine[0]), _pick(size, fine[1])), -1.0)
     hidden = usable & (size <= CLEAR * plateau[..., None])
-    clear = usable & ~hidden
-    first = _extrapolate_order(h, size, clear & (np.arange(len(h)) < (used or len(h))))
-    every = _extrapolate_order(h, size, clear)
+    clear, wanted = usable & ~hidden, np.arange(len(h)) < (used or len(h))
+    # What is asked of the same levels once more is known.
+    every = _extrapolate_order(h, size, clear) if hidden.any() else _extrapolate(order, longer)
+    first = every if wanted.all() else _extrapolate_order(h, size, clear & wanted)
     with np.errstate(invalid="ignore"):
         settled = ~flat & (np.abs(every[1] - every[0]) < SETTLED)
     order, ahead = (np.where(settled, a, b) for a, b in zip(every, first, strict=True))
@@ -75,8 +76,11 @@ def last_orders(h: Array, size: Array, floor: Array, scale: Array, used: int | N
 
 
 def _extrapolate_order(h: Array, size: Array, usable: Array) -> tuple[Array, Array]:
+    return _extrapolate(*_orders(h, size, usable, _finest(usable)))
+
+
+def _extrapolate(order: Array, longer: Array) -> tuple[Array, Array]:
     """Return the last order, and the next one if it changes as much again."""
-    order, longer = _orders(h, size, usable, _finest(usable))
     with np.errstate(invalid="ignore"):
         # The order over three levels is the mean of two local ones: the last changed by twice what lies between.
         return order, np.where(np.isfinite(longer), order + 2.0 * (order - longer), order)

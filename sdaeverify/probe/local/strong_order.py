@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from .orders import last_orders
+from .orders import LocalOrders, last_orders
 from .strong_defects import EM, LEVELS, ROUNDING, SELF, LocalStrong, mark_rows
 
 # A consistent step has q2 >= 1 and q1 >= 3/2.
@@ -75,22 +75,46 @@ def strong_order(record: LocalStrong, component: int | None = None) -> StrongOrd
     -------
     StrongOrder
     """
-    return _take_order(record, mark_rows(record.core, component))
+    return _take_order(record, _find_orders(record), mark_rows(record.core, component))
 
 
 def strong_orders(record: LocalStrong) -> tuple[StrongOrder, ...]:
     """Return the order of each component and, last, of the full state; what has the same errors is found once."""
+    defects = _find_orders(record)
     every = [mark_rows(record.core, component) for component in (*range(len(record.core)), None)]
-    found = {key: _take_order(record, rows) for key, rows in {rows.tobytes(): rows for rows in every}.items()}
+    rows_of = {rows.tobytes(): rows for rows in every}
+    found = {key: _take_order(record, defects, rows) for key, rows in rows_of.items()}
     return tuple(found[rows.tobytes()] for rows in every)
 
 
-def _take_order(record: LocalStrong, rows: Array) -> StrongOrder:
-    means, worst = bool(record.means), record.scale.max(axis=0)
-    both = np.stack([record.rms[:, rows], record.mean[:, rows]])
-    found = last_orders(record.h, both.max(axis=3), ROUNDING * worst, worst, len(LEVELS))
+class _DefectOrders(NamedTuple):
+    """Local orders of root mean squares and of means, by kind of defect and component.
+
+    Attributes
+    ----------
+    worst : LocalOrders, shape (2, 3, n)
+        Of the largest defects of all states.
+    states : LocalOrders, shape (2, 3, n, S)
+        Of each state.
+    """
+
+    worst: LocalOrders
+    states: LocalOrders
+
+
+def _find_orders(record: LocalStrong) -> _DefectOrders:
+    both, scale = np.stack([record.rms, record.mean]), record.scale
+    worst = scale.max(axis=0)
+    return _DefectOrders(
+        last_orders(record.h, both.max(axis=3), ROUNDING * worst, worst, len(LEVELS)),
+        last_orders(record.h, both, ROUNDING * scale, scale, len(LEVELS)),
+    )
+
+
+def _take_order(record: LocalStrong, defects: _DefectOrders, rows: Array) -> StrongOrder:
+    means, found = bool(record.means), LocalOrders(*(each[:, :, rows] for each in defects.worst))
     (p2, q2, later2), (p1, q1, later1) = found.order.min(axis=2)
-    share, typical = _state_by_state(record, both)
+    share, typical = _state_by_state(record, LocalOrders(*(each[:, :, rows] for each in defects.states)))
     ahead2, ahead1 = found.ahead[:, SELF].min(axis=1)
     plateaus = found.plateau_h.max(axis=(1, 2))
     return StrongOrder(
@@ -120,9 +144,9 @@ def _consistent(q2: Array, q1: Array, means: bool) -> Array:
     return (q2 > LEAST_Q2) & ((q1 > LEAST_Q1) | (not means))
 
 
-def _state_by_state(record: LocalStrong, both: Array) -> tuple[float, float]:
+def _state_by_state(record: LocalStrong, found: LocalOrders) -> tuple[float, float]:
     """Return the share of the states that are inconsistent, and the median of their orders, at the worst time."""
-    found, means = last_orders(record.h, both, ROUNDING * record.scale, record.scale, len(LEVELS)), bool(record.means)
+    means = bool(record.means)
     p2, p1 = np.fmax(found.order, found.ahead)[:, SELF].min(axis=1)
     typical = np.fmin(p2 - 0.5, p1 - 1.0) if means else p2 - 0.5
     q2, q1 = found.order[:, EM]
