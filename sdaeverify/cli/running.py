@@ -34,6 +34,7 @@ from ..report.terminal import drifts, legend, summary_tables, windows
 from ..store.store import Store
 from ..study import CellResult, Finished, Plan, Study
 from ..workers.executors import PROCESSES, Crew, LostExecutorError, open_crew
+from ..workers.garbage import lasting
 from ..workers.limits import Limits
 from ..workers.pool import BLOCKS_A_WORKER, executor_for
 from .console import complain, output, output_to_stderr, print_lines
@@ -119,8 +120,9 @@ class Run:
 
     def save(self) -> Result:
         """Save and return what is known so far."""
-        result = self.result
-        kept = result.save(self.folder)
+        with lasting():
+            result = self.result
+            kept = result.save(self.folder)
         if kept.aside is not None:
             moved = f"{self.folder} held tables of another version of sdaeverify, which are moved into {kept.aside}"
             complain("warning", moved)
@@ -143,9 +145,9 @@ class Run:
     def write_page(self) -> None:
         """Write the page of the folder, or remove that of an earlier run, whose numbers are in no table any more."""
         if self.page:
-            with output_to_stderr():
+            with output_to_stderr(), lasting():
                 told = passports(self.plan)
-            write_page(self.folder, told)
+                write_page(self.folder, told)
         else:
             remove_page(self.folder)
 

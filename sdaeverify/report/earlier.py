@@ -124,12 +124,14 @@ def read_runs(folder: Path) -> list[dict[str, Any]]:
 def _keep(folder: Path, run: dict[str, Any], cells: Collection[Key]) -> Kept:
     # Whatever is saved of a run more than once is its own.
     now, runs = json.loads(json.dumps(run)), read_runs(folder)
-    rows = {name: [row for row in of if _key(row) not in cells] for name, of in _tables(folder)} if runs else {}
+    rows = _rows_of_others(folder, (VERDICTS, NOT_APPLICABLE), cells) if runs else {}
     owners: dict[Key, int] = {}
     for row in (*rows.get(VERDICTS, ()), *rows.get(NOT_APPLICABLE, ())):
         place = int(row["run"]) if row.get("run", "").isdecimal() else len(runs)
         if place < len(runs) and runs[place] != now and not _has_changed(runs[place], run, _key(row)):
             owners[_key(row)] = place
+    # Nobody looks for further rows of cells of which none is kept.
+    rows |= _rows_of_others(folder, (LEVELS, *_details(folder)), cells) if owners else {}
     places = sorted({*owners.values()})
     new = {key: str(1 + places.index(place)) for key, place in owners.items()}
     kept = {name: [_of_run(row, new[_key(row)]) for row in of if _key(row) in new] for name, of in rows.items()}
@@ -137,9 +139,13 @@ def _keep(folder: Path, run: dict[str, Any], cells: Collection[Key]) -> Kept:
     return Kept({name: of for name, of in kept.items() if of}, [runs[place] for place in places], lost)
 
 
-def _tables(folder: Path) -> Iterator[tuple[str, Sequence[Row]]]:
-    details = (f"{DETAILS}/{file.name}" for file in sorted((folder / DETAILS).glob("*.csv")))
-    yield from ((name, _rows(folder / name)) for name in (VERDICTS, NOT_APPLICABLE, LEVELS, *details))
+def _rows_of_others(folder: Path, names: Iterable[str], cells: Collection[Key]) -> dict[str, list[Row]]:
+    """Return the rows of tables that are about other cells, by the names of their files."""
+    return {name: [row for row in _rows(folder / name) if _key(row) not in cells] for name in names}
+
+
+def _details(folder: Path) -> Iterator[str]:
+    return (f"{DETAILS}/{file.name}" for file in sorted((folder / DETAILS).glob("*.csv")))
 
 
 def _of_run(row: Row, place: str) -> Row:

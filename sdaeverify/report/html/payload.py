@@ -10,7 +10,7 @@ from ..folders import NAMES, Key, SavedTables, TextRow, key_of
 from ..reading import number, parse
 from ..sentences import counts_of
 from ..tables.columns import MEAN
-from ..tables.command import CELL, command_of
+from ..tables.command import CELL, commands_of
 
 SCHEMA = 2
 # Columns of a level beside h, estimate and standard error, under the name that the page has for them.
@@ -112,7 +112,8 @@ def _run(run: Mapping[str, Any]) -> dict[str, Any]:
 def _findings(tables: SavedTables, texts: _Texts) -> dict[str, list[Any]]:
     rows, details = tables.verdicts, {key_of(row): row for row in tables.details}
     further = [details.get(key_of(row), {}) for row in rows]
-    commands = {cell: command_of(row, tables.run) for cell, row in {_cell(row): row for row in rows}.items()}
+    cells = {_cell(row): row for row in rows}
+    commands = dict(zip(cells, commands_of(cells.values(), tables.run), strict=True))
     return {
         **{name: [texts(row.get(name, "")) for row in rows] for name in TEXTS},
         **{name: [texts(row.get(name, "")) for row in further] for name in DETAILS},

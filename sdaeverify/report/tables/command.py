@@ -1,7 +1,7 @@
 """The command that computes a cell again, to the last bit, from what ``run.json`` tells."""
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from typing import Any
 
 from ...contracts.settings import Settings
@@ -41,11 +41,16 @@ def reproduce(cell: Sequence[str], settings: Settings, plugins: Sequence[str] = 
 
 
 def command_of(row: Row, run: Mapping[str, Any]) -> str:
-    """Return the command for the cell of a row; empty where a name of it is not registered.
+    """Return the command for the cell of a row; see `commands_of`."""
+    return commands_of([row], run)[0]
+
+
+def commands_of(rows: Iterable[Row], run: Mapping[str, Any]) -> list[str]:
+    """Return the commands for the cells of some rows; empty where a name of one is not registered.
 
     Parameters
     ----------
-    row : mapping
+    rows : iterable of mapping
         Of the verdicts.
     run : mapping
         The contents of ``run.json``.
@@ -56,8 +61,14 @@ def command_of(row: Row, run: Mapping[str, Any]) -> str:
         If these are not as this program writes them.
     """
     runs = [run, *run.get(EARLIER, ())]
-    place = int(number(row, "run")) if text(row, "run") else 0
-    own, cell = runs[place] if place < len(runs) else run, [text(row, name) for name in CELL]
-    if {*cell} & {*own.get("unnamed", ())}:
-        return ""
-    return reproduce(cell, settings_of(own), own.get("files", ()))
+    known = [(settings_of(own), own.get("files", ()), {*own.get("unnamed", ())}) for own in runs]
+    return [_command(row, *known[place if (place := _place(row)) < len(runs) else 0]) for row in rows]
+
+
+def _command(row: Row, settings: Settings, plugins: Sequence[str], unnamed: Set[str]) -> str:
+    cell = [text(row, name) for name in CELL]
+    return "" if {*cell} & unnamed else reproduce(cell, settings, plugins)
+
+
+def _place(row: Row) -> int:
+    return int(number(row, "run")) if text(row, "run") else 0
