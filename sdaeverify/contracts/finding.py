@@ -77,9 +77,11 @@ class Reason:
 
     def then(self, other: "Reason | str", joint: str = "; ") -> "Reason":
         """Return this reason with another one behind it; an empty one adds nothing."""
+        if not other:
+            return self
         added = Reason(other) if isinstance(other, str) else other
-        if not (self and added):
-            return self or added
+        if not self:
+            return added
         first, *further = added.parts
         joined = first if first.joint == joint else replace(first, joint=joint)
         return Reason(self.text, self.kind, self.numbers, self.joint, (*self.rest, joined, *further))
@@ -139,7 +141,7 @@ class Opinion(NamedTuple):
 
     def plus(self, *remarks: Reason | str) -> "Opinion":
         """Return the opinion with remarks behind its reason; empty ones add nothing."""
-        return self._replace(reason=Reason.of(self.reason, *remarks))
+        return self._replace(reason=reduce(Reason.then, remarks, self.reason))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -68,7 +68,7 @@ from .judge import (
     is_order,
     no_fit,
     order_tests,
-    sound_levels,
+    sound_levels_of,
     with_sample,
 )
 from .path_errors.errors import STATE
@@ -341,7 +341,7 @@ def _sizes(evidence: Evidence, defect: Defect) -> ErrorSizes:
     bound = 64.0 * EPS * defect.scale * np.sqrt(evidence.settings.steps)
     if not np.any(defect.worst > bound):
         return without_error(ROUND_OFF)
-    sound, remarks = sound_levels(evidence.health.sums)
+    sound, remarks = sound_levels_of(evidence)
     levels = sound[defect.worst[sound] > bound[sound]]
     found = [pseudo_values(defect.squares[level], defect.counts, _log_sup) for level in levels]
     means = [_log_sup(defect.squares[level].sum(axis=0) / defect.counts.sum()) for level in levels]
@@ -351,7 +351,7 @@ def _sizes(evidence: Evidence, defect: Defect) -> ErrorSizes:
 
 def _finding(evidence: Evidence, defect: Defect) -> Finding:
     covered = coverage(evidence, Drift.name, defect.name)
-    levels, remarks = sound_levels(evidence.health.sums)
+    levels, remarks = sound_levels_of(evidence)
     # A path that is held without root, on a constraint of the state alone, leaves no residual: what it leaves counts.
     bound = 64.0 * EPS * defect.scale * np.sqrt(evidence.settings.steps)
     beyond = defect.worst > bound

@@ -17,7 +17,7 @@ from ..probe.local.strong_order import strong_order
 from ..probe.local.weak_order import FLOORS, LocalWeak, weak_order
 from ..probe.operator.functional_orders import ABOVE_FLOOR, error_floors, functional_orders
 from ..probe.operator.transition_errors import TransitionErrors
-from .judge import RESOLVED, sound_levels
+from .judge import RESOLVED, sound_levels_of
 from .means import Means
 from .path_errors.order import EXACT, is_exact, usable_levels
 from .path_errors.quantity import Quantity
@@ -38,7 +38,7 @@ def of_paths(evidence: Evidence, quantity: Quantity) -> ErrorSizes:
 
 def of_means(evidence: Evidence, means: Means) -> ErrorSizes:
     """Return the mean differences of an observable on the levels where they are told from 0."""
-    sound, remarks = sound_levels(evidence.health.sums)
+    sound, remarks = sound_levels_of(evidence)
     seen = [level for level in sound if level < means.errors and means.least_signal(np.array([level])) >= RESOLVED]
     if len(seen) < min(len(sound), means.errors):
         remarks = remarks.then(f"mean differences of less than {RESOLVED:.0f} standard errors")

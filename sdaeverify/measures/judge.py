@@ -10,6 +10,7 @@ from ..arrays import Array, Mask
 from ..contracts.finding import Finding, Judgement, Kind, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence
 from ..contracts.scheme import Claim, Scheme
+from ..contracts.tally import Tally
 from ..forms import Problem
 from ..numerics.statistics import Estimate
 from ..probe.step.one_step import why_unresolved
@@ -418,6 +419,15 @@ def sound_levels(health: Mapping[str, Array]) -> tuple[Array, Reason]:
     first = int(bad[-1]) + 1 if len(bad) else 0
     remarks = (at_levels(name, levels) for name, levels in wrong.items() if levels.any())
     return np.arange(first, len(health["failed"])), Reason.of(*remarks, lost_index(health))
+
+
+def sound_levels_of(evidence: Evidence) -> tuple[Array, Reason]:
+    """Return the sound levels of a cell, found once for all its quantities; see `sound_levels`."""
+    return evidence.health.read(_read_sound_levels)
+
+
+def _read_sound_levels(health: Tally) -> tuple[Array, Reason]:
+    return sound_levels(health.sums)
 
 
 def lost_index(health: Mapping[str, Array]) -> Reason:

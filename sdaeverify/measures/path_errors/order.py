@@ -16,7 +16,17 @@ from ...contracts.scheme import Claim
 from ...forms.truths import Pathwise
 from ...numerics.statistics import RISING, Estimate, slope_weights
 from ...simulate.reference import OWN_REFERENCE
-from ..judge import COARSE, FITTED, SUSPECT, PathTests, at_levels, hold_back, order_tests, sound_levels, with_sample
+from ..judge import (
+    COARSE,
+    FITTED,
+    SUSPECT,
+    PathTests,
+    at_levels,
+    hold_back,
+    order_tests,
+    sound_levels_of,
+    with_sample,
+)
 from .quantity import Quantity, quantities_of
 
 
@@ -123,7 +133,7 @@ def stands_still(evidence: Evidence, quantity: Quantity) -> bool:
 
 def usable_levels(evidence: Evidence, quantity: Quantity) -> tuple[Array, Reason]:
     """Return the levels that can be fitted, and why others are left out."""
-    sound, remarks = sound_levels(evidence.health.sums)
+    sound, remarks = sound_levels_of(evidence)
     known = quantity.means()
     # Measured rounding stays below 2 eps sqrt(N) of the state's size; 30 times that leaves the fit alone.
     rounding = known <= 60.0 * quantity.rounding(np.array(evidence.settings.steps[: len(known)]))

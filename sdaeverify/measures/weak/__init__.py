@@ -41,7 +41,7 @@ from ..judge import (
     hold_back,
     leave_open,
     order_tests,
-    sound_levels,
+    sound_levels_of,
     with_sample,
 )
 from ..means import MeanObserver, Means, means_of
@@ -89,7 +89,7 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     claim : Claim or None
         That covers the observable.
     """
-    sound, _ = sound_levels(evidence.health.sums)
+    sound, _ = sound_levels_of(evidence)
     levels = sound[sound < means.errors][-FITTED:]
     unknown = Estimate(float("nan"), float("nan"))
     if len(levels) < FEWEST:
@@ -266,7 +266,7 @@ def _finding(evidence: Evidence, means: Means, probed: WeakProbe) -> Finding:
     covered = coverage(evidence, Weak.name, means.name)
     sampled = mean_order(evidence, means, covered.claim)
     opinion = _opinion(evidence, sampled, covered)
-    left_out = sound_levels(evidence.health.sums)[1] if sampled.remark == TOO_FEW else Reason()
+    left_out = sound_levels_of(evidence)[1] if sampled.remark == TOO_FEW else Reason()
     said = sampled.remark in {part.text for part in opinion.reason.parts}
     confidence = evidence.settings.confidence
     low, high = sampled.slope.interval(confidence) if opinion.tier == 3 else (float("nan"), float("nan"))
@@ -303,7 +303,7 @@ def _of_state(evidence: Evidence, probed: WeakProbe) -> Finding:
         open_ = leave_open(covered, "the problem has no observables, and probing does not decide")
         return finding(covered, open_, details=probed.details)
     method = "local weak order (T1)" if opinion.tier == 1 else "moments (T2)"
-    sound, remarks = sound_levels(evidence.health.sums)
+    sound, remarks = sound_levels_of(evidence)
     if evidence.health.sums["lost"][-1] > 0:
         opinion = Opinion(Verdict.DIVERGED, LOST)
     elif len(sound) < FEWEST and opinion.verdict is Verdict.VERIFIED:

@@ -7,7 +7,6 @@ A defect counts relative to |phi| + |D phi|_1, whose rounding is its floor: one 
 coarsest step sizes is called exact, however it would go on.
 """
 
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -152,14 +151,23 @@ def _roughness(record: LocalWeak, rounding: Array) -> tuple[Array, Mask]:
 
     Those are small, jump about or do not depend on h, and do not fall. At the four coarsest nothing can be said.
     """
-    window = partial(np.lib.stride_tricks.sliding_window_view, window_shape=len(SMOOTH), axis=-1)
-    terms, before = window(record.defect) * SMOOTH, [(0, 0), (0, 0), (len(SMOOTH) - 1, 0)]
-    noise = np.abs(terms.sum(axis=-1))
-    grain = (window(rounding) * np.abs(SMOOTH)).sum(axis=-1) / CLEAR
-    rough = noise > ROUGH * np.abs(terms).sum(axis=-1) + grain
+    noise, sizes = np.abs(_sum_windows(record.defect, SMOOTH)), np.abs(record.defect)
+    grain = _sum_windows(rounding, np.abs(SMOOTH)) / CLEAR
+    rough = noise > ROUGH * _sum_windows(sizes, np.abs(SMOOTH)) + grain
     rough[..., 1:] &= noise[..., 1:] > STALL * noise[..., :-1]
-    tiny = np.abs(record.defect) < TOLERANCE * record.scale
-    return np.pad(noise / SMOOTH.sum(), before), np.pad(rough, before) & tiny
+    return _with_coarsest(noise / SMOOTH.sum()), _with_coarsest(rough) & (sizes < TOLERANCE * record.scale)
+
+
+def _sum_windows(values: Array, weights: Array) -> Array:
+    """Return the weighted sums of successive values along the last axis."""
+    count = values.shape[-1] - len(weights) + 1
+    return np.asarray(sum(weight * values[..., k : k + count] for k, weight in enumerate(weights)))
+
+
+def _with_coarsest(values: Array) -> Array:
+    """Return what is known of windows at the last step size of each, and zeros where there is none."""
+    nothing = np.zeros((*values.shape[:-1], len(SMOOTH) - 1), dtype=values.dtype)
+    return np.concatenate([nothing, values], axis=-1)
 
 
 def _plateau(record: LocalWeak, noise: Array, rough: Mask) -> tuple[Array, float]:

@@ -11,6 +11,7 @@ scheme with too much noise and too long steps.
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 from math import inf, nan
 from typing import NamedTuple
 
@@ -93,13 +94,14 @@ def _limit(values: Array, floors: Array, step: float) -> tuple[float, float]:
     It is known to how far it changes without the finest step size, the coarsest or the two coarsest: the first
     predicts what the finest adds.
     """
-    tables, blur = [values], floors
+    # Of a dozen numbers: lists take a third of the time of arrays.
+    tables, blur = [values.tolist()], floors.tolist()
     for column in range(1, len(values)):
         ratio = 2.0 ** (step * column)
-        tables.append((ratio * tables[-1][1:] - tables[-1][:-1]) / (ratio - 1.0))
-        blur = (ratio * blur[1:] + blur[:-1]) / (ratio - 1.0)
+        tables.append([(ratio * fine - coarse) / (ratio - 1.0) for coarse, fine in pairwise(tables[-1])])
+        blur = [(ratio * fine + coarse) / (ratio - 1.0) for coarse, fine in pairwise(blur)]
     (limit,), before = tables[-1], [*tables[-2], tables[-3][-1]]
-    return float(limit), float(np.abs(before - limit).max() + blur[0])
+    return limit, max(abs(each - limit) for each in before) + blur[0]
 
 
 # An error is used where it is known to one digit, and held against a scheme where it is known to two: a local order
