@@ -7,13 +7,12 @@ x on the first of them, ``x up to 2 tau`` on the second.
 """
 
 from collections.abc import Container, Iterator, Mapping, Sequence
-from itertools import chain
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ..arrays import Array, Parts
-from ..contracts.finding import Finding, Judgement, Opinion, Verdict
+from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
@@ -81,14 +80,15 @@ class Intervals(Measure):
         """Return a finding for each component on each interval, and their levels."""
         quantities = quantities_of(evidence)
         orders = {end: local_orders(evidence, span) for end, span in SPANS.items()}
-        findings = []
+        findings: list[Finding] = []
+        rows: list[LevelFinding] = []
         for each in quantities:
             own = next(found for end, found in orders.items() if each.name.endswith(end))
-            order = own.get(each.name.split(UP_TO, 1)[0])
-            findings.append(strong_finding(evidence, each, coverage(evidence, self.name, each.name), order))
+            order, usable = own.get(each.name.split(UP_TO, 1)[0]), usable_levels(evidence, each)
+            findings.append(strong_finding(evidence, each, coverage(evidence, self.name, each.name), order, usable))
+            rows += level_rows(each, set(usable[0][-FITTED:].tolist()), NORMS)
         findings += _past_finding(evidence)
-        rows = (level_rows(each, set(usable_levels(evidence, each)[0][-FITTED:]), NORMS) for each in quantities)
-        return Judgement(tuple(withhold_in_doubt(findings)), tuple(chain.from_iterable(rows)))
+        return Judgement(tuple(withhold_in_doubt(findings)), tuple(rows))
 
 
 @hookimpl

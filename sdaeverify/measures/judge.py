@@ -1,7 +1,7 @@
 """The way from a claim to a finding: what covers a quantity, what the evidence says of it, and what guards that."""
 
 from collections.abc import Callable, Container, Iterable, Mapping
-from math import inf
+from math import inf, isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -214,7 +214,7 @@ def decide(tests: PathTests, evidence: Evidence) -> Opinion:
         found = Verdict.REFUTED
     elif tests.verified <= evidence.level:
         found = Verdict.VERIFIED
-    more = found is Verdict.INCONCLUSIVE and bool(np.isfinite(tests.growth))
+    more = found is Verdict.INCONCLUSIVE and isfinite(tests.growth)
     paths = tests.growth * evidence.paths
     needed = _ask_for_paths("about {paths} paths would decide", paths) if more else ""
     settled = not more or _beyond_budget(evidence, paths)
@@ -261,7 +261,7 @@ def _doubt(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]:
     if tests.blind <= 1.0:
         return Reason(), True
     doubt = Reason("{paths} paths do not show an error that the claim forbids", Kind.GUARD, paths)
-    if not np.isfinite(tests.blind):
+    if not isfinite(tests.blind):
         return doubt.then("nor would more", ", "), True
     needed = tests.blind * evidence.paths
     return doubt.then(_ask_for_paths("about {paths} would", needed)), _beyond_budget(evidence, needed)
@@ -314,7 +314,7 @@ def order_tests(claim: Claim, order: Estimate, evidence: Evidence, bias: float =
         return PathTests.none(unknown_value(claim))
     bound = claim.value - claim.margin
     low, high = order.interval(evidence.settings.confidence, bias)
-    if not np.isfinite([low, high]).all():
+    if not (isfinite(low) and isfinite(high)):
         return PathTests.none("no finite interval")
     growth, half = order.growth_to_decide(bound, evidence.level, bias), 0.5 * (high - low)
     reason = order_in(order.value, low, high, claim)
@@ -339,7 +339,7 @@ def with_sample(tests: PathTests, paths: int, *, heavy: bool) -> PathTests:
         return PathTests.none(f"intervals are calibrated from {CALIBRATED_PATHS} paths on", CALIBRATED_PATHS / paths)
     if paths >= DEEP_PATHS:
         return tests
-    growth = max(tests.growth, DEEP_PATHS / paths) if np.isfinite(tests.growth) else inf
+    growth = max(tests.growth, DEEP_PATHS / paths) if isfinite(tests.growth) else inf
     refuted = 1.0 if heavy else max(tests.refuted, SHALLOW)
     return PathTests(max(tests.verified, SHALLOW), refuted, tests.reason, growth, tests.refuted)
 

@@ -6,6 +6,7 @@ one jackknife over groups of paths carries the correlation between levels by its
 
 from collections.abc import Callable
 from functools import lru_cache
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -59,7 +60,7 @@ class Estimate(NamedTuple):
             What is taken off the distance, in the value's unit: a systematic error that more paths leave as it is.
         """
         distance = abs(self.value - bound) - bias
-        if not (distance > 0.0 and np.isfinite(self.se)):
+        if not (distance > 0.0 and isfinite(self.se)):
             return float("inf")
         needed = _quantile(1.0 - level) * self.se / distance
         return max(1.0, needed**2)
@@ -78,7 +79,7 @@ class Estimate(NamedTuple):
         bias : float
             A systematic error, which hides as much of the deviation.
         """
-        if not (size > bias and np.isfinite(self.se)):
+        if not (size > bias and isfinite(self.se)):
             return float("inf")
         return max(1.0, (2.0 * _quantile(confidence) * self.se / (size - bias)) ** 2)
 
@@ -89,7 +90,7 @@ def _quantile(probability: float) -> float:
 
 
 def _p_value(distance: float, se: float) -> float:
-    if not np.isfinite(distance):
+    if not isfinite(distance):
         return 1.0
     if not se > 0.0:
         return 0.0 if distance > 0.0 and se == 0.0 else 1.0

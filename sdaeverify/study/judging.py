@@ -317,7 +317,8 @@ def judge_cell(
         with np.errstate(all="ignore"):
             judgement = cell.measure.judge(_evidence(plan, cell, settings, known))
             findings = tuple(heed_controls(finding, cell.scheme, controls) for finding in judgement.findings)
-            findings = tuple(_before_the_end(finding, known) for finding in findings)
+            end = lost_index(known.health.sums)
+            findings = tuple(_before_the_end(finding, end) for finding in findings)
     except FAULTS as error:
         return without_evidence(cell, Verdict.ERROR, f"measure {cell.measure.name}: {one_line(error)}")
     assert plan.problem is not None
@@ -367,9 +368,8 @@ def _of_violation(cell: Cell, known: CellEvidence) -> CellResult:
     return CellResult(cell, (finding,), seconds=known.seconds)
 
 
-def _before_the_end(finding: Finding, known: CellEvidence) -> Finding:
-    """Return a finding on a run that the solution does not last for: only paths refute, nothing is verified."""
-    end = lost_index(known.health.sums)
+def _before_the_end(finding: Finding, end: Reason) -> Finding:
+    """Return a finding on a run that the solution may not last for: then only paths refute, nothing is verified."""
     by_paths = finding.verdict is Verdict.REFUTED and finding.tier == 3
     if not end or by_paths or finding.verdict not in {Verdict.VERIFIED, Verdict.REFUTED}:
         return finding

@@ -1,5 +1,7 @@
 """Sizes of errors as measures give them for a comparison, from one block of paths."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from sdaeverify import Settings
 from sdaeverify.contracts.matching import match
 from sdaeverify.contracts.measure import Evidence, Measure
 from sdaeverify.contracts.specs import problem_spec
+from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures.drift import Drift
 from sdaeverify.measures.invariant import Invariant
 from sdaeverify.measures.strong import Strong
@@ -49,8 +52,8 @@ def test_errors_along_paths_are_their_means():
 def test_levels_that_went_wrong_have_no_size():
     """Where paths failed or steps were truncated there is no error to be compared, and the remark says so."""
     _, evidence = sizes(EulerMaruyama(), gbm, Strong())
-    evidence.health.sums["failed"][1] = 1
-    (again, *_) = Strong().error_sizes(evidence).values()
+    wrong = {**evidence.health.sums, "failed": np.array([0.0, 1.0, 0.0, 0.0])}
+    (again, *_) = Strong().error_sizes(replace(evidence, health=Tally(sums=wrong))).values()
 
     assert list(again.h) == evidence.step_sizes[2:]
     assert again.remark == "failed paths at 1 level"

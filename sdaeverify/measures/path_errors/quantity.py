@@ -3,7 +3,7 @@
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import inf
+from math import inf, nan
 
 import numpy as np
 
@@ -254,19 +254,19 @@ def level_rows(quantity: Quantity, fitted: Container[int], norms: Mapping[str, i
     LevelFinding
     """
     means = quantity.totals / quantity.paths
-    one, two = means[:, 1], means[:, 2]
-    for level in range(len(means)):
-        spread = np.sqrt(max(two[level] - one[level] ** 2, 0.0) / quantity.paths)
-        known = level and one[level - 1 : level + 1].all()
-        local = quantity.local_orders[level - 1] if known else Estimate(float("nan"), float("nan"))
+    roots = [(f"estimate_{name}", p, 1.0 / POWERS[p]) for name, p in norms.items()]
+    for level, (_, one, two, *_) in enumerate(means):
+        spread = np.sqrt(max(two - one**2, 0.0) / quantity.paths)
+        known = level and one and means[level - 1, 1]
+        local = quantity.local_orders[level - 1] if known else Estimate(nan, nan)
         details = {
-            **{f"estimate_{name}": float(means[level, p] ** (1.0 / POWERS[p])) for name, p in norms.items()},
+            **{name: float(means[level, p] ** root) for name, p, root in roots},
             "local_order": local.value,
             "local_order_std_error": local.se,
             "fitted": level in fitted,
             **_relative(quantity, level),
         }
-        yield LevelFinding(quantity.name, level, float(one[level]), float(spread), details)
+        yield LevelFinding(quantity.name, level, float(one), float(spread), details)
 
 
 def _relative(quantity: Quantity, level: int) -> dict[str, float]:

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from itertools import chain
 from typing import Any, ClassVar
 
-from ...arrays import Parts
+from ...arrays import Array, Parts
 from ...contracts.error_sizes import ErrorSizes
-from ...contracts.finding import Finding, Judgement
+from ...contracts.finding import Finding, Judgement, Reason
 from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import Scheme
 from ...contracts.settings import Settings
@@ -64,11 +64,11 @@ class Strong(Measure):
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component at grid times and at T, and their levels."""
-        quantities = quantities_of(evidence)
-        orders = local_orders(evidence)
-        findings = withhold_in_doubt([_finding(evidence, quantity, orders) for quantity in quantities])
+        quantities, orders = quantities_of(evidence), local_orders(evidence)
+        pairs = [(quantity, usable_levels(evidence, quantity)) for quantity in quantities]
+        findings = withhold_in_doubt([_finding(evidence, quantity, orders, levels) for quantity, levels in pairs])
         findings += unknown_components(evidence, self.name, orders, {quantity.name for quantity in quantities})
-        rows = (level_rows(each, set(usable_levels(evidence, each)[0][-FITTED:]), NORMS) for each in quantities)
+        rows = (level_rows(quantity, set(levels[-FITTED:].tolist()), NORMS) for quantity, (levels, _) in pairs)
         return Judgement(tuple(findings), tuple(chain.from_iterable(rows)))
 
     def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:
@@ -82,7 +82,7 @@ def sdaeverify_measures() -> list[Measure]:
     return [Strong()]
 
 
-def _finding(evidence: Evidence, quantity: Quantity, orders: Orders) -> Finding:
+def _finding(evidence: Evidence, quantity: Quantity, orders: Orders, usable: tuple[Array, Reason]) -> Finding:
     component = quantity.name.removesuffix(AT_T)
     covered = coverage(evidence, Strong.name, component)._replace(quantity=quantity.name)
-    return strong_finding(evidence, quantity, covered, orders.get(component))
+    return strong_finding(evidence, quantity, covered, orders.get(component), usable)

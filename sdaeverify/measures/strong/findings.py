@@ -1,10 +1,12 @@
 """What becomes of a claim of strong order: local defects decide, errors along paths guard them."""
 
 from collections.abc import Iterator, Mapping
+from math import isnan
 from typing import NamedTuple
 
 import numpy as np
 
+from ...arrays import Array
 from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Finding, Kind, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
@@ -42,7 +44,6 @@ from ..path_errors.order import (
     is_exact,
     path_tests,
     stands_still,
-    usable_levels,
 )
 from ..path_errors.quantity import Quantity
 
@@ -211,7 +212,13 @@ def judge_order(scheme: Scheme, claim: Claim | None, order: StrongOrder | None) 
     return judge_strong(order, claim.value, margin=claim.margin, sharp=scheme.sharp_locally)
 
 
-def strong_finding(evidence: Evidence, quantity: Quantity, covered: Coverage, order: StrongOrder | None) -> Finding:
+def strong_finding(
+    evidence: Evidence,
+    quantity: Quantity,
+    covered: Coverage,
+    order: StrongOrder | None,
+    usable: tuple[Array, Reason],
+) -> Finding:
     """Return the finding on a quantity.
 
     Parameters
@@ -222,6 +229,8 @@ def strong_finding(evidence: Evidence, quantity: Quantity, covered: Coverage, or
         With what is claimed of it.
     order : StrongOrder or None
         Its local order, where the one-step map was probed.
+    usable : (ndarray of int, Reason)
+        Levels that can be fitted, and why others are left out.
 
     Returns
     -------
@@ -231,11 +240,11 @@ def strong_finding(evidence: Evidence, quantity: Quantity, covered: Coverage, or
     if is_exact(evidence, quantity):
         opinion = _of_exact(evidence, quantity, local, covered)
         return finding(covered, opinion, method=EXACT_METHODS[opinion.tier], details=local.details)
-    usable, left_out = usable_levels(evidence, quantity)
-    if len(usable[-FITTED:]) < FEWEST:
+    levels, left_out = usable
+    if len(levels[-FITTED:]) < FEWEST:
         opinion = _opinion_without_fit(evidence, local, covered, left_out)
         return finding(covered, opinion, method=UNFITTED_METHODS[opinion.tier], details=local.details)
-    fitted = fit(evidence, quantity, usable, left_out)
+    fitted = fit(evidence, quantity, levels, left_out)
     opinion = Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
     if covered.claim is not None:
         opinion = guard(local.opinion, _tests(evidence, quantity, fitted, covered.claim, local), evidence)
@@ -362,10 +371,10 @@ def judge_strong(order: StrongOrder, claim: float, *, margin: float = 0.0, sharp
         Refuted as inconsistent only where most states are, at some time.
     """
     figures = f"p2 = {order.p2:.3f}, p1 = {order.p1:.3f}, q2 = {order.q2:.3f}, q1 = {order.q1:.3f}"
-    unknown = np.isnan([order.q2, order.q1 if order.means else order.q2]).any()
+    unknown = isnan(order.q2) or (order.means and isnan(order.q1))
     if not unknown and (not order.consistent or order.inconsistent_share > 0.5):
         return _inconsistent(order, claim - TOLERANCE, figures, sharp=sharp)
-    if unknown or np.isnan(order.order):
+    if unknown or isnan(order.order):
         return local_doubt(
             f"no local order: the map is not finite or a solver's tolerance hides its defects; {figures}"
         )

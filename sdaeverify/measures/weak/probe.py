@@ -1,6 +1,7 @@
 """What the weak measure finds without sampling, and what it says of a claim."""
 
 from functools import lru_cache
+from math import isfinite, nan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,6 +52,8 @@ class WeakProbe(NamedTuple):
     Attributes
     ----------
     local : WeakOrder or None
+    order : float
+        The local weak order, NaN where the map was not probed.
     moments : tuple of float, or None
         Interval of the least order of the propagated moments.
     orders : mapping of str to FunctionalOrder
@@ -58,13 +61,9 @@ class WeakProbe(NamedTuple):
     """
 
     local: WeakOrder | None
+    order: float
     moments: tuple[float, float] | None
     orders: dict[str, FunctionalOrder]
-
-    @property
-    def order(self) -> float:
-        """The local weak order, NaN where the map was not probed."""
-        return float("nan") if self.local is None else self.local.order
 
     @property
     def details(self) -> dict[str, object]:
@@ -111,8 +110,10 @@ def _read_probe(tally: Tally, view: Problem) -> WeakProbe:
         orders = _operator_orders(view, record)
     defects = unpacked(LOCAL, LocalWeak, tally)
     moments = unpacked(MOMENTS, MomentErrors, tally)
+    order = None if defects is None else weak_order(defects)
     return WeakProbe(
-        None if defects is None else weak_order(defects),
+        order,
+        nan if order is None else order.order,
         None if moments is None else least_order(widen(moment_orders(moments), view)),
         orders,
     )
@@ -202,7 +203,7 @@ def _operator_orders(view: Problem, record: TransitionErrors) -> dict[str, Funct
 
 def _middle(low: float, high: float) -> float:
     # NaN where an interval is open.
-    return low if low == high else 0.5 * (low + high) if np.isfinite([low, high]).all() else float("nan")
+    return low if low == high else 0.5 * (low + high) if isfinite(low) and isfinite(high) else nan
 
 
 def _decides_claims(found: LocalWeak | None, scheme: Scheme) -> bool:
