@@ -4,7 +4,8 @@ The expectation is exact for the atoms of a bounded law, and for steps that are 
 the n + 1 vertices of a regular simplex are enough. Other steps need quadrature, by rules that are refined until two
 of them agree:
 
-1. Products of Gauss-Hermite rules with 5, 9, 15, 25 and 41 nodes a normal: steps that are smooth in the noise.
+1. Products of Gauss-Hermite rules with 5, 9 and 15 nodes a normal: steps that are smooth in the noise. Of one that
+   has a pole, 25 and 41 nodes follow.
 2. One normal: panels of [-9.5, 9.5], bisected until they agree, in batches: kinks and jumps anywhere.
 3. Two normals: products of Gauss-Legendre rules on either side of 0, with 20, 24, 32 and 41 nodes: kinks at 0.
 """
@@ -25,7 +26,8 @@ from .affine import AFFINE, SIZES, relative, trial_states
 from .linear_map import LinearMap, MemoryStep, factors_at, linear_map
 from .second_moments import Operator
 
-NODES = 16
+# Panels to begin with, an even number of them, and nodes of each: one of them resolves the normal density.
+FIRST, NODES = 8, 16
 # A panel and its halves agree within this part of the whole integral.
 TOLERANCE = 1e-13
 # At a jump, the error of a panel is its length: that of the last round is below 1e-12.
@@ -44,7 +46,7 @@ AT_ONCE = 4_400
 EXPONENT = 0.45
 # Where a state goes, shape (k, K), where the normals are x, shape (variables, K).
 Image = Callable[[Array], Array]
-# Where panels can follow, no more than a few rules of the ladder are tried: what they do not tell, panels do.
+# Where kinks are looked for next, no more than a few rules of the ladder are tried.
 LADDER, FEW = (5, 9, 15, 25, 41), 3
 SPLIT = (20, 24, 32, 41)
 AGREEMENT = 1e-12
@@ -99,7 +101,8 @@ def bisect_panels(function: Callable[[Array], Array], integrand: Callable[[Array
     """
     fine: list[Panels] = []
     coarse: list[Panels] = []
-    parents = _panels(np.array([[-CUT, 0.0], [0.0, CUT]]), function, integrand)
+    ends = np.linspace(-CUT, CUT, FIRST + 1)
+    parents = _panels(np.stack([ends[:-1], ends[1:]]), function, integrand)
     for left in reversed(range(ROUNDS)):
         middle = parents.ends.mean(axis=0)
         ends = np.stack([parents.ends[0], middle, middle, parents.ends[1]]).reshape(2, 2, -1)
@@ -253,13 +256,15 @@ class Expectation(NamedTuple):
         return np.inf if self.coarser is None else disagreement(self.operator, self.coarser)
 
 
-def expectation(step: MemoryStep, noise: StepNoise, *, kinks: bool = True) -> Expectation:
+def expectation(step: MemoryStep, noise: StepNoise, few: Operator, *, kinks: bool = True) -> Expectation:
     """Return the operator of a step.
 
     Parameters
     ----------
     step : MemoryStep
     noise : StepNoise
+    few : Operator
+        By the smallest rule, where all others are too large.
     kinks : bool
         Whether kinks are looked for where smooth rules do not agree.
 
@@ -267,13 +272,12 @@ def expectation(step: MemoryStep, noise: StepNoise, *, kinks: bool = True) -> Ex
     -------
     Expectation
     """
-    panels = kinks and noise.normals == 1
-    found = _climb_rules(step, noise, (noise.rule(count) for count in LADDER[: FEW if panels else None]))
+    found = _climb_rules(step, few, (noise.rule(count) for count in LADDER[: FEW if kinks else None]))
     if found.coarser is found.operator or not kinks:
         return found
-    if panels:
+    if noise.normals == 1:
         return _bisect_expectation(step, noise)
-    split = _climb_rules(step, noise, (noise.split_rule(count) for count in SPLIT))
+    split = _climb_rules(step, few, (noise.split_rule(count) for count in SPLIT))
     agreed = split.coarser is split.operator
     return split if agreed else min(found, split, key=lambda pair: pair.disagreement)
 
@@ -308,11 +312,9 @@ def _image(step: MemoryStep, noise: StepNoise, x: Array) -> Array:
     return step.at_nodes(state, noise.nodes(x, np.ones(x.shape[1])))[0][:, 0]
 
 
-def _climb_rules(step: MemoryStep, noise: StepNoise, rules: Iterable[Nodes | None]) -> Expectation:
+def _climb_rules(step: MemoryStep, few: Operator, rules: Iterable[Nodes | None]) -> Expectation:
     """Return the first rule that agrees with the one before, else the last two; rules that are too large are None."""
-    x = noise.simplex()
-    found = Expectation(Operator(factors_of(step, noise, x), np.full(x.shape[1], 1.0 / x.shape[1])), None)
-    before = None
+    found, before = Expectation(few, None), None
     for nodes in rules:
         if nodes is None:
             break
@@ -402,13 +404,17 @@ def step_moments(one_step: OneStep, h: float, *, far: bool = True, atoms: bool =
             return _by_atoms(step, noise)
         points = np.concatenate([noise.simplex(), noise.trials()], axis=1)
         found = linear_map(step, noise.nodes(points, np.ones(points.shape[1])))
+        vertices = len(points) + 1
+        few = Operator(found.factors[..., :vertices], np.full(vertices, 1.0 / vertices))
+        if found.defect > AFFINE:
+            # No operator takes moments through a step that is not linear: there is nothing to be certain of.
+            return StepMoments(Expectation(few, None), found.defect, found.failed)
         if _affine(found, points):
-            vertices = len(points) + 1
-            return _exact(found, Operator(found.factors[..., :vertices], np.full(vertices, 1.0 / vertices)))
+            return _exact(found, few)
         if noise.law.bounded:
             return _by_atoms(step, noise)
         seen = far_noise(partial(_image, step, noise), noise) if far else FarNoise(np.inf, 0.0)
-        operators = expectation(step, noise, kinks=seen.pole > CUT)
+        operators = expectation(step, noise, few, kinks=seen.pole > CUT)
         return StepMoments(operators, found.defect, found.failed, seen)
 
 

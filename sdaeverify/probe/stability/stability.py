@@ -203,13 +203,12 @@ def step_radius(one_step: OneStep, h: float) -> float:
 
 def _radius(one_step: OneStep, h: float, *, atoms: bool = True) -> Row:
     found = step_moments(one_step, h, atoms=atoms)
-    coarser = found.expectation.coarser
+    finer, coarser = found.expectation
     # Without a second rule nothing is certain, whatever the arithmetic is.
-    rho, width = spectral_radius(_essential(one_step, h, found.operator), certified=coarser is not None)
-    error = width + found.far.left_out
-    if coarser is not None and coarser is not found.operator:
+    rho, error = UNKNOWN if coarser is None else spectral_radius(_essential(one_step, h, finer))
+    if coarser is not None and coarser is not finer:
         error += abs(rho - spectral_radius(_essential(one_step, h, coarser), certified=False).rho)
-    return h, rho, error, found.defect, float(found.failed), found.far.pole
+    return h, rho, error + found.far.left_out, found.defect, float(found.failed), found.far.pole
 
 
 def _essential(one_step: OneStep, h: float, operator: Operator) -> Operator:
