@@ -1,8 +1,8 @@
 """How second moments pass through one step of a scheme: P -> E A P A^T with A = [[R, r], [0, 1]] acting on (x, 1).
 
-The expectation is exact for the atoms of a bounded law, and for steps that are affine in Gaussian noise, for which
-the n + 1 vertices of a regular simplex are enough. Other steps need quadrature, by rules that are refined until two
-of them agree:
+The expectation is exact for the atoms of a bounded law, for steps that are affine in Gaussian noise, for which the
+n + 1 vertices of a regular simplex are enough, and for those that are polynomials of degree 4 in each normal, by five
+nodes a normal. Other steps need quadrature, by rules that are refined until two of them agree:
 
 1. Products of Gauss-Hermite rules with 5, 9 and 15 nodes a normal: steps that are smooth in the noise. Of one that
    has a pole, 25 and 41 nodes follow.
@@ -15,11 +15,13 @@ from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
+import scipy
+from numpy.polynomial.hermite_e import hermevander
 
 from ...arrays import Array
 from ...contracts.scheme import Scheme, flatten
 from ...forms import Problem
-from ..step.nodes import SEED, Nodes
+from ..step.nodes import SEED, Nodes, gauss_hermite
 from ..step.one_step import OneStep
 from ..step.step_noise import CUT, StepNoise
 from .affine import AFFINE, SIZES, relative, trial_states
@@ -413,6 +415,8 @@ def step_moments(one_step: OneStep, h: float, *, far: bool = True, atoms: bool =
             return _exact(found, few)
         if noise.law.bounded:
             return _by_atoms(step, noise)
+        if (exact := _polynomial(step, noise, found)) is not None:
+            return _exact(found, exact)
         seen = far_noise(partial(_image, step, noise), noise) if far else FarNoise(np.inf, 0.0)
         operators = expectation(step, noise, few, kinks=seen.pole > CUT)
         return StepMoments(operators, found.defect, found.failed, seen)
@@ -432,9 +436,37 @@ def _exact(found: LinearMap, operator: Operator) -> StepMoments:
 def _affine(found: LinearMap, points: Array) -> bool:
     # With vertices v_i, an affine function is the sum of its values there times (1 + v_i . x)/(n + 1).
     n = len(points)
-    shares = (1.0 + points[:, : n + 1].T @ points[:, n + 1 :]) / (n + 1)
+    at_vertices, beyond = np.split(found.factors, [n + 1], axis=-1)
+    return _told(beyond, at_vertices, (1.0 + points[:, : n + 1].T @ points[:, n + 1 :]) / (n + 1))
+
+
+def _polynomial(step: MemoryStep, noise: StepNoise, found: LinearMap) -> Operator | None:
+    """Return the operator of a step that is what its values at the smallest product of rules make it everywhere."""
+    nodes = noise.rule(LADDER[0])
+    if nodes is None:
+        return None
+    factors = factors_at(step, nodes)
+    return Operator(factors, nodes.weights) if _told(found.factors, factors, _shares(noise)) else None
+
+
+@lru_cache(maxsize=64)
+def _shares(noise: StepNoise) -> Array:
+    """Return what polynomials at the simplex and the trial points have of their values at the nodes, shape (K, P).
+
+    Of functions phi_j that are orthonormal under a rule, u(x) = sum_k w_k u(x_k) sum_j phi_j(x_k) phi_j(x).
+    """
+    x, weights = gauss_hermite(LADDER[0])
+    degrees = np.arange(len(x))
+    shares = np.ones((1, 1))
+    for axis in np.concatenate([noise.simplex(), noise.trials()], axis=1):
+        first, last = (hermevander(z, degrees[-1]) / np.sqrt(scipy.special.factorial(degrees)) for z in (x, axis))
+        shares = (shares[:, None] * (weights[:, None] * first @ last.T)).reshape(-1, len(axis))
+    return shares
+
+
+def _told(factors: Array, nodes: Array, shares: Array) -> bool:
+    """Tell whether factors are sums of those at some nodes, each times its share."""
     # Without the last row, next to whose 1 a small R would not count.
-    R = found.factors[:-1].reshape(-1, points.shape[1])
-    at_vertices, beyond = np.split(R, [n + 1], axis=1)
-    difference = beyond - at_vertices @ shares
-    return bool(np.isfinite(R).all()) and relative(difference, np.abs(at_vertices) @ np.abs(shares)) <= AFFINE
+    R, at_nodes = (each[:-1].reshape(-1, each.shape[-1]) for each in (factors, nodes))
+    difference = R - at_nodes @ shares
+    return bool(np.isfinite(R).all()) and relative(difference, np.abs(at_nodes) @ np.abs(shares)) <= AFFINE
