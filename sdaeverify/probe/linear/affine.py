@@ -10,6 +10,7 @@ from ..step.nodes import SEED
 # The relative defect of an affine function is rounding, a few times 1e-16; that of another is far larger than this.
 AFFINE = 1e-10
 SIZES = (0.1, 1.0, 10.0, 100.0)
+TINY = float(np.finfo(float).tiny)
 
 
 def corners(k: int) -> Array:
@@ -23,6 +24,12 @@ def trial_states(k: int) -> Array:
     rng = np.random.Generator(np.random.Philox(key=SEED + 2))
     x = rng.standard_normal((k, len(SIZES)))
     return np.concatenate([corners(k), x / np.linalg.norm(x, axis=0) * SIZES], axis=1)
+
+
+@lru_cache(maxsize=64)
+def _trials(k: int) -> Array:
+    # The random vectors, each with a 1, shape (4, k + 1).
+    return np.concatenate([trial_states(k)[:, k + 1 :], np.ones((1, len(SIZES)))]).T
 
 
 def at_corners(values: Array, last: float = 1.0) -> Array:
@@ -62,8 +69,8 @@ def defect(values: Array, fitted: Array) -> float:
         Infinite if a value is not a number; what overflows is left out.
     """
     k = fitted.shape[1] - 1
-    x = np.concatenate([trial_states(k)[:, k + 1 :], np.ones((1, len(SIZES)))])
-    predicted, size = (v.T @ F[:-1] for F, v in ((fitted, x), (np.abs(fitted), np.abs(x))))
+    x = _trials(k)
+    predicted, size = x @ fitted[:-1], np.abs(x) @ np.abs(fitted[:-1])
     given = values[:, k + 1 :]
     return relative(given - predicted, np.maximum(size, np.abs(given)))
 
@@ -71,5 +78,5 @@ def defect(values: Array, fitted: Array) -> float:
 def relative(difference: Array, size: Array) -> float:
     """Return the largest of |difference| relative to size, each the largest over the first axis."""
     largest, scale = np.abs(difference).max(axis=0), size.max(axis=0)
-    ratio = largest / np.maximum(scale, np.finfo(float).tiny)
+    ratio = largest / np.maximum(scale, TINY)
     return float(np.max(np.where(np.isnan(ratio), np.inf, ratio), initial=0.0, where=~np.isinf(scale)))

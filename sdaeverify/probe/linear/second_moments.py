@@ -49,11 +49,8 @@ class Operator(NamedTuple):
 
     def dense(self) -> Array:
         """Return the matrix in the coordinates svec, shape (size, size)."""
-        n = self.dimension
-        flat = self.factors.reshape(n * n, -1)
-        # E A_ai A_bj, from all pairs (a, i) and (b, j) to rows (a, b) and columns (i, j).
-        products = ((flat * self.weights) @ flat.T).reshape(n, n, n, n).transpose(0, 2, 1, 3)
-        return on_symmetric(products.reshape(n * n, n * n), n)
+        flat = self.factors.reshape(self.dimension**2, -1)
+        return _on_coordinates((flat * self.weights) @ flat.T, self.dimension)
 
 
 def on_symmetric(matrix: Array, n: int) -> Array:
@@ -68,10 +65,25 @@ def on_symmetric(matrix: Array, n: int) -> Array:
     -------
     ndarray, shape (n (n + 1)/2, n (n + 1)/2)
     """
+    return _on_coordinates(matrix.reshape(n, n, n, n).transpose(0, 2, 1, 3), n)
+
+
+def _on_coordinates(products: Array, n: int) -> Array:
+    # Of E A_ai A_bj in the order (a, i, b, j), as a map of svec(P).
+    entries, mirrored, scale = _places(n)
+    flat = products.ravel()
+    return np.asarray((flat[entries] + flat[mirrored]) * scale)
+
+
+@lru_cache(maxsize=8)
+def _places(n: int) -> tuple[Array, Array, Array]:
+    """Return where the products for rows (a, b) and columns (i, j) are, with i and j exchanged, and their factor.
+
+    A coordinate off the diagonal stands for two equal entries of P, each the coordinate over sqrt(2).
+    """
     i, j, scale = triangle(n)
-    rows = matrix[i * n + j] * scale[:, None]
-    # A coordinate off the diagonal stands for two equal entries of P, each the coordinate over sqrt(2).
-    return np.asarray((rows[:, i * n + j] + rows[:, j * n + i]) * (0.5 * scale))
+    a, b = i[:, None], j[:, None]
+    return ((a * n + i) * n + b) * n + j, ((a * n + j) * n + b) * n + i, 0.5 * scale[:, None] * scale
 
 
 def svec(P: Array) -> Array:

@@ -404,14 +404,12 @@ def step_moments(one_step: OneStep, h: float, *, far: bool = True, atoms: bool =
     with np.errstate(all="ignore"):
         if noise.law.bounded and (atoms or not noise.has_many_atoms):
             return _by_atoms(step, noise)
-        points = np.concatenate([noise.simplex(), noise.trials()], axis=1)
-        found = linear_map(step, noise.nodes(points, np.ones(points.shape[1])))
-        vertices = len(points) + 1
+        found, vertices = linear_map(step, _trial_nodes(noise)), noise.normals + 1
         few = Operator(found.factors[..., :vertices], np.full(vertices, 1.0 / vertices))
         if found.defect > AFFINE:
             # No operator takes moments through a step that is not linear: there is nothing to be certain of.
             return StepMoments(Expectation(few, None), found.defect, found.failed)
-        if _affine(found, points):
+        if _affine(noise, found):
             return _exact(found, few)
         if noise.law.bounded:
             return _by_atoms(step, noise)
@@ -433,11 +431,26 @@ def _exact(found: LinearMap, operator: Operator) -> StepMoments:
     return StepMoments(Expectation(operator, operator), found.defect, found.failed)
 
 
-def _affine(found: LinearMap, points: Array) -> bool:
+@lru_cache(maxsize=64)
+def _trial_nodes(noise: StepNoise) -> Nodes:
+    x = _trial_points(noise)
+    return noise.nodes(x, np.ones(x.shape[1]))
+
+
+def _trial_points(noise: StepNoise) -> Array:
+    # The vertices of the simplex, and points that reach far beyond.
+    return np.concatenate([noise.simplex(), noise.trials()], axis=1)
+
+
+def _affine(noise: StepNoise, found: LinearMap) -> bool:
+    at_vertices, beyond = np.split(found.factors, [noise.normals + 1], axis=-1)
+    return _told(beyond, at_vertices, _affine_shares(noise))
+
+
+@lru_cache(maxsize=64)
+def _affine_shares(noise: StepNoise) -> Array:
     # With vertices v_i, an affine function is the sum of its values there times (1 + v_i . x)/(n + 1).
-    n = len(points)
-    at_vertices, beyond = np.split(found.factors, [n + 1], axis=-1)
-    return _told(beyond, at_vertices, (1.0 + points[:, : n + 1].T @ points[:, n + 1 :]) / (n + 1))
+    return np.asarray((1.0 + noise.simplex().T @ noise.trials()) / (noise.normals + 1))
 
 
 def _polynomial(step: MemoryStep, noise: StepNoise, found: LinearMap) -> Operator | None:
@@ -446,11 +459,11 @@ def _polynomial(step: MemoryStep, noise: StepNoise, found: LinearMap) -> Operato
     if nodes is None:
         return None
     factors = factors_at(step, nodes)
-    return Operator(factors, nodes.weights) if _told(found.factors, factors, _shares(noise)) else None
+    return Operator(factors, nodes.weights) if _told(found.factors, factors, _polynomial_shares(noise)) else None
 
 
 @lru_cache(maxsize=64)
-def _shares(noise: StepNoise) -> Array:
+def _polynomial_shares(noise: StepNoise) -> Array:
     """Return what polynomials at the simplex and the trial points have of their values at the nodes, shape (K, P).
 
     Of functions phi_j that are orthonormal under a rule, u(x) = sum_k w_k u(x_k) sum_j phi_j(x_k) phi_j(x).
@@ -458,7 +471,7 @@ def _shares(noise: StepNoise) -> Array:
     x, weights = gauss_hermite(LADDER[0])
     degrees = np.arange(len(x))
     shares = np.ones((1, 1))
-    for axis in np.concatenate([noise.simplex(), noise.trials()], axis=1):
+    for axis in _trial_points(noise):
         first, last = (hermevander(z, degrees[-1]) / np.sqrt(scipy.special.factorial(degrees)) for z in (x, axis))
         shares = (shares[:, None] * (weights[:, None] * first @ last.T)).reshape(-1, len(axis))
     return shares

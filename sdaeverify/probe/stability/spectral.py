@@ -61,9 +61,11 @@ def spectral_radius(operator: Operator, *, certified: bool = True) -> SpectralRa
 
 def _of_one_factor(operator: Operator, matrix: Array) -> SpectralRadius | None:
     """Return rho(A)^2 sum w where all factors are A, if it is certain: n rows in place of n (n + 1)/2."""
+    if operator.size <= LARGE:
+        return None
     factors, weights = operator
     one = factors.mean(axis=-1)
-    if operator.size <= LARGE or np.abs(factors - one[..., None]).max() > ROUNDING * np.abs(one).max():
+    if np.abs(factors - one[..., None]).max() > ROUNDING * np.abs(one).max():
         return None
     rho = float(np.abs(np.linalg.eigvals(one)).max() ** 2 * weights.sum())
     found = SpectralRadius(rho, _certified_width(operator, matrix, rho))
