@@ -132,8 +132,8 @@ class Layout(NamedTuple):
 
     Attributes
     ----------
-    used : ndarray of bool, shape (J, I, k, k, k)
-        Which entries j, i, a, b, c are there beside the diagonal.
+    sources : ndarray, shape (E - N,)
+        Places of the coefficients A_i that the entries beside the diagonal have.
     rows, columns : ndarray, shape (E,)
         Places of all entries, in the first order of unknowns.
     order, starts : ndarray
@@ -148,7 +148,7 @@ class Layout(NamedTuple):
         The matrix in the first order, whose values are yet to be set.
     """
 
-    used: Array
+    sources: Array
     rows: Array
     columns: Array
     order: Array
@@ -225,7 +225,7 @@ def _gain_matrix(recursion: Lagged, *, refined: bool = True) -> tuple[Any, float
     # The gain at 1 on coordinates svec, and what refinement changes.
     i, j, scale = triangle(recursion.maps.shape[-1])
     gamma, change = covariances(recursion, _unit_covariances(recursion.maps.shape[-1]), refined=refined)
-    return scale[:, None] * _noise(recursion, gamma)[i, j], change
+    return scale[:, None] * _noise(recursion, gamma)[:, i, j].T, change
 
 
 @lru_cache(maxsize=8)
@@ -266,8 +266,7 @@ def covariances(recursion: Lagged, Q: Array, *, refined: bool = True) -> tuple[A
 def _yule_walker(recursion: Lagged, count: int) -> Banded:
     lags, maps = recursion.lags, recursion.maps[0]
     layout = _layout(tuple(lags.tolist()), len(maps[0]), (maps != 0.0).tobytes(), count)
-    values = np.broadcast_to(-maps[None, :, :, None, :], layout.used.shape)[layout.used]
-    return layout.factorise(np.concatenate([np.ones(len(layout.places)), values]))
+    return layout.factorise(np.concatenate([np.ones(len(layout.places)), -maps.ravel()[layout.sources]]))
 
 
 @lru_cache(maxsize=16)
@@ -291,7 +290,8 @@ def _layout(lags: tuple[int, ...], k: int, there: bytes, count: int) -> Layout:
     cells = (below + above - offsets) * len(places) + places[columns]
     entries = np.zeros(len(starts)), columns[order][starts], ends
     empty = scipy.sparse.csr_array(entries, shape=(len(places), len(places)))
-    return Layout(used, rows, columns, order, starts, places, above, below, cells, empty)
+    sources = ((i * k + a) * k + c + 0 * (j + b))[used]
+    return Layout(sources, rows, columns, order, starts, places, above, below, cells, empty)
 
 
 def _fold_places(count: int, block: int) -> Array:
@@ -302,12 +302,14 @@ def _fold_places(count: int, block: int) -> Array:
 
 
 def _noise(recursion: Lagged, gamma: Array) -> Array:
-    # sum over noises and pairs of lags of G_i E(y_{n-i} y_{n-p}^T) G_p^T, shape (k, k, S).
+    # sum over noises and pairs of lags of G_i E(y_{n-i} y_{n-p}^T) G_p^T, shape (S, k, k).
     at = recursion.lags[None, :] - recursion.lags[:, None]
-    blocks = np.where((at >= 0)[..., None, None, None], gamma[np.abs(at)], gamma[np.abs(at)].swapaxes(2, 3))
-    G = recursion.maps[1:]
-    carried = np.tensordot(G, blocks, axes=((1, 3), (0, 2)))
-    return np.tensordot(G, carried, axes=((0, 1, 3), (0, 2, 3))).swapaxes(0, 1)
+    there = gamma[np.abs(at)]
+    blocks = np.where((at >= 0)[..., None, None, None], there, there.swapaxes(2, 3))
+    count, k = at.shape[0], gamma.shape[1]
+    past = blocks.transpose(4, 0, 2, 1, 3).reshape(-1, 1, count * k, count * k)
+    G = recursion.maps[1:].swapaxes(1, 2).reshape(-1, k, count * k)
+    return np.asarray((G @ past @ G.swapaxes(1, 2)).sum(axis=1))
 
 
 # Gains are decided if they differ from 1 by so many times their error.
