@@ -8,6 +8,7 @@ from scipy.stats import norm
 from probe import linear_cells as c
 from sdaeverify import SDE, Array, Increment, Scheme
 from sdaeverify.noise.laws import GAUSSIAN
+from sdaeverify.probe.linear.affine import AFFINE
 from sdaeverify.probe.linear.second_moments import Operator, on_symmetric, smat, svec
 from sdaeverify.probe.linear.step_moments import StepMoments, disagreement, step_moments
 from sdaeverify.probe.step.one_step import OneStep
@@ -76,6 +77,25 @@ def test_milsteins_step_needs_fourth_moments() -> None:
         found = moments(c.Formula(c.milstein), SCALAR, h)
         assert square(found) == pytest.approx((1 - 2 * h) ** 2 + h + 0.5 * h**2, rel=1e-13)
         assert found.rule_error < 1e-12
+
+
+@pytest.mark.parametrize("degree", [2, 4, 5])
+def test_polynomials_of_degree_four_in_the_noise_are_exact_by_five_nodes(degree: int) -> None:
+    """E (1 + z^p)^2 = 1 + 2 E z^p + E z^2p for R = 1 + z^p; of a higher degree, two rules have to agree."""
+
+    def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        return x * (1.0 + noise.dW**degree)
+
+    found = moments(c.Formula(rule), SCALAR, 1.0)
+    assert square(found) == pytest.approx(1.0 + 2.0 * norm.moment(degree) + norm.moment(2 * degree), rel=1e-13)
+    assert (len(found.operator.weights) == 5) is (degree <= 4)
+
+
+def test_nothing_is_certain_of_a_step_that_is_not_linear() -> None:
+    """A tamed step has no operator for its second moments: none is looked for."""
+    found = moments(c.Formula(c.tamed), SCALAR, 0.3)
+    assert found.defect > AFFINE
+    assert found.rule_error == np.inf
 
 
 def test_bounded_variables_have_their_own_moments() -> None:

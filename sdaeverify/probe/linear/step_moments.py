@@ -33,7 +33,7 @@ FIRST, NODES = 8, 16
 # A panel and its halves agree within this part of the whole integral.
 TOLERANCE = 1e-13
 # At a jump, the error of a panel is its length: that of the last round is below 1e-12.
-ROUNDS = 46
+ROUNDS = 44
 MOST_PANELS = 256
 FAR = 60.0
 SPACING = 0.125
