@@ -75,16 +75,10 @@ class _Local:
 
     @cached_property
     def _system(self) -> _System:
-        moved, J = self.new.x - self.equation.y, self.new.J
+        (moved, J), between = (self.new.x - self.equation.y, self.new.J), self.between
         d, q, paths = len(moved), len(self.new.zeta), moved.shape[1]
-        g = self.between.J.transposed(np.broadcast_to(np.eye(q)[..., None], (q, q, paths)))
-        lam = J.gram(self.between.J).solve(J.times(moved))
-        A = np.eye(d)[..., None] - self.equation.theta * self._bent(lam)
+        g = np.broadcast_to(between.problem.dg(between.x), (q, d, paths)).swapaxes(0, 1)
+        lam = J.gram(between.J).solve(J.times(moved))
+        A = np.eye(d)[..., None] - self.equation.theta * between.problem.bent(between.x, lam)
         both = solve(A, np.concatenate([g, (apply(g, lam) - moved)[:, None]], axis=1))
         return _System(A, both[:, :q], both[:, q], J.times(both[:, :q]))
-
-    def _bent(self, lam: Array) -> Array:
-        """Return sum_k lambda_k H_k, shape (d, d, P)."""
-        at = self.between
-        units = np.eye(len(at.x))[..., None, None]
-        return np.stack([at.problem.contraction(at.x, unit * lam) for unit in units], axis=1)

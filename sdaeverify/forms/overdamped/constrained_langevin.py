@@ -245,6 +245,13 @@ class ConstrainedLangevin(StiffnessFamily):
         terms = (self.turn_normals(x, column)[k] for k, column in enumerate(np.swapaxes(A, 0, 1)))
         return np.asarray(sum(terms, np.zeros_like(x)))
 
+    def bent(self, x: Array, c: Array) -> Array:
+        """Return sum_k c_k H_k(x), shape (d, d, P), for c of shape (q, P)."""
+        if self._hessians is not None:
+            return np.asarray(np.einsum("kij,kp->ijp", self._hessians, c))
+        units = np.eye(self.dimension)[..., None, None]
+        return np.stack([self.contraction(x, unit * c) for unit in units], axis=1)
+
     def turn_normals(self, x: Array, w: Array) -> Array:
         """Return the rows H_k w, shape (q, d, P): the derivative of g^T in the direction w of shape (d, P)."""
         if self._hessians is not None:

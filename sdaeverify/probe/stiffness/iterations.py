@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, Mask
 from ...contracts.scheme import Scheme, Step
 from ...noise.brownian import Increment
 from .members import FEW_PATHS, few_steps, member, short_step, stiffnesses
@@ -140,26 +140,28 @@ def run_iterations(scheme: Scheme, view: Any, steps: Sequence[int], seed: int) -
 
 def _count_along_run(scheme: Scheme, problem: Any, h: float, seed: int) -> tuple[Array, Array, int, float]:
     """Return the first axes of `above` and `most`, and `paths` and `failed`, of one run."""
-    names, step, rng = (
-        counters(scheme, problem),
-        scheme.prepare(problem, h),
-        np.random.Generator(np.random.Philox(seed)),
-    )
-    state, above = scheme.start(problem, FEW_PATHS, h), np.zeros((len(names), MOST, FEW_PATHS))
-    most, rooted, made = np.zeros(len(names)), np.zeros(FEW_PATHS), 0
-    for n in range(round(problem.horizon / h)):
+    names, step = counters(scheme, problem), scheme.prepare(problem, h)
+    rng, state = np.random.Generator(np.random.Philox(seed)), scheme.start(problem, FEW_PATHS, h)
+    steps, lost, counts, rooted = round(problem.horizon / h), 0, [], []
+    for n in range(steps):
         xi = rng.standard_normal((2, problem.noise_dim, FEW_PATHS))
         noise = scheme.law.increment(Increment(np.sqrt(h) * xi[0], np.sqrt(h / 12.0) * xi[1]), h)
         result = step(state, n * h, noise)
-        taken = np.array([np.broadcast_to(result.costs[name], FEW_PATHS) for name in names], dtype=float)
-        good = np.ones(FEW_PATHS, dtype=bool) if result.failed is None else ~result.failed
-        # No step takes more than the most: counts beyond it, nearly all of them, stay as they are.
-        reached = np.count_nonzero(np.arange(MOST) < np.fmax.reduce(taken, axis=None))
-        above[:, :reached] += good & (taken[:, None] > np.arange(reached)[:, None])
-        most, rooted, made = np.maximum(most, np.where(good, taken, 0.0).max(axis=1)), rooted + good, made + 1
-        if made * FEW_PATHS - rooted.sum() > HOPELESS * FEW_PATHS * round(problem.horizon / h):
+        counts.append([np.broadcast_to(result.costs[name], FEW_PATHS) for name in names])
+        rooted.append(np.ones(FEW_PATHS, dtype=bool) if result.failed is None else ~result.failed)
+        lost += int(np.count_nonzero(~rooted[-1]))
+        if lost > HOPELESS * FEW_PATHS * steps:
             break
         state = result.state
-    had = rooted > 0.0
-    shares = above[..., had] / rooted[had]
-    return shares.sum(axis=2) / max(1, had.sum()), most, int(had.sum()), float(1.0 - rooted.mean() / made)
+    return _share_counts(np.array(counts, dtype=float), np.array(rooted))
+
+
+def _share_counts(taken: Array, rooted: Mask) -> tuple[Array, Array, int, float]:
+    """Return the same of what the steps took, shape (N, C, P), and whether they have a root, shape (N, P)."""
+    good = np.where(rooted[:, None], taken, 0.0)
+    had = rooted.any(axis=0)
+    shares, above = 1.0 / rooted.sum(axis=0)[had], np.zeros((taken.shape[1], MOST))
+    # No step takes more than the most: counts beyond it, nearly all of them, stay as they are.
+    for count in range(np.count_nonzero(np.arange(MOST) < np.fmax.reduce(good, axis=None, initial=0.0))):
+        above[:, count] = ((good > count).sum(axis=0)[:, had] * shares).sum(axis=1)
+    return above / max(1, had.sum()), good.max(axis=(0, 2)), int(had.sum()), float(1.0 - rooted.mean())
