@@ -1,6 +1,6 @@
 """What is found of a claim: an opinion, which is a verdict with its reason, and the rows of a cell."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import reduce
@@ -207,7 +207,14 @@ class LevelFinding(NamedTuple):
 
 
 class Judgement(NamedTuple):
-    """All rows of a cell."""
+    """All rows of a cell.
+
+    Attributes
+    ----------
+    findings : tuple of Finding
+    levels : iterable of LevelFinding
+        Read once at most: nobody asks for those of a control, and a generator makes none then.
+    """
 
     findings: tuple[Finding, ...]
-    levels: tuple[LevelFinding, ...]
+    levels: Iterable[LevelFinding]

@@ -279,13 +279,13 @@ def _ask_for_paths(text: str, paths: float) -> Reason:
 
 
 def _strongest(claims: Iterable[Claim], scheme: str, traits: Iterable[str], measure: str, quantity: str) -> Coverage:
-    covering = [claim for claim in claims if claim.covers(measure, quantity)]
-    in_scope = [claim for claim in covering if claim.when <= set(traits)]
+    covering, known = [claim for claim in claims if claim.covers(measure, quantity)], frozenset(traits)
+    in_scope = [claim for claim in covering if claim.when <= known]
     if in_scope:
         return Coverage(quantity, max(in_scope, key=_strength))
     if not covering:
         return Coverage(quantity, None, Reason(f"{scheme} claims nothing about {quantity}", Kind.NO_CLAIM))
-    missing = sorted(set().union(*(claim.when for claim in covering)) - set(traits))
+    missing = sorted(set().union(*(claim.when for claim in covering)) - known)
     return Coverage(quantity, None, Reason(f"claimed only for problems with {', '.join(missing)}", Kind.NO_CLAIM))
 
 

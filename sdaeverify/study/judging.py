@@ -316,6 +316,7 @@ def judge_cell(
         # The logarithm of an error that is exactly zero is not a defect; the measures look at what comes out.
         with np.errstate(all="ignore"):
             judgement = cell.measure.judge(_evidence(plan, cell, settings, known))
+            levels = tuple(judgement.levels)
             findings = tuple(heed_controls(finding, cell.scheme, controls) for finding in judgement.findings)
             end = lost_index(known.health.sums)
             findings = tuple(_before_the_end(finding, end) for finding in findings)
@@ -324,7 +325,7 @@ def judge_cell(
     assert plan.problem is not None
     findings = (*findings, *_unmet(cell, findings))
     times = known.seconds, plan.problem.horizon, known.path_seconds
-    return CellResult(cell, findings, judgement.levels, known.health, known.paths, *times)
+    return CellResult(cell, findings, levels, known.health, known.paths, *times)
 
 
 def control_verdicts(

@@ -69,7 +69,7 @@ class Strong(Measure):
         findings = withhold_in_doubt([_finding(evidence, quantity, orders, levels) for quantity, levels in pairs])
         findings += unknown_components(evidence, self.name, orders, {quantity.name for quantity in quantities})
         rows = (level_rows(quantity, set(levels[-FITTED:].tolist()), NORMS) for quantity, (levels, _) in pairs)
-        return Judgement(tuple(findings), tuple(chain.from_iterable(rows)))
+        return Judgement(tuple(findings), chain.from_iterable(rows))
 
     def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:
         """Return errors along paths, and defects of one step where it was probed."""

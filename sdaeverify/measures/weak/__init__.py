@@ -248,7 +248,7 @@ class Weak(Measure):
         means, probed = means_of(evidence), weak_probe(evidence)
         findings = [_finding(evidence, found, probed) for found in means.values()]
         findings = _enough(findings or [_of_state(evidence, probed)])
-        return Judgement(tuple(findings), tuple(row for found in means.values() for row in _levels(found)))
+        return Judgement(tuple(findings), (row for found in means.values() for row in _levels(found)))
 
     def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:
         """Return mean differences along paths, and errors that are known without sampling."""

@@ -104,11 +104,12 @@ class _DefectOrders(NamedTuple):
 
 def _find_orders(record: LocalStrong) -> _DefectOrders:
     both, scale = np.stack([record.rms, record.mean]), record.scale
-    worst = scale.max(axis=0)
-    return _DefectOrders(
-        last_orders(record.h, both.max(axis=3), ROUNDING * worst, worst, len(LEVELS)),
-        last_orders(record.h, both, ROUNDING * scale, scale, len(LEVELS)),
-    )
+    # The largest of all states are asked like those of one more.
+    both = np.concatenate([both, both.max(axis=3, keepdims=True)], axis=3)
+    scale = np.concatenate([scale, scale.max(axis=0, keepdims=True)])
+    found = last_orders(record.h, both, ROUNDING * scale, scale, len(LEVELS))
+    worst, states = (LocalOrders(*(each[..., part] for each in found)) for part in (-1, slice(-1)))
+    return _DefectOrders(worst, states)
 
 
 def _take_order(record: LocalStrong, defects: _DefectOrders, rows: Array) -> StrongOrder:
