@@ -264,7 +264,7 @@ class CellResult:
     horizon: float = float("nan")
     path_seconds: float = 0.0
 
-    @property
+    @cached_property
     def step_seconds(self) -> float:
         """Mean time of a step on a path, with what is noted of it; NaN where there are no paths."""
         steps = float(self.health.sums["steps"].sum()) if "steps" in self.health.sums else 0.0

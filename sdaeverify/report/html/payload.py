@@ -7,14 +7,17 @@ from math import isinf, isnan
 from typing import Any
 
 from ..folders import NAMES, Key, SavedTables, TextRow, key_of
-from ..reading import number, parse
+from ..reading import parse
 from ..sentences import counts_of
 from ..tables.columns import MEAN
 from ..tables.command import CELL, commands_of
 
 SCHEMA = 2
-# Columns of a level beside h, estimate and standard error, under the name that the page has for them.
+# Columns of a level, under the name that the page has for them.
 LEVEL = {
+    "h": "h",
+    "estimate": "e",
+    "std_error": "s",
     "steps": "n",
     "paths": "m",
     "local_order": "p",
@@ -118,8 +121,8 @@ def _findings(tables: SavedTables, texts: _Texts) -> dict[str, list[Any]]:
         **{name: [texts(row.get(name, "")) for row in rows] for name in TEXTS},
         **{name: [texts(row.get(name, "")) for row in further] for name in DETAILS},
         "reproduce": [texts(commands[_cell(row)]) for row in rows],
-        **{name: [to_json(number(row, name)) for row in rows] for name in NUMBERS},
-        **{name: [to_json(number(row, name)) for row in further] for name in MEASURED},
+        **{name: [_read_cell(row.get(name, "")) for row in rows] for name in NUMBERS},
+        **{name: [_read_cell(row.get(name, "")) for row in further] for name in MEASURED},
     }
 
 
@@ -135,12 +138,10 @@ def _by_key(rows: Iterable[TextRow]) -> Mapping[Key, list[TextRow]]:
 
 
 def _columns(rows: Sequence[TextRow], texts: _Texts) -> dict[str, list[Any]]:
-    if not rows:
-        return {}
-    named = {"h": "h", "estimate": "e", "std_error": "s", **LEVEL}
-    told = {name: [row.get(name, "") for row in rows] for name in named}
+    # The rows of a table have the same columns.
+    told = {name: [row[name] for row in rows] for name in LEVEL if name in rows[0]} if rows else {}
     present = {name: cells for name, cells in told.items() if any(cells)}
-    columns = {named[name]: [*map(texts if name in WORDS else _read_cell, cells)] for name, cells in present.items()}
+    columns = {LEVEL[name]: [*map(texts if name in WORDS else _read_cell, cells)] for name, cells in present.items()}
     return {name: column for name, column in columns.items() if name in "hesf" or any(column)}
 
 
@@ -155,8 +156,8 @@ def _densities(rows: Iterable[TextRow], texts: _Texts) -> list[list[Any]]:
     found = _by_key(row for row in rows if row.get("at"))
     columns = ("at", "estimate", "exact")
     return [
-        [texts(scheme), texts(problem), texts(quantity), to_json(number(points[0], "h")),
-         *([to_json(number(row, name)) for row in points] for name in columns)]
+        [texts(scheme), texts(problem), texts(quantity), _read_cell(points[0].get("h", "")),
+         *([_read_cell(row.get(name, "")) for row in points] for name in columns)]
         for (scheme, problem, _, quantity), points in found.items()
     ]  # fmt: skip
 
@@ -166,10 +167,10 @@ def _costs(rows: Iterable[TextRow], texts: _Texts) -> list[list[Any]]:
     finest: dict[tuple[str, str], TextRow] = {}
     for row in rows:
         place = row["scheme"], row["problem"]
-        if row.get("steps") and (place not in finest or number(row, "steps") >= number(finest[place], "steps")):
+        if row.get("steps") and (place not in finest or parse(row["steps"]) >= parse(finest[place]["steps"])):
             finest[place] = row
     return [
-        [texts(scheme), texts(problem), texts(name.removeprefix(MEAN).replace("_", " ")), to_json(number(row, name))]
+        [texts(scheme), texts(problem), texts(name.removeprefix(MEAN).replace("_", " ")), _read_cell(row[name])]
         for (scheme, problem), row in finest.items()
         for name in row
         if name.startswith(MEAN) and name not in NO_COST and row[name]
