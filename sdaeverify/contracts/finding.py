@@ -141,7 +141,8 @@ class Opinion(NamedTuple):
 
     def plus(self, *remarks: Reason | str) -> "Opinion":
         """Return the opinion with remarks behind its reason; empty ones add nothing."""
-        return self._replace(reason=reduce(Reason.then, remarks, self.reason))
+        reason = reduce(Reason.then, remarks, self.reason)
+        return self if reason is self.reason else self._replace(reason=reason)
 
 
 @dataclass(frozen=True, kw_only=True)

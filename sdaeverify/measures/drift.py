@@ -27,6 +27,7 @@ so that integrals over time have times of their own: one in each of 64 equal str
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -227,9 +228,10 @@ class Defect(Slopes):
     scale: Array
     l2: Array
 
-    def sup_rms(self, level: int) -> Estimate:
-        """Return log2 of sup_t RMS |g| at a level."""
-        return estimates(self._log_sups(level))[0]
+    @cached_property
+    def sup_rms(self) -> tuple[Estimate, ...]:
+        """log2 of sup_t RMS |g| at each level."""
+        return estimates(np.stack([self._log_sups(level) for level in range(len(self.h))], axis=1))
 
     def linear(self, levels: Array, weights: Array) -> Estimate:
         """Return a weighted sum of log2 sup_t RMS |g| on some levels.
@@ -395,7 +397,7 @@ def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverag
     levels = sound[-FITTED:]
     slope = defect.slope(levels)
     low, high = slope.interval(evidence.settings.confidence)
-    sup = 2.0 ** defect.sup_rms(levels[-1]).value
+    sup = 2.0 ** defect.sup_rms[levels[-1]].value
     kind = _classify(slope.value, sup, defect.scale[levels[-1]])
     growth = defect.growth(levels[-1], np.array(log_spaced(evidence.settings.steps[levels[-1]]), dtype=float))
     opinion = Opinion(Verdict.OUT_OF_SCOPE)
@@ -458,7 +460,7 @@ def _asymptotic(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) 
 def _levels(defect: Defect) -> Iterator[LevelFinding]:
     # A level's groups lie side by side: its sums have the bits of one level.
     for level, l2 in enumerate(jackknives(np.asfortranarray(defect.l2), defect.counts, np.asarray)):
-        log_rms = defect.sup_rms(level)
+        log_rms = defect.sup_rms[level]
         rms = 2.0**log_rms.value
         details = {
             "l2": l2.value,

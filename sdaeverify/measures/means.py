@@ -1,6 +1,6 @@
 """What the weak measure notes on one block: the observables at T, of every level and of the truth."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
@@ -126,8 +126,9 @@ class Means(Slopes):
         Its place among these.
     squares : ndarray, shape (G,), or None
         Of the squares at the finest level.
-    reference, blurred : ndarray, shape (G,), or None
-        Of a truth with an error of its own, and of the same at half its resolution.
+    off_reference : (Estimate, float) or None
+        |E [phi(x_L) - phi(y)]|, y a reference on these paths with an error of its own, and |E [phi(y) - phi(z)]|, z
+        being half as fine.
     sizes : ndarray, shape (G,), or None
         Of the absolute values at the finest level.
     """
@@ -140,8 +141,7 @@ class Means(Slopes):
     alike: Alike
     place: int
     squares: Array | None = None
-    reference: Array | None = None
-    blurred: Array | None = None
+    off_reference: tuple[Estimate, float] | None = None
     sizes: Array | None = None
 
     @cached_property
@@ -179,15 +179,6 @@ class Means(Slopes):
     def change(self, levels: Array) -> Estimate:
         """Return E [phi(x_l) - phi(x_k)], l being the coarsest and k the finest level of some differences."""
         return self.alike.changes(levels)[self.place]
-
-    @cached_property
-    def off_reference(self) -> tuple[Estimate, float] | None:
-        """Return |E [phi(x_L) - phi(y)]|, y a reference on these paths, and |E [phi(y) - phi(z)]|, z half as fine."""
-        if self.reference is None or self.blurred is None:
-            return None
-        both = np.stack([self.sums[:, len(self.h) - 1], self.reference], axis=1)
-        (off,) = jackknives(both, self.counts, lambda means: np.abs(means[:, 0] - means[:, 1]))
-        return off, abs(float((self.reference - self.blurred).sum() / self.counts.sum()))
 
     def linear(self, levels: Array, weights: Array) -> Estimate:
         """Return sum_l w_l log2 |difference l| over some levels.
@@ -227,9 +218,24 @@ def _means(tally: Tally, *step_sizes: float) -> dict[str, Means]:
 def _means_alike(tally: Tally, names: Sequence[str], h: Array, *, coupled: bool) -> dict[str, Means]:
     sums, counts = tally.sums, tally.sums["paths"]
     noted = [np.column_stack([sums[VALUES + n], *([sums[KNOWN + n]] if coupled else [])]) for n in names]
-    alike = Alike(np.stack(noted, axis=1), counts, coupled=coupled)
+    alike, off = Alike(np.stack(noted, axis=1), counts, coupled=coupled), _off_references(tally, names)
     found = {}
     for place, (name, own) in enumerate(zip(names, noted, strict=True)):
-        further = (sums.get(key + name) for key in (SQUARES, REFERENCE, BLURRED, SIZES))
+        further = sums.get(SQUARES + name), off.get(name), sums.get(SIZES + name)
         found[name] = Means(name, h, own, counts, coupled, alike, place, *further)
     return found
+
+
+def _off_references(tally: Tally, names: Iterable[str]) -> dict[str, tuple[Estimate, float]]:
+    """Return how far finest means are from those of references, and these from blurred ones, where there are any."""
+    sums, counts = tally.sums, tally.sums["paths"]
+    known = [name for name in names if REFERENCE + name in sums and BLURRED + name in sums]
+    if not known:
+        return {}
+    both = np.stack(
+        [np.column_stack([sums[VALUES + name][:, -1], sums[REFERENCE + name]]) for name in known], axis=-1
+    )
+    found = jackknives(both, counts, lambda means: np.abs(means[:, 0] - means[:, 1]))
+    changes = (sums[REFERENCE + name] - sums[BLURRED + name] for name in known)
+    moved = (abs(float(change.sum() / counts.sum())) for change in changes)
+    return dict(zip(known, zip(found, moved, strict=True), strict=True))
