@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
+from operator import eq, gt, lt
 
 import numpy as np
 
@@ -197,8 +198,8 @@ class Means(Slopes):
 
     def one_signed(self, levels: Array) -> bool:
         """Tell whether the differences have the same sign on some levels."""
-        signs = {float(np.sign(self.difference(level).value)) for level in levels}
-        return len(signs) == 1
+        values = [self.difference(level).value for level in levels]
+        return any(all(alike(value, 0.0) for value in values) for alike in (gt, lt, eq))
 
 
 def means_of(evidence: Evidence) -> Mapping[str, Means]:
@@ -217,12 +218,14 @@ def _means(tally: Tally, *step_sizes: float) -> dict[str, Means]:
 
 def _means_alike(tally: Tally, names: Sequence[str], h: Array, *, coupled: bool) -> dict[str, Means]:
     sums, counts = tally.sums, tally.sums["paths"]
-    noted = [np.column_stack([sums[VALUES + n], *([sums[KNOWN + n]] if coupled else [])]) for n in names]
-    alike, off = Alike(np.stack(noted, axis=1), counts, coupled=coupled), _off_references(tally, names)
-    found = {}
-    for place, (name, own) in enumerate(zip(names, noted, strict=True)):
+    noted, off = np.stack([sums[VALUES + name] for name in names], axis=1), _off_references(tally, names)
+    if coupled:
+        truths = np.stack([sums[KNOWN + name] for name in names], axis=1)
+        noted = np.concatenate([noted, truths[..., np.newaxis]], axis=2)
+    alike, found = Alike(noted, counts, coupled=coupled), {}
+    for place, name in enumerate(names):
         further = sums.get(SQUARES + name), off.get(name), sums.get(SIZES + name)
-        found[name] = Means(name, h, own, counts, coupled, alike, place, *further)
+        found[name] = Means(name, h, noted[:, place], counts, coupled, alike, place, *further)
     return found
 
 

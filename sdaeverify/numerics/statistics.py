@@ -316,7 +316,7 @@ def tail(total: float, total_of_squares: float, largest: Array, paths: int) -> T
     Tail
     """
     top = largest[largest > 0.0]
-    excess = np.log(top[:-1] / top[-1]).mean() if len(top) > 1 else 0.0
+    excess = np.add.reduce(np.log(top[:-1] / top[-1])) / (len(top) - 1) if len(top) > 1 else 0.0
     effective = total**2 / (paths * total_of_squares) if total_of_squares > 0.0 else 1.0
     share = largest[0] / total if total > 0.0 else 0.0
     return Tail(float(effective), float(share), float(1.0 / excess) if excess > 0.0 else float("inf"))

@@ -55,6 +55,9 @@ TOO_FEW = "fewer than three levels without failures"
 # Errors a h^p + b h^(p+1) leave this much more than the last difference over 2^p - 1 at the finest level.
 SLACK = 2.0
 
+# How far a mean is from what is known of its limit, and how far that is off itself.
+Off = tuple[Estimate, float]
+
 
 class MeanOrder(NamedTuple):
     """What the paths say of one observable.
@@ -100,7 +103,8 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     resolved = means.least_signal(levels)
     if claim is None or isinstance(claim.value, str):
         return MeanOrder(slope, levels, resolved, PathTests.none(""))
-    limit, blind = _limit(evidence, means, claim.value), _blind(evidence, means, levels)
+    off = None if means.coupled else _limit_error(evidence, means)
+    limit, blind = _limit(evidence, means, claim.value, off), _blind(evidence, means, levels, off)
     if not means.one_signed(levels) and resolved >= RESOLVED:
         remark = "uninformative: its error changes sign between levels"
         tests = hold_back(limit._replace(verified=1.0, blind=blind), evidence, levels)
@@ -138,12 +142,12 @@ def _tests(
     return with_sample(tests, evidence.paths, heavy=False)
 
 
-def _blind(evidence: Evidence, means: Means, levels: Array) -> float:
+def _blind(evidence: Evidence, means: Means, levels: Array, off: Off | None) -> float:
     """Return by which factor the paths must grow until they show an error of a quarter of what the observable is."""
-    known, forbidden, confidence = _limit_error(evidence, means), COARSE * means.size, evidence.settings.confidence
+    forbidden, confidence = COARSE * means.size, evidence.settings.confidence
     if means.coupled:
         return means.difference(int(levels[-1])).growth_to_see(forbidden, confidence)
-    error = means.change(levels) if known is None else known[0]
+    error = means.change(levels) if off is None else off[0]
     return error.growth_to_see(forbidden, confidence)
 
 
@@ -160,15 +164,14 @@ def _corrected_slope(means: Means, levels: Array) -> Estimate:
     return means.corrected_slope(further)
 
 
-def _limit(evidence: Evidence, means: Means, order: float) -> PathTests:
+def _limit(evidence: Evidence, means: Means, order: float, off: Off | None) -> PathTests:
     """Compare the finest level with what is known of the limit: only that can confirm it."""
     if means.coupled:
         return PathTests(0.0, 1.0, Reason())
-    left = SLACK * _last_difference(means, order) / (2.0**order - 1.0)
-    known = _limit_error(evidence, means)
-    if known is None:
+    if off is None:
         return PathTests.none("towards its own limit")
-    error, allowed = known[0], left + SLACK * known[1]
+    left = SLACK * _last_difference(means, order) / (2.0**order - 1.0)
+    error, allowed = off[0], left + SLACK * off[1]
     wrong = error.p_above(allowed)
     if means.heavy:
         # It may look wrong all the same.
@@ -185,13 +188,13 @@ def _last_difference(means: Means, order: float) -> float:
     return float(max(shown)) + RESOLVED * found[-1].se
 
 
-def _limit_error(evidence: Evidence, means: Means) -> tuple[Estimate, float] | None:
+def _limit_error(evidence: Evidence, means: Means) -> Off | None:
     """Return how far the finest level is from what is known, by the sharper way, and how far that is off itself."""
     known = [found for found in (_off_expectation(evidence, means), _off_reference(evidence, means)) if found]
     return min(known, key=lambda found: found[0].se + found[1], default=None)
 
 
-def _off_expectation(evidence: Evidence, means: Means) -> tuple[Estimate, float] | None:
+def _off_expectation(evidence: Evidence, means: Means) -> Off | None:
     truth = _known_mean(evidence.problem, means.name)
     if truth is None:
         return None
@@ -199,7 +202,7 @@ def _off_expectation(evidence: Evidence, means: Means) -> tuple[Estimate, float]
     return Estimate(abs(last.value - truth), last.se), 0.0
 
 
-def _off_reference(evidence: Evidence, means: Means) -> tuple[Estimate, float] | None:
+def _off_reference(evidence: Evidence, means: Means) -> Off | None:
     """Return the same of a reference on the same paths: what both have in common is no error."""
     found, pathwise = means.off_reference, evidence.problem.pathwise
     if found is None or pathwise is None:
