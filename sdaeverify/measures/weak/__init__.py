@@ -105,7 +105,7 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
         return MeanOrder(slope, levels, resolved, PathTests.none(""))
     off = None if means.coupled else _limit_error(evidence, means)
     limit, blind = _limit(evidence, means, claim.value, off), _blind(evidence, means, levels, off)
-    if not means.one_signed(levels) and resolved >= RESOLVED:
+    if resolved >= RESOLVED and not means.one_signed(levels):
         remark = "uninformative: its error changes sign between levels"
         tests = hold_back(limit._replace(verified=1.0, blind=blind), evidence, levels)
         return MeanOrder(slope, levels, resolved, tests, remark)
