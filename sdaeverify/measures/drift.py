@@ -200,7 +200,7 @@ def _histogram(values: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Defect(Slopes):
+class Defect(Slopes[Estimate]):
     """The evidence on one constraint.
 
     Attributes

@@ -14,7 +14,7 @@ from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..forms import Problem
 from ..numerics.statistics import Estimate, estimates, group_sums, jackknives, leave_out
-from .slopes import Logarithms, Slopes, of_each, once
+from .slopes import Logarithms, Record, Sloped, of_each, once
 
 VALUES, SQUARES, SIZES, KNOWN = "values ", "squares ", "sizes ", "truth "
 # A truth with an error of its own, and the same at half its resolution.
@@ -80,11 +80,13 @@ class MeanObserver:
             return None  # the scheme, or the truth, does not know a component of it
 
 
-class Alike:
+class Alike(Record):
     """The means of some observables of a cell that are compared with the same, and what their differences come to.
 
     Parameters
     ----------
+    h : ndarray, shape (L,)
+        Step sizes.
     sums : ndarray, shape (G, O, L) or (G, O, L + 1)
         Of each observable over groups; the last column is the truth's, where it is known on every path.
     counts : ndarray, shape (G,)
@@ -92,15 +94,14 @@ class Alike:
         Whether there is such a column.
     """
 
-    def __init__(self, sums: Array, counts: Array, *, coupled: bool) -> None:
+    def __init__(self, h: Array, sums: Array, counts: Array, *, coupled: bool) -> None:
         self.left_out = leave_out(sums, counts)
         compared = self.left_out[..., -1:] if coupled else self.left_out[..., 1:]
         differences = self.left_out[..., :-1] - compared
         self.means, self.differences = of_each(self.left_out), of_each(differences)
         # Of all levels, those that no slope is fitted to included.
         with np.errstate(all="ignore"):
-            self.logarithms = Logarithms(np.log2(np.abs(differences)))
-        self.known: dict[object, tuple[Estimate, ...]] = {}
+            self.logarithms = Logarithms(h, np.log2(np.abs(differences)))
 
     @once
     def changes(self, levels: Array) -> tuple[Estimate, ...]:
@@ -109,7 +110,7 @@ class Alike:
 
 
 @dataclass(frozen=True)
-class Means(Slopes):
+class Means(Sloped):
     """The evidence on one observable.
 
     Attributes
@@ -144,6 +145,11 @@ class Means(Slopes):
     squares: Array | None = None
     off_reference: tuple[Estimate, float] | None = None
     sizes: Array | None = None
+
+    @property
+    def together(self) -> Logarithms:
+        """The slopes of log2 |difference l|, of all observables alike."""
+        return self.alike.logarithms
 
     @cached_property
     def size(self) -> float:
@@ -181,16 +187,6 @@ class Means(Slopes):
         """Return E [phi(x_l) - phi(x_k)], l being the coarsest and k the finest level of some differences."""
         return self.alike.changes(levels)[self.place]
 
-    def linear(self, levels: Array, weights: Array) -> Estimate:
-        """Return sum_l w_l log2 |difference l| over some levels.
-
-        Parameters
-        ----------
-        levels : ndarray of int
-        weights : ndarray, shape of levels
-        """
-        return self.alike.logarithms.linear(levels, weights)[self.place]
-
     def least_signal(self, levels: Array) -> float:
         """Return the least ratio of a difference to its standard error on some levels."""
         found = [self.difference(level) for level in levels]
@@ -222,7 +218,7 @@ def _means_alike(tally: Tally, names: Sequence[str], h: Array, *, coupled: bool)
     if coupled:
         truths = np.stack([sums[KNOWN + name] for name in names], axis=1)
         noted = np.concatenate([noted, truths[..., np.newaxis]], axis=2)
-    alike, found = Alike(noted, counts, coupled=coupled), {}
+    alike, found = Alike(h, noted, counts, coupled=coupled), {}
     for place, name in enumerate(names):
         further = sums.get(SQUARES + name), off.get(name), sums.get(SIZES + name)
         found[name] = Means(name, h, noted[:, place], counts, coupled, alike, place, *further)

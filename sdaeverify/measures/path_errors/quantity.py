@@ -21,7 +21,7 @@ from ...numerics.statistics import (
     slope_weights,
     tail,
 )
-from ..slopes import Logarithms, Slopes, of_each, once
+from ..slopes import Logarithms, Sloped, of_each, once
 from .errors import AT_T, POWERS
 
 
@@ -41,7 +41,6 @@ class ErrorLogarithms(Logarithms):
     """
 
     def __init__(self, h: Array, noted: Sequence[tuple[Array, ...]], counts: Array) -> None:
-        self.h = h
         self.levels, self.powers = (int(length) for length in noted[0][0].shape[1:])
         columns = np.stack([np.concatenate([sums.T.reshape(-1, len(counts)) for sums in own]) for own in noted])
         # A column's groups lie side by side: the bits of the sums of some columns are those of all.
@@ -50,19 +49,44 @@ class ErrorLogarithms(Logarithms):
         p[: self.powers * self.levels] = np.repeat(POWERS[: self.powers], self.levels)
         # Of all levels, those that no slope is fitted to included.
         with np.errstate(all="ignore"):
-            super().__init__(log_norms(left_out, p))
+            super().__init__(h, log_norms(left_out, p))
 
-    def errors(self, levels: Array, power: int = 1) -> Array:
-        """Return the columns of errors, p being at a place among `POWERS`."""
-        return np.asarray(levels + power * self.levels)
+    def linear(self, levels: Array, weights: Array, power: int = 1) -> tuple[Estimate, ...]:
+        """Return sum_l w_l y_l, y = log2 (E e^p)^(1/p), on some levels.
 
-    def differences(self, levels: Array) -> Array:
-        """Return the columns of successive differences."""
-        return np.asarray(levels + self.powers * self.levels)
+        Parameters
+        ----------
+        levels : ndarray of int
+        weights : ndarray, shape of levels
+        power : int
+            The place of p among `POWERS`.
+        """
+        return super().linear(levels + power * self.levels, weights)
 
-    def blurred(self, levels: Array) -> Array:
-        """Return the columns of blurred errors, the last ones."""
-        return np.asarray(levels + self.values.shape[-1] - self.levels)
+    @once
+    def slope_in(self, levels: Array, power: int) -> tuple[Estimate, ...]:
+        """Return the least-squares slopes of y on some levels, p being at a place among `POWERS`."""
+        return self.linear(levels, slope_weights(np.log2(self.h[levels])), power)
+
+    @once
+    def contrast(self, levels: Array, share: float) -> tuple[Estimate, ...]:
+        """Return slopes of log2 E e_{l+1} minus a share of those of log2 E d_l over the same levels l."""
+        coarse, fine = levels[:-1], levels[1:]
+        weights = slope_weights(np.log2(self.h[coarse]))
+        columns = np.concatenate([fine + self.levels, coarse + self.powers * self.levels])
+        return super().linear(columns, np.concatenate([weights, -share * weights]))
+
+    @once
+    def ahead(self, levels: Array) -> tuple[Estimate, ...]:
+        """Return local orders at the next step size, if they grow by as much as they did between the last two."""
+        return self.linear(levels[-3:], np.array([-1.0, 3.0, -2.0]))
+
+    @once
+    def blur(self, levels: Array) -> tuple[Estimate, ...]:
+        """Return by how much slopes change if the truth is taken at half its resolution."""
+        weights, last = slope_weights(np.log2(self.h[levels])), self.values.shape[-1] - self.levels
+        columns = np.concatenate([levels + self.levels, levels + last])
+        return super().linear(columns, np.concatenate([-weights, weights]))
 
     @cached_property
     def local_orders(self) -> list[tuple[Estimate, ...]]:
@@ -75,7 +99,7 @@ class ErrorLogarithms(Logarithms):
 
 
 @dataclass(frozen=True)
-class Quantity(Slopes):
+class Quantity(Sloped):
     """The evidence on one component.
 
     Attributes
@@ -135,43 +159,30 @@ class Quantity(Slopes):
         """Return E e_l^p, shape (L,)."""
         return np.asarray(self.totals[:, power] / self.paths)
 
-    def linear(self, levels: Array, weights: Array, power: int = 1) -> Estimate:
-        """Return sum_l w_l y_l, y = log2 (E e^p)^(1/p), on some levels.
-
-        Parameters
-        ----------
-        levels : ndarray of int
-        weights : ndarray, shape of levels
-        power : int
-            The place of p among `POWERS`.
-        """
-        return self._combine(self.logarithms.errors(levels, power), weights)
+    @property
+    def together(self) -> ErrorLogarithms:
+        """The slopes of y = log2 E e, of all quantities alike."""
+        return self.logarithms
 
     def slope_in(self, power: int, levels: Array) -> Estimate:
-        """Return the least-squares slope of y on some levels, p being at a place among `POWERS`."""
-        return self.linear(levels, slope_weights(np.log2(self.h[levels])), power)
+        """Return the least-squares slope of log2 (E e^p)^(1/p), p being at a place among `POWERS`."""
+        return self.logarithms.slope_in(levels, power)[self.place]
 
-    @once
     def contrast(self, levels: Array, share: float = 1.0) -> Estimate:
         """Return slope of log2 E e_{l+1} minus slope of log2 E d_l over the same levels l: 0 in the right limit.
 
         Or minus a share of the latter.
         """
-        coarse, fine = levels[:-1], levels[1:]
-        weights = slope_weights(np.log2(self.h[coarse]))
-        columns = np.concatenate([self.logarithms.errors(fine), self.logarithms.differences(coarse)])
-        return self._combine(columns, np.concatenate([weights, -share * weights]))
+        return self.logarithms.contrast(levels, share)[self.place]
 
     def ahead(self, levels: Array) -> Estimate:
         """Return the local order at the next step size, if it grows by as much as it did between the last two."""
-        return self.linear(levels[-3:], np.array([-1.0, 3.0, -2.0]))
+        return self.logarithms.ahead(levels)[self.place]
 
     def blur(self, levels: Array) -> Estimate:
         """Return by how much the slope changes if the truth is taken at half its resolution."""
         assert self.blurred is not None
-        weights = slope_weights(np.log2(self.h[levels]))
-        columns = np.concatenate([self.logarithms.errors(levels), self.logarithms.blurred(levels)])
-        return self._combine(columns, np.concatenate([-weights, weights]))
+        return self.logarithms.blur(levels)[self.place]
 
     @cached_property
     def relative_errors(self) -> tuple[Estimate, ...]:
@@ -187,9 +198,6 @@ class Quantity(Slopes):
     def tail(self, level: int) -> Tail:
         """Return the tail diagnostics of a level."""
         return tail(float(self.totals[level, 1]), float(self.totals[level, 2]), self.largest[level], self.paths)
-
-    def _combine(self, columns: Array, weights: Array) -> Estimate:
-        return self.logarithms.linear(columns, weights)[self.place]
 
 
 def quantities_of(evidence: Evidence) -> tuple[Quantity, ...]:
