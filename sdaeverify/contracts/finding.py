@@ -141,8 +141,8 @@ class Opinion(NamedTuple):
 
     def plus(self, *remarks: Reason | str) -> "Opinion":
         """Return the opinion with remarks behind its reason; empty ones add nothing."""
-        reason = reduce(Reason.then, remarks, self.reason)
-        return self if reason is self.reason else self._replace(reason=reason)
+        further = Reason.of(*remarks)
+        return self._replace(reason=self.reason.then(further)) if further else self
 
 
 @dataclass(frozen=True, kw_only=True)
