@@ -171,7 +171,8 @@ def fifth_degree_rule(n: int) -> Rule:
 
     With a^2 = (n + 2)/2 and b^2 = (n + 2)/(n - 2), the points +-a e_i on the axes and the corners b (+-1, ..., +-1)
     of a cube, of weights 1/a^4 and 2^{-n}/b^4 (Stroud 1971, E_n^{r^2} 5-3). Three nodes a variable are exact to the
-    same degree, in 3^n nodes.
+    same degree, in 3^n nodes. Some polynomials of degree 3 vanish at all nodes, as x_i (x_j^2 - x_k^2) does, but
+    not what an error of degree 3 in the noise of a step adds to the defect of one step against two halves.
     """
     a, b = np.sqrt((n + 2.0) / 2.0), np.sqrt((n + 2.0) / (n - 2.0))
     corners = tensor_rule([(np.array([-b, b]), np.full(2, 0.5))] * n)
