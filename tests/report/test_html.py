@@ -176,6 +176,22 @@ def test_pictures_show_the_numbers_of_the_tables(shown):
 
 
 @needs_chromium
+@pytest.mark.parametrize("known", [0, 1])
+def test_radii_that_are_not_known_are_not_drawn(shown, known):
+    """A point for each radius that is a number, and a sentence in place of a picture where none is."""
+    radii = [("0.5", "nan"), ("0.25", "0.9")][: 1 + known]
+    levels = [level(measure="stability", quantity="E", h=h, estimate=radius) for h, radius in radii]
+    data = payload(tables([verdict(measure="stability", quantity="E")], levels))
+
+    page = shown(page_text(data), "#/cell/some-euler/gbm")
+
+    assert len(page.run(MARKS)) == known
+    told = page.run("document.querySelector('main').innerText")
+    assert ("no spectral radius is known" in told) == (known == 0)
+    assert not complaints_of(page)
+
+
+@needs_chromium
 def test_densities_and_work_are_those_of_the_tables(shown, tmp_path):
     """Both densities of a coordinate, solid and dashed, with half the area between them; errors against seconds."""
     at, own, exact = [-1.0, 0.0, 1.0], [0.1, 0.6, 0.2], [0.2, 0.5, 0.3]

@@ -190,7 +190,9 @@ function functionals(finding, all, label) {
 
 /** Draw spectral radii against h, with the line below which a step size is stable. */
 function radius(findings, label) {
-  const all = points(findings[0]), x = scaleOf(all.map((point) => point.h), LEFT, WIDTH - RIGHT), y = scaleOf([...all.map((point) => point.e), 1], HEIGHT - BOTTOM, TOP, { log: false });
+  const all = points(findings[0]).filter((point) => finite(point.e));
+  if (!all.length) return el("p", { class: "soft" }, "Nothing to draw: no spectral radius is known.");
+  const x = scaleOf(all.map((point) => point.h), LEFT, WIDTH - RIGHT), y = scaleOf([...all.map((point) => point.e), 1], HEIGHT - BOTTOM, TOP, { log: false });
   const sorted = [...all].sort((a, b) => a.h - b.h);
   return picture(label, HEIGHT, [axes(x, y, { x: "step size h", y: "spectral radius" }), el("line", { class: "least", x1: LEFT, x2: WIDTH - RIGHT, y1: y.at(1), y2: y.at(1) }),
     el("path", { class: "line", d: path(sorted.map((point) => [x.at(point.h), y.at(point.e)])) }), all.map((point) => mark(x, y, { ...point, filled: point.e < 1, why: "not stable" }))]);
