@@ -444,3 +444,18 @@ def test_an_order_within_the_margin_of_its_claim_is_not_refuted() -> None:
 
     assert judge_strong(order, 1.0, margin=0.2).verdict is Verdict.REFUTED
     assert judge_strong(order, 1.0, margin=0.6).verdict is Verdict.INCONCLUSIVE
+
+
+@pytest.mark.parametrize(("known", "told"), [({"p2": 1.5, "q2": 2.0}, "p2 = 1.500, q2 = 2.000"), ({}, "its defects")])
+def test_orders_that_are_not_known_are_not_told(known: dict[str, float], told: str) -> None:
+    """A reason names the orders of the defects that are numbers."""
+    orders = dict.fromkeys(("order", "p1", "p2", "q1", "q2"), float("nan")) | known
+    if known:
+        orders["order"] = 1.0
+    states = {"consistent": True, "inconsistent_share": 0.0, "typical": 1.0, "plateau_h": 0.0, "means": False}
+
+    reason = judge_strong(StrongOrder(**orders, **states, ahead=1.0, consistent_later=True), 1.0).reason
+
+    assert told in reason.text
+    assert "nan" not in reason.text
+    assert not reason.text.endswith("; ")

@@ -370,14 +370,13 @@ def judge_strong(order: StrongOrder, claim: float, *, margin: float = 0.0, sharp
     Opinion
         Refuted as inconsistent only where most states are, at some time.
     """
-    figures = f"p2 = {order.p2:.3f}, p1 = {order.p1:.3f}, q2 = {order.q2:.3f}, q1 = {order.q1:.3f}"
+    figures = _figures(order)
     unknown = isnan(order.q2) or (order.means and isnan(order.q1))
     if not unknown and (not order.consistent or order.inconsistent_share > 0.5):
         return _inconsistent(order, claim - TOLERANCE, figures, sharp=sharp)
     if unknown or isnan(order.order):
-        return local_doubt(
-            f"no local order: the map is not finite or a solver's tolerance hides its defects; {figures}"
-        )
+        known = f"; {figures}" if figures else ""
+        return local_doubt(f"no local order: the map is not finite or a solver's tolerance hides its defects{known}")
     text = f"local order {order.order:.3f}, claimed {claim}; {figures}"
     if order.order < claim - TOLERANCE:
         within = order.order >= claim - margin
@@ -400,6 +399,12 @@ def _inconsistent(order: StrongOrder, bound: float, figures: str, *, sharp: bool
     if sharp and not order.consistent and order.typical < bound:
         return local_opinion(Verdict.REFUTED, f"local order {order.typical:.3f} at most states; {text}")
     return local_doubt(text)
+
+
+def _figures(order: StrongOrder) -> str:
+    """Return the orders of defects that are known, in words: without means, p1 and q1 are not."""
+    named = ((name, getattr(order, name)) for name in ("p2", "p1", "q2", "q1"))
+    return ", ".join(f"{name} = {value:.3f}" for name, value in named if not isnan(value))
 
 
 def _too_low(order: StrongOrder, bound: float, text: str, *, sharp: bool) -> Opinion:
