@@ -12,6 +12,7 @@ nodes a normal. Other steps need quadrature, by rules that are refined until two
 
 from collections.abc import Callable, Iterable
 from functools import lru_cache, partial
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -258,7 +259,9 @@ class Expectation(NamedTuple):
         return np.inf if self.coarser is None else disagreement(self.operator, self.coarser)
 
 
-def expectation(step: MemoryStep, noise: StepNoise, few: Operator, *, kinks: bool = True) -> Expectation:
+def expectation(
+    step: MemoryStep, noise: StepNoise, few: Operator, first: Operator | None, *, kinks: bool = True
+) -> Expectation:
     """Return the operator of a step.
 
     Parameters
@@ -267,6 +270,8 @@ def expectation(step: MemoryStep, noise: StepNoise, few: Operator, *, kinks: boo
     noise : StepNoise
     few : Operator
         By the smallest rule, where all others are too large.
+    first : Operator or None
+        By the first product of rules; None where that is too large.
     kinks : bool
         Whether kinks are looked for where smooth rules do not agree.
 
@@ -274,12 +279,13 @@ def expectation(step: MemoryStep, noise: StepNoise, few: Operator, *, kinks: boo
     -------
     Expectation
     """
-    found = _climb_rules(step, few, (noise.rule(count) for count in LADDER[: FEW if kinks else None]))
+    further = (_by_rule(step, noise.rule(count)) for count in LADDER[1 : FEW if kinks else None])
+    found = _climb_rules(few, chain([first], further))
     if found.coarser is found.operator or not kinks:
         return found
     if noise.normals == 1:
         return _bisect_expectation(step, noise)
-    split = _climb_rules(step, few, (noise.split_rule(count) for count in SPLIT))
+    split = _climb_rules(few, (_by_rule(step, noise.split_rule(count)) for count in SPLIT))
     agreed = split.coarser is split.operator
     return split if agreed else min(found, split, key=lambda pair: pair.disagreement)
 
@@ -314,13 +320,16 @@ def _image(step: MemoryStep, noise: StepNoise, x: Array) -> Array:
     return step.at_nodes(state, noise.nodes(x, np.ones(x.shape[1])))[0][:, 0]
 
 
-def _climb_rules(step: MemoryStep, few: Operator, rules: Iterable[Nodes | None]) -> Expectation:
-    """Return the first rule that agrees with the one before, else the last two; rules that are too large are None."""
+def _by_rule(step: MemoryStep, nodes: Nodes | None) -> Operator | None:
+    return None if nodes is None else Operator(factors_at(step, nodes), nodes.weights)
+
+
+def _climb_rules(few: Operator, operators: Iterable[Operator | None]) -> Expectation:
+    """Return the first operator that agrees with the one before, else the last two; of too large rules it is None."""
     found, before = Expectation(few, None), None
-    for nodes in rules:
-        if nodes is None:
+    for finer in operators:
+        if finer is None:
             break
-        finer = Operator(factors_at(step, nodes), nodes.weights)
         values = finer(_positive(finer.dimension))
         if before is not None and _difference(values, before) <= AGREEMENT:
             return Expectation(finer, finer)
@@ -413,10 +422,12 @@ def step_moments(one_step: OneStep, h: float, *, far: bool = True, atoms: bool =
             return _exact(found, few)
         if noise.law.bounded:
             return _by_atoms(step, noise)
-        if (exact := _polynomial(step, noise, found)) is not None:
-            return _exact(found, exact)
+        first = _by_rule(step, noise.rule(LADDER[0]))
+        if first is not None and _told(found.factors, first.factors, _polynomial_shares(noise)):
+            # It is everywhere what its values at the nodes make it.
+            return _exact(found, first)
         seen = far_noise(partial(_image, step, noise), noise) if far else FarNoise(np.inf, 0.0)
-        operators = expectation(step, noise, few, kinks=seen.pole > CUT)
+        operators = expectation(step, noise, few, first, kinks=seen.pole > CUT)
         return StepMoments(operators, found.defect, found.failed, seen)
 
 
@@ -451,15 +462,6 @@ def _affine(noise: StepNoise, found: LinearMap) -> bool:
 def _affine_shares(noise: StepNoise) -> Array:
     # With vertices v_i, an affine function is the sum of its values there times (1 + v_i . x)/(n + 1).
     return np.asarray((1.0 + noise.simplex().T @ noise.trials()) / (noise.normals + 1))
-
-
-def _polynomial(step: MemoryStep, noise: StepNoise, found: LinearMap) -> Operator | None:
-    """Return the operator of a step that is what its values at the smallest product of rules make it everywhere."""
-    nodes = noise.rule(LADDER[0])
-    if nodes is None:
-        return None
-    factors = factors_at(step, nodes)
-    return Operator(factors, nodes.weights) if _told(found.factors, factors, _polynomial_shares(noise)) else None
 
 
 @lru_cache(maxsize=64)
