@@ -164,7 +164,7 @@ class Quantity(Sloped):
         """The slopes of y = log2 E e, of all quantities alike."""
         return self.logarithms
 
-    def slope_in(self, power: int, levels: Array) -> Estimate:
+    def slope_in(self, levels: Array, power: int) -> Estimate:
         """Return the least-squares slope of log2 (E e^p)^(1/p), p being at a place among `POWERS`."""
         return self.logarithms.slope_in(levels, power)[self.place]
 

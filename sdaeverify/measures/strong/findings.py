@@ -336,8 +336,8 @@ def _details(evidence: Evidence, quantity: Quantity, fitted: Fit) -> dict[str, o
     asymptotic, half = asymptotic_order(quantity, fitted.usable, confidence)
     return {
         "std_error": fitted.slope.se,
-        "order_L1/2": quantity.slope_in(0, levels).value,
-        "order_L2": quantity.slope_in(2, levels).value,
+        "order_L1/2": quantity.slope_in(levels, 0).value,
+        "order_L2": quantity.slope_in(levels, 2).value,
         "fitted_levels": len(levels),
         "contrast": contrast.value,
         "contrast_low": contrast.interval(confidence)[0],

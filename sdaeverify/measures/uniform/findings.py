@@ -338,8 +338,8 @@ def _of_slope(subject: _Subject, fitted: Fit, tests: PathTests, details: Mapping
         method="local consistency (T1)" if opinion.tier == 1 else f"paths, {bias.reference} (T3)",
         details={
             "std_error": fitted.slope.se,
-            "order_L2": quantity.slope_in(2, fitted.levels).value,
-            "order_L4": quantity.slope_in(3, fitted.levels).value,
+            "order_L2": quantity.slope_in(fitted.levels, 2).value,
+            "order_L4": quantity.slope_in(fitted.levels, 3).value,
             "fitted_levels": len(fitted.levels),
             "bias_bound": bias.bound,
             **details,
