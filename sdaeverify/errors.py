@@ -11,6 +11,12 @@
         └── MissingLibraryError   the library it is made for is not installed       it is left out
 """
 
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import FrameType
+from typing import NamedTuple
+
 
 class SdaeverifyError(Exception):
     """Base of all errors with a message meant for the user."""
@@ -61,10 +67,14 @@ def one_line(error: BaseException) -> str:
     Returns
     -------
     str
-        ``message`` for an error of this package, ``Type: message`` for any other.
+        ``message`` for an error of this package; for any other ``Type: message``, with the file and the line of the
+        plugin that raised it, or that called what did.
     """
     text = " ".join(_text(error).split()) or "no message"
-    return text if isinstance(error, SdaeverifyError) else f"{type(error).__name__}: {text}"
+    if isinstance(error, SdaeverifyError):
+        return text
+    place = _line_of_plugin(error)
+    return f"{type(error).__name__}: {text}{f' ({place})' if place else ''}"
 
 
 def _text(error: BaseException) -> str:
@@ -73,6 +83,53 @@ def _text(error: BaseException) -> str:
         return str(error)
     except FAULTS as other:
         return f"its message cannot be read, which raises {type(other).__name__}"
+
+
+class _Line(NamedTuple):
+    """A line of a call: the package that it is in, its file as far as the package goes, and its number."""
+
+    package: str
+    file: str
+    number: int
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.number}"
+
+
+FRAMEWORK = __name__.partition(".")[0]
+# Arrays raise where they are misused, which is told of who misuses them; hooks are called through pluggy.
+PASSED = frozenset({"numpy", "scipy", "pluggy"})
+
+
+def _line_of_plugin(error: BaseException) -> _Line | None:
+    """Return the last line of the plugin that the framework called last; None where it called none.
+
+    What a plugin calls in its turn, another library or the framework, is not where its author looks.
+    """
+    found = None
+    inside = ""
+    for line in _lines(error):
+        if line.package == FRAMEWORK:
+            inside = ""
+        elif not inside or line.package == inside:
+            found, inside = line, line.package
+    return found
+
+
+def _lines(error: BaseException) -> Iterator[_Line]:
+    """Yield the lines that an error has passed, outermost first, but for those of Python and of arrays."""
+    trace = error.__traceback__
+    while trace is not None:
+        line = _line(trace.tb_frame, trace.tb_lineno)
+        if line.package not in sys.stdlib_module_names | PASSED and not line.file.startswith("<"):
+            yield line
+        trace = trace.tb_next
+
+
+def _line(frame: FrameType, number: int) -> _Line:
+    module, path = str(frame.f_globals.get("__name__", "")), Path(frame.f_code.co_filename)
+    folders = module.count(".") + (path.stem == "__init__")
+    return _Line(module.partition(".")[0], "/".join(path.parts[-folders - 1 :]), number)
 
 
 def is_blank(text: str) -> bool:

@@ -47,9 +47,9 @@ from .measures.judge import (
     local_opinion,
     no_fit,
     order_tests,
-    sound_levels,
     with_sample,
 )
+from .measures.sound_levels import sound_levels
 from .numerics.statistics import Estimate, group_sums, jackknife, order_of
 from .probe.step.one_step import OneStep
 

@@ -53,6 +53,22 @@ def test_a_claimed_quantity_that_is_not_there_is_a_row(result):
     assert "there is no y here; there are x" in rows.loc[("mine", "y"), "reason"]
 
 
+@dataclass(frozen=True)
+class AtTheEnd(Mine):
+    """Euler-Maruyama with a claim about the end alone."""
+
+    name: ClassVar[str] = "at-the-end"
+    claims: ClassVar[tuple[Claim, ...]] = (Claim(measure="strong", value=0.5, quantities=("x@T",), source="test"),)
+
+
+def test_a_claim_about_the_end_is_judged_there_and_listed_once():
+    """The component at the end is there: it is judged, at no other time, and not told to be missing."""
+    rows = verify(AtTheEnd(), "gbm", "strong", **SMALL).verdicts
+
+    assert dict(zip(rows["quantity"], rows["claim"], strict=True)) == {"x": "", "x@T": "order >= 0.5"}
+    assert len(rows) == 2
+
+
 def test_a_claim_in_words_unknown_to_the_measure_is_inconclusive(result):
     """Words that a measure does not understand are neither verified nor refuted."""
     rows = result.verdicts.set_index(["scheme", "quantity"])

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from scipy.stats import binom, t
 
-from sdaeverify import Scheme
+from sdaeverify import Scheme, Step
 from sdaeverify.contracts.tally import packed, unpacked
 from sdaeverify.noise.brownian import Source, brownian_steps
 from sdaeverify.simulate.chains import (
     BURN_IN,
     GROUPS,
     LEVELS,
+    MOST_FIRST,
     ChainPlan,
     ChainRecord,
     Chains,
@@ -33,6 +34,15 @@ class WithAreas(Euler):
 
     name: ClassVar[str] = "with-areas"
     noise: ClassVar[frozenset[str]] = frozenset({"dW", "H"})
+
+
+class Exploding(Euler):
+    """A step that overflows."""
+
+    name: ClassVar[str] = "exploding"
+
+    def step(self, problem, state, t, h, noise):
+        return Step(np.full_like(state, np.inf))
 
 
 class Failing(Euler):
@@ -248,6 +258,29 @@ def test_stationary_means_are_those_of_the_scheme():
 
     assert np.abs(error).max() < 4.0
     assert record.levels[-1, :, 0, 1].mean() > VARIANCE * 1.1
+
+
+def test_a_plan_whose_first_look_is_too_long_makes_no_step():
+    """Neither a pilot run nor chains: a record without looks comes back at once, of the size that was asked for."""
+    plan = ChainPlan(h=0.1155, relaxation=104.0, seed=8)
+    assert plan.first_look > MOST_FIRST
+
+    record = run_chains(Scheme(), ou(), plan, never)
+
+    assert len(record.time) == 0
+    assert record.h[0] == plan.h
+    assert not record.lost.any()
+
+
+def test_step_sizes_are_halved_as_long_as_chains_can_begin():
+    """Where every size blows up, the last one tried is the last whose burn-in and first record can be afforded."""
+    plan = ChainPlan(h=0.25, relaxation=8.0, seed=8, paired=GROUPS, wide=GROUPS)
+
+    record = run_chains(Exploding(), ou(), plan, never)
+
+    assert record.lost.all()
+    smallest = plan._replace(h=float(record.diverged))
+    assert smallest.first_look <= MOST_FIRST < smallest._replace(h=0.5 * smallest.h).first_look
 
 
 def test_the_base_scheme_is_no_scheme():

@@ -150,7 +150,7 @@ def test_entry_point_of_a_package(install: Install) -> None:
         ("fake.good", "fake_package.good", "loaded"),
         ("fake.more", "fake_package.more", "loaded"),
     ]
-    assert row(registry, "fake.bad").reason == "ZeroDivisionError: division by zero"
+    assert row(registry, "fake.bad").reason == "ZeroDivisionError: division by zero (fake_package/bad.py:1)"
     assert {"fake-scheme"} <= registry.schemes.keys()
 
 
@@ -427,13 +427,13 @@ def test_plugin_with_one_taken_name_is_refused_as_a_whole(install: Install) -> N
         ("import os; os._exit(0)", "loading it ends the process with status 0"),
         ("import os; os.abort()", "loading it ends the process by SIGABRT"),
         ("import ctypes; ctypes.string_at(0)", "loading it ends the process by SIGSEGV"),
-        ("raise KeyboardInterrupt", "loading it raises KeyboardInterrupt: no message"),
-        ("raise type('Stop', (BaseException,), {})('now')", "loading it raises Stop: now"),
-        ("raise GeneratorExit", "GeneratorExit: no message"),
+        ("raise KeyboardInterrupt", "loading it raises KeyboardInterrupt: no message (fake_package/bad.py:1)"),
+        ("raise type('Stop', (BaseException,), {})('now')", "loading it raises Stop: now (fake_package/bad.py:1)"),
+        ("raise GeneratorExit", "GeneratorExit: no message (fake_package/bad.py:1)"),
         (hook("sdaeverify_schemes", "__import__('os')._exit(0)"), "loading it ends the process with status 0"),
         (
             "class Mute(Exception):\n    def __str__(self):\n        raise ValueError\nraise Mute",
-            "Mute: its message cannot be read, which raises ValueError",
+            "Mute: its message cannot be read, which raises ValueError (fake_package/bad.py:4)",
         ),
     ],
 )
@@ -601,7 +601,9 @@ def test_scheme_with_parameters(install: Install) -> None:
     entry = load_registry(environ=ALONE).schemes["fake-scheme"]
 
     assert entry.make({"mode": "2"}).label == 'fake-scheme[mode="2"]'
-    with pytest.raises(ParameterError, match=r"^scheme 'fake-scheme': ValueError: negative order$"):
+    with pytest.raises(
+        ParameterError, match=r"^scheme 'fake-scheme': ValueError: negative order \(fake_plugin.py:\d+\)$"
+    ):
         entry.make({"order": "-1"})
     with pytest.raises(ParameterError, match=r"^parameter order of scheme 'fake-scheme' expects a number, got 'x'$"):
         entry.make({"order": "x"})
@@ -641,7 +643,7 @@ def test_report_hooks_are_isolated(tmp_path: Path, install: Install) -> None:
 
     failures = load_registry(environ=ALONE).report(tmp_path, None)
 
-    assert failures == ("report of plugin a: ZeroDivisionError: division by zero",)
+    assert failures == ("report of plugin a: ZeroDivisionError: division by zero (fake_a.py:10)",)
     assert (tmp_path / "more.txt").read_text() == "x"
 
 

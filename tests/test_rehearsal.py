@@ -48,7 +48,7 @@ def test_what_does_not(deed, words):
     """What would have become of the process is said, within the time there is."""
     begun = time.monotonic()
 
-    assert rehearse(deed, 0.2 if "0.2" in words else 200.0) == words
+    assert rehearse(deed, 0.2 if "0.2" in words else 200.0).partition(" (")[0] == words
 
     assert time.monotonic() - begun < 200.0
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from sdaeverify import SDE, Array, Claim, Increment, Scheme, SchemeError, Step
+from sdaeverify import SDE, Array, Claim, Increment, Scheme, SchemeError, Step, UsageError
 from sdaeverify.contracts.scheme import flatten, same_kind
 
 
@@ -105,12 +105,40 @@ def test_a_bare_state_is_no_step():
         (("r", "v"), "strong", "v", True),
         (("r", "v"), "strong", "mu", False),
         (("r", "v"), "drift", "v", False),
+        (("r",), "strong", "r@T", True),
+        (("r@T",), "strong", "r@T", True),
+        (("r@T",), "strong", "r", False),
     ],
 )
 def test_a_claim_covers_its_measure_and_its_quantities(quantities, measure, quantity, covered):
     """Without quantities it is about all of its measure, never about another one."""
     claim = Claim(measure="strong", value=1.0, source="Theorem 1", quantities=quantities)
     assert claim.covers(measure, quantity) is covered
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("measure", 3),
+        ("measure", ""),
+        ("value", [1]),
+        ("value", None),
+        ("value", True),
+        ("margin", "wide"),
+        ("source", ""),
+        ("source", None),
+        ("quantities", "x"),
+        ("quantities", ("",)),
+        ("when", "stiff"),
+        ("bound", "small"),
+    ],
+)
+def test_a_field_of_a_claim_that_is_of_another_type(field, value):
+    """It is told in one line that names the field, in Python as elsewhere."""
+    told = {"measure": "strong", "value": 1.0, "source": "Theorem 1", field: value}
+    with pytest.raises(UsageError, match=f"^{field} of a claim expects .*, got ") as caught:
+        Claim(**told)
+    assert repr(value) in str(caught.value)
 
 
 def test_a_claim_reads_as_words():

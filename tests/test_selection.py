@@ -45,6 +45,13 @@ class AnotherEuler(Scheme):
 
 
 @dataclass(frozen=True)
+class Asked(Scheme):
+    name: ClassVar[str] = "asked"
+    form: ClassVar[type[Problem]] = SDE
+    on_request: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
 class Disguised(Scheme):
     name: ClassVar[str] = "disguised"
     form: ClassVar[type[Problem]] = SDE
@@ -107,6 +114,15 @@ def registry() -> Registry:
 def test_schemes(registry: Registry, patterns: Any, labels: list[str]) -> None:
     """A name is the default scheme, a glob all variants, brackets set parameters; the registry orders."""
     assert [scheme.label for scheme in select_schemes(registry, patterns)] == labels
+
+
+def test_a_run_of_everything_leaves_out_what_is_run_on_request(registry: Registry) -> None:
+    """Without patterns no scheme on request is taken, be its library installed or not; a glob or a name takes it."""
+    asked = replace(registry, schemes={**registry.schemes, "asked": SchemeEntry("asked", (Asked(),), ORIGIN)})
+
+    assert "asked" not in {scheme.label for scheme in select_schemes(asked)}
+    for pattern in ("asked", "a*", "*"):
+        assert "asked" in {scheme.label for scheme in select_schemes(asked, [pattern])}
 
 
 @pytest.mark.parametrize(

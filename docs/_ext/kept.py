@@ -27,6 +27,7 @@ def kept_pages(reports: Path) -> dict[str, str]:
     rates = list(csv.DictReader((reports / "calibration" / "calibration.csv").read_text().splitlines()))
     verdicts = list(read_verdicts(reports / "reference").verdicts)
     sets = [json.loads(line) for line in (reports / "random-sets" / "sets.jsonl").read_text().splitlines()]
+    wrong = list(csv.DictReader((reports / "wrong-schemes" / "schemes.csv").read_text().splitlines()))
     return {
         "pieces/costs.md": _costs(known),
         "pieces/gates.md": _gates(known),
@@ -34,6 +35,7 @@ def kept_pages(reports: Path) -> dict[str, str]:
         "pieces/ratios.md": _ratios(known),
         "pieces/orders.md": _orders(verdicts),
         "pieces/random-sets.md": _random_sets(sets),
+        "pieces/wrong-schemes.md": _wrong_schemes(wrong),
         "pieces/calibration.md": _calibration(rates),
         "pieces/papers.md": _papers(sorted((reports / "papers").glob("*/table.csv"))),
     }
@@ -133,6 +135,25 @@ def _random_sets(sets: Iterable[Mapping[str, Any]]) -> str:
     return table(
         ["sets", "with a claim", *(f"claims {verdict}" for verdict in verdicts)],
         [[str(len(sets)), str(claimed), *(str(decided.get(verdict, 0)) for verdict in verdicts)]],
+    )
+
+
+def _wrong_schemes(lines: Iterable[Row]) -> str:
+    """Return the number of wrong schemes and of their claims, and what these come to, measure by measure."""
+    lines = list(lines)
+    outcomes = sorted({line["outcome"] for line in lines})
+    found = Counter((line["measure"], line["outcome"]) for line in lines)
+    return table(
+        ["measure", "schemes", "claims", *outcomes],
+        [
+            [
+                measure,
+                str(len({line["number"] for line in lines if line["measure"] == measure})),
+                str(sum(line["measure"] == measure for line in lines)),
+                *(str(found[measure, outcome]) for outcome in outcomes),
+            ]
+            for measure in sorted({line["measure"] for line in lines})
+        ],
     )
 
 

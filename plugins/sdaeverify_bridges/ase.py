@@ -8,10 +8,9 @@ from sdaeverify.bridges import Bridge, Compiled, Library, why_no_temperature
 
 LIBRARY = Library.find("ase")
 # The papers whose propagators the classes name as theirs, and the orders that these state.
-WEAK, STATIONARY = Claim(measure="weak", value=2.0, source=""), Claim(measure="invariant", value=2.0, source="")
 CLAIMS = {
-    "Langevin": ("(23) of Vanden-Eijnden & Ciccotti 2006, Second-order integrators", (WEAK,)),
-    "LangevinBAOAB": ("Leimkuhler & Matthews 2013", (WEAK, STATIONARY)),
+    "Langevin": ("(23) of Vanden-Eijnden & Ciccotti 2006, Second-order integrators", {"weak": 2.0}),
+    "LangevinBAOAB": ("Leimkuhler & Matthews 2013", {"weak": 2.0, "invariant": 2.0}),
 }
 
 
@@ -44,9 +43,9 @@ class ASE(Bridge):
     @property
     def promises(self) -> tuple[Claim, ...]:
         """The orders of the paper that the docstring of the class names."""
-        paper, claims = CLAIMS[self.integrator]
+        paper, orders = CLAIMS[self.integrator]
         source = f"docstring of {self.integrator} in ASE: {paper}"
-        return tuple(Claim(measure=claim.measure, value=claim.value, source=source) for claim in claims)
+        return tuple(Claim(measure=measure, value=order, source=source) for measure, order in orders.items())
 
     def refuses(self, problem: Langevin) -> str:
         """Refuse dynamics without friction or noise."""

@@ -39,6 +39,20 @@ class OldLagAlgebraic(StochasticTheta):
 
 
 @dataclass(frozen=True)
+class OldTimeAlgebraic(StochasticTheta):
+    """y solves the constraint of the step's begin."""
+
+    name: ClassVar[str] = "planted-delay-old-time-y"
+    form: ClassVar[tuple[type[Problem], ...]] = (DelaySDAE,)
+
+    def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        result = super().step(problem, state, t, h, noise)
+        root = algebraic(problem, problem.lag(state.x, h, noise), t, result.state.x, result.state.y)
+        return hold_failed(state, DelayState(result.state.x, root.x), root)
+
+
+@dataclass(frozen=True)
 class SingleIteration(StochasticTheta):
     """The explicit step, and one iteration of Newton's method for y."""
 
@@ -94,6 +108,9 @@ def sdaeverify_planted() -> list[Planted]:
     return [
         Planted(bug="delay: y never updated", scheme=KeptAlgebraic(), problem=beside),
         Planted(bug="delay: y with the old lag", scheme=OldLagAlgebraic(), problem=beside),
+        Planted(
+            bug="delay: y with the constraint of the old time", scheme=OldTimeAlgebraic(), problem="delay-forced"
+        ),
         Planted(bug="delay: one iteration for y", scheme=SingleIteration(), problem="nonlinear-constraint"),
         Planted(bug="delay: trapezoidal rule with the old y", scheme=LaggedTrapezoidal(), problem="noisy-circuit"),
         Planted(

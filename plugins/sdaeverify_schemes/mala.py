@@ -28,9 +28,11 @@ class MALA(Scheme):
     noise: ClassVar[frozenset[str]] = frozenset({"dW", "H"})
     jumps: ClassVar[bool] = True
     claims: ClassVar[tuple[Claim, ...]] = (
-        # Narrow where few chains know a mean well enough to tell.
-        Claim(measure="invariant", value="unbiased", bound=0.15, source=BALANCE),
-        Claim(measure="invariant", value="unbiased", bound=0.05, quantities=("x^2", "cos x"), source=BALANCE),
+        # Below the bias at h <= 1/4 of Euler-Maruyama, which rejects nothing (0.035 of x^2, 0.015 of cos x on `ou`,
+        # 0.029 and 0.016 on `double-well`), and on `ou` of a proposal with a tenth too much variance (0.024, 0.0105).
+        Claim(measure="invariant", value="unbiased", bound=0.08, source=BALANCE),
+        Claim(measure="invariant", value="unbiased", bound=0.012, quantities=("x^2",), source=BALANCE),
+        Claim(measure="invariant", value="unbiased", bound=0.005, quantities=("cos x",), source=BALANCE),
     )
     source: ClassVar[str] = "Roberts & Tweedie 1996, section 1.4"
 

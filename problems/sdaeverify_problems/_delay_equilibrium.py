@@ -13,7 +13,8 @@ from cmath import cosh, exp, sinh, sqrt
 from typing import NamedTuple
 
 import numpy as np
-import scipy
+
+from sdaeverify.numerics import lambert_of_log
 
 from ._scalar_delay import ScalarDelay
 
@@ -28,13 +29,13 @@ class Covariances(NamedTuple):
 def rate(equation: ScalarDelay) -> float:
     """Return the largest real part of a root of s = A + B e^(-s tau); r decays exactly if it is negative.
 
-    It is A + W_0(z)/tau with z = B tau e^(-A tau), and W_0(z) = omega(log z), of which no part overflows.
+    It is A + W_0(z)/tau with z = B tau e^(-A tau).
     """
     A, B, tau = equation.A, equation.B, equation.tau
     if B == 0.0:
         return A
-    logarithm = np.log(abs(B) * tau) - A * tau + (1j * np.pi if B < 0.0 else 0.0)
-    return float(A + scipy.special.wrightomega(logarithm).real / tau)
+    logarithm = np.log(abs(B) * tau) - A * tau
+    return float(A + lambert_of_log(logarithm, B < 0.0).real / tau)
 
 
 def covariances(equation: ScalarDelay) -> Covariances:

@@ -40,6 +40,8 @@ class Bridge(Scheme):
     """
 
     form: ClassVar[type[Problem] | tuple[type[Problem], ...]] = SDE
+    # What a run of everything contains shall not depend on which other libraries are installed.
+    on_request: ClassVar[bool] = True
     library: ClassVar[Library]
     batched: ClassVar[bool] = True
     known: ClassVar[Collection[str]] = ()

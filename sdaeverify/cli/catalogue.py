@@ -45,6 +45,7 @@ def _record(kind: str, entry: AnyEntry) -> Record:
         "parameters": {parameter.name: _plain(parameter.default) for parameter in parameters_of(entry)},
         "summary": lines[0] if lines else "",
         **({"form": form_names(entry.variants[0])} if isinstance(entry, SchemeEntry) else {}),
+        **({} if isinstance(entry, MeasureEntry) else {"on_request": entry.on_request}),
         "plugin": entry.origin.plugin,
         "distribution": entry.origin.distribution,
         "version": entry.origin.version,

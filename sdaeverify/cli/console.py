@@ -3,12 +3,13 @@
 import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, redirect_stdout, suppress
+from contextlib import contextmanager, suppress
 from typing import IO
 
 from rich.console import Console
 from rich.text import Text
 
+from ..registry.foreign_code import printed_to_stderr, unbounded
 from ..report.plain import visible
 from ..report.sentences import SYMBOLS, PlainLine
 from .exit_codes import ExitCode
@@ -45,7 +46,8 @@ def output(*, unbroken: bool = False) -> Console:
 
 def errors() -> Console:
     """Return the console on stderr."""
-    return _Output(stderr=True, highlight=False, markup=False, emoji=False)
+    file = None if sys.stderr is None else unbounded(sys.stderr)
+    return _Output(file=file, stderr=True, highlight=False, markup=False, emoji=False)
 
 
 def complain(kind: str, message: str) -> None:
@@ -72,7 +74,7 @@ def _shorten(text: str) -> str:
 @contextmanager
 def output_to_stderr() -> Iterator[None]:
     """Send to stderr what is written to stdout, even past Python: what the code of a plugin prints is no result."""
-    with redirect_stdout(sys.stderr):
+    with printed_to_stderr():
         if sys.__stdout__ is None or sys.__stderr__ is None:
             # The program was started without: what has their number now is some other file.
             yield

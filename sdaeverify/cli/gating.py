@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Iterator
-from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from ..errors import UsageError
 from ..gate.gate_plan import gate_plan, omitted_measures
 from ..gate.gated import Gated, limit_lines
 from ..gate.lock import Claims, Lock, compare, locked_tiers, read_previous_lock, restrict, write_lock
-from ..gate.outcomes import Outcome, idle, outcomes
+from ..gate.outcomes import Outcome, idle, outcomes, why_never
 from ..gate.policy import Policy
 from ..gate.tiers import Cover
 from ..gate.untested import Untested, find_untested
@@ -26,7 +25,7 @@ from ..workers.garbage import lasting
 from ..workers.limits import Limits
 from .console import complain, output_to_stderr
 from .exit_codes import ExitCode, code_of_gate
-from .running import Run, advance, call_report_hooks, workers
+from .running import ENDINGS, Run, advance, call_report_hooks, halt_of, workers
 
 MOST_UNTESTED = 20
 REPORTS = GATE, SUMMARY, BADGE = "gate.json", "gate.md", "badge.json"
@@ -115,13 +114,11 @@ def _run_to_its_end(run: Run, crew: Crew, kind: str) -> tuple[Result | None, Exi
     """Return what a run came to; None and why not if it did not come to its end."""
     try:
         return advance(run, crew, kind), ExitCode.OK
-    except KeyboardInterrupt:
-        why, code = "interrupted", ExitCode.INTERRUPTED
-    except (BrokenExecutor, MemoryError):
-        why, code = "a worker process died or memory ran out; try fewer --jobs", ExitCode.NOT_MEASURED
-    run.stop(why)
-    complain("error", f"{why}; {run.so_far}; nothing is gated")
-    return None, code
+    except ENDINGS as error:
+        halt = halt_of(error)
+        run.stop(halt.why)
+        complain("error", f"{halt.why}; {run.so_far}; nothing is gated{halt.advice}")
+        return None, halt.code
 
 
 def _judge(run: Run, result: Result, request: Request, tiers: dict[str, Claims] | None) -> Gated:
@@ -154,9 +151,10 @@ def _warnings(found: tuple[Outcome, ...], request: Request) -> Iterator[str]:
     if not found:
         yield "no claim of the selected schemes is tested by the selected problems and measures"
     # A smaller selection need not reach what is expected to fail.
-    if not request.narrowed and request.policy.budget.cover is Cover.EVERYTHING:
-        for one in idle(found, request.policy):
-            yield f"no finding matches the expected failure {one} ({one.reason}); remove it"
+    whole = not request.narrowed and request.policy.budget.cover is Cover.EVERYTHING
+    for one in idle(found, request.policy):
+        if why := why_never(one, request.registry, found) or ("remove it" if whole else ""):
+            yield f"no finding matches the expected failure {one} ({one.reason}); {why}"
 
 
 def _notes(found: tuple[Outcome, ...], request: Request, tiers: dict[str, Claims] | None) -> Iterator[str]:
@@ -167,8 +165,17 @@ def _notes(found: tuple[Outcome, ...], request: Request, tiers: dict[str, Claims
         yield f"there is no lock file, so nobody notices a claim that is dropped; gate --write-lock writes {file}"
     elif tier not in tiers:
         yield f"{file} locks nothing for tier {tier}; gate --tier {tier} --write-lock adds it"
+    if not (request.policy.schemes or request.policy.distribution):
+        yield describe_everything(request.registry)
     if skipped := omitted_measures(request.registry, request.policy):
         yield f"tier {tier} leaves out {', '.join(skipped)}; a larger tier runs them, or a policy that names them"
+
+
+def describe_everything(registry: Registry) -> str:
+    """Return whose claims are gated where neither schemes nor a project are named, and whose are not."""
+    left = [name for name, entry in registry.schemes.items() if entry.on_request]
+    taken = f"no policy and no project name schemes: the claims of all {len(registry.schemes) - len(left)} are gated"
+    return f"{taken}; run on request are {', '.join(left)}" if left else taken
 
 
 def _find_untested(run: Run, result: Result, request: Request) -> list[Untested]:

@@ -4,7 +4,8 @@ import sys
 from typing import NoReturn
 
 from ..workers.garbage import lasting
-from ..workers.supervision import supervise
+from ..workers.room import why_no_room
+from ..workers.supervision import NOT_MEASURED, supervise
 
 INTERRUPTED = 130
 
@@ -15,6 +16,9 @@ def run() -> NoReturn:
 
 
 def _program() -> int:
+    if why := why_no_room(0):
+        sys.stderr.write(f"sdaeverify: error: {why}\n")
+        return NOT_MEASURED
     try:
         # Loaded here, after the process has been made that it is for: libraries start threads.
         with lasting():

@@ -2,13 +2,14 @@
 
 import re
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
 from ..contracts.settings import Settings
 from ..contracts.settings import read_levels as levels_from
-from ..errors import UsageError
+from ..errors import UsageError, is_blank
 
 # How progress is shown.
 KINDS = ("auto", "plain", "none")
@@ -50,6 +51,19 @@ progress_of_cells = once(
     "--progress", type=click.Choice(KINDS), default=KINDS[0], help="On stderr: a bar, a line for each cell, nothing."
 )
 progress_bar = once("--progress", type=click.Choice(KINDS), default=KINDS[0], help="On stderr: a bar, or nothing.")
+
+
+class _NamedPath(click.Path):
+    """A path that is not empty, which would be the folder that the program is in."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path."""
+        if is_blank(str(value)):
+            self.fail("expected a path, got an empty text", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+PLACE = _NamedPath(path_type=Path)
 
 
 def combine_options(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:

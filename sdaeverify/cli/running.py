@@ -1,6 +1,7 @@
 """A matrix run: whatever is finished is saved, however the run ends."""
 
 import json
+import os
 import shlex
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 from rich.console import Console
@@ -26,17 +27,17 @@ from ..report.folders import LEVELS, VERDICTS
 from ..report.html import PAGE, remove_page, write_page
 from ..report.passports import passports
 from ..report.plain import wrap_text
-from ..report.reading import Row, read_row, record, text
 from ..report.sentences import PlainLine, counts_of, ending
 from ..report.tables.columns import COLUMNS
-from ..report.tables.command import CELL
 from ..report.terminal import drifts, legend, summary_tables, windows
+from ..report.verdict_row import VerdictRow
 from ..store.store import Store
 from ..study import CellResult, Finished, Plan, Study
 from ..workers.executors import PROCESSES, Crew, LostExecutorError, open_crew
 from ..workers.garbage import lasting
 from ..workers.limits import Limits
 from ..workers.pool import BLOCKS_A_WORKER, executor_for
+from ..workers.room import NoWorkersError
 from .console import complain, output, output_to_stderr, print_lines
 from .exit_codes import ExitCode, code_of_results
 from .progress import progress
@@ -93,6 +94,8 @@ class Run:
     first_only : bool
         Whether the run ends with the first claim that is refuted.
     study : Study
+    home : Path
+        Folder of the process that `folder` is relative to.
     kept : Kept or None
         Rows of earlier runs that were in the folder when the run was first saved.
     """
@@ -108,10 +111,13 @@ class Run:
     shown: Shown = Shown.ENDING
     first_only: bool = False
     study: Study = field(init=False)
+    home: Path = field(init=False)
     kept: Kept | None = None
 
     def __post_init__(self) -> None:
-        self.study = Study(self.plan, self.settings, Store(self.folder, self.fresh), stored_only=self.stored_only)
+        # The code of a plugin that runs in this process may change its folder at any time.
+        self.home, store = Path.cwd(), Store(self.folder.absolute(), self.fresh)
+        self.study = Study(self.plan, self.settings, store, stored_only=self.stored_only)
 
     @property
     def result(self) -> Result:
@@ -120,6 +126,7 @@ class Run:
 
     def save(self) -> Result:
         """Save and return what is known so far."""
+        os.chdir(self.home)
         with lasting():
             result = self.result
             kept = result.save(self.folder)
@@ -170,15 +177,35 @@ def carry_out(run: Run, crew: Crew, kind: str) -> ExitCode:
     require_writable(run.folder)
     try:
         result = advance(run, crew, kind)
-    except KeyboardInterrupt:
-        return _stop(run, "interrupted", ExitCode.INTERRUPTED)
-    except LostExecutorError as error:
-        return _stop(run, one_line(error), ExitCode.NOT_MEASURED)
-    except BrokenExecutor:
-        return _stop(run, "a worker process died, perhaps for want of memory", ExitCode.NOT_MEASURED)
-    except MemoryError:
-        return _stop(run, "out of memory", ExitCode.NOT_MEASURED)
+    except ENDINGS as error:
+        halt = halt_of(error)
+        run.stop(halt.why)
+        complain("" if halt.code is ExitCode.INTERRUPTED else "error", f"{halt.why}; {run.so_far}{halt.advice}")
+        return halt.code
     return _finish(run, result)
+
+
+class Halt(NamedTuple):
+    """Why a run was ended before its time, its exit code, and what may help, with a semicolon before it."""
+
+    why: str
+    code: ExitCode
+    advice: str = ""
+
+
+# What ends a run, and leaves what is finished of it.
+ENDINGS = (KeyboardInterrupt, BrokenExecutor, NoWorkersError, MemoryError)
+
+
+def halt_of(error: BaseException) -> Halt:
+    """Return what one of `ENDINGS` is to the user."""
+    if isinstance(error, KeyboardInterrupt):
+        return Halt("interrupted", ExitCode.INTERRUPTED)
+    if isinstance(error, LostExecutorError | NoWorkersError):
+        return Halt(one_line(error), ExitCode.NOT_MEASURED)
+    memory = isinstance(error, MemoryError)
+    why = "out of memory" if memory else "a worker process died, perhaps for want of memory"
+    return Halt(why, ExitCode.NOT_MEASURED, "; try fewer --jobs or a smaller --block")
 
 
 @contextmanager
@@ -244,15 +271,6 @@ def call_report_hooks(run: Run, result: Result) -> None:
         complain("warning", failure)
 
 
-def _stop(run: Run, why: str, code: ExitCode) -> ExitCode:
-    run.stop(why)
-    if code is ExitCode.INTERRUPTED:
-        complain("", f"{why}; {run.so_far}")
-    else:
-        complain("error", f"{why}; {run.so_far}; try fewer --jobs or a smaller --block")
-    return code
-
-
 def _finish(run: Run, result: Result) -> ExitCode:
     run.write_page()
     call_report_hooks(run, result)
@@ -285,14 +303,12 @@ def _show(run: Run, result: Result, code: ExitCode) -> None:
     if run.shown is Shown.SENTENCE:
         print_lines(console, [PlainLine(line) for line in wrap_text(sentence, console.width)])
         return
-    pairs = [(row, read_row(row)) for row in result.rows.verdicts]
-    notes = [*_notes(run), f"exit code {code.value}: {code.words}"]
-    print_lines(console, ending(sentence, pairs, notes, console.width, plain=console.options.ascii_only))
+    notes, plain = [*_notes(run), f"exit code {code.value}: {code.words}"], console.options.ascii_only
+    print_lines(console, ending(sentence, result.rows.verdicts, notes, console.width, plain=plain))
 
 
-def _record(row: Row, result: Result) -> dict[str, Any]:
-    cell = [text(row, name) for name in CELL]
-    return {**record(row), "reproduce": result.command(*cell) or None}
+def _record(row: VerdictRow, result: Result) -> dict[str, Any]:
+    return {**row.record, "reproduce": result.command(row.scheme, row.problem, row.measure) or None}
 
 
 def _show_matrix(console: Console, results: Sequence[CellResult]) -> None:

@@ -17,6 +17,7 @@ from ..errors import FAULTS, SchemeError, one_line
 from ..forms import BROWNIAN, Problem
 from ..noise.brownian import Increment
 from ..numerics import all_finite
+from ..numerics.statistics import EPS
 from ..probe.step.one_step import OneStep
 from ..probe.step.states import WHEN, cloud
 from ..probe.step.times import in_a_row, same_in_a_row
@@ -30,6 +31,9 @@ FINE, COARSE = 64, 8
 FEW = slice(0, 2)
 # A step that treats paths by their place in a block may do so late in it: the states, times components, of a batch.
 MANY = 640
+# Paths of another batch may differ by so much of the state: a tolerance near rounding. Defects of one step are not
+# told from rounding below some hundreds of EPS times the weights of their reference, which is as much.
+JOINT = 4096.0 * EPS
 WRITES = "a step writes into its state or its noise"
 
 Check = Callable[[Trial], str]
@@ -47,6 +51,11 @@ def contract_violation(scheme: Scheme, view: Problem) -> str:
     """Return the first violation of the contract in one line, or an empty string.
 
     What a step raises at states of the problem passes through: a scheme that cannot be run has broken no promise.
+
+    Raises
+    ------
+    SchemeError
+        If a step raises on the occasion of a check.
     """
     trial, coarse = trials(scheme, view)
     if text := leaves_inputs_alone(trial) or returns_its_kind(trial):
@@ -60,7 +69,7 @@ def _first_violation(tries: list[tuple[str, Trial, Check]]) -> str:
         try:
             text = check(trial)
         except FAULTS as error:
-            text = f"a step {occasion} raises {one_line(error)}"
+            raise SchemeError(f"a step {occasion} raises {one_line(error)}") from error
         if text:
             return text
     return ""
@@ -152,15 +161,32 @@ def follows_the_paths(trial: Trial) -> str:
 
 
 def takes_paths_alone(trial: Trial) -> str:
-    """Make the step of each half of the paths, of every fourth alone, and of all among as many as a run has."""
+    """Make the step of each half of the paths, of every fourth alone, and of all among as many as a run has.
+
+    What is no more than `JOINT` is let pass: see `ends_together`.
+    """
+    apart = apart_in_batches(trial)
+    text = f"a path goes elsewhere in another batch, by {apart:.2g} of the state's size"
+    return f"{text}: it sees its neighbours, or the step remembers" if apart > JOINT else ""
+
+
+def apart_in_batches(trial: Trial) -> float:
+    """Return how far paths go elsewhere in other batches, beyond rounding, in sizes of the largest state."""
     half, many = trial.paths // 2, max(MANY // len(flatten(trial.state)), 1)
     parts = [slice(0, half), slice(half, None), *(slice(n, n + 1) for n in range(0, trial.paths, 4))]
     batches: list[Array | slice] = [*parts, np.tile(np.arange(trial.paths), many)]
-    return (
-        ""
-        if all(map(trial.agree, batches))
-        else "a path goes elsewhere in another batch: it sees its neighbours, or the step remembers"
-    )
+    return max(map(trial.apart, batches))
+
+
+def ends_together(trial: Trial) -> str:
+    """Return that paths differ between batches as little as a solver's rounding, or an empty string.
+
+    An iteration that ends when all paths have converged goes on with those that have, for as long as their neighbours
+    have not: they move by the tolerance at most. That is no dependence which an interval or an order could show.
+    """
+    apart = apart_in_batches(trial)
+    text = f"in another batch a path goes elsewhere by {apart:.2g} of the state's size"
+    return f"{text}, as with an iteration that ends when all paths have converged" if 0.0 < apart <= JOINT else ""
 
 
 def uses_declared_noise(trial: Trial) -> str:

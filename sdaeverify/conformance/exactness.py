@@ -6,8 +6,10 @@ vanishes with them, and are let pass. Where nothing is claimed of a scheme's pat
 alone: (W_{n+1} - W_{n-1})/2 in the place of W_{n+1} - W_n is off by half an increment on each path, and right in law.
 """
 
+from collections.abc import Iterator
 from functools import cache, reduce
 from itertools import chain, islice
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +17,7 @@ import numpy as np
 from ..arrays import Array, Parts
 from ..contracts.measure import measures_following
 from ..contracts.scheme import Scheme
-from ..errors import FAULTS, SdaeverifyError, one_line
+from ..errors import FAULTS, SchemeError, SdaeverifyError, one_line
 from ..forms.trivial import H, Trivial, Trivials
 from ..noise.brownian import Increment
 from ..numerics.statistics import EPS
@@ -144,17 +146,32 @@ STEPS, PATHS = 8, 3
 VANISHING = 0.4
 
 
-@cache
-def exactness_violation(scheme: Scheme) -> str:
+def exactness_violation(scheme: Scheme, motions: float = inf) -> str:
     """Return the first trivial problem that a scheme gets wrong, in one line, or an empty string.
 
-    The same on every problem that the scheme is put to, and found once.
+    Parameters
+    ----------
+    scheme : Scheme
+    motions : float
+        How many Brownian motions the problem has that the scheme is put to: what a step does with more is told of
+        problems that have them, where there is a variant with fewer that it can be tried on.
+
+    Raises
+    ------
+    SchemeError
+        If a step raises.
     """
+    missed = (_first_miss(scheme, variants, motions) for variants in _missed(scheme))
+    return next(filter(None, missed), "")
+
+
+@cache
+def _missed(scheme: Scheme) -> Trivials:
+    """Return the trivial problems that a scheme misses or raises on: the same on every problem, and found once."""
     forms: Any = scheme.forms
-    for variants in chain.from_iterable(map(_trivial_problems, forms)):
-        if text := _first_miss(scheme, variants):
-            return text
-    return ""
+    every = chain.from_iterable(map(_trivial_problems, forms))
+    firsts = ((variants, next(_tries(scheme, variants), None)) for variants in every)
+    return tuple(variants for variants, first in firsts if first is not None and first.text)
 
 
 @cache
@@ -164,35 +181,57 @@ def _trivial_problems(form: Any) -> Trivials:
     return found
 
 
-def _first_miss(scheme: Scheme, variants: tuple[Trivial, ...]) -> str:
-    """Return what is wrong on the first variant that the scheme refuses neither beforehand nor in its step."""
+class _Try(NamedTuple):
+    """What a scheme does on a trivial problem: how it misses it, empty if it does not, and what it raises."""
+
+    motions: int
+    text: str
+    error: BaseException | None = None
+
+
+def _first_miss(scheme: Scheme, variants: tuple[Trivial, ...], motions: float) -> str:
+    """Return what is wrong on the first variant that can be tried, and that tells of a problem with these motions."""
+    tries = _tries(scheme, variants)
+    found = next(tries, None)
+    if found is None or not found.text:
+        return ""
+    if found.motions > motions:
+        found = next((other for other in tries if other.motions <= motions), found)
+    if found.error is not None:
+        raise SchemeError(found.text) from found.error
+    return found.text
+
+
+def _tries(scheme: Scheme, variants: tuple[Trivial, ...]) -> Iterator[_Try]:
+    """Yield what a scheme does on each variant that it refuses neither beforehand nor in its step."""
     for trivial in variants:
-        if not (scheme.noise <= trivial.problem.noise and not scheme.refuses(trivial.problem)):
-            continue
-        try:
-            text = _miss(scheme, trivial)
-        except SdaeverifyError:
-            continue
-        several = trivial.problem.noise_dim
-        hint = f" with {several} Brownian motions, which the scheme does not refuse" if several > 1 else ""
-        return f"{text} on {trivial.name}{hint}" if text else ""
-    return ""
+        tried = scheme.noise <= trivial.problem.noise and not scheme.refuses(trivial.problem)
+        if tried and (found := _try(scheme, trivial)) is not None:
+            yield found
+
+
+def _try(scheme: Scheme, trivial: Trivial) -> _Try | None:
+    several = trivial.problem.noise_dim
+    hint = f" with {several} Brownian motions, which the scheme does not refuse" if several > 1 else ""
+    where = f" on {trivial.name}{hint}"
+    try:
+        text = _miss(scheme, trivial)
+    except SdaeverifyError:
+        return None
+    except FAULTS as fault:
+        return _Try(several, f"a step raises {one_line(fault)}{where}", fault)
+    return _Try(several, text and text + where)
 
 
 def _miss(scheme: Scheme, trivial: Trivial) -> str:
-    try:
-        error, moved, bound = _error(scheme, trivial, H)
-        if error <= bound:
-            return ""
-        fine, fine_moved, fine_bound = _error(scheme, *trivial.short_run)
-        if fine <= max(fine_bound, trivial.shorter**VANISHING * fine_moved * error / moved if moved else 0.0):
-            return ""
-        if trivial.noisy and measures_following("paths").isdisjoint(claim.measure for claim in scheme.promises):
-            return _miss_in_law(scheme, trivial)
-    except SdaeverifyError:
-        raise
-    except FAULTS as fault:
-        return f"a step raises {one_line(fault)}"
+    error, moved, bound = _error(scheme, trivial, H)
+    if error <= bound:
+        return ""
+    fine, fine_moved, fine_bound = _error(scheme, *trivial.short_run)
+    if fine <= max(fine_bound, trivial.shorter**VANISHING * fine_moved * error / moved if moved else 0.0):
+        return ""
+    if trivial.noisy and measures_following("paths").isdisjoint(claim.measure for claim in scheme.promises):
+        return _miss_in_law(scheme, trivial)
     return f"{STEPS} steps are off by {error:.2g}, of {moved:.2g} that the solution moves,"
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -100,9 +101,20 @@ class Trial:
 
     def agree(self, paths: Array | slice) -> bool:
         """Tell whether some paths, in this order, go where they go among all of them."""
+        return self.apart(paths) == 0.0
+
+    def apart(self, paths: Array | slice) -> float:
+        """Return how far some paths, in this order, go from where they go among all, in sizes of the largest state.
+
+        What is rounding is 0; infinite where the two cannot be compared.
+        """
         some = self.step(take_paths(self.state, paths), take_paths(self.noise, paths))
         got, expected = flatten(some.state), flatten(take_paths(self.first.state, paths))
         if got.shape != expected.shape:
-            return False
-        same = (got == expected) | (np.isnan(got) & np.isnan(expected))
-        return bool(np.all(same | (np.abs(got - expected) <= self.rounding[paths])))
+            return inf
+        gap = np.where((got == expected) | (np.isnan(got) & np.isnan(expected)), 0.0, np.abs(got - expected))
+        gap = np.where(gap <= self.rounding[paths], 0.0, gap)
+        if not gap.any():
+            return 0.0
+        largest = np.abs(expected).max(where=np.isfinite(expected), initial=EPS)
+        return float(np.nan_to_num(gap.max() / largest, nan=inf))

@@ -40,6 +40,7 @@ class Kind(StrEnum):
     LOST_INDEX = "the problem loses its root"
     MORE_PATHS = "paths that would decide"
     GUARD = "paths do not guard what one step says"
+    FINER = "finer levels would tell"
 
 
 @dataclass(frozen=True)
@@ -130,6 +131,9 @@ class Opinion(NamedTuple):
     p_verified, p_refuted : float
         p-values of the hypotheses that the claim fails and that it holds, which the two verdicts reject; NaN where
         no sampling error is involved. They enter the family-wise correction of a run.
+    excluded : frozenset of Verdict
+        What something that was seen stands against: no p-value makes up for that, nor any correction of one. An
+        inconclusive opinion that excludes *verified* speaks against the claim; one that does not says nothing.
     """
 
     verdict: Verdict
@@ -138,6 +142,12 @@ class Opinion(NamedTuple):
     settled: bool = True
     p_verified: float = nan
     p_refuted: float = nan
+    excluded: frozenset[Verdict] = frozenset()
+
+    @property
+    def speaks_against(self) -> bool:
+        """Whether what was seen stands against the claim, decided or not."""
+        return self.verdict is Verdict.REFUTED or Verdict.VERIFIED in self.excluded
 
     def plus(self, *remarks: Reason | str) -> "Opinion":
         """Return the opinion with remarks behind its reason; empty ones add nothing."""
@@ -152,12 +162,15 @@ class Finding:
     Attributes
     ----------
     quantity : str
-    verdict, reason, tier, settled, p_verified, p_refuted
+    verdict, reason, tier, settled, p_verified, p_refuted, excluded
         See `Opinion`.
     claim : Claim or None
         None if no claim covers the quantity here.
     estimate, low, high : float
         Order or residual, with its interval at the run's confidence.
+    resolution : float
+        Largest error of the limit that the evidence leaves possible, as part of the quantity's size: one that is
+        larger would have shown. NaN where nothing is said of a limit, infinite where no error would have shown.
     method : str
         How it was found.
     details : mapping of str to object
@@ -171,17 +184,26 @@ class Finding:
     estimate: float = nan
     low: float = nan
     high: float = nan
+    resolution: float = nan
     method: str = ""
     p_verified: float = nan
     p_refuted: float = nan
     tier: int = 3
     settled: bool = True
     details: Mapping[str, object] = field(default_factory=dict)
+    excluded: frozenset[Verdict] = frozenset()
 
     def withhold(self, doubt: Reason | str, **changed: Any) -> "Finding":
         """Return the finding as one that is not verified, the doubt before its reason."""
-        open_ = replace(self, verdict=Verdict.INCONCLUSIVE, reason=Reason.of(doubt, self.reason), p_verified=1.0)
-        return replace(open_, **changed)
+        open_ = replace(self, verdict=Verdict.INCONCLUSIVE, reason=Reason.of(doubt, self.reason))
+        return replace(open_.without(Verdict.VERIFIED), **changed)
+
+    def without(self, *verdicts: Verdict) -> "Finding":
+        """Return the finding with verdicts, verified or refuted, that it cannot have whatever is sampled."""
+        excluded = self.excluded.union(verdicts)
+        p_verified = 1.0 if Verdict.VERIFIED in excluded else self.p_verified
+        p_refuted = 1.0 if Verdict.REFUTED in excluded else self.p_refuted
+        return replace(self, excluded=excluded, p_verified=p_verified, p_refuted=p_refuted)
 
 
 class LevelFinding(NamedTuple):

@@ -16,6 +16,9 @@ from .scheme import Claim, Scheme
 from .settings import Settings
 from .tally import Tally
 
+# What of a measure decides what is asked, makes findings of evidence, or words them: evidence does not depend on it.
+JUDGING = frozenset({"refuses", "judge", "error_sizes", "detail_columns", "level_columns", "value_of"})
+
 
 class Snapshot(NamedTuple):
     """What is known at the end of a coarsest step.
@@ -137,7 +140,8 @@ class Measure:
     budgeted: ClassVar[bool] = False
     # Whether a cell takes seconds even where hardly any paths are wanted: the gate's smallest tier leaves it out.
     lengthy: ClassVar[bool] = False
-    # What a claim about it says that short steps follow: the ``paths`` of the equation, their ``law``, or neither.
+    # What a claim about it says that short steps follow: the ``paths`` of the equation, their ``law``, or, in a long
+    # run, the ``stationary law``; empty for nothing.
     follows: ClassVar[str] = ""
     # Whose solution its observer looks at as the truth: that of the ``problem``, and where it has none that of the
     # ``scheme`` with shorter steps, which costs four times the rest; neither is computed where nobody looks at it.

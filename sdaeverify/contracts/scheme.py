@@ -8,12 +8,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf, nan
+from numbers import Real
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
 from ..arrays import Array, Mask, Parts
-from ..errors import SchemeError
+from ..errors import SchemeError, UsageError, is_blank
 from ..forms import Problem, known_traits, unknown_traits
 from ..noise.brownian import Increment
 from ..noise.laws import GAUSSIAN, Law
@@ -48,6 +49,8 @@ class Step(NamedTuple):
     costs: Mapping[str, Array] = {}
 
 
+# Behind the name of a component: its error at the end alone, not at all times.
+AT_T = "@T"
 # In words: of an error of no more than a bound, whatever the step size.
 UNBIASED = "unbiased"
 
@@ -63,7 +66,7 @@ class Claim:
     measure : str
         Name of the measure that can verify it.
     quantities : tuple of str
-        Components or residuals it is about; empty for all of them.
+        Components or residuals it is about, at all times unless ``@T`` stands behind the name; empty for all of them.
     value : float or str
         Least order, or words that the measure knows: ``round-off``, ``unbiased``.
     bound : float, optional
@@ -86,6 +89,7 @@ class Claim:
     bound: float | None = None
 
     def __post_init__(self) -> None:
+        self._require_types()
         if self.bound is not None and not (isinstance(self.value, str) and 0 < self.bound < inf):
             raise SchemeError(
                 f"a bound is positive, finite and of a claim in words; got {self.value!r}, {self.bound!r}"
@@ -103,14 +107,56 @@ class Claim:
         if unknown := unknown_traits(self.when):
             raise SchemeError(f"a claim holds for unknown traits {unknown}; known are {sorted(known_traits())}")
 
+    def _require_types(self) -> None:
+        """Check that each field is of its type, whatever its value.
+
+        Raises
+        ------
+        UsageError
+            If one is not.
+        """
+        value = self.value
+        for name, expected, fits in (
+            ("measure", "a text that is not blank", is_text(self.measure)),
+            ("value", "an order, or words such as round-off", isinstance(value, str) or is_number(value)),
+            ("source", "a text that is not blank", is_text(self.source)),
+            ("quantities", "a tuple of texts that are not blank", is_tuple_of_texts(self.quantities)),
+            ("when", "a frozenset of texts", isinstance(self.when, frozenset) and all(map(is_text, self.when))),
+            ("margin", "a number", is_number(self.margin)),
+            ("bound", "a number", self.bound is None or is_number(self.bound)),
+        ):
+            if not fits:
+                raise UsageError(f"{name} of a claim expects {expected}, got {getattr(self, name)!r:.200}")
+
     def covers(self, measure: str, quantity: str) -> bool:
-        """Tell whether the claim is about this quantity of this measure."""
-        return measure == self.measure and (not self.quantities or quantity in self.quantities)
+        """Tell whether the claim is about this quantity of this measure: what holds at all times holds at the end."""
+        named = any(is_about(quantity, name) for name in self.quantities)
+        return measure == self.measure and (not self.quantities or named)
 
     def __str__(self) -> str:
         if not isinstance(self.value, str):
             return f"order >= {float(self.value)}"
         return self.value if self.bound is None else f"{self.value} within {float(self.bound)}"
+
+
+def is_text(value: object) -> bool:
+    """Tell whether something is a text that says something."""
+    return isinstance(value, str) and not is_blank(value)
+
+
+def is_tuple_of_texts(value: object) -> bool:
+    """Tell whether something is a tuple of texts, and not a text, whose letters would be taken for such."""
+    return isinstance(value, tuple) and all(map(is_text, value))
+
+
+def is_number(value: object) -> bool:
+    """Tell whether something is a real number, which True is not."""
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def is_about(quantity: str, name: str) -> bool:
+    """Tell whether what is measured is what a claim names: what holds at all times holds at the end, too."""
+    return name in {quantity, quantity.removesuffix(AT_T)}
 
 
 @dataclass(frozen=True)
@@ -125,16 +171,18 @@ class Scheme:
         The form it solves, or several; a problem is offered to it as it is if it has one of them, else in its view of
         the first of which it has one.
     noise : frozenset of str
-        Fields of `Increment` it uses, out of ``dW``, ``H``, ``K`` and ``A``; a step with one of the latter two is
-        judged by its paths, not at nodes.
+        Fields of `Increment` it uses, out of ``dW``, ``H``, ``K`` and ``A``. Mean and covariance of a step are
+        compared with the equation whatever it uses; a step with K has no local order and is judged by its paths.
     claims : tuple of Claim
     sharp_locally : bool
         Whether its global strong order shows in one step. It does not where the errors of single steps are taken
         back later: effective order, processing, a projection that resets the defect. A low local order then
         decides nothing.
     jumps : bool
-        Whether a step jumps as a function of its noise, as one that accepts or rejects does. Expectations over
-        cubature nodes say nothing of it then: it is judged by its paths and chains alone.
+        Whether a step jumps as a function of its noise, as one that accepts or rejects does. Cubature nodes tell no
+        order of it then, which paths and chains judge; short steps follow the equation all the same.
+    on_request : bool
+        Whether a run of everything leaves it out: it runs where it is named, or matched by a pattern.
     source : str
     """
 
@@ -144,6 +192,7 @@ class Scheme:
     claims: ClassVar[tuple[Claim, ...]] = ()
     sharp_locally: ClassVar[bool] = True
     jumps: ClassVar[bool] = False
+    on_request: ClassVar[bool] = False
     source: ClassVar[str] = ""
 
     def __new__(cls, *given: object, **named: object) -> Self:

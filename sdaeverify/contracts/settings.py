@@ -94,6 +94,27 @@ class Settings:
         return self if self.guard_levels >= self.levels else replace(self, levels=self.guard_levels)
 
     @cached_property
+    def stages(self) -> tuple[int, ...]:
+        """How many levels paths take beyond those of the settings, one stage after the other.
+
+        They begin on the levels of guards and go on to all; then to one finer level after the other, each on half as
+        many paths as the one before, as long as these are enough to decide by themselves. So no stage costs more than
+        all paths on all levels.
+        """
+        first = () if self.guards is self else (self.guard_levels - self.levels,)
+        enough = (self.paths // (FIRST_BLOCK * SECOND_TOTAL)).bit_length() - 1
+        room = (FINEST_STEPS // self.steps[-1]).bit_length() - 1
+        return (*first, 0, *range(1, 1 + min(enough, room)))
+
+    def at(self, stage: int) -> "Settings":
+        """Return the settings of a stage, which is told by how many levels it has beyond these."""
+        if stage == 0:
+            return self
+        if stage < 0:
+            return self.guards
+        return replace(self, levels=self.levels + stage, paths=self.paths >> stage)
+
+    @cached_property
     def sizes(self) -> tuple[int, ...]:
         """Number of paths of each block; all are drawn, of the last one perhaps not all are used."""
         sizes = [min(FIRST_BLOCK, self.block)]

@@ -137,7 +137,9 @@ def omitted_measures(registry: Registry, policy: Policy) -> list[str]:
 
 
 def gated_schemes(registry: Registry, policy: Policy) -> list[Scheme]:
-    """Return the schemes a policy means: by its patterns, else those of its project; everything without a project.
+    """Return the schemes a policy means: by its patterns, else those of its project.
+
+    Without a project, everything that is not run on request.
 
     Raises
     ------
@@ -151,8 +153,7 @@ def gated_schemes(registry: Registry, policy: Policy) -> list[Scheme]:
         raise UsageError(
             f"project {policy.distribution} registers no scheme here; install it, or name schemes in {policy.file}"
         )
-    everything = own or registry.schemes.values()
-    return select_schemes(registry, [variant for entry in everything for variant in entry.variants])
+    return select_schemes(registry, [variant for entry in own for variant in entry.variants])
 
 
 def _is_of(entry: SchemeEntry, policy: Policy) -> bool:

@@ -4,7 +4,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from ..contracts.finding import UNMEASURED, Finding, Verdict
+from ..contracts.finding import UNMEASURED, Finding, Reason, Verdict
+from ..contracts.labels import did_you_mean, matches
+from ..registry.load import Registry
 from ..study import Cell, CellResult
 from ..study.plan import promises_of
 from .policy import ExpectedFailure, Policy, expectation
@@ -59,7 +61,8 @@ class Outcome:
     @property
     def claim(self) -> str:
         """The claim in words, with its margin; where nothing was measured, all that the cell was to test."""
-        claims = (self.finding.claim,) if self.finding.claim else promises_of(self.cell)
+        claim = self.finding.claim if self.finding.quantity else None
+        claims = promises_of(self.cell) if claim is None else (claim,)
         words = (str(c) if isinstance(c.value, str) else f"{c} up to a margin of {c.margin:g}" for c in claims)
         return " and ".join(dict.fromkeys(words))
 
@@ -78,7 +81,7 @@ def outcomes(results: Iterable[CellResult], policy: Policy) -> list[Outcome]:
     list of Outcome
         In the order of the results.
     """
-    return [outcome for result in results for outcome in _outcomes(result, policy.expected_failures)]
+    return [outcome for result in results for outcome in _outcomes(result, policy)]
 
 
 def is_red(outcome: Outcome, policy: Policy) -> bool:
@@ -94,10 +97,48 @@ def idle(found: Iterable[Outcome], policy: Policy) -> list[ExpectedFailure]:
     return [one for one in policy.expected_failures if not any(one.matches(o.cell, o.finding) for o in known)]
 
 
-def _outcomes(result: CellResult, expected: tuple[ExpectedFailure, ...]) -> Iterator[Outcome]:
-    for finding in result.findings:
+def why_never(one: ExpectedFailure, registry: Registry, found: Iterable[Outcome]) -> str:
+    """Return that an expected failure names what is not there, whatever part of all is run; empty if it does not.
+
+    Parameters
+    ----------
+    one : ExpectedFailure
+    registry : Registry
+    found : iterable of Outcome
+        Of things that are registered, and of others.
+    """
+    cells = [outcome.cell for outcome in found]
+    known = {
+        "scheme": {*registry.schemes, *(cell.scheme.name for cell in cells)},
+        "problem": {*registry.problems, *(cell.spec.name for cell in cells)},
+        "measure": {*registry.measures, *(cell.measure.name for cell in cells)},
+    }
+    for kind, names in known.items():
+        name = getattr(one, kind).partition("[")[0]
+        if not any(matches(name, each) for each in names):
+            return f"no {kind} is named {name}{did_you_mean(name, names)}"
+    return ""
+
+
+def ask_resolution(finding: Finding, resolution: float) -> Finding:
+    """Return a finding as undecided where its evidence would not have shown an error of the limit of that size.
+
+    Parameters
+    ----------
+    finding : Finding
+    resolution : float
+        As part of the quantity's size; what says nothing of a limit is asked for none.
+    """
+    if finding.verdict is not Verdict.VERIFIED or not finding.resolution > resolution:
+        return finding
+    text = "an error of the limit of {seen:.2g} of its size would not have shown; the policy asks for {asked:g}"
+    return finding.withhold(Reason(text, numbers={"seen": finding.resolution, "asked": resolution}))
+
+
+def _outcomes(result: CellResult, policy: Policy) -> Iterator[Outcome]:
+    for finding in (ask_resolution(found, policy.resolution) for found in result.findings):
         if finding.claim is not None or finding.verdict in UNMEASURED:
-            one = expectation(result.cell, finding, expected)
+            one = expectation(result.cell, finding, policy.expected_failures)
             status = _status(finding, one)
             yield Outcome(result.cell, finding, status, one.reason if one else "", result.paths, result.seconds)
 

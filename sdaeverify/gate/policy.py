@@ -3,7 +3,7 @@
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields, replace
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -198,6 +198,7 @@ READERS: Mapping[str, Callable[[str, Any], Any]] = {
     "timeout": _number,
     "memory": _memory,
     "level": _integer,
+    "resolution": _number,
     FAILURES: _failures,
 }
 
@@ -240,6 +241,9 @@ class Policy:
         Bytes that each worker may take; 0 for no limit, None for the default of a run.
     level : int or None
         Of the conformance kit.
+    resolution : float
+        What is verified has to show every error of the limit that is a larger part of the quantity's size; infinite
+        to ask for none.
     expected_failures : tuple of ExpectedFailure
     file : Path or None
         Where the policy is from; None if there is no file.
@@ -265,6 +269,7 @@ class Policy:
     timeout: float | None = None
     memory: int | None = None
     level: int | None = None
+    resolution: float = inf
     expected_failures: tuple[ExpectedFailure, ...] = ()
     file: Path | None = None
     distribution: str = ""
@@ -281,6 +286,7 @@ class Policy:
         require(fits, "timeout", "a number of seconds, or 0 for no limit", self.timeout)
         fits = self.level is None or self.level >= 1
         require(fits, "level", "a level of the conformance kit, from 1 on", self.level)
+        require(self.resolution > 0.0, "resolution", "a positive part of a quantity's size", self.resolution)
         # Said before anything is run: what is no lock file is never overwritten.
         fits = Path(self.lock).suffix not in {".toml", ".py"}
         require(fits, "lock", f"a file of its own, such as {LOCK}", repr(self.lock))

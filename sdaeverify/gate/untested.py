@@ -6,7 +6,7 @@ from typing import NamedTuple
 from ..contracts.finding import UNMEASURED, Verdict
 from ..contracts.labels import did_you_mean
 from ..contracts.matching import match
-from ..contracts.scheme import Claim, Scheme
+from ..contracts.scheme import Claim, Scheme, is_about
 from ..errors import FAULTS
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems
@@ -74,7 +74,7 @@ def unknown_quantities(claim: Claim, found: Iterable[str]) -> Iterator[tuple[str
     """Yield each quantity of a claim that is not among those found, with the words for it."""
     names = sorted(set(found))
     for quantity in claim.quantities:
-        if quantity not in names:
+        if not any(is_about(name, quantity) for name in names):
             listed = f" (known: {', '.join(names)})" if names else ""
             yield quantity, f"no result is about {quantity!r}{did_you_mean(quantity, names)}{listed}"
 

@@ -69,11 +69,11 @@ from .judge import (
     is_order,
     no_fit,
     order_tests,
-    sound_levels_of,
     with_sample,
 )
 from .path_errors.errors import STATE
 from .slopes import Slopes, once
+from .sound_levels import sound_levels_of
 from .strong.findings import judge_order, local_orders, probe_strong
 
 METHODS = {
@@ -411,8 +411,20 @@ def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverag
         low=low,
         high=high,
         method=METHODS[opinion.tier],
-        details={"class": kind, "std_error": slope.se, "growth": growth, "fitted_levels": len(levels)},
+        details={
+            "class": kind,
+            "std_error": slope.se,
+            "growth": growth,
+            "fitted_levels": len(levels),
+            **_order_of_state(evidence),
+        },
     )
+
+
+def _order_of_state(evidence: Evidence) -> dict[str, object]:
+    """Return the local order of the whole state, which the residual has where it is verified; empty if unknown."""
+    order = local_orders(evidence).get(STATE)
+    return {} if order is None else {"local_order": order.order}
 
 
 def _of_state(evidence: Evidence, claim: Claim) -> Opinion | None:
@@ -437,11 +449,11 @@ def _tests(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) -> Pa
     tests = _asymptotic(evidence, defect, claim, sound)
     if tests.refuted < 1.0 and defect.rise(sound).interval(evidence.settings.confidence)[0] > RISING:
         # Steps that are too coarse for the claimed order are not held against it.
-        tests = tests._replace(refuted=1.0, reason=tests.reason.then("it still rises with refinement", ", but "))
+        tests = tests.held("it still rises with refinement", growth=tests.growth)
     heavy = effective_share(defect.histogram[-1]) < HEAVY
     if heavy and tests.refuted > 0.0:
         # The interval of a root mean square refutes nothing then.
-        tests = tests._replace(refuted=1.0, reason=Reason("heavy tails").then(tests.reason))
+        tests = tests.held(growth=tests.growth)._replace(reason=Reason("heavy tails").then(tests.reason))
     return hold_back(with_sample(tests, evidence.paths, heavy=heavy), evidence, sound)
 
 
@@ -454,7 +466,8 @@ def _asymptotic(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) 
     low, high = order.interval(evidence.settings.confidence)
     reason = tests.reason.then(Reason("{low:.2f} to {high:.2f} as h tends to 0", numbers={"low": low, "high": high}))
     growth = order.growth_to_decide(bound, evidence.level) if order.value < bound else np.inf
-    return PathTests(tests.verified, max(tests.refuted, order.p_below(bound)), reason, max(tests.growth, growth))
+    refuted = max(tests.refuted, order.p_below(bound))
+    return PathTests(tests.verified, refuted, reason, max(tests.growth, growth), suspected=tests.refuted)
 
 
 def _levels(defect: Defect) -> Iterator[LevelFinding]:

@@ -1,16 +1,14 @@
 """The way from a claim to a finding: what covers a quantity, what the evidence says of it, and what guards that."""
 
-from collections.abc import Callable, Container, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable
+from functools import reduce
 from math import inf, isfinite
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from ..arrays import Array, Mask
+from ..arrays import Array
 from ..contracts.finding import Finding, Judgement, Kind, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence
 from ..contracts.scheme import Claim, Scheme
-from ..contracts.tally import Tally
 from ..forms import Problem
 from ..numerics.statistics import Estimate
 from ..probe.step.one_step import why_unresolved
@@ -43,10 +41,13 @@ class PathTests(NamedTuple):
     growth : float
         By which factor the number of paths must grow to decide; infinite if more paths cannot.
     suspected : float
-        What `refuted` would be if the sample could be relied on: it asks for more paths, and refutes nothing.
+        Least p-value of what speaks against the claim: what `refuted` would be if the sample and its steps could be
+        relied on. It asks for more paths or finer levels, and refutes nothing; nothing is verified in spite of it.
     blind : float
         By which factor the number of paths must grow until an error shows that is as large as the claim forbids; 1
         where it would show now, infinite if more paths do not help.
+    limit : float
+        The part of `refuted` that a wrong limit has: what is held back of an order leaves it as it is.
     """
 
     verified: float
@@ -55,6 +56,17 @@ class PathTests(NamedTuple):
     growth: float = inf
     suspected: float = 1.0
     blind: float = 1.0
+    limit: float = 1.0
+
+    @property
+    def against(self) -> float:
+        """Least p-value of all that speaks against the claim, whether it may refute or not."""
+        return min(self.refuted, self.suspected)
+
+    def held(self, *why: Reason | str, growth: float = inf) -> "PathTests":
+        """Return tests that refute nothing, for a reason; what they show stays suspicious."""
+        reason = reduce(Reason.then, why, self.reason)
+        return self._replace(refuted=1.0, suspected=self.against, growth=growth, reason=reason)
 
     @classmethod
     def none(cls, reason: Reason | str, growth: float = inf) -> "PathTests":
@@ -170,9 +182,20 @@ def local_opinion(verdict: Verdict, text: str, kind: str = Kind.PLAIN) -> Opinio
     return Opinion(verdict, Reason(text, kind), 1)
 
 
-def local_doubt(text: str) -> Opinion:
-    """Return that one step does not decide, and why."""
-    return local_opinion(Verdict.INCONCLUSIVE, text)
+def local_doubt(text: str, kind: str = Kind.PLAIN, *, against: bool = False) -> Opinion:
+    """Return that one step does not decide, and why.
+
+    Parameters
+    ----------
+    text : str
+        The reason in words.
+    kind : str, optional
+        Of the reason; one step that does not follow the equation speaks against all claims of the scheme there.
+    against : bool, optional
+        Whether it speaks against the claim all the same, so that paths do not verify it; it says nothing if left out.
+    """
+    found = local_opinion(Verdict.INCONCLUSIVE, text, kind)
+    return found._replace(excluded=frozenset({Verdict.VERIFIED})) if against else found
 
 
 def is_order(claim: Claim) -> bool:
@@ -237,7 +260,7 @@ def guard(local: Opinion | None, tests: PathTests, evidence: Evidence) -> Opinio
     evidence : Evidence
     """
     if local is None or local.verdict is Verdict.INCONCLUSIVE:
-        return decide(tests, evidence).plus(local.reason if local else "")
+        return beside(local, decide(tests, evidence))
     if local.verdict is Verdict.REFUTED:
         return local
     if tests.refuted <= evidence.level:
@@ -250,14 +273,39 @@ def guard(local: Opinion | None, tests: PathTests, evidence: Evidence) -> Opinio
     return local._replace(p_refuted=tests.refuted)
 
 
+def beside(local: Opinion | None, opinion: Opinion) -> Opinion:
+    """Return what paths say of a claim that one step leaves open: they do not verify what it speaks against.
+
+    Parameters
+    ----------
+    local : Opinion or None
+        An inconclusive one of one step; None where it was not asked.
+    opinion : Opinion
+        Of the paths.
+    """
+    if local is None:
+        return opinion
+    if not local.speaks_against:
+        return opinion.plus(local.reason)
+    if opinion.verdict is Verdict.VERIFIED:
+        reason = local.reason.then(opinion.reason, ", although ")
+        opinion = opinion._replace(verdict=Verdict.INCONCLUSIVE, reason=reason)
+    else:
+        opinion = opinion.plus(local.reason)
+    return opinion._replace(p_verified=1.0, excluded=opinion.excluded | local.excluded)
+
+
 def _doubt(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]:
     """Return why paths that refute nothing are no guard, or an empty reason, and whether more of them do not help."""
     paths = {"paths": evidence.paths}
     if evidence.paths < CALIBRATED_PATHS:
         return Reason("{paths} paths are too few to guard it", Kind.GUARD, paths), True
-    if min(tests.refuted, tests.suspected) <= 1.0 - evidence.settings.confidence:
-        unlike = Reason("the paths do not look like it", Kind.GUARD)
-        return unlike.then(tests.reason, ": ").then("more of them would tell"), False
+    if tests.against <= 1.0 - evidence.settings.confidence:
+        unlike = Reason("the paths do not look like it", Kind.GUARD).then(tests.reason, ": ")
+        # What is sure and does not refute is held back: more paths leave it so.
+        held = tests.suspected <= evidence.level and tests.refuted > SUSPECT
+        more = Reason("finer levels would tell", Kind.FINER) if held else Reason("more of them would tell")
+        return unlike.then(more), False
     if tests.blind <= 1.0:
         return Reason(), True
     doubt = Reason("{paths} paths do not show an error that the claim forbids", Kind.GUARD, paths)
@@ -339,9 +387,36 @@ def with_sample(tests: PathTests, paths: int, *, heavy: bool) -> PathTests:
         return PathTests.none(f"intervals are calibrated from {CALIBRATED_PATHS} paths on", CALIBRATED_PATHS / paths)
     if paths >= DEEP_PATHS:
         return tests
-    growth = max(tests.growth, DEEP_PATHS / paths) if isfinite(tests.growth) else inf
-    refuted = 1.0 if heavy else max(tests.refuted, SHALLOW)
-    return PathTests(max(tests.verified, SHALLOW), refuted, tests.reason, growth, tests.refuted)
+    refuted, limit = (1.0 if heavy else max(p, SHALLOW) for p in (tests.refuted, tests.limit))
+    return tests._replace(
+        verified=max(tests.verified, SHALLOW),
+        refuted=refuted,
+        growth=max(tests.growth, DEEP_PATHS / paths) if isfinite(tests.growth) else inf,
+        suspected=tests.against,
+        limit=limit,
+    )
+
+
+def unlike(claim: Claim, slope: Estimate, corrected: Estimate, bias: float = 0.0) -> float:
+    """Return the p-value of the hypothesis that errors look like a claimed order.
+
+    They do not where the slope is below claim - margin; nor where it is nearer to that than to the claim, unless
+    what it tends to with a further term of the expansion is not.
+
+    Parameters
+    ----------
+    claim : Claim
+        Of an order.
+    slope, corrected : Estimate
+        On the finest levels; with a further term.
+    bias : float
+        By how much the true slope may be larger than it is found.
+    """
+    if isinstance(claim.value, str):
+        return 1.0
+    middle = claim.value - 0.5 * claim.margin
+    nearer = max(slope.p_below(middle, bias), corrected.p_below(middle, bias))
+    return min(slope.p_below(claim.value - claim.margin, bias), nearer)
 
 
 def hold_back(
@@ -366,11 +441,9 @@ def hold_back(
         How many times as many paths would make sure of it.
     """
     why = why_unresolved(evidence.view, min(evidence.step_sizes[level] for level in levels)) or coarse
-    suspected = min(tests.refuted, tests.suspected)
-    if not why or suspected == 1.0:
+    if not why or tests.against == 1.0:
         return tests
-    growth = growth if suspected <= SUSPECT else tests.growth
-    return tests._replace(refuted=1.0, suspected=suspected, growth=growth, reason=tests.reason.then(why))
+    return tests.held(why, growth=growth if tests.against <= SUSPECT else tests.growth)
 
 
 def order_in(order: float, low: float, high: float, claim: Claim) -> Reason:
@@ -393,57 +466,6 @@ def withhold_in_doubt(findings: list[Finding]) -> list[Finding]:
         return findings
     doubt = f"not confirmed: {Kind.WRONG_LIMIT} in {', '.join(wrong)}"
     return [f.withhold(doubt) if f.verdict is Verdict.VERIFIED else f for f in findings]
-
-
-def sound_levels(health: Mapping[str, Array]) -> tuple[Array, Reason]:
-    """Return the levels finer than every one that went wrong, and what went wrong.
-
-    An order is about h tending to 0: coarse levels may fail, but what fails on a finer level than another that
-    does not is no matter of too coarse a step.
-
-    Parameters
-    ----------
-    health : mapping of str to ndarray, shape (L,)
-        Counts ``failed`` of paths and ``truncated`` of steps; ``singular`` with ``singular_time``, if the problem may
-        lose its root.
-
-    Returns
-    -------
-    ndarray of int
-    Reason
-    """
-    if not (health["failed"].any() or health["truncated"].any()):
-        return np.arange(len(health["failed"])), lost_index(health)
-    wrong = {"failed paths": health["failed"] > 0, "truncated steps": health["truncated"] > 0}
-    bad = np.flatnonzero(wrong["failed paths"] | wrong["truncated steps"])
-    first = int(bad[-1]) + 1 if len(bad) else 0
-    remarks = (at_levels(name, levels) for name, levels in wrong.items() if levels.any())
-    return np.arange(first, len(health["failed"])), Reason.of(*remarks, lost_index(health))
-
-
-def sound_levels_of(evidence: Evidence) -> tuple[Array, Reason]:
-    """Return the sound levels of a cell, found once for all its quantities; see `sound_levels`."""
-    return evidence.health.read(_read_sound_levels)
-
-
-def _read_sound_levels(health: Tally) -> tuple[Array, Reason]:
-    return sound_levels(health.sums)
-
-
-def lost_index(health: Mapping[str, Array]) -> Reason:
-    """Return where the problem itself loses its root, at the finest level where it does, or an empty reason."""
-    if "singular" not in health or not (count := health["singular"]).any():
-        return Reason()
-    level = int(np.flatnonzero(count)[-1])
-    figures = {"paths": count[level], "time": health["singular_time"][level] / count[level]}
-    text = "du/dy is singular on {paths:.0f} paths, at t = {time:.3g} in the mean: there the solution ends"
-    return Reason(text, Kind.LOST_INDEX, figures)
-
-
-def at_levels(what: str, levels: Mask) -> str:
-    """Return at how many levels something happened."""
-    count = int(levels.sum())
-    return f"{what} at {count} level{'' if count == 1 else 's'}"
 
 
 def no_fit(evidence: Evidence, covered: Coverage, left_out: Reason) -> Opinion:

@@ -98,7 +98,7 @@ class Alike(Record):
         self.left_out = leave_out(sums, counts)
         compared = self.left_out[..., -1:] if coupled else self.left_out[..., 1:]
         differences = self.left_out[..., :-1] - compared
-        self.means, self.differences = of_each(self.left_out), of_each(differences)
+        self.means, self.differences, self.off = of_each(self.left_out), of_each(differences), differences
         # Of all levels, those that no slope is fitted to included.
         with np.errstate(all="ignore"):
             self.logarithms = Logarithms(h, np.log2(np.abs(differences)))
@@ -107,6 +107,12 @@ class Alike(Record):
     def changes(self, levels: Array) -> tuple[Estimate, ...]:
         """Return E [phi(x_l) - phi(x_k)] of each, l and k being the first level and the one after the last."""
         return estimates(self.left_out[..., levels[0]] - self.left_out[..., levels[-1] + 1])
+
+    @once
+    def grown(self, levels: Array) -> list[tuple[Estimate, ...]]:
+        """Return by how much the last of some differences of each is larger than those before it."""
+        sizes = np.abs(self.off[..., levels])
+        return of_each(sizes[..., -1:] - sizes[..., :-1])
 
 
 @dataclass(frozen=True)
@@ -186,6 +192,10 @@ class Means(Sloped):
     def change(self, levels: Array) -> Estimate:
         """Return E [phi(x_l) - phi(x_k)], l being the coarsest and k the finest level of some differences."""
         return self.alike.changes(levels)[self.place]
+
+    def grown(self, levels: Array) -> tuple[Estimate, ...]:
+        """Return by how much the last of some differences is larger in size than each of those before it."""
+        return self.alike.grown(levels)[self.place]
 
     def least_signal(self, levels: Array) -> float:
         """Return the least ratio of a difference to its standard error on some levels."""

@@ -18,7 +18,7 @@ import scipy
 from ..arrays import Array
 from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure
-from ..contracts.scheme import Claim, Scheme
+from ..contracts.scheme import Claim, Scheme, flatten
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally, packed, unpacked
 from ..errors import FAULTS, one_line
@@ -27,6 +27,7 @@ from ..forms.truths import MeanSquareStability
 from ..probe.linear.affine import AFFINE
 from ..probe.linear.delay_equation import LARGE, SMALL, UNIT
 from ..probe.linear.delay_step import limits
+from ..probe.stability.spectral import DENSE
 from ..probe.stability.stability import StabilityRecord, delay_stability, no_delay_stability, no_stability, stability
 from ..probe.stability.windows import describe_windows, find_undecided, smallest_boundary
 from ..registry.hookspecs import hookimpl
@@ -67,7 +68,7 @@ class Stability(Measure):
         try:
             if delayed := view.capability(Delayed):
                 return no_delay_stability(scheme, delayed)
-            return no_stability(scheme, view)
+            return no_stability(scheme, view) or _unasked(scheme, view)
         except FAULTS as error:
             # Nothing obliges a problem to have coefficients far from its solutions.
             return f"linearity cannot be tested: {one_line(error)}"
@@ -99,6 +100,16 @@ class Stability(Measure):
 def sdaeverify_measures() -> list[Measure]:
     """Register the measure."""
     return [Stability()]
+
+
+def _unasked(scheme: Scheme, view: Problem) -> str:
+    """Return that second moments are dear and no claim is about them, or an empty string."""
+    if any(claim.measure == Stability.name for claim in scheme.promises):
+        return ""
+    k = len(flatten(scheme.start(view, 1, view.horizon)))
+    if k * (k + 1) // 2 <= DENSE:
+        return ""
+    return f"second moments of {k} numbers are no small matrix, and no claim is about them"
 
 
 def _finding(evidence: Evidence, name: str, record: StabilityRecord) -> Finding:

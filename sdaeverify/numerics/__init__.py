@@ -9,6 +9,7 @@ from .derivatives import (
     matches_differences,
     second_directional,
 )
+from .lambert import lambert_of_log
 from .linalg import (
     Dense,
     Elimination,
@@ -41,6 +42,7 @@ __all__ = [
     "is_analytic",
     "jacobian",
     "jacobian_at_once",
+    "lambert_of_log",
     "largest",
     "matches_differences",
     "newton",

@@ -48,6 +48,11 @@ class SchemeEntry:
     variants: tuple[Scheme, ...]
     origin: Origin
 
+    @property
+    def on_request(self) -> bool:
+        """Whether a run of everything leaves it out."""
+        return all(scheme.on_request for scheme in self.variants)
+
     def make(self, texts: Mapping[str, str] | None = None) -> Scheme:
         """Return the scheme with parameters given as the texts of a label.
 

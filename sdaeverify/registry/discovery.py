@@ -179,6 +179,8 @@ def load_source(file: Path, source: bytes) -> ModuleType:
     code = compile(source, str(file), "exec", dont_inherit=True)
     module = ModuleType(name)
     module.__file__ = str(file)
+    # It is what runs, whatever is saved there later.
+    vars(module)["__source__"] = source
     sys.modules[name] = module
     try:
         exec(code, module.__dict__)

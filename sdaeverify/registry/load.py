@@ -6,7 +6,6 @@ A plugin that fails in any way is left out as a whole; its row says why.
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import redirect_stdout
 from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.metadata import EntryPoint
@@ -45,6 +44,7 @@ from .discovery import (
     submodules,
     warn_unmatched,
 )
+from .foreign_code import printed_to_stderr, same_folder
 from .rehearsal import rehearse
 
 Entry = TypeVar("Entry")
@@ -171,13 +171,15 @@ def load_registry(
         If a file cannot be used, or a plugin is broken and that is not allowed.
     """
     # What a plugin prints as it loads is no result.
-    with redirect_stdout(sys.stderr):
+    with printed_to_stderr(), same_folder():
         return _load(paths, os.environ if environ is None else environ, lab=lab)
 
 
 def _load(paths: Sequence[str | Path], environ: Mapping[str, str], *, lab: bool) -> Registry:
     if isinstance(paths, str | bytes | Path) or not isinstance(paths, Iterable):
         raise UsageError(f"plugins expects a list of Python files, got {paths!r:.200}")
+    # Before any plugin is loaded, which might change the folder that they are relative to.
+    files = tuple(dict.fromkeys(str(absolute(path)) for path in paths))
     settings = read_settings(environ)
     entries, further, outcomes = entry_points(), entry_points(LAB), list[LoadedPlugin]()
     for entry in (*entries, *further) if lab else entries:
@@ -185,7 +187,6 @@ def _load(paths: Sequence[str | Path], environ: Mapping[str, str], *, lab: bool)
     outcomes += [] if lab else [_for_the_lab(origin_of(entry), settings.disabled) for entry in further]
     if settings.strict:
         _refuse_broken([outcome.row for outcome in outcomes])
-    files = tuple(dict.fromkeys(str(absolute(path)) for path in paths))
     for file in files:
         outcomes.append(_from_file(file, outcomes))
     known = {entry.name for entry in (*entries, *further)} | {outcome.row.name for outcome in outcomes}

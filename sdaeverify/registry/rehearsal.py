@@ -4,6 +4,7 @@ Loading a plugin runs code that nobody has seen: it may exit, crash, hang or rai
 processes cannot be forked nothing is rehearsed.
 """
 
+import ctypes
 import faulthandler
 import os
 import select
@@ -22,6 +23,8 @@ SECONDS = 60.0
 CAME_BACK = b"\n"
 LONGEST = 2000
 PERIOD = 0.5
+# The number of an option of prctl: which signal a process gets when its parent dies.
+DEATH_SIGNAL = 1
 
 
 def rehearse(deed: Callable[[], object], seconds: float = SECONDS) -> str:
@@ -59,6 +62,7 @@ def _perform(deed: Callable[[], object], tell: int) -> NoReturn:
     try:
         # All that it starts can be ended with it.
         os.setsid()
+        _die_with_parent()
         _close_streams()
         deed()
     except FAULTS:
@@ -69,6 +73,13 @@ def _perform(deed: Callable[[], object], tell: int) -> NoReturn:
     finally:
         os.write(tell, CAME_BACK + words.encode(errors="replace")[:LONGEST])
         os._exit(0)
+
+
+def _die_with_parent() -> None:
+    # Nobody else ends it where the program is ended meanwhile; code that hangs hears of nothing but a signal.
+    if sys.platform == "linux":
+        with suppress(OSError, AttributeError):
+            ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGKILL)
 
 
 def _close_streams() -> None:

@@ -18,7 +18,7 @@ from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec, check_scheme, describe, problem_spec, unknown
 from ..errors import UsageError
 from ..forms import Problem
-from .contributions import SchemeEntry
+from .contributions import ProblemEntry, SchemeEntry
 from .load import Registry
 
 Texts = Mapping[str, str] | None
@@ -49,7 +49,7 @@ def select_schemes(registry: Registry, wanted: str | Scheme | Sequence[str | Sch
     ----------
     registry : Registry
     wanted : sequence of str or Scheme
-        Patterns and schemes, mixed; empty for all variants of everything.
+        Patterns and schemes, mixed; empty for all variants of everything that is not marked as run on request.
 
     Raises
     ------
@@ -58,15 +58,10 @@ def select_schemes(registry: Registry, wanted: str | Scheme | Sequence[str | Sch
     ParameterError
         If a parameter is unknown or its value is not accepted.
     """
-    chosen: list[Scheme] = []
-    for item in _items("scheme", wanted):
-        if isinstance(item, str):
-            for entry, texts, is_glob in _matches("scheme", item, registry.schemes):
-                chosen += entry.variants if is_glob and texts is None else [entry.make(texts)]
-        else:
-            check_scheme(item)
-            _require_own_name(item, registry)
-            chosen.append(item)
+    if not wanted and not isinstance(wanted, str):
+        chosen = [one for entry in registry.schemes.values() if not entry.on_request for one in entry.variants]
+    else:
+        chosen = list(_chosen_schemes(registry, wanted))
     unique = _unique("scheme", chosen, type)
     return sorted(unique, key=lambda scheme: (scheme.name, _position(scheme, registry.schemes), scheme.label))
 
@@ -75,7 +70,7 @@ def select_problems(
     registry: Registry,
     wanted: str | ProblemSpec | Callable[..., Problem] | Sequence[str | ProblemSpec | Callable[..., Problem]] = (),
 ) -> list[ProblemSpec]:
-    """Return the recipes of the problems that are meant, without repetition, sorted by name and label.
+    """Return the recipes of the problems that are meant, without repetition, in the order of the registry.
 
     Parameters
     ----------
@@ -100,7 +95,8 @@ def select_problems(
                 chosen += entry.variants if is_glob and texts is None else [entry.make(texts)]
         else:
             chosen.append(_recipe(item))
-    return sorted(_unique("problem", chosen, lambda spec: spec.function), key=lambda spec: (spec.name, spec.label))
+    unique = _unique("problem", chosen, lambda spec: spec.function)
+    return sorted(unique, key=lambda spec: (spec.name, _place_in_matrix(spec, registry.problems), spec.label))
 
 
 def select_measures(registry: Registry, wanted: Any = ()) -> list[Any]:
@@ -146,6 +142,17 @@ def only(kind: str, wanted: object, found: Sequence[Entry]) -> Entry:
     return found[0]
 
 
+def _chosen_schemes(registry: Registry, wanted: Any) -> Iterator[Scheme]:
+    for item in _items("scheme", wanted):
+        if isinstance(item, str):
+            for entry, texts, is_glob in _matches("scheme", item, registry.schemes):
+                yield from entry.variants if is_glob and texts is None else [entry.make(texts)]
+        else:
+            check_scheme(item)
+            _require_own_name(item, registry)
+            yield item
+
+
 def _require_own_name(scheme: Scheme, registry: Registry) -> None:
     """Check that no other scheme is registered under the name of a given one: controls are found by their names."""
     entry = registry.schemes.get(scheme.name)
@@ -189,6 +196,11 @@ def _unique(kind: str, things: Iterable[Thing], identity: Callable[[Thing], obje
 def _position(scheme: Scheme, entries: Mapping[str, SchemeEntry]) -> int:
     variants = [variant.label for variant in entries[scheme.name].variants] if scheme.name in entries else []
     return variants.index(scheme.label) if scheme.label in variants else len(variants)
+
+
+def _place_in_matrix(spec: ProblemSpec, entries: Mapping[str, ProblemEntry]) -> int:
+    labels = [known.label for known in entries[spec.name].in_matrix] if spec.name in entries else []
+    return labels.index(spec.label) if spec.label in labels else len(labels)
 
 
 def _recipe(item: object) -> ProblemSpec:

@@ -6,11 +6,10 @@ from html import escape
 from math import isnan
 
 from ..errors import UsageError
+from .cells import Row, text
 from .plain import visible
-from .reading import Row, read_row, text
 from .sentences import (
     ATTENTION,
-    Pair,
     claim_in_words,
     counts_of,
     ending,
@@ -19,6 +18,7 @@ from .sentences import (
     mark,
     quantity_lines,
 )
+from .verdict_row import VerdictRow
 
 WIDTH = 80
 # Rows of a table in a notebook.
@@ -34,22 +34,23 @@ class CellView:
     ----------
     scheme, problem : str
         Labels.
-    rows, absent : tuple of mapping
-        Of the verdicts, and of what does not apply.
+    rows : tuple of VerdictRow
+    absent : tuple of mapping
+        Of what does not apply.
     """
 
     scheme: str
     problem: str
-    rows: tuple[Row, ...]
+    rows: tuple[VerdictRow, ...]
     absent: tuple[Row, ...]
 
     @classmethod
-    def of(cls, rows: Sequence[Row], absent: Sequence[Row], scheme: str, problem: str) -> "CellView":
+    def of(cls, rows: Sequence[VerdictRow], absent: Sequence[Row], scheme: str, problem: str) -> "CellView":
         """Return the view of a cell.
 
         Parameters
         ----------
-        rows : sequence of Row
+        rows : sequence of VerdictRow
             Quantities that were claimed or measured.
         absent : sequence of Row
             Cells that were not applicable, with reasons.
@@ -61,53 +62,49 @@ class CellView:
         UsageError
             If there is no such cell.
         """
-        found = [[r for r in all_ if (r["scheme"], r["problem"]) == (scheme, problem)] for all_ in (rows, absent)]
-        if not any(found):
+        found = tuple(row for row in rows if (row.scheme, row.problem) == (scheme, problem))
+        lacking = tuple(row for row in absent if (row["scheme"], row["problem"]) == (scheme, problem))
+        if not (found or lacking):
             raise UsageError(f"the result has no cell of {scheme!r:.200} on {problem!r:.200}")
-        return cls(scheme, problem, *map(tuple, found))
+        return cls(scheme, problem, found, lacking)
 
     def __repr__(self) -> str:
         title = visible(f"{self.scheme} on {self.problem}")
-        lines = [line.text for pair in _pairs(self.rows) for line in quantity_lines(pair, WIDTH, brief=True)]
+        lines = [line.text for row in self.rows for line in quantity_lines(row, WIDTH, brief=True)]
         return "\n".join([title, *lines, *_absent(self.absent)])
 
     def _repr_html_(self) -> str:
         absent = "".join(f"<p>{escape(line)}</p>" for line in _absent(self.absent))
-        return f"<h4>{escape(visible(f'{self.scheme} on {self.problem}'))}</h4>{_table(_pairs(self.rows))}{absent}"
+        return f"<h4>{escape(visible(f'{self.scheme} on {self.problem}'))}</h4>{_table(self.rows)}{absent}"
 
 
-def result_text(rows: Sequence[Row], absent: Sequence[Row] = ()) -> str:
+def result_text(rows: Sequence[VerdictRow], absent: Sequence[Row] = ()) -> str:
     """Return a result for a prompt: the counts, what needs attention, the schemes by measure."""
-    return "\n".join(line.text for line in ending(counts_of(rows, absent), _pairs(rows), [], WIDTH)).rstrip()
+    return "\n".join(line.text for line in ending(counts_of(rows, absent), rows, [], WIDTH)).rstrip()
 
 
-def result_html(rows: Sequence[Row], absent: Sequence[Row] = ()) -> str:
+def result_html(rows: Sequence[VerdictRow], absent: Sequence[Row] = ()) -> str:
     """Return a result for a notebook: the counts, and a table with what needs attention first."""
     sentence = escape(counts_of(rows, absent))
-    pairs = sorted(_pairs(rows), key=lambda pair: pair[1].verdict not in ATTENTION)
-    more = f"<p>and {len(pairs) - MOST} more: .verdicts has all</p>" if len(pairs) > MOST else ""
-    return f"<p><b>{sentence}</b></p>{_table(pairs[:MOST])}{more}"
-
-
-def _pairs(rows: Sequence[Row]) -> list[Pair]:
-    return [(row, read_row(row)) for row in rows]
+    worst = sorted(rows, key=lambda row: row.verdict not in ATTENTION)
+    more = f"<p>and {len(worst) - MOST} more: .verdicts has all</p>" if len(worst) > MOST else ""
+    return f"<p><b>{sentence}</b></p>{_table(worst[:MOST])}{more}"
 
 
 def _absent(rows: Sequence[Row]) -> list[str]:
     return [visible(f"{text(row, 'measure')} does not apply: {text(row, 'reason')}") for row in rows]
 
 
-def _table(pairs: Sequence[Pair]) -> str:
+def _table(rows: Sequence[VerdictRow]) -> str:
     head = "".join(f"<th>{escape(name)}</th>" for name in HEADINGS)
-    rows = ("".join(f"<td>{escape(visible(cell))}</td>" for cell in _cells(pair)) for pair in pairs)
-    body = "".join(f"<tr>{row}</tr>" for row in rows)
+    lines = ("".join(f"<td>{escape(visible(cell))}</td>" for cell in _cells(row)) for row in rows)
+    body = "".join(f"<tr>{line}</tr>" for line in lines)
     return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
 
-def _cells(pair: Pair) -> tuple[str, ...]:
-    row, reading = pair
-    local = "" if isnan(reading.local_order) else f"{reading.local_order:.2f}"
-    along = interval(reading.path) or (estimate_in_words(reading) if not local else "")
-    names = (text(row, "scheme"), text(row, "problem"), f"{text(row, 'measure')} {text(row, 'quantity')}".strip())
-    symbol = f"{mark(reading.verdict)} {reading.verdict}"
-    return symbol, *names, claim_in_words(reading), local, along, reading.decided_by, reading.reason
+def _cells(row: VerdictRow) -> tuple[str, ...]:
+    local = "" if isnan(row.local_order) else f"{row.local_order:.2f}"
+    along = interval(row.path) or (estimate_in_words(row) if not local else "")
+    names = (row.scheme, row.problem, f"{row.measure} {row.quantity}".strip())
+    symbol = f"{mark(row.verdict)} {row.verdict}"
+    return symbol, *names, claim_in_words(row), local, along, row.decided_by, row.reason

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import UsageError
+from .cells import Row, number, text
 from .folders import NAMES
-from .reading import Interval, Reading, Row, claimed_order, number, read_row, text
 from .sentences import ABSENT, SYMBOLS
+from .verdict_row import Interval, VerdictRow
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,13 +36,14 @@ class Plots:
 
     Parameters
     ----------
-    rows, levels, details : sequence of mapping
-        Of the verdicts, of the levels, and of the details of all measures.
+    rows : sequence of VerdictRow
+    levels, details : sequence of mapping
+        Rows of the levels, and of the details of all measures.
     confidence : float
         Of intervals.
     """
 
-    rows: Sequence[Row]
+    rows: Sequence[VerdictRow]
     levels: Sequence[Row]
     details: Sequence[Row] = ()
     confidence: float = 0.99
@@ -62,7 +64,7 @@ class Plots:
         UsageError
             If there is nothing to draw, or no matplotlib.
         """
-        row, reading = self._one(scheme=scheme, problem=problem, measure=measure, quantity=quantity)
+        row = self._one(scheme=scheme, problem=problem, measure=measure, quantity=quantity)
         ax, points = _axes(ax), list(self._points(row))
         if not points:
             raise UsageError(f"nothing to draw: {_name(row)} has no levels")
@@ -71,7 +73,7 @@ class Plots:
         ax.errorbar(h, np.abs(e), reach, fmt="none", ecolor="0.6", capsize=2)
         ax.plot(h[fitted], np.abs(e)[fitted], "o", color="C0", label="fitted")
         ax.plot(h[~fitted], np.abs(e)[~fitted], "o", mfc="none", color="C0", label="not fitted")
-        for slope, label, style in _slopes(reading):
+        for slope, label, style in _slopes(row):
             kept = fitted if fitted.any() else np.ones_like(fitted)
             middle = (fmean(np.log(h[kept])), fmean(np.log(np.abs(e)[kept])))
             ax.plot(h, np.exp(middle[1] + slope * (np.log(h) - middle[0])), style, label=f"{label} {slope:.2f}")
@@ -80,11 +82,10 @@ class Plots:
     def matrix(self, measure: str = "", ax: Axes | None = None) -> Axes:
         """Draw schemes against problems: the worst verdict of each cell, with its symbol and how many there are."""
         ax, found = _axes(ax), self._choose(measure=measure)
-        schemes = sorted({text(row, "scheme") for row, _ in found})
-        problems = sorted({text(row, "problem") for row, _ in found})
+        schemes, problems = sorted({row.scheme for row in found}), sorted({row.problem for row in found})
         for y, scheme in enumerate(schemes):
             for x, problem in enumerate(problems):
-                here = [r.verdict for row, r in found if (row["scheme"], row["problem"]) == (scheme, problem)]
+                here = [row.verdict for row in found if (row.scheme, row.problem) == (scheme, problem)]
                 worst = next((verdict for verdict in SYMBOLS if verdict in here), ABSENT)
                 hatch = "///" if worst == "inconclusive" else ""
                 ax.add_patch(_square(x, y, COLOURS[worst], hatch))
@@ -110,19 +111,19 @@ class Plots:
         """
         ax = _axes(ax)
         found = [
-            (row, reading, *_order(reading))
-            for row, reading in self._choose(measure=measure, scheme=scheme, problem=problem)
-            if _order(reading)[0].known and isfinite(_order(reading)[0].value)
+            (row, *_order(row))
+            for row in self._choose(measure=measure, scheme=scheme, problem=problem)
+            if _order(row)[0].known and isfinite(_order(row)[0].value)
         ]
         if not found:
             raise UsageError(f"nothing to draw: no {measure} order is known")
-        for y, (_, reading, known, sampled) in enumerate(found):
+        for y, (row, known, sampled) in enumerate(found):
             if isfinite(known.low) and isfinite(known.high):
                 ax.plot([known.low, known.high], [y, y], "-", color="C0")
             ax.plot([known.value], [y], "o", color="C0", mfc="C0" if sampled else "none")
-            if not isnan(claim := claimed_order(reading.claim)):
+            if not isnan(claim := row.claimed_order):
                 ax.plot([claim], [y], "|", color="C2", ms=12)
-                ax.plot([claim - reading.margin], [y], "|", color="C1", ms=12)
+                ax.plot([claim - row.margin], [y], "|", color="C1", ms=12)
         ax.set_yticks(range(len(found)), [_name(row) for row, *_ in found], fontsize=7)
         ax.set_ylim(len(found) - 0.5, -0.5)
         ax.set_xlabel("order")
@@ -167,14 +168,14 @@ class Plots:
             Where to; a new figure if left out.
         """
         times = {_key(row): number(row, "step_seconds") for row in self.details}
-        row, _ = self._one(measure=measure, problem=problem, quantity=quantity)
-        ax, names = _axes(ax), {"problem": text(row, "problem"), "quantity": text(row, "quantity")}
-        for (one, _), marker in zip(self._choose(measure=measure, **names), cycle(MARKERS), strict=False):
-            known = times.get(_key(one), nan)
+        row = self._one(measure=measure, problem=problem, quantity=quantity)
+        ax, names = _axes(ax), {"problem": row.problem, "quantity": row.quantity}
+        for one, marker in zip(self._choose(measure=measure, **names), cycle(MARKERS), strict=False):
+            known = times.get(_key_of(one), nan)
             points = [(known * number(level, "steps"), abs(number(level, "estimate"))) for level in self._levels(one)]
             points = sorted(point for point in points if point[0] > 0.0 and point[1] > 0.0)
             if points:
-                ax.plot(*zip(*points, strict=True), marker=marker, mfc="none", lw=1, label=text(one, "scheme"))
+                ax.plot(*zip(*points, strict=True), marker=marker, mfc="none", lw=1, label=one.scheme)
         title = f"{measure} {names['quantity']} on {names['problem']}"
         return _label(_require_lines(ax, title), title, "seconds a path", "error")
 
@@ -212,32 +213,33 @@ class Plots:
         return ax
 
     def _draw_errors(self, measure: str, problem: str, quantity: str, label: str, ax: Axes | None) -> Axes:
-        row, _ = self._one(measure=measure, problem=problem, quantity=quantity)
-        ax, names = _axes(ax), {"problem": text(row, "problem"), "quantity": text(row, "quantity")}
-        for (one, _), marker in zip(self._choose(measure=measure, **names), cycle(MARKERS), strict=False):
+        row = self._one(measure=measure, problem=problem, quantity=quantity)
+        ax, names = _axes(ax), {"problem": row.problem, "quantity": row.quantity}
+        for one, marker in zip(self._choose(measure=measure, **names), cycle(MARKERS), strict=False):
             points = sorted((h, abs(e)) for h, e, *_ in self._points(one) if e)
             if points:
-                ax.plot(*zip(*points, strict=True), marker=marker, mfc="none", lw=1, label=text(one, "scheme"))
+                ax.plot(*zip(*points, strict=True), marker=marker, mfc="none", lw=1, label=one.scheme)
         return _label(ax, f"{measure} {names['quantity']} on {names['problem']}", "step size h", label)
 
-    def _choose(self, **wanted: str) -> list[tuple[Row, Reading]]:
-        return [(row, read_row(row)) for row in self.rows if _fits(row, wanted)]
+    def _choose(self, **wanted: str) -> list[VerdictRow]:
+        return [row for row in self.rows if _fits(row.cells, wanted)]
 
-    def _one(self, **wanted: str) -> tuple[Row, Reading]:
+    def _one(self, **wanted: str) -> VerdictRow:
         found = self._choose(**wanted)
         if not found:
             told = ", ".join(f"{key} {name!r:.200}" for key, name in wanted.items() if name)
             raise UsageError(f"nothing to draw: the result has no {told}")
         return found[0]
 
-    def _points(self, row: Row) -> Iterator[tuple[float, float, float, bool]]:
+    def _points(self, row: VerdictRow) -> Iterator[tuple[float, float, float, bool]]:
         for level in self._levels(row):
             e, spread = number(level, "estimate"), number(level, "std_error")
             told = text(level, "fitted")
             yield number(level, "h"), e, spread, told == "True" if told else not spread or abs(e) > 3.0 * spread
 
-    def _levels(self, row: Row) -> list[Row]:
-        return [level for level in self.levels if _key(level) == _key(row) and not isnan(number(level, "estimate"))]
+    def _levels(self, row: VerdictRow) -> list[Row]:
+        own = [level for level in self.levels if _key(level) == _key_of(row)]
+        return [level for level in own if not isnan(number(level, "estimate"))]
 
 
 FULL = {"refuted", "diverged", "error", "verified"}
@@ -261,6 +263,10 @@ def _key(row: Row) -> tuple[str, ...]:
     return tuple(text(row, name) for name in NAMES)
 
 
+def _key_of(row: VerdictRow) -> tuple[str, ...]:
+    return row.scheme, row.problem, row.measure, row.quantity
+
+
 def _require_lines(ax: Axes, what: str) -> Axes:
     if not ax.lines:
         raise UsageError(f"nothing to draw: {what} has no measured times")
@@ -279,23 +285,22 @@ def _label(ax: Axes, title: str, x: str, y: str) -> Axes:
     return ax
 
 
-def _name(row: Row) -> str:
-    return f"{text(row, 'scheme')} on {text(row, 'problem')}, {text(row, 'measure')} {text(row, 'quantity')}"
+def _name(row: VerdictRow) -> str:
+    return f"{row.scheme} on {row.problem}, {row.measure} {row.quantity}"
 
 
-def _order(reading: Reading) -> tuple[Interval, bool]:
+def _order(row: VerdictRow) -> tuple[Interval, bool]:
     """Return the order that is known, and whether it is of paths."""
-    if reading.path.known:
-        return reading.path, True
-    if "order" in reading.value_of:
-        return reading.value, False
-    return Interval(reading.local_order), False
+    if row.path.known:
+        return row.path, True
+    if "order" in row.value_of:
+        return row.estimate, False
+    return Interval(row.local_order), False
 
 
-def _slopes(reading: Reading) -> Iterator[tuple[float, str, str]]:
-    if reading.path.known:
-        yield reading.path.value, "slope", "-C0"
-    claim = claimed_order(reading.claim)
-    if not isnan(claim):
+def _slopes(row: VerdictRow) -> Iterator[tuple[float, str, str]]:
+    if row.path.known:
+        yield row.path.value, "slope", "-C0"
+    if not isnan(claim := row.claimed_order):
         yield claim, "claim", "--C2"
-        yield claim - reading.margin, "claim - margin", ":C1"
+        yield claim - row.margin, "claim - margin", ":C1"

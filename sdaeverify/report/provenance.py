@@ -12,8 +12,8 @@ from importlib.metadata import PackageNotFoundError, version
 
 from ..noise.brownian import fingerprint
 from ..registry.load import Registry
-from ..store.keys import thing_source
-from ..store.sources import framework_source
+from ..store.code import framework_code
+from ..store.keys import describe_code
 from ..study import Study
 from .folders import SCHEMA
 
@@ -47,9 +47,9 @@ def provenance(registry: Registry, study: Study, arguments: Sequence[str]) -> di
         "files": list(registry.files),
         "settings": {**asdict(settings), "steps": list(settings.steps)},
         "code": {
-            "framework": framework_source(),
-            "schemes": {scheme.label: thing_source(scheme, type(scheme).__module__) for scheme in schemes},
-            "problems": {spec.label: thing_source(spec.function, spec.function.__module__) for spec in specs},
+            "framework": framework_code(),
+            "schemes": {scheme.label: describe_code(type(scheme)) for scheme in schemes},
+            "problems": {spec.label: describe_code(spec.function) for spec in specs},
         },
     }
 

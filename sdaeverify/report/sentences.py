@@ -2,11 +2,11 @@
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from math import inf, isfinite, isnan
+from math import inf, isfinite, isinf, isnan
 from typing import NamedTuple
 
 from .plain import TOGETHER, in_columns, visible, wrap_text
-from .reading import ORDER, Interval, Reading, Row, text
+from .verdict_row import ORDER, Interval, VerdictRow
 
 WORDS = {"out_of_scope": "without a claim", "not_run": "not run", "error": "in error"}
 # Symbol, letter where only ASCII can be shown, style; worst first.
@@ -29,8 +29,6 @@ FEW, MANY = 2, 5
 # Schemes that are named in one line.
 MOST_NAMED = 3
 
-Pair = tuple[Row, Reading]
-
 
 class PlainLine(NamedTuple):
     """A line of words, and the verdict in whose style it is shown; empty for none."""
@@ -50,13 +48,13 @@ def counts_in_words(verdicts: Iterable[str]) -> str:
     return f"{total} {'quantity' if total == 1 else 'quantities'}: {', '.join(parts)}{tail}"
 
 
-def counts_of(rows: Iterable[Row], absent: Sequence[Row]) -> str:
+def counts_of(rows: Iterable[VerdictRow], absent: Iterable[object]) -> str:
     """Return in one sentence how many rows have which verdict, those of what does not apply included."""
-    return counts_in_words([*(text(row, "verdict") for row in rows), *(ABSENT for _ in absent)])
+    return counts_in_words([*(row.verdict for row in rows), *(ABSENT for _ in absent)])
 
 
 def ending(
-    sentence: str, pairs: Sequence[Pair], notes: Sequence[str], width: int, *, plain: bool = False
+    sentence: str, rows: Sequence[VerdictRow], notes: Sequence[str], width: int, *, plain: bool = False
 ) -> list[PlainLine]:
     """Return the end of a run: counts, what needs attention, each scheme by measure, where to look further.
 
@@ -64,7 +62,7 @@ def ending(
     ----------
     sentence : str
         The counts.
-    pairs : sequence of (row, Reading)
+    rows : sequence of VerdictRow
         Of all that applies.
     notes : sequence of str
         What follows at the end, a paragraph each.
@@ -76,26 +74,26 @@ def ending(
     first = [PlainLine(line) for line in wrap_text(sentence, width)]
     last = [PlainLine(line) for note in notes for line in wrap_text(visible(note), width, "  ")]
     room = MOST_LINES - len(first) - len(last) - 2
-    needs, schemes = list(_attention(pairs, width, plain=plain)), by_scheme(pairs, width, plain=plain)
+    needs, schemes = list(_attention(rows, width, plain=plain)), by_scheme(rows, width, plain=plain)
     share = max(room - len(schemes), room // 2)
     shown = _fit(needs, share, "more of them; show --open has all")
     table = [[line] for line in schemes]
     return [*first, *_space(shown), *_space(_fit(table, room - len(shown), "more schemes; show has all")), *last]
 
 
-def estimate_in_words(reading: Reading) -> str:
+def estimate_in_words(row: VerdictRow) -> str:
     """Return what was found: the order along paths, else the local one, else what the measure estimates."""
-    if reading.path.known:
-        return f"{interval(reading.path)} along paths"
-    if reading.local_order == inf:
+    if row.path.known:
+        return f"{interval(row.path)} along paths"
+    if row.local_order == inf:
         return "exact in one step"
-    if not isnan(reading.local_order):
-        return f"{reading.local_order:.2f} in one step"
-    if not reading.value.known:
+    if not isnan(row.local_order):
+        return f"{row.local_order:.2f} in one step"
+    if not row.estimate.known:
         return ""
-    if ORDER in reading.value_of:
-        return interval(reading.value)
-    return f"{reading.value.value:.4g} ({reading.value_of})"
+    if ORDER in row.value_of:
+        return interval(row.estimate)
+    return f"{row.value:.4g} ({row.value_of})"
 
 
 def interval(estimate: Interval, digits: int = 2) -> str:
@@ -108,11 +106,18 @@ def interval(estimate: Interval, digits: int = 2) -> str:
     return f"{estimate.value:.{digits}f}{ends}"
 
 
-def claim_in_words(reading: Reading) -> str:
+def claim_in_words(row: VerdictRow) -> str:
     """Return a claim with its margin."""
-    if not reading.claim:
+    if not row.claim:
         return "no claim"
-    return reading.claim + (f" (margin {reading.margin:g})" if not isnan(reading.margin) else "")
+    return row.claim + (f" (margin {row.margin:g})" if not isnan(row.margin) else "")
+
+
+def resolution_in_words(row: VerdictRow) -> str:
+    """Return which errors of the limit the evidence would have shown; empty where nothing is said of a limit."""
+    if isnan(row.resolution):
+        return ""
+    return "no resolution" if isinf(row.resolution) else f"resolution {row.resolution:.2g}"
 
 
 def mark(verdict: str, *, plain: bool = False) -> str:
@@ -120,45 +125,45 @@ def mark(verdict: str, *, plain: bool = False) -> str:
     return SYMBOLS[verdict][plain]
 
 
-def other_value(reading: Reading) -> str:
+def other_value(row: VerdictRow) -> str:
     """Return what the measure estimates where no order of one step is known."""
-    return estimate_in_words(reading) if reading.value.known and isnan(reading.local_order) else ""
+    return estimate_in_words(row) if row.estimate.known and isnan(row.local_order) else ""
 
 
-def quantity_lines(pair: Pair, width: int, *, plain: bool = False, brief: bool = False) -> Iterator[PlainLine]:
+def quantity_lines(row: VerdictRow, width: int, *, plain: bool = False, brief: bool = False) -> Iterator[PlainLine]:
     """Yield all that is known of a quantity: claim, orders, what decides and guards, why.
 
     Parameters
     ----------
-    pair : (row, Reading)
+    row : VerdictRow
     width : int
     plain : bool
         Whether only ASCII can be shown.
     brief : bool
         Whether the measure is named and the reason left out.
     """
-    row, reading = pair
     told = [
-        claim_in_words(reading),
-        "" if isnan(reading.local_order) else f"local order {reading.local_order:.3f}",
-        f"order along paths {interval(reading.path, 3)}" if reading.path.known else "",
-        other_value(reading),
-        f"decided by {reading.decided_by}" if reading.decided_by else "",
-        f"guarded by {reading.guarded_by}" if reading.guarded_by else "",
+        claim_in_words(row),
+        "" if isnan(row.local_order) else f"local order {row.local_order:.3f}",
+        f"order along paths {interval(row.path, 3)}" if row.path.known else "",
+        other_value(row),
+        f"decided by {row.decided_by}" if row.decided_by else "",
+        f"guarded by {row.guarded_by}" if row.guarded_by else "",
+        resolution_in_words(row),
     ]
-    name = f"{text(row, 'measure')} {text(row, 'quantity')}" if brief else text(row, "quantity")
-    head = f"  {mark(reading.verdict, plain=plain)} {visible(name)}: {visible('; '.join(filter(None, told)))}"
-    yield from (PlainLine(line, reading.verdict) for line in wrap_text(head, width, "    "))
+    name = f"{row.measure} {row.quantity}" if brief else row.quantity
+    head = f"  {mark(row.verdict, plain=plain)} {visible(name)}: {visible('; '.join(filter(None, told)))}"
+    yield from (PlainLine(line, row.verdict) for line in wrap_text(head, width, "    "))
     if not brief:
-        yield from map(PlainLine, wrap_text(f"    {visible(reading.reason)}", width, "    "))
+        yield from map(PlainLine, wrap_text(f"    {visible(row.reason)}", width, "    "))
 
 
-def by_scheme(pairs: Iterable[Pair], width: int, *, plain: bool = False) -> list[PlainLine]:
+def by_scheme(rows: Iterable[VerdictRow], width: int, *, plain: bool = False) -> list[PlainLine]:
     """Return a line or more for each scheme with the counts of its claims by measure, those in need first.
 
     Parameters
     ----------
-    pairs : iterable of (row, reading)
+    rows : iterable of VerdictRow
         Of the table of verdicts.
     width : int
         Columns of the screen.
@@ -166,10 +171,10 @@ def by_scheme(pairs: Iterable[Pair], width: int, *, plain: bool = False) -> list
         Without signs that need a terminal: words for verdicts.
     """
     counted: dict[str, dict[str, Counter[str]]] = {}
-    for row, reading in pairs:
-        measures = counted.setdefault(visible(text(row, "scheme")), {})
-        if reading.verdict != "out_of_scope":
-            measures.setdefault(visible(text(row, "measure")), Counter()).update([reading.verdict])
+    for row in rows:
+        measures = counted.setdefault(visible(row.scheme), {})
+        if row.verdict != "out_of_scope":
+            measures.setdefault(visible(row.measure), Counter()).update([row.verdict])
     names = sorted(counted, key=lambda name: (_worst(counted[name]), name))
     told = [name for name in names if counted[name]]
     columns = sorted({measure for measures in counted.values() for measure in measures})
@@ -196,36 +201,36 @@ def _worst(measures: Mapping[str, Counter[str]]) -> int:
     return min((order.index(verdict) for found in measures.values() for verdict in found), default=len(order))
 
 
-def _attention(pairs: Iterable[Pair], width: int, *, plain: bool) -> Iterator[list[PlainLine]]:
-    groups: dict[tuple[str, ...], list[Pair]] = {}
-    for row, reading in pairs:
-        if reading.verdict in ATTENTION:
+def _attention(rows: Iterable[VerdictRow], width: int, *, plain: bool) -> Iterator[list[PlainLine]]:
+    groups: dict[tuple[str, ...], list[VerdictRow]] = {}
+    for row in rows:
+        if row.verdict in ATTENTION:
             # What is wrong with a scheme as a whole is said once, of all its measures.
-            of = (text(row, "measure"), claim_in_words(reading)) if estimate_in_words(reading) else ()
-            says = reading.reason_kind or reading.reason
-            groups.setdefault((reading.verdict, text(row, "problem"), says, *of), []).append((row, reading))
+            of = (row.measure, claim_in_words(row)) if estimate_in_words(row) else ()
+            says = row.reason_kind or row.reason
+            groups.setdefault((row.verdict, row.problem, says, *of), []).append(row)
     for (verdict, *_), group in sorted(groups.items(), key=lambda item: ATTENTION.index(item[0][0])):
         most = FEW if verdict == "inconclusive" else MANY
         lines = wrap_text(_group_words(group, plain=plain), width, "    ", most)
         yield [PlainLine(line, verdict) for line in lines]
 
 
-def _group_words(group: Sequence[Pair], *, plain: bool) -> str:
-    (row, reading), schemes = group[0], list(dict.fromkeys(text(row, "scheme") for row, _ in group))
+def _group_words(group: Sequence[VerdictRow], *, plain: bool) -> str:
+    row, schemes = group[0], list(dict.fromkeys(one.scheme for one in group))
     measures: dict[str, dict[str, None]] = {}
-    for one, _ in group:
-        measures.setdefault(text(one, "measure"), {})[text(one, "quantity")] = None
+    for one in group:
+        measures.setdefault(one.measure, {})[one.quantity] = None
     what = ", ".join(f"{measure} {', '.join(names)}".strip() for measure, names in measures.items())
     others = len(schemes) - MOST_NAMED
     names = ", ".join(schemes[:MOST_NAMED]) + (f" and {others} more" if others > 0 else "")
-    found = estimate_in_words(reading)
-    claim = visible(claim_in_words(reading)).replace(" >= ", f"{TOGETHER}>={TOGETHER}").replace(
+    found = estimate_in_words(row)
+    claim = visible(claim_in_words(row)).replace(" >= ", f"{TOGETHER}>={TOGETHER}").replace(
         "(margin ", f"(margin{TOGETHER}"
     ) + (f", found {found}" if found else "")
-    word = WORDS.get(reading.verdict, reading.verdict)
-    where = f"{names} on {text(row, 'problem')}, {what}"
-    symbol = f"{mark(reading.verdict, plain=plain)}{TOGETHER}{word}"
-    return f"{symbol}: {visible(where)}: {claim}; {visible(reading.reason)}"
+    word = WORDS.get(row.verdict, row.verdict)
+    where = f"{names} on {row.problem}, {what}"
+    symbol = f"{mark(row.verdict, plain=plain)}{TOGETHER}{word}"
+    return f"{symbol}: {visible(where)}: {claim}; {visible(row.reason)}"
 
 
 def _fit(blocks: Sequence[Sequence[PlainLine]], room: int, rest: str) -> list[PlainLine]:

@@ -21,6 +21,8 @@ from .tracks import Track
 
 
 LEVELS = 4
+# Steps of all levels in one of the coarsest.
+STEPS_INSIDE = (1 << LEVELS) - 1
 # Fewer levels than these finest ones tell no order.
 NEEDED_LEVELS = 3
 # Groups of chains: Student's law with 31 degrees of freedom has light tails.
@@ -28,8 +30,9 @@ GROUPS = 32
 # Relaxation times that are burnt in at least; the first look records as many.
 BURN_IN = 10.0
 SEGMENTS = 10
-# Steps, all levels together, that a plan may take.
-MOST_STEPS = 20_000
+# Steps, all levels together, that a plan may take; that its first look may: beyond, a cell costs far more than all
+# others, and no chain is run.
+MOST_STEPS, MOST_FIRST = 20_000, 40_000
 
 
 class ChainPlan(NamedTuple):
@@ -75,7 +78,12 @@ class ChainPlan(NamedTuple):
 
     def affords(self, steps: int) -> bool:
         """Tell whether so many coarsest steps, with those of the finer levels inside them, may be taken."""
-        return steps * ((1 << LEVELS) - 1) <= MOST_STEPS
+        return steps * STEPS_INSIDE <= MOST_STEPS
+
+    @property
+    def first_look(self) -> int:
+        """Steps of all levels in the burn-in and in a first record, which is as long as it."""
+        return 2 * self.steps(BURN_IN) * STEPS_INSIDE
 
     @property
     def affordable(self) -> "ChainPlan":
@@ -188,7 +196,7 @@ class Pilot(NamedTuple):
     wide : Chains
         Burnt in at the largest step size at which none of them blew up, or at the smallest that was tried.
     stable : bool
-        Whether there is one.
+        Whether there is one; smaller ones are tried as long as the plan can begin with them.
     diverged : float
         Smallest step size that blew up; NaN if none did.
     contraction : float
@@ -221,6 +229,8 @@ def run_pilot(scheme: Scheme, view: Any, plan: ChainPlan) -> Pilot:
         if not wide.tracks[0].lost.any():
             return Pilot(wide, True, diverged, _contraction(scheme, wide, tried))
         diverged = tried.h
+        if tried._replace(h=0.5 * tried.h).first_look > MOST_FIRST:
+            break
     return Pilot(wide, False, diverged, np.nan)
 
 
@@ -321,12 +331,19 @@ def run_chains(scheme: Scheme, view: Any, plan: ChainPlan, enough: Callable[[Cha
     Returns
     -------
     ChainRecord
+        Without a look where the first one would take more than `MOST_FIRST` steps.
     """
     # Non-finite numbers are evidence here: they are counted, not warned about.
+    if plan.first_look > MOST_FIRST:
+        return _blank(plan, len(view.observables))
     with np.errstate(all="ignore"):
         pilot = run_pilot(scheme, view, plan)
         plan = plan._replace(h=pilot.wide.h).affordable
-        record = _blank(plan, pilot, len(view.observables))
+        record = _blank(plan, len(view.observables))._replace(
+            contraction=pilot.contraction,
+            diverged=pilot.diverged,
+            lost=np.full(LEVELS, float(pilot.wide.tracks[0].lost.sum())),
+        )
         if pilot.stable:
             for record in _looks(scheme, pilot.wide, plan, record):  # noqa: B020 - each look goes on from the last
                 if len(record.time) < plan.looks and enough(record):
@@ -404,7 +421,7 @@ def _with_health(record: ChainRecord, paired: Chains, wide: Chains) -> ChainReco
     )
 
 
-def _blank(plan: ChainPlan, pilot: Pilot, observables: int) -> ChainRecord:
+def _blank(plan: ChainPlan, observables: int) -> ChainRecord:
     return ChainRecord(
         h=plan.h / 2.0 ** np.arange(LEVELS),
         levels=np.empty((0, GROUPS, LEVELS, observables)),
@@ -415,9 +432,9 @@ def _blank(plan: ChainPlan, pilot: Pilot, observables: int) -> ChainRecord:
         chains=plan.wide,
         burn_in=np.nan,
         stationary=0.0,
-        contraction=pilot.contraction,
-        diverged=pilot.diverged,
-        lost=np.full(LEVELS, float(pilot.wide.tracks[0].lost.sum())),
+        contraction=np.nan,
+        diverged=np.nan,
+        lost=np.zeros(LEVELS),
         failed=np.zeros(LEVELS),
         truncated=np.zeros(LEVELS),
     )

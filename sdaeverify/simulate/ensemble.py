@@ -53,20 +53,20 @@ class Task:
     settings : Settings
     screened : bool
         Whether one step is looked at before there are paths, as a block of its own; if not, with the first paths.
-    guards : bool
-        Whether paths take the levels of guards alone.
+    stage : int
+        How many levels paths take beyond those of the settings; see `Settings.stages`.
     """
 
     spec: ProblemSpec
     entries: tuple[Entry, ...]
     settings: Settings
     screened: bool = False
-    guards: bool = False
+    stage: int = 0
 
     @property
     def sampled(self) -> Settings:
         """The settings that paths are drawn with; one step is looked at with those of the whole run."""
-        return self.settings.guards if self.guards else self.settings
+        return self.settings.at(self.stage)
 
 
 class LaneEvidence(NamedTuple):
@@ -90,6 +90,8 @@ class LaneEvidence(NamedTuple):
         What scheme and problem did before and after; None if nobody asked.
     starved : frozenset of int
         The measures whose error is that there was no memory left.
+    opened : tuple of (str, str)
+        Files that the code of scheme, problem and measures had opened, with hashes of what they held.
     """
 
     tallies: tuple[Tally, ...]
@@ -101,6 +103,7 @@ class LaneEvidence(NamedTuple):
     violation: str = ""
     behaviour: Behaviour | None = None
     starved: frozenset[int] = frozenset()
+    opened: tuple[tuple[str, str], ...] = ()
 
 
 def run_block(

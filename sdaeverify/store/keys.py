@@ -11,13 +11,13 @@ from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
 from ..contracts.specs import ProblemSpec
-from .sources import code_of, contents, files_of, framework_source, source_of
+from .code import Code, arithmetic, code_of, contents, forget, framework_code
 
 Ingredients = Mapping[str, str]
-# Of "scheme" and "problem": the module, the files that count for it, and a hash of their contents.
-Files = Mapping[str, tuple[str, tuple[Path, ...], str]]
-# Modules, and the files that count for each.
-Sources = tuple[tuple[str, tuple[Path, ...]], ...]
+# Of "scheme" and "problem": where the code is, and a hash of the files.
+Files = Mapping[str, tuple[tuple[Path, ...], str]]
+# Where the code of schemes and problems is.
+Sources = tuple[Path, ...]
 # What of the settings says how many paths there are in all and when to stop: a block does not depend on it.
 BUDGET = frozenset({"paths", "looks", "confidence", "family"})
 # Which levels begin is no part of what they are.
@@ -36,36 +36,49 @@ def lane_ingredients(scheme: Scheme, spec: ProblemSpec, settings: Settings, bloc
     block : int
         Of paths; `SCREENING` for what is found without paths.
     """
-    sources = {f"source of the {kind}": source_of(module) for kind, module in _modules(scheme, spec)}
-    if not all(sources.values()):
+    codes = lane_codes(scheme, spec)
+    known = [code for code in codes.values() if code is not None]
+    if len(known) < len(codes):
         return None
-    loaded = {"code of the scheme": code_of(scheme), "code of the problem": code_of(spec.function)}
+    digests = {f"code of the {kind}": code.digest for kind, code in zip(codes, known, strict=True)}
+    libraries = {"version of a library": ", ".join(sorted({*arithmetic(), *(x for c in known for x in c.libraries)}))}
     numbers = {name: str(value) for name, value in asdict(settings).items() if name not in UNKEYED}
     drawn = "none"
     if block != SCREENING:
         drawn = f"{settings.sizes[block]} drawn, {settings.paths_of(block)} used"
     names = {"scheme": scheme.label, "problem": spec.label, "index": str(block)}
-    return {**names, "paths of the block": drawn, **numbers, **sources, **loaded, "framework": framework_source()}
+    return {**names, "paths of the block": drawn, **numbers, **digests, **libraries, "framework": framework_code()}
 
 
-def thing_source(thing: Any, module: str) -> str:
-    """Return a hash of the sources and the loaded code of a scheme or a problem function."""
-    return key({"source": source_of(module), "code": code_of(thing)})
+def lane_codes(scheme: Scheme, spec: ProblemSpec) -> dict[str, Code | None]:
+    """Return the code of a scheme and of a problem; None where it has no source."""
+    return {"scheme": code_of(type(scheme)), "problem": code_of(spec.function)}
+
+
+def measure_codes(measures: Iterable[Measure]) -> list[Code | None]:
+    """Return the code of measures."""
+    return [code_of(type(measure)) for measure in measures]
+
+
+def describe_code(thing: Any) -> str:
+    """Return in a word which code a class or function is written in; empty where it has no source."""
+    code = code_of(thing)
+    return "" if code is None else key({"code": code.digest, "libraries": ", ".join(code.libraries)})
 
 
 def lane_files(scheme: Scheme, spec: ProblemSpec) -> Files:
-    """Return the files whose contents are hashed for a scheme and for a problem, and the hashes."""
-    found = ((kind, module, files_of(module)) for kind, module in _modules(scheme, spec))
-    return {kind: (module, files, contents(module, files)) for kind, module, files in found}
+    """Return where the code of a scheme and of a problem is, with hashes of the files."""
+    codes = lane_codes(scheme, spec).items()
+    return {kind: (code.homes, code.saved) for kind, code in codes if code is not None and code.saved}
 
 
 def describe_changes(given: Files) -> str:
     """Return in words whether another process has read other files than this one; empty if not."""
-    changed = [kind for kind, (module, files, hashed) in given.items() if contents(module, files) != hashed]
+    changed = [kind for kind, (homes, hashed) in given.items() if contents(homes) != hashed]
     return f"the source of the {' and of the '.join(changed)} was saved" if changed else ""
 
 
-def read_sources(schemes: Iterable[Scheme], specs: Iterable[ProblemSpec], measures: Iterable[Measure]) -> Sources:
+def read_code(schemes: Iterable[Scheme], specs: Iterable[ProblemSpec], measures: Iterable[Measure]) -> Sources:
     """Read what determines evidence as soon as it is known what is run: files may be saved while that is planned.
 
     Parameters
@@ -77,39 +90,30 @@ def read_sources(schemes: Iterable[Scheme], specs: Iterable[ProblemSpec], measur
 
     Returns
     -------
-    tuple of (str, tuple of Path)
-        The modules of schemes and problems with their files.
+    tuple of Path
+        Where the code of schemes and problems is.
     """
-    for measure in measures:
-        source_of(type(measure).__module__)
-        code_of(measure)
-    things: list[tuple[Any, str]] = [(scheme, type(scheme).__module__) for scheme in schemes]
-    things += [(spec.function, spec.function.__module__) for spec in specs]
-    for thing, _ in things:
-        code_of(thing)
-    found = tuple((module, files_of(module)) for module in dict.fromkeys(module for _, module in things))
-    read_again(found)
-    return found
+    forget()
+    framework_code()
+    measure_codes(measures)
+    things = [*map(type, schemes), *(spec.function for spec in specs)]
+    codes = [code for code in map(code_of, things) if code is not None and code.saved]
+    return tuple(dict.fromkeys(home for code in codes for home in code.homes))
 
 
 def read_again(sources: Sources) -> None:
-    """Read in another process what `read_sources` has read: it is taken for what this process has imported."""
-    for module, files in sources:
-        contents(module, files)
+    """Read in another process what `read_code` has read: it is taken for what this process has imported."""
+    for home in sources:
+        contents((home,))
 
 
 def measure_ingredients(measure: Measure, settings: Settings) -> Ingredients | None:
     """Return what else determines the evidence of a measure; None where its source is unknown."""
-    source = source_of(type(measure).__module__)
-    if not source:
+    code = code_of(type(measure))
+    if code is None:
         return None
     budget = {name: str(getattr(settings, name)) for name in sorted(BUDGET)} if measure.budgeted else {}
-    known = {f"source of measure {measure.name}": source, f"code of measure {measure.name}": code_of(measure)}
-    return {"measure": measure.name, **known, **budget}
-
-
-def _modules(scheme: Scheme, spec: ProblemSpec) -> tuple[tuple[str, str], ...]:
-    return ("scheme", type(scheme).__module__), ("problem", spec.function.__module__)
+    return {"measure": measure.name, "code": code.digest, "libraries": ", ".join(code.libraries), **budget}
 
 
 def key(ingredients: Ingredients) -> str:

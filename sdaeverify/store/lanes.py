@@ -19,9 +19,10 @@ from ..contracts.tally import Tally
 from ..errors import FAULTS
 from ..simulate.behaviour import Behaviour, differing
 from ..simulate.ensemble import Entry, LaneEvidence
+from .files import Opened
 from .keys import Ingredients
 
-FORMAT = 3
+FORMAT = 4
 KINDS = ("sums", "maxima", "largest")
 # Kinds of arrays that evidence is made of: truth values, whole numbers, numbers.
 NUMBERS = "biuf"
@@ -50,6 +51,8 @@ class StoredLane(NamedTuple):
     seconds : float
     paths : int
     measures : mapping of str to MeasureRecord
+    opened : tuple of (str, str)
+        Files that its code had opened, with hashes of what they held.
     """
 
     ingredients: Ingredients
@@ -58,6 +61,7 @@ class StoredLane(NamedTuple):
     seconds: float
     paths: int
     measures: Mapping[str, MeasureRecord]
+    opened: Opened = ()
 
     @property
     def scheme(self) -> str:
@@ -114,6 +118,7 @@ def _header(lane: StoredLane, arrays: list[Array]) -> dict[str, object]:
         "format": FORMAT,
         "ingredients": dict(lane.ingredients),
         "behaviour": lane.behaviour._asdict(),
+        "opened": dict(lane.opened),
         "seconds": lane.seconds,
         "paths": lane.paths,
         "health": _place(lane.health, arrays),
@@ -187,7 +192,8 @@ def _lane(header: dict[str, Any], arrays: Sequence[Array]) -> StoredLane:
     }
     health, behaviour = _tally(header["health"], arrays), Behaviour(**_texts(header["behaviour"]))
     seconds, paths = float(header["seconds"]), int(header["paths"])
-    return StoredLane(_texts(header["ingredients"]), behaviour, health, seconds, paths, records)
+    opened = tuple(_texts(header["opened"]).items())
+    return StoredLane(_texts(header["ingredients"]), behaviour, health, seconds, paths, records, opened)
 
 
 def _tally(places: dict[str, dict[str, int]], arrays: Sequence[Array]) -> Tally:
@@ -223,6 +229,7 @@ def join_parts(entry: Entry, parts: Sequence[tuple[Entry, LaneEvidence]]) -> Lan
         max(lane.paths for lane in lanes),
         next((lane.violation for lane in lanes if lane.violation), ""),
         did[0] if did else None,
+        opened=tuple(sorted({file for lane in lanes for file in lane.opened})),
     )
 
 

@@ -12,19 +12,24 @@ import numpy as np
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING
+from ..contracts.specs import ProblemSpec
 from ..contracts.tally import Tally
 from ..errors import UsageError
 from ..simulate.behaviour import Behaviour
 from ..simulate.ensemble import Entry, LaneEvidence, Task, behaviours
+from .code import Code
 from .container import SUFFIX, Container, containers
+from .files import data_opened, differing_files, opened_by
 from .keys import (
     Files,
     Ingredients,
     describe_changes,
     differences,
     key,
+    lane_codes,
     lane_files,
     lane_ingredients,
+    measure_codes,
     measure_ingredients,
 )
 from .lanes import KINDS, MeasureRecord, StoredLane, fuller
@@ -51,7 +56,7 @@ class Place(NamedTuple):
     measures : mapping of str to (mapping of str to str)
         Without those whose source is unknown.
     files : mapping of str to (tuple of Path, str)
-        What was read of scheme and problem.
+        Where the code of scheme and problem is, and a hash of what was read.
     replace : bool
         Whether what is there is replaced rather than added to.
     """
@@ -170,7 +175,7 @@ class Store:
         known = {measure.name: measure_ingredients(measure, task.settings) for measure in entry.measures}
         measures = {name: given for name, given in known.items() if given}
         container = Container(self.folder / FOLDER / f"{task.spec.name[:LONGEST_NAME]}{SUFFIX}")
-        which = "step" if block == SCREENING else f"{block:04d}{'g' if task.guards else ''}"
+        which = "step" if block == SCREENING else f"{block:04d}{_mark(task.stage)}"
         start = f"{which}-{_label_key(entry.scheme.label, task.spec.label)}-"
         files = lane_files(entry.scheme, task.spec)
         place = Place(container, f"{start}{key(lane)}", lane, measures, files, self.fresh)
@@ -179,6 +184,8 @@ class Store:
         stored = container.lane(place.name)
         if stored is None or stored.ingredients != lane:
             return _Found(place, None, _why_not(place, start))
+        if stored.opened and (changed := differing_files(stored.opened, _codes(entry, task.spec))):
+            return _Found(place, None, f"with another {', '.join(changed)}")
         return _Found(place, stored)
 
     def _recall(
@@ -208,6 +215,11 @@ class Store:
         return Recalled(Entry(entry.scheme, known), _lane(stored, known), missing, place)
 
 
+def _mark(stage: int) -> str:
+    """Return how the name of evidence tells on which levels it is."""
+    return "g" if stage < 0 else "f" * stage
+
+
 def keep(places: Iterable[Place | None], entries: Sequence[Entry], lanes: Sequence[LaneEvidence]) -> None:
     """Write the evidence of a block; what failed is not kept, so that it is tried again.
 
@@ -229,8 +241,21 @@ def keep(places: Iterable[Place | None], entries: Sequence[Entry], lanes: Sequen
         if place is not None and lane.behaviour is not None and not lane.violation:
             records = dict(_records(place, entry, lane))
             if records:
-                stored = StoredLane(place.lane, lane.behaviour, lane.health, lane.seconds, lane.paths, records)
-                _write(place, stored)
+                known = (place.lane, lane.behaviour, lane.health, lane.seconds, lane.paths, records, lane.opened)
+                _write(place, StoredLane(*known))
+
+
+def with_opened(lanes: Iterable[LaneEvidence], task: Task) -> tuple[LaneEvidence, ...]:
+    """Return the evidence on the entries of a task with the files that their code has opened in this process."""
+    measures = (type(measure) for entry in task.entries for measure in entry.measures)
+    if not data_opened([task.spec.function, *(type(entry.scheme) for entry in task.entries), *measures]):
+        return tuple(lanes)
+    pairs = zip(lanes, task.entries, strict=True)
+    return tuple(lane._replace(opened=opened_by(_codes(entry, task.spec))) for lane, entry in pairs)
+
+
+def _codes(entry: Entry, spec: ProblemSpec) -> list[Code | None]:
+    return [*lane_codes(entry.scheme, spec).values(), *measure_codes(entry.measures)]
 
 
 def describe_saved(place: Place | None) -> str:
@@ -251,9 +276,12 @@ def _add(before: StoredLane | None, lane: StoredLane) -> StoredLane:
     """Return evidence with that on measures that were kept before, as far as the same code made it."""
     if before is None or (before.ingredients, before.behaviour) != (lane.ingredients, lane.behaviour):
         return lane
+    if {**dict(before.opened), **dict(lane.opened)} != {**dict(lane.opened), **dict(before.opened)}:
+        return lane
     others = {name: record for name, record in before.measures.items() if name not in lane.measures}
     health, seconds = fuller(lane.health, before.health), lane.seconds + before.seconds
-    return lane._replace(health=health, seconds=seconds, measures={**others, **lane.measures})
+    opened = tuple(sorted({*before.opened, *lane.opened}))
+    return lane._replace(health=health, seconds=seconds, measures={**others, **lane.measures}, opened=opened)
 
 
 def _records(place: Place, entry: Entry, lane: LaneEvidence) -> Iterable[tuple[str, MeasureRecord]]:
@@ -269,7 +297,7 @@ def _lane(stored: StoredLane, measures: Sequence[Measure]) -> LaneEvidence | Non
     records = [stored.measures[measure.name] for measure in measures]
     sampled, probed = tuple(r.sampled for r in records), tuple(r.probed for r in records)
     lane = LaneEvidence(sampled, probed, stored.health, stored.seconds, tuple("" for _ in records), stored.paths)
-    return lane._replace(behaviour=stored.behaviour)
+    return lane._replace(behaviour=stored.behaviour, opened=stored.opened)
 
 
 def _otherwise(before: Behaviour, now: Behaviour) -> str:

@@ -8,12 +8,13 @@ from math import ceil, inf
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
+from ..contracts.opened import begin_block
 from ..contracts.scheme import Scheme
 from ..simulate.behaviour import Behaviour
 from ..simulate.ensemble import Entry, LaneEvidence, Task, behaviours, run_block, without_evidence
 from ..simulate.marker import NO_MEASURE, PROBLEM
 from ..store.lanes import join_parts
-from ..store.store import Place, Recalled, Store, describe_saved, keep
+from ..store.store import Place, Recalled, Store, describe_saved, keep, with_opened
 from ..workers.calls import Call, Lost, pickle_argument, unpickle_argument
 from ..workers.executors import Crew, Remote
 from ..workers.isolated import Isolated
@@ -108,37 +109,44 @@ class Parcel(NamedTuple):
 
 
 def run_parcel(parcel: Parcel, marker: Watchdog | None = None) -> Lanes:
-    """Simulate a block and keep its evidence, unless it is that of other code than what was planned."""
-    entries = parcel.task.entries
-    saved = {entry: describe_saved(place) for entry, place in zip(entries, parcel.places, strict=True)}
-    sound = parcel.only([entry for entry in entries if not saved[entry]])
-    digests = any(place is not None for place in sound.places)
-    lanes = run_block(sound.task, sound.block, marker, digests=digests) if sound.task.entries else ()
-    keep(sound.places, sound.task.entries, lanes)
-    known = dict(zip(sound.task.entries, lanes, strict=True))
-    return tuple(known.get(e) or without_evidence(e, f"{saved[e]} {MEANWHILE}") for e in entries)
+    """Simulate a block and keep its evidence."""
+    lanes = _run(parcel.task, parcel.block, marker, digests=any(place is not None for place in parcel.places))
+    keep(parcel.places, parcel.task.entries, lanes)
+    return lanes
 
 
-def run_pickled(parcel: bytes, mark: Path | None = None, timeout: float = inf) -> Lanes:
+def _run(task: Task, block: int, marker: Watchdog | None = None, *, digests: bool) -> Lanes:
+    begin_block()
+    lanes = run_block(task, block, marker, digests=digests) if task.entries else ()
+    return with_opened(lanes, task) if digests else lanes
+
+
+def run_pickled(given: bytes, mark: Path | None = None, timeout: float = inf) -> Lanes:
     """Run a parcel in a worker process; memory that is short even for reading it is told as such.
+
+    A scheme is not run where this process has read other code than what was planned.
 
     Parameters
     ----------
-    parcel : bytes
+    given : bytes
         A pickled `Parcel`.
     mark : Path or None
         File that tells the parent what is being done; None where nobody watches.
     timeout : float
         Seconds for each scheme.
     """
-    loaded: Parcel = unpickle_argument(parcel, MemoryError)
-    return run_parcel(loaded, None if mark is None else Watchdog(mark, timeout))
+    parcel: Parcel = unpickle_argument(given, MemoryError)
+    entries, marker = parcel.task.entries, None if mark is None else Watchdog(mark, timeout)
+    saved = {entry: describe_saved(place) for entry, place in zip(entries, parcel.places, strict=True)}
+    sound = parcel.only([entry for entry in entries if not saved[entry]])
+    known = dict(zip(sound.task.entries, run_parcel(sound, marker), strict=True))
+    return tuple(known.get(e) or without_evidence(e, f"{saved[e]} {MEANWHILE}") for e in entries)
 
 
 def run_elsewhere(given: bytes) -> Lanes:
     """Simulate a block in a worker that need not see the folder of the run: its evidence is kept by who wants it."""
     task, block, digests = unpickle_argument(given)
-    return run_block(task, block, digests=digests)
+    return _run(task, block, digests=digests)
 
 
 class Job(Protocol):

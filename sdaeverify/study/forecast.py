@@ -29,13 +29,13 @@ class LaneKey(NamedTuple):
         Label.
     block : int
         Of paths or, in place of them, `SCREENING`.
-    guards : bool
-        Whether it is of the time in which paths take the levels of guards alone.
+    stage : int
+        How many levels paths take beyond those of the settings.
     """
 
     scheme: str
     block: int
-    guards: bool = False
+    stage: int = 0
 
 
 @dataclass
@@ -114,7 +114,7 @@ class Forecast:
                 before, times = self.sampled[problem].get(piece.scheme, (0.0, 0.0))
                 self.sampled[problem][piece.scheme] = before + seconds, times + self._weigh(piece)
 
-    def over(self, problem: str, block: int, *, guards: bool = False) -> None:
+    def over(self, problem: str, block: int, stage: int = 0) -> None:
         """Take note that a block of a problem is done, whether it was computed or known before.
 
         Parameters
@@ -122,11 +122,11 @@ class Forecast:
         problem : str
             Label.
         block : int
-        guards : bool, optional
-            Whether it was on the levels of guards.
+        stage : int, optional
+            How many levels it had beyond those of the settings.
         """
         self._known.pop(problem, None)
-        self.wanted[problem] = {piece for piece in self.wanted[problem] if piece[1:] != (block, guards)}
+        self.wanted[problem] = {piece for piece in self.wanted[problem] if piece[1:] != (block, stage)}
 
     @property
     def left(self) -> float:
@@ -158,7 +158,7 @@ class Forecast:
 
     def _weigh(self, piece: LaneKey) -> float:
         """Return what a scheme costs on a block, in multiples of the first one on all levels."""
-        share = sum(self.settings.guards.steps) / sum(self.settings.steps) if piece.guards else 1.0
+        share = sum(self.settings.at(piece.stage).steps) / sum(self.settings.steps)
         paths = self.settings.paths_of(piece.block) / self.settings.paths_of(0)
         return share * (1.0 + GROWTH * (paths - 1.0))
 

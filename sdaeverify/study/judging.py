@@ -12,17 +12,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.finding import UNMEASURED, Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence
-from ..contracts.scheme import Claim, Scheme
+from ..contracts.scheme import AT_T, Claim, Scheme, is_about
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..errors import FAULTS, one_line
 from ..forms.controls import deciding
-from ..measures.judge import lost_index
+from ..measures.sound_levels import lost_index
 from ..simulate.behaviour import Behaviour, differing
 from ..simulate.ensemble import LaneEvidence
-from .plan import Cell, ControlPlan, ProblemPlan
+from ..store.files import Opened, saved_between
+from .plan import Cell, ControlPlan, ProblemPlan, claims_of
 
 CONTRACT = "contract and exactness (T0)"
 
@@ -155,7 +156,7 @@ def heed_controls(finding: Finding, scheme: Scheme, controls: ControlVerdicts) -
     if objection is None:
         return finding
     if finding.verdict is not Verdict.VERIFIED:
-        return replace(finding, p_verified=1.0)
+        return finding.without(Verdict.VERIFIED)
     reason, verdict = objection
     known = verdict is Verdict.INCONCLUSIVE
     doubt = f"the problem does not discriminate here: {reason}" if known else f"it cannot be verified: {reason}"
@@ -164,7 +165,7 @@ def heed_controls(finding: Finding, scheme: Scheme, controls: ControlVerdicts) -
 
 def _suspect(finding: Finding, reason: str) -> Finding:
     doubt = f"the truth of the problem is suspect: {reason}"
-    return finding.withhold(doubt, verdict=Verdict.ERROR, p_refuted=1.0)
+    return finding.withhold(doubt, verdict=Verdict.ERROR).without(Verdict.REFUTED)
 
 
 def _findings(cell: Cell, claim: Claim, known: Evidence) -> tuple[Finding, ...]:
@@ -189,6 +190,8 @@ class CellEvidence:
         Why there is no evidence: what was raised, or which contract is broken; empty if there is some.
     behaviour : Behaviour or None
         What scheme and problem did; None if that is not known.
+    opened : tuple of (str, str)
+        Files that their code had opened, with hashes of what they held.
     lack : Verdict
         What an `error` is: one indeed, or that nothing was run.
     """
@@ -202,6 +205,7 @@ class CellEvidence:
     error: str = ""
     violation: str = ""
     behaviour: Behaviour | None = None
+    opened: Opened = ()
     lack: Verdict = Verdict.ERROR
 
     @cached_property
@@ -228,10 +232,14 @@ class CellEvidence:
             self.seconds + lane.seconds,
             self.path_seconds + (lane.seconds if lane.paths else 0.0),
             self.paths + lane.paths,
-            self.error or lane.errors[index] or differing(self.behaviour, lane.behaviour),
+            self.error or lane.errors[index] or self._tell_changes(lane),
             self.violation or lane.violation,
             self.behaviour or lane.behaviour,
+            tuple(sorted({*self.opened, *lane.opened})),
         )
+
+    def _tell_changes(self, lane: LaneEvidence) -> str:
+        return differing(self.behaviour, lane.behaviour) or saved_between(self.opened, lane.opened)
 
 
 Evidences = Mapping[tuple[Scheme, str], CellEvidence]
@@ -278,11 +286,12 @@ def without_evidence(cell: Cell, verdict: Verdict, reason: str) -> CellResult:
     ----------
     cell : Cell
     verdict : Verdict
-        Of the whole cell.
+        Of the whole cell; the finding has the claim that it leaves open.
     reason : str
         Why there is none, in a line.
     """
-    return CellResult(cell, (Finding(quantity="", verdict=verdict, reason=Reason(reason)),))
+    claim = next(iter(claims_of(cell)), None) if verdict in UNMEASURED else None
+    return CellResult(cell, (Finding(quantity="", verdict=verdict, reason=Reason(reason), claim=claim),))
 
 
 def excluded_cells(plan: ProblemPlan) -> list[CellResult]:
@@ -375,7 +384,8 @@ def _before_the_end(finding: Finding, end: Reason) -> Finding:
     if not end or by_paths or finding.verdict not in {Verdict.VERIFIED, Verdict.REFUTED}:
         return finding
     reason = finding.reason if finding.reason.has(Kind.LOST_INDEX) else finding.reason.then(end)
-    return replace(finding, verdict=Verdict.INCONCLUSIVE, reason=reason, p_verified=1.0, p_refuted=1.0)
+    open_ = replace(finding, verdict=Verdict.INCONCLUSIVE, reason=reason)
+    return open_.without(Verdict.VERIFIED, Verdict.REFUTED)
 
 
 def _evidence(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence) -> Evidence:
@@ -387,9 +397,10 @@ def _evidence(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvid
 
 def _unmet(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[Finding]:
     """Yield a finding for each quantity that a claim names and the cell does not have."""
-    found = {finding.quantity.partition("@")[0] for finding in findings}
+    found = {finding.quantity for finding in findings}
     for claim in cell.scheme.promises:
         for quantity in claim.quantities if claim.measure == cell.measure.name else ():
-            if quantity not in found:
-                reason = f"claimed, but there is no {quantity} here; there are {', '.join(sorted(found))}"
+            if not any(is_about(name, quantity) for name in found):
+                known = sorted({name.removesuffix(AT_T) for name in found})
+                reason = f"claimed, but there is no {quantity} here; there are {', '.join(known)}"
                 yield Finding(quantity=quantity, verdict=Verdict.OUT_OF_SCOPE, reason=Reason(reason))

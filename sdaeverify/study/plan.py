@@ -324,12 +324,14 @@ def shard(plan: Plan, index: int, count: int) -> Plan:
 # Plans of several runs as one: the cells of each, and no others.
 
 
-def union(plans: Iterable[Plan]) -> Plan:
+def union(plans: Iterable[Plan], schemes: Sequence[str] = (), problems: Sequence[str] = ()) -> Plan:
     """Return the cells of all plans, each once, those of one problem together.
 
     Parameters
     ----------
     plans : iterable of Plan
+    schemes, problems : sequence of str
+        Labels in the order in which one run would have them; what is not among them comes behind, by its label.
 
     Returns
     -------
@@ -339,10 +341,21 @@ def union(plans: Iterable[Plan]) -> Plan:
     for made in (problem for plan in plans for problem in plan.problems):
         before = found.get(made.spec.label)
         found[made.spec.label] = made if before is None else _both(before, made)
-    return Plan(tuple(found[label] for label in sorted(found)))
+    of_problem, of_scheme = _places(problems), _places(schemes)
+    whole = (found[label] for label in sorted(found, key=of_problem))
+    return Plan(tuple(replace(made, cells=_in_order(made.cells, of_scheme)) for made in whole))
 
 
 def _both(one: ProblemPlan, other: ProblemPlan) -> ProblemPlan:
     cells = {(cell.scheme.label, cell.measure.name): cell for cell in (*one.cells, *other.cells)}
     controls = {control.control: control for control in (*one.controls, *other.controls)}
-    return replace(one, cells=tuple(cells[key] for key in sorted(cells)), controls=tuple(controls.values()))
+    return replace(one, cells=tuple(cells.values()), controls=tuple(controls.values()))
+
+
+def _places(labels: Sequence[str]) -> Callable[[str], tuple[int, str]]:
+    known = {label: place for place, label in enumerate(labels)}
+    return lambda label: (known.get(label, len(known)), label)
+
+
+def _in_order(cells: Iterable[Cell], place: Callable[[str], tuple[int, str]]) -> tuple[Cell, ...]:
+    return tuple(sorted(cells, key=lambda cell: (place(cell.scheme.label), cell.measure.name)))

@@ -11,7 +11,7 @@ from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, one_line
 from ..simulate.marker import PROBLEM, Marker
-from ..store.keys import Sources, read_again, read_sources
+from ..store.keys import Sources, read_again, read_code
 from ..workers.calls import Call, Lost, pickle_argument, unpickle_argument
 from ..workers.isolated import Isolated
 from ..workers.limits import NOBODY, Mark, StopError, Watchdog
@@ -74,7 +74,7 @@ def remote_plan(
     """
     if isinstance(executor, Isolated):
         executor.start(len(specs))
-    sources = read_sources(schemes, specs, measures)
+    sources = read_code(schemes, specs, measures)
     if not isinstance(executor, Isolated):
         return None
     requests = (CellsRequest(spec, *spec.select(schemes, measures), sources, claimed) for spec in specs)

@@ -194,11 +194,11 @@ class _Progress:
 
     def heard(self, job: "_Job", found: Lanes | Portion) -> Advanced:
         """Take note of what is done, and return the event."""
-        label, guards = job.task.spec.label, job.task.guards
+        label, stage = job.task.spec.label, job.task.stage
         if isinstance(found, Portion):
-            self.forecast.heard(label, [(LaneKey(scheme, job.block, guards), each) for scheme, each in found])
+            self.forecast.heard(label, [(LaneKey(scheme, job.block, stage), each) for scheme, each in found])
         else:
-            self.forecast.over(label, job.block, guards=guards)
+            self.forecast.over(label, job.block, stage)
         pairs, decided = (sum(counts) for counts in zip(*(problem.pairs for problem in self.problems), strict=True))
         return Advanced(decided, pairs, label, self.forecast.spent, self.forecast.left)
 

@@ -2,6 +2,7 @@
 
 Paths begin on few, coarse levels. These are enough where one step has decided, so that paths only guard its verdict,
 and where nothing is claimed. All levels are for the rest: what paths alone decide, or what the guards leave open.
+Where paths contradict one step on these as well, finer ones are drawn, until both agree or there are no more.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -15,13 +16,14 @@ from ..contracts.settings import SCREENING, Settings
 from ..errors import FAULTS, one_line
 from ..measures.judge import ROUND_OFF
 from ..simulate.ensemble import Entry, LaneEvidence, Task
+from .agreement import agreeing
 from .forecast import LaneKey
 from .judging import CellEvidence, CellResult, control_verdicts, excluded_cells, judge_cell, without_evidence
 from .plan import Cell, ProblemPlan
 
-# Looks on the levels of guards: where nobody can say how many more paths are needed then, finer steps are tried.
+# Looks at guards on one stage: where nobody can say how many more paths are needed then, finer steps are tried.
 GUARD_LOOKS = 2
-FINER = "all levels decide"
+FINER = "finer levels decide"
 
 
 # Each is like itself alone: to look for one among many would compare all that they hold.
@@ -37,8 +39,14 @@ class CellRun:
         As judged at the last look.
     least : dict of str to tuple of float
         By quantity, the least p-values of all looks.
+    stage : int
+        On which levels its paths are; see `Settings.stages`.
     finer : bool
-        Whether it waits for all levels.
+        Whether it waits for the levels of the next stage.
+    enough : int
+        How many paths have contradicted one step on coarser levels: as many at least are drawn on finer ones.
+    over : bool
+        Whether a stage ended that it was not decided on, without need of the next one.
     halted : str
         Why no further look is taken; empty if that is open.
     """
@@ -47,7 +55,10 @@ class CellRun:
     evidence: CellEvidence = field(default_factory=CellEvidence)
     result: CellResult | None = None
     least: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    stage: int = 0
     finer: bool = False
+    enough: int = 0
+    over: bool = False
     halted: str = ""
 
     @property
@@ -58,7 +69,11 @@ class CellRun:
     @property
     def settled(self) -> bool:
         """Whether no more paths are wanted."""
-        return bool(self.halted) or (self.result is not None and all(f.settled for f in self.result.findings))
+        if self.over or self.halted:
+            return True
+        if self.result is None or self.result.paths < self.enough:
+            return False
+        return all(finding.settled for finding in self.result.findings)
 
     @property
     def asking(self) -> bool:
@@ -87,10 +102,12 @@ class ProblemRun:
 
     Attributes
     ----------
-    guards : bool
-        Whether paths are on the levels of guards still.
+    stage : int
+        How many levels paths have beyond those of the settings; see `Settings.stages`.
+    sampled : Settings
+        Those of the stage.
     look : int
-        How many looks were taken on these levels.
+        How many looks were taken on it.
     pairs : (int, int)
         Number of schemes, and how many of them need nothing more.
     """
@@ -101,33 +118,35 @@ class ProblemRun:
         known = {_key(run.cell) for run in self.runs}
         self.controls = [CellRun(cell) for cell in plan.control_cells if _key(cell) not in known]
         self.excluded = excluded_cells(plan)
-        self.guards, self.look = settings.guards is not settings, 0
+        self.stages = list(settings.stages)
+        self._begin_stage()
+        for run in (*self.runs, *self.controls):
+            run.stage = self.stage
         self.pairs = self._count_pairs()
 
     @property
     def open(self) -> bool:
         """Whether further paths are wanted and there are some left."""
-        return self.look < len(self.settings.ends) and not all(run.settled for run in self.runs)
+        return self.look < len(self.sampled.ends) and not all(run.settled for run in self.runs)
 
     @property
     def screening(self) -> set[LaneKey]:
         """What is found without paths."""
-        return {LaneKey(run.cell.scheme.label, SCREENING, self.guards) for run in self._running()}
+        return {LaneKey(run.cell.scheme.label, SCREENING, self.stage) for run in self._running()}
 
     @property
     def expected_pieces(self) -> set[LaneKey]:
         """What is run from the next look on if as many paths decide as the findings say; before them, that look."""
         longest = max((self._find_last_look(run) for run in self.runs if run.asking), default=self.look)
-        begin, ends, kept = self.blocks.start, self.settings.ends, self._control_keys
+        begin, ends, kept = self.blocks.start, self.sampled.ends, self._control_keys
         lasts = ((run, longest if _key(run.cell) in kept else self._find_last_look(run)) for run in self._running())
         pieces = {
-            LaneKey(run.cell.scheme.label, block, self.guards)
+            LaneKey(run.cell.scheme.label, block, self.stage)
             for run, look in lasts
             for block in range(begin, ends[look])
         }
-        return pieces | {
-            LaneKey(run.cell.scheme.label, block) for run in self.runs if run.finer for block in range(ends[0])
-        }
+        waiting = [run.cell.scheme.label for run in self.runs if run.finer]
+        return pieces | {LaneKey(label, block, self.stages[0]) for label in waiting for block in range(ends[0])}
 
     @property
     def next_pieces(self) -> tuple[int, ...]:
@@ -137,7 +156,7 @@ class ProblemRun:
     @property
     def blocks(self) -> range:
         """Blocks of the next look."""
-        return range(self.settings.ends[self.look - 1] if self.look else 0, self.settings.ends[self.look])
+        return range(self.sampled.ends[self.look - 1] if self.look else 0, self.sampled.ends[self.look])
 
     def halt(self, lacking: Collection[tuple[Scheme, str]], reason: str) -> None:
         """Take no further look at some cells, by scheme and measure, for a reason that their rows give."""
@@ -152,7 +171,7 @@ class ProblemRun:
         for run in self._running():
             entries.setdefault(run.cell.scheme, []).append(run)
         made = (Entry(scheme, tuple(run.cell.measure for run in runs)) for scheme, runs in entries.items())
-        return Task(self.plan.spec, tuple(made), self.settings, screened=True, guards=self.guards)
+        return Task(self.plan.spec, tuple(made), self.settings, screened=True, stage=self.stage)
 
     def absorb(self, task: Task, lanes: Iterable[LaneEvidence]) -> None:
         """Merge the evidence of one more block."""
@@ -177,50 +196,57 @@ class ProblemRun:
         for run, result in zip(runs, self._judge_runs(runs), strict=True):
             run.result = self._sequential(run, result)
         self.look += 1
-        if self.guards:
-            self._guard(run for run in runs if not run.pathless)
+        if self.stages:
+            self._set_apart([run for run in runs if not run.pathless])
         self.pairs = self._count_pairs()
 
     def results(self, stopped: str) -> tuple[CellResult, ...]:
         """Return the results of all cells as they are now; `stopped` says why further looks were not taken."""
         unsettled = self.open
-        done = (
+        done = [
             _as_it_is(run, run.halted or (stopped if unsettled or run.result is None else "")) for run in self.runs
-        )
-        return (*done, *self.excluded)
+        ]
+        return (*agreeing(self.plan.problem, done), *self.excluded)
 
-    def _guard(self, runs: Iterable[CellRun]) -> None:
-        """Set those apart that ask for all levels, which are for all of them together when the others are done."""
-        last = self.look == len(self.settings.ends)
+    def _set_apart(self, runs: Iterable[CellRun]) -> None:
+        """Set those apart that ask for the next stage, which is for all of them together when the others are done."""
+        last = self.look == len(self.sampled.ends)
         for run in runs:
             assert run.result is not None
             found = run.result.findings
-            asks = [_asks_for_finer(finding, self.look) or (last and not finding.settled) for finding in found]
+            asks = [_asks_for_finer(finding, self.stage, self.look, last=last) for finding in found]
             run.finer = any(asks)
+            run.enough = max(run.enough, run.evidence.paths if any(map(_contradicts, found)) else 0)
             kept = (f.withhold(FINER, settled=False) if ask else f for f, ask in zip(found, asks, strict=True))
             run.result = replace(run.result, findings=tuple(kept))
-        if not any(run.asking for run in self.runs):
-            self._begin_finer()
+        if any(run.finer for run in self.runs) and (last or not any(run.asking for run in self.runs)):
+            self._go_on()
 
-    def _begin_finer(self) -> None:
-        """Begin again, on all levels, with what is open and the controls of that."""
+    def _go_on(self) -> None:
+        """Begin again, on the levels of the next stage, with what asks for it and the controls of that."""
         for run in self.runs:
-            run.finer = False
+            run.over, run.finer = run.over or not run.finer, False
+        self._begin_stage()
         for run in self._running():
-            run.evidence, run.least = run.evidence.without_paths, {}
-        self.guards, self.look = False, 0
+            run.evidence, run.least, run.stage = run.evidence.without_paths, {}, self.stage
+            run.enough = min(run.enough, self.sampled.paths)
 
-    def _settings_of(self, cell: Cell) -> Settings:
-        return self.settings.guards if self.guards and not _draws_none(cell.measure) else self.settings
+    def _begin_stage(self) -> None:
+        self.stage, self.look = self.stages.pop(0), 0
+        self.sampled = self.settings.at(self.stage)
+
+    def _settings_of(self, run: CellRun) -> Settings:
+        return self.settings if _draws_none(run.cell.measure) else self.settings.at(run.stage)
 
     def _count_pairs(self) -> tuple[int, int]:
         schemes = {run.cell.scheme for run in self.runs}
         return len(schemes), len(schemes - {run.cell.scheme for run in self.runs if not run.settled})
 
     def _judge_runs(self, runs: Sequence[CellRun]) -> list[CellResult]:
-        evidence = {_key(run.cell): run.final_evidence for run in (*self.runs, *self.controls)}
-        controls = control_verdicts(self.plan, self._settings_of, evidence)
-        asked = ((run, self._settings_of(run.cell)) for run in runs)
+        known = {_key(run.cell): run for run in (*self.runs, *self.controls)}
+        evidence = {key: run.final_evidence for key, run in known.items()}
+        controls = control_verdicts(self.plan, lambda cell: self._settings_of(known[_key(cell)]), evidence)
+        asked = ((run, self._settings_of(run)) for run in runs)
         return [judge_cell(self.plan, run.cell, settings, run.evidence, controls) for run, settings in asked]
 
     def _running(self) -> Iterator[CellRun]:
@@ -233,36 +259,53 @@ class ProblemRun:
     @property
     def _control_keys(self) -> set[tuple[Scheme, str]]:
         """Those of the controls that open cells are judged by."""
-        asked = {run.cell.measure.name for run in self.runs if run.asking}
+        # Beyond all levels paths only guard what one step says: controls stay as they are.
+        asked = {run.cell.measure.name for run in self.runs if run.asking} if self.stage <= 0 else set()
         return {_key(cell) for cell in self.plan.control_cells if cell.measure.name in asked}
 
     def _find_last_look(self, run: CellRun) -> int:
         """Return the look at which a cell is decided, as far as is known; the last but one where none decides it."""
-        totals = [self.settings.totals[end - 1] for end in self.settings.ends]
+        totals = [self.sampled.totals[end - 1] for end in self.sampled.ends]
         enough = (look for look, total in enumerate(totals) if total >= run.paths_to_decide)
         return max(self.look, next(enough, len(totals) - 2))
 
     def _sequential(self, run: CellRun, result: CellResult) -> CellResult:
-        looks = len(self.settings.ends)
+        looks = len(self._settings_of(run).ends)
         findings = []
         for finding in result.findings:
             now = float(finding.p_verified), float(finding.p_refuted)
             least = tuple(map(_least, run.least.get(finding.quantity, now), now))
             run.least[finding.quantity] = least
             p_verified, p_refuted = (p if isnan(p) else min(1.0, looks * p) for p in least)
-            findings.append(replace(finding, p_verified=p_verified, p_refuted=p_refuted))
+            # What this look excludes no earlier one brings back.
+            findings.append(replace(finding, p_verified=p_verified, p_refuted=p_refuted).without())
         return replace(result, findings=tuple(findings))
 
 
-def _asks_for_finer(finding: Finding, look: int) -> bool:
-    """Tell whether a finding needs all levels: unless one step or each of them decides it, or nothing is claimed."""
+def _asks_for_finer(finding: Finding, stage: int, look: int, *, last: bool) -> bool:
+    """Tell whether a finding needs finer levels.
+
+    Those of guards are enough where one step or each of them decides it, or nothing is claimed; all levels and finer
+    ones, unless paths contradict what one step says.
+    """
+    if _contradicts(finding):
+        return last or look >= GUARD_LOOKS or finding.reason.has(Kind.FINER)
+    if finding.reason.has(Kind.GUARD) and not (finding.settled or last):
+        return False
+    return stage < 0 and _needs_all_levels(finding)
+
+
+def _contradicts(finding: Finding) -> bool:
+    """Tell whether paths contradict one step: nobody can say how many of them would decide then."""
+    return finding.reason.has(Kind.GUARD) and not (finding.settled or finding.reason.paths)
+
+
+def _needs_all_levels(finding: Finding) -> bool:
     if finding.verdict is Verdict.VERIFIED:
         return not _shows_claim(finding)
     if finding.verdict is Verdict.REFUTED:
         return finding.tier == 3
-    if finding.settled:
-        return finding.verdict is not Verdict.OUT_OF_SCOPE
-    return not finding.reason.has(Kind.GUARD) or (look >= GUARD_LOOKS and not finding.reason.paths)
+    return finding.verdict is not Verdict.OUT_OF_SCOPE
 
 
 def _shows_claim(finding: Finding) -> bool:

@@ -30,9 +30,9 @@ frozen (api)
 docstring (api)
     Expect a docstring of the class: a list of schemes shows its first line.
 source (api)
-    Expect a source, of the scheme or of each of its claims: where it is from.
+    Expect a source, of the scheme or of its claims, which always have one: where it is from.
 claims (api)
-    Expect claims that can be verified: each has a source and names a known measure and known traits.
+    Expect claims that can be verified: each names a known measure and known traits.
 exact-on-trivial-equations (behaviour)
     Expect exactness on dx = 0, dx = c dt and dx = S dW, but for a part that vanishes with h.
 inputs-untouched (behaviour)

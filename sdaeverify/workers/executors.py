@@ -4,12 +4,13 @@ import pickle
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import partial
 from importlib import import_module, metadata
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from ..contracts.labels import did_you_mean
-from ..errors import FAULTS, UsageError, one_line
+from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
 from ..registry.discovery import load_source
 from ..registry.load import Registry
 
@@ -58,14 +59,17 @@ class Crew(NamedTuple):
         Number of workers.
     plugins : Plugins
         What workers elsewhere load before anything else.
+    why_lost : callable, () -> str
+        Why no call can come back any more, because who gives them out is gone; empty if it can.
     """
 
     executor: Executor | None
     jobs: int
     plugins: Plugins = Plugins()
+    why_lost: Callable[[], str] = str
 
 
-class LostExecutorError(BrokenExecutor):
+class LostExecutorError(SdaeverifyError, BrokenExecutor):
     """An executor makes no more calls: its workers are lost, or its scheduler is."""
 
 
@@ -110,7 +114,7 @@ class Remote(Generic[Value]):
         Raises
         ------
         LostExecutorError
-            If the executor fails twice, or takes no more calls.
+            If the executor fails twice, takes no more calls, or is gone.
         """
         for last in (False, True):
             try:
@@ -120,6 +124,8 @@ class Remote(Generic[Value]):
                 raise
             except Exception as error:
                 # Whatever the function could raise it returns: this is of the executor.
+                if why := self._crew.why_lost():
+                    raise LostExecutorError(why) from error
                 if last:
                     raise LostExecutorError(f"a worker of the executor was lost twice: {one_line(error)}") from error
                 self._future = self._send()
@@ -130,7 +136,7 @@ class Remote(Generic[Value]):
         try:
             return self._crew.executor.submit(call_pickled, self._function, self._argument, self._crew.plugins)
         except Exception as error:
-            raise LostExecutorError(f"{GONE}: {one_line(error)}") from error
+            raise LostExecutorError(self._crew.why_lost() or f"{GONE}: {one_line(error)}") from error
 
 
 def call_pickled(function: Callable[[bytes], object], argument: bytes, plugins: Plugins) -> bytes:
@@ -202,13 +208,18 @@ def dask(address: str, jobs: int) -> Iterator[Crew]:
 
     if address:
         with Client(f"tcp://{address}", timeout="10s") as client:
-            yield Crew(client.get_executor(), max(1, sum(client.nthreads().values())))
+            lost = partial(_why_lost, client, f"the scheduler at {address} is dead, or cannot be reached any more")
+            yield Crew(client.get_executor(), max(1, sum(client.nthreads().values())), why_lost=lost)
         return
     with (
         LocalCluster(n_workers=jobs, threads_per_worker=1, dashboard_address=None) as cluster,
         Client(cluster) as client,
     ):
         yield Crew(client.get_executor(), jobs)
+
+
+def _why_lost(client: Any, words: str) -> str:
+    return "" if client.status == "running" else words
 
 
 @contextmanager

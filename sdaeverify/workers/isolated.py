@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from .limits import Limits
+from .room import NoWorkersError
 
 Make = Callable[[], ProcessPoolExecutor]
 SECOND = 1.0
@@ -48,10 +49,13 @@ class Turn(NamedTuple):
         When it was given out, on the monotonic clock.
     mark : Path or None
         Where its process marks whose code runs.
+    result : Future, optional
+        That of its pool.
     """
 
     begun: float
     mark: Path | None
+    result: Future[Any] | None = None
 
 
 def end_process(process: BaseProcess) -> None:
@@ -161,7 +165,7 @@ class Isolated(Executor):
             try:
                 inner = self._submit(worker, call)
                 mark = next((argument for argument in call.args if isinstance(argument, Path)), None)
-                self._turns[worker] = Turn(time.monotonic(), mark)
+                self._turns[worker] = Turn(time.monotonic(), mark, inner)
             except Exception as error:
                 # Whoever waits for the call must hear of it, in whatever thread this is.
                 self._idle.append(worker)
@@ -176,8 +180,22 @@ class Isolated(Executor):
             except BrokenExecutor:
                 # It died while it had nothing to do.
                 self._retire(worker)
-        self._pools[worker] = self._make()
-        return self._pools[worker].submit(call)
+        try:
+            pool = self._make()
+            future = pool.submit(call)
+        except (OSError, RuntimeError, MemoryError) as error:
+            # No semaphore, no thread or no process is to be had, of which no scheme is the cause.
+            raise NoWorkersError.of(error) from error
+        self._pools[worker] = pool
+        return future
+
+    def give_up(self, worker: int, turn: Turn) -> None:
+        """Fail a call whose pool has nobody left that would: the thread that manages it has died."""
+        with self._lock:
+            manager = getattr(self._pools.get(worker), "_executor_manager_thread", None)
+            lost = manager is not None and not manager.is_alive() and self._turns.get(worker) is turn
+        if lost and turn.result is not None and not turn.result.done():
+            turn.result.set_exception(BrokenExecutor("the thread that manages its worker has died"))
 
     def _retire(self, worker: int) -> None:
         self._retired.append(self._pools.pop(worker))

@@ -7,6 +7,7 @@ import importlib
 import multiprocessing
 import os
 import signal
+import sys
 import tempfile
 import threading
 import time
@@ -21,9 +22,11 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from ..registry.discovery import load_file
+from ..registry.foreign_code import MOST_PRINTED, BoundedText
 from .garbage import lasting
 from .isolated import Isolated, Turn, end_process
 from .limits import Limits, limit_memory, read_mark
+from .room import NoWorkersError, why_no_room
 
 # How often the marks of workers are read.
 PERIOD = 0.05
@@ -54,7 +57,10 @@ class Timekeeper:
         self._thread = threading.Thread(target=self._watch, name="sdaeverify-timekeeper", daemon=True)
 
     def __enter__(self) -> "Timekeeper":
-        self._thread.start()
+        try:
+            self._thread.start()
+        except RuntimeError as error:
+            raise NoWorkersError.of(error) from error
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -71,6 +77,7 @@ class Timekeeper:
         if time.monotonic() > deadline(turn, self._pool.limits.timeout):
             self._pool.end(worker, turn)
             return
+        self._pool.give_up(worker, turn)
         for process in self._pool.processes(worker):
             if is_dead(process):
                 end_process(process)
@@ -129,10 +136,17 @@ def worker_pool(
         What each process is held to.
     modules : sequence of str
         Modules to import: one that registers what another defines may set something in it.
+
+    Raises
+    ------
+    NoWorkersError
+        If there is too little address space for them.
     """
+    if why := why_no_room(jobs):
+        raise NoWorkersError(why)
 
     def make() -> ProcessPoolExecutor:
-        return _Pool((*modules, *files), limits.memory)
+        return _Pool((*modules, *files), limits.memory, MOST_PRINTED // jobs)
 
     before = set(multiprocessing.active_children())
     with tempfile.TemporaryDirectory(prefix="sdaeverify-") as marks:
@@ -232,24 +246,26 @@ class _Pool(ProcessPoolExecutor):
         What was started: one in the end.
     """
 
-    def __init__(self, plugins: tuple[str, ...], memory: int) -> None:
+    def __init__(self, plugins: tuple[str, ...], memory: int, printed: int) -> None:
         self.processes: list[BaseProcess] = []
         context = _Context()
         context.Process = self._make_process  # type: ignore[assignment, misc]
-        super().__init__(1, mp_context=context, initializer=_begin, initargs=(plugins, memory))
+        super().__init__(1, mp_context=context, initializer=_begin, initargs=(plugins, memory, printed))
 
     def _make_process(self, *arguments: Any, **options: Any) -> BaseProcess:
         self.processes.append(_Worker(*arguments, **options))
         return self.processes[-1]
 
 
-def _begin(plugins: Sequence[str], memory: int) -> None:
+def _begin(plugins: Sequence[str], memory: int, printed: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "setsid"):
         # All that the code of plugins starts can be ended together.
         os.setsid()
     # What a plugin prints is no result.
     os.dup2(2, 1)
+    if sys.stderr is not None:
+        sys.stdout = sys.stderr = BoundedText(sys.stderr, printed)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with lasting():
         for plugin in plugins:

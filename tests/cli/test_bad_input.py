@@ -32,6 +32,8 @@ WRONG_WORDS = [
     (["--levels", "x"], "--levels expects"),
     (["--levels", "-3"], "--levels expects"),
     (["--levels", "99"], "finest number of steps must be at most"),
+    (["--out", ""], "invalid value for '--out': expected a path, got an empty text"),
+    (["--out", " "], "invalid value for '--out': expected a path, got an empty text"),
     (["--paths", "0"], "paths must be at least"),
     (["--paths", "-5"], "paths must be at least"),
     (["--paths", "abc"], "'abc' is not a valid integer"),
@@ -87,6 +89,9 @@ def test_wrong_words(call, tmp_path, arguments, words):
         (["--jsn"], "no such option --jsn"),
         (["list", "scheme"], "'scheme' is not one of"),
         (["list", "--jsno"], "no such option --jsno; did you mean --json?"),
+        (["new-plugin", ""], "invalid value for 'DIR': expected a path, got an empty text"),
+        (["merge", ""], "invalid value for 'RUNS...': expected a path, got an empty text"),
+        (["gate", "--junitxml", ""], "invalid value for '--junitxml': expected a path, got an empty text"),
         (["info"], "missing argument"),
         (["info", "milstien"], "no scheme, problem, measure or plugin is named 'milstien'; did you mean milstein?"),
         (["info", "pendulum[x=1]"], "problem 'pendulum' has no parameter 'x'"),
@@ -124,6 +129,24 @@ def test_file_that_cannot_be_replaced(quick, tmp_path):
     assert "cannot write out/verdicts.csv" in one_line(outcome.err)
 
 
+@pytest.mark.parametrize("where", ["as it is loaded", "in a step"])
+def test_a_plugin_that_changes_the_folder(quick, odd_scheme, tmp_path, where):
+    """The report is where the command line says, seen from where it was given."""
+    plugin = odd_scheme(f"os.chdir({str(tmp_path / 'elsewhere')!r}); return Step(problem.euler(t, state, h, noise))")
+    (tmp_path / "elsewhere").mkdir()
+    if where == "as it is loaded":
+        (tmp_path / "odd_plugin.py").write_text(
+            (tmp_path / "odd_plugin.py").read_text() + f"os.chdir({str(tmp_path / 'elsewhere')!r})\n"
+        )
+
+    limits = ("--timeout", "0", "--memory", "0")
+    outcome = quick("--plugin", plugin, "-p", "gbm", "-s", "odd", "-m", "strong", "--out", "out", *limits)
+
+    assert outcome.err == ""
+    assert (tmp_path / "out" / "verdicts.csv").is_file()
+    assert not list((tmp_path / "elsewhere").iterdir())
+
+
 def test_missing_plugin_file(quick):
     """A requested plugin that does not exist has the exit code of plugins."""
     outcome = quick("--plugin", "missing.py")
@@ -155,6 +178,18 @@ def test_broken_plugin_file(quick, write, text, words):
     assert "odd_plugin.py" in outcome.err
 
 
+def test_a_step_that_raises_is_an_error_of_its_claim(quick, odd_scheme, tmp_path):
+    """Wherever it raises, the claim is left open, and the row names the file and the line."""
+    narrow = "assert state.shape[-1] > 1; return Step(problem.euler(t, state, h, noise))"
+
+    outcome = quick("--plugin", odd_scheme(narrow), "-p", "gbm", "-s", "odd", "-m", "strong")
+
+    line = (tmp_path / "odd_plugin.py").read_text().splitlines().index(f"        {narrow}") + 1
+    told = f"order >= 1.0 (margin 0.2); a step of few paths raises AssertionError: no message (odd_plugin.py:{line})"
+    assert (outcome.code, outcome.err) == (3, "")
+    assert f"! in error: odd on gbm, strong: {told}" in in_one_line(outcome.out)
+
+
 def test_problem_that_cannot_be_built(quick, odd_problem):
     """A problem whose initial state violates its constraint loses its cells, with the reason in the verdicts."""
     problem = """HolonomicSDAE(
@@ -165,8 +200,8 @@ def test_problem_that_cannot_be_built(quick, odd_problem):
     outcome = quick("--plugin", odd_problem(problem), "-p", "zz-odd,gbm", "-s", "milstein", "-m", "strong")
 
     assert (outcome.code, outcome.err) == (3, "")
-    told = "! in error: milstein on zz-odd, strong: no claim; problem zz-odd cannot be built: initial data violate"
-    assert told in in_one_line(outcome.out)
+    told = "order >= 1.0 (margin 0.2); problem zz-odd cannot be built: initial data violate"
+    assert f"! in error: milstein on zz-odd, strong: {told}" in in_one_line(outcome.out)
     assert "exit code 3: cells could not be measured" in outcome.out
 
 

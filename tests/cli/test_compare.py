@@ -191,8 +191,8 @@ def emptied(data):
 
 
 def flipped(data):
-    middle = len(data) // 2
-    return data[:middle] + bytes([data[middle] ^ 1]) + data[middle + 1 :]
+    # Of the checksum: one bit elsewhere may name another copy of the same bytes, which damages nothing.
+    return data[:-1] + bytes([data[-1] ^ 1])
 
 
 @pytest.mark.parametrize("damage", [truncated, emptied, flipped])
@@ -254,7 +254,7 @@ def renamed_measure(lane):
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        (with_ingredients(**{"source of the problem": "other"}), "the problem has changed"),
+        (with_ingredients(**{"code of the problem": "other"}), "the problem has changed"),
         (with_ingredients(**{"paths of the block": "9 drawn, 9 used"}), "first block of paths is not in both runs"),
         (of_another_shape, "its evidence cannot be read: "),
         (renamed_measure, "only in old"),

@@ -254,4 +254,4 @@ def test_exceptions_of_any_kind_in_a_step(quick, odd_scheme):
         outcome = quick("--plugin", odd_scheme(step), "-s", "odd", "-p", "gbm", "-m", "strong", "--fresh")
 
         assert (outcome.code, outcome.err) == (3, "")
-        assert f"in error: odd on gbm, strong: no claim; {reason}" in " ".join(outcome.out.split())
+        assert f"in error: odd on gbm, strong: order >= 1.0 (margin 0.2); {reason}" in " ".join(outcome.out.split())

@@ -201,7 +201,8 @@ def test_report_hooks(quick, write):
     outcome = quick("-p", "gbm", "-s", "milstein", "--plugin", write(hooks), "--out", "out")
 
     assert outcome.code == 0
-    assert outcome.err == "sdaeverify: warning: report of plugin odd_plugin: ZeroDivisionError: division by zero\n"
+    why = "ZeroDivisionError: division by zero (odd_plugin.py:10)"
+    assert outcome.err == f"sdaeverify: warning: report of plugin odd_plugin: {why}\n"
     assert Path("out/mine.txt").exists()
 
 

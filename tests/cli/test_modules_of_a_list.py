@@ -5,7 +5,7 @@ import sys
 
 UNUSED = {"pandas", "matplotlib", "multiprocessing", "sdaeverify.gate", "sdaeverify.store", "sdaeverify.study"}
 # Those of the framework: measures and what they probe with, forms, contracts and the command itself.
-MOST = 180
+MOST = 190
 PROGRAM = """
 import sys
 from sdaeverify.cli.program import conclude

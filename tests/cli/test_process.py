@@ -125,7 +125,10 @@ def test_dead_worker(call, odd_scheme, tmp_path):
 
     assert outcome.code == 3
     told = " ".join(outcome.out.split())
-    assert "in error: odd on gbm, strong: no claim; its worker process died with exit code 0, twice" in told
+    assert (
+        "in error: odd on gbm, strong: order >= 1.0 (margin 0.2); its worker process died with exit code 0, twice"
+        in told
+    )
     rows = verdicts(tmp_path / "reports" / "latest")
     assert {row["verdict"] for row in rows if row["scheme"] == "odd"} == {"error"}
     assert "error" not in {row["verdict"] for row in rows if row["scheme"] == "milstein"}

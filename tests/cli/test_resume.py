@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 
 from evidence import lanes_in
-from sdaeverify.report.tables.columns import LEVELS, names
+from sdaeverify.report.cells import names
+from sdaeverify.report.tables.columns import LEVELS
 from sdaeverify.report.tables.command import command_of
 
 PROGRAM = (sys.executable, "-m", "sdaeverify", "matrix", "-p", "gbm,ou,pendulum", "-m", "strong,weak,drift")
@@ -269,7 +270,7 @@ def test_a_folder_that_holds_no_evidence(small, tmp_path):
 
     assert outcome.code == 2
     assert outcome.err.count("\n") == 1
-    assert "cannot write out/evidence" in outcome.err
+    assert "out/evidence/gbm.sqlite: File exists; choose another --out" in outcome.err
 
 
 def small_failed(small, tmp_path):
@@ -323,8 +324,7 @@ class Odd(Scheme):
     claims: ClassVar[tuple] = (Claim(measure="strong", value=0.5, source="nowhere"),)
 
     def step(self, problem, state, t, h, noise):
-        with open("weight.txt") as file:
-            factor = float(file.read())
+        factor = float(os.environ["ODD_" + "WEIGHT"])
         return Step(state + factor * h * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
 
 @hookimpl
@@ -333,13 +333,13 @@ def sdaeverify_schemes():
 """
 
 
-def test_another_behaviour(small, write, tmp_path):
-    """A scheme whose data have changed is measured again and refuted, in the folder where it was not."""
+def test_another_behaviour(small, write, monkeypatch):
+    """A scheme that does something else is measured again and refuted, in the folder where it was not."""
     chosen = ("-s", "odd", "-p", "ou", "-m", "strong", "--plugin", write(FILE))
-    (tmp_path / "weight.txt").write_text("1.0")
+    monkeypatch.setenv("ODD_WEIGHT", "1.0")
     right, _ = small("out", *chosen)
     again, _ = small("out", *chosen)
-    (tmp_path / "weight.txt").write_text("1.5")
+    monkeypatch.setenv("ODD_WEIGHT", "1.5")
 
     wrong, _ = small("out", *chosen)
 

@@ -39,3 +39,9 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     for name in COLLECTIONS.keys() & set(metafunc.fixturenames):
         things = collection(name)
         metafunc.parametrize(name, things, ids=[thing.label for thing in things])
+
+
+@pytest.fixture(autouse=True)
+def measures_are_known() -> None:
+    """Load what is registered: whose claims say that steps follow paths or a law is known of loaded measures."""
+    loaded()

@@ -1,5 +1,6 @@
 """The check that every run begins with: planted breaches are named, one by one."""
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import count
@@ -24,6 +25,7 @@ from sdaeverify import (
 from sdaeverify.conformance import violation
 from sdaeverify.conformance.contract import contract_violation
 from sdaeverify.conformance.exactness import exactness_violation
+from sdaeverify.errors import SchemeError
 from sdaeverify.forms import Problem
 from sdaeverify.noise.laws import THREE_POINT, Law
 from sdaeverify.numerics import apply
@@ -31,6 +33,7 @@ from sdaeverify.numerics.statistics import EPS
 from sdaeverify_problems.angle_pendulum import angle_pendulum
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.delay_ou import delay_ou
+from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.ou import ou
@@ -116,12 +119,17 @@ def forces_its_way(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
 
 def stops_together(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
     """Solve drift-implicit Euler by fixed-point iteration until the last path has converged."""
+    return iterated(problem, x, h, noise, 1e-8)
+
+
+def iterated(problem: SDE, x: Array, h: float, noise: Increment, tolerance: float) -> Array:
     known = x + apply(problem.diffusion(0.0, x), noise.dW)
     y = known
-    while True:
+    for _ in range(100):
         before, y = y, known + h * problem.drift(0.0, y)
-        if np.abs(y - before).max() < 1e-8:
-            return y
+        if np.abs(y - before).max() < tolerance:
+            break
+    return y
 
 
 def needs_many(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
@@ -141,15 +149,37 @@ BREACHES: dict[str, tuple[Callable[[], Rule], str]] = {
         lambda: lambda p, x, h, n: Step(euler(p, x, h, n), failed=np.array([False])),
         "failed or truncated",
     ),
-    "sees the mean": (lambda: lambda p, x, h, n: euler(p, x, h, n) * (1.0 + 1e-13 * x.mean()), "sees its neighbours"),
+    "sees the mean": (lambda: lambda p, x, h, n: euler(p, x, h, n) * (1.0 + 1e-11 * x.mean()), "sees its neighbours"),
     "stops when all have converged": (lambda: stops_together, "sees its neighbours"),
     "knows its place": (
         lambda: lambda p, x, h, n: euler(p, x, h, n) + 1e-12 * np.arange(x.shape[1]),
         "another order",
     ),
-    "needs two paths": (lambda: needs_many, "of few paths raises IndexError"),
     "hears more than it says": (lambda: lambda p, x, h, n: euler(p, x, h, n) + 1e-3 * n.H, "not declare: H"),
 }
+
+
+@pytest.mark.parametrize("problem", [ou(x_0=0.01, sigma=0.01), double_well(), gbm(), noncommuting()])
+@pytest.mark.parametrize("tolerance", [1e-13, 1e-14])
+def test_an_iteration_that_ends_for_all_paths_together_near_rounding_is_no_violation(problem, tolerance) -> None:
+    """A converged path that is iterated on with its neighbours moves by a tolerance near rounding: it is let pass."""
+
+    def together(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        return iterated(problem, x, h, noise, tolerance * np.abs(problem.initial(1)).max())
+
+    assert contract_violation(Ruled(together), problem) == ""
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-10])
+def test_a_coarse_tolerance_for_all_paths_together_is_told_with_its_size(tolerance) -> None:
+    """How far paths see each other is part of what is said: less than the tolerance, and more than a hundredth."""
+
+    def together(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+        return iterated(problem, x, h, noise, tolerance)
+
+    found = re.search(r"in another batch, by ([0-9.e-]+) of", contract_violation(Ruled(together), double_well()))
+    assert found is not None
+    assert 0.01 * tolerance < float(found[1]) < tolerance
 
 
 @pytest.mark.parametrize("fault", BREACHES)
@@ -186,6 +216,14 @@ def test_what_a_step_raises_passes_through() -> None:
 
     with pytest.raises(ZeroDivisionError, match="no root"):
         violation(Ruled(rule), gbm())
+
+
+def test_what_a_step_raises_in_another_batch_is_no_violation() -> None:
+    """An error tells nothing of the numbers: it is told as one, with the occasion, the file and the line."""
+    with pytest.raises(
+        SchemeError, match=r"^a step of few paths raises IndexError: .* \(\S*test_violation.py:\d+\)$"
+    ):
+        violation(Ruled(needs_many), ou())
 
 
 def test_ill_conditioned_steps_are_not_accused_of_their_rounding() -> None:
@@ -303,7 +341,7 @@ def test_a_scheme_is_asked_what_it_does_not_refuse() -> None:
 
 
 def test_a_step_that_fails_where_it_does_not_refuse_is_named() -> None:
-    """An error on a trivial equation is a violation, unless it says itself that it is a refusal."""
+    """An error on a trivial equation is one of the step, unless it says itself that it is a refusal."""
 
     def narrow(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
         if len(x) > 1:
@@ -314,8 +352,34 @@ def test_a_step_that_fails_where_it_does_not_refuse_is_named() -> None:
         problem.parts(np.zeros((7, 1)))
         return euler(problem, x, h, noise)
 
-    assert "IndexError" in exactness_violation(Ruled(narrow))
+    with pytest.raises(SchemeError, match=r"a step raises IndexError: one component only .* on dx = 0 with 2"):
+        exactness_violation(Ruled(narrow))
     assert exactness_violation(Ruled(hands_on)) == ""
+
+
+def scalar(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
+    """Use one noise, and know of no more."""
+    if len(noise.dW) > 1:
+        raise NotImplementedError("does not support two motions")
+    return euler(problem, x, h, noise)
+
+
+def test_a_step_for_one_motion_is_told_nothing_of_two_where_there_is_one() -> None:
+    """What a step does with more motions than a problem has is no fault of it there, and one where they are."""
+    doubled = Ruled(lambda p, x, h, n: euler(p, x, h, n._replace(dW=np.sqrt(len(n.dW)) * n.dW)))
+
+    assert violation(Ruled(scalar), gbm()) == violation(doubled, gbm()) == ""
+    with pytest.raises(SchemeError, match=r"does not support two motions .* with 2 Brownian motions"):
+        exactness_violation(Ruled(scalar), 2)
+    assert "with 2 Brownian motions, which the scheme does not refuse" in exactness_violation(doubled, 2)
+
+
+def test_what_is_wrong_with_one_motion_is_told_of_one() -> None:
+    """A step that knows one noise only, and takes it for another size, is found where there is one."""
+    wrong = Ruled(lambda p, x, h, n: scalar(p, x, h, n._replace(dW=1.01 * n.dW)))
+
+    assert "dx = S dW" in exactness_violation(wrong, 1)
+    assert "2 Brownian" not in exactness_violation(wrong, 1)
 
 
 def projected(factor: float) -> Rule:

@@ -31,6 +31,12 @@ class Picky(Plain):
 
 
 @dataclass(frozen=True)
+class Asked(Plain):
+    name: ClassVar[str] = "asked"
+    on_request: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
 class Bridged(Plain):
     name: ClassVar[str] = "bridged"
     claimant: ClassVar[str] = "a-library"
@@ -123,6 +129,15 @@ def test_own_schemes():
         cells(both, distribution="unknown")
     assert {scheme for scheme, *_ in cells(both)} == {"plain", "fussy"}
     assert {scheme for scheme, *_ in cells(both, distribution="Pack", schemes=("fussy",))} == {"fussy"}
+
+
+def test_what_is_run_on_request_is_gated_where_it_is_named():
+    """Without a project, a scheme that is run on request is gated by its name alone; its own project takes it."""
+    registry = registered((Plain(), Asked()))
+
+    assert {scheme for scheme, *_ in cells(registry)} == {"plain"}
+    assert {scheme for scheme, *_ in cells(registry, schemes=("asked",))} == {"asked"}
+    assert {scheme for scheme, *_ in cells(registry, distribution="Pack")} == {"plain", "asked"}
 
 
 def test_claims_of_a_library_are_its_own():

@@ -1,5 +1,7 @@
 """From findings to outcomes."""
 
+from math import inf, nan
+
 import pytest
 
 from sdaeverify.cli.exit_codes import ExitCode, code_of_gate
@@ -124,3 +126,20 @@ def test_unexpected_before_undecided():
     assert code_of_gate(outcomes(results, policy), policy, complete=True) is ExitCode.UNEXPECTED
     results.append(result(Verdict.ERROR))
     assert code_of_gate(outcomes(results, policy), policy, complete=True) is ExitCode.NOT_MEASURED
+
+
+@pytest.mark.parametrize(
+    ("seen", "asked", "status"),
+    [
+        (0.3, inf, Status.PASSED),
+        (0.3, 0.01, Status.UNDECIDED),
+        (0.003, 0.01, Status.PASSED),
+        (nan, 0.01, Status.PASSED),
+    ],
+)
+def test_a_policy_asks_for_a_resolution(seen, asked, status):
+    """What is verified by evidence that would have shown no smaller error is undecided, with both figures."""
+    (outcome,) = outcomes([result(Verdict.VERIFIED, resolution=seen)], Policy(resolution=asked))
+
+    assert outcome.status is status
+    assert ("asks for 0.01" in str(outcome.finding.reason)) is (status is Status.UNDECIDED)

@@ -45,6 +45,12 @@ def test_all_is_tested():
     assert told([SHARP, replace(SHARP, quantities=("x", "y"))], quantities=("x", "y", "z")) == []
 
 
+@pytest.mark.parametrize("claimed", ["x", "x@T"])
+def test_a_quantity_at_the_end_is_tested_there(claimed):
+    """A claim on the end, or on all times, is tested by a finding at the end."""
+    assert told([replace(SHARP, quantities=(claimed,))], quantities=("x@T",)) == []
+
+
 @pytest.mark.parametrize(
     ("claim", "why"),
     [

@@ -239,6 +239,14 @@ def test_a_state_of_strong_order_keeps_its_constraints_with_that_order():
     assert len(found.levels) == found.settings.guard_levels
 
 
+def test_the_local_order_of_a_residual_is_that_of_one_step():
+    """The local order of a row is the one that verifies it, and the order along paths is another number."""
+    (row,) = verify("milstein", "circle", "drift").verdicts.to_dict("records")
+
+    assert row["local_order"] == pytest.approx(1.0, abs=0.01)
+    assert row["local_order"] != row["path_order"]
+
+
 @dataclass(frozen=True)
 class Modest(EulerMaruyama):
     """Euler-Maruyama that claims its residual has the order of the state."""

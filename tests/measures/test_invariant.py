@@ -1,6 +1,7 @@
 """Verdicts on stationary means: from records of chains that are prescribed, from chains that are run, and without."""
 
 from dataclasses import replace
+from time import process_time
 
 import numpy as np
 import pytest
@@ -14,6 +15,8 @@ from sdaeverify.measures.invariant import CHAINS, OPERATOR, Invariant
 from sdaeverify.measures.invariant.chain_findings import is_decided
 from sdaeverify.measures.invariant.chain_order import BiasSample, exceeds
 from sdaeverify.simulate.chains import GROUPS, ChainRecord
+from sdaeverify_problems.double_well import double_well as shipped_double_well
+from sdaeverify_schemes.mala import MALA
 from stationary_cells import (
     VARIANCE,
     Euler,
@@ -429,3 +432,29 @@ def test_known_means_are_those_of_the_observables():
             assert isinstance(truth, InvariantMean)
             value = problem.observables[truth.observable](0.0, {"x": x[None]})
             assert truth.value == pytest.approx((value * density).sum() / density.sum(), abs=1e-9)
+
+
+def test_a_cell_that_costs_far_more_than_others_says_what_it_would_take():
+    """Shallow noise in two wells: chains forget their start in 104, and a step is a quarter of a horizon of .462."""
+    problem = shipped_double_well(sigma=0.366, x_0=0.165, horizon=0.462)
+    begin = process_time()
+
+    _, found = probed(MALA(), problem)
+
+    assert process_time() - begin < 5.0
+    for name in ("x^2", "x^4"):
+        assert found[name].verdict is Verdict.INCONCLUSIVE
+        reason = str(found[name].reason)
+        # 10 relaxation times of burn-in and as many of a record, on four levels, in steps of 2 x .462/8.
+        steps = float(reason.split("chains would take ")[1].split(maxsplit=1)[0])
+        assert steps == pytest.approx(2 * 15 * 10 * problem.relaxation / 0.1155, rel=2e-3)
+        assert f"the relaxation time is {problem.relaxation:.3g}" in reason
+        assert "at most 40000 are made" in reason
+
+
+def test_steps_that_would_be_too_many_after_a_divergence_are_told():
+    """Chains that blew up at the smallest size that can be run: what the next one takes is said."""
+    lost = record(linear, looks=1)._replace(h=H / 64.0, time=np.empty(0), lost=np.full(4, 3.0), diverged=H[0] / 64.0)
+    reason = str(findings(lost)["x^2"].reason)
+    assert "chains would take 153600 steps of size 0.002" in reason
+    assert "diverged at h = " in reason

@@ -75,7 +75,7 @@ def test_steps_that_do_not_resolve_the_fastest_time_refute_nothing(errors):
     """A low order and a wrong limit on steps above 1/64 of the fastest time, of pairs, stay suspicions."""
     coarse, fine = (found(errors, seen=replace(problem(), fastest=times * H[-1])).tests for times in (127.0, 128.0))
     assert coarse.refuted == 1.0
-    assert coarse.suspected == fine.refuted < 1e-9
+    assert coarse.suspected <= fine.refuted < 1e-9
     assert coarse.growth == np.inf
     assert "does not resolve the fastest time" in str(coarse.reason)
     assert "does not resolve" not in str(fine.reason)

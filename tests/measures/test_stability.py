@@ -16,6 +16,7 @@ from sdaeverify_problems.circle import circle
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.forced_ou import forced_ou
 from sdaeverify_problems.gbm import gbm, linear_test
+from sdaeverify_problems.harmonic_langevin import harmonic_langevin
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
@@ -240,3 +241,36 @@ def test_missing_evidence_is_inconclusive() -> None:
         evidence = Evidence(scheme, problem, problem, SETTINGS, Tally(), Tally())
         (found,) = Stability().judge(evidence).findings
         assert found.verdict is verdict
+
+
+@pytest.mark.parametrize("claims", [(), (CONDITIONAL,)])
+def test_a_scheme_with_a_reversible_memory_is_unstable_at_every_step_size(claims: tuple[Claim, ...]) -> None:
+    """The companion of the reversible Heun method grows: its cell comes back, within bounds that its memory sets."""
+    (found,) = judged(c.ReversibleHeun(claims), harmonic_langevin()).findings
+    assert found.details["windows"] == "none"
+    assert found.verdict is (Verdict.REFUTED if claims else Verdict.OUT_OF_SCOPE)
+
+
+def test_dear_second_moments_are_measured_for_a_claim_alone() -> None:
+    """Thirty components have a matrix of 465 rows: not one of the small ones that every cell is given."""
+    problem = c.linear(-np.eye(30), [0.1 * np.eye(30)], np.ones(30))
+    for claims, reason in (((), "no claim is about them"), ((CONDITIONAL,), "")):
+        assert Stability().refuses(c.Formula(c.euler, claims), problem).endswith(reason)
+
+
+def test_memories_whose_matrices_would_fill_the_computer_are_refused() -> None:
+    """A thousand components and two hundred noises: 2 x 10^8 entries at the least."""
+    problem = SDE(
+        drift=lambda t, x: -x,
+        diffusion=lambda t, x: np.ones((1000, 200, 1)),
+        start=np.ones(1000),
+        noise_dim=200,
+        horizon=1.0,
+        source="test",
+    )
+    assert "too many for matrices" in Stability().refuses(c.Formula(c.euler, (CONDITIONAL,)), problem)
+
+
+def test_a_state_without_a_component_of_the_problem_is_refused() -> None:
+    """Its parts are called x where the problem has q and p: it was a KeyError."""
+    assert Stability().refuses(c.AdamsBashforth(), harmonic_langevin()).endswith("has no q, p")

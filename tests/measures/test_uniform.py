@@ -37,6 +37,7 @@ class Claimant(Scheme):
     """A scheme that claims to converge and is never run."""
 
     value: float | str = "converges"
+    quantities: tuple[str, ...] = ()
 
     name: ClassVar[str] = "claimant"
     form: ClassVar[type[SDE]] = SDE
@@ -44,7 +45,7 @@ class Claimant(Scheme):
     @property
     def promises(self):
         """One claim about everything."""
-        return (Claim(measure="uniform", value=self.value, source="test"),)
+        return (Claim(measure="uniform", value=self.value, quantities=self.quantities, source="test"),)
 
 
 @dataclass(frozen=True)
@@ -71,14 +72,16 @@ def health(**counts):
     return Tally(sums={**every, **{name: np.array(value, dtype=float) for name, value in counts.items()}})
 
 
-def judge(grid, between=None, *, value="converges", problem=None, health_of=None):
+def judge(grid, between=None, *, value="converges", quantities=(), problem=None, health_of=None):
     """Return the findings for errors on the grid and in continuous time, given as functions of h times a size."""
     observer = UniformObserver(gbm(), {"x": np.zeros((1, 4000))}, SETTINGS)
     levels = [{"x": 1.0 + SIZES[None] * grid(h)} for h in H]
     observer.after_coarsest_step(Snapshot(levels, {"x": np.ones((1, 4000))}, None))
     observer.between.squares[0] = [(SIZES * (between or np.sqrt)(h)) ** 2 for h in H[:4]]
     problem = problem or gbm()
-    evidence = Evidence(Claimant(value), problem, problem, SETTINGS, observer.tally(), health_of or health())
+    evidence = Evidence(
+        Claimant(value, quantities), problem, problem, SETTINGS, observer.tally(), health_of or health()
+    )
     judged = Uniform().judge(evidence)
     return {finding.quantity: finding for finding in judged.findings}, judged.levels
 
@@ -193,10 +196,17 @@ def test_exactness_is_convergence():
     assert {finding.verdict for finding in found.values()} == {Verdict.VERIFIED}
 
 
-@pytest.mark.parametrize(("value", "verdict"), [(0.5, Verdict.VERIFIED), (1.0, Verdict.REFUTED)])
-def test_an_order_is_judged_as_an_order(value, verdict):
-    """A claim of an order is put to both quantities, each with its own errors."""
-    found, _ = judge(lambda h: h, value=value)
+@pytest.mark.parametrize(
+    ("value", "quantities", "verdict"),
+    [
+        (0.5, (), Verdict.VERIFIED),
+        (1.0, (), Verdict.OUT_OF_SCOPE),
+        (1.0, (ON_GRID, IN_TIME), Verdict.REFUTED),
+    ],
+)
+def test_an_order_is_judged_as_an_order(value, quantities, verdict):
+    """An order is put to both quantities, each with its own errors; above 1/2, to time only where that is named."""
+    found, _ = judge(lambda h: h, value=value, quantities=quantities)
 
     assert found[ON_GRID].verdict is Verdict.VERIFIED
     assert found[IN_TIME].verdict is verdict

@@ -155,3 +155,78 @@ class Delayed(Scheme):
         """Make one step."""
         x = euler(problem, state.x, h, noise) + h * self.strength * state.past[-1:]
         return Step(History(x, np.concatenate([state.x, state.past[:-1]])))
+
+
+class Reversible(NamedTuple):
+    """The components, their companion, and the coefficients there."""
+
+    x: Array
+    z: Array
+    drift: Array
+    diffusion: Array
+
+
+@dataclass(frozen=True)
+class ReversibleHeun(Scheme):
+    """z+ = 2 x - z + h F(z) + B(z) dW, x+ = x + h (F(z) + F(z+))/2 + (B(z) + B(z+)) dW/2."""
+
+    promised: tuple[Claim, ...] = ()
+
+    name: ClassVar[str] = "reversible-heun"
+    form: ClassVar[type[SDE]] = SDE
+
+    @property
+    def promises(self) -> tuple[Claim, ...]:
+        return self.promised
+
+    def enter(self, problem: SDE, state: Array, t: float, h: float) -> Reversible:
+        return Reversible(state, state, problem.drift(t, state), _flat_diffusion(problem, t, state))
+
+    def parts(self, problem: SDE, state: Reversible) -> dict[str, Array]:
+        return dict(problem.parts(state.x))
+
+    def step(self, problem: SDE, state: Reversible, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        x, z, F, B = state
+
+        def kick(flat: Array) -> Array:
+            return apply(flat.reshape(len(x), -1, x.shape[1]), noise.dW)
+
+        z = 2.0 * x - z + h * F + kick(B)
+        F_new, B_new = problem.drift(t + h, z), _flat_diffusion(problem, t + h, z)
+        return Step(Reversible(x + 0.5 * h * (F + F_new) + 0.5 * kick(B + B_new), z, F_new, B_new))
+
+
+def _flat_diffusion(problem: SDE, t: float, x: Array) -> Array:
+    B = np.broadcast_to(problem.diffusion(t, x), (len(x), problem.noise_dim, x.shape[1]))
+    return B.reshape(-1, x.shape[1])
+
+
+class Flagged(NamedTuple):
+    """The present, the past, and 1 until the first step is made."""
+
+    x: Array
+    past: Array
+    first: Array
+
+
+@dataclass(frozen=True)
+class FlaggedBDF2(Scheme):
+    """Two steps of backward differences on linear drifts, the first step by the implicit Euler method."""
+
+    name: ClassVar[str] = "flagged-bdf2"
+    form: ClassVar[type[SDE]] = SDE
+
+    def enter(self, problem: SDE, state: Array, t: float, h: float) -> Flagged:
+        return Flagged(state, state, np.ones((1, state.shape[1])))
+
+    def parts(self, problem: SDE, state: Flagged) -> dict[str, Array]:
+        return dict(problem.parts(state.x))
+
+    def step(self, problem: SDE, state: Flagged, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        unit = np.eye(len(state.x))
+        A, kick = problem.drift(t, unit), apply(problem.diffusion(t, state.x), noise.dW)
+        one = np.linalg.solve(unit - h * A, state.x + kick)
+        two = np.linalg.solve(unit - 2.0 / 3.0 * h * A, (4.0 * state.x - state.past) / 3.0 + kick)
+        return Step(Flagged(np.where(state.first > 0.5, one, two), state.x, 0.0 * state.first))

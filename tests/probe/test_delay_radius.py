@@ -183,3 +183,24 @@ def test_decisions_are_fast(name: str) -> None:
     cell = SETS[name]
     assert seconds(cell, 0.2, 1.0 / 63.6) < 0.05
     assert seconds(cell, 0.2, 1.0 / 1023.6) < 2.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_steps_have_a_radius(seed: int) -> None:
+    """Coefficients of all sizes, some of them 0: gains that fall exactly like 1/r, of 1e16 and more, and of 0."""
+    rng = np.random.default_rng(seed)
+    for _ in range(40):
+        sizes = np.where(rng.random(6) < 0.7, 3.0, 10.0 ** rng.uniform(-8.0, 8.0, 6)) * (rng.random(6) > 0.35)
+        cell, theta = Linear(*(sizes * rng.standard_normal(6)).tolist()), float(rng.choice([0.0, 0.5, 1.0]))
+        h = 1.0 / float(rng.choice([rng.integers(1, 12), rng.uniform(0.01, 12.0)]))
+        with np.errstate(all="ignore"):
+            rho, width = radius(cell.step(theta, h), cell.mesh(h))
+        assert rho >= 0.0
+        assert width >= 0.0
+
+
+def test_a_gain_whose_reciprocal_is_rounding_leaves_a_radius() -> None:
+    """Noise that is 10^8 times what a stiff step leaves of the state: the gain at the first r is above 10^16."""
+    cell = Linear(835621.7977838577, 0.0, -1.0, -1.0, 0.0, 4.14)
+    rho, width = radius(cell.step(1.0, 1 / 9), cell.mesh(1 / 9))
+    assert width <= 1e-9 * rho

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sdaeverify import Scheme
 from sdaeverify.forms import Delayed
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, UNIT
 from sdaeverify.probe.stability import stability as scanning
@@ -10,6 +11,7 @@ from sdaeverify.probe.stability.stability import delay_stability, no_delay_stabi
 from sdaeverify_problems.delay_linear import delay_linear
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm
+from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 # Set, theta, spectral radius at h = 1/32 and growth rate for l = 0.
@@ -40,6 +42,14 @@ def test_without_an_acting_delay_the_boundary_is_that_of_the_plain_method() -> N
     assert record.windows == [(0.0, pytest.approx(1.0 / 0.6, rel=1e-9))]
     expected = ((1.0 - 0.8 * 0.1) ** 2 + 0.1) / (1.0 + 0.2 * 0.1) ** 2
     assert record.run.rho[0] == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.usefixtures("few_sizes")
+@pytest.mark.parametrize("scheme", [StochasticTheta, LaggedAlgebraicTheta])
+def test_a_radius_at_the_end_of_its_bracket_is_found(scheme: type[Scheme]) -> None:
+    """Set I has no delayed term, so that the gain is exactly c/r; Euler's method is stable for h < 1."""
+    record = delay_stability(scheme(theta=0.0), delay_test("I"), [0.25], UNIT)
+    assert record.windows == [(0.0, pytest.approx(1.0, rel=1e-9))]
 
 
 def test_the_stable_steps_of_set_iv_are_no_interval() -> None:

@@ -4,14 +4,17 @@ import numpy as np
 import pytest
 
 from probe import linear_cells as c
-from sdaeverify import DelaySDAE, HolonomicSDAE, HolonomicState, Increment, Scheme, Step
+from sdaeverify import SDE, DelaySDAE, HolonomicSDAE, HolonomicState, Increment, Scheme, Step
 from sdaeverify.probe.linear.equation import linear_equation
 from sdaeverify.probe.linear.linear_map import MemoryStep
 from sdaeverify.probe.linear.observable_part import essential_equation, essential_operator, restrict_to_observed
+from sdaeverify.probe.linear.second_moments import Operator
 from sdaeverify.probe.linear.step_moments import step_moments
 from sdaeverify.probe.stability.spectral import spectral_radius
 from sdaeverify.probe.stability.stability import no_stability, stability
 from sdaeverify.probe.step.one_step import OneStep
+from sdaeverify_problems.harmonic_langevin import harmonic_langevin
+from sdaeverify_problems.ou import ou
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
@@ -49,6 +52,29 @@ def test_memory_that_comes_back_late_is_kept() -> None:
     """The oldest of six past states acts on the components after six steps."""
     step = MemoryStep(OneStep(c.Delayed(6, -0.5), c.linear(-2.0, [0.5])), 0.1)
     assert len(restrict_to_observed(step, step_moments(step.one_step, 0.1).operator).rows) == 8
+
+
+@pytest.mark.parametrize("h", [1e-3, 0.02, 0.125, 1.7, 400.0])
+@pytest.mark.parametrize("scheme", [c.ReversibleHeun(), c.FlaggedBDF2()], ids=str)
+def test_observed_memory_has_an_orthonormal_basis_of_at_most_its_dimension(scheme: Scheme, h: float) -> None:
+    """However little a map adds to what is known: there were more "orthonormal" rows than columns, without end."""
+    for problem in (harmonic_langevin().view(SDE), ou()):
+        step = MemoryStep(OneStep(scheme, problem), h)
+        rows = restrict_to_observed(step, step_moments(step.one_step, h).operator).rows
+        assert len(rows) <= step.dimension + 1
+        assert rows @ rows.T == pytest.approx(np.eye(len(rows)), abs=1e-12)
+
+
+def test_small_contributions_of_many_maps_make_no_rows_beyond_the_dimension() -> None:
+    """Maps that differ by a part in 10^12 to 10^9 of their size, where one projection leaves rounding."""
+    rng = np.random.default_rng(5)
+    step = MemoryStep(OneStep(c.Delayed(6, -0.5), c.linear(-2.0, [0.5])), 0.1)
+    for size in (1e-12, 1e-11, 1e-10, 1e-9):
+        common, k = rng.standard_normal((1 + step.dimension, 2)), step.dimension + 1
+        low = (common @ rng.standard_normal((2, k)))[..., None]
+        factors = low + size * rng.standard_normal((k, k, 5))
+        rows = restrict_to_observed(step, Operator(factors, np.full(5, 0.2))).rows
+        assert rows @ rows.T == pytest.approx(np.eye(len(rows)), abs=1e-12)
 
 
 def test_a_constrained_problem_decays_like_its_free_form() -> None:

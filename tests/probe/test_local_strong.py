@@ -17,13 +17,13 @@ from sdaeverify.measures.strong.findings import judge_strong
 from sdaeverify.noise.laws import THREE_POINT, Law
 from sdaeverify.probe.local.strong_defects import LocalStrong, local_strong, no_local_order
 from sdaeverify.probe.local.strong_order import ACCURACY, StrongOrder, strong_order
-from sdaeverify.probe.step.nodes import half_steps
 from sdaeverify.registry.load import load_registry
 from sdaeverify_problems.angle_pendulum import angle_pendulum
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.fibre_clamped import fibre_clamped
 from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.levy_area import levy_area
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.pendulum import pendulum
@@ -34,6 +34,7 @@ from sdaeverify_schemes.balanced_euler import BalancedEuler
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 from sdaeverify_schemes.heun import Heun, HeunAdditive
+from sdaeverify_schemes.milstein_areas import MilsteinAreas
 from sdaeverify_schemes.projected_euler import ProjectedEuler
 from sdaeverify_schemes.semi_implicit_projection_euler import SemiImplicitProjectionEuler
 from sdaeverify_schemes.sra1 import SRA1
@@ -196,7 +197,7 @@ def test_the_multiplier_is_an_output_of_its_own() -> None:
         for name, record in records.items()
     }
 
-    assert records["mu"].core.tolist() == [1.0, 1.0, 0.0]
+    assert records["mu"].reached.tolist() == [[1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 1.0]]
     assert verdicts["mu"] == [Verdict.VERIFIED, Verdict.VERIFIED, Verdict.REFUTED]
     assert verdicts["v"] == [Verdict.REFUTED] * 3
 
@@ -309,7 +310,7 @@ def test_the_waiver_leaves_a_defect_that_is_taken_back_undecided() -> None:
 
 
 def many_noises(strength: float) -> tuple[Scheme, SDE]:
-    """Return a scheme and a problem with so many noises that only random points are left."""
+    """Return a scheme and a problem with so many noises that a rule of the fifth degree is too large."""
     problem = SDE(
         drift=lambda t, x: -x,
         diffusion=lambda t, x: np.full((1, 9, 1), 0.2) * (1.0 + 0.5 * x[:, None]),
@@ -321,17 +322,38 @@ def many_noises(strength: float) -> tuple[Scheme, SDE]:
     return s.OneFormula(lambda p, x, h, n: s.euler(p, x, h, n, strength=strength)), problem
 
 
-def test_random_points_verify_nothing_but_refute() -> None:
-    """Where means are not resolved the mean-square order is found, and wrong noise is refuted."""
+def test_many_noises_resolve_means() -> None:
+    """With nine motions the orders of means are known, too, and noise that is a little wrong is refuted."""
     order = found(*many_noises(1.0))
-    answer, wrong = judge_strong(order, 0.5), opinion(*many_noises(1.005), 0.5)
+    wrong = opinion(*many_noises(1.005), 0.5)
 
-    assert not order.means
-    assert np.isnan([order.p1, order.q1]).all()
+    assert order.means
+    assert order.p1 == pytest.approx(2.0, abs=0.02)
     assert order.order == pytest.approx(0.5, abs=0.02)
-    assert answer.verdict is Verdict.INCONCLUSIVE
+    assert judge_strong(order, 0.5).verdict is Verdict.VERIFIED
     assert judge_strong(order, 1.0).verdict is Verdict.REFUTED
     assert wrong.reason.has(Kind.INCONSISTENT)
+
+
+@dataclass(frozen=True)
+class OtherAreas(MilsteinAreas):
+    """Milstein's scheme with areas that are too large or too small."""
+
+    factor: float = 1.0
+
+    name: ClassVar[str] = "other-areas"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        return super().step(problem, state, t, h, noise._replace(A=self.factor * noise.A))
+
+
+@pytest.mark.parametrize(
+    ("factor", "verdict"), [(1.0, Verdict.VERIFIED), (1.02, Verdict.REFUTED), (0.9, Verdict.REFUTED)]
+)
+def test_areas_have_nodes(factor: float, verdict: Verdict) -> None:
+    """A part of the area that is lost or too much leaves the order 1/2, which no margin of the order 1 hides."""
+    order = found(OtherAreas(factor), levy_area())
+    assert judge_strong(order, 1.0, margin=0.2).verdict is verdict
 
 
 def test_a_map_that_breaks_down_at_small_steps_has_no_order() -> None:
@@ -408,17 +430,6 @@ def test_a_stiff_fibre_is_probed_where_its_solutions_are() -> None:
 
     assert order.order == pytest.approx(1.0, abs=0.02)
     assert order.inconsistent_share == 0.0
-
-
-def test_many_components_are_probed_at_fewer_random_points() -> None:
-    """Of a rule all nodes are taken; of random points so many that a step of many components stays affordable."""
-    rule, points = (half_steps(count, 6).whole for count in (1, 14))
-    few = points.few(300)
-
-    assert rule.few(1) is rule
-    assert few.dW.shape == (14, 300)
-    assert few.weights.sum() == pytest.approx(1.0)
-    assert points.few(10_000) is points
 
 
 @pytest.mark.slow

@@ -13,6 +13,7 @@ from sdaeverify import THREE_POINT, HolonomicSDAE, HolonomicState, ProblemError,
 from sdaeverify.contracts.finding import Kind, Verdict
 from sdaeverify.contracts.tally import packed, unpacked
 from sdaeverify.measures.weak.probe import judge_weak
+from sdaeverify.numerics import apply
 from sdaeverify.probe.local.weak_defects import local_weak, refusal, weak_reference
 from sdaeverify.probe.local.weak_order import LocalWeak, weak_order
 from sdaeverify.probe.step.states import WHEN
@@ -110,6 +111,40 @@ def test_orders_do_not_depend_on_units():
     same = order(scheme(euler), "gbm")
     assert found.order == pytest.approx(same.order, abs=0.01)
     assert found.orders == pytest.approx(same.orders, abs=0.1)
+
+
+ROTATION = np.array([[0.6, -0.8], [0.8, 0.6]])
+
+
+def turned(p, x, t, h, n):
+    """Euler-Maruyama in coordinates that are turned, and back: rounding of one coordinate enters the other."""
+    return ROTATION.T @ (ROTATION @ x + h * (ROTATION @ p.drift(t, x)) + ROTATION @ apply(p.diffusion(t, x), n.dW))
+
+
+def test_a_coordinate_that_is_0_up_to_rounding_has_no_unit_of_its_own():
+    """Rounding errors of the state's size, in a coordinate that starts at 8e-17, are no defect of its moments."""
+    first, there_and_back = np.array([[1.0], [0.0]]), ROTATION.T @ ROTATION
+    flat = equation(
+        lambda t, x: A * first * x, lambda t, x: B * (first * x)[:, None], [1.0, 8e-17],
+        constraint=lambda x: x[1:] + (there_and_back @ x - x)[1:],
+    )  # fmt: skip
+    found = weak_order(local_weak(scheme(turned), flat))
+    assert found.order == pytest.approx(1.0, abs=0.02)
+    assert judge_weak(found, 1.0).verdict is Verdict.VERIFIED
+    assert judge_weak(found, 1.5).verdict is Verdict.REFUTED
+
+
+def test_a_small_coordinate_keeps_its_unit():
+    """A coordinate a billion times smaller than another one is still seen: a wrong variance of it is refuted."""
+    size = np.array([[1.0], [1e-9]])
+    small = equation(lambda t, x: A * x, lambda t, x: np.eye(2)[..., None] * B * x, [1.0, 1e-9], noise_dim=2)
+
+    def wrong(p, x, t, h, n):
+        dW = n.dW * np.array([[1.0], [1.05]])
+        return x + h * p.drift(t, x) + apply(p.diffusion(t, x), dW)
+
+    assert np.all(small.initial(1) == size)
+    assert judge_weak(weak_order(local_weak(scheme(wrong), small)), 1.0).reason.has(Kind.INCONSISTENT)
 
 
 def test_a_reference_serves_all_schemes():

@@ -13,6 +13,7 @@ from sdaeverify_problems.affine_constraint import affine_constraint
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.forced_ou import forced_ou
 from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.harmonic_langevin import harmonic_langevin
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.ou import ou
 from sdaeverify_schemes.baoab import BAOAB
@@ -188,3 +189,11 @@ def test_errors_that_could_hide_are_not_taken_for_none() -> None:
 def test_problems_without_moment_equations_are_refused(problem: SDE, reason: str) -> None:
     """Curved ones, ones that depend on time, and large ones."""
     assert reason in no_moments(EulerMaruyama(), problem)
+
+
+@pytest.mark.parametrize("scheme", [c.FlaggedBDF2(), c.ReversibleHeun()], ids=str)
+@pytest.mark.parametrize("problem", [ou(), gbm(), harmonic_langevin().view(SDE)], ids=["ou", "gbm", "langevin"])
+def test_steps_with_memory_come_back(scheme: Scheme, problem: SDE) -> None:
+    """A first step that is flagged in the memory is no linear step: nothing is propagated."""
+    record = errors(scheme, problem)
+    assert (moment_orders(record) == ()) == (record.defect.max() > 1e-10)

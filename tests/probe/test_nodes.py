@@ -6,10 +6,13 @@ from math import prod
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from joined_noise import aggregate
+from sdaeverify.noise.areas import join_areas, outer
 from sdaeverify.noise.brownian import LevelNoise
-from sdaeverify.noise.laws import THREE_POINT, TWO_POINT, Law
+from sdaeverify.noise.laws import GAUSSIAN, THREE_POINT, TWO_POINT, Law
 from sdaeverify.probe.step.nodes import (
     FEWEST,
     LARGEST,
@@ -20,7 +23,9 @@ from sdaeverify.probe.step.nodes import (
     fifth_degree_rule,
     gauss_hermite,
     half_steps,
+    law_nodes,
     normal_rule,
+    orthogonal_rule,
     step_nodes,
     tensor_rule,
 )
@@ -179,3 +184,66 @@ def test_too_many_atoms_are_sampled():
     assert not nodes.exact
     assert set(np.unique(nodes.dW)) == set(THREE_POINT.values)
     assert step_nodes(8, 3, law=THREE_POINT).exact
+
+
+def standardised(nodes: Nodes) -> np.ndarray:
+    """Return all noise of a step of length 1 as variables of variance 1, areas less what H tells of them."""
+    A = nodes.A
+    if A is not None and nodes.H is not None:
+        A = np.sqrt(12.0) * (A - outer(nodes.H, nodes.dW))
+    elif A is not None:
+        A = 2.0 * A
+    scales = ((nodes.dW, 1.0), (nodes.H, 12.0), (nodes.K, 720.0), (A, 1.0))
+    return np.concatenate([np.sqrt(scale) * part for part, scale in scales if part is not None])
+
+
+def assert_exact_to_degree_three(x: np.ndarray, weights: np.ndarray) -> None:
+    """Expect mean 0, covariance Id and third moments 0, to rounding."""
+    n = len(x)
+    assert weights.sum() == pytest.approx(1.0, abs=1e-12)
+    assert (weights > 0.0).all()
+    assert np.abs(x @ weights).max() < 1e-12
+    assert np.abs((x * weights) @ x.T - np.eye(n)).max() < 1e-12
+    assert np.abs(np.einsum("ik,jk,lk,k->ijl", x, x, x, weights, optimize=True)).max() < 1e-11
+
+
+@settings(max_examples=25, deadline=None)
+@given(n=st.integers(3, 48))
+def test_an_orthogonal_rule_is_exact_to_degree_three(n: int) -> None:
+    """For any number of variables, in few nodes; squares multiply rightly as well."""
+    rule = orthogonal_rule(n)
+    assert_exact_to_degree_three(rule.x, rule.weights)
+    assert len(rule.weights) <= 6 * n
+    assert rule.weights @ (rule.x**2).sum(axis=0) ** 2 == pytest.approx(n * (n + 2.0), rel=1e-12)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    l=st.integers(1, 9),
+    beside=st.sets(st.sampled_from(["H", "K", "A"])),
+    law=st.sampled_from([GAUSSIAN, TWO_POINT, THREE_POINT]),
+)
+def test_nodes_of_a_law_resolve_mean_and_covariance(l: int, beside: set[str], law: Law) -> None:
+    """Of every kind of noise, two sets of nodes are exact to degree 3, and they are few."""
+    noise = frozenset({"dW", *(beside if not law.bounded else beside & {"H"})})
+    for nodes in law_nodes(l, noise, law):
+        assert nodes.exact
+        x = standardised(nodes)
+        assert len(x) == l * (1 + ("H" in noise) + ("K" in noise)) + ("A" in noise) * (l * (l - 1) // 2)
+        assert_exact_to_degree_three(x, nodes.weights)
+        assert len(nodes.weights) <= max(36, 12 * len(x))
+
+
+@pytest.mark.parametrize("areas", [False, True])
+@pytest.mark.parametrize("dimension", [2, 3, 6])
+def test_levy_areas_of_half_steps_make_up_the_whole(dimension: int, areas: bool) -> None:
+    """Chen's relation holds at every node, areas have mean 0 and, where the rule is of degree 5, their variance."""
+    halves = half_steps(dimension, 3, areas=areas, levy=True)
+    for nodes in halves:
+        assert nodes.A is not None
+        assert np.abs(nodes.A @ nodes.weights).max() < 1e-12
+    A, dW = (np.stack([first, second]) for first, second in zip(*((n.A, n.dW) for n in halves[1:]), strict=True))
+    assert np.allclose(halves.whole.A, join_areas(A, dW)[0], rtol=0.0, atol=1e-14)
+    if halves.whole.degree == 5:
+        for nodes, h in zip(halves, (1.0, 0.5, 0.5), strict=True):
+            assert (nodes.A * nodes.weights) @ nodes.A.T == pytest.approx(0.25 * h**2, abs=1e-12)

@@ -17,7 +17,7 @@ from sdaeverify.probe.local.weak_defects import local_weak
 from sdaeverify.probe.local.weak_order import weak_order
 from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify.probe.step.states import cloud
-from sdaeverify.probe.step.times import same_in_a_row, times
+from sdaeverify.probe.step.times import same_in_a_row, strata, times
 
 STILL = equation(lambda t, x: 0.5 * x, lambda t, x: 0.6 * x[:, None], [1.0])
 MOVING = equation(lambda t, x: 0.5 * x + np.sin(t), lambda t, x: 0.6 * x[:, None], [1.0])
@@ -39,19 +39,37 @@ def found(formula: Any, problem: SDE, **parameters: float) -> tuple[float, ...]:
 
 
 @pytest.mark.parametrize(
-    ("formula", "problem", "parameters", "expected"),
+    ("formula", "problem", "parameters", "inside"),
     [
-        (euler, STILL, {}, (0.2,)),
-        (euler, MOVING, {}, (0.2, 0.0625, 0.9375)),
-        (late, STILL, {}, (0.2, 0.5625, 0.9375)),
-        (late, STILL, {"begin": 0.9}, (0.2, 0.9375)),
-        (late, STILL, {"begin": 0.1, "end": 0.3}, (0.2, 0.0625, 0.9375)),
+        (late, STILL, {}, (0.5, 1.0)),
+        (late, STILL, {"begin": 0.9}, (0.9, 1.0)),
+        (late, STILL, {"begin": 0.61, "end": 0.67}, (0.61, 0.67)),
+        (late, MOVING, {"begin": 0.61, "end": 0.67}, (0.61, 0.67)),
+        (late, STILL, {"begin": 0.1, "end": 0.3}, (0.0, 0.1)),
     ],
-    ids=["nothing", "the equation", "from half on", "at the end", "around the one time"],
+    ids=["from half on", "at the end", "a window", "a window in a moving equation", "around the one time"],
 )
-def test_times(formula, problem, parameters, expected):
-    """Other times are taken where the same noise leads elsewhere: the first and the last of them."""
-    assert found(formula, problem, **parameters) == expected
+def test_times(formula, problem, parameters, inside):
+    """A time is taken at which the step is unlike the one at 0.2, wherever that is."""
+    first, *others = found(formula, problem, **parameters)
+    assert first == 0.2
+    if inside[0] > 0.0:
+        assert any(inside[0] < t <= inside[1] for t in others)
+    assert 1 <= len(others) <= 2
+
+
+@pytest.mark.parametrize(("problem", "count"), [(STILL, 1), (MOVING, 3)])
+def test_times_of_a_right_step(problem, count):
+    """One time is enough where nothing depends on it, and where something does, two more are taken."""
+    assert len(found(euler, problem)) == count
+
+
+@pytest.mark.parametrize("horizon", [0.3, 1.0, 16.0, 100.0])
+def test_no_stretch_of_the_horizon_is_left_out(horizon):
+    """Of a longer horizon there is a time in each of 32 parts; of a shorter one, they are a 32nd of it apart."""
+    _, *others = strata(horizon)
+    gaps = np.diff([0.0, *others, horizon])
+    assert max(gaps) <= horizon / 16.0 + 1e-12
 
 
 @pytest.mark.parametrize(

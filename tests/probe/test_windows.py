@@ -204,3 +204,12 @@ def test_a_sample_says_stable_where_second_moments_grow(a: float, b: float, h: f
     assert sampled < 1.0
     assert rho == pytest.approx((1 + a * h) ** 2 + b * b * h, rel=1e-13)
     assert rho > 1.1
+
+
+def test_a_jump_at_a_step_size_of_the_scan_is_a_crossing() -> None:
+    """A step whose lag is rounded to the mesh jumps at parts of the delay; e^(log .1) is not .1."""
+    h = np.array([0.05, 0.1, 0.2])
+
+    found = crossings(lambda size: 0.5 if size <= 0.1 else 2.0, h, np.array([-1, -1, 1]))
+
+    assert found == pytest.approx([0.1], rel=1e-14)

@@ -48,6 +48,40 @@ def test_the_sign_of_the_rate_is_hayes_criterion() -> None:
     assert answers == {True, False}
 
 
+def decays(A: np.ndarray, B: np.ndarray, tau: np.ndarray) -> np.ndarray:
+    """Return Hayes' criterion for s = A + B e^(-s tau)."""
+    turned = tau * np.sqrt(np.maximum(B * B - A * A, 0.0))
+    oscillating = turned < np.arccos(np.clip(-A / np.where(B == 0.0, 1.0, B), -1.0, 1.0))
+    return np.asarray((A + B < 0.0) & ((A <= B) | oscillating))
+
+
+def test_the_rate_is_that_of_the_rightmost_root_of_20000_random_equations() -> None:
+    """Shifted by a little more than its rate each decays, by a little less none does, by Hayes' criterion."""
+    rng = np.random.default_rng(17)
+    A, B, tau = rng.uniform([[-3.0], [-3.0], [0.05]], [[3.0], [3.0], [3.0]], (3, 20_000))
+    # A double root, where two real ones meet, is known to half the digits.
+    shift = 1e-6 * (1.0 + np.abs(A) + np.abs(B))
+
+    roots = [
+        np.array([equilibrium.rate(equation(*each)) for each in zip(A, B, tau, strict=True)]),
+        np.array(
+            [LinearDelay(*each, 0.0, 0.0, lag).rightmost_root.real for *each, lag in zip(A, B, tau, strict=True)]
+        ),
+    ]
+
+    for rate in roots:
+        above, below = (decays(A - moved, B * np.exp(-moved * tau), tau) for moved in (rate + shift, rate - shift))
+        assert above.all()
+        assert not below.any()
+
+
+def test_no_law_is_declared_where_two_real_roots_are_positive_or_one_is() -> None:
+    """Of s = .6 - .5466 e^-s and s = 2 - 1.822 e^(-.3 s) the larger real root is positive."""
+    assert not [truth for truth in delay_ou(A=0.6, B=-0.5466).truths if isinstance(truth, InvariantMean)]
+    problem = delay_linear(A=2.0, B=-1.822, c=0.0, d=0.1, tau=0.3)
+    assert [truth.stable for truth in problem.truths if isinstance(truth, MeanSquareStability)] == [False]
+
+
 @pytest.mark.parametrize(("A", "B"), [(-800.0, -1.0), (-800.0, 700.0), (-900.0, -850.0)])
 def test_the_stationary_variance_is_the_integral_of_the_spectrum(A: float, B: float) -> None:
     """sigma^2 times the integral of 1/(2 pi |i w - A - B e^(-i w tau)|^2) over all frequencies."""

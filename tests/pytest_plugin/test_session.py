@@ -152,7 +152,7 @@ def test_a_broken_plugin_that_is_asked_for(pytester):
     result = pytester.runpytest_inprocess("--sdaeverify", "-p", "no:hypothesispytest")
 
     assert result.ret == USAGE
-    result.stderr.fnmatch_lines(["ERROR: --sdaeverify: plugin file *broken.py: RuntimeError: two lines"])
+    result.stderr.fnmatch_lines(["ERROR: --sdaeverify: plugin file *broken.py: RuntimeError: two lines (broken*"])
 
 
 def test_junit_file(pytester, project):

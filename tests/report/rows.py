@@ -1,7 +1,8 @@
 """Rows of tables as texts, as a folder of a run holds them."""
 
+from sdaeverify.report.cells import names
 from sdaeverify.report.folders import SavedTables
-from sdaeverify.report.tables.columns import VERDICTS, names
+from sdaeverify.report.verdict_row import VERDICTS, VerdictRow
 
 VERDICT = {
     **dict.fromkeys(names(VERDICTS), ""),
@@ -84,6 +85,11 @@ def weak(**changed):
         "reason_kind": "no claim",
     }
     return verdict(**{**told, **changed})
+
+
+def read(*rows):
+    """Return rows of texts as they are read."""
+    return [VerdictRow.from_row(row) for row in rows]
 
 
 def detail(**changed):

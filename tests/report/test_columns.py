@@ -9,7 +9,8 @@ import pytest
 
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_measures
-from sdaeverify.report.tables.columns import MEAN, VERDICTS, dictionary, names
+from sdaeverify.report.cells import names
+from sdaeverify.report.tables.columns import MEAN, VERDICTS, dictionary
 
 REFERENCE = Path(__file__).resolve().parents[2] / "reports" / "reference"
 FILES = [file.relative_to(REFERENCE).as_posix() for file in REFERENCE.rglob("*.csv") if file.name != "columns.csv"]

@@ -1,13 +1,17 @@
 """What a finding is told as: one meaning a column, and no order without information."""
 
 from math import inf, isnan, nan
+from types import SimpleNamespace
 
 import pytest
 
 from sdaeverify import Claim
 from sdaeverify.contracts.finding import Finding, Kind, Reason, Verdict
-from sdaeverify.report.reading import Interval
-from sdaeverify.report.tables.rows import read_finding
+from sdaeverify.contracts.specs import problem_spec
+from sdaeverify.report.verdict_row import Interval, VerdictRow
+from sdaeverify.study import Cell, CellResult
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 
 CLAIM = Claim(measure="strong", value=0.5, source="a book")
 WEAK = {"slope": -14.05, "slope_low": -22.17, "slope_high": -5.93, "local_order": 0.9988}
@@ -27,6 +31,12 @@ def finding(verdict=Verdict.VERIFIED, **changed):
         "method": "local order (T1), guarded by paths, exact solution",
     }
     return Finding(verdict=verdict, **{**told, **changed})
+
+
+def read_finding(found, value_of=""):
+    """Return the row of a finding of a measure that estimates an order, or something else."""
+    measure = SimpleNamespace(name="strong", value_of=value_of)
+    return VerdictRow.from_finding(found, CellResult(Cell(EulerMaruyama(), problem_spec(gbm), measure), (found,)))
 
 
 def weak(*, resolved=0.2, informative=False, **changed):
@@ -61,7 +71,7 @@ def test_an_interval_without_end_is_no_order():
     found = finding(method="paired replicated chains (T3)", tier=3, low=-inf, high=inf, details={})
     reading = read_finding(found)
     assert not reading.path.known
-    assert not reading.value.known
+    assert not reading.estimate.known
     assert reading.reason.endswith("; no order along paths: its interval is not finite")
 
 
@@ -78,6 +88,13 @@ def test_a_claim_decided_by_one_step_keeps_both_orders_apart():
     reading = read_finding(found)
     assert (reading.local_order, reading.path) == (0.99, (1.1, 0.9, 1.3))
     assert (reading.decided_by, reading.guarded_by) == ("T1", "successive differences")
+
+
+def test_an_estimate_along_paths_is_no_local_order():
+    """Where one step decides and its order is not told, the order along paths does not stand in for it."""
+    reading = read_finding(finding(details={}))
+    assert reading.path == (0.392, 0.357, 0.428)
+    assert isnan(reading.local_order)
 
 
 def test_a_tick_comes_with_claim_margin_and_tier():
@@ -113,6 +130,6 @@ def test_what_is_no_order_along_paths_says_what_it_is(changed, value_of, told):
     """The value of a finding is never taken for an order along paths."""
     reading = read_finding(finding(**changed), value_of)
     assert reading.value_of == told
-    assert reading.value == Interval(0.392, 0.357, 0.428)
+    assert reading.estimate == Interval(0.392, 0.357, 0.428)
     assert not reading.path.known
     assert isnan(reading.local_order) or told == "order" or changed.get("details") is None

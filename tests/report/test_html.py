@@ -69,7 +69,11 @@ def test_numbers_reach_the_page_with_six_digits_and_texts_once():
 def test_the_page_is_one_file_of_its_own():
     """Nothing in it refers to another file, and its policy lets nothing be fetched."""
     text = page_text(payload(run()))
-    assert "default-src 'none'" in unescape(text)
+    for nothing in ("default-src 'none'", "base-uri 'none'", "form-action 'none'"):
+        assert (
+            f"{nothing};"
+            in f"{unescape(text).partition('Content-Security-Policy')[2].partition('>')[0]};".replace('";', ";")
+        )
     assert not re.search(r"(src|href)\s*=\s*[\"']?(https?:|//)", text)
     assert not re.search(r"@import|url\(", text)
 
@@ -153,6 +157,35 @@ def test_the_first_picture_of_the_reference_run_is_there_within_two_seconds(show
         return max(paints) if paints else page.run("performance.now()")
 
     assert any(milliseconds() < 2000 for _ in range(3))
+
+
+@needs_chromium
+@pytest.mark.parametrize(
+    "address",
+    [
+        "#/nowhere",
+        "#/cell/no-scheme/pendulum",
+        "#/cell/half-explicit-euler",
+        "#/scheme/no-scheme",
+        "#/problem/",
+        "#/table/99",
+        "#/history",
+        "#/constructor",
+        "#/__proto__/x",
+        "#/summary/more",
+        "#/%E0%A4%A",
+    ],
+)
+def test_an_unknown_address_leads_to_the_summary(shown, address):
+    """Opened there, or sent there later, the page shows its first part, and nothing is wrong."""
+    page = shown(reference(), address)
+    opened = page.run("document.title")
+    page.go("#/matrix")
+    page.go(address)
+
+    assert [opened, page.run("document.title")] == ["Summary \u00b7 sdaeverify"] * 2
+    assert page.run("document.querySelector('nav a[aria-current]').innerText") == "Summary"
+    assert not complaints_of(page)
 
 
 @needs_chromium

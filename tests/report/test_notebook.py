@@ -2,7 +2,7 @@
 
 import pytest
 
-from report.rows import verdict, weak
+from report.rows import read, verdict, weak
 from sdaeverify.errors import UsageError
 from sdaeverify.report.notebook import CellView, result_html, result_text
 
@@ -11,10 +11,7 @@ HOSTILE = "<script>alert(1)</script>\x1b[31m"
 
 def rows():
     """Return a verified row and one without information."""
-    return [
-        verdict(),
-        weak(),
-    ]
+    return read(verdict(), weak())
 
 
 ABSENT = [verdict(measure="drift", reason="the problem has no constraint")]
@@ -22,14 +19,14 @@ ABSENT = [verdict(measure="drift", reason="the problem has no constraint")]
 
 def test_a_result_is_short_at_a_prompt():
     """The counts, and the schemes by measure; nothing of thousands of characters."""
-    told = result_text([verdict(scheme=f"s{n}") for n in range(300)])
+    told = result_text(read(*(verdict(scheme=f"s{n}") for n in range(300))))
     assert told.startswith("300 quantities: 300 verified")
     assert len(told.splitlines()) <= 40
 
 
 def test_a_result_shows_itself_as_html():
     """A table with claim, margin, both orders and tier, what needs attention first."""
-    told = result_html([verdict(), verdict(scheme="bad", verdict="refuted")])
+    told = result_html(read(verdict(), verdict(scheme="bad", verdict="refuted")))
     assert told.index("bad") < told.index("some-euler")
     assert "<td>order &gt;= 0.5 (margin 0.2)</td><td>0.48</td><td>0.39 [0.36, 0.43]</td><td>T1</td>" in told
 
@@ -44,7 +41,7 @@ def test_a_cell_says_why():
 
 def test_names_are_texts():
     """What a plugin is named is shown, and does nothing."""
-    odd = [verdict(scheme=HOSTILE, reason=HOSTILE)]
+    odd = read(verdict(scheme=HOSTILE, reason=HOSTILE))
     for told in (result_html(odd), CellView.of(odd, [], HOSTILE, "gbm")._repr_html_()):
         assert "<script>" not in told
         assert "\x1b" not in told

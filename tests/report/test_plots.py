@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from report.rows import level, verdict, weak
+from report.rows import level, read, verdict, weak
 from sdaeverify.errors import UsageError
 from sdaeverify.report.plots import Plots
 
@@ -24,7 +24,7 @@ def plots():
               h=str(h), estimate=str(e), fitted=str(h < 0.1))
         for row in rows for h, e in zip(SIZES, ERRORS, strict=True)
     ]  # fmt: skip
-    yield Plots(rows, levels)
+    yield Plots(read(*rows), levels)
     matplotlib.pyplot.close("all")
 
 
@@ -80,7 +80,7 @@ def test_schemes_are_compared_by_the_numbers_of_the_levels(plots, kind):
 def test_work_is_the_measured_time_of_the_steps(plots):
     """Errors stand against steps times the time of one; without a measured time there is nothing to draw."""
     levels = [{**row, "steps": str(round(1.0 / float(row["h"])))} for row in plots.levels]
-    details = [{**row, "step_seconds": "0.002"} for row in plots.rows]
+    details = [{**row.cells, "step_seconds": "0.002"} for row in plots.rows]
     ax = Plots(plots.rows, levels, details).work("gbm")
     found, _ = points(ax, "some-euler")
     assert found == [(0.002 * round(1 / h), e) for h, e in zip(SIZES, ERRORS, strict=True)]

@@ -9,8 +9,9 @@ import pytest
 from report.rows import verdict, weak
 from sdaeverify.errors import UsageError
 from sdaeverify.report.folders import read_tables
-from sdaeverify.report.reading import Interval, claimed_order, read_row, record
+from sdaeverify.report.verdict_row import Interval, VerdictRow
 
+read_row = VerdictRow.from_row
 REFERENCE = Path(__file__).resolve().parents[2] / "reports" / "reference"
 
 
@@ -18,20 +19,20 @@ def test_a_row_is_read_as_it_was_written():
     """Its columns, numbers as numbers, are those of the reading."""
     reading = read_row(verdict())
     assert (reading.claim, reading.margin, reading.path) == ("order >= 0.5", 0.2, Interval(0.392, 0.357, 0.428))
-    assert read_row(reading.row) == reading
+    assert read_row(reading.cells) == reading
     assert not read_row(weak()).path.known
 
 
 def test_a_record_for_programs_has_no_number_that_json_lacks():
     """Nothing is null, infinity is a text, whole numbers are numbers."""
-    told = record(verdict(local_order=str(inf), margin=""))
+    told = read_row(verdict(local_order=str(inf), margin="")).record
     assert (told["local_order"], told["margin"], told["paths"], told["view"]) == ("inf", None, 256.0, None)
 
 
 def test_the_order_of_a_claim_is_read_from_its_text():
     """Only a claim of an order names one."""
-    assert claimed_order("order >= 1.5") == 1.5
-    assert isnan(claimed_order("round-off"))
+    assert read_row(verdict(claim="order >= 1.5")).claimed_order == 1.5
+    assert isnan(read_row(verdict(claim="round-off")).claimed_order)
 
 
 @pytest.mark.parametrize(("found", "told"), [(1, "in format 1"), (None, "in no known format"), (99, "in format 99")])
@@ -68,4 +69,4 @@ def test_each_tick_of_the_reference_report_has_claim_margin_tier_and_estimate(re
     assert all(r.claim and r.decided_by for r in ticks)
     assert all(r.margin > 0 for r in ticks if r.claim.startswith("order"))
     orders = [r for r in ticks if r.claim.startswith("order")]
-    assert all(r.path.known or not isnan(r.local_order) or r.value.known for r in orders)
+    assert all(r.path.known or not isnan(r.local_order) or r.estimate.known for r in orders)

@@ -5,23 +5,17 @@ from pathlib import Path
 
 import pytest
 
-from report.rows import verdict, weak
+from report.rows import read, verdict, weak
 from sdaeverify.report.folders import read_verdicts
-from sdaeverify.report.reading import read_row
 from sdaeverify.report.sentences import counts_of, ending, estimate_in_words, quantity_lines
 
 REFERENCE = Path(__file__).resolve().parents[2] / "reports" / "reference"
 WIDTHS = [60, 80, 132, 200]
 
 
-def pairs_of(rows):
-    """Return rows with what they say."""
-    return [(row, read_row(row)) for row in rows]
-
-
 def end_of(rows, width=80, notes=("exit code 0: no claim is refuted",)):
     """Return the lines of the end of a run."""
-    return [line.text for line in ending(counts_of(rows, []), pairs_of(rows), notes, width)]
+    return [line.text for line in ending(counts_of(read(*rows), []), read(*rows), notes, width)]
 
 
 def words_of(lines):
@@ -31,7 +25,7 @@ def words_of(lines):
 
 def quantities(rows, width):
     """Return all lines on quantities."""
-    return [line.text for pair in pairs_of(rows) for line in quantity_lines(pair, width)]
+    return [line.text for row in read(*rows) for line in quantity_lines(row, width)]
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +40,7 @@ def test_the_default_run_ends_in_forty_lines(reference, width):
     lines = end_of(reference, width)
     assert len(lines) <= 40
     assert max(map(len, lines)) <= width
-    assert lines[0].startswith(f"{len(pairs_of(reference))} quantities: ")
+    assert lines[0].startswith(f"{len(reference)} quantities: ")
     assert lines[-1] == "exit code 0: no claim is refuted"
 
 
@@ -103,14 +97,14 @@ def test_what_does_not_fit_is_counted():
 
 def test_a_quantity_without_information_tells_its_local_order_and_why():
     """Noise along paths is not told; what one step shows is."""
-    row = weak()
-    assert estimate_in_words(read_row(row)) == "1.00 in one step"
-    _, why = quantity_lines((row, read_row(row)), 200)
+    (row,) = read(weak())
+    assert estimate_in_words(row) == "1.00 in one step"
+    _, why = quantity_lines(row, 200)
     assert "no order along paths: a mean difference is 0.2 standard errors" in why.text
 
 
 def test_ascii_is_enough():
     """Where only ASCII can be shown, verdicts are letters."""
     rows = [verdict(), verdict(scheme="b", verdict="refuted")]
-    lines = ending(counts_of(rows, []), pairs_of(rows), [], 80, plain=True)
+    lines = ending(counts_of(read(*rows), []), read(*rows), [], 80, plain=True)
     assert "".join(line.text for line in lines).isascii()

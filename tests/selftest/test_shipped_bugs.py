@@ -17,6 +17,9 @@ CONTRACT_ALONE = {
     "planted-em-own-noise",
     "planted-em-single-precision",
 }
+# Of these, some that are wrong in a narrow region or a short window are told by the law of single steps alone, one by
+# its memory: both are looked at with the contract.
+LAW_ALONE = {"planted-em-region", "planted-em-scaled-window", "planted-em-stale"}
 
 
 def matrix_of(only):
@@ -45,7 +48,7 @@ def test_without_the_contract_the_measures_refute_what_they_can_see(monkeypatch)
 
     matrix = matrix_of("planted-*")
 
-    assert {bug.planted.scheme.name for bug in matrix.survivors} == CONTRACT_ALONE
+    assert {bug.planted.scheme.name for bug in matrix.survivors} == CONTRACT_ALONE | LAW_ALONE
     assert [bug.planted.label for bug in matrix.equivalents if bug.kills] == []
 
 

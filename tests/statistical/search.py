@@ -1,16 +1,21 @@
 """Run random sets one after the other and note each: `python tests/statistical/search.py sets.jsonl 0-999`.
 
 A line a set: its number, seconds, problem and scheme, how often each verdict came, and the rows that are refuted or
-in error. Sets that are in the file already are not run again. Blocks of paths have ten minutes, so that a slow or
-busy machine changes no verdict.
+in error. Sets that are in the file already are not run again, so that a search goes on where it was ended. Blocks of
+paths have ten minutes, so that a slow or busy machine changes no verdict. What a number means depends on which
+problems are shipped: with another list of them a file is begun anew.
+
+At the end it counts the verdicts, and its exit code is 1 if a claim is refuted.
 """
 
 import json
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
+from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
@@ -37,17 +42,40 @@ def noted(number: int, executor: Executor) -> dict[str, object]:
 
 def search(log: Path, numbers: Sequence[int]) -> None:
     """Run the sets that are not in the file, and append them."""
-    known = {json.loads(line)["number"] for line in log.read_text().splitlines()} if log.exists() else set()
+    known = {line["number"] for line in lines_of(log)}
     with watched(TIMEOUT) as executor, log.open("a") as out:
         for number in (number for number in numbers if number not in known):
             print(json.dumps(noted(number, executor), default=str), file=out, flush=True)
 
 
-def _numbers(ranges: Sequence[str]) -> Iterator[int]:
+def lines_of(log: Path) -> list[dict[str, Any]]:
+    """Return what is noted in a file, nothing where there is none."""
+    return [json.loads(line) for line in log.read_text().splitlines()] if log.exists() else []
+
+
+def summary(log: Path) -> tuple[str, bool]:
+    """Return what a file comes to in one line, and whether a claim is refuted."""
+    lines, counts = lines_of(log), Counter[str]()
+    for line in lines:
+        counts.update(line["counts"])
+    words = ", ".join(f"{count} {verdict}" for verdict, count in counts.most_common())
+    return f"{len(lines)} sets in {sum(line['seconds'] for line in lines):.0f} s: {words}", counts["refuted"] > 0
+
+
+def numbers(ranges: Sequence[str]) -> Iterator[int]:
+    """Yield the numbers of ranges such as ``0-99`` and of single numbers."""
     for text in ranges:
         first, _, last = text.partition("-")
         yield from range(int(first), int(last or first) + 1)
 
 
+def main(log: Path, ranges: Sequence[str]) -> int:
+    """Run the sets, print what they come to and return the exit code."""
+    search(log, list(numbers(ranges)))
+    text, refuted = summary(log)
+    print(text)
+    return int(refuted)
+
+
 if __name__ == "__main__":
-    search(Path(sys.argv[1]), list(_numbers(sys.argv[2:])))
+    sys.exit(main(Path(sys.argv[1]), sys.argv[2:]))

@@ -4,6 +4,7 @@ import os
 import sqlite3
 import sys
 from dataclasses import dataclass, replace
+from importlib import metadata
 from typing import ClassVar
 
 import numpy as np
@@ -20,7 +21,9 @@ from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
 from sdaeverify.simulate.ensemble import Entry, LaneEvidence, Task, behaviours, run_block, without_evidence
 from sdaeverify.store import keys as keys_module
+from sdaeverify.store.code import arithmetic
 from sdaeverify.store.container import Container
+from sdaeverify.store.files import digest_of_file
 from sdaeverify.store.keys import differences, key, lane_ingredients, measure_ingredients
 from sdaeverify.store.lanes import join_parts
 from sdaeverify.store.store import NEW, SOURCELESS, Store, keep
@@ -158,16 +161,21 @@ def test_the_last_block_counts_by_its_paths(tmp_path):
     assert dict(store.reasons) == {"with another paths of the block": 1}
 
 
+def rewrite(monkeypatch, thing, **changes):
+    """Make a class or function one that is written in other code, or of which nothing is known."""
+    read, other = keys_module.code_of, (lambda code: code._replace(**changes) if changes else None)
+    monkeypatch.setattr(keys_module, "code_of", lambda asked: other(read(asked)) if asked is thing else read(asked))
+
+
 @pytest.mark.parametrize(
-    ("module", "name"),
-    [("euler_maruyama", "source of the scheme"), ("gbm", "source of the problem")],
+    ("thing", "name"),
+    [(EulerMaruyama, "code of the scheme"), (gbm, "code of the problem")],
     ids=["scheme", "problem"],
 )
-def test_another_source_is_not_reused(tmp_path, monkeypatch, module, name):
+def test_other_code_is_not_reused(tmp_path, monkeypatch, thing, name):
     """A change of code that makes the paths is named."""
     filled(tmp_path)
-    before = keys_module.source_of
-    monkeypatch.setattr(keys_module, "source_of", lambda m: before(m) + (" changed" if m.endswith(module) else ""))
+    rewrite(monkeypatch, thing, digest="other")
 
     recalled, store = found(tmp_path)
 
@@ -176,19 +184,43 @@ def test_another_source_is_not_reused(tmp_path, monkeypatch, module, name):
 
 
 def test_another_framework_is_not_reused(tmp_path, monkeypatch):
-    """A change of what runs schemes, or of numpy, is named."""
+    """A change of what measures is named."""
     filled(tmp_path)
-    monkeypatch.setattr(keys_module, "framework_source", lambda: "another")
+    monkeypatch.setattr(keys_module, "framework_code", lambda: "another")
 
     assert dict(found(tmp_path)[1].reasons) == {"with another framework": 1}
 
 
-def test_another_source_of_a_measure_costs_that_measure_only(tmp_path, monkeypatch):
+@pytest.fixture
+def installed(monkeypatch):
+    """Return a function that installs another version of numpy."""
+    known = metadata.version
+
+    def install(version):
+        monkeypatch.setattr(metadata, "version", lambda name: version if name == "numpy" else known(name))
+        arithmetic.cache_clear()
+
+    yield install
+    monkeypatch.undo()
+    arithmetic.cache_clear()
+
+
+def test_corrections_of_a_library_do_not_count(tmp_path, installed):
+    """Evidence of numpy 2.4.6 is reused with 2.4.7, and not with 2.5."""
+    installed("2.4.6")
+    filled(tmp_path)
+
+    installed("2.4.7")
+    assert found(tmp_path)[1].reused == 1
+    installed("2.5.0")
+    assert dict(found(tmp_path)[1].reasons) == {"with another version of a library": 1}
+
+
+def test_other_code_of_a_measure_costs_that_measure_only(tmp_path, monkeypatch):
     """Of two measures, the one that did not change is reused, and the other replaced."""
     given = task(measures=(Strong(), Weak()))
     filled(tmp_path, given)
-    before = keys_module.source_of
-    monkeypatch.setattr(keys_module, "source_of", lambda m: before(m) + (" changed" if m.endswith("weak") else ""))
+    rewrite(monkeypatch, Weak, digest="other")
 
     recalled, store = found(tmp_path, given)
     filled(tmp_path, given)
@@ -197,6 +229,22 @@ def test_another_source_of_a_measure_costs_that_measure_only(tmp_path, monkeypat
     assert [measure.name for measure in recalled.missing] == ["weak"]
     assert dict(store.reasons) == {"of which a measure has changed": 1}
     assert found(tmp_path, given)[0].missing == ()
+
+
+def test_files_that_were_opened_hold_what_they_held(tmp_path):
+    """Evidence is reused as long as the files that code had opened for it do, whichever measures it is of."""
+    table, other = tmp_path / "table.txt", tmp_path / "other.txt"
+    table.write_text("1.0")
+    other.write_text("1.0")
+    (held,) = {digest_of_file(str(path)) for path in (table, other)}
+    both = task(measures=(Strong(), Weak()))
+    filled(tmp_path, opened=((str(table), held),))
+    filled(tmp_path, both, opened=((str(table), held), (str(other), held)))
+    assert found(tmp_path, both)[0].missing == ()
+
+    other.write_text("2.0 and more")
+
+    assert dict(found(tmp_path)[1].reasons) == {"with another other.txt": 1}
 
 
 BUDGETS = {"paths": 200, "looks": 2, "confidence": 0.9, "family": 7}
@@ -358,7 +406,7 @@ def test_a_lane_under_the_name_of_another_is_not_believed(tmp_path):
 
 def test_code_without_a_source_is_not_kept(tmp_path, monkeypatch):
     """Where nothing is known of what determines evidence, none is kept."""
-    monkeypatch.setattr(keys_module, "source_of", lambda _: "")
+    rewrite(monkeypatch, EulerMaruyama)
 
     filled(tmp_path)
 
@@ -368,8 +416,7 @@ def test_code_without_a_source_is_not_kept(tmp_path, monkeypatch):
 
 def test_a_measure_without_a_source_is_not_kept(tmp_path, monkeypatch):
     """Of two measures, the one whose source is known is."""
-    before = keys_module.source_of
-    monkeypatch.setattr(keys_module, "source_of", lambda m: "" if m.endswith("weak") else before(m))
+    rewrite(monkeypatch, Weak)
     both = task(measures=(Strong(), Weak()))
 
     filled(tmp_path, both)

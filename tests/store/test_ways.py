@@ -10,9 +10,8 @@ from sdaeverify import Settings
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.forms.sde import sde
 from sdaeverify.simulate.ensemble import Entry, Task, behaviours
-from sdaeverify.store import sources
+from sdaeverify.store import code
 from sdaeverify.store.keys import lane_ingredients
-from sdaeverify.store.sources import code_of
 from store.ways import PROBLEMS, SCHEMES, of_problem, of_scheme
 
 SETTINGS = Settings(paths=40, block=40, levels=3)
@@ -24,18 +23,12 @@ WAYS = {
 }
 
 
-def imported(module, file, kept=sources.find_imports):
-    """Return what a module imports, read anew unless it is the framework, which stays as it is."""
-    return (kept if module.partition(".")[0] == sources.FRAMEWORK else kept.__wrapped__)(module, file)
-
-
 @pytest.fixture
 def put(tmp_path, monkeypatch):
     """Write a package, and return a function that writes its files and variables of the environment."""
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     monkeypatch.setattr(sde, "apply", sde.apply)
-    monkeypatch.setattr(sources, "find_imports", imported)
     known = dict(os.environ)
 
     def write(files):
@@ -58,9 +51,8 @@ def forget():
     invalidate_caches()
     for name in [name for name in sys.modules if name.partition(".")[0] in OWN]:
         del sys.modules[name]
-    caches = (code_of, sources.source_of, sources._gather_files, sources._content, sources._file_below, sources._spec)
-    for function in caches:
-        function.cache_clear()
+    code.forget()
+    code._code_of.cache_clear()
 
 
 def determined():

@@ -266,6 +266,20 @@ SCHEMES = {
         'from . import scheme\nexec("def f(): return {}", vars(scheme))', head="f = None", factor="f()"
     ),
 }
+LATER = {"helper.py": "def weight(t):\n    return 2.0 if 0.41 < t < 0.43 else 1.0\n"}
+SOONER = {"helper.py": "def weight(t):\n    return 1.0\n"}
+SCHEMES |= {
+    "helper within a window": of_scheme(LATER, SOONER, head="from .helper import weight", factor="weight(t)"),
+    "helper within a window, by its module": of_scheme(
+        LATER, SOONER, head="from . import helper", factor="helper.weight(t)"
+    ),
+    "neighbour within a window": of_scheme(
+        {"../neighbour.py": LATER["helper.py"]},
+        {"../neighbour.py": SOONER["helper.py"]},
+        head="from neighbour import weight",
+        factor="weight(t)",
+    ),
+}
 PROBLEMS = {
     "drift": of_problem(problem(factor="2.0")),
     "diffusion": of_problem(problem(noise="0.3")),

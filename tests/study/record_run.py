@@ -33,10 +33,10 @@ class Recorder(Forecast):
         self.note("heard", problem, rounded)
         super().heard(problem, rounded)
 
-    def over(self, problem, block, *, guards=False):
+    def over(self, problem, block, stage=0):
         """Note that a block is done."""
-        self.note("over", problem, block, guards)
-        super().over(problem, block, guards=guards)
+        self.note("over", problem, block, stage)
+        super().over(problem, block, stage)
 
     def note(self, *told):
         """Note something with the time."""
@@ -53,8 +53,8 @@ def shown(events):
         elif what == "heard":
             forecast.heard(problem, [(LaneKey(*piece), seconds) for piece, seconds in told[0]])
         else:
-            block, guards = told
-            forecast.over(problem, block, guards=guards)
+            block, stage = told
+            forecast.over(problem, block, stage)
         if what != "expect":
             yield now - events[0][0], forecast.spent / (forecast.spent + forecast.left)
 

@@ -123,7 +123,7 @@ def raising(error):
 
 def test_what_cannot_be_read():
     """It is told in one line what to do, except for errors that the caller knows better about."""
-    told = "cannot be read in a worker process: MemoryError: no such thing; define it at the top level of a module"
+    told = r"cannot be read in a worker process: MemoryError: no such thing .*; define it at the top level of a mod"
     with pytest.raises(UsageError, match=told):
         unpickle_argument(pickle_argument(Unreadable(MemoryError), "it"))
     with pytest.raises(MemoryError):

@@ -12,7 +12,7 @@ import sdaeverify
 from evidence import lanes_in
 from sdaeverify import UsageError
 from sdaeverify.cli.program import execute
-from sdaeverify.workers.executors import LostExecutorError, Serial
+from sdaeverify.workers.executors import Crew, LostExecutorError, Remote, Serial
 
 ASKED = ("euler-maruyama,milstein", "gbm", "strong,weak")
 SMALL = {"paths": 512, "levels": 3}
@@ -117,6 +117,17 @@ def test_an_executor_that_is_gone(executor, why):
     """A call that fails twice, or that nobody takes, ends the run in one line."""
     with pytest.raises(LostExecutorError, match=why):
         sdaeverify.verify(*ASKED, **SMALL, executor=executor)
+
+
+def test_a_scheduler_that_is_gone_is_told_at_once():
+    """Where who gives out the calls is known to be gone, that is told, and no call is made again."""
+    executor = Failing(*range(1, 99))
+    crew = Crew(executor, 1, why_lost=lambda: "the scheduler is dead")
+
+    with pytest.raises(LostExecutorError, match=r"^the scheduler is dead$"):
+        Remote(crew, len, b"").outcome()
+
+    assert executor.calls == 1
 
 
 @pytest.mark.parametrize(

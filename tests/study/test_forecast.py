@@ -15,6 +15,8 @@ from study.record_run import distances, shown
 # A first block of 256 paths, and further ones of 768 and 1024, of so many times its seconds.
 THREE = Settings(paths=2048, looks=3, guard_levels=6)
 ONE = Settings(paths=256, guard_levels=6)
+# Levels of guards, beside all of them.
+FEWER = -2
 SECOND, THIRD = 1.0 + 2.0 * GROWTH, 1.0 + 3.0 * GROWTH
 
 
@@ -27,9 +29,9 @@ def forecast(settings=THREE, **schemes):
     return made
 
 
-def heard(made, problem, block, seconds, *, guards=False):
+def heard(made, problem, block, seconds, *, stage=0):
     """Tell a forecast what schemes took on a block."""
-    made.heard(problem, [(LaneKey(scheme, block, guards), each) for scheme, each in seconds])
+    made.heard(problem, [(LaneKey(scheme, block, stage), each) for scheme, each in seconds])
 
 
 def test_nothing_is_known_before_anything_was_measured():
@@ -85,11 +87,11 @@ def test_a_further_look_costs_what_its_own_schemes_have_cost():
 def test_guards_cost_their_part_of_the_steps_of_all_levels():
     """Four of six levels make 120 of 504 steps; a part of what all levels would cost is expected behind them."""
     made = Forecast(Settings(paths=256))
-    made.expect("a", [LaneKey("s0", 0, guards=True), LaneKey("s1", 0, guards=True)], 2)
-    heard(made, "a", 0, [("s0", 120.0)], guards=True)
+    made.expect("a", [LaneKey("s0", 0, stage=FEWER), LaneKey("s1", 0, stage=FEWER)], 2)
+    heard(made, "a", 0, [("s0", 120.0)], stage=FEWER)
     unknown = (504.0 + ALIKE * FIRST * 504.0 / FIRST) / (1 + ALIKE)
     assert made.left == pytest.approx(120.0 / 504.0 * unknown + AGAIN * (504.0 + unknown))
-    made.over("a", 0, guards=True)
+    made.over("a", 0, stage=FEWER)
     made.expect("a", [LaneKey("s0", 0)])
     assert made.left == pytest.approx(504.0)
 

@@ -169,7 +169,7 @@ def test_a_wrong_limit_is_refuted_behind_a_right_step():
     (result,) = run(Strong(), family=wrong)
 
     assert {(found.verdict, found.tier) for found in result.findings} == {(Verdict.REFUTED, 3)}
-    assert len(result.levels) == 2 * ALL
+    assert len(result.levels) >= 2 * ALL
 
 
 def test_who_says_which_levels_sees_them():

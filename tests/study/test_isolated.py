@@ -11,6 +11,7 @@ import pytest
 from sdaeverify.workers.isolated import Died, Isolated
 from sdaeverify.workers.limits import Limits
 from sdaeverify.workers.pool import worker_pool
+from sdaeverify.workers.room import NoWorkersError
 
 PATIENCE = 200.0
 
@@ -125,7 +126,8 @@ def test_a_worker_that_cannot_be_made(tmp_path):
     made[0].work()
 
     assert isinstance(first.exception(0), Died)
-    assert str(second.exception(0)) == "no more processes"
+    assert isinstance(second.exception(0), NoWorkersError)
+    assert "cannot be started: OSError: no more processes" in str(second.exception(0))
 
 
 def test_what_a_call_raises_is_raised(isolated, pools):

@@ -304,3 +304,37 @@ def test_a_claim_between_the_orders_of_controls_is_verified(scheme, verdict):
     (found,), _ = run([with_claims(scheme, claim)], [Weak()], Settings(paths=512, looks=1), resolve=resolve)
 
     assert {finding.verdict for finding in found.findings} == {verdict}
+
+
+@dataclass(frozen=True)
+class Withholding(Patient):
+    """A measure that takes back at its second look what it was sure of at the first."""
+
+    name: ClassVar[str] = "withholding"
+
+    def judge(self, evidence: Evidence) -> Judgement:
+        """Verify with few paths, withhold with more; a second quantity asks for more of them."""
+        sure = Finding(quantity="x", verdict=Verdict.VERIFIED, claim=CLAIM, p_verified=self.p, p_refuted=1.0)
+        enough = evidence.paths >= self.wants
+        other = Finding(quantity="y", verdict=Verdict.INCONCLUSIVE, claim=CLAIM, settled=enough)
+        return Judgement((sure.withhold("something was seen") if enough else sure, other), ())
+
+
+def test_what_a_look_withholds_no_earlier_one_brings_back():
+    """A correction for looks and tests is made of what is left standing alone."""
+    (result,), _ = run([EulerMaruyama()], [Withholding()])
+    found = result.findings[0]
+
+    assert result.paths == 1024
+    assert (found.verdict, found.p_verified) == (Verdict.INCONCLUSIVE, 1.0)
+    assert str(found.reason) == "something was seen"
+
+
+def test_a_wrong_truth_brings_no_refutation_back():
+    """Of a finding whose problem is suspect, neither verdict can be had by a p-value."""
+    refuted = Finding(quantity="x", verdict=Verdict.REFUTED, claim=CLAIM, p_refuted=1e-9)
+
+    found = refuted.withhold("suspect", verdict=Verdict.ERROR).without(Verdict.REFUTED)
+
+    assert (found.p_verified, found.p_refuted) == (1.0, 1.0)
+    assert found.excluded == {Verdict.VERIFIED, Verdict.REFUTED}

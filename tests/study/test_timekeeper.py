@@ -11,9 +11,10 @@ import pytest
 
 from sdaeverify.simulate.marker import NO_MEASURE
 from sdaeverify.workers.calls import Call, Lost
-from sdaeverify.workers.isolated import Turn
+from sdaeverify.workers.isolated import Died, Turn
 from sdaeverify.workers.limits import FORMAT, Limits, Mark, Watchdog
 from sdaeverify.workers.pool import BEGINNING, deadline, worker_pool
+from sdaeverify.workers.room import NoWorkersError
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="processes that fork are a matter of POSIX")
 PATIENCE = 200.0
@@ -48,6 +49,11 @@ def is_alive(process):
     except ProcessLookupError:
         return False
     return True
+
+
+def refuse(*_):
+    """Start no thread."""
+    raise RuntimeError("can't start new thread")
 
 
 @POSIX
@@ -93,3 +99,19 @@ def test_a_call_that_never_begins(tmp_path, monkeypatch):
         lost = Call(pool, hangs, b"").outcome()
 
     assert lost == Lost(Mark(), True, 0.5)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_pool_whose_manager_has_died(monkeypatch):
+    """Where a thread of a pool cannot be started, who waits for its result is told, and does not wait for ever."""
+    monkeypatch.setattr("multiprocessing.queues.Queue._start_thread", refuse)
+    with worker_pool(1) as pool, pytest.raises(Died, match="the thread that manages its worker has died"):
+        pool.submit(os.getpid).result(PATIENCE)
+
+
+def test_a_pool_that_cannot_be_made(monkeypatch):
+    """What the system refuses as a pool is made is told as that, with what may help."""
+    with worker_pool(1) as pool:
+        monkeypatch.setattr("threading.Thread.start", refuse)
+        with pytest.raises(NoWorkersError, match=r"^worker processes cannot be started: .*new thread.*; try fewer"):
+            pool.submit(os.getpid).result(PATIENCE)

@@ -56,6 +56,16 @@ def test_disjoint_plans():
     assert named(whole) == [("gbm", "milstein", "weak"), ("ou", "euler-maruyama", "strong")]
 
 
+def test_an_order_that_is_asked_for():
+    """Problems and schemes come as they are named, and what is not named behind them."""
+    plans = [plan_of(gbm, [EULER, MILSTEIN, THETA], [STRONG]), plan_of(ou, [MILSTEIN], [WEAK])]
+
+    whole = union(plans, [MILSTEIN.label, THETA.label], ["ou"])
+
+    assert [cell.spec.label for cell in whole.cells] == ["ou", "gbm", "gbm", "gbm"]
+    assert [cell.scheme.label for cell in whole.cells[1:]] == [MILSTEIN.label, THETA.label, EULER.label]
+
+
 def test_no_cell_is_made_up():
     """What no run had is in no cell: the union is no product."""
     whole = union([plan_of(gbm, [EULER], [STRONG]), plan_of(gbm, [MILSTEIN], [WEAK])])

@@ -54,7 +54,7 @@ def test_a_failing_check_raises_nothing(rows):
     (failed,) = [row for row in rows if row["status"] == "failed"]
 
     assert failed["check"] == "source"
-    assert failed["reason"] == "its class variable source is empty, and so is a claim's, or there is none"
+    assert failed["reason"] == "its class variable source is empty, and it claims nothing that would have one"
     assert statuses(rows)["claims"] == "skipped"
 
 
@@ -144,7 +144,8 @@ def test_whatever_a_check_raises_is_a_failure():
 
     outcome = Question(Check("odd", "api", 1, raising), "x", "scheme", "", None).answer({})
 
-    assert (outcome.status, outcome.reason) == ("failed", "raises SystemExit: 3")
+    assert outcome.status == "failed"
+    assert outcome.reason.startswith("raises SystemExit: 3 (")
 
 
 @pytest.mark.parametrize("kind", ["scheme", "problem"])

@@ -7,8 +7,10 @@ import pytest
 
 from sdaeverify import Moment, ProblemError
 from sdaeverify_problems import _circle as circle
+from sdaeverify_problems.delay_forced import delay_forced
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.ou import ou
 from sdaeverify_problems.pendulum import pendulum
 from testing.asking import of_problem
 
@@ -51,11 +53,38 @@ def test_a_wrong_rate_of_a_moment_is_noticed(value):
 
 
 @pytest.mark.parametrize("observable", ["x", "x^2", "y"])
-def test_a_wrong_rate_of_a_moment_with_delay_is_noticed(observable):
-    """What is added to a moment of x or of y, the latter moving with the history, fails; the moment itself passes."""
-    problem = delay_test(horizon=1.0)
+@pytest.mark.parametrize("family", [delay_test, delay_forced])
+def test_a_wrong_rate_of_a_moment_with_delay_is_noticed(family, observable):
+    """What is added to a moment of x or of y fails, y moving with history and time; the moment itself passes."""
+    problem = family(horizon=1.0)
     (known,) = (t for t in problem.truths if isinstance(t, Moment) and t.observable == observable)
     wrong = dataclasses.replace(known, value=lambda t: known.value(t) + 1e-3 * t)
+
+    assert of_problem(knowing(problem, known), RATE).status == "passed"
+    assert of_problem(knowing(problem, wrong), RATE).status == "failed"
+
+
+@pytest.mark.parametrize(
+    "label",
+    [
+        "harmonic-langevin[omega=1000,horizon=0.001]",
+        "harmonic-langevin[omega=1000,gamma=1e4]",
+        "ou[a=1e6,horizon=1e-5]",
+        "noisy-circuit[R_1=1e-6]",
+        "stiefel[eps=1e-4]",
+    ],
+)
+def test_right_moments_of_stiff_problems_pass(label):
+    """Neither rounding in front of large coefficients nor a fast time far below the horizon is a wrong rate."""
+    assert of_problem(label, RATE).status == "passed"
+
+
+@pytest.mark.parametrize("off", [1e-6, -1e-6])
+def test_a_slightly_wrong_rate_of_a_stiff_problem_is_noticed(off):
+    """One part in a million of the largest term of the rate fails."""
+    problem = ou(a=1e6, horizon=1e-5)
+    (known,) = (t for t in problem.truths if isinstance(t, Moment) and t.observable == "x^2")
+    wrong = dataclasses.replace(known, value=lambda t: known.value(t * (1.0 + off)))
 
     assert of_problem(knowing(problem, known), RATE).status == "passed"
     assert of_problem(knowing(problem, wrong), RATE).status == "failed"

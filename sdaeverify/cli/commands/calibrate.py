@@ -14,7 +14,7 @@ from ...report.plain import empty_table, visible
 from ..console import PROGRAM, conclude, output, print_texts
 from ..exit_codes import ExitCode
 from ..loading import load_quietly
-from ..options import jobs, once, plugins, progress_bar, seed
+from ..options import PLACE, jobs, once, plugins, progress_bar, seed
 from ..progress import run_on_workers
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ WORDS = {
     "--only", multiple=True, metavar="PATTERN", help="Studies or cells in whose names this is found. Repeatable."
 )
 @seed
-@once("--out", type=click.Path(path_type=Path), default=FOLDER, help=f"Folder for {CSV} and {MARKDOWN}.")
+@once("--out", type=PLACE, default=FOLDER, help=f"Folder for {CSV} and {MARKDOWN}.")
 @jobs
 @progress_bar
 @plugins

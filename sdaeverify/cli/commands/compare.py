@@ -9,7 +9,7 @@ import click
 from ..console import complain, conclude, output, output_to_stderr, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
-from ..options import once, plugins
+from ..options import PLACE, once, plugins
 
 if TYPE_CHECKING:
     from ...lab.compare.cells import Omitted
@@ -26,12 +26,12 @@ WORDS = {
 
 
 @click.command(epilog=codes_in_words(WORDS), short_help="Tell whether errors have grown from one run to another.")
-@click.argument("old", type=click.Path(path_type=Path))
-@click.argument("new", type=click.Path(path_type=Path))
+@click.argument("old", type=PLACE)
+@click.argument("new", type=PLACE)
 @once("--factor", type=float, default=MARGIN, help="By how much an error may grow.")
 @once("--alpha", type=float, default=ALPHA, help="Probability of any false alarm in the comparison.")
 @click.option("--all", "every", is_flag=True, help="Show what is the same, too.")
-@once("--html", type=click.Path(path_type=Path), help="File for a page with all quantities.")
+@once("--html", type=PLACE, help="File for a page with all quantities.")
 @click.option("--json", "as_json", is_flag=True, help="For programs: an object with all quantities.")
 @plugins
 def compare(**options: Any) -> ExitCode:

@@ -9,13 +9,13 @@ import click
 from ...contracts.settings import Settings
 from ...registry.load import Registry
 from ...report.plain import in_columns, visible, wrap_text
-from ...report.reading import Reading, Row, read_row
-from ...report.sentences import PlainLine, claim_in_words, counts_in_words, interval, mark
+from ...report.sentences import PlainLine, claim_in_words, counts_of, interval, mark
+from ...report.verdict_row import VerdictRow
 from ..console import output, output_to_stderr, print_lines
 from ..exit_codes import ExitCode
 from ..limits import read_limits
 from ..loading import load_and_warn
-from ..options import once
+from ..options import PLACE, once
 
 FOLDER = Path("reports", "demo")
 # Names among what is shipped: a scheme of order 1/2, one of order 1, and one for mechanics with a constraint.
@@ -25,7 +25,7 @@ HEADINGS = ("scheme", "problem", "", "claim", "1 step", "along paths", "", "by")
 
 
 @click.command(short_help="A first table and a first picture, in seconds.")
-@once("--out", type=click.Path(path_type=Path), default=FOLDER, help="Folder of the report.")
+@once("--out", type=PLACE, default=FOLDER, help="Folder of the report.")
 @click.pass_context
 def demo(context: click.Context, /, out: Path) -> ExitCode:
     """Put three schemes to the test on two problems: have they the strong orders that are claimed of them.
@@ -42,7 +42,7 @@ def demo(context: click.Context, /, out: Path) -> ExitCode:
         run = _run(registry, tuple(context.obj), out)
         result = advance(run, crew, "none")
         run.write_page()
-    _show([(row, read_row(row)) for row in result.rows.verdicts], out)
+    _show(result.rows.verdicts, out)
     return ExitCode.OK
 
 
@@ -55,16 +55,16 @@ def _run(registry: Registry, words: tuple[str, ...], out: Path) -> Any:
     return Run(todo, SETTINGS, registry, words, out)
 
 
-def _show(pairs: list[tuple[Row, Reading]], out: Path) -> None:
+def _show(rows: list[VerdictRow], out: Path) -> None:
     console = output()
     plain = console.options.ascii_only
-    whole = [(row, reading) for row, reading in pairs if "@" not in str(row["quantity"])]
-    lines = in_columns([HEADINGS, *(_row(row, reading, plain=plain) for row, reading in whole)], gap=1)
-    verdicts = ["", *(reading.verdict for _, reading in whole)]
+    whole = [row for row in rows if "@" not in row.quantity]
+    lines = in_columns([HEADINGS, *(_row(row, plain=plain) for row in whole)], gap=1)
+    verdicts = ["", *(row.verdict for row in whole)]
     print_lines(console, [PlainLine(line, verdict) for line, verdict in zip(lines, verdicts, strict=True)])
     told = [
         "",
-        counts_in_words(reading.verdict for _, reading in pairs),
+        counts_of(rows, ()),
         f"The page with the pictures is {visible(str(out / 'report.html'))}: open it in a browser.",
         f"Next: sdaeverify show {visible(str(out))} milstein gbm",
         "      sdaeverify matrix -p gbm",
@@ -72,9 +72,8 @@ def _show(pairs: list[tuple[Row, Reading]], out: Path) -> None:
     print_lines(console, [PlainLine(line) for text in told for line in (wrap_text(text, console.width) or [""])])
 
 
-def _row(row: Row, reading: Reading, *, plain: bool) -> tuple[str, ...]:
-    names = (str(row[name]) for name in ("scheme", "problem", "quantity"))
-    claim = claim_in_words(reading).removeprefix("order ").replace(" (margin ", " -").removesuffix(")")
-    local = "" if isnan(reading.local_order) else f"{reading.local_order:.2f}"
-    symbol = mark(reading.verdict, plain=plain)
-    return *map(visible, names), claim, local, interval(reading.path), symbol, reading.decided_by
+def _row(row: VerdictRow, *, plain: bool) -> tuple[str, ...]:
+    claim = claim_in_words(row).removeprefix("order ").replace(" (margin ", " -").removesuffix(")")
+    local = "" if isnan(row.local_order) else f"{row.local_order:.2f}"
+    names = map(visible, (row.scheme, row.problem, row.quantity))
+    return *names, claim, local, interval(row.path), mark(row.verdict, plain=plain), row.decided_by

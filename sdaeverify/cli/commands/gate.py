@@ -19,7 +19,7 @@ from ..console import complain
 from ..exit_codes import ExitCode, codes_in_words
 from ..limits import limits, read_limits
 from ..loading import load_and_warn
-from ..options import jobs, once, plugins, progress_of_cells, selection
+from ..options import PLACE, jobs, once, plugins, progress_of_cells, selection
 
 if TYPE_CHECKING:
     from ...gate.gated import Gated
@@ -35,15 +35,15 @@ SEEDS = ("fixed", "date")
 @click.command(epilog=codes_in_words(), short_help="Run the claims of a project; fail where one is wrong.")
 @selection
 @plugins
-@once("--config", type=click.Path(path_type=Path), metavar="FILE", help="Policy.  [default: nearest pyproject.toml]")
+@once("--config", type=PLACE, metavar="FILE", help="Policy.  [default: nearest pyproject.toml]")
 @once("--tier", metavar="TIER", help=f"Budget: {', '.join(TIERS)}.  [default: that of the policy, ci]")
 @once("--alpha", type=float, help="Probability of any false alarm in a run.  [default: that of the policy, 0.01]")
 @once("--seed", type=int, help="Seed of all noise.  [default: that of the policy]")
 @once("--seed-from", type=click.Choice(SEEDS), help="The seed of the policy, or one made of today's date (UTC).")
-@once("--out", type=click.Path(path_type=Path), default=FOLDER, help="Folder of the reports.")
+@once("--out", type=PLACE, default=FOLDER, help="Folder of the reports.")
 @jobs
 @progress_of_cells
-@once("--junitxml", type=click.Path(path_type=Path), metavar="FILE", help="JUnit XML, of the family xunit2.")
+@once("--junitxml", type=PLACE, metavar="FILE", help="JUnit XML, of the family xunit2.")
 @once("--report", type=click.Choice(REPORTS), default=REPORTS[0], help="What is printed on stdout.")
 @click.option("--write-lock", is_flag=True, help="Write the claims that are found into the lock file.")
 @limits

@@ -11,15 +11,16 @@ from typing import Any, NamedTuple
 import click
 
 from ...errors import UsageError
+from ...report.cells import number
 from ...report.files import require_writable_file
 from ...report.folders import Key, SavedTables, TextRow, key_of, read_tables
 from ...report.html import TablePage, to_json, write_tables
 from ...report.plain import visible, wrap_text
-from ...report.reading import ORDER, Interval, claimed_order, number, read_row
 from ...report.sentences import ABSENT, SYMBOLS, PlainLine, counts_in_words
+from ...report.verdict_row import ORDER, Interval, VerdictRow
 from ..console import output, print_lines
 from ..exit_codes import ExitCode
-from ..options import once
+from ..options import PLACE, once
 
 HISTORY = Path("reports", "history.html")
 # Of any step that is marked though nothing has changed, over all of a kind that are compared.
@@ -45,8 +46,8 @@ Numbers = Mapping[Key, RunNumber]
 
 
 @click.command(short_help="A page over several runs.")
-@click.argument("runs", nargs=-1, required=True, type=click.Path(path_type=Path))
-@once("--out", type=click.Path(path_type=Path), default=HISTORY, help="File of the page.")
+@click.argument("runs", nargs=-1, required=True, type=PLACE)
+@once("--out", type=PLACE, default=HISTORY, help="File of the page.")
 def history(runs: tuple[Path, ...], out: Path) -> ExitCode:
     """Put RUNS, folders that matrix or gate wrote, oldest first, onto one page.
 
@@ -187,10 +188,10 @@ def _orders(run: SavedTables) -> Numbers:
     reach = NormalDist().inv_cdf(0.5 * (1.0 + _confidence(run)))
     found = {}
     for row in run.verdicts:
-        reading = read_row(row)
-        known = reading.path if reading.path.known else reading.value if ORDER in reading.value_of else Interval()
+        told = VerdictRow.from_row(row)
+        known = told.path if told.path.known else told.estimate if ORDER in told.value_of else Interval()
         spread = 0.5 * (known.high - known.low) / reach
-        value = known.value if known.known else reading.local_order
+        value = known.value if known.known else told.local_order
         if isfinite(value):
             found[key_of(row)] = RunNumber(value, spread if isfinite(spread) else 0.0)
     return found
@@ -200,8 +201,8 @@ def _constants(run: SavedTables) -> Numbers:
     """Return C of |e(h)| = C h^p for each quantity at the finest step size, p as claimed, else to the next half."""
     powers = {}
     for row in run.verdicts:
-        reading = read_row(row)
-        claim, found = claimed_order(reading.claim), reading.path.value
+        told = VerdictRow.from_row(row)
+        claim, found = told.claimed_order, told.path_order
         powers[key_of(row)] = claim if isfinite(claim) else HALF * round(found / HALF) if isfinite(found) else 0.0
     return {
         key: RunNumber(abs(number(row, "estimate")) / scale, number(row, "std_error") / scale, number(row, "h"))

@@ -56,6 +56,8 @@ def _text(record: Record, column: str) -> str:
     if column == "registers":
         counts = ((record[kind], word) for kind, word in contributions.KINDS.items())
         return ", ".join(f"{count} {word}{'s' * (count > 1)}" for count, word in counts if count)
+    if column == "summary" and record.get("on_request"):
+        return f"{record[column]} (run on request)"
     return str(record[column])
 
 

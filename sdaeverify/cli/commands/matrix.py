@@ -20,7 +20,18 @@ from ..console import complain, output, output_to_stderr, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..limits import limits, options_of
 from ..loading import load_and_warn
-from ..options import jobs, levels_text, loudness, once, plugins, progress_of_cells, read_levels, seed, selection
+from ..options import (
+    PLACE,
+    jobs,
+    levels_text,
+    loudness,
+    once,
+    plugins,
+    progress_of_cells,
+    read_levels,
+    seed,
+    selection,
+)
 
 DEFAULTS = Settings()
 SHARD = re.compile("([0-9]{1,6})/([0-9]{1,6})")
@@ -51,7 +62,7 @@ NUMBERS = ("paths", "seed", "confidence", "block", "looks", "family")
 )
 @once("--looks", type=int, default=DEFAULTS.looks, help="How often a cell is judged at most, until it is decided.")
 @once("--family", type=int, default=DEFAULTS.family, help="Tests that early decisions share their error level among.")
-@once("--out", type=click.Path(path_type=Path), default=FOLDER, help="Folder of the report.")
+@once("--out", type=PLACE, default=FOLDER, help="Folder of the report.")
 @jobs
 @once(
     "--executor",

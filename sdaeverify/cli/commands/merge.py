@@ -15,7 +15,7 @@ from ..console import complain
 from ..exit_codes import ExitCode
 from ..limits import read_limits
 from ..loading import load_and_warn
-from ..options import once, plugins
+from ..options import PLACE, once, plugins
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -27,8 +27,8 @@ FOLDER = Path("reports", "merged")
 
 
 @click.command(short_help="Merge runs of several machines.")
-@click.argument("runs", nargs=-1, required=True, type=click.Path(path_type=Path))
-@once("--out", type=click.Path(path_type=Path), default=FOLDER, help="Folder of the merged run.")
+@click.argument("runs", nargs=-1, required=True, type=PLACE)
+@once("--out", type=PLACE, default=FOLDER, help="Folder of the merged run.")
 @plugins
 @click.pass_context
 def merge(context: click.Context, /, runs: tuple[Path, ...], **options: Any) -> ExitCode:
@@ -93,15 +93,18 @@ def _plan(saved: "Sequence[SavedRun]", registry: Registry, executor: "Executor |
     from ...api import plan_of  # noqa: PLC0415
     from ...study.plan import union  # noqa: PLC0415
 
-    select = {"schemes": select_schemes, "problems": select_problems, "measures": select_measures}
-    plans = []
-    for run in saved:
-        known = {kind: _select_registered(registry, run, kind, select[kind]) for kind in select}
-        if all(known.values()):
-            plans.append(plan_of(registry, known["schemes"], known["problems"], known["measures"], executor))
-    if not plans:
+    select: dict[str, Any] = {"schemes": select_schemes, "problems": select_problems, "measures": select_measures}
+    chosen = [{kind: _select_registered(registry, run, kind, select[kind]) for kind in select} for run in saved]
+    chosen = [known for known in chosen if all(known.values())]
+    if not chosen:
         raise UsageError("nothing to merge: no run is about schemes, problems and measures that are registered here")
-    return union(plans)
+    plans = [plan_of(registry, known["schemes"], known["problems"], known["measures"], executor) for known in chosen]
+    # As one run would have them.
+    schemes, problems = (
+        [each.label for each in select[kind](registry, [label for known in chosen for label in known[kind]])]
+        for kind in ("schemes", "problems")
+    )
+    return union(plans, schemes, problems)
 
 
 def _select_registered(registry: Registry, run: "SavedRun", kind: str, select: Any) -> list[str]:

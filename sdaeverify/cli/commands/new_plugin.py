@@ -7,11 +7,11 @@ import click
 
 from ..console import output, print_texts
 from ..exit_codes import ExitCode
-from ..options import once
+from ..options import PLACE, once
 
 
 @click.command("new-plugin", short_help="Write a plugin to begin with.")
-@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.argument("folder", metavar="DIR", type=PLACE)
 @once("--name", metavar="NAME", help="Name of the distribution.  [default: the last part of DIR]")
 def new_plugin(folder: Path, name: str | None) -> ExitCode:
     """Write a plugin into DIR, which must be new or empty: a package that passes its own tests and its own gate.

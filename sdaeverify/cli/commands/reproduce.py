@@ -17,7 +17,7 @@ from ...report.plain import visible
 from ..console import conclude, output, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
-from ..options import jobs, once, plugins, progress_bar, seed
+from ..options import PLACE, jobs, once, plugins, progress_bar, seed
 from ..progress import run_on_workers
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ WORDS = {
 @once("--paths", type=int, help="Number of paths of each run.  [default: the experiment's]")
 @plugins
 @seed
-@once("--out", type=click.Path(path_type=Path), help=f"Folder of the files.  [default: {FOLDER}/NAME]")
+@once("--out", type=PLACE, help=f"Folder of the files.  [default: {FOLDER}/NAME]")
 @once("--format", type=click.Choice(FORMATS), default=FORMATS[0], help="Of the picture.")
 @jobs
 @progress_bar

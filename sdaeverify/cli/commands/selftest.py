@@ -12,7 +12,7 @@ from ...study import Study
 from ..console import conclude, output, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
-from ..options import jobs, once, plugins, progress_of_cells, seed
+from ..options import PLACE, jobs, once, plugins, progress_of_cells, seed
 from ..progress import run_on_workers
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ FILE = "kill.csv"
 @plugins
 @once("--paths", type=int, default=DEFAULTS.paths, help="Number of paths at most.")
 @seed
-@once("--out", type=click.Path(path_type=Path), help=f"Folder for {FILE}; nothing is written if left out.")
+@once("--out", type=PLACE, help=f"Folder for {FILE}; nothing is written if left out.")
 @jobs
 @progress_of_cells
 def selftest(**options: Any) -> ExitCode:

@@ -11,10 +11,8 @@ import click
 from ...errors import UsageError
 from ...report.folders import RUN, SavedTables, TextRow, key_of, read_verdicts
 from ...report.plain import in_columns, visible, wrap_text
-from ...report.reading import Reading, Row, read_row, record
 from ...report.sentences import (
     ATTENTION,
-    Pair,
     PlainLine,
     counts_of,
     ending,
@@ -24,6 +22,7 @@ from ...report.sentences import (
     quantity_lines,
 )
 from ...report.tables.command import command_of
+from ...report.verdict_row import VerdictRow
 from ..console import output, print_lines
 from ..exit_codes import ExitCode
 
@@ -46,16 +45,16 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
     folder, scheme, problem = _places(what)
     tables = read_verdicts(folder)
     chosen, absent = ([r for r in all_ if _fits(r, scheme, problem, measures)] for all_ in tables[1:3])
-    if not (chosen or absent):
+    rows = [*map(VerdictRow.from_row, chosen)]
+    if not (rows or absent):
         about = ", ".join([" on ".join(filter(None, (scheme, problem))), *measures])
         raise UsageError(f"nothing in {folder} is about {about}")
-    pairs = [(row, read_row(row)) for row in chosen]
-    shown = [pair for pair in pairs if pair[1].verdict in ATTENTION] if left_open else pairs
+    shown = [row for row in rows if row.verdict in ATTENTION] if left_open else rows
     console = output()
     width, plain = console.width, console.options.ascii_only
-    sentence = counts_of(chosen, absent)
+    sentence = counts_of(rows, absent)
     if as_json:
-        click.echo(json.dumps([_record(row, tables) for row, _ in shown], indent=2))
+        click.echo(json.dumps([_record(row, tables) for row in shown], indent=2))
     elif quiet:
         print_lines(console, map(PlainLine, wrap_text(sentence, width)))
     elif problem or left_open:
@@ -64,7 +63,7 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
     elif scheme:
         print_lines(console, [*map(PlainLine, wrap_text(sentence, width)), *_overview(shown, width, plain=plain)])
     else:
-        print_lines(console, ending(sentence, pairs, list(_notes(folder)), width, plain=plain))
+        print_lines(console, ending(sentence, rows, list(_notes(folder)), width, plain=plain))
     return ExitCode.OK
 
 
@@ -108,52 +107,50 @@ def _notes(folder: Path) -> Iterator[str]:
     yield f"sdaeverify show {folder} SCHEME [PROBLEM] tells more"
 
 
-def _overview(pairs: Sequence[Pair], width: int, *, plain: bool) -> Iterator[PlainLine]:
+def _overview(rows: Sequence[VerdictRow], width: int, *, plain: bool) -> Iterator[PlainLine]:
     """Yield what was found of each quantity, a table for each cell."""
-    cells: dict[tuple[str, str], list[Pair]] = {}
-    for row, reading in pairs:
-        cells.setdefault((str(row["scheme"]), str(row["problem"])), []).append((row, reading))
+    cells: dict[tuple[str, str], list[VerdictRow]] = {}
+    for row in rows:
+        cells.setdefault((row.scheme, row.problem), []).append(row)
     for (scheme, problem), found in cells.items():
         yield PlainLine("")
         yield PlainLine(visible(f"{scheme} on {problem}"))
-        lines = in_columns([HEADINGS, *(_row(row, reading, plain=plain) for row, reading in found)])
+        lines = in_columns([HEADINGS, *(_row(row, plain=plain) for row in found)])
         if max(map(len, lines)) <= width:
             yield from _table_lines(lines, found)
         else:
-            yield from (line for pair in found for line in quantity_lines(pair, width, plain=plain, brief=True))
+            yield from (line for row in found for line in quantity_lines(row, width, plain=plain, brief=True))
 
 
-def _table_lines(lines: Sequence[str], found: Sequence[Pair]) -> Iterator[PlainLine]:
+def _table_lines(lines: Sequence[str], found: Sequence[VerdictRow]) -> Iterator[PlainLine]:
     """Yield the lines of a table, each in the style of its verdict."""
     yield PlainLine(lines[0])
-    for line, (_, reading) in zip(lines[1:], found, strict=True):
-        yield PlainLine(line, reading.verdict)
+    for line, row in zip(lines[1:], found, strict=True):
+        yield PlainLine(line, row.verdict)
 
 
-def _row(row: Row, reading: Reading, *, plain: bool) -> tuple[str, ...]:
-    names = f"{row['measure']} {row['quantity']}"
-    local = "" if isnan(reading.local_order) else f"{reading.local_order:.2f}"
-    other = interval(reading.path) if reading.path.known else other_value(reading)
-    claim = reading.claim.removeprefix("order ")
-    claim = f"{claim} -{reading.margin:g}" if not isnan(reading.margin) else claim
-    return mark(reading.verdict, plain=plain), visible(names), visible(claim), local, other, reading.decided_by
+def _row(row: VerdictRow, *, plain: bool) -> tuple[str, ...]:
+    local = "" if isnan(row.local_order) else f"{row.local_order:.2f}"
+    other = interval(row.path) if row.path.known else other_value(row)
+    claim = row.claim.removeprefix("order ")
+    claim = f"{claim} -{row.margin:g}" if not isnan(row.margin) else claim
+    names = visible(f"{row.measure} {row.quantity}")
+    return mark(row.verdict, plain=plain), names, visible(claim), local, other, row.decided_by
 
 
-def _record(row: Row, tables: SavedTables) -> dict[str, object]:
-    return {**record(row), "reproduce": command_of(row, tables.run) or None}
+def _record(row: VerdictRow, tables: SavedTables) -> dict[str, object]:
+    return {**row.record, "reproduce": command_of(row.cells, tables.run) or None}
 
 
-def _cells(pairs: Sequence[Pair], tables: SavedTables, width: int, *, plain: bool) -> Iterator[PlainLine]:
-    cells: dict[tuple[str, ...], list[Pair]] = {}
-    for row, reading in pairs:
-        cells.setdefault(tuple(str(row[name]) for name in ("scheme", "problem", "measure")), []).append(
-            (row, reading)
-        )
+def _cells(rows: Sequence[VerdictRow], tables: SavedTables, width: int, *, plain: bool) -> Iterator[PlainLine]:
+    cells: dict[tuple[str, ...], list[VerdictRow]] = {}
+    for row in rows:
+        cells.setdefault((row.scheme, row.problem, row.measure), []).append(row)
     for (scheme, problem, measure), found in cells.items():
         yield PlainLine(visible(f"{scheme} on {problem}, {measure}"))
-        for pair in found:
-            yield from quantity_lines(pair, width, plain=plain)
-        command = command_of(found[0][0], tables.run)
+        for row in found:
+            yield from quantity_lines(row, width, plain=plain)
+        command = command_of(found[0].cells, tables.run)
         yield from (PlainLine(line) for line in wrap_text(visible(f"  again: {command}"), width, INDENT) if command)
         yield PlainLine("")
 

@@ -118,18 +118,22 @@ class Langevin(Damped):
 
 
 FRICTION = 0.5
+# Degrees of freedom: what fails with two is tried with one.
+SIZES = 2, 1
 
 
 def _trivial_dynamics() -> Trivials:
     """Return rest, damped motion and motion driven by noise."""
-    still = _make_trivial("q at rest", 0.0, 0.0, 0.0, ("q", "p"))
-    coasting = _make_trivial("dp = -gamma p dt", SPEED, 0.0, 0.0, ("q", "p"))
-    kicked = _make_trivial("dp = (c - gamma p) dt + sigma dW", SPEED, 0.4, 0.7, ("p",))
-    return (still,), (coasting,), (kicked,)
+    both, kick = ("q", "p"), (0.4, 0.7)
+    return (
+        tuple(_make_trivial("q at rest", 0.0, (0.0, 0.0), both, n) for n in SIZES),
+        tuple(_make_trivial("dp = -gamma p dt", SPEED, (0.0, 0.0), both, n) for n in SIZES),
+        tuple(_make_trivial("dp = (c - gamma p) dt + sigma dW", SPEED, kick, ("p",), n) for n in SIZES),
+    )
 
 
-def _make_trivial(name: str, speed: float, force: float, sigma: float, known: tuple[str, ...]) -> Trivial:
-    along, start = np.array([[1.0], [-0.5]]), np.array([0.3, 0.8])
+def _make_trivial(name: str, speed: float, kick: tuple[float, float], known: tuple[str, ...], size: int) -> Trivial:
+    (force, sigma), along, start = kick, np.array([[1.0], [-0.5]])[:size], np.array([0.3, 0.8])[:size]
     problem = Langevin(
         force=lambda q: force * along + 0.0 * q,
         friction=FRICTION,

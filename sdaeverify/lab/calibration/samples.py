@@ -14,7 +14,7 @@ import scipy
 from ...arrays import Array
 from ...contracts.cases import CalibrationCase
 from ...contracts.matching import match
-from ...contracts.scheme import Scheme
+from ...contracts.scheme import AT_T, Scheme
 from ...contracts.settings import Settings
 from ...contracts.specs import ProblemSpec
 from ...contracts.tally import Tally
@@ -30,7 +30,6 @@ from .repeated import POOLED, UNIT, Repeated, append_tallies, opposite
 
 SEQUENCE = UNIT * POOLED
 SEQUENCES_A_BLOCK = 4
-AT_T = "@T"
 STATE = "state"
 
 

@@ -146,7 +146,7 @@ def _checks(results: Iterable[CellResult]) -> set[Refuter]:
         check_of(result.cell.measure.name, finding)
         for result in results
         for finding in result.findings
-        if finding.claim is not None
+        if finding.claim is not None and finding.verdict not in UNMEASURED
     }
 
 

@@ -21,7 +21,15 @@ from ...contracts.settings import Settings
 from ...contracts.tally import Tally, packed, unpacked
 from ...forms import Problem
 from ...forms.truths import InvariantMean
-from ...probe.operator.functional_orders import FunctionalOrder, error_floors, functional_orders, obstacle, widen
+from ...probe.operator.functional_orders import (
+    ABOVE_FLOOR,
+    FunctionalOrder,
+    error_floors,
+    functional_orders,
+    mean_sizes,
+    obstacle,
+    widen,
+)
 from ...probe.operator.transition import refusal
 from ...probe.operator.transition_errors import (
     Densities,
@@ -35,6 +43,7 @@ from ...registry.hookspecs import hookimpl
 from ...simulate.chains import ChainPlan, ChainRecord, run_chains
 from ..error_sizes import of_operator
 from ..judge import Coverage, coverage, finding, judge_claim, leave_open
+from ..resolution import stationary_resolution
 from .bias import bias_bound, bias_of_operator, with_bias
 from .chain_findings import chain_findings, chain_levels, is_decided
 
@@ -62,13 +71,19 @@ def operator_findings(
     orders : mapping of str to FunctionalOrder
         Their orders, by observable.
     """
-    columns = dict(zip(orders, zip(record.errors.T, error_floors(record).T, strict=True), strict=True))
+    floors = error_floors(record)
+    columns = dict(zip(orders, zip(record.errors.T, floors.T, strict=True), strict=True))
+    sizes = dict(zip(orders, mean_sizes(record).tolist(), strict=True))
     found = []
     for name in (truth.observable for truth in evidence.view.truths if isinstance(truth, InvariantMean)):
         found.append(_finding(coverage(evidence, "invariant", name), orders.get(name)))
         bound = bias_bound(found[-1].claim)
         if bound is not None and name in orders:
             found[-1] = with_bias(found[-1], *bias_of_operator(bound, record.h, *columns[name], orders[name]))
+        if name in orders:
+            errors, off = columns[name]
+            seen = stationary_resolution(errors, ABOVE_FLOOR * off, sizes[name], found[-1].claim)
+            found[-1] = replace(found[-1], resolution=seen)
     return found
 
 
@@ -149,6 +164,7 @@ class Invariant(Measure):
 
     name: ClassVar[str] = "invariant"
     lengthy: ClassVar[bool] = True
+    follows: ClassVar[str] = "stationary law"
     budgeted: ClassVar[bool] = True
     detail_columns: ClassVar[Mapping[str, str]] = {
         "leading_coefficient": "of the leading power of h in the error",

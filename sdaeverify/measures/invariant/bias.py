@@ -9,7 +9,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from ...arrays import Array
 from ...contracts.finding import Finding, Opinion, Reason, Verdict
@@ -123,8 +122,7 @@ def bias_of_chains(
     within, beyond = zip(*(_p_values(bound, sample.errors) for sample in looks), strict=True)
     verified, refuted = (min(1.0, planned * min(found)) for found in (within, beyond))
     errors, h = looks[-1].errors, looks[-1].h
-    mean, se = errors.mean(axis=0), errors.std(axis=0, ddof=1) / np.sqrt(len(errors))
-    half = scipy.special.stdtrit(len(errors) - 1, 0.5 + 0.5 * evidence.settings.confidence) * se
+    mean, half = looks[-1].known_errors(evidence.settings.confidence)
     at = int(np.argmax(np.abs(mean)))
     verdict = Verdict.INCONCLUSIVE
     if refuted <= evidence.level:

@@ -10,20 +10,10 @@ from ...contracts.finding import Finding, Kind, LevelFinding, Opinion, Reason, V
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...forms.truths import InvariantMean
-from ...simulate.chains import CONTRACTING, GROUPS, ChainRecord
-from ..judge import (
-    FEWEST,
-    RESOLVED,
-    Coverage,
-    at_levels,
-    coverage,
-    finding,
-    is_order,
-    judge_claim,
-    order_in,
-    sound_levels,
-    withhold_in_doubt,
-)
+from ...simulate.chains import CONTRACTING, GROUPS, MOST_FIRST, ChainPlan, ChainRecord
+from ..judge import FEWEST, RESOLVED, Coverage, coverage, finding, is_order, judge_claim, order_in, withhold_in_doubt
+from ..resolution import stationary_resolution
+from ..sound_levels import at_levels, sound_levels
 from .bias import StationaryBias, bias_bound, bias_of_chains, with_bias
 from .chain_order import BiasSample, ChainTests, chain_tests, samples
 
@@ -118,8 +108,8 @@ def _truths(evidence: Evidence) -> list[InvariantMean]:
 def _usable(record: ChainRecord) -> tuple[Array, list[str]]:
     """Return the levels that can be used, and remarks on the others and on the chains."""
     levels, _ = sound_levels({"failed": record.failed + record.lost, "truncated": record.truncated})
-    blown_up = {float(h) for h in (record.diverged, *record.h[record.lost > 0]) if np.isfinite(h)}
-    remarks = [f"diverged at h = {', '.join(f'{h:.3g}' for h in sorted(blown_up))}"] if blown_up else []
+    blown_up = _blown_up(record)
+    remarks = [f"diverged at h = {', '.join(f'{h:.3g}' for h in blown_up)}"] if blown_up else []
     wrong = {"failed paths": record.failed > 0, "truncated steps": record.truncated > 0}
     remarks += [at_levels(what, where) for what, where in wrong.items() if where.any()]
     if len(record.time) and not record.stationary:
@@ -128,6 +118,11 @@ def _usable(record: ChainRecord) -> tuple[Array, list[str]]:
         text = f"distance ratio {float(record.contraction):.2g}"
         remarks.append(f"chains with the same noise do not approach each other ({text}): pairing gains little")
     return levels, remarks
+
+
+def _blown_up(record: ChainRecord) -> list[float]:
+    """Return the step sizes at which chains diverged, the smallest first."""
+    return sorted({float(h) for h in (record.diverged, *record.h[record.lost > 0]) if np.isfinite(h)})
 
 
 def _biases(evidence: Evidence, record: ChainRecord, levels: Array) -> list[ObservableBias]:
@@ -154,6 +149,8 @@ def _finding(
     )
     details = _details(record, last)
     found = finding(one.covered, opinion, estimate=last.order, low=low, high=high, method=METHOD, details=details)
+    seen = stationary_resolution(*last.known_errors(evidence.settings.confidence), abs(last.exact), one.covered.claim)
+    found = replace(found, resolution=seen)
     if bound is None:
         return found
     return _bias_finding(record, found, *bias_of_chains(bound, one.looks, float(record.planned), evidence))
@@ -167,7 +164,21 @@ def _bias_finding(record: ChainRecord, found: Finding, bias: StationaryBias, opi
         opinion = opinion._replace(verdict=Verdict.INCONCLUSIVE, p_verified=1.0)
     if not record.stationary:
         opinion = opinion._replace(verdict=Verdict.INCONCLUSIVE, p_verified=1.0, p_refuted=1.0)
-    return with_bias(found, bias, opinion)
+    return with_bias(found, bias, _heed_divergence(record, opinion))
+
+
+def _heed_divergence(record: ChainRecord, opinion: Opinion) -> Opinion:
+    """Return the opinion on a bound with the step sizes at which chains leave for infinity.
+
+    A chain that can leave does so sooner or later: there is no stationary mean then, and none within a bound. An
+    order is about small steps, a bound about every one that is probed: no step is too coarse for it.
+    """
+    sizes = _blown_up(record)
+    if not sizes or opinion.verdict is Verdict.REFUTED:
+        return opinion
+    text = "no stationary mean at h = {sizes}, where chains diverge: claimed is a bound at every step size"
+    reason = Reason(text, numbers={"sizes": ", ".join(f"{h:.3g}" for h in sizes)})
+    return Opinion(Verdict.REFUTED, reason.then(opinion.reason), p_verified=1.0, p_refuted=0.0)
 
 
 def _opinion(
@@ -241,8 +252,18 @@ def _without_levels(evidence: Evidence, record: ChainRecord, name: str, remarks:
     verdict = Verdict.INCONCLUSIVE if covered.claim else Verdict.OUT_OF_SCOPE
     if record.lost[-1] > 0:
         verdict = Verdict.DIVERGED
-    reason = Reason.of(f"fewer than {FEWEST} step sizes can be used", *remarks, covered.gap)
-    return finding(covered, Opinion(verdict, reason), method=METHOD)
+    text = _too_dear(evidence, record) or f"fewer than {FEWEST} step sizes can be used"
+    return finding(covered, Opinion(verdict, Reason.of(text, *remarks, covered.gap)), method=METHOD)
+
+
+def _too_dear(evidence: Evidence, record: ChainRecord) -> str:
+    """Return what chains would take, at half the step size if they blew up, where it is too much."""
+    relaxation, h = evidence.view.relaxation, float(record.h[0]) * (0.5 if record.lost[0] > 0 else 1.0)
+    if len(record.time) or (steps := ChainPlan(h, relaxation, 0).first_look) <= MOST_FIRST:
+        return ""
+    taken = f"{steps} steps of size {h:.2g} and below, as the relaxation time is {relaxation:.3g}"
+    bound = f"at most {MOST_FIRST} are made, with sizes from {h * steps / MOST_FIRST:.2g} on"
+    return f"chains would take {taken}; {bound}"
 
 
 def _mean(values: Array) -> tuple[float, float]:

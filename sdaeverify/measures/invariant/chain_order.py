@@ -90,6 +90,11 @@ class BiasSample:
         D = np.abs(self.differences.mean(axis=0))
         return np.asarray(np.log2(D[:-1] / D[1:]))
 
+    def known_errors(self, confidence: float) -> tuple[Array, Array]:
+        """Return the bias at each level and the half width of its interval, both of shape (L,)."""
+        t = scipy.special.stdtrit(len(self.errors) - 1, 0.5 + 0.5 * confidence)
+        return self.errors.mean(axis=0), t * self.errors.std(axis=0, ddof=1) / np.sqrt(len(self.errors))
+
     @property
     def leading_coefficient(self) -> float:
         """The factor c in a bias c h^p with p = `order`, from the finest difference."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...arrays import Array, Parts
 from ...contracts.measure import Snapshot
+from ...contracts.scheme import AT_T
 from ...contracts.settings import Settings
 from ...contracts.tally import EXTREMES, Tally, largest
 from ...numerics.digits import SAMPLED, TAIL, significant
@@ -16,7 +17,6 @@ from ...numerics.statistics import group_sums
 POWERS = np.array([0.5, 1.0, 2.0, 4.0])
 # The last of them is noted only where it is asked for.
 COMMON = 3
-AT_T = "@T"
 STATE = "state"
 
 

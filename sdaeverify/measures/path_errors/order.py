@@ -16,17 +16,8 @@ from ...contracts.scheme import Claim
 from ...forms.truths import Pathwise
 from ...numerics.statistics import RISING, Estimate, slope_weights
 from ...simulate.reference import OWN_REFERENCE
-from ..judge import (
-    COARSE,
-    FITTED,
-    SUSPECT,
-    PathTests,
-    at_levels,
-    hold_back,
-    order_tests,
-    sound_levels_of,
-    with_sample,
-)
+from ..judge import COARSE, FITTED, SUSPECT, PathTests, hold_back, order_tests, with_sample
+from ..sound_levels import at_levels, sound_levels_of
 from .quantity import Quantity, quantities_of
 
 
@@ -46,6 +37,11 @@ class Bias(NamedTuple):
     bound: float
     reference: str
     knows_limit: bool
+
+    @property
+    def above(self) -> float:
+        """By how much the true slope may be larger: a scheme that is its own reference looks better than it is."""
+        return self.bound if self.knows_limit else 0.0
 
 
 def reference_bias(truth: Pathwise | None, quantity: Quantity, levels: Array, confidence: float) -> Bias:
@@ -184,9 +180,7 @@ def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
     if not (truth is None or isinstance(claim.value, str) or truth.order >= claim.value + 0.5):
         return PathTests.none(f"{bias.reference}: it should be half an order above the claim")
     tests = order_tests(claim, fitted.slope, evidence, bias.bound)
-    if tests.refuted <= SUSPECT and not isinstance(claim.value, str) and rises(evidence, quantity, fitted):
-        # Steps too coarse look like a wrong limit, too.
-        return PathTests.none(tests.reason.then("it still rises with refinement", ", but ").then("add finer levels"))
+    low = tests.refuted <= SUSPECT and not isinstance(claim.value, str)
     if bias.knows_limit:
         above = _above(evidence, fitted, claim)
         tests = _with_limit(tests, quantity.contrast(fitted.levels), bias.bound, evidence, above=above)
@@ -195,6 +189,9 @@ def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
         tests = tests._replace(
             verified=1.0, growth=growth, reason=tests.reason.then("towards its own limit", ", but ")
         )
+    if low and rises(evidence, quantity, fitted):
+        # Steps too coarse look like a wrong limit, too.
+        tests = tests.held("it still rises with refinement", "add finer levels")
     coarse, growth = "", np.inf
     if tests.refuted <= SUSPECT:
         coarse = _coarse(evidence, int(fitted.levels[-1]))
@@ -291,8 +288,8 @@ def _with_limit(tests: PathTests, contrast: Estimate, bias: float, evidence: Evi
     wrong, right = contrast.p_below(WRONG_LIMIT, bias), contrast.p_above(RIGHT_LIMIT, bias)
     if wrong <= 0.5 * evidence.level and above:
         # Errors a h + b h^2 look alike while b h matters, and cannot level off above the claimed order.
-        why = _limit("limit not confirmed (contrast at most {contrast:.3f})", high).then("add finer levels")
-        return PathTests.none(tests.reason.then(why))
+        why = _limit("limit not confirmed (contrast at most {contrast:.3f})", high)
+        return PathTests(1.0, 2.0 * wrong, tests.reason).held(why, "add finer levels")
     reason, growth = tests.reason, tests.growth
     if wrong <= 0.5 * evidence.level:
         text = f"{Kind.WRONG_LIMIT}: errors level off (contrast at most {{contrast:.3f}})"
@@ -300,8 +297,9 @@ def _with_limit(tests: PathTests, contrast: Estimate, bias: float, evidence: Evi
     elif tests.verified <= evidence.level < right:
         reason = reason.then(_limit("limit not confirmed (contrast at least {contrast:.3f})", low))
         growth = max(growth, contrast.growth_to_decide(RIGHT_LIMIT, evidence.level, bias))
-    either = min(1.0, 2.0 * min(tests.refuted, 1.0 if above else wrong))
-    return PathTests(max(tests.verified, right), either, reason, growth)
+    limit = 1.0 if above else min(1.0, 2.0 * wrong)
+    either = min(limit, 2.0 * tests.refuted)
+    return PathTests(max(tests.verified, right), either, reason, growth, limit=limit)
 
 
 def _limit(text: str, contrast: float, kind: str = Kind.PLAIN) -> Reason:

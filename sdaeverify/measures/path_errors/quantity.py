@@ -10,6 +10,7 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.finding import LevelFinding
 from ...contracts.measure import Evidence
+from ...contracts.scheme import AT_T
 from ...contracts.tally import Tally
 from ...numerics.statistics import (
     EPS,
@@ -22,7 +23,7 @@ from ...numerics.statistics import (
     tail,
 )
 from ..slopes import Logarithms, Sloped, of_each, once
-from .errors import AT_T, POWERS
+from .errors import POWERS
 
 
 class ErrorLogarithms(Logarithms):

@@ -12,16 +12,17 @@ from ...arrays import Array, Parts
 from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Finding, Judgement, Reason
 from ...contracts.measure import Evidence, Measure
-from ...contracts.scheme import Scheme
+from ...contracts.scheme import AT_T, Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally
 from ...forms import Problem
 from ...registry.hookspecs import hookimpl
 from ..error_sizes import of_paths
 from ..judge import FITTED, coverage, withhold_in_doubt
-from ..path_errors.errors import AT_T, ErrorObserver
+from ..path_errors.errors import ErrorObserver
 from ..path_errors.order import usable_levels
 from ..path_errors.quantity import ERROR_COLUMNS, Quantity, level_rows, quantities_of
+from ..resolution import probe_resolution
 from .findings import (
     STRONG_COLUMNS,
     Orders,
@@ -59,8 +60,8 @@ class Strong(Measure):
         return ErrorObserver(parts, settings)
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return the local defects, where the one-step map can be probed."""
-        return probe_strong(scheme, view, settings)
+        """Return the local defects, where the one-step map can be probed, and how sharply steps were compared."""
+        return probe_strong(scheme, view, settings).merge(probe_resolution(scheme, view))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each component at grid times and at T, and their levels."""
@@ -84,5 +85,5 @@ def sdaeverify_measures() -> list[Measure]:
 
 def _finding(evidence: Evidence, quantity: Quantity, orders: Orders, usable: tuple[Array, Reason]) -> Finding:
     component = quantity.name.removesuffix(AT_T)
-    covered = coverage(evidence, Strong.name, component)._replace(quantity=quantity.name)
+    covered = coverage(evidence, Strong.name, quantity.name)
     return strong_finding(evidence, quantity, covered, orders.get(component), usable)

@@ -33,6 +33,7 @@ from ..judge import (
     local_doubt,
     local_opinion,
     no_fit,
+    unlike,
 )
 from ..path_errors.errors import STATE
 from ..path_errors.order import (
@@ -46,6 +47,7 @@ from ..path_errors.order import (
     stands_still,
 )
 from ..path_errors.quantity import Quantity
+from ..resolution import strong_resolution
 
 # By component.
 Orders = Mapping[str, StrongOrder]
@@ -239,7 +241,9 @@ def strong_finding(
     local = _local(evidence, covered, order)
     if is_exact(evidence, quantity):
         opinion = _of_exact(evidence, quantity, local, covered)
-        return finding(covered, opinion, method=EXACT_METHODS[opinion.tier], details=local.details)
+        seen = strong_resolution(evidence, quantity, len(quantity.h) - 1, covered.claim)
+        method = EXACT_METHODS[opinion.tier]
+        return finding(covered, opinion, method=method, details=local.details, resolution=seen)
     levels, left_out = usable
     if len(levels[-FITTED:]) < FEWEST:
         opinion = _opinion_without_fit(evidence, local, covered, left_out)
@@ -255,6 +259,7 @@ def strong_finding(
         estimate=fitted.slope.value,
         low=low,
         high=high,
+        resolution=strong_resolution(evidence, quantity, int(levels[-1]), covered.claim),
         method=_method(opinion.tier, fitted.bias.reference),
         details={**local.details, **_details(evidence, quantity, fitted)},
     )
@@ -262,23 +267,26 @@ def strong_finding(
 
 def _tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, local: _Local) -> PathTests:
     tests = path_tests(evidence, quantity, fitted, claim)
-    return _asymptotic(evidence, quantity, fitted, claim, tests) if local.decides else tests
-
-
-def _asymptotic(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, tests: PathTests) -> PathTests:
-    """Let errors on coarse steps refute a local order only if the asymptotic order is too low, as well.
-
-    Errors that level off at a wrong limit have an asymptotic order of 0. Where it is not known well enough for that
-    to show, nothing is refuted by the slope on coarse steps, but more paths are asked for.
-    """
-    if isinstance(claim.value, str):
+    if isinstance(claim.value, str) or not local.decides:
         return tests
     bound, confidence = claim.value - claim.margin, evidence.settings.confidence
-    order, half = asymptotic_order(quantity, fitted.usable, confidence)
-    tests = tests._replace(blind=fitted.slope.growth_to_see(bound, confidence, fitted.bias.bound))
-    if order + half < bound:
-        return tests
-    return tests._replace(refuted=1.0, suspected=1.0 if half < bound else min(tests.refuted, tests.suspected))
+    blind = fitted.slope.growth_to_see(bound, confidence, fitted.bias.bound)
+    return _as_guard(evidence, quantity, fitted, claim, tests._replace(blind=blind))
+
+
+def _as_guard(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, tests: PathTests) -> PathTests:
+    """Return what paths say of a claim that one step decides.
+
+    The slope of errors on coarse steps refutes a local order only if the asymptotic order is too low, as well; the
+    limit that they tend to is not the slope's matter. What does not look like the claim stays suspicious.
+    """
+    assert not isinstance(claim.value, str)
+    order, half = asymptotic_order(quantity, fitted.usable, evidence.settings.confidence)
+    further = unlike(claim, fitted.slope, quantity.corrected_slope(fitted.usable), fitted.bias.above)
+    suspected = min(tests.against, further)
+    if order + half < claim.value - claim.margin:
+        return tests._replace(suspected=suspected)
+    return tests._replace(refuted=max(tests.refuted, tests.limit), suspected=suspected)
 
 
 def _method(tier: int, reference: str) -> str:
@@ -380,10 +388,10 @@ def judge_strong(order: StrongOrder, claim: float, *, margin: float = 0.0, sharp
     text = f"local order {order.order:.3f}, claimed {claim}; {figures}"
     if order.order < claim - TOLERANCE:
         within = order.order >= claim - margin
-        doubt = local_doubt(f"{text}; within the margin {margin:g}")
+        doubt = local_doubt(f"{text}; within the margin {margin:g}", against=True)
         return doubt if within else _too_low(order, claim - TOLERANCE, text, sharp=sharp)
     if order.ahead < claim - TOLERANCE:
-        return local_doubt(f"{text}; still falling, to {order.ahead:.3f}")
+        return local_doubt(f"{text}; still falling, to {order.ahead:.3f}", _kind(order), against=True)
     void = f"; void below h = {order.plateau_h:.2g}" if order.plateau_h else ""
     if not order.means:
         return local_doubt(f"{text}; means are not resolved{void}")
@@ -398,7 +406,12 @@ def _inconsistent(order: StrongOrder, bound: float, figures: str, *, sharp: bool
         return local_opinion(Verdict.REFUTED, text, Kind.INCONSISTENT)
     if sharp and not order.consistent and order.typical < bound:
         return local_opinion(Verdict.REFUTED, f"local order {order.typical:.3f} at most states; {text}")
-    return local_doubt(text)
+    return local_doubt(text, Kind.INCONSISTENT if sharp else Kind.PLAIN, against=sharp)
+
+
+def _kind(order: StrongOrder) -> Kind:
+    """Return that a step does not follow the equation where its order falls to 0: then no limit is reached."""
+    return Kind.INCONSISTENT if order.ahead <= 0.0 else Kind.PLAIN
 
 
 def _figures(order: StrongOrder) -> str:
@@ -412,5 +425,6 @@ def _too_low(order: StrongOrder, bound: float, text: str, *, sharp: bool) -> Opi
         return local_doubt(f"{text}; the scheme's local order is not sharp")
     rises = order.ahead > order.order + RISING and order.typical >= bound
     if order.ahead >= bound or abs(order.ahead - order.order) > SETTLED or rises:
-        return local_doubt(f"{text}; still changing, to {order.ahead:.3f}")
+        falls = order.ahead < order.order
+        return local_doubt(f"{text}; still changing, to {order.ahead:.3f}", _kind(order), against=falls)
     return local_opinion(Verdict.REFUTED, text)

@@ -6,7 +6,9 @@ motion read about 1/2, and less on steps that are not small, where it is sqrt(h 
 its grid, nothing in it knows the path between two grid points.
 
 Two kinds of claims are known: an order, and ``converges`` without one; see `findings` for what can be verified of
-that. The verdict is taken from p = 1; the slopes for p = 2 and p = 4 stand beside it.
+that. A claim that names no quantities is put to both, but for one of an order above 1/2, which is about grid points:
+in continuous time it has to name what it is about, such as ``x in continuous time``. The verdict is taken from p = 1;
+the slopes for p = 2 and p = 4 stand beside it.
 """
 
 from collections import deque

@@ -17,7 +17,7 @@ from ..judge import (
     FITTED,
     Coverage,
     PathTests,
-    at_levels,
+    beside,
     coverage,
     decide,
     finding,
@@ -41,6 +41,7 @@ from ..path_errors.order import (
     usable_levels,
 )
 from ..path_errors.quantity import Quantity
+from ..sound_levels import at_levels
 
 # What paths say of convergence without rate: errors fall, towards the right limit.
 #
@@ -67,6 +68,8 @@ LEVELLED = 0.5
 SHOWS = "a limit nearer than a third of that would not show, nor what happens below it"
 MEASURE = "uniform"
 NOISE, DRIFT = 0.5, 1.0
+# The order of an interpolant of a path that is as rough as Brownian motion, but for a logarithm.
+ROUGH = 0.5
 # Local orders are known to a few hundredths; no slower convergence is told from none.
 SLOWEST = 0.05
 
@@ -288,9 +291,24 @@ def judge_pair(
     JudgedQuantity
         In continuous time.
     """
-    first, second = (_Subject(evidence, q, coverage(evidence, MEASURE, q.name), local) for q in (grid, between))
+    covered = coverage(evidence, MEASURE, grid.name), _coverage_in_time(evidence, between.name)
+    first, second = (_Subject(evidence, q, c, local) for q, c in zip((grid, between), covered, strict=True))
     on_grid, known = _on_grid(first)
     return on_grid, _in_continuous_time(second, known, float(grid.means()[-1]))
+
+
+def _coverage_in_time(evidence: Evidence, quantity: str) -> Coverage:
+    """Return the claim about a quantity in continuous time: no order above 1/2 that does not name it.
+
+    No scheme knows a path between two grid points, where an interpolant of a rough component has the order 1/2:
+    whoever claims more of all quantities means those at grid points.
+    """
+    covered = coverage(evidence, MEASURE, quantity)
+    claim = covered.claim
+    if claim is None or claim.quantities or isinstance(claim.value, str) or claim.value <= ROUGH:
+        return covered
+    text = f"an order above {ROUGH} that names no quantities is claimed at grid points"
+    return Coverage(quantity, None, Reason(text, Kind.NO_CLAIM))
 
 
 def _on_grid(subject: _Subject) -> tuple[JudgedQuantity, Grid]:
@@ -355,7 +373,7 @@ def _opinion(subject: _Subject, tests: PathTests) -> Opinion:
         return Opinion(Verdict.OUT_OF_SCOPE, subject.covered.gap)
     if local is not None and local.verdict is Verdict.REFUTED:
         return local
-    return decide(tests, subject.evidence).plus(local.reason if local else "")
+    return beside(local, decide(tests, subject.evidence))
 
 
 def _exact(subject: _Subject) -> tuple[JudgedQuantity, Grid]:
@@ -384,9 +402,8 @@ def judge_consistency(record: Consistency, component: int | None = None) -> Opin
         Refuted if it does not so at most states.
     """
     noise, drift = consistency_orders(record, component)
-    wrong, known = noise < NOISE + SLOWEST, ~np.isnan(noise)
-    if record.means:
-        wrong, known = wrong | (drift < DRIFT + SLOWEST), known & ~np.isnan(drift)
+    wrong = (noise < NOISE + SLOWEST) | (drift < DRIFT + SLOWEST)
+    known = ~(np.isnan(noise) | np.isnan(drift))
     first, later = wrong.mean(axis=1)
     if min(first, later) > 0.5:
         figures = f"its defect is of order {noise.min():.2f}, in the mean {drift.min():.2f}"
@@ -394,9 +411,7 @@ def judge_consistency(record: Consistency, component: int | None = None) -> Opin
         return local_opinion(Verdict.REFUTED, text, Kind.INCONSISTENT)
     if wrong.any():
         text = f"one step does not follow the equation at {first:.0%} of the states, later ones at {later:.0%}"
-        return local_doubt(text)
+        return local_doubt(text, against=later > 0.0)
     if not known.all():
         return local_doubt("whether one step follows the equation is not known at all states")
-    if not record.means:
-        return local_doubt("whether one step follows the equation in the mean is not resolved")
     return local_opinion(Verdict.VERIFIED, "one step follows the equation")

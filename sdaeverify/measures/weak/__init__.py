@@ -41,10 +41,12 @@ from ..judge import (
     hold_back,
     leave_open,
     order_tests,
-    sound_levels_of,
+    unlike,
     with_sample,
 )
 from ..means import MeanObserver, Means, means_of
+from ..resolution import probe_resolution, weak_resolution
+from ..sound_levels import sound_levels_of
 from .probe import WeakProbe, judge_probe, probe_sizes, probe_weak, weak_probe
 
 STATE = "state"
@@ -54,6 +56,9 @@ FUNCTIONALS = 3
 TOO_FEW = "fewer than three levels without failures"
 # Errors a h^p + b h^(p+1) leave this much more than the last difference over 2^p - 1 at the finest level.
 SLACK = 2.0
+# No scheme converges more slowly in law than it does along paths.
+SLOWEST = 0.5
+SLOWER = "farther from the limit than the claimed order allows"
 
 # How far a mean is from what is known of its limit, and how far that is off itself.
 Off = tuple[Estimate, float]
@@ -103,12 +108,13 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     resolved = means.least_signal(levels)
     if claim is None or isinstance(claim.value, str):
         return MeanOrder(slope, levels, resolved, PathTests.none(""))
-    off = None if means.coupled else _limit_error(evidence, means)
+    off = _off_limit(evidence, means)
     limit, blind = _limit(evidence, means, claim.value, off), _blind(evidence, means, levels, off)
     if resolved >= RESOLVED and not means.one_signed(levels):
         remark = "uninformative: its error changes sign between levels"
-        tests = hold_back(limit._replace(verified=1.0, blind=blind), evidence, levels)
-        return MeanOrder(slope, levels, resolved, tests, remark)
+        suspected = min(limit.suspected, _shrinks(means, levels))
+        tests = limit._replace(verified=1.0, blind=blind, suspected=suspected)
+        return MeanOrder(slope, levels, resolved, hold_back(tests, evidence, levels), remark)
     tests = _tests(evidence, means, claim, (slope, levels, resolved, limit))
     tests = tests._replace(blind=blind, suspected=min(tests.suspected, limit.suspected))
     return MeanOrder(slope, levels, resolved, hold_back(tests, evidence, levels))
@@ -129,16 +135,20 @@ def _tests(
         unresolved = Reason(
             "mean differences unresolved ({errors:.1f} standard errors)", numbers={"errors": resolved}
         )
-        return PathTests(1.0, limit.refuted, limit.reason.then(unresolved), growth)
-    order = order_tests(claim, slope, evidence)
+        return PathTests(1.0, limit.refuted, limit.reason.then(unresolved), growth, _shrinks(means, levels))
+    order, corrected = order_tests(claim, slope, evidence), _corrected_slope(means, levels)
     assert not isinstance(claim.value, str)
-    refuted = max(order.refuted, _corrected_slope(means, levels).p_below(claim.value - claim.margin))
-    if means.rise(levels).interval(evidence.settings.confidence)[0] > RISING:
+    refuted = max(order.refuted, corrected.p_below(claim.value - claim.margin))
+    rising = means.rise(levels).interval(evidence.settings.confidence)[0] > RISING
+    if rising or _coarse(means, int(levels[-1])):
         refuted = 1.0
-    if _coarse(means, int(levels[-1])):
-        refuted = 1.0
-    reason, either = limit.reason.then(order.reason), min(1.0, 2.0 * min(refuted, limit.refuted))
-    tests = PathTests(max(order.verified, limit.verified), either, reason, order.growth)
+    tests = PathTests(
+        max(order.verified, limit.verified),
+        min(1.0, 2.0 * min(refuted, limit.refuted)),
+        limit.reason.then(order.reason),
+        order.growth,
+        suspected=unlike(claim, slope, corrected),
+    )
     return with_sample(tests, evidence.paths, heavy=False)
 
 
@@ -149,6 +159,11 @@ def _blind(evidence: Evidence, means: Means, levels: Array, off: Off | None) -> 
         return means.difference(int(levels[-1])).growth_to_see(forbidden, confidence)
     error = means.change(levels) if off is None else off[0]
     return error.growth_to_see(forbidden, confidence)
+
+
+def _shrinks(means: Means, levels: Array) -> float:
+    """Return the p-value of the hypothesis that the finest error is no larger than all others: right ones shrink."""
+    return max(grown.p_above(0.0) for grown in means.grown(levels))
 
 
 def _coarse(means: Means, finest: int) -> bool:
@@ -170,15 +185,22 @@ def _limit(evidence: Evidence, means: Means, order: float, off: Off | None) -> P
         return PathTests(0.0, 1.0, Reason())
     if off is None:
         return PathTests.none("towards its own limit")
-    left = SLACK * _last_difference(means, order) / (2.0**order - 1.0)
-    error, allowed = off[0], left + SLACK * off[1]
+    error, allowed = off[0], _left(means, order, off)
     wrong = error.p_above(allowed)
     if means.heavy:
         # It may look wrong all the same.
         return PathTests.none("heavy tails: a mean of few paths confirms no limit")._replace(suspected=wrong)
-    text = f"{Kind.WRONG_LIMIT}: off by {{error:.2g}}, where {{left:.2g}} is left"
-    reason = Reason(text, Kind.WRONG_LIMIT, {"error": error.value, "left": allowed})
+    # What is off for the claimed order only tends to the limit, if more slowly.
+    slowly = error.p_above(_left(means, SLOWEST, off)) > evidence.level
+    text, kind = (SLOWER, Kind.PLAIN) if slowly else (Kind.WRONG_LIMIT, Kind.WRONG_LIMIT)
+    figures = {"error": error.value, "left": allowed}
+    reason = Reason(f"{text}: off by {{error:.2g}}, where {{left:.2g}} is left", kind, figures)
     return PathTests(0.0, wrong, reason if wrong <= evidence.level else Reason())
+
+
+def _left(means: Means, order: float, off: Off) -> float:
+    """Return how far the finest level can be from what is known if errors are of an order."""
+    return SLACK * float(_last_difference(means, order) / (2.0**order - 1.0) + off[1])
 
 
 def _last_difference(means: Means, order: float) -> float:
@@ -188,8 +210,13 @@ def _last_difference(means: Means, order: float) -> float:
     return float(max(shown)) + RESOLVED * found[-1].se
 
 
-def _limit_error(evidence: Evidence, means: Means) -> Off | None:
-    """Return how far the finest level is from what is known, by the sharper way, and how far that is off itself."""
+def _off_limit(evidence: Evidence, means: Means) -> Off | None:
+    """Return how far the finest level is from what is known, by the sharper way, and how far that is off itself.
+
+    None where the exact solution is known on each path, and where nothing is known.
+    """
+    if means.coupled:
+        return None
     known = [found for found in (_off_expectation(evidence, means), _off_reference(evidence, means)) if found]
     return min(known, key=lambda found: found[0].se + found[1], default=None)
 
@@ -243,8 +270,8 @@ class Weak(Measure):
         return MeanObserver(problem, parts, settings)
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
-        """Return local weak defects, and errors of propagated moments where they can be had."""
-        return probe_weak(scheme, view, settings)
+        """Return local weak defects, errors of propagated moments, and how sharply steps were compared."""
+        return probe_weak(scheme, view, settings).merge(probe_resolution(scheme, view))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each observable, and its levels."""
@@ -279,6 +306,7 @@ def _finding(evidence: Evidence, means: Means, probed: WeakProbe) -> Finding:
         estimate=sampled.slope.value if opinion.tier == 3 else probed.order,
         low=low,
         high=high,
+        resolution=weak_resolution(evidence, means, _off_limit(evidence, means), covered.claim),
         method=_method(opinion.tier, means),
         details={**probed.details, **_details(sampled, confidence)},
     )

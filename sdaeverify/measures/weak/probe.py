@@ -20,9 +20,12 @@ from ...probe.linear.moments import (
     moment_orders,
     no_delay_moments,
     no_moments,
+    observable_order,
+    quadratic_form,
 )
 from ...probe.local import weak_defects as local
 from ...probe.local.delay_links import loses_algebraic, remove_delay
+from ...probe.local.smoothness import Smoothness, smoothness
 from ...probe.local.weak_defects import SemigroupReference, weak_reference
 from ...probe.local.weak_order import LocalWeak, WeakOrder, weak_order
 from ...probe.operator import transition
@@ -34,6 +37,8 @@ from ...probe.operator.functional_orders import (
     widen,
 )
 from ...probe.operator.transition_errors import TransitionErrors, chart_observables, weak_errors
+from ...probe.step import test_functions
+from ...probe.step.states import cloud
 from ..error_sizes import of_moments, of_operator, of_step_expectations
 from ..judge import claim_for, is_order, local_doubt, local_opinion
 
@@ -135,7 +140,9 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
     """Return what the deterministic tiers say of a claim about an observable.
 
     The local order decides; moments can take back what it verifies, and decide where it does not. So does the
-    operator for the observables it is informative about.
+    operator for the observables it is informative about. A claim that names its observables is judged by these alone:
+    the least local order of all test functions is enough for each of them, and more than it needs. Of an observable
+    with a jump or a kink nothing is said, which smooth functions, polynomials among them, do not stand for.
 
     Parameters
     ----------
@@ -153,15 +160,63 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
     """
     if claim is None or isinstance(claim.value, str):
         return None, False
+    known = observable in evidence.view.observables
+    if known and (found := smoothness(evidence.view, observable)) is not Smoothness.SMOOTH:
+        return local_doubt(
+            f"{observable} has {found} where solutions go, and one step is known for smooth ones"
+        ), False
     probed, tolerance = weak_probe(evidence), max(TOLERANCE, claim.margin)
     opinion = evidence.without_paths.read(_judge_local, evidence.view, claim.value, tolerance)
+    if claim.quantities and known:
+        return _judge_named(evidence, claim, observable, opinion)
     if opinion is not None and opinion.verdict is Verdict.REFUTED:
         return opinion, False
     further = _global(probed, claim.value, observable)
-    undecided = opinion is None or opinion.verdict is Verdict.INCONCLUSIVE
+    # What one step speaks against is not verified at T: moments and means on a chart need not pass the states it saw.
+    undecided = opinion is None or (opinion.verdict is Verdict.INCONCLUSIVE and not opinion.speaks_against)
     if further is not None and (undecided or further.verdict is Verdict.REFUTED):
         return further, False
     return opinion, further is not None and further.verdict is Verdict.VERIFIED
+
+
+def _judge_named(
+    evidence: Evidence, claim: Claim, observable: str, opinion: Opinion | None
+) -> tuple[Opinion | None, bool]:
+    """Return the same of a claim that names this observable, given what one step says of all test functions."""
+    assert not isinstance(claim.value, str)
+    further = _global_of_one(evidence, claim.value, observable)
+    if further is not None:
+        both = opinion is not None and {opinion.verdict, further.verdict} == {Verdict.VERIFIED}
+        return (opinion if both else further), both
+    if opinion is None or opinion.verdict is not Verdict.REFUTED:
+        return opinion, False
+    own = evidence.without_paths.read(_read_own, evidence.view, observable)
+    if own is not None:
+        judged = judge_weak(own, claim.value, max(TOLERANCE, claim.margin))
+        if judged.verdict is Verdict.REFUTED:
+            return judged, False
+    return local_doubt(f"of other functions than {observable}, which may be better: {opinion.reason}"), False
+
+
+def _global_of_one(evidence: Evidence, claim: float, observable: str) -> Opinion | None:
+    """Return what is known of one observable at T without sampling, or None."""
+    form, record = quadratic_form(evidence.view, observable), unpacked(MOMENTS, MomentErrors, evidence.tally)
+    found = observable_order(record, form) if form is not None and record is not None else None
+    if found is None:
+        return _global(weak_probe(evidence)._replace(moments=None), claim, observable)
+    (found,) = widen([found], evidence.view)
+    text = f"weak order {found.order:.3f} of E {observable} at T by moments"
+    return _opinion(found.low, found.high, claim, text) if found.informative else None
+
+
+def _read_own(tally: Tally, view: Problem, observable: str) -> WeakOrder | None:
+    """Return the local weak order of a quadratic observable by itself, or None."""
+    form, record, ito = quadratic_form(view, observable), unpacked(LOCAL, LocalWeak, tally), view.ito()
+    if form is None or record is None or ito is None or ito.dimension != int(record.dimension) or not form.size:
+        return None
+    units = local.component_units(cloud(view, ito))[:, 0]
+    made_up = test_functions.coefficients(form.linear, form.square, units)
+    return weak_order(record.combine(made_up))._replace(function=observable)
 
 
 def _judge_local(tally: Tally, view: Problem, claim: float, tolerance: float) -> Opinion | None:
@@ -251,7 +306,9 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
         kind = Kind.INCONSISTENT if order.inconsistent_share > 0.5 else Kind.PLAIN
         return local_opinion(Verdict.REFUTED, f"{order.least(short)}, claimed {claim}{void}", kind)
     if share:
-        return local_doubt(f"{order.least(short)}, claimed {claim}, at {share:.0%} of the states alone{void}")
+        text = f"{order.least(short)}, claimed {claim}, at {share:.0%} of the states alone{void}"
+        kind = Kind.INCONSISTENT if order.inconsistent_share else Kind.PLAIN
+        return local_doubt(text, kind, against=True)
     if order.share(moving).max() >= MANY:
         return local_doubt(f"{order.least(moving)}, claimed {claim}, still changing with h{void}")
     least = np.min(order.orders, where=order.settled & ~low, initial=np.inf)

@@ -24,6 +24,7 @@ import numpy as np
 import scipy
 
 from ...forms import Delayed
+from ...numerics.lambert import lambert_of_log
 from ..step.nodes import SEED
 from ..step.states import WHEN
 
@@ -60,9 +61,8 @@ class LinearDelay(NamedTuple):
         """The root of s = A + B e^(-s tau) with the largest real part, A + W_0(B tau e^(-A tau))/tau."""
         if self.tau == 0.0 or self.B == 0.0:
             return complex(self.A + (self.B if self.tau == 0.0 else 0.0))
-        # W_0(z) is omega(log z), of which no part overflows.
-        logarithm = np.log(abs(self.B) * self.tau) - self.A * self.tau + (1j * np.pi if self.B < 0.0 else 0.0)
-        return complex(self.A + scipy.special.wrightomega(logarithm) / self.tau)
+        logarithm = float(np.log(abs(self.B) * self.tau) - self.A * self.tau)
+        return complex(self.A + lambert_of_log(logarithm, self.B < 0.0) / self.tau)
 
     @property
     def mean_decays(self) -> bool | None:

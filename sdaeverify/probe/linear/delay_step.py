@@ -30,7 +30,7 @@ from ...noise.brownian import Increment
 from ..step.nodes import SEED
 from ..step.one_step import OneStep
 from ..step.states import WHEN
-from ..step.times import DIFFERENT, ELSEWHEN
+from ..step.times import DIFFERENT, strata
 from .affine import AFFINE, at_corners, defect, relative, trial_states
 from .delay_equation import LARGE, SMALL, UNIT
 from .linear_map import MemoryStep
@@ -228,6 +228,8 @@ def _advance(P: Array, step: LinearDelayStep, known: Known, forgotten: list[Arra
 
 # Noise at which the step must be what it is by its values at 0 and at one standard deviation.
 REACH, TRIALS = 4.0, 3
+# Of the times in all parts of the horizon, one in so many.
+FEWER = 4
 
 
 class ProbedStep(NamedTuple):
@@ -325,8 +327,8 @@ def no_lasting_run(scheme: Scheme, view: Delayed, h: float) -> str:
 
 def _times_after_delay(view: Delayed) -> tuple[float, ...]:
     """Return times after the first delay: before, the lagged values are the history's, and a scheme may know them."""
-    left = max(view.horizon - view.delay, 0.0)
-    return tuple(view.delay + part * left for part in (WHEN, *ELSEWHEN))
+    left = view.horizon - view.delay
+    return tuple(view.delay + part for part in (strata(left)[::FEWER] if left > 0.0 else (0.0,)))
 
 
 def run_start(scheme: Scheme, view: Delayed, h: float, steps: int) -> Start:

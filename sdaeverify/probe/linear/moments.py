@@ -4,12 +4,15 @@ With z = (x, 1), E z z^T after N steps is the N-th power of the step's second-mo
 one; that of the solution is exp(T G), G being the generator of the second-moment equation. Nothing is sampled, and
 first moments are the last column.
 
+Observables that are quadratic in the state, q(x) = c + l . x + x^T S x, have E q = c + l . E x + <S, E x x^T>.
+
 With a delay the moments of the scheme come from its step with the history in the state. Those of the solution are the
 problem's truths: the second moments of a solution and of its past do not obey an ordinary differential equation,
 because the past up to one delay ago has been driven by the noise that drove the solution in between.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +29,7 @@ from ..stability.stability import no_stability
 from ..step.nodes import SEED
 from ..step.one_step import OneStep
 from ..step.times import changing
-from .affine import AFFINE
+from .affine import AFFINE, trial_states
 from .delay_equation import is_autonomous, is_scalar
 from .delay_step import LinearDelayStep, Start, no_lasting_run, probe_step, run_moments, run_start
 from .equation import linear_equation
@@ -43,6 +46,10 @@ ABOVE_FLOOR = 100.0
 # Accuracy that truths are asked to have, relative to the largest moment: further step sizes would not tell more.
 KNOWN = 1e-10
 DELAY_FURTHER, FEWEST = 2, 3
+# What an observable is off by beside a quadratic function, relative to its terms, is rounding. It is held against one
+# at the trial states and beyond.
+QUADRATIC = 1e-12
+SCALES = (1.0, 8.0)
 POWERS = (1, 2)
 
 
@@ -152,6 +159,9 @@ def _exact(one_step: OneStep) -> Array:
 
 def _propagate(one_step: OneStep, h: float, count: int) -> _Moments:
     found, step = step_moments(one_step, h), MemoryStep(one_step, h)
+    if found.defect > AFFINE:
+        d = one_step.equation.dimension + 1
+        return _Moments(np.full((d, d), np.nan), np.nan, np.nan, found.defect, 0.0)
     z = np.append(flatten(step.start)[:, 0], 1.0)
     operator, Q = restrict_to_observed(step, found.operator)
     z, L = Q @ z, step.reading() @ Q.T
@@ -263,3 +273,86 @@ def _homogeneous(step: LinearDelayStep, offset: Array) -> LinearDelayStep:
     constant[0, 0, k] = 1.0
     both = np.concatenate([maps, constant], axis=1)
     return LinearDelayStep(both[0], both[1:])
+
+
+# Observables that are quadratic in the state: their expectations follow from the moments.
+
+
+class QuadraticForm(NamedTuple):
+    """The coefficients of q(x) = c + l . x + x^T S x.
+
+    Attributes
+    ----------
+    constant : float
+    linear : ndarray, shape (d,)
+    square : ndarray, shape (d, d)
+        Symmetric.
+    """
+
+    constant: float
+    linear: Array
+    square: Array
+
+    def of_moments(self, first: Array, second: Array) -> Array:
+        """Return l . m + <S, P> for (errors of) moments m, shape (..., d), and P, shape (..., d, d)."""
+        return np.asarray(first @ self.linear + np.einsum("...ij,ij", second, self.square))
+
+    @property
+    def size(self) -> float:
+        """Sum of the coefficients' moduli: what an error in all moments is multiplied with at most."""
+        return float(np.abs(self.linear).sum() + np.abs(self.square).sum())
+
+
+@lru_cache(maxsize=64)
+def quadratic_form(view: Problem, observable: str) -> QuadraticForm | None:
+    """Return an observable at the final time as a function of the state, or None where it is not quadratic.
+
+    Parameters
+    ----------
+    view : Problem
+        Whose Ito equation tells the state.
+    observable : str
+    """
+    ito = view.ito()
+    if ito is None or observable not in view.observables:
+        return None
+
+    def q(x: Array) -> Array:
+        with np.errstate(all="ignore"):
+            value = view.observables[observable](view.horizon, ito.parts(x))
+        return np.broadcast_to(np.asarray(value, dtype=float), x.shape[1:])
+
+    try:
+        return _fitted(q, ito.dimension)
+    except (KeyError, IndexError, ValueError):
+        # Of what the equation does not carry, such as a multiplier.
+        return None
+
+
+def observable_order(record: MomentErrors, form: QuadraticForm) -> FunctionalOrder | None:
+    """Return what the errors of moments say about the order of one quadratic observable, or None where nothing.
+
+    Parameters
+    ----------
+    record : MomentErrors
+        Of the components that the form is about.
+    form : QuadraticForm
+    """
+    unusable = record.defect.max() > AFFINE or not record.usable.all()
+    if unusable or record.first.shape[1] != len(form.linear) or not form.size:
+        return None
+    errors = form.of_moments(record.first, record.second)
+    return order_of(record.h, errors, form.size * record.floor, form.size * float(record.scale[-1]))
+
+
+def _fitted(q: Callable[[Array], Array], d: int) -> QuadraticForm | None:
+    unit = np.eye(d)
+    c, up, down = float(q(np.zeros((d, 1)))[0]), q(unit), q(-unit)
+    both = q((unit[:, :, None] + unit[:, None, :]).reshape(d, -1)).reshape(d, d)
+    linear, diagonal = 0.5 * (up - down), 0.5 * (up + down) - c
+    square = np.where(unit > 0.0, np.diag(diagonal), 0.5 * (both - up[:, None] - up + c))
+    x = np.concatenate([size * trial_states(d) for size in SCALES], axis=1)
+    terms = linear[:, None] * x, x * (square @ x)
+    size = abs(c) + sum(np.abs(term).sum(axis=0) for term in terms) + np.abs(x).max(axis=0)
+    found = QuadraticForm(c, linear, square)
+    return found if (np.abs(q(x) - c - sum(term.sum(axis=0) for term in terms)) <= QUADRATIC * size).all() else None

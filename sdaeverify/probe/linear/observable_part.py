@@ -103,10 +103,13 @@ def _between(operator: Operator, Q: Array) -> Operator:
 
 
 def _close_under_maps(start: Array, maps: Array) -> Array:
-    """Return an orthonormal basis of the rows of `start` and of all their products with maps (k, k, K)."""
+    """Return an orthonormal basis of the rows of `start` and of all their products with maps (k, k, K).
+
+    Each round adds a row or ends: there are at most k of them, and k rows times K maps in all.
+    """
     R = np.moveaxis(maps, -1, 0)
     rows, further = np.zeros((0, len(maps))), start
-    while len(further := _independent(further, rows)):
+    while len(rows) < len(maps) and len(further := _independent(further, rows)):
         rows = np.concatenate([rows, further])
         further = np.concatenate(further @ R)
     return rows
@@ -116,5 +119,11 @@ def _independent(rows: Array, known: Array) -> Array:
     # An orthonormal basis of what rows add to known orthonormal ones; each counts alike, whatever its unit.
     lengths = np.linalg.norm(rows, axis=1, keepdims=True)
     rows = rows[lengths[:, 0] > 0.0] / lengths[lengths[:, 0] > 0.0]
-    _, sizes, basis = np.linalg.svd(rows - rows @ known.T @ known, full_matrices=False)
-    return np.asarray(basis[sizes > ADDS * len(rows)])
+    _, sizes, basis = np.linalg.svd(_beside(rows, known), full_matrices=False)
+    # Of a direction that adds as little as this, one projection leaves rounding that is no longer small beside it.
+    added = basis[sizes > ADDS * len(rows)][: len(known.T) - len(known)]
+    return np.asarray(np.linalg.qr(_beside(added, known).T)[0].T)
+
+
+def _beside(rows: Array, known: Array) -> Array:
+    return np.asarray(rows - rows @ known.T @ known)

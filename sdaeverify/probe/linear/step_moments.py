@@ -53,6 +53,8 @@ Image = Callable[[Array], Array]
 LADDER, FEW = (5, 9, 15, 25, 41), 3
 SPLIT = (20, 24, 32, 41)
 AGREEMENT = 1e-12
+# Entries of the matrices at all nodes, at most: 64 MiB.
+ENTRIES = 1 << 23
 TRIALS = 3
 
 
@@ -321,7 +323,13 @@ def _image(step: MemoryStep, noise: StepNoise, x: Array) -> Array:
 
 
 def _by_rule(step: MemoryStep, nodes: Nodes | None) -> Operator | None:
-    return None if nodes is None else Operator(factors_at(step, nodes), nodes.weights)
+    if nodes is None or not _affords(step.dimension, nodes):
+        return None
+    return Operator(factors_at(step, nodes), nodes.weights)
+
+
+def _affords(memory: int, nodes: Nodes) -> bool:
+    return (memory + 1) ** 2 * len(nodes.weights) <= ENTRIES
 
 
 def _climb_rules(few: Operator, operators: Iterable[Operator | None]) -> Expectation:
@@ -387,10 +395,14 @@ class StepMoments(NamedTuple):
 
 def no_linear_step(scheme: Scheme, view: Problem) -> str:
     """Return why a step cannot be probed for a linear map, or an empty string; whether it is linear shows later."""
-    if not StepNoise.of(OneStep(scheme, view)).tractable:
+    noise, memory = StepNoise.of(OneStep(scheme, view)), flatten(scheme.start(view, 1, view.horizon))
+    if not noise.tractable:
         return f"the atoms of {view.noise_dim} bounded variables are too many"
-    kind = flatten(scheme.start(view, 1, view.horizon)).dtype.kind
-    return "" if kind == "f" else "the scheme's memory is no array of real numbers"
+    if memory.dtype.kind != "f":
+        return "the scheme's memory is no array of real numbers"
+    least = noise.rule(0) if noise.law.bounded else _trial_nodes(noise)
+    text = f"a memory of {len(memory)} numbers and {noise.normals} variables are too many for matrices"
+    return "" if least is None or _affords(len(memory), least) else text
 
 
 def step_moments(one_step: OneStep, h: float, *, far: bool = True, atoms: bool = True) -> StepMoments:

@@ -17,19 +17,18 @@ from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import Delayed, Problem
 from ...noise.brownian import Increment
-from ..step.nodes import SEED, HalfSteps, Nodes, half_steps, product_rule, step_nodes
+from ..step.nodes import SEED, HalfSteps, Nodes, half_steps, law_nodes, product_rule, step_nodes
 from ..step.one_step import OneStep
 from ..step.states import WHEN, cloud
 from .delay_links import remove_delay
 from .orders import last_orders
-from .strong_defects import LEVELS, ROUNDING, core, mark_rows
+from .reach import mark_rows, reach
+from .strong_defects import LEVELS, ROUNDING
 
 # In units of the horizon, or of time where that is shorter: so small that a hundredth part of the noise that is wrong
 # is not hidden by what is right.
 SIZES = 4.0 ** -np.array([6.0, 8.0, 10.0, 12.0])
 NODES = 4
-# Random points, where a rule would be too large, are taken as few: the same ones at each size, so that orders hold.
-POINTS = 200
 
 
 class Consistency(NamedTuple):
@@ -43,18 +42,15 @@ class Consistency(NamedTuple):
         scheme itself has gone from there.
     scale : ndarray, shape (S, H)
         Largest absolute value in the state.
-    core : ndarray, shape (C,)
-        1 for a component that drift or diffusion depend on, 0 for a pure output.
-    means : ndarray, shape ()
-        1 if the nodes are a rule, 0 if they are random points, which resolve no means.
+    reached : ndarray, shape (C, C)
+        1 in row i and column j if errors of component j reach i, see `reach`.
     """
 
     h: Array
     rms: Array
     mean: Array
     scale: Array
-    core: Array
-    means: Array
+    reached: Array
 
 
 class ConsistencyOrders(NamedTuple):
@@ -85,11 +81,13 @@ def consistency(scheme: Scheme, view: Problem) -> Consistency:
     """
     step = OneStep(scheme, view)
     x, sizes = cloud(view, step.equation), SIZES * view.time_unit
-    nodes = _nodes(view.noise_dim, areas="H" in scheme.noise)
+    nodes = step_nodes(view.noise_dim, NODES, areas="H" in scheme.noise)
+    if not nodes.exact:
+        nodes, _ = law_nodes(view.noise_dim, scheme.noise)
     with np.errstate(all="ignore"):
         levels = [_defects(step, x, nodes, float(h)) for h in sizes]
         rms, mean, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
-        return Consistency(sizes, rms, mean, scale, core(step.equation, x), np.array(float(nodes.exact)))
+        return Consistency(sizes, rms, mean, scale, reach(step, x))
 
 
 def consistency_orders(record: Consistency, component: int | None = None) -> ConsistencyOrders:
@@ -99,13 +97,13 @@ def consistency_orders(record: Consistency, component: int | None = None) -> Con
     ----------
     record : Consistency
     component : int, optional
-        Its index; the full state if left out. The core counts in all of them: its errors reach every other one.
+        Its index; the full state if left out. All whose errors reach it count.
 
     Returns
     -------
     ConsistencyOrders
     """
-    rows = mark_rows(record.core, component)
+    rows = mark_rows(record.reached, component)
     return ConsistencyOrders(*(_orders(record, part[:, rows]) for part in (record.rms, record.mean)))
 
 
@@ -113,10 +111,6 @@ def _orders(record: Consistency, part: Array) -> Array:
     """Return the least order over the components at each state, shape (2, S)."""
     found = last_orders(record.h, part, ROUNDING * record.scale, record.scale)
     return np.asarray(found.order.min(axis=1))
-
-
-def _nodes(dimension: int, *, areas: bool) -> Nodes:
-    return step_nodes(dimension, NODES, areas=areas).few(POINTS)
 
 
 def _defects(step: OneStep, x: Array, nodes: Nodes, h: float) -> tuple[Array, Array, Array]:

@@ -13,23 +13,27 @@ import numpy as np
 
 from ...arrays import Array, each
 from ...contracts.scheme import Scheme, State
-from ...forms import Equation, Problem
+from ...forms import Problem
 from ...noise.brownian import Increment
 from ...numerics.digits import SCALE, keep_defined, significant
 from ..step.nodes import COUNTS, FEWEST, HalfSteps, Nodes, half_steps
 from ..step.one_step import OneStep, why_unresolved
-from ..step.states import WHEN, in_batches
+from ..step.states import in_batches
 from ..step.times import ProbeTime, times
 from .orders import SETTLED, TOLERANCE, last_orders
+from .reach import reach
 
 # Step sizes 4^-2, ..., 4^-8 of the horizon, or of the unit of time where that is shorter.
 LEVELS = 4.0 ** -np.arange(2.0, 9.0)
 # Where a defect as small as a solver's tolerance falls more slowly than before, finer steps tell why.
 FINER = 4.0 ** -np.arange(9.0, 12.0)
-# Random points times components of the state: steps of many components, implicit ones above all, are dear.
-WORK = 6_000
+# States times nodes times components: steps of many components, implicit ones above all, are dear. There are fewer
+# states then, and no fewer than so many.
+WORK, LEAST_STATES = 80_000, 2
 # Rounding errors of a defect stay some hundred times below this part of the solution's size.
 ROUNDING = 6e-14
+# How `LocalStrong.means` says that nodes are a rule of the third degree.
+UP_TO_1 = 0.5
 # The defects of a level: from two half steps, from Euler-Maruyama, from it after a step of the scheme's own.
 SELF, EM, LATER = range(3)
 
@@ -46,10 +50,10 @@ class LocalStrong(NamedTuple):
         step, which starts where the scheme itself has gone.
     scale : ndarray, shape (S, H)
         Largest absolute value in the state, before and after the step.
-    core : ndarray, shape (C,)
-        1 for a component that drift or diffusion depend on, 0 for a pure output.
+    reached : ndarray, shape (C, C)
+        1 in row i and column j if errors of component j reach i, see `reach`.
     means : ndarray, shape ()
-        1 if the nodes are a rule, 0 if they are random points, which resolve no means.
+        1 if the nodes are a rule of the fifth degree, 1/2 if of the third, which resolves means up to the order 1.
     times : ndarray, shape ()
         How many times the states are of; those of one time stand side by side.
     """
@@ -58,7 +62,7 @@ class LocalStrong(NamedTuple):
     rms: Array
     mean: Array
     scale: Array
-    core: Array
+    reached: Array
     means: Array
     times: Array
 
@@ -69,7 +73,11 @@ def no_local_order(scheme: Scheme, view: Problem) -> str:
         return f"sums of {scheme.law.name} increments are no increments of a longer step"
     shortest = float(LEVELS[-1]) * view.time_unit
     step = OneStep(scheme, view)
-    return why_unresolved(view, shortest) or step.refusal(beside=True) or step.all_truncated(_last_but_one(view))
+    return (
+        why_unresolved(view, shortest)
+        or step.refusal(beside=True, levy=True)
+        or step.all_truncated(_last_but_one(view))
+    )
 
 
 @lru_cache(maxsize=4)
@@ -90,11 +98,13 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     """
     step = OneStep(scheme, view)
     x = step.usable_states(_last_but_one(view))
-    areas = "H" in scheme.noise
+    areas, levy = "H" in scheme.noise, "A" in scheme.noise
     count = COUNTS.get(view.noise_dim * (4 if areas else 2), FEWEST)
-    nodes = HalfSteps(*(part.few(WORK // len(x)) for part in half_steps(view.noise_dim, count, areas=areas)))
-    when = times(step, x)
-    counts = np.array(float(nodes.whole.exact)), np.array(float(len(when)))
+    nodes = half_steps(view.noise_dim, count, areas=areas, levy=levy)
+    x = _affordable(x, len(nodes.whole.weights))
+    when, reached = times(step, x), reach(step, x)
+    means = 1.0 if nodes.whole.degree >= 5 else UP_TO_1
+    counts = np.array(means), np.array(float(len(when)))
 
     def probe(h: Array) -> LocalStrong:
         levels = [_level(step, x, nodes, float(size), when) for size in h]
@@ -102,7 +112,7 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
         rms, mean, scale = keep_defined(rms, scale), keep_defined(mean, scale), significant(scale, SCALE)
         truncated = np.tile(step.truncated(x, h), (len(when), 1))
         rms, mean = (np.where(truncated, np.nan, part) for part in (rms, mean))
-        return LocalStrong(h, rms, mean, scale, core(step.equation, x), *counts)
+        return LocalStrong(h, rms, mean, scale, reached, *counts)
 
     unit = view.time_unit
     with np.errstate(all="ignore"):
@@ -110,40 +120,15 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
         return _join_levels(record, probe(FINER * unit)) if _slows_down(record) else record
 
 
+def _affordable(x: Array, nodes: int) -> Array:
+    """Return as many states as steps of all their components at all nodes can be afforded, from first to last."""
+    count = max(WORK // (len(x) * nodes), LEAST_STATES)
+    return x if count >= x.shape[1] else x[:, np.linspace(0, x.shape[1] - 1, count).astype(int)]
+
+
 def _last_but_one(view: Problem) -> float:
     # An order needs the two finest step sizes.
     return float(LEVELS[-2]) * view.time_unit
-
-
-def core(equation: Equation, x: Array) -> Array:
-    """Tell on which components a coefficient depends, by moving each of them away from the states x.
-
-    Parameters
-    ----------
-    equation : Equation
-    x : ndarray, shape (d, S)
-
-    Returns
-    -------
-    ndarray, shape (C,)
-        1 or 0.
-    """
-    t = WHEN * equation.horizon
-    move = (1.0 + np.abs(x)) * np.cos(np.arange(1.0, len(x) + 1))[:, None]
-    before = equation.coefficients(t, x)
-    found = []
-    for rows in (equation.names or {"x": slice(None)}).values():
-        moved = x.copy()
-        moved[rows] += move[rows]
-        after = equation.coefficients(t, moved)
-        found.append(not all(np.allclose(a, b, rtol=1e-9, atol=0.0) for a, b in zip(after, before, strict=True)))
-    return np.array(found, dtype=float)
-
-
-def mark_rows(core: Array, component: int | None) -> Array:
-    """Return whose defects count for a component, given by its index: the core's and its own; all without one."""
-    everywhere = np.ones(len(core), dtype=bool)
-    return everywhere if component is None else (core > 0.0) | (np.arange(len(core)) == component)
 
 
 def _join_levels(a: LocalStrong, b: LocalStrong) -> LocalStrong:

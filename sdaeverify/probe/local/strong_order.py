@@ -13,10 +13,13 @@ import numpy as np
 
 from ...arrays import Array
 from .orders import LocalOrders, last_orders
-from .strong_defects import EM, LEVELS, ROUNDING, SELF, LocalStrong, mark_rows
+from .reach import mark_rows
+from .strong_defects import EM, LEVELS, ROUNDING, SELF, LocalStrong
 
 # A consistent step has q2 >= 1 and q1 >= 3/2.
 LEAST_Q2, LEAST_Q1 = 0.9, 1.4
+# Errors of a rule of the third degree are beside those of a mean from this order of the root mean squares on.
+FOURTH = 1.75
 # How accurate local orders of schemes of known order are; two of them may differ by twice as much.
 ACCURACY = 0.02
 
@@ -63,7 +66,7 @@ class StrongOrder(NamedTuple):
 def strong_order(record: LocalStrong, component: int | None = None) -> StrongOrder:
     """Return the order of one component, or of the full state.
 
-    An error in a component of the core reaches every other one, so that the core counts in all of them.
+    All components whose errors reach it count.
 
     Parameters
     ----------
@@ -75,13 +78,13 @@ def strong_order(record: LocalStrong, component: int | None = None) -> StrongOrd
     -------
     StrongOrder
     """
-    return _take_order(record, _find_orders(record), mark_rows(record.core, component))
+    return _take_order(record, _find_orders(record), mark_rows(record.reached, component))
 
 
 def strong_orders(record: LocalStrong) -> tuple[StrongOrder, ...]:
     """Return the order of each component and, last, of the full state; what has the same errors is found once."""
     defects = _find_orders(record)
-    every = [mark_rows(record.core, component) for component in (*range(len(record.core)), None)]
+    every = [mark_rows(record.reached, component) for component in (*range(len(record.reached)), None)]
     rows_of = {rows.tobytes(): rows for rows in every}
     found = {key: _take_order(record, defects, rows) for key, rows in rows_of.items()}
     return tuple(found[rows.tobytes()] for rows in every)
@@ -113,9 +116,10 @@ def _find_orders(record: LocalStrong) -> _DefectOrders:
 
 
 def _take_order(record: LocalStrong, defects: _DefectOrders, rows: Array) -> StrongOrder:
-    means, found = bool(record.means), LocalOrders(*(each[:, :, rows] for each in defects.worst))
+    found = LocalOrders(*(each[:, :, rows] for each in defects.worst))
     (p2, q2, later2), (p1, q1, later1) = found.order.min(axis=2)
-    share, typical = _state_by_state(record, LocalOrders(*(each[:, :, rows] for each in defects.states)))
+    means = _resolves_means(record, float(p2))
+    share, typical = _state_by_state(record, LocalOrders(*(each[:, :, rows] for each in defects.states)), means=means)
     ahead2, ahead1 = found.ahead[:, SELF].min(axis=1)
     plateaus = found.plateau_h.max(axis=(1, 2))
     return StrongOrder(
@@ -134,6 +138,14 @@ def _take_order(record: LocalStrong, defects: _DefectOrders, rows: Array) -> Str
     )
 
 
+def _resolves_means(record: LocalStrong, p2: float) -> bool:
+    """Tell whether means are resolved up to the order of the root mean squares.
+
+    A rule of the third degree has errors of the order h^2 where four variables multiply, as an order of 1 has.
+    """
+    return float(record.means) == 1.0 or p2 < FOURTH
+
+
 def at_most(order: StrongOrder, bound: float) -> StrongOrder:
     """Return the order of a component that has another one's error, and one of its own of the order `bound`."""
     least = [float(np.minimum(value, bound)) for value in (order.order, order.typical, order.ahead)]
@@ -145,9 +157,8 @@ def _consistent(q2: Array, q1: Array, means: bool) -> Array:
     return (q2 > LEAST_Q2) & ((q1 > LEAST_Q1) | (not means))
 
 
-def _state_by_state(record: LocalStrong, found: LocalOrders) -> tuple[float, float]:
+def _state_by_state(record: LocalStrong, found: LocalOrders, *, means: bool) -> tuple[float, float]:
     """Return the share of the states that are inconsistent, and the median of their orders, at the worst time."""
-    means = bool(record.means)
     p2, p1 = np.fmax(found.order, found.ahead)[:, SELF].min(axis=1)
     typical = np.fmin(p2 - 0.5, p1 - 1.0) if means else p2 - 0.5
     q2, q1 = found.order[:, EM]

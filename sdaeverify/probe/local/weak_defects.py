@@ -8,7 +8,8 @@ the second by extrapolated trees of Euler steps, which need the coefficients alo
 is a scheme of weak order p (Milstein 1986; Kloeden & Platen 1992, Theorem 14.5.2).
 
 Components are divided by a power of two near their largest value among the states, so that orders do not depend on
-units, and phi keeps its meaning for states of any size.
+units, and phi keeps its meaning for states of any size. A component that is 0 up to the rounding of the others has no
+size of its own, and is divided by that of the state.
 """
 
 from collections.abc import Callable
@@ -22,6 +23,7 @@ from ...errors import ProblemError
 from ...forms import Problem
 from ...numerics import jacobian
 from ...numerics.digits import SCALE, keep_defined, significant
+from ...numerics.statistics import EPS
 from ..step import test_functions
 from ..step.nodes import COUNTS, FEWEST, LARGEST, Nodes, step_nodes
 from ..step.one_step import OneStep, why_unresolved
@@ -37,6 +39,8 @@ LEVELS = 2.0 ** -np.arange(3.0, 19.0)
 FUNCTIONS = 32
 # An order needs so many of the finest step sizes that are not truncated.
 LEAST = 5
+# A component that is this much smaller than the state, at all states, is made of the rounding errors of the others.
+ROUNDINGS = 64.0
 
 
 class SemigroupReference(NamedTuple):
@@ -105,8 +109,7 @@ def weak_reference(view: Problem, t: tuple[float, ...]) -> SemigroupReference:
     ito = view.ito()
     assert ito is not None
     x, h = cloud(view, ito), sizes(view)
-    largest = np.abs(x).max(axis=1, where=np.isfinite(x), initial=0.0)
-    units = np.exp2(np.ceil(np.log2(np.where(largest > 0.0, largest, 1.0))))[:, None]
+    units = component_units(x)
     expectation = Romberg(ito, lambda y: test_functions.values(y / units), depth(ito.noise_dim))
     with np.errstate(all="ignore"):
         means = np.stack([expectation(x, at, float(size)) for at, size in zip(t, h, strict=True)], axis=-1)
@@ -115,6 +118,13 @@ def weak_reference(view: Problem, t: tuple[float, ...]) -> SemigroupReference:
     if not sound.any():
         raise ProblemError("the Ito equation is finite at none of the states it is probed at")
     return SemigroupReference(x[:, sound], units, t, h, means[:, sound], slopes[:, sound], expectation.K)
+
+
+def component_units(x: Array) -> Array:
+    """Return powers of two near the sizes of components, shape (d, 1)."""
+    largest = np.abs(x).max(axis=1, where=np.isfinite(x), initial=0.0)
+    own, state = largest > ROUNDINGS * EPS * largest.max(), largest.max() or 1.0
+    return np.asarray(np.exp2(np.ceil(np.log2(np.where(own, largest, state))))[:, None])
 
 
 def local_weak(

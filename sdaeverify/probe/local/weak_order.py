@@ -63,6 +63,16 @@ class LocalWeak(NamedTuple):
     dimension: Array
     time: Array
 
+    def combine(self, coefficients: Array) -> "LocalWeak":
+        """Return the defects of the one function that the test functions make up with these coefficients."""
+        defect, scale = (np.tensordot(c, part, 1)[None] for c, part in self._parts(coefficients))
+        return self._replace(defect=defect, scale=scale)
+
+    def _parts(self, coefficients: Array) -> tuple[tuple[Array, Array], ...]:
+        # Of functions that take no part, NaN do not either.
+        used = coefficients != 0.0
+        return (coefficients[used], self.defect[used]), (np.abs(coefficients[used]), self.scale[used])
+
 
 class WeakOrder(NamedTuple):
     """Local weak orders: those of the defects minus 1.
@@ -80,6 +90,8 @@ class WeakOrder(NamedTuple):
     dimension : int
     time : ndarray, shape (S,)
         The place of each state's time among those that are probed.
+    function : str
+        What it is of if not of the test functions.
     """
 
     orders: Array
@@ -88,6 +100,7 @@ class WeakOrder(NamedTuple):
     plateau_h: float
     dimension: int
     time: Array
+    function: str = ""
 
     @property
     def order(self) -> float:
@@ -109,7 +122,7 @@ class WeakOrder(NamedTuple):
     def least(self, among: Mask) -> str:
         """Return in words the least order of some defects."""
         function, state = np.unravel_index(np.argmin(np.where(among, self.orders, np.inf)), among.shape)
-        name = test_functions.names(self.dimension)[function]
+        name = self.function or test_functions.names(self.dimension)[function]
         return f"local weak order {self.orders[function, state]:.3f} of E {name} at state {state}"
 
 

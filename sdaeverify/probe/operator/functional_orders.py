@@ -173,7 +173,7 @@ def functional_orders(record: TransitionErrors) -> tuple[FunctionalOrder, ...]:
     -------
     tuple of FunctionalOrder
     """
-    columns = zip(record.errors.T, error_floors(record).T, _sizes(record), record.response, strict=True)
+    columns = zip(record.errors.T, error_floors(record).T, mean_sizes(record), record.response, strict=True)
     return tuple(
         _responsive(order_of(record.h, errors, floors, size), response > max(EXACT * size, ABOVE_FLOOR * floors[-1]))
         for errors, floors, size, response in columns
@@ -206,13 +206,14 @@ def error_floors(record: TransitionErrors) -> Array:
     Rounding of all steps comes on top.
     """
     disturbed = record.steps * (record.failed + record.truncated)
-    floors = record.resolution + np.outer(disturbed, _sizes(record))
-    rounding = np.outer(ROUNDING * EPS * record.steps, _sizes(record))
+    floors = record.resolution + np.outer(disturbed, mean_sizes(record))
+    rounding = np.outer(ROUNDING * EPS * record.steps, mean_sizes(record))
     finer = np.pad(floors, [(0, NEEDED - 1), (0, 0)])
     return np.asarray(np.lib.stride_tricks.sliding_window_view(finer, NEEDED, axis=0).max(axis=-1) + rounding)
 
 
-def _sizes(record: TransitionErrors) -> Array:
+def mean_sizes(record: TransitionErrors) -> Array:
+    """Return the sizes of the observables, shape (O,): the larger of exact mean and root mean square."""
     return np.asarray(np.maximum(record.spread, np.abs(record.exact)))
 
 

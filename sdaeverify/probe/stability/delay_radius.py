@@ -14,6 +14,7 @@ import scipy
 
 from ...arrays import Array
 from ...forms import Mesh
+from ...numerics.roots import log_root
 from ..linear.delay_step import Lagged, LinearDelayStep, as_recursion
 from ..linear.second_moments import smat, triangle
 from .spectral import WIDTHS, SpectralRadius
@@ -350,10 +351,7 @@ def radius(step: LinearDelayStep, mesh: Mesh) -> SpectralRadius:
         return SpectralRadius(np.inf, np.inf)
     if low <= floor and excess(floor) > 0.0:
         return SpectralRadius(0.5 * floor, 0.5 * floor)
-    logarithm = scipy.optimize.brentq(
-        lambda s: excess(float(np.exp(s))), np.log(low), np.log(high), xtol=1e-15, rtol=1e-15
-    )
-    rho = float(np.exp(logarithm))
+    rho = log_root(excess, low, high)
     return SpectralRadius(rho, _width(recursion, rho))
 
 
@@ -384,15 +382,30 @@ def _radius_of_noise(recursion: Lagged, least: float) -> float:
 
     # Where it is tried first is an end of the bracket, too.
     @cache
+    def gain(r: float) -> float:
+        return float(np.abs(np.linalg.eigvals(_gain_matrix(rescale(recursion, r), refined=False)[0])).max())
+
     def excess(r: float) -> float:
         if r <= least:
             return -1.0
-        gain = np.abs(np.linalg.eigvals(_gain_matrix(rescale(recursion, r), refined=False)[0])).max()
-        return float(1.0 / gain - 1.0)
+        return 1.0 / gain(r) - 1.0 if gain(r) > 0.0 else np.inf
 
     start = ABOVE * least + BESIDE
-    low, high = sorted([start, start / (1.0 + excess(start))])
+    low, high = _enclose(excess, *sorted([start, start * gain(start)]))
     return float(scipy.optimize.brentq(excess, max(low, least), high, xtol=1e-15 * high, rtol=1e-15))
+
+
+def _enclose(excess: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
+    """Return ends between which an increasing function changes its sign, moved outwards by rounding or more.
+
+    A root at an end, as where the gain is exactly c/r, has a sign by rounding there.
+    """
+    part = 16.0 * EPS
+    while low > 0.0 and excess(low) > 0.0:
+        low, part = low * max(0.0, 1.0 - part), 2.0 * part
+    while excess(high) < 0.0 and high < LARGEST_RADIUS:
+        high, part = high * (1.0 + part), 2.0 * part
+    return low, high
 
 
 def _excess_of(recursion: Lagged) -> Callable[[float], float]:

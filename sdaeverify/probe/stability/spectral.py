@@ -23,6 +23,8 @@ from ..linear.second_moments import Operator, smat, svec
 DENSE = 300
 # Vectors of Arnoldi's method. With scipy's 20, it settled on eigenvalues that are not the largest.
 VECTORS = 60
+# How often it starts again at most: what has not converged by then is not known.
+RESTARTS = 200
 # Widths of brackets that are tried, absolute below rho = 1 and relative above.
 WIDTHS = tuple(10.0**power for power in range(-12, 0))
 RESIDUAL = 0.5
@@ -110,7 +112,9 @@ def _by_values(operator: Operator) -> SpectralRadius:
         (size, size), matvec=lambda p: svec(operator(smat(p, n))), dtype=float
     )
     try:
-        found, vectors = scipy.sparse.linalg.eigs(values, k=1, which="LM", v0=svec(np.eye(n)), ncv=min(VECTORS, size))
+        found, vectors = scipy.sparse.linalg.eigs(
+            values, k=1, which="LM", v0=svec(np.eye(n)), ncv=min(VECTORS, size), maxiter=RESTARTS
+        )
     except scipy.sparse.linalg.ArpackNoConvergence:
         return SpectralRadius(np.nan, np.inf)
     rho = float(np.abs(found[0]))

@@ -5,6 +5,10 @@ eigenvalues. Sampling E |x_n|^2 instead gives wrong verdicts where it is carried
 Memory that does not act on the comparable components is left out of the operator, and so are states that violate a
 problem's constraints.
 
+What it costs is bounded by the memory's dimension k: a step size takes at most so many nodes that their matrices have
+`ENTRIES` entries in all, k rounds to find what is observed, and eigenvalues of a matrix of k (k + 1)/2 <= 300 rows or
+`RESTARTS` restarts of Arnoldi's method; the scan has at most four times the step sizes that it begins with.
+
 With a delay the history is in the state, and the set of stable step sizes need not be an interval: on meshes that the
 delay is no multiple of, stability at one step size does not imply it at a smaller one. The scan takes several
 positions of the delay between mesh points.
@@ -129,8 +133,8 @@ class StabilityRecord(NamedTuple):
 def no_stability(scheme: Scheme, view: Problem) -> str:
     """Return why mean-square stability cannot be asked for, or an empty string."""
     one_step = OneStep(scheme, view)
-    reason = no_linear_equation(view) or one_step.not_at_nodes()
-    if reason := reason or one_step.incomparable() or no_linear_step(scheme, view):
+    reason = no_linear_equation(view) or one_step.not_at_nodes() or one_step.incomparable()
+    if reason := reason or no_linear_step(scheme, view) or one_step.untold(scheme.start(view, 1, view.horizon)):
         return reason
     # Of admissible states alone one has to know how the scheme goes on from them; others are those of its memory.
     return one_step.no_entry() if view.has_constraints else ""

@@ -10,9 +10,9 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
-import scipy
 
 from ...arrays import Array
+from ...numerics.roots import log_root
 
 # Least |rho - 1| that decides, and how many times its error it must be.
 MARGIN, ERRORS = 1e-9, 10.0
@@ -66,15 +66,12 @@ def crossings(radius: Callable[[float], float], h: Array, sign: Array) -> Array:
     ndarray, shape (C,)
     """
 
-    def log_rho(log_h: float) -> float:
+    def log_rho(size: float) -> float:
         with np.errstate(divide="ignore"):
-            value = np.log(radius(float(np.exp(log_h))))
+            value = np.log(radius(size))
         return LARGEST if np.isnan(value) else float(np.clip(value, -LARGEST, LARGEST))
 
-    roots = [
-        scipy.optimize.brentq(log_rho, np.log(h[i]), np.log(h[j]), xtol=1e-15, rtol=1e-15) for i, j in brackets(sign)
-    ]
-    return np.asarray(np.exp(roots))
+    return np.array([log_root(log_rho, float(h[i]), float(h[j])) for i, j in brackets(sign)])
 
 
 def doubtful(h: Array, rho: Array, sign: Array) -> Array:

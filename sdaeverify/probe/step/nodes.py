@@ -12,9 +12,11 @@ from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 
 from ...arrays import Array, each
-from ...noise.brownian import Increment
+from ...noise.areas import outer
+from ...noise.brownian import PARTS, Increment
 from ...noise.laws import GAUSSIAN, Law
 from ...noise.records import NoiseRecord
 
@@ -26,6 +28,9 @@ MOST_NODES = 2_000
 # Larger than this it may not be with three nodes a variable either: so many random points take its place.
 LARGEST, POINTS = 7_000, 2_000
 SEED = 20170601
+# Nodes a variable that tell mean and covariance of a step and reach beyond two standard deviations; of more
+# variables, up to how many all corners of a cube are taken; atoms and equally probable sizes at most.
+FEW_NODES, SMALL, FEW_ATOMS, MOST_SIZES = {1: (6, 7), 2: (4,)}, 4, 36, 12
 # Paths of a step at once: more do not stay near the processor, and a solver goes on until the last has its root.
 BATCH = 16_384
 
@@ -41,11 +46,14 @@ class Rule(NamedTuple):
     exact : bool
         False for random points: root mean squares are known to about 5 per cent, their ratios between step sizes
         much better, means not at all.
+    degree: int
+        Of a rule: up to which it is exact.
     """
 
     x: Array
     weights: Array
     exact: bool = True
+    degree: int = 5
 
 
 class Nodes(NamedTuple):
@@ -60,6 +68,11 @@ class Nodes(NamedTuple):
         Whether it is a rule and not random points.
     records : mapping of str to object
         Noise beside Brownian motions, of a step of one length alone.
+    K : ndarray, shape (l, K), or None
+    A : ndarray, shape (l (l - 1)/2, K), or None
+        Levy areas: variables of their own, of the right mean and covariance given dW and H.
+    degree : int
+        Of a rule: up to which it is exact.
     """
 
     dW: Array
@@ -67,19 +80,20 @@ class Nodes(NamedTuple):
     weights: Array
     exact: bool = True
     records: Mapping[str, Any] = {}
+    K: Array | None = None
+    A: Array | None = None
+    degree: int = 5
 
     def increment(self, h: float, states: int = 1) -> Increment:
         """Return the noise of a step of length h, K nodes for each of a number of states: path = state K + node."""
-        dW = np.tile(np.sqrt(h) * self.dW, states)
-        records = each(lambda part: np.tile(part, states), self.records)
-        return Increment(dW, None if self.H is None else np.tile(np.sqrt(h) * self.H, states), records=records)
 
-    def few(self, count: int) -> "Nodes":
-        """Return a rule as it is, and so many of random points at most."""
-        if self.exact or count >= len(self.weights):
-            return self
-        H = None if self.H is None else self.H[:, :count]
-        return Nodes(self.dW[:, :count], H, np.full(count, 1.0 / count), exact=False)
+        def tiled(part: Array | None, scale: float) -> Array | None:
+            return None if part is None else np.tile(scale * part, states)
+
+        root = float(np.sqrt(h))
+        records = each(lambda part: np.tile(part, states), self.records)
+        H, K, A = tiled(self.H, root), tiled(self.K, root), tiled(self.A, h)
+        return Increment(np.tile(root * self.dW, states), H, records=records, K=K, A=A)
 
     def in_batches(self, states: int) -> "list[Nodes]":
         """Return the nodes in parts that so many states at each make no long batch of; with records, as one."""
@@ -96,7 +110,7 @@ class Nodes(NamedTuple):
         What is asked at these alone holds at all: half the noise of a product rule has few values, each of them many
         times. Nodes with records are taken as they are.
         """
-        x = self.dW if self.H is None else np.concatenate([self.dW, self.H])
+        x = np.concatenate([part for part in (self.dW, self.H, self.K, self.A) if part is not None])
         if self.records or not self.exact:
             return self, np.arange(len(self.weights))
         first, place = _distinct_columns(x.tobytes(), len(x))
@@ -104,7 +118,9 @@ class Nodes(NamedTuple):
 
     def select(self, places: Array | slice) -> "Nodes":
         """Return some of the nodes, without records."""
-        return Nodes(self.dW[:, places], None if self.H is None else self.H[:, places], self.weights[places])
+        dW, H, K, A = (None if part is None else part[:, places] for part in (self.dW, self.H, self.K, self.A))
+        assert dW is not None
+        return Nodes(dW, H, self.weights[places], K=K, A=A, degree=self.degree)
 
     def mean(self, values: Array) -> Array:
         """Return the expectation over the nodes of values of shape (..., K)."""
@@ -181,6 +197,43 @@ def fifth_degree_rule(n: int) -> Rule:
     return Rule(np.concatenate([corners.x, axes], axis=1), weights)
 
 
+def orthogonal_rule(n: int) -> Rule:
+    """Return a rule for n > 2 standard normals of whatever number, in 4n + 2n nodes at most.
+
+    The corners of `fifth_degree_rule` are those of an orthogonal array of strength 3: the rows of a Hadamard matrix
+    and their negatives. It is exact up to degree 3, and for all monomials of degree 4 and 5 but products of four
+    different variables. Such products in a system of many like parts might cancel at all nodes: the rule is turned
+    by an orthogonal matrix, the same for each n, which leaves the degree as it is.
+    """
+    a, b = np.sqrt((n + 2.0) / 2.0), np.sqrt((n + 2.0) / (n - 2.0))
+    half = scipy.linalg.hadamard(1 << (n - 1).bit_length())[:, :n].T
+    corners, axes = b * np.concatenate([half, -half], axis=1), a * np.concatenate([np.eye(n), -np.eye(n)], axis=1)
+    weights = [
+        np.full(points.shape[1], share) for points, share in ((corners, 0.5 / half.shape[1] / b**4), (axes, a**-4))
+    ]
+    return Rule(_turn(n, SEED + 6) @ np.concatenate([corners, axes], axis=1), np.concatenate(weights), degree=3)
+
+
+def _turn(n: int, seed: int) -> Array:
+    """Return an orthogonal matrix: a rule for independent normals is exact to the same degree when it is turned."""
+    turn, _ = np.linalg.qr(np.random.Generator(np.random.Philox(key=seed)).standard_normal((n, n)))
+    return np.asarray(turn)
+
+
+def resolving_rule(dimension: int, count: int) -> Rule:
+    """Return `normal_rule` where that is exact, and of more variables one that still resolves means.
+
+    Parameters
+    ----------
+    dimension : int
+        Number of standard normals.
+    count : int
+        Nodes a variable at most.
+    """
+    rule = normal_rule(dimension, count)
+    return rule if rule.exact else orthogonal_rule(dimension)
+
+
 def atom_rule(axes: list[tuple[Array, Array]]) -> Rule:
     """Return all atoms of independent variables, given as (values, weights), or random ones of too many."""
     if count_atoms(axes) <= LARGEST:
@@ -221,6 +274,110 @@ def step_nodes(dimension: int, count: int, *, areas: bool = False, law: Law = GA
     return Nodes(rule.x[:dimension], H, rule.weights, rule.exact)
 
 
+def law_nodes(dimension: int, noise: frozenset[str], law: Law = GAUSSIAN) -> tuple[Nodes, Nodes]:
+    """Return two sets of nodes for the noise of one step that are exact up to degree 3, whatever noise that is.
+
+    Parameters
+    ----------
+    dimension : int
+        Number l of Brownian motions.
+    noise : frozenset of str
+        What a scheme uses of dW, H, K and A.
+    law : Law
+        Of dW, and of H where it is bounded.
+
+    Returns
+    -------
+    Nodes, Nodes
+        Few of them, which resolve mean and covariance of a step. Both are the same of a bounded law; else they have
+        no variable's values in common.
+    """
+    return _law_nodes(dimension, tuple(sorted(noise)), law)
+
+
+@lru_cache(maxsize=64)
+def _law_nodes(l: int, noise: tuple[str, ...], law: Law) -> tuple[Nodes, Nodes]:
+    sizes = {"dW": l} | {name: l for name in ("H", "K") if name in noise}
+    if "A" in noise and l > 1:
+        sizes["A"] = l * (l - 1) // 2
+    signed = _signed_rule(l + sizes.get("H", 0), l, law) if law.bounded else None
+    rules = _two_rules(sum(sizes.values())) if signed is None else (signed, signed)
+    first, second = (_named_nodes(rule, sizes) for rule in rules)
+    return first, second
+
+
+def _named_nodes(rule: Rule, sizes: dict[str, int]) -> Nodes:
+    """Return the variables of a rule as the noise of a step of length 1, so many of each kind."""
+    parts = dict(zip(sizes, np.split(rule.x, np.cumsum(list(sizes.values()))[:-1]), strict=True))
+    H, K = (parts[name] / np.sqrt(PARTS[name]) if name in parts else None for name in ("H", "K"))
+    A = areas_at(parts["dW"], H, parts["A"], 1.0) if "A" in parts else None
+    return Nodes(parts["dW"], H, rule.weights, rule.exact, K=K, A=A)
+
+
+def _two_rules(n: int) -> tuple[Rule, Rule]:
+    if n == 1:
+        few, more = (tensor_rule([gauss_hermite(count)]) for count in FEW_NODES[n])
+        return few, more
+    rule = tensor_rule([gauss_hermite(FEW_NODES[n][0])] * n) if n in FEW_NODES else _small_rule(n)
+    return rule, rule._replace(x=_turn(n, SEED + 7) @ rule.x)
+
+
+def areas_at(dW: Array, H: Array | None, x: Array, h: float) -> Array:
+    """Return areas of a step of length h from standard variables x that are independent of all else.
+
+    Given dW alone they have mean 0 and the variance h^2/4; given H, too, the mean H_i dW_j - H_j dW_i, around which
+    h^2/12 is left.
+
+    Parameters
+    ----------
+    dW : ndarray, shape (l, K)
+        Increments.
+    H : ndarray, shape (l, K), or None
+        Their time integrals, where they are known.
+    x : ndarray, shape (l (l - 1)/2, K)
+        Standard variables.
+    h : float
+        Length of the step.
+    """
+    return np.asarray(0.5 * h * x if H is None else outer(H, dW) + h / np.sqrt(12.0) * x)
+
+
+def _small_rule(n: int) -> Rule:
+    return fifth_degree_rule(n) if n <= SMALL else orthogonal_rule(n)
+
+
+def _signed_rule(n: int, l: int, law: Law) -> Rule:
+    """Return atoms of l variables of a law and n - l signs, exact up to degree 3: all, or signs crossed with sizes.
+
+    Signs are rows of a Hadamard matrix and their negatives. Of sizes, one after the other of equally probable ones
+    are taken, a place further in each variable.
+    """
+    axes = law.atoms(l, areas=n > l)
+    if count_atoms(axes) <= FEW_ATOMS:
+        return tensor_rule(axes)
+    half = scipy.linalg.hadamard(1 << (n - 1).bit_length())[:, :n].T
+    signs = np.concatenate([half, -half], axis=1)
+    sizes = _equal_sizes(law)
+    if sizes is None:
+        return atom_rule(axes)
+    shifts = (np.arange(len(sizes)) + np.arange(l)[:, None]) % len(sizes)
+    x = np.repeat(signs, len(sizes), axis=1).astype(float)
+    x[:l] *= np.tile(sizes[shifts], signs.shape[1])
+    return Rule(x, np.full(x.shape[1], 1.0 / x.shape[1]))
+
+
+def _equal_sizes(law: Law) -> Array | None:
+    """Return equally probable sizes that a symmetric law takes with a sign of its own; None for another law."""
+    sizes, weights = np.abs(law.values), np.array(law.weights)
+    if not np.allclose(weights @ (np.sign(law.values)), 0.0):
+        return None
+    for count in range(1, MOST_SIZES + 1):
+        times = np.array([count * weights[sizes == size].sum() for size in np.unique(sizes)])
+        if np.allclose(times, np.round(times)):
+            return np.repeat(np.unique(sizes), np.round(times).astype(int))
+    return None
+
+
 def cross_with(nodes: Nodes, name: str, data: Any, weights: Array) -> Nodes:
     """Return each node with each of R nodes of an independent record, whose probabilities are `weights`.
 
@@ -240,7 +397,8 @@ def cross_with(nodes: Nodes, name: str, data: Any, weights: Array) -> Nodes:
 
     records = {**each(spread, nodes.records), name: each(lambda part: np.tile(part, len(nodes.weights)), data)}
     joint = np.multiply.outer(nodes.weights, weights).ravel()
-    return Nodes(spread(nodes.dW), each(spread, nodes.H), joint, nodes.exact, records)
+    H, K, A = (each(spread, part) for part in (nodes.H, nodes.K, nodes.A))
+    return Nodes(spread(nodes.dW), H, joint, nodes.exact, records, K, A, nodes.degree)
 
 
 class HalfSteps(NamedTuple):
@@ -273,11 +431,16 @@ def _pairs(data: Any, weights: Array) -> tuple[tuple[Any, Any], Array]:
 
 
 def half_steps(
-    dimension: int, count: int, *, areas: bool = False, rule: Callable[[int, int], Rule] = normal_rule
+    dimension: int,
+    count: int,
+    *,
+    areas: bool = False,
+    levy: bool = False,
+    rule: Callable[[int, int], Rule] = resolving_rule,
 ) -> HalfSteps:
     """Return nodes for the Gaussian noise of two half steps and of the step they make up.
 
-    dW = dW_1 + dW_2,   H = (H_1 + H_2)/2 + (dW_1 - dW_2)/4.
+    dW = dW_1 + dW_2,   H = (H_1 + H_2)/2 + (dW_1 - dW_2)/4,   A = A_1 + A_2 + (dW_1 x dW_2 - dW_2 x dW_1)/2.
 
     Parameters
     ----------
@@ -287,14 +450,26 @@ def half_steps(
         Nodes of each normal.
     areas : bool
         Whether time integrals H go with dW.
+    levy : bool
+        Whether Levy areas A between the motions do.
     rule : callable, optional
-        `normal_rule`, or `product_rule` for means over some of the normals given the others.
+        `resolving_rule`, or `product_rule` for means over some of the normals given the others.
     """
-    x, weights, exact = rule(dimension * (4 if areas else 2), count)
-    W1, W2, *areas_ = np.split(x / np.sqrt(2.0), 4 if areas else 2)
-    if not areas:
-        return HalfSteps(*(Nodes(W, None, weights, exact) for W in (W1 + W2, W1, W2)))
-    H1, H2 = (part / np.sqrt(12.0) for part in areas_)
-    H = 0.5 * (H1 + H2) + 0.25 * (W1 - W2)
-    pairs = ((W1 + W2, H), (W1, H1), (W2, H2))
-    return HalfSteps(*(Nodes(W, A, weights, exact) for W, A in pairs))
+    own = dimension * (4 if areas else 2)
+    between = dimension * (dimension - 1) // 2 if levy else 0
+    x, weights, exact, degree = rule(own + 2 * between, count)
+    (W1, W2), (H1, H2), A1, A2 = *_of_halves(x[:own], areas=areas), *np.split(x[own:], 2)
+    H = None if H1 is None or H2 is None else 0.5 * (H1 + H2) + 0.25 * (W1 - W2)
+    if not between:
+        pairs = (W1 + W2, H), (W1, H1), (W2, H2)
+        return HalfSteps(*(Nodes(W, h, weights, exact, degree=degree) for W, h in pairs))
+    first, second = areas_at(W1, H1, A1, 0.5), areas_at(W2, H2, A2, 0.5)
+    steps = (W1 + W2, H, first + second + 0.5 * outer(W1, W2)), (W1, H1, first), (W2, H2, second)
+    return HalfSteps(*(Nodes(W, h, weights, exact, A=A, degree=degree) for W, h, A in steps))
+
+
+def _of_halves(x: Array, *, areas: bool) -> tuple[tuple[Array, Array], tuple[Array | None, Array | None]]:
+    """Return dW and H of two half steps from standard normals."""
+    W1, W2, *rest = np.split(x / np.sqrt(2.0), 4 if areas else 2)
+    H1, H2 = (part / np.sqrt(12.0) for part in rest) if areas else (None, None)
+    return (W1, W2), (H1, H2)

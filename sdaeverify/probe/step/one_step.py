@@ -10,15 +10,13 @@ from ...contracts.scheme import Scheme, State, flatten
 from ...errors import SchemeError
 from ...forms import Equation, Problem
 from ...noise.brownian import Increment
-from .nodes import SEED, step_nodes
+from .nodes import SEED, Nodes, law_nodes, step_nodes
 from .states import WHEN, cloud
 
 # A fast component is resolved by steps that are so many times shorter than its time.
 RESOLVED = 64.0
 # Steps of a run, of this part of the unit of time, and how much memory may move one of them: a solver's tolerance.
 RUN, RUN_H, MOVED = 128, 2.0**-8, 1e-6
-# Noise of the steps that tell whether they are truncated: random points, where a rule would be too large.
-FEW = 64
 TRUNCATED = "steps are truncated at every state, however short they are"
 # On so much shorter steps, what is an error of a single step falls faster than with this power.
 FINER, VANISHING = 16.0, 1.2
@@ -73,7 +71,7 @@ class OneStep:
             admissible = self.view.admissible(points)
         return admissible if np.isfinite(admissible).all() else points
 
-    def refusal(self, *, beside: bool = False, run: bool = True) -> str:
+    def refusal(self, *, beside: bool = False, run: bool = True, levy: bool = False) -> str:
         """Return why the map cannot be probed at any state, or an empty string.
 
         Parameters
@@ -82,16 +80,24 @@ class OneStep:
             Whether the nodes of the probe are those of the noise beside Brownian motions, too.
         run : bool
             Whether a run is made to tell if memory counts, the only thing that takes long.
+        levy : bool
+            Whether the nodes of the probe are those of Levy areas, too.
         """
         if self.scheme.jumps:
             return "a step jumps as a function of its noise: nodes tell no expectations"
         if self.view.records and not beside:
             return "the problem has noise beside Brownian motions, over which nothing is averaged here"
-        return self.not_at_nodes() or self.incomparable() or self.no_entry(run=run)
+        return self.not_at_nodes(levy=levy) or self.incomparable() or self.no_entry(run=run)
 
-    def not_at_nodes(self) -> str:
-        """Return that a step uses noise of Brownian motions that the nodes have not, or an empty string."""
-        beyond = self.scheme.noise & {"K", "A"} - ({"A"} if self.view.noise_dim == 1 else set())
+    def not_at_nodes(self, *, levy: bool = False) -> str:
+        """Return that a step uses noise of Brownian motions that the nodes have not, or an empty string.
+
+        Parameters
+        ----------
+        levy : bool
+            As for `refusal`.
+        """
+        beyond = self.scheme.noise & {"K", "A"} - ({"A"} if levy or self.view.noise_dim == 1 else set())
         return f"a step uses {', '.join(sorted(beyond))}: nodes are of dW and H alone" if beyond else ""
 
     def incomparable(self) -> str:
@@ -115,11 +121,16 @@ class OneStep:
         start, entered = self.scheme.start(self.view, 2, h), self.enter(self.equation.initial(2), 0.0, h)
         if type(start) is not type(entered) or flatten(start).shape != flatten(entered).shape:
             return "the scheme has memory that enter(problem, state, t, h) does not set"
-        if untold := [name for name in self.names if name not in self.scheme.parts(self.view, entered)]:
-            return f"the state of the scheme has no {', '.join(untold)}"
+        if reason := self.untold(entered):
+            return reason
         if run and len(flatten(entered)) > self.equation.dimension and _depends_on_run(self):
             return "steps of a run differ from those that begin with enter(problem, state, t, h)"
         return ""
+
+    def untold(self, state: State) -> str:
+        """Return that a state of the scheme lacks components that are compared, or an empty string."""
+        lacking = [name for name in self.names if name not in self.scheme.parts(self.view, state)]
+        return f"the state of the scheme has no {', '.join(lacking)}" if lacking else ""
 
     def enter(self, x: Array, t: float, h: float) -> State:
         """Return the scheme's state at x, for steps of size h from time t.
@@ -155,7 +166,7 @@ class OneStep:
 
         A truncated step is not yet what the scheme tends to: it has no order there.
         """
-        nodes = step_nodes(self.view.noise_dim, 2, areas="H" in self.scheme.noise, law=self.scheme.law).few(FEW)
+        nodes = self._few_nodes()
         wide, t = np.repeat(x, len(nodes.weights), axis=1), WHEN * self.view.horizon
         found = np.zeros((x.shape[1], len(h)), dtype=bool)
         for place, size in enumerate(h.tolist() if not self.view.records else ()):
@@ -165,6 +176,11 @@ class OneStep:
                 break
             found[:, place] = mask.reshape(x.shape[1], -1).any(axis=1)
         return found
+
+    def _few_nodes(self) -> Nodes:
+        l, noise, law = self.view.noise_dim, self.scheme.noise, self.scheme.law
+        nodes = step_nodes(l, 2, areas="H" in noise, law=law)
+        return law_nodes(l, noise, law)[0] if "A" in noise or not nodes.exact else nodes
 
     def usable_states(self, h: float) -> Array:
         """Return the states of the cloud at which steps of this size are not truncated, shape (d, S)."""

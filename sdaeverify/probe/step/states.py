@@ -1,7 +1,7 @@
 """The cloud of states, and the time, at which a one-step map is probed; states as far out as it may be asked of."""
 
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,8 +13,9 @@ from .nodes import BATCH, SEED
 # Points of the cloud beside the initial state, in each of its two parts.
 PILOT, SCATTERED = 6, 6
 PILOT_H = 2.0**-6
-# Paths of the pilot that is to go wherever solutions go.
-MANY = 64
+# Paths of the pilot that is to go wherever solutions go, the parts of the horizon at which it is looked at, the steps
+# that it makes in each of them, and the states that are probed there.
+MANY, STRATA, A_STRATUM, PROBED = 64, 32, 4, 16
 # Of the states, to differentiate a stiff drift.
 DIFFERENCE = 1e-7
 FEWEST_STEPS, MOST_STEPS = 64, 256
@@ -52,7 +53,7 @@ def cloud(view: Problem, ito: Equation) -> Array:
     start = ito.initial(1)
     with np.errstate(all="ignore"):
         # Of each path its own time.
-        pilot = np.einsum("kdk->dk", _pilot(ito, rng, PILOT)).copy()
+        pilot = np.einsum("kdk->dk", _pilot(ito, rng)).copy()
         spread = np.abs(pilot - start).max(axis=1, keepdims=True)
         scattered = pilot + np.where(spread > 0.0, spread, 1.0) * rng.uniform(-1.0, 1.0, (len(start), SCATTERED))
         points = np.concatenate([pilot, scattered], axis=1)
@@ -83,9 +84,33 @@ def is_allowed(view: Any, ito: Equation, points: Array) -> Mask:
     return good
 
 
+class ReachedStates(NamedTuple):
+    """States that solutions reach, at a time in each of so many equal parts of the run.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        Ascending; neither 0 nor the end.
+    x : ndarray, shape (n, d, S)
+        Those of a time; NaN where the equation is not finite or the manifold is missed.
+    """
+
+    t: Array
+    x: Array
+
+    @property
+    def points(self) -> Array:
+        """All states that are finite, shape (d, N)."""
+        wide = np.moveaxis(self.x, 0, 1).reshape(self.x.shape[1], -1)
+        return np.asarray(wide[:, all_finite(wide)])
+
+
 @lru_cache(maxsize=8)
-def pilot_states(view: Problem, ito: Equation) -> Array:
-    """Return the states of 64 pilot paths at six times, on the manifold: where solutions go, rarely as well.
+def reached_states(view: Problem, ito: Equation) -> ReachedStates:
+    """Return some states of pilot paths at a random time in each of 32 parts of the horizon, on the manifold.
+
+    Of 64 paths, those are taken at which a component is largest and smallest, one component after the other, and
+    others at random: a region that one path in 64 visits is seen, and each path is seen at some times.
 
     Parameters
     ----------
@@ -96,14 +121,27 @@ def pilot_states(view: Problem, ito: Equation) -> Array:
 
     Returns
     -------
-    ndarray, shape (d, S)
-        Those with finite drift and diffusion.
+    Reached
     """
+    rng = np.random.Generator(np.random.Philox(key=SEED + 10))
+    normals = rng.standard_normal((STRATA * A_STRATUM, ito.noise_dim, MANY))
+    h = ito.horizon / len(normals)
+    kept = A_STRATUM * np.arange(STRATA) + rng.integers(1, A_STRATUM + 1, STRATA)
     with np.errstate(all="ignore"):
-        points = np.concatenate([*_pilot(ito, np.random.Generator(np.random.Philox(key=SEED + 10)), MANY)], axis=1)
+        points = _follow_pilot(ito, h, normals, kept)
+        found = np.stack([x[:, _extremes(x, k, rng)] for k, x in enumerate(points)])
+        wide = np.moveaxis(found, 0, 1).reshape(found.shape[1], -1)
         if view.has_constraints:
-            points = view.admissible(points)
-        return np.asarray(points[:, is_allowed(view, ito, points)])
+            wide = view.admissible(wide)
+        wide = np.where(is_allowed(view, ito, wide), wide, np.nan)
+    t = h * (kept - rng.uniform(0.0, 1.0, STRATA))
+    return ReachedStates(t, np.moveaxis(wide.reshape(-1, STRATA, PROBED), 1, 0))
+
+
+def _extremes(x: Array, place: int, rng: np.random.Generator) -> Array:
+    """Return the paths of a largest and of a smallest component, by place, and further ones at random."""
+    row = np.nan_to_num(x[place % len(x)])
+    return np.append(rng.choice(x.shape[1], PROBED - 2, replace=False), [row.argmax(), row.argmin()])
 
 
 def in_batches(x: Array, nodes: int) -> list[Array]:
@@ -111,22 +149,26 @@ def in_batches(x: Array, nodes: int) -> list[Array]:
     return np.array_split(x, min(-(-x.shape[1] * nodes // BATCH), x.shape[1]), axis=1)
 
 
-def _pilot(ito: Equation, rng: np.random.Generator, paths: int) -> Array:
+def _pilot(ito: Equation, rng: np.random.Generator) -> Array:
     """Return where the pilot's paths are at six times, shape (6, d, P)."""
     steps = int(np.clip(np.ceil(ito.horizon / PILOT_H), FEWEST_STEPS, MOST_STEPS))
-    h, normals = min(ito.horizon / steps, PILOT_H), rng.standard_normal((steps, ito.noise_dim, paths))
-    points, stiff = _simulate_pilot(ito, h, normals, implicit=False)
+    h, normals = min(ito.horizon / steps, PILOT_H), rng.standard_normal((steps, ito.noise_dim, PILOT))
+    return _follow_pilot(ito, h, normals, np.linspace(steps / PILOT, steps, PILOT).astype(int))
+
+
+def _follow_pilot(ito: Equation, h: float, normals: Array, kept: Array) -> Array:
+    """Return where the pilot's paths are after some numbers of steps, shape (K, d, P); the start if not finite."""
+    points, stiff = _simulate_pilot(ito, h, normals, kept, implicit=False)
     if stiff:
-        points, _ = _simulate_pilot(ito, h, normals, implicit=True)
-    return np.where(np.isfinite(points).all(axis=1, keepdims=True), points, ito.initial(paths))
+        points, _ = _simulate_pilot(ito, h, normals, kept, implicit=True)
+    return np.where(np.isfinite(points).all(axis=1, keepdims=True), points, ito.initial(normals.shape[-1]))
 
 
-def _simulate_pilot(ito: Equation, h: float, normals: Array, *, implicit: bool) -> tuple[Array, bool]:
-    """Return where the paths are at six times, and whether a drift was larger than the state."""
-    steps, paths, stiff = len(normals), normals.shape[-1], False
+def _simulate_pilot(ito: Equation, h: float, normals: Array, kept: Array, *, implicit: bool) -> tuple[Array, bool]:
+    """Return where the paths are after some numbers of steps, and whether a drift was larger than the state."""
+    paths, stiff = normals.shape[-1], False
     x = ito.initial(paths)
-    kept = np.linspace(steps / PILOT, steps, PILOT).astype(int)
-    points = np.empty((PILOT, *x.shape))
+    points = np.empty((len(kept), *x.shape))
     for step, xi in enumerate(normals):
         t = step * h
         drift, kick = np.broadcast_to(h * ito.drift(t, x), x.shape), ito.diffused(t, x, np.sqrt(h) * xi)

@@ -45,6 +45,27 @@ def values(x: Array) -> Array:
     return found
 
 
+def coefficients(linear: Array, square: Array, units: Array) -> Array:
+    """Return with which coefficients the test functions of x/u make up l . x + x^T S x, shape (F,).
+
+    Parameters
+    ----------
+    linear, square : ndarray, shape (d,) and (d, d)
+        l and S.
+    units : ndarray, shape (d,)
+        u, by which the components are divided.
+    """
+    d, scaled = len(units), square * np.outer(units, units)
+    found = np.zeros(len(names(d)))
+    for place, powers in enumerate(_powers(d)):
+        if len(powers) == 1:
+            found[place] = linear[powers[0]] * units[powers[0]]
+        elif len(powers) == 2:
+            i, j = powers
+            found[place] = scaled[i, j] * (1.0 if i == j else 2.0)
+    return found
+
+
 @lru_cache(maxsize=64)
 def _powers(dimension: int) -> tuple[tuple[int, ...], ...]:
     degrees = range(1, 4 if dimension <= FEW else 3)

@@ -1,7 +1,9 @@
 """The times at which a one-step map is probed: one, and others at which it goes elsewhere.
 
 Where neither equation nor scheme depend on time, one time is as good as any. A step that is wrong from some time on,
-or right at one time only, is not seen there; that it does not go to the same place at another time is. Nor is a step
+or right at one time only, is not seen there; that it does not go to the same place at another time is. Steps are made
+at a random time in each of 32 parts of the horizon, so that none is left out, and those are taken that are least like
+the ones taken before: by where they go beside Euler's step, or by where they go at all. Nor is a step
 seen that is wrong at some of its indices n = t/h, wherever these lie: among so many steps in a row, that it is unlike
 its neighbours is seen.
 
@@ -21,8 +23,10 @@ from .nodes import SEED
 from .one_step import OneStep
 from .states import WHEN, cloud
 
-# As parts of the horizon; the last one is late enough for what sets in near the end.
-ELSEWHEN = np.arange(1.0, 16.0, 2.0) / 16.0
+# Parts of the horizon with a time in each of them, and times that are taken beside the first.
+STRATA, FURTHER = 32, 2
+# Of the unit of time: at whole numbers of it, fine steps of all sizes have indices of the same remainders.
+WHOLE, FEWEST = 2.0**-5, 2.0
 # Of the unit of time.
 H = 2.0**-6
 # A step that depends on time moves by more than this part of the states.
@@ -85,8 +89,8 @@ def times(step: OneStep, x: Array) -> tuple[ProbeTime, ...]:
     Returns
     -------
     tuple of ProbeTime
-        0.2 of the horizon; the first and the last of eight times at which the same noise leads elsewhere; the step
-        least like its neighbours and the next one, if one in a row is unlike them.
+        0.2 of the horizon; up to two of 32 times at which the same noise leads elsewhere, least like the others; the
+        step least like its neighbours and the next one, if one in a row is unlike them.
     """
     fixed, odd = _fixed_times(step, np.asarray(x, dtype=float).tobytes()), odd_step(step)
     return (*fixed, *(() if odd is None else (ProbeTime(odd, 0), ProbeTime(odd, 1))))
@@ -96,14 +100,36 @@ def times(step: OneStep, x: Array) -> tuple[ProbeTime, ...]:
 @lru_cache(maxsize=8)
 def _fixed_times(step: OneStep, states: bytes) -> tuple[ProbeTime, ...]:
     x = np.frombuffer(states).reshape(step.equation.dimension, -1)
-    horizon, h = step.view.horizon, H * step.view.time_unit
-    noise = _noise(step, h, x.shape[1])
+    h, t = H * step.view.time_unit, strata(step.view.horizon)
+    noise, make = _noise(step, h, x.shape[1]), step.scheme.prepare(step.view, h)
     with np.errstate(all="ignore"):
-        there = [step(x, when * horizon, h, noise) for when in (WHEN, *ELSEWHEN)]
-    size = SAME * np.abs(there[0]).max(where=np.isfinite(there[0]), initial=0.0)
-    moved = [not np.allclose(new, there[0], rtol=SAME, atol=size, equal_nan=True) for new in there[1:]]
-    found = ELSEWHEN[moved]
-    return tuple(ProbeTime(horizon * when) for when in dict.fromkeys((WHEN, *found[:1], *found[-1:])))
+        there = np.array([step.read(make(step.enter(x, at, h), at, noise).state) for at in t])
+        size = SAME * np.abs(there[0]).max(where=np.isfinite(there[0]), initial=0.0)
+        chosen = [0]
+        if not all(np.allclose(new, there[0], rtol=SAME, atol=size, equal_nan=True) for new in there[1:]):
+            beside = there - np.array([step.euler(x, at, h, noise) for at in t])
+            chosen = _unlike(_unlike(chosen, beside, size), there, size)
+    return tuple(ProbeTime(t[place]) for place in chosen)
+
+
+@lru_cache(maxsize=8)
+def strata(horizon: float) -> tuple[float, ...]:
+    """Return 0.2 of a horizon, and a random time in each of its parts, whole numbers of steps from begin and end."""
+    parts = np.arange(STRATA) + np.random.Generator(np.random.Philox(key=SEED + 8)).uniform(size=STRATA)
+    step = WHOLE * min(1.0, horizon)
+    found = step * np.clip(np.round(horizon * parts / (STRATA * step)), FEWEST, np.ceil(horizon / step) - 1.0)
+    return (WHEN * horizon, *dict.fromkeys(found.tolist()))
+
+
+def _unlike(chosen: list[int], values: Array, size: float) -> list[int]:
+    """Add places, up to two beside the first, whose values are farthest from all chosen ones and beyond a size."""
+    flat = np.nan_to_num(values.reshape(len(values), -1), posinf=0.0, neginf=0.0)
+    while len(chosen) <= FURTHER:
+        far = np.min([np.abs(flat - flat[place]).max(axis=1) for place in chosen], axis=0)
+        if not far.max() > size:
+            break
+        chosen = [*chosen, int(far.argmax())]
+    return chosen
 
 
 def in_a_row(view: Problem) -> int:

@@ -31,6 +31,8 @@ __all__ = [
 
 PAGE = "report.html"
 MEANING = "What the columns of the tables beside this page mean."
+# What a page without addresses of its own needs least: neither a base for them nor anywhere to send a form.
+NOWHERE = "base-uri 'none'; form-action 'none'"
 SCRIPTS = ("plots.js", "data.js", "pages.js", "passports.js", "start.js")
 
 
@@ -111,7 +113,7 @@ def page_text(data: Mapping[str, Any]) -> str:
     """
     script = "\n".join(_asset(name) for name in SCRIPTS)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'; img-src data:"
+    policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'; img-src data:; {NOWHERE}"
     # Within a script element, only this could end it.
     numbers = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     parts = {

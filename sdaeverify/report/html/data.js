@@ -6,8 +6,7 @@ const VERDICTS = {
   not_run: ["…", "not run"], verified: ["✓", "verified"], out_of_scope: ["○", "no claim"], not_applicable: ["·", "does not apply"],
 };
 const ATTENTION = ["refuted", "diverged", "error", "inconclusive", "not_run"];
-const TEXTS = ["scheme", "problem", "measure", "quantity", "method", "view", "claim_source", "class", "windows", "reproduce", "heavy_tails",
-  "claim", "verdict", "decided_by", "guarded_by", "reason", "value_of"];
+const TEXTS = DATA.text_columns || [];
 const value = (given) => (given === "inf" ? Infinity : given === "-inf" ? -Infinity : given);
 
 /** Return the findings as records, each with the columns of its levels. */
@@ -99,6 +98,12 @@ function found(finding) {
   if (finding.value_of.includes("order")) return interval(finding.value, finding.value_low, finding.value_high);
   const spread = finite(finding.value_low) && finite(finding.value_high) ? ` [${short(finding.value_low)}, ${short(finding.value_high)}]` : "";
   return `${short(finding.value)}${spread} (${finding.value_of})`;
+}
+
+/** Return in words which errors of the limit the evidence would have shown; empty where nothing is said of a limit. */
+function resolution(finding) {
+  if (finding.resolution === Infinity) return "none: no error of the limit would show";
+  return finite(finding.resolution) ? `${short(100 * finding.resolution, 2)} %: a larger error of the limit would show` : "";
 }
 
 /** Return sets of step sizes that a text such as "h < 0.5; 2 < h < 3" tells of, as pairs. */

@@ -6,11 +6,12 @@ from functools import lru_cache
 from math import isinf, isnan
 from typing import Any
 
-from ..folders import NAMES, Key, SavedTables, TextRow, key_of
-from ..reading import parse
-from ..sentences import counts_of
+from ..cells import TEXT, parse
+from ..folders import Key, SavedTables, TextRow, key_of
+from ..sentences import ABSENT, counts_in_words
 from ..tables.columns import MEAN
 from ..tables.command import CELL, commands_of
+from ..verdict_row import VERDICTS
 
 SCHEMA = 2
 # Columns of a level, under the name that the page has for them.
@@ -39,20 +40,13 @@ TRUTHS = {"True": 1, "False": 0}
 WORDS = {"functional"}
 # Columns that begin in the same way and are no cost of a step.
 NO_COST = {"mean_std_error"}
+# Of the verdicts, what no page shows.
+HIDDEN = {"reason_kind", "p_verified", "p_refuted", "run"}
+SHOWN = [column for column in VERDICTS if column.name not in HIDDEN]
 # Texts and numbers of a finding, from the verdicts and from the details of its measure.
-TEXTS = (*NAMES, "view", "claim", "verdict", "decided_by", "guarded_by", "reason", "value_of")
+TEXTS = [column.name for column in SHOWN if column.kind == TEXT]
+NUMBERS = [column.name for column in SHOWN if column.kind != TEXT]
 DETAILS = ("method", "claim_source", "class", "windows", "heavy_tails")
-NUMBERS = (
-    "margin",
-    "local_order",
-    "path_order",
-    "path_low",
-    "path_high",
-    "value",
-    "value_low",
-    "value_high",
-    "paths",
-)
 MEASURED = ("seconds", "step_seconds", "growth_rate", "growth", "order_L1/2", "order_L2", "order_L4")
 
 
@@ -78,14 +72,15 @@ def payload(tables: SavedTables, passports: Mapping[str, Any] | None = None) -> 
     Returns
     -------
     dict
-        ``texts``: all texts; ``findings``: columns of equal length, texts by number; ``levels``: for each finding a
-        mapping of columns; ``absent``: scheme, problem, measure and reason of cells that do not apply, by number.
+        ``texts``: all texts; ``findings``: columns of equal length; ``text_columns``: those that hold texts, by
+        number; ``levels``: for each finding a mapping of columns; ``absent``: scheme, problem, measure and reason of
+        cells that do not apply, by number.
     """
     texts = _Texts()
     told, levels = tables.verdicts, _by_key(tables.levels)
     return {
         "schema": SCHEMA,
-        "sentence": counts_of(tables.verdicts, tables.absent),
+        "sentence": counts_in_words([*(row["verdict"] for row in told), *(ABSENT for _ in tables.absent)]),
         "run": _run(tables.run),
         "findings": _findings(tables, texts),
         "levels": [_columns(levels.get(key_of(row), ()), texts) for row in told],
@@ -94,6 +89,7 @@ def payload(tables: SavedTables, passports: Mapping[str, Any] | None = None) -> 
         "absent": _absent(tables.absent, texts),
         "passports": dict(passports or {}),
         "texts": list(texts.known),
+        "text_columns": [*TEXTS, *DETAILS, "reproduce"],
     }
 
 

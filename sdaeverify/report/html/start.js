@@ -9,6 +9,8 @@ const ROUTES = { summary: summaryPage, matrix: matrixPage, cell: cellPage, schem
 const NAVIGATION = [["summary", "Summary", FINDINGS.length], ["matrix", "Matrix", FINDINGS.length], ["schemes", "Schemes", FINDINGS.length], ["problems", "Problems", FINDINGS.length], ["drift", "Drift", has("drift")],
   ["stability", "Stability", has("stability")], ["invariant", "Invariant", has("invariant")], ["uniformity", "Uniformity", has("uniformity", "limits", "effort")], ["verifier", "Verifier", DATA.verifier], ["history", "History", DATA.history],
   ...(DATA.tables || []).map((each, number) => [`table/${number}`, each.title, true])];
+// Pages of things, and what their names may be.
+const OF_THINGS = { cell: [SCHEMES, PROBLEMS], scheme: [SCHEMES], problem: [PROBLEMS], table: [(DATA.tables || []).map((_, number) => String(number))] };
 const HOME = (NAVIGATION.find(([, , there]) => there) || ["summary"])[0];
 
 /** Return a page of a table that was written as one. */
@@ -17,15 +19,29 @@ function tablePage(_, number) {
   return [title, heading(1, title), el("p", {}, DATA.sentence), (text || []).map((line) => el("p", {}, line)), table(head, rows)].flat();
 }
 
+/** Return the words of an address that leads to a page of this run, and those of the first page for any other. */
+function placeOf(route) {
+  let words = [];
+  try {
+    words = route.split("/").map(decodeURIComponent);
+  } catch {
+    // No text that a browser or this page has made.
+  }
+  const [page, ...names] = words;
+  const there = Object.hasOwn(OF_THINGS, page) ? names.length === OF_THINGS[page].length && OF_THINGS[page].every((known, place) => known.includes(names[place])) :
+    !names.length && NAVIGATION.some(([name, , shown]) => name === page && shown);
+  return there ? words : HOME.split("/");
+}
+
 function show() {
-  const [route, search = ""] = location.hash.replace(/^#\/?/, "").split("?");
-  const [page, ...names] = (route || HOME).split("/").map(decodeURIComponent);
+  const [asked, search = ""] = location.hash.replace(/^#\/?/, "").split("?");
+  const [page, ...names] = placeOf(asked);
   const query = Object.fromEntries(new URLSearchParams(search));
-  const [title, ...content] = (ROUTES[page] && (DATA[page] || !["verifier", "history"].includes(page)) ? ROUTES[page] : ROUTES[HOME.split("/")[0]])(query, ...names);
+  const [title, ...content] = ROUTES[page](query, ...names);
   document.title = `${title} · sdaeverify`;
   document.getElementById("main").replaceChildren(...content.flat(Infinity).filter(Boolean));
   for (const anchor of document.querySelectorAll("nav a")) {
-    if (anchor.hash === `#/${(route || HOME)}`) anchor.setAttribute("aria-current", "page");
+    if (anchor.hash === link(page, ...names)) anchor.setAttribute("aria-current", "page");
     else anchor.removeAttribute("aria-current");
   }
 }

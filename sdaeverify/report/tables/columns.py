@@ -1,80 +1,28 @@
 """The columns of all tables of a run, what each means, and its unit; documentation and page have them from here."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from .. import folders
+from ..cells import WHOLE, Column, number_column
+from ..verdict_row import VERDICTS
 
 if TYPE_CHECKING:
     from ...contracts.measure import Measure
 
 COLUMNS = "columns.csv"
-TEXT, NUMBER, WHOLE, TRUTH = "text", "number", "whole number", "truth value"
 MEAN = "mean_"
-
-
-class Column(NamedTuple):
-    """A column.
-
-    Attributes
-    ----------
-    name, meaning : str
-    kind : str
-        Text, number, whole number or truth value; an empty cell says that there is none.
-    unit : str
-        Empty for what has none.
-    """
-
-    name: str
-    meaning: str
-    kind: str = TEXT
-    unit: str = ""
-
-
-def _number(name: str, meaning: str, unit: str = "") -> Column:
-    return Column(name, meaning, NUMBER, unit)
-
-
 TIME = "the problem's time"
-NAMES = (
-    Column("scheme", "label of the scheme, with the parameters that are not the defaults"),
-    Column("problem", "label of the problem, with the parameters that are not the defaults"),
-    Column("measure", "name of the measure"),
-    Column("quantity", "what is measured: a component, an observable, a constraint; @T at the final time only"),
-)
-RUN = Column("run", "which run the row is of: 0 for that of run.json, n for the n-th of its earlier ones", WHOLE)
-VERDICTS = (
-    *NAMES,
-    Column("view", "form in which the scheme gets the problem; empty for the problem as it is"),
-    Column("verdict", "verified, refuted, inconclusive, out_of_scope (no claim), diverged, error or not_run"),
-    Column("claim", "what is claimed of the quantity; empty where nothing is"),
-    _number("margin", "by which an order may be below the claim"),
-    _number("local_order", "order of one step, without sampling error; inf where one step is exact"),
-    _number("path_order", "order of the errors along paths, where they tell one"),
-    _number("path_low", "lower end of its interval at the confidence of the run"),
-    _number("path_high", "upper end of its interval"),
-    _number("value", "what the measure estimates beside or instead of an order along paths", "see value_of"),
-    _number("value_low", "lower end of its interval, or of what can be proved", "see value_of"),
-    _number("value_high", "upper end of its interval, or of what can be proved", "see value_of"),
-    Column("value_of", "what the value is"),
-    Column("decided_by", "tier that decides the claim: T0 contract, T1 one step, T2 without sampling, T3 paths"),
-    Column("guarded_by", "what would have shown that the tier errs"),
-    Column("reason", "why the verdict is what it is, and why paths tell no order"),
-    Column("reason_kind", "kinds of the parts of the reason: rows of a kind say the same with other numbers"),
-    _number("p_verified", "p-value of the hypothesis that the claim fails; empty without sampling error"),
-    _number("p_refuted", "p-value of the hypothesis that the claim holds; empty without sampling error"),
-    Column("paths", "paths that were sampled of the cell", WHOLE),
-    RUN,
-)
+NAMES, RUN = VERDICTS[:4], VERDICTS[-1]
 NOT_APPLICABLE = (*NAMES, Column("reason", "why the measure does not apply"), RUN)
 LEVELS = (
     *NAMES,
-    _number("h", "step size", TIME),
-    _number("estimate", "size at this step size of what the measure measures: error, residual, radius, share, count"),
-    _number("std_error", "its standard error; 0 without sampling error"),
+    number_column("h", "step size", TIME),
+    number_column("estimate", "size of what is measured at this step size: error, residual, radius, share, count"),
+    number_column("std_error", "its standard error; 0 without sampling error"),
     Column("paths", "paths that were sampled", WHOLE),
     Column("failed_paths", "paths that a step without root or a value that is not finite ended", WHOLE),
-    _number("truncated_share", "share of the steps that the scheme truncated"),
+    number_column("truncated_share", "share of the steps that the scheme truncated"),
     Column("steps", "steps on a path", WHOLE),
     Column("lost_paths", "paths on which the solution itself ended", WHOLE),
 )
@@ -82,8 +30,8 @@ DETAILS = (
     *NAMES,
     Column("method", "how the quantity was measured"),
     Column("claim_source", "who claims it, and where"),
-    _number("seconds", "time of the scheme on the problem, all its measures together", "s"),
-    _number("step_seconds", "mean time of a step on a path, what is noted of it included", "s"),
+    number_column("seconds", "time of the scheme on the problem, all its measures together", "s"),
+    number_column("step_seconds", "mean time of a step on a path, what is noted of it included", "s"),
 )
 FILES = {folders.VERDICTS: VERDICTS, folders.NOT_APPLICABLE: NOT_APPLICABLE, folders.LEVELS: LEVELS}
 
@@ -91,11 +39,6 @@ FILES = {folders.VERDICTS: VERDICTS, folders.NOT_APPLICABLE: NOT_APPLICABLE, fol
 def details_file(measure: str) -> str:
     """Return the name of the file with the details of a measure."""
     return f"{folders.DETAILS}/{measure}.csv"
-
-
-def names(columns: Iterable[Column]) -> tuple[str, ...]:
-    """Return the names of columns."""
-    return tuple(column.name for column in columns)
 
 
 def dictionary(measures: "Iterable[Measure]") -> Iterator[dict[str, str]]:
@@ -112,7 +55,7 @@ def dictionary(measures: "Iterable[Measure]") -> Iterator[dict[str, str]]:
         yield from (_row(file, column) for column in columns)
         if columns is LEVELS:
             yield from _column_rows(file, further)
-            yield _row(file, _number(f"{MEAN}*", "mean over steps and paths of a cost that the scheme reports"))
+            yield _row(file, number_column(f"{MEAN}*", "mean over steps and paths of a cost that the scheme reports"))
     for measure in known:
         file = details_file(measure.name)
         yield from (_row(file, column) for column in DETAILS)

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence, Set
 from typing import Any
 
 from ...contracts.settings import Settings
-from ..reading import Row, number, text
+from ..cells import Row, number, text
 from ..saved import EARLIER, settings_of
 
 CELL = ("scheme", "problem", "measure")

@@ -1,115 +1,27 @@
-"""Results as rows: one a quantity, one a quantity and step size, and one for what does not apply.
-
-A finding is a row as people are told of it: one meaning a field in every measure, and no order of noise.
-"""
+"""Results as rows: one a quantity, one a quantity and step size, and one for what does not apply."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
-from math import inf, isfinite, isnan, nan
+from math import nan
 from types import NoneType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.finding import Finding, Reason, Verdict
+from ...contracts.finding import Finding, Verdict
 from ...contracts.settings import Settings
 from ...simulate.tracks import COST, COUNTED
 from ...study import CellResult
 from .. import folders
-from ..reading import AT_END, BIAS, DECIDED, ORDER, RESIDUAL, Interval, Reading
-from .columns import DETAILS, LEVELS, MEAN, NOT_APPLICABLE, VERDICTS, WHOLE, Column, details_file, names
+from ..cells import WHOLE, Column, names
+from ..verdict_row import VERDICTS, VerdictRow
+from .columns import DETAILS, LEVELS, MEAN, NOT_APPLICABLE, details_file
 
 if TYPE_CHECKING:
     import pandas as pd
 
-GUARDED = "guarded by "
 INTEGER, REAL = (int, np.integer), (float, np.floating)
-# Standard errors from which on a mean difference tells something.
-RESOLVED = 3.0
-SAMPLED, AT_ONCE, ONE_STEP, CONTRACT = 3, 2, 1, 0
-
-
-def read_finding(found: Finding, value_of: str = "") -> Reading:
-    """Read a finding.
-
-    Parameters
-    ----------
-    found : Finding
-    value_of : str
-        What its measure estimates; empty for an order.
-    """
-    kind, claim = _kind(found, value_of), str(found.claim or "")
-    path, why = _along_paths(found) if kind == ORDER else (Interval(), "")
-    value, told = _value(found, kind, path)
-    reason = found.reason.then(Reason(f"no order along paths: {why}" if why else ""))
-    decided = found.method and found.verdict in DECIDED
-    return Reading(
-        claim=claim,
-        margin=found.claim.margin if found.claim and claim.startswith(ORDER) else nan,
-        local_order=_local_order(found, kind),
-        path=path,
-        value=value,
-        value_of=told,
-        verdict=str(found.verdict),
-        decided_by=f"T{found.tier}" if decided or (found.method and found.tier == CONTRACT) else "",
-        guarded_by=found.method.partition(GUARDED)[2] if decided else "",
-        reason=str(reason),
-        reason_kind=", ".join(found.reason.kinds),
-    )
-
-
-def _kind(found: Finding, value_of: str) -> str:
-    if found.details.get("class") == BIAS or str(found.claim or "").startswith("unbiased"):
-        return BIAS
-    if found.method.startswith(RESIDUAL):
-        return RESIDUAL
-    return value_of or ORDER
-
-
-def _detail(found: Finding, name: str) -> float:
-    return float(str(found.details.get(name, nan)))
-
-
-def _estimate(found: Finding) -> Interval:
-    return Interval(found.estimate, found.low, found.high)
-
-
-def _along_paths(found: Finding) -> tuple[Interval, str]:
-    """Return the order along paths, and why there is none although paths were sampled."""
-    told = "informative" in found.details
-    sampled = found.method and (found.tier == SAMPLED or GUARDED in found.method)
-    order = Interval(*(_detail(found, f"slope{end}") for end in ("", "_low", "_high"))) if told else Interval()
-    order = order if told else _estimate(found) if sampled else Interval()
-    if not order.known:
-        return Interval(), ""
-    if told and not found.details["informative"]:
-        resolved = _detail(found, "resolved")
-        changes = "its errors change sign between levels"
-        return Interval(), f"a mean difference is {resolved:.1f} standard errors" if resolved < RESOLVED else changes
-    if not (isfinite(order.low) and isfinite(order.high)):
-        return Interval(), "its interval is not finite"
-    return order, ""
-
-
-def _local_order(found: Finding, kind: str) -> float:
-    known = _detail(found, "local_order")
-    alone = isnan(known) and kind == ORDER and found.method and found.tier == ONE_STEP
-    return found.estimate if alone else known
-
-
-def _value(found: Finding, kind: str, path: Interval) -> tuple[Interval, str]:
-    if kind != ORDER:
-        return (value, kind) if (value := _estimate(found)).known else (Interval(), "")
-    if not isnan(moments := _detail(found, "moment_order")):
-        return Interval(moments), AT_END
-    at_once = found.method and found.tier == AT_ONCE
-    value = _estimate(found) if at_once and isnan(_detail(found, "local_order")) and not path.known else Interval()
-    # All that is known may be that an order is at least so high.
-    told = value if isfinite(value.low) or value.value == inf else Interval()
-    return (told, ORDER) if told.known else (Interval(), "")
-
-
 Record = dict[str, object]
 
 
@@ -118,13 +30,15 @@ class Rows(NamedTuple):
 
     Attributes
     ----------
-    verdicts, absent : list of dict
-        What is claimed or measured, and what does not apply.
+    verdicts : list of VerdictRow
+        What is claimed or measured.
+    absent : list of dict
+        What does not apply.
     details : dict of str to list of dict
         By measure, further columns of the verdicts.
     """
 
-    verdicts: list[Record]
+    verdicts: list[VerdictRow]
     absent: list[Record]
     details: dict[str, list[Record]]
 
@@ -138,7 +52,7 @@ def rows_of(results: Iterable[CellResult]) -> Rows:
             if finding.verdict is Verdict.NOT_APPLICABLE:
                 rows.absent.append({**named, "reason": str(finding.reason), "run": 0})
                 continue
-            rows.verdicts.append({**named, **_list_finding(result, finding)})
+            rows.verdicts.append(VerdictRow.from_finding(finding, result))
             rows.details.setdefault(result.cell.measure.name, []).append({**named, **_list_details(result, finding)})
     return rows
 
@@ -170,9 +84,10 @@ class Table(NamedTuple):
 
 def tables_of(rows: Rows) -> dict[str, Table]:
     """Return rows as tables, by the names of their files."""
-    found = {folders.VERDICTS: (rows.verdicts, VERDICTS), folders.NOT_APPLICABLE: (rows.absent, NOT_APPLICABLE)}
-    found |= {details_file(measure): (told, DETAILS) for measure, told in rows.details.items()}
-    return {file: table_of(told, columns) for file, (told, columns) in found.items()}
+    told = [row.cells for row in rows.verdicts]
+    found = {folders.VERDICTS: (told, VERDICTS), folders.NOT_APPLICABLE: (rows.absent, NOT_APPLICABLE)}
+    found |= {details_file(measure): (details, DETAILS) for measure, details in rows.details.items()}
+    return {file: table_of(listed, columns) for file, (listed, columns) in found.items()}
 
 
 def level_table(results: Iterable[CellResult], settings: Settings) -> Table:
@@ -230,17 +145,6 @@ def _names(result: CellResult, quantity: str) -> Record:
     }
 
 
-def _list_finding(result: CellResult, finding: Finding) -> Record:
-    return {
-        "view": result.cell.view,
-        **read_finding(finding, result.cell.measure.value_of).row,
-        "p_verified": finding.p_verified,
-        "p_refuted": finding.p_refuted,
-        "paths": result.paths,
-        "run": 0,
-    }
-
-
 def _list_details(result: CellResult, finding: Finding) -> Record:
     return {
         "method": finding.method,
@@ -270,13 +174,15 @@ def _level_rows(result: CellResult, settings: Settings) -> Iterator[dict[str, An
 
 
 def _of_level(result: CellResult, settings: Settings, level: int) -> Record:
-    health, steps = result.health.sums, result.health.sums["steps"][level]
+    health, made = result.health.sums, result.health.sums["steps"][level]
+    # Paths may have gone on beyond the levels of the run.
+    steps = settings.coarsest * 2**level
     return {
-        "h": result.horizon / settings.steps[level],
+        "h": result.horizon / steps,
         "paths": result.paths,
         "failed_paths": int(health["failed"][level]),
-        "truncated_share": float(health["truncated"][level] / steps),
-        "steps": settings.steps[level],
+        "truncated_share": float(health["truncated"][level] / made),
+        "steps": steps,
         "lost_paths": int(health["lost"][level]),
         **_means(health, level),
     }

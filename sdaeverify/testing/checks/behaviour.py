@@ -11,6 +11,7 @@ from ...conformance import contract
 from ...conformance.exactness import exactness_violation
 from ...conformance.trial import Trial
 from ...contracts.scheme import flatten
+from ..check import Inapplicable
 from ..subjects import LONG, CellSubject, SchemeSubject
 
 # Memory shows on few paths as on many.
@@ -35,8 +36,15 @@ def check_any_number(subject: CellSubject) -> str:
 
 
 def check_alone(subject: CellSubject) -> str:
-    """Expect a path to go the same way alone and in any batch: paths that see each other are not independent."""
-    return on_trials(contract.takes_paths_alone)(subject) or contract.takes_paths_alone(subject.coarse)
+    """Expect a path to go the same way alone and in any batch: paths that see each other are not independent.
+
+    An iteration that ends when all paths have converged to a tolerance near rounding is remarked, and no failure.
+    """
+    if text := on_trials(contract.takes_paths_alone)(subject) or contract.takes_paths_alone(subject.coarse):
+        return text
+    if remark := on_trials(contract.ends_together)(subject) or contract.ends_together(subject.coarse):
+        raise Inapplicable(remark)
+    return ""
 
 
 def check_whole_state(subject: CellSubject) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...contracts.labels import dataclass_parameters, did_you_mean, parse_label, read_values
 from ...contracts.matching import match
-from ...contracts.scheme import Claim
+from ...contracts.scheme import Claim, is_text
 from ...contracts.settings import Settings
 from ...contracts.specs import ProblemSpec, check_scheme
 from ...errors import FAULTS
@@ -65,34 +65,26 @@ def check_docstring(subject: SchemeSubject) -> str:
     kind = type(subject.scheme)
     text = vars(kind).get("__doc__") or ""
     # A dataclass without docstring is given its signature.
-    return "" if _is_text(text) and not text.startswith(f"{kind.__name__}(") else "its class has no docstring"
+    return "" if is_text(text) and not text.startswith(f"{kind.__name__}(") else "its class has no docstring"
 
 
 def check_source(subject: SchemeSubject) -> str:
-    """Expect a source, of the scheme or of each of its claims: where it is from."""
-    scheme = subject.scheme
-    claims = [claim.source for claim in scheme.promises]
-    known = _is_text(scheme.source) or (claims and all(map(_is_text, claims)))
-    return "" if known else "its class variable source is empty, and so is a claim's, or there is none"
+    """Expect a source, of the scheme or of its claims, which always have one: where it is from."""
+    known = is_text(subject.scheme.source) or subject.scheme.promises
+    return "" if known else "its class variable source is empty, and it claims nothing that would have one"
 
 
 def check_claims(subject: SchemeSubject) -> str:
-    """Expect claims that can be verified: each has a source and names a known measure and known traits."""
+    """Expect claims that can be verified: each names a known measure and known traits."""
     scheme, measures = subject.scheme, subject.registry.measures
     if not scheme.promises:
         raise Inapplicable("it claims nothing")
     for claim in scheme.promises:
         if claim.measure not in measures:
             return f"a claim is about measure {claim.measure!r}, unknown{did_you_mean(claim.measure, measures)}"
-        if not _is_text(claim.source):
-            return f"its claim of {claim.measure} {claim} has no source"
         if unknown := unknown_traits(claim.when):
             return f"its claim of {claim.measure} holds for unknown traits {', '.join(unknown)}"
     return ""
-
-
-def _is_text(text: object) -> bool:
-    return isinstance(text, str) and bool(text.strip())
 
 
 def check_claims_tested(subject: SchemeSubject) -> str:

@@ -1,0 +1,191 @@
+"""How small an error of the limit would have shown: the resolution of a verdict.
+
+Let x be the solution, x_L what a scheme makes of it with the finest steps of a run, and y what it tends to as h tends
+to 0. Whatever y is,
+
+    |y - x| <= |x_L - x| + |x_L - y|,     |x_L - y| <= |x_{L-1} - x_L| / (2^p - 1)
+
+where the scheme's own differences fall with the order p, which a verdict grants it. Both terms on the right are
+measured, in the mean over paths for strong errors and as differences of means for weak ones; with the upper ends of
+their intervals the right side bounds every error of the limit that the evidence leaves possible. A larger one would
+have shown.
+
+Where nothing but the scheme itself knows the limit along paths, single steps tell: they were compared with the
+equation at n points of runs, and drift and noise are off by no more than e of the solution's motion there. A share s
+of all runs is missed by all n points with the probability (1 - s)^n, which is at most alpha for s >= -log(alpha)/n;
+steps that are off there by all of their motion move the limit by s of the solution's, where errors do not grow.
+"""
+
+from math import inf, isfinite, log, nan
+
+import numpy as np
+
+from ..arrays import Array
+from ..conformance.violation import follows
+from ..contracts.measure import Evidence
+from ..contracts.scheme import Claim, Scheme
+from ..contracts.tally import Tally, packed, unpacked
+from ..forms import Problem
+from ..numerics.statistics import EPS, Estimate, estimates, leave_out
+from ..probe.local.step_law import LawResolution, law_resolution
+from .means import Means
+from .path_errors.quantity import Quantity
+
+# What is claimed to be exact is granted no order: its differences are as small as its errors.
+LEAST_ORDER = 0.5
+# A mean that is computed as less is 0.
+ROUNDING = 64.0 * EPS
+# Under which name the comparison of single steps is evidence.
+LAW = "step law"
+
+
+def granted_order(claim: Claim) -> float:
+    """Return the least order that a verified claim grants."""
+    return LEAST_ORDER if isinstance(claim.value, str) else float(claim.value - claim.margin)
+
+
+def bound_limit_error(error: float, change: float, order: float) -> float:
+    """Return the bound of |y - x| from those of |x_L - x| and |x_{L-1} - x_L|.
+
+    Parameters
+    ----------
+    error, change : float
+        Upper ends of their intervals.
+    order : float
+        p, that of the scheme's own differences.
+    """
+    return float(error + change / (2.0**order - 1.0))
+
+
+def strong_resolution(evidence: Evidence, quantity: Quantity, finest: int, claim: Claim | None) -> float:
+    """Return the resolution of errors along paths, as part of how far the component moves in the mean.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    quantity : Quantity
+        Errors along paths, one for each level.
+    finest : int
+        The finest of the levels that can be used.
+    claim : Claim or None
+
+    Returns
+    -------
+    float
+        NaN without a claim; that of single steps where a scheme is its own reference, which knows no other limit.
+    """
+    if claim is None:
+        return nan
+    if evidence.problem.pathwise is None:
+        return step_resolution(evidence)
+    size = _motion(quantity)
+    if not size > 0.0 or finest == 0:
+        return inf
+    confidence = evidence.settings.confidence
+    error = _upper(quantity.error[:, finest, 1], quantity.counts, confidence)
+    change = _upper(quantity.difference[:, finest - 1], quantity.counts, confidence)
+    found = bound_limit_error(error + _own_error(evidence, quantity, finest), change, granted_order(claim))
+    return found / size if isfinite(found) else inf
+
+
+def weak_resolution(
+    evidence: Evidence, means: Means, off: tuple[Estimate, float] | None, claim: Claim | None
+) -> float:
+    """Return the resolution of means along paths, as part of the mean size of the observable.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    means : Means
+        Of one observable, on each level.
+    off : (Estimate, float) or None
+        How far the finest mean is from what is known of its limit, and how far that is off itself; None where the
+        exact solution is known on each path, or nothing is.
+    claim : Claim or None
+
+    Returns
+    -------
+    float
+        NaN without a claim; that of single steps where nothing is known of the limit.
+    """
+    if claim is None:
+        return nan
+    if not (means.coupled or off):
+        return step_resolution(evidence)
+    finest, confidence = len(means.h) - 1, evidence.settings.confidence
+    if not means.size > 0.0:
+        return inf
+    error, own = (means.difference(finest), 0.0) if off is None else off
+    change = means.change(np.array([finest - 1])) if not means.coupled else _gap(means, finest)
+    distance, step = (max(map(abs, each.interval(confidence))) for each in (error, change))
+    found = bound_limit_error(distance + own, step, granted_order(claim))
+    return found / means.size if isfinite(found) else inf
+
+
+def stationary_resolution(errors: Array, off: Array, size: float, claim: Claim | None) -> float:
+    """Return the resolution of stationary means at some step sizes, as part of their size; NaN without a claim.
+
+    A bias that is claimed to have no order is bounded at the step size where it is largest.
+
+    Parameters
+    ----------
+    errors, off : ndarray, shape (H,)
+        Biases from the coarsest step size to the finest, and how far they can be off.
+    size : float
+        Of the exact mean; for one that is 0 up to rounding the resolution is absolute.
+    claim : Claim or None
+    """
+    if claim is None:
+        return nan
+    most, steps = np.abs(errors) + off, np.abs(np.diff(errors)) + off[:-1] + off[1:]
+    unit, known = size if size > ROUNDING else 1.0, np.isfinite(most)
+    if isinstance(claim.value, str):
+        return float(most.max() / unit) if known.all() and len(most) else inf
+    bounds = most[1:] + steps / (2.0 ** granted_order(claim) - 1.0)
+    return float(np.min(bounds, where=np.isfinite(bounds), initial=inf) / unit)
+
+
+def _gap(means: Means, finest: int) -> Estimate:
+    """Return E [phi(x_{L-1}) - phi(x_L)] of a mean whose other differences are to the exact solution."""
+    return estimates(leave_out(means.sums[:, finest - 1] - means.sums[:, finest], means.counts))[0]
+
+
+def _motion(quantity: Quantity) -> float:
+    return quantity.motion if isfinite(quantity.motion) and quantity.motion > 0.0 else quantity.size
+
+
+def _own_error(evidence: Evidence, quantity: Quantity, level: int) -> float:
+    """Return how far a reference of order q is off: half its resolution changes errors by 2^q - 1 times as much."""
+    truth = evidence.problem.pathwise
+    if truth is None or truth.exact or quantity.blurred is None:
+        return 0.0
+    change = (quantity.blurred[:, level] - quantity.error[:, level, 1]).sum() / quantity.counts.sum()
+    return float(abs(change) / (2.0**truth.order - 1.0))
+
+
+def _upper(sums: Array, counts: Array, confidence: float) -> float:
+    return max(estimates(leave_out(sums, counts))[0].interval(confidence))
+
+
+def probe_resolution(scheme: Scheme, view: Problem) -> Tally:
+    """Return at how many points steps were compared with the equation, and the largest error that may be left there.
+
+    Nothing where the scheme does not claim to follow the equation in all quantities: then nobody compared.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form.
+    """
+    found = law_resolution(scheme, view) if follows(scheme, view) else None
+    return Tally() if found is None else packed(LAW, found)
+
+
+def step_resolution(evidence: Evidence) -> float:
+    """Return the resolution of single steps, as part of the solution's motion; infinite if they were not compared."""
+    found = unpacked(LAW, LawResolution, evidence.without_paths)
+    if found is None:
+        return inf
+    missed = -log(1.0 - evidence.settings.confidence) / float(found.points)
+    return max(float(found.rate_error), min(1.0, missed))

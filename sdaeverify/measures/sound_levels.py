@@ -1,0 +1,61 @@
+"""Which levels of a cell can be used, and what went wrong on the others."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..arrays import Array, Mask
+from ..contracts.finding import Kind, Reason
+from ..contracts.measure import Evidence
+from ..contracts.tally import Tally
+
+
+def sound_levels(health: Mapping[str, Array]) -> tuple[Array, Reason]:
+    """Return the levels finer than every one that went wrong, and what went wrong.
+
+    An order is about h tending to 0: coarse levels may fail, but what fails on a finer level than another that
+    does not is no matter of too coarse a step.
+
+    Parameters
+    ----------
+    health : mapping of str to ndarray, shape (L,)
+        Counts ``failed`` of paths and ``truncated`` of steps; ``singular`` with ``singular_time``, if the problem may
+        lose its root.
+
+    Returns
+    -------
+    ndarray of int
+    Reason
+    """
+    if not (health["failed"].any() or health["truncated"].any()):
+        return np.arange(len(health["failed"])), lost_index(health)
+    wrong = {"failed paths": health["failed"] > 0, "truncated steps": health["truncated"] > 0}
+    bad = np.flatnonzero(wrong["failed paths"] | wrong["truncated steps"])
+    first = int(bad[-1]) + 1 if len(bad) else 0
+    remarks = (at_levels(name, levels) for name, levels in wrong.items() if levels.any())
+    return np.arange(first, len(health["failed"])), Reason.of(*remarks, lost_index(health))
+
+
+def sound_levels_of(evidence: Evidence) -> tuple[Array, Reason]:
+    """Return the sound levels of a cell, found once for all its quantities; see `sound_levels`."""
+    return evidence.health.read(_read_sound_levels)
+
+
+def _read_sound_levels(health: Tally) -> tuple[Array, Reason]:
+    return sound_levels(health.sums)
+
+
+def lost_index(health: Mapping[str, Array]) -> Reason:
+    """Return where the problem itself loses its root, at the finest level where it does, or an empty reason."""
+    if "singular" not in health or not (count := health["singular"]).any():
+        return Reason()
+    level = int(np.flatnonzero(count)[-1])
+    figures = {"paths": count[level], "time": health["singular_time"][level] / count[level]}
+    text = "du/dy is singular on {paths:.0f} paths, at t = {time:.3g} in the mean: there the solution ends"
+    return Reason(text, Kind.LOST_INDEX, figures)
+
+
+def at_levels(what: str, levels: Mask) -> str:
+    """Return at how many levels something happened."""
+    count = int(levels.sum())
+    return f"{what} at {count} level{'' if count == 1 else 's'}"

@@ -1,0 +1,219 @@
+"""A row of the verdicts: its columns with their meanings, how a finding becomes one, and how a file is read as one.
+
+A finding is a row as people are told of it: one meaning a column in every measure, and no order of noise. A new
+column is a field here: tables, JSON, the page and the dictionary of columns take theirs from the fields.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from math import inf, isfinite, isnan, nan
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from .cells import NUMBER, TEXT, WHOLE, Column, Row, number, parse, text
+
+if TYPE_CHECKING:
+    from ..contracts.finding import Finding
+    from ..study import CellResult
+
+ORDER, BIAS, RESIDUAL, AT_END = "order", "bias", "largest residual", "weak order at T by moments"
+# Of verdicts that something decides.
+DECIDED = {"verified", "refuted"}
+GUARDED = "guarded by "
+# Standard errors from which on a mean difference tells something.
+RESOLVED = 3.0
+SAMPLED, AT_ONCE, ONE_STEP, CONTRACT = 3, 2, 1, 0
+
+
+class Interval(NamedTuple):
+    """An estimate with its interval at the run's confidence; NaN where there is none."""
+
+    value: float = nan
+    low: float = nan
+    high: float = nan
+
+    @property
+    def known(self) -> bool:
+        """Whether there is an estimate."""
+        return not isnan(self.value)
+
+
+def _text(meaning: str) -> Any:
+    return field(default="", metadata={"meaning": meaning, "kind": TEXT})
+
+
+def _number(meaning: str, unit: str = "") -> Any:
+    return field(default=nan, metadata={"meaning": meaning, "kind": NUMBER, "unit": unit})
+
+
+def _whole(meaning: str) -> Any:
+    return field(default=0, metadata={"meaning": meaning, "kind": WHOLE})
+
+
+@dataclass(frozen=True, kw_only=True)
+class VerdictRow:
+    """What is said of a quantity of a cell; the meanings of its fields are those of the columns."""
+
+    scheme: str = _text("label of the scheme, with the parameters that are not the defaults")
+    problem: str = _text("label of the problem, with the parameters that are not the defaults")
+    measure: str = _text("name of the measure")
+    quantity: str = _text("what is measured: a component, an observable, a constraint; @T at the final time only")
+    view: str = _text("form in which the scheme gets the problem; empty for the problem as it is")
+    verdict: str = _text("verified, refuted, inconclusive, out_of_scope (no claim), diverged, error or not_run")
+    claim: str = _text("what is claimed of the quantity; empty where nothing is")
+    margin: float = _number("by which an order may be below the claim")
+    local_order: float = _number("order of one step, without sampling error; inf where one step is exact")
+    path_order: float = _number("order of the errors along paths, where they tell one")
+    path_low: float = _number("lower end of its interval at the confidence of the run")
+    path_high: float = _number("upper end of its interval")
+    value: float = _number("what the measure estimates beside or instead of an order along paths", "see value_of")
+    value_low: float = _number("lower end of its interval, or of what can be proved", "see value_of")
+    value_high: float = _number("upper end of its interval, or of what can be proved", "see value_of")
+    value_of: str = _text("what the value is")
+    decided_by: str = _text("tier that decides the claim: T0 contract, T1 one step, T2 without sampling, T3 paths")
+    guarded_by: str = _text("what would have shown that the tier errs")
+    resolution: float = _number("a larger error of the limit would have shown; inf where none", "the quantity's size")
+    reason: str = _text("why the verdict is what it is, and why paths tell no order")
+    reason_kind: str = _text("kinds of the parts of the reason: rows of a kind say the same with other numbers")
+    p_verified: float = _number("p-value of the hypothesis that the claim fails; empty without sampling error")
+    p_refuted: float = _number("p-value of the hypothesis that the claim holds; empty without sampling error")
+    paths: int = _whole("paths that were sampled of the cell")
+    run: int = _whole("which run the row is of: 0 for that of run.json, n for the n-th of its earlier ones")
+
+    @classmethod
+    def from_finding(cls, found: "Finding", result: "CellResult") -> "VerdictRow":
+        """Return the row of a finding of a cell."""
+        cell = result.cell
+        return cls(
+            scheme=cell.scheme.label,
+            problem=cell.spec.label,
+            measure=cell.measure.name,
+            quantity=found.quantity,
+            view=cell.view,
+            paths=result.paths,
+            **_told(found, cell.measure.value_of),
+        )
+
+    @classmethod
+    def from_row(cls, row: Row) -> "VerdictRow":
+        """Return the row that a table holds, as values or as texts."""
+        return cls(**{column.name: READERS[column.kind](row, column.name) for column in VERDICTS})
+
+    @property
+    def path(self) -> Interval:
+        """The order along paths."""
+        return Interval(self.path_order, self.path_low, self.path_high)
+
+    @property
+    def estimate(self) -> Interval:
+        """What the measure estimates beside or instead of it."""
+        return Interval(self.value, self.value_low, self.value_high)
+
+    @property
+    def claimed_order(self) -> float:
+        """The order that the claim names; NaN where it names none."""
+        head, _, value = self.claim.partition(">= ")
+        return parse(value) if head.strip() == ORDER else nan
+
+    @property
+    def cells(self) -> dict[str, object]:
+        """The columns by their names."""
+        return dict(vars(self))
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The columns for JSON, which knows neither infinity nor NaN."""
+        return {name: _jsonable(value) for name, value in self.cells.items()}
+
+
+VERDICTS = tuple(
+    Column(f.name, f.metadata["meaning"], f.metadata["kind"], f.metadata.get("unit", "")) for f in fields(VerdictRow)
+)
+READERS: dict[str, Callable[[Row, str], Any]] = {
+    TEXT: text,
+    NUMBER: number,
+    WHOLE: lambda row, name: int(number(row, name)) if text(row, name) else 0,
+}
+
+
+def _jsonable(value: object) -> object:
+    if isinstance(value, float):
+        return None if isnan(value) else value if isfinite(value) else str(value)
+    return None if value == "" else value
+
+
+def _told(found: "Finding", value_of: str) -> dict[str, Any]:
+    """Return the columns that a finding tells; `value_of` is what its measure estimates, empty for an order."""
+    kind, claim = _kind(found, value_of), str(found.claim or "")
+    path, why = _along_paths(found) if kind == ORDER else (Interval(), "")
+    value, told = _value(found, kind, path)
+    reason = found.reason.then(f"no order along paths: {why}" if why else "")
+    decided = found.method and found.verdict in DECIDED
+    return {
+        "claim": claim,
+        "margin": found.claim.margin if found.claim and claim.startswith(ORDER) else nan,
+        "local_order": _local_order(found, kind),
+        **dict(zip(("path_order", "path_low", "path_high"), path, strict=True)),
+        **dict(zip(("value", "value_low", "value_high"), value, strict=True)),
+        "value_of": told,
+        "verdict": str(found.verdict),
+        "decided_by": f"T{found.tier}" if decided or (found.method and found.tier == CONTRACT) else "",
+        "guarded_by": found.method.partition(GUARDED)[2] if decided else "",
+        "resolution": found.resolution if found.claim else nan,
+        "reason": str(reason),
+        "reason_kind": ", ".join(found.reason.kinds),
+        "p_verified": found.p_verified,
+        "p_refuted": found.p_refuted,
+    }
+
+
+def _kind(found: "Finding", value_of: str) -> str:
+    if found.details.get("class") == BIAS or str(found.claim or "").startswith("unbiased"):
+        return BIAS
+    if found.method.startswith(RESIDUAL):
+        return RESIDUAL
+    return value_of or ORDER
+
+
+def _detail(found: "Finding", name: str) -> float:
+    return float(str(found.details.get(name, nan)))
+
+
+def _estimate(found: "Finding") -> Interval:
+    return Interval(found.estimate, found.low, found.high)
+
+
+def _along_paths(found: "Finding") -> tuple[Interval, str]:
+    """Return the order along paths, and why there is none although paths were sampled."""
+    told = "informative" in found.details
+    sampled = found.method and (found.tier == SAMPLED or GUARDED in found.method)
+    order = Interval(*(_detail(found, f"slope{end}") for end in ("", "_low", "_high"))) if told else Interval()
+    order = order if told else _estimate(found) if sampled else Interval()
+    if not order.known:
+        return Interval(), ""
+    if told and not found.details["informative"]:
+        resolved = _detail(found, "resolved")
+        changes = "its errors change sign between levels"
+        return Interval(), f"a mean difference is {resolved:.1f} standard errors" if resolved < RESOLVED else changes
+    if not (isfinite(order.low) and isfinite(order.high)):
+        return Interval(), "its interval is not finite"
+    return order, ""
+
+
+def _local_order(found: "Finding", kind: str) -> float:
+    known = _detail(found, "local_order")
+    # An estimate that paths guard is theirs, unless the finding tells its order along paths beside it.
+    of_paths = GUARDED in found.method and "informative" not in found.details
+    alone = isnan(known) and kind == ORDER and found.method and found.tier == ONE_STEP and not of_paths
+    return found.estimate if alone else known
+
+
+def _value(found: "Finding", kind: str, path: Interval) -> tuple[Interval, str]:
+    if kind != ORDER:
+        return (value, kind) if (value := _estimate(found)).known else (Interval(), "")
+    if not isnan(moments := _detail(found, "moment_order")):
+        return Interval(moments), AT_END
+    at_once = found.method and found.tier == AT_ONCE
+    value = _estimate(found) if at_once and isnan(_detail(found, "local_order")) and not path.known else Interval()
+    # All that is known may be that an order is at least so high.
+    told = value if isfinite(value.low) or value.value == inf else Interval()
+    return (told, ORDER) if told.known else (Interval(), "")

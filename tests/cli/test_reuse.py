@@ -1,0 +1,206 @@
+"""What a resumed run measures again: what does something else or may, and nothing more."""
+
+import sqlite3
+
+import pytest
+
+SMALL = ("--block", "40", "--levels", "8..32", "--paths", "80", "--progress", "none", "--out", "out", "-j")
+PLUGIN = '''
+import json, sqlite3
+from pathlib import Path
+HERE = Path(__file__).parent
+NOISE = 0.5
+
+def weight():
+    """Return a number."""
+    return 1.0
+
+def spare():
+    return 3.0
+
+def forcing(t):
+    # The folder is put together where the step is made.
+    table = np.loadtxt(HERE / ("tab" + "les") / "forcing.csv")
+    return np.interp(t, np.linspace(0.0, 1.0, len(table)), table)
+
+def forced():
+    """Return an oscillation."""
+    return SDE(
+        drift=lambda t, x: forcing(t) - x,
+        diffusion=lambda t, x: np.full((1, 1, 1), NOISE) + 0.0 * x,
+        start=[1.0], noise_dim=1, horizon=1.0, source="nowhere",
+    )
+
+@dataclass(frozen=True)
+class Odd(Scheme):
+    """A scheme."""
+    name: ClassVar[str] = "odd"
+    form: ClassVar[type] = SDE
+    claims: ClassVar[tuple] = (Claim(measure="strong", value=0.5, source="nowhere"),)
+
+    def step(self, problem, state, t, h, noise):
+        if 0.41 < t < 0.59:
+            state = state + float((HERE / "shift.txt").read_text())
+        return Step(state + weight() * h * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
+
+@dataclass(frozen=True)
+class Other(Scheme):
+    name: ClassVar[str] = "other"
+    form: ClassVar[type] = SDE
+    claims: ClassVar[tuple] = (Claim(measure="strong", value=0.5, source="nowhere"),)
+
+    def step(self, problem, state, t, h, noise):
+        return Step(state + h * problem.drift(t, state) + spare() * problem.diffused(t, state, noise.dW) / 3.0)
+
+@hookimpl
+def sdaeverify_schemes():
+    return [Odd(), Other()]
+
+@hookimpl
+def sdaeverify_problems():
+    return [forced]
+'''
+
+
+@pytest.fixture
+def run(call, write, tmp_path):
+    """Write a plugin file with its tables, and run one of its schemes on its problem; return what is said."""
+    (tmp_path / "tables").mkdir()
+    write_table(tmp_path, 1.0)
+    (tmp_path / "shift.txt").write_text("0.0")
+
+    def made(plugin=PLUGIN, *further, scheme="odd", jobs="1"):
+        words = ("-s", scheme, "-p", "forced", "-m", "strong", "--plugin", write(plugin), *further)
+        outcome = call("matrix", *words, *SMALL, jobs)
+        assert "Traceback" not in outcome.err
+        return " ".join(outcome.out.split())
+
+    return made
+
+
+def write_table(folder, late):
+    """Write the table of a forcing that is another one between .41 and .59 alone."""
+    times = [step / 400 for step in range(401)]
+    rows = (late if 0.41 < t < 0.59 else 1.0 for t in times)
+    (folder / "tables" / "forcing.csv").write_text("\n".join(map(str, rows)))
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_a_table_that_is_read_inside_a_step_counts(run, tmp_path, jobs):
+    """A forcing table that was edited between .41 and .59 is measured again, and said to be why."""
+    run(jobs=jobs)
+    assert "computed" not in run(jobs=jobs)
+    write_table(tmp_path, 1.01)
+
+    assert "with another forcing.csv" in run(jobs=jobs)
+    assert "computed" not in run(jobs=jobs)
+
+
+def test_a_file_that_a_scheme_reads_in_few_of_its_steps_counts(run, tmp_path):
+    """What a step reads within a window of time counts for the scheme that reads it, and for no other one."""
+    run()
+    run(scheme="other")
+    (tmp_path / "shift.txt").write_text("0.5")
+
+    assert "with another shift.txt" in run()
+    assert "computed" not in run(scheme="other")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("    # The folder", "    # The table and its folder"),
+        ('"""Return a number."""', '"""Return the weight, a number."""'),
+        ("def weight():\n", "\n\ndef weight(\n):\n"),
+        ("[1.0], noise_dim=1, horizon=1.0,", "[\n1.0], noise_dim=1,\nhorizon=1.0,"),
+        ("def spare():\n    return 3.0", "def spare():\n    return 3.5"),
+        ('name: ClassVar[str] = "other"', 'name: ClassVar[str] = "another"'),
+        ("return [Odd(), Other()]", "return [Other(), Odd()]"),
+    ],
+    ids=["comment", "docstring", "layout", "more layout", "helper of another", "another scheme", "registration"],
+)
+def test_what_makes_no_difference_is_reused(run, old, new):
+    """Comments, docstrings, layout and another scheme in the same file leave evidence as it is."""
+    run()
+    assert old in PLUGIN
+
+    assert "computed" not in run(PLUGIN.replace(old, new))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("return 1.0\n", "return 1.0 + 0.0\n", "code of the scheme"),
+        ("0.41 < t", "0.42 < t", "code of the scheme"),
+        ("NOISE = 0.5", "NOISE = 0.5000000001", "code of the problem"),
+        ('"forcing.csv")', '"forcing.csv", ndmin=1)', "code of the problem"),
+    ],
+    ids=["helper", "step", "constant", "what reads a table"],
+)
+def test_what_may_make_a_difference_is_measured_again(run, old, new, words):
+    """A step, a constant and a helper count, whatever they change."""
+    run()
+    assert old in PLUGIN
+
+    assert f"with another {words}" in run(PLUGIN.replace(old, new))
+
+
+def test_what_a_process_reads_once_counts(run, tmp_path):
+    """A table that is read as a plugin is imported, or once and kept, counts for what uses it."""
+    kept = PLUGIN.replace("def forcing(t):", "from functools import cache\n\n@cache\ndef forcing(t):")
+    kept = kept.replace("NOISE = 0.5", 'NOISE = json.loads((HERE / "noise.json").read_text())["noise"]')
+    (tmp_path / "noise.json").write_text('{"noise": 0.5, "spare": 1}')
+    run(kept, jobs="2")
+    assert "computed" not in run(kept, jobs="2")
+
+    (tmp_path / "noise.json").write_text('{"noise": 0.5, "spare": 2}')
+    assert "with another noise.json" in run(kept, jobs="2")
+    write_table(tmp_path, 1.01)
+    assert "with another forcing.csv" in run(kept, jobs="2")
+
+
+DATABASE = """
+def forcing(t):
+    with sqlite3.connect(HERE / "forcing.sqlite") as rows:
+        return rows.execute("SELECT max(f) FROM forcing").fetchone()[0]
+"""
+
+
+def test_a_database_counts(run, tmp_path):
+    """What is read from a database counts by the file that this is."""
+    with sqlite3.connect(tmp_path / "forcing.sqlite") as rows:
+        rows.execute("CREATE TABLE forcing (f)")
+        rows.execute("INSERT INTO forcing VALUES (1.0)")
+    before, _, after = PLUGIN.partition("def forcing(t):")
+    plugin = before + DATABASE + after[after.index("def forced") - 1 :]
+    run(plugin)
+    assert "computed" not in run(plugin)
+    with sqlite3.connect(tmp_path / "forcing.sqlite") as rows:
+        rows.execute("INSERT INTO forcing VALUES (0.5)")
+
+    assert "with another forcing.sqlite" in run(plugin)
+
+
+def test_a_file_that_comes_to_be_counts(run, tmp_path):
+    """A file that was looked for in vain counts, too: another run may find it."""
+    plugin = PLUGIN.replace(
+        "    return 1.0\n",
+        "    try:\n        return float((HERE / 'weight').read_text())\n    except OSError:\n        return 1.0\n",
+    )
+    run(plugin)
+    assert "computed" not in run(plugin)
+    (tmp_path / "weight").write_text("1.0")
+
+    assert "with another weight" in run(plugin)
+
+
+def test_what_a_plugin_writes_itself_does_not_count(run):
+    """A log and a file of its own that a scheme reads again are no data."""
+    plugin = PLUGIN.replace(
+        "    return 1.0\n",
+        "    with open(HERE / 'log', 'a') as log:\n        log.write('x')\n"
+        "    return 0.0 * len((HERE / 'log').read_text()) + 1.0\n",
+    )
+    run(plugin)
+
+    assert "computed" not in run(plugin)

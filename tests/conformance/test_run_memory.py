@@ -1,0 +1,164 @@
+"""Whether memory of a run takes it elsewhere than the same state entered anew, however short steps are."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+import pytest
+
+from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, verify
+from sdaeverify.conformance.violation import departure
+from sdaeverify.contracts.matching import match
+from sdaeverify.probe.local.run_memory import run_memory
+from sdaeverify_problems.double_well import double_well
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.gbm_algebraic import gbm_algebraic
+from sdaeverify_problems.ou import ou
+from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_schemes.explicit_projection_euler import ExplicitProjectionEuler
+from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta
+from sdaeverify_schemes.stochastic_theta import StochasticTheta
+
+CLAIMS = tuple(Claim(measure=name, value=value, source="made up") for name, value in (("strong", 0.5), ("weak", 1.0)))
+
+
+class Remembered(NamedTuple):
+    x: Array
+    memory: Array
+
+
+@dataclass(frozen=True)
+class Remembering(Scheme):
+    """Base of schemes with one array beside the state."""
+
+    form: ClassVar[type] = SDE
+    claims: ClassVar = CLAIMS
+
+    def enter(self, problem: Any, state: Array, t: float, h: float) -> Remembered:
+        return Remembered(state, problem.drift(t, state) + 0.0 * state)
+
+    def parts(self, problem: Any, state: Remembered) -> Any:
+        return problem.parts(state.x)
+
+
+@dataclass(frozen=True)
+class AdamsBashforth(Remembering):
+    """Two steps of the drift, the older one of which is not renewed far out."""
+
+    bound: float = np.inf
+
+    name: ClassVar[str] = "adams-bashforth"
+
+    def step(self, problem: SDE, state: Remembered, t: float, h: float, noise: Increment) -> Step:
+        x, old = state
+        f = problem.drift(t, x)
+        new = x + h * (1.5 * f - 0.5 * old) + problem.diffused(t, x, noise.dW)
+        return Step(Remembered(new, np.where(np.abs(x) > self.bound, old, f)))
+
+
+@dataclass(frozen=True)
+class HalfIncrements(Remembering):
+    """Leimkuhler and Matthews: (dW_n + dW_{n+1})/2 in the place of dW_{n+1}."""
+
+    name: ClassVar[str] = "half-increments"
+
+    def enter(self, problem: Any, state: Array, t: float, h: float) -> Remembered:
+        return Remembered(state, np.zeros((problem.noise_dim, state.shape[-1])))
+
+    def step(self, problem: SDE, state: Remembered, t: float, h: float, noise: Increment) -> Step:
+        kick = problem.diffused(t, state.x, 0.5 * (state.memory + noise.dW))
+        return Step(Remembered(state.x + h * problem.drift(t, state.x) + kick, noise.dW))
+
+
+@dataclass(frozen=True)
+class Tired(Remembering):
+    """Euler-Maruyama that loses its drift after so many steps, which it counts in its memory."""
+
+    after: int = 130
+
+    name: ClassVar[str] = "tired"
+
+    def enter(self, problem: Any, state: Array, t: float, h: float) -> Remembered:
+        return Remembered(state, np.zeros((1, state.shape[-1])))
+
+    def step(self, problem: SDE, state: Remembered, t: float, h: float, noise: Increment) -> Step:
+        drift = np.where(state.memory < self.after, problem.drift(t, state.x), 0.0)
+        new = state.x + h * drift + problem.diffused(t, state.x, noise.dW)
+        return Step(Remembered(new, state.memory + 1.0))
+
+
+@dataclass(frozen=True)
+class Unsolved(StochasticTheta):
+    """The theta method whose algebraic component is not solved for where |x| > 1.2."""
+
+    name: ClassVar[str] = "unsolved"
+
+    def step(self, problem: Any, state: Any, t: float, h: float, noise: Increment) -> Step:
+        made = super().step(problem, state, t, h, noise)
+        far = np.abs(made.state.x).max(axis=0) > 1.2
+        return made._replace(state=made.state._replace(y=np.where(far, state.y, made.state.y)))
+
+
+WRONG = {
+    "a drift that is not renewed": (AdamsBashforth(1.3), double_well()),
+    "the same, of a linear equation": (AdamsBashforth(1.3), gbm()),
+    "a counter": (Tired(), double_well()),
+    "an algebraic component": (Unsolved(), gbm_algebraic()),
+}
+RIGHT = {
+    "two drifts": (AdamsBashforth(), double_well()),
+    "two drifts of a long run": (AdamsBashforth(), ou(horizon=16.0)),
+    "an increment": (HalfIncrements(), double_well()),
+    "a counter that does nothing": (Tired(10**6), gbm()),
+    "an algebraic component": (StochasticTheta(), gbm_algebraic()),
+    "an old algebraic component": (LaggedAlgebraicTheta(), gbm_algebraic()),
+    "projections now and then": (ExplicitProjectionEuler(skip=3), pendulum()),
+    "projections that are rarer than a part of the run": (ExplicitProjectionEuler(skip=20), pendulum()),
+}
+
+
+def seen(scheme: Scheme, problem: Any) -> Any:
+    view = match(scheme, problem).problem
+    assert view is not None
+    return view
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_memory_that_goes_wrong_in_a_run_is_told(name: str) -> None:
+    """What `enter` would set right and a run does not is found where pilot paths go, at all times."""
+    scheme, problem = WRONG[name]
+    assert "memory takes a run elsewhere" in departure(scheme, seen(scheme, problem))
+
+
+@pytest.mark.parametrize("name", RIGHT)
+def test_memory_that_is_right_is_let_pass(name: str) -> None:
+    """Old drifts, halves of increments and counters differ from what `enter` sets by what vanishes with h."""
+    scheme, problem = RIGHT[name]
+    assert run_memory(scheme, seen(scheme, problem)) is not None
+    assert departure(scheme, seen(scheme, problem)) == ""
+
+
+def test_claims_of_a_scheme_that_forgets_are_refuted() -> None:
+    """A drift that is not renewed beyond 1.3 was verified in law, off by .057."""
+    table = verify(AdamsBashforth(1.3), "gbm", "weak", paths=256, levels="8..32").verdicts
+    assert set(table[table.scheme.str.startswith(AdamsBashforth.name)].verdict) == {"refuted"}
+
+
+@dataclass(frozen=True)
+class Unentered(AdamsBashforth):
+    """The same, whose memory the first step alone can set."""
+
+    name: ClassVar[str] = "unentered"
+
+    def enter(self, problem: Any, state: Array, t: float, h: float) -> Any:
+        return state
+
+    def start(self, problem: Any, paths: int, h: float) -> Remembered:
+        x = problem.initial(paths)
+        return Remembered(x, problem.drift(0.0, x) + 0.0 * x)
+
+
+def test_memory_that_cannot_be_entered_is_not_compared() -> None:
+    """Nothing is said of it, and nothing is raised."""
+    assert run_memory(Unentered(), double_well()) is None
+    assert departure(Unentered(), double_well()) == ""

@@ -1,0 +1,160 @@
+"""Wrong schemes, and right ones beyond their claims, of which one step shows nothing: paths contradict."""
+
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step
+from sdaeverify.arrays import Parts
+from sdaeverify.numerics import apply
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama
+from sdaeverify_schemes.milstein import Milstein
+
+HALF, ONE = (Claim(measure="strong", value=order, source="planted") for order in (0.5, 1.0))
+WEAK_ONE = Claim(measure="weak", value=1.0, source="planted")
+EULER, MILSTEIN = EulerMaruyama(), Milstein()
+
+
+@dataclass(frozen=True)
+class HalfTheState(Scheme):
+    """Euler-Maruyama with coefficients at x/2 in a window of time."""
+
+    begin: float = 0.02
+    end: float = 0.06
+
+    name: ClassVar[str] = "half-the-state"
+    form: ClassVar[type[SDE]] = SDE
+    claims: ClassVar[tuple[Claim, ...]] = (HALF, WEAK_ONE)
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        at = 0.5 * state if self.begin < t < self.end else state
+        return Step(state + EULER.step(problem, at, t, h, noise).state - at)
+
+
+class Counted(NamedTuple):
+    """A state, and how many steps have led to it, shape (1, P)."""
+
+    x: Array
+    steps: Array
+
+
+@dataclass(frozen=True)
+class LateDrift(Scheme):
+    """Euler-Maruyama that counts its steps, and whose drift is wrong after some of them."""
+
+    right: int = 130
+
+    name: ClassVar[str] = "late-drift"
+    form: ClassVar[type[SDE]] = SDE
+    claims: ClassVar[tuple[Claim, ...]] = (HALF, WEAK_ONE)
+
+    def enter(self, problem: SDE, state: Array, t: float, h: float) -> Counted:
+        return Counted(state, np.zeros((1, state.shape[-1])))
+
+    def parts(self, problem: SDE, state: Counted) -> Parts:
+        return problem.parts(state.x)
+
+    def step(self, problem: SDE, state: Counted, t: float, h: float, noise: Increment) -> Step:
+        x = EULER.step(problem, state.x, t, h, noise).state
+        late = state.steps >= self.right
+        return Step(Counted(x + np.where(late, h * problem.drift(t, state.x), 0.0), state.steps + 1.0))
+
+
+@dataclass(frozen=True)
+class EulerInStrip(Scheme):
+    """Euler-Maruyama where x lies in a strip, Milstein elsewhere: of order 1/2."""
+
+    low: float
+    high: float
+
+    name: ClassVar[str] = "euler-in-strip"
+    form: ClassVar[type[SDE]] = SDE
+    claims: ClassVar[tuple[Claim, ...]] = (ONE, WEAK_ONE)
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        simple, better = (scheme.step(problem, state, t, h, noise).state for scheme in (EULER, MILSTEIN))
+        return Step(np.where((self.low < state[0]) & (state[0] < self.high), simple, better))
+
+
+@dataclass(frozen=True)
+class TooMuchNoise(Milstein):
+    """Milstein's scheme with .03 % more noise where that depends on the state: paths and their errors hide it."""
+
+    name: ClassVar[str] = "too-much-noise"
+    claims: ClassVar[tuple[Claim, ...]] = (ONE, WEAK_ONE)
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        x = MILSTEIN.step(problem, state, t, h, noise).state
+        B, elsewhere = (problem.diffusion(t, each) for each in (state, 2.0 * state + 1.0))
+        return Step(x + 3e-4 * apply(np.where(elsewhere == B, 0.0, B), noise.dW))
+
+
+@dataclass(frozen=True)
+class Clipped(EulerMaruyama):
+    """Euler-Maruyama that goes on from |x| = 2 where |x| is larger."""
+
+    name: ClassVar[str] = "clipped"
+    claims: ClassVar[tuple[Claim, ...]] = (ONE,)
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        return EULER.step(problem, np.clip(state, -2.0, 2.0), t, h, noise)
+
+
+def kinked() -> SDE:
+    """Multiplicative noise with a kink: dx = (1 + |x|/2) dW, x(0) = 1/2."""
+    return SDE(
+        drift=lambda t, x: 0.0 * x,
+        diffusion=lambda t, x: (1.0 + 0.5 * np.abs(x))[:, None],
+        diffusion_derivative=lambda t, x, y: (0.5 * np.sign(x) * y)[:, None],
+        start=[0.5],
+        noise_dim=1,
+        horizon=1.0,
+        noise=frozenset({"dW"}),
+        observables={"x": lambda t, s: s["x"][0]},
+        source="planted",
+    )
+
+
+def squared_motion() -> SDE:
+    """Squared Bessel process that reaches zero: dx = dt/2 + 2 sqrt(x) dW."""
+    return SDE(
+        drift=lambda t, x: 0.5 + 0.0 * x,
+        diffusion=lambda t, x: 2.0 * np.sqrt(np.maximum(x, 0.0))[:, None],
+        start=[0.1],
+        noise_dim=1,
+        horizon=1.0,
+        noise=frozenset({"dW"}),
+        observables={"x": lambda t, s: s["x"][0]},
+        source="planted",
+    )
+
+
+def bent_drift() -> SDE:
+    """Additive noise with a kink in the drift: dx = (1/2 - 4 max(x, 0)) dt + 0.8 dW."""
+    return SDE(
+        drift=lambda t, x: 0.5 - 4.0 * np.maximum(x, 0.0),
+        diffusion=lambda t, x: (0.8 + 0.0 * x)[:, None],
+        start=[0.1],
+        noise_dim=1,
+        horizon=1.0,
+        noise=frozenset({"dW", "H"}),
+        traits=frozenset({"additive-noise"}),
+        observables={"x": lambda t, s: s["x"][0]},
+        source="planted",
+    )
+
+
+def waves() -> SDE:
+    """Multiplicative noise that does not grow: dx = (1 + sin(x)/2) dW."""
+    return SDE(
+        drift=lambda t, x: 0.0 * x,
+        diffusion=lambda t, x: (1.0 + 0.5 * np.sin(x))[:, None],
+        diffusion_derivative=lambda t, x, y: (0.5 * np.cos(x) * y)[:, None],
+        start=[0.5],
+        noise_dim=1,
+        horizon=1.0,
+        noise=frozenset({"dW"}),
+        observables={"x": lambda t, s: s["x"][0]},
+        source="planted",
+    )

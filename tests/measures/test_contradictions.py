@@ -1,0 +1,208 @@
+"""Nothing is verified in spite of what was seen: of paths that contradict one step, or of one step itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from contradictions import (
+    MILSTEIN,
+    ONE,
+    Clipped,
+    EulerInStrip,
+    HalfTheState,
+    LateDrift,
+    bent_drift,
+    kinked,
+    squared_motion,
+    waves,
+)
+from sdaeverify import Settings
+from sdaeverify.contracts.finding import Opinion, Reason, Verdict
+from sdaeverify.contracts.measure import Evidence
+from sdaeverify.contracts.specs import problem_spec
+from sdaeverify.contracts.tally import Tally
+from sdaeverify.measures.judge import PathTests, beside, guard, local_doubt, unlike, with_sample
+from sdaeverify.measures.strong import Strong
+from sdaeverify.measures.strong.findings import judge_strong
+from sdaeverify.measures.weak import Weak
+from sdaeverify.numerics.statistics import Estimate, group_sums
+from sdaeverify.probe.local.strong_order import StrongOrder
+from sdaeverify.study import Study, plan
+from sdaeverify_problems.double_well import double_well
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_schemes.balanced_euler import BalancedEuler
+from sdaeverify_schemes.displaced_euler import DisplacedEuler
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama, TamedEuler
+from sdaeverify_schemes.milstein import Milstein
+from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
+from sdaeverify_schemes.sra1 import SRA1
+
+LOCAL = Opinion(Verdict.VERIFIED, Reason("local order 1.000"), 1)
+# One stage beyond all levels.
+SETTINGS = Settings(paths=2048)
+EVERY = {"guard_levels": 20}
+
+
+def controls(label):
+    """Return a control of the problems here."""
+    known = (BalancedEuler(), DisplacedEuler(), EulerMaruyama(), Milstein(), PlatenWeak2(), SRA1())
+    return next(scheme for scheme in known if scheme.label == label)
+
+
+def run(scheme, family, measure=None, settings=SETTINGS):
+    """Return the result of a cell."""
+    made = Study(plan([scheme], [problem_spec(family)], [measure or Strong()], controls), settings)
+    for _ in made.run():
+        pass
+    return made.results()[0]
+
+
+def verdicts(result):
+    """Return the verdicts of a result."""
+    return {finding.verdict for finding in result.findings}
+
+
+@pytest.mark.parametrize(
+    ("scheme", "family", "settings", "verdict"),
+    [
+        (HalfTheState(), gbm, SETTINGS, Verdict.REFUTED),
+        (EulerInStrip(0.52, 1.15), waves, SETTINGS, Verdict.REFUTED),
+        (EulerInStrip(1.01, 1.5), gbm, SETTINGS, Verdict.REFUTED),
+        (LateDrift(), gbm, Settings(paths=1024, levels=8, **EVERY), Verdict.REFUTED),
+        (MILSTEIN, kinked, SETTINGS, Verdict.INCONCLUSIVE),
+        (EulerMaruyama(), squared_motion, SETTINGS, Verdict.INCONCLUSIVE),
+        (SRA1(), bent_drift, Settings(paths=2048, **EVERY), Verdict.INCONCLUSIVE),
+    ],
+    ids=lambda value: getattr(value, "name", getattr(value, "__name__", "")),
+)
+def test_paths_that_contradict_one_step_are_not_overruled(scheme, family, settings, verdict):
+    """Where errors stay, grow or fall more slowly than one step says, the claim is refuted or left open."""
+    assert verdicts(run(scheme, family, settings=settings)) == {verdict}
+
+
+def test_a_law_that_drifts_away_late_is_not_verified():
+    """Mean differences that grow with refinement are against a weak order, however small the coarse ones are."""
+    result = run(LateDrift(), gbm, Weak(), Settings(paths=1024, levels=8, **EVERY))
+
+    assert Verdict.VERIFIED not in verdicts(result)
+
+
+def growing_mean():
+    """Return fast geometric growth of which only the mean is looked at."""
+    whole = gbm(2.0, 1.0)
+    return replace(whole, observables={"x": whole.observables["x"]}, truths=whole.truths[:2])
+
+
+def test_finer_levels_are_drawn_until_paths_and_one_step_agree():
+    """The error of a tamed mean far below the true one falls too slowly on coarse levels, and not on finer ones."""
+    few, more = (run(TamedEuler(), growing_mean, Weak(), Settings(paths=paths)) for paths in (1024, 8192))
+
+    assert verdicts(few) == {Verdict.INCONCLUSIVE}
+    assert "the paths do not look like it" in str(few.findings[0].reason)
+    assert verdicts(more) == {Verdict.VERIFIED}
+    assert len(more.levels) > Settings().levels
+
+
+@pytest.mark.parametrize(
+    ("settings", "stages"),
+    [
+        (Settings(), (-2, 0, 1, 2, 3)),
+        (Settings(paths=2047), (-2, 0)),
+        (Settings(paths=256, guard_levels=6), (0,)),
+        (Settings(paths=2048, coarsest=2**18, levels=3), (0,)),
+    ],
+)
+def test_no_stage_costs_more_than_all_paths_on_all_levels(settings, stages):
+    """Paths are halved where steps are, as long as they are enough to decide by themselves."""
+    cost = settings.paths * settings.steps[-1]
+
+    assert settings.stages == stages
+    for stage in stages:
+        drawn = settings.at(stage)
+        assert drawn.levels == settings.levels + stage
+        assert drawn.paths * drawn.steps[-1] <= cost
+        assert stage < 1 or drawn.paths >= 1024
+
+
+def test_what_is_held_back_stays_suspicious():
+    """Few paths, coarse steps and heavy tails take the power to refute from what is seen, and nothing else."""
+    tests = PathTests(1.0, 1e-9, Reason("order 0.1"), limit=1e-9)
+
+    assert tests.held("coarse steps").against == 1e-9
+    assert with_sample(tests, 256, heavy=True).against == 1e-9
+    assert with_sample(tests.held("coarse"), 256, heavy=False).against == 1e-9
+    assert (with_sample(tests, 256, heavy=False).refuted, with_sample(tests, 256, heavy=True).refuted) == (0.001, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("slope", "corrected", "alike"),
+    [(1.0, 1.0, True), (0.85, 0.95, True), (0.85, 0.85, False), (0.7, 1.0, False), (0.95, 0.8, True)],
+)
+def test_orders_look_like_a_claim_that_they_are_near_or_tend_to(slope, corrected, alike):
+    """Below claim - margin an order is unlike the claim; nearer to that than to the claim unless it tends to more."""
+    found = unlike(ONE, Estimate(slope, 0.005), Estimate(corrected, 0.005))
+
+    assert (found > 0.01) is alike
+
+
+def evidence(paths=1024):
+    """Return evidence of so many paths, and of nothing else."""
+    return Evidence(
+        EulerMaruyama(), gbm(), gbm(), SETTINGS, Tally(sums={"paths": group_sums(np.ones(paths))}), Tally()
+    )
+
+
+def test_a_suspicion_that_cannot_refute_forbids_to_verify():
+    """The guard asks for more, says what it has seen, and leaves the claim open."""
+    found = guard(LOCAL, PathTests(1.0, 1.0, Reason("order 0.1"), suspected=1e-4), evidence())
+
+    assert (found.verdict, found.settled) == (Verdict.INCONCLUSIVE, False)
+    assert "the paths do not look like it: order 0.1" in str(found.reason)
+
+
+SURE = Opinion(Verdict.VERIFIED, Reason("order 1.0"), 3, p_verified=1e-9, p_refuted=1.0)
+
+
+def test_paths_do_not_verify_what_one_step_speaks_against():
+    """Where one step says nothing paths decide; what it speaks against stays open, with both reasons."""
+    silent, against = beside(local_doubt("nothing"), SURE), beside(local_doubt("much", against=True), SURE)
+
+    assert silent.verdict is Verdict.VERIFIED
+    assert (against.verdict, against.p_verified) == (Verdict.INCONCLUSIVE, 1.0)
+    assert str(against.reason) == "much, although order 1.0"
+    assert against.speaks_against
+    assert not silent.speaks_against
+
+
+RIGHT = StrongOrder(1.0, 1.5, 2.0, 1.5, 2.0, True, 0.0, 1.0, 0.0, True, 1.0, True)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sharp", "against"),
+    [
+        ({"order": 0.93, "ahead": 0.88}, True, True),
+        ({"order": -2.2, "ahead": -4.9}, True, True),
+        ({"order": 0.85, "ahead": 0.85}, True, True),
+        ({"inconsistent_share": 0.08, "consistent": False}, True, True),
+        ({"inconsistent_share": 0.08, "consistent": False}, False, False),
+        ({"order": 0.5, "ahead": 0.5}, False, False),
+        ({"order": 0.5, "ahead": 0.95}, True, False),
+        ({"means": False}, True, False),
+        ({"q2": float("nan")}, True, False),
+    ],
+)
+def test_one_step_that_says_nothing_is_told_from_one_that_speaks_against_a_claim(changes, sharp, against):
+    """Orders that fall or have settled below a claim, and states that are missed, speak against it."""
+    found = judge_strong(RIGHT._replace(**changes), 1.0, margin=0.2, sharp=sharp)
+
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert found.speaks_against is against
+
+
+def test_a_step_that_misses_the_equation_at_few_states_is_not_verified_by_paths():
+    """Coefficients clipped at |x| = 2 are seen by one step, and hardly ever by paths in a double well."""
+    result = run(Clipped(), double_well)
+
+    assert Verdict.VERIFIED not in verdicts(result)
+    assert any("does not follow the equation" in str(finding.reason) for finding in result.findings)

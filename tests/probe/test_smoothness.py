@@ -1,0 +1,74 @@
+"""Jumps and kinks of observables are found where solutions go, and smooth functions are not taken for them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sdaeverify.probe.local.smoothness import Smoothness, smoothness
+from sdaeverify_problems.circle import circle
+from sdaeverify_problems.delay_ou import delay_ou
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.noncommuting import noncommuting
+
+JUMPS = {
+    "indicator": lambda x: 1.0 * (x > 1.0),
+    "a thousandth": lambda x: x + 1e-3 * (x > 1.3),
+    "sign": lambda x: np.sign(x - 0.9),
+    "floor": lambda x: np.floor(10.0 * x),
+    "window": lambda x: 1.0 * (np.abs(x - 1.0) < 0.05),
+}
+KINKS = {
+    "modulus": lambda x: np.abs(x - 1.2),
+    "call": lambda x: np.maximum(x - 1.1, 0.0),
+    "square root": lambda x: np.sqrt(np.abs(x - 1.0)),
+    "a hundredth": lambda x: x**2 + 0.01 * np.abs(x - 1.0),
+}
+SMOOTH = {
+    "power": lambda x: x**20,
+    "wave": lambda x: np.sin(40.0 * x),
+    "steep": lambda x: np.tanh(300.0 * (x - 1.0)),
+    "growth": lambda x: np.exp(5.0 * x),
+    "constant": np.ones_like,
+    "line": lambda x: 3.0 * x,
+    "large and flat": lambda x: 1e8 + 1e-9 * x**2,
+    "second derivative jumps": lambda x: np.maximum(x - 1.0, 0.0) ** 2,
+}
+
+
+def found(function, problem=None):
+    """Return what is found of a function of the first component."""
+    observables = {"q": lambda t, parts: function(parts["x"][0])}
+    return smoothness(replace(problem or gbm(), observables=observables, truths=()), "q")
+
+
+@pytest.mark.parametrize("name", JUMPS)
+def test_jumps_are_found(name):
+    """At whatever place between two states, also where the values at both are the same."""
+    assert found(JUMPS[name]) is Smoothness.JUMP
+
+
+@pytest.mark.parametrize("name", KINKS)
+def test_kinks_are_found(name):
+    """A derivative that jumps, or is not finite, is no smooth function's."""
+    assert found(KINKS[name]) is Smoothness.KINK
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_smooth_functions_are_smooth(name):
+    """Neither steepness nor rounding is a kink."""
+    assert found(SMOOTH[name]) is Smoothness.SMOOTH
+
+
+@pytest.mark.parametrize("problem", [circle(), noncommuting(), delay_ou()])
+def test_other_forms_are_looked_at_as_well(problem):
+    """In several components, on a manifold, with a delay."""
+    start = float(problem.parts(problem.initial(1))["x"][0, 0])
+    assert found(lambda x: 1.0 * (x > start), problem) is Smoothness.JUMP
+    assert found(lambda x: np.abs(x - start), problem) is Smoothness.KINK
+    assert found(np.sin, problem) is Smoothness.SMOOTH
+
+
+def test_what_solutions_do_not_reach_does_not_count():
+    """A jump at 1000 is none for growth that starts at 1."""
+    assert found(lambda x: 1.0 * (x > 1e3)) is Smoothness.SMOOTH

@@ -1,0 +1,1 @@
+"""Wrong schemes drawn at random, what they are wrong by, and what the program says of them."""
