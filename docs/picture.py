@@ -6,8 +6,9 @@ import matplotlib as mpl
 from matplotlib import pyplot as plt
 from matplotlib.ticker import NullFormatter
 
-from sdaeverify.report.folders import key_of, read_tables
+from sdaeverify.report.folders import read_tables
 from sdaeverify.report.plots import Plots
+from sdaeverify.report.verdict_row import VerdictRow
 
 HERE = Path(__file__).parent
 CELLS = (("milstein", "gbm", "strong", "x"), ("half-explicit-euler", "pendulum", "strong", "v"))
@@ -18,13 +19,15 @@ def draw() -> None:
     """Draw two cells with their claims, and how a constraint is kept and not kept."""
     mpl.rcParams |= {"svg.hashsalt": "sdaeverify", "svg.fonttype": "none"}
     tables = read_tables(HERE.parent / "reports" / "reference")
-    two = [[row for row in rows if row["scheme"] in KEPT_AND_NOT] for rows in (tables.verdicts, tables.levels)]
+    verdicts = [VerdictRow.from_row(row) for row in tables.verdicts]
+    drawn = [row for row in verdicts if row.scheme in KEPT_AND_NOT]
     figure, axes = plt.subplots(1, 3, figsize=(11, 3), layout="constrained")
     for cell, ax in zip(CELLS, axes, strict=False):
-        row = next(row for row in tables.verdicts if key_of(row) == cell)
-        Plots(tables.verdicts, tables.levels).convergence(*cell, ax=ax)
-        ax.set_title(f"{cell[0]} on {cell[1]}\n{row['claim']}: {row['verdict']}", fontsize=9)
-    Plots(*two).drift("pendulum", "g", ax=axes[-1]).set_title("violation of the constraint\non pendulum", fontsize=9)
+        row = next(row for row in verdicts if (row.scheme, row.problem, row.measure, row.quantity) == cell)
+        Plots(verdicts, tables.levels).convergence(*cell, ax=ax)
+        ax.set_title(f"{cell[0]} on {cell[1]}\n{row.claim}: {row.verdict}", fontsize=9)
+    drift = Plots(drawn, tables.levels).drift("pendulum", "g", ax=axes[-1])
+    drift.set_title("violation of the constraint\non pendulum", fontsize=9)
     for ax in axes:
         ax.xaxis.set_minor_formatter(NullFormatter())
         ax.legend(fontsize=7)

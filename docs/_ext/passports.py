@@ -16,8 +16,9 @@ from sdaeverify.registry.load import Registry, load_registry
 from sdaeverify.report.folders import read_verdicts
 from sdaeverify.report.passports import measure_passport, problem_passport, scheme_passport
 from sdaeverify.report.plots import Plots
+from sdaeverify.report.verdict_row import VerdictRow
 
-Rows = list[dict[str, Any]]
+Rows = list[VerdictRow]
 STEPS, PATHS, MOST = 64, 12, 40
 SIGNS = {"verified": "✓", "refuted": "✗", "inconclusive": "?", "error": "!", "diverged": "∞", "out_of_scope": "○"}
 LEGEND = "Numbers of quantities: " + ", ".join(f"{sign} {verdict}" for verdict, sign in SIGNS.items()) + "."
@@ -26,7 +27,8 @@ RUN_ON_REQUEST = "It is run on request: name it to run it."
 
 def passport_pages(pictures: Path, reference: Path) -> dict[str, str]:
     """Return the pages by name, and draw their pictures into a folder."""
-    registry, rows = load_registry(environ={}), list(map(dict, read_verdicts(reference).verdicts))
+    registry = load_registry(environ={})
+    rows = [VerdictRow.from_row(row) for row in read_verdicts(reference).verdicts]
     pictures.mkdir(parents=True, exist_ok=True)
     schemes = {name: entry.variants[0] for name, entry in sorted(registry.schemes.items())}
     pages = {f"schemes/{name}.md": _scheme(scheme, rows, pictures) for name, scheme in schemes.items()}
@@ -83,7 +85,7 @@ def _scheme(scheme: Any, rows: Rows, pictures: Path) -> str:
         ]
         for c in told["claims"]
     )
-    own = [row for row in rows if row["scheme"].partition("[")[0] == scheme.name]
+    own = [row for row in rows if row.scheme.partition("[")[0] == scheme.name]
     return page(
         scheme.name,
         verbatim(told["text"]),
@@ -100,7 +102,7 @@ def _scheme(scheme: Any, rows: Rows, pictures: Path) -> str:
 
 def _problem(name: str, registry: Registry, rows: Rows, pictures: Path) -> str:
     told = _passport(name, registry)
-    own = [row for row in rows if row["problem"].partition("[")[0] == name]
+    own = [row for row in rows if row.problem.partition("[")[0] == name]
     facts = [
         f"Form {told['form']}",
         f"{told['noise']} Brownian motions",
@@ -139,8 +141,8 @@ def _found(rows: Rows, key: str, folder: str) -> str:
     """Return counts of verdicts: a row for each counterpart, a column for each measure."""
     cells: dict[str, dict[str, Counter[str]]] = defaultdict(lambda: defaultdict(Counter))
     for row in rows:
-        if row["verdict"] in SIGNS:
-            cells[row[key]][row["measure"]][row["verdict"]] += 1
+        if row.verdict in SIGNS:
+            cells[getattr(row, key)][row.measure][row.verdict] += 1
     if not cells:
         return "Nothing: it is run on request."
     measures = sorted({measure for counted in cells.values() for measure in counted})
@@ -156,7 +158,7 @@ def _found(rows: Rows, key: str, folder: str) -> str:
 
 def _orders(rows: Rows, file: Path) -> str:
     """Draw strong orders, at most so many as can be read."""
-    known = [row for row in rows if row["measure"] == "strong" and row["claim"]]
+    known = [row for row in rows if row.measure == "strong" and row.claim]
     try:
         _, ax = plt.subplots(figsize=(8, 1.2 + 0.18 * min(len(known), MOST)), layout="constrained")
         Plots(known[:MOST], []).orders(ax=ax)
@@ -188,7 +190,7 @@ def _paths(name: str, rows: Rows, file: Path) -> str:
 
 def _candidates(rows: Rows) -> Iterable[str]:
     """Return schemes that were run, those with most verified first; then what solves most forms."""
-    verified = Counter(row["scheme"] for row in rows if row["verdict"] == "verified")
+    verified = Counter(row.scheme for row in rows if row.verdict == "verified")
     usual = [
         "half-explicit-euler",
         "semi-implicit-projection-euler",
