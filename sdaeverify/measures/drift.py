@@ -429,7 +429,7 @@ def _order_of_state(evidence: Evidence) -> dict[str, object]:
 
 def _of_state(evidence: Evidence, claim: Claim) -> Opinion | None:
     """Return that one step verifies the order for the whole state, and so for a constraint; None if it does not."""
-    local = judge_order(evidence.scheme, claim, local_orders(evidence).get(STATE))
+    local = judge_order(evidence, claim, local_orders(evidence).get(STATE))
     if local is None or local.verdict is not Verdict.VERIFIED:
         return None
     return local.plus("of the state, whose order its residual has")

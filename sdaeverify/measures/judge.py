@@ -11,6 +11,8 @@ from ..contracts.measure import Evidence
 from ..contracts.scheme import Claim, Scheme
 from ..forms import Problem
 from ..numerics.statistics import Estimate
+from ..probe.local.delay_links import remove_delay
+from ..probe.local.smoothness import rough_coefficient
 from ..probe.step.one_step import why_unresolved
 
 ROUND_OFF = "round-off"
@@ -26,6 +28,8 @@ SUSPECT = 0.01
 # Jackknife intervals are calibrated from 100 paths on, to levels of 0.001; beyond, and for heavy tails, from 800.
 CALIBRATED_PATHS = 100
 DEEP_PATHS = 800
+# For which no coefficient needs derivatives.
+LIPSCHITZ_ORDER = 0.5
 SHALLOW = 0.001
 
 
@@ -198,6 +202,28 @@ def local_doubt(text: str, kind: str = Kind.PLAIN, *, against: bool = False) -> 
     return found._replace(excluded=frozenset({Verdict.VERIFIED})) if against else found
 
 
+def of_smooth(opinion: Opinion, claim: float, evidence: Evidence) -> Opinion:
+    """Return what a local order says of a claim: nothing for it where a coefficient is not smooth enough.
+
+    Order 1/2 needs Lipschitz coefficients alone (Milstein 1988, Theorem 1).
+
+    Parameters
+    ----------
+    opinion : Opinion
+        Of one step.
+    claim : float
+        The order that is claimed.
+    evidence : Evidence
+        Of its cell.
+    """
+    if opinion.verdict is not Verdict.VERIFIED:
+        return opinion
+    rough = rough_coefficient(remove_delay(evidence.scheme, evidence.view)[1])
+    if rough is None or (rough.lipschitz and claim <= LIPSCHITZ_ORDER):
+        return opinion
+    return local_doubt(f"{opinion.reason}, if coefficients are smooth: {rough} where solutions go")
+
+
 def is_order(claim: Claim) -> bool:
     """Tell whether a claim is one of an order, and not in words."""
     return not isinstance(claim.value, str)
@@ -231,17 +257,18 @@ NOT_PROBED = Judgement(
 
 
 def decide(tests: PathTests, evidence: Evidence) -> Opinion:
-    """Return the verdict of the paths alone."""
-    found = Verdict.INCONCLUSIVE
+    """Return the verdict of the paths alone: they verify nothing that they speak against as well."""
+    found, doubted = Verdict.INCONCLUSIVE, tests.suspected <= SUSPECT
     if tests.refuted <= evidence.level:
         found = Verdict.REFUTED
-    elif tests.verified <= evidence.level:
+    elif tests.verified <= evidence.level and not doubted:
         found = Verdict.VERIFIED
     more = found is Verdict.INCONCLUSIVE and isfinite(tests.growth)
     paths = tests.growth * evidence.paths
     needed = _ask_for_paths("about {paths} paths would decide", paths) if more else ""
     settled = not more or _beyond_budget(evidence, paths)
-    return Opinion(found, tests.reason.then(needed), 3, settled, tests.verified, tests.refuted)
+    opinion = Opinion(found, tests.reason.then(needed), 3, settled, tests.verified, tests.refuted)
+    return opinion._replace(p_verified=1.0, excluded=frozenset({Verdict.VERIFIED})) if doubted else opinion
 
 
 def guard(local: Opinion | None, tests: PathTests, evidence: Evidence) -> Opinion:

@@ -22,11 +22,12 @@ from sdaeverify.contracts.finding import Opinion, Reason, Verdict
 from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures.judge import PathTests, beside, guard, local_doubt, unlike, with_sample
+from sdaeverify.measures.judge import PathTests, beside, decide, guard, local_doubt, of_smooth, unlike, with_sample
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.strong.findings import judge_strong
 from sdaeverify.measures.weak import Weak
 from sdaeverify.numerics.statistics import Estimate, group_sums
+from sdaeverify.probe.local.smoothness import Roughness
 from sdaeverify.probe.local.strong_order import StrongOrder
 from sdaeverify.study import Study, plan
 from sdaeverify_problems.double_well import double_well
@@ -73,6 +74,8 @@ def verdicts(result):
         (MILSTEIN, kinked, SETTINGS, Verdict.INCONCLUSIVE),
         (EulerMaruyama(), squared_motion, SETTINGS, Verdict.INCONCLUSIVE),
         (SRA1(), bent_drift, Settings(paths=2048, **EVERY), Verdict.INCONCLUSIVE),
+        (SRA1(), bent_drift, Settings(paths=2048, levels=4), Verdict.INCONCLUSIVE),
+        (EulerMaruyama(), kinked, SETTINGS, Verdict.VERIFIED),
     ],
     ids=lambda value: getattr(value, "name", getattr(value, "__name__", "")),
 )
@@ -159,6 +162,30 @@ def test_a_suspicion_that_cannot_refute_forbids_to_verify():
 
     assert (found.verdict, found.settled) == (Verdict.INCONCLUSIVE, False)
     assert "the paths do not look like it: order 0.1" in str(found.reason)
+
+
+def test_paths_alone_do_not_verify_what_they_speak_against():
+    """Nor does an earlier look, or a correction of its p-value."""
+    found = decide(PathTests(1e-9, 1.0, Reason("order 0.85"), suspected=1e-4), evidence())
+
+    assert (found.verdict, found.p_verified) == (Verdict.INCONCLUSIVE, 1.0)
+    assert found.speaks_against
+
+
+@pytest.mark.parametrize(
+    ("claim", "rough", "verdict"),
+    [
+        (0.5, Roughness("drift", lipschitz=True), Verdict.VERIFIED),
+        (1.0, Roughness("drift", lipschitz=True), Verdict.INCONCLUSIVE),
+        (0.5, Roughness("drift", lipschitz=False), Verdict.INCONCLUSIVE),
+        (1.0, None, Verdict.VERIFIED),
+    ],
+)
+def test_local_orders_verify_nothing_that_needs_smoother_coefficients(monkeypatch, claim, rough, verdict):
+    """Order 1/2 needs Lipschitz coefficients, and more needs derivatives."""
+    monkeypatch.setattr("sdaeverify.measures.judge.rough_coefficient", lambda view: rough)
+
+    assert of_smooth(LOCAL, claim, evidence()).verdict is verdict
 
 
 SURE = Opinion(Verdict.VERIFIED, Reason("order 1.0"), 3, p_verified=1e-9, p_refuted=1.0)

@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdaeverify.probe.local.smoothness import Smoothness, smoothness
+from contradictions import bent_drift, kinked, squared_motion, waves
+from sdaeverify.probe.local.smoothness import Roughness, Smoothness, rough_coefficient, smoothness
+from sdaeverify.registry.load import load_registry
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.delay_ou import delay_ou
 from sdaeverify_problems.gbm import gbm
@@ -72,3 +74,29 @@ def test_other_forms_are_looked_at_as_well(problem):
 def test_what_solutions_do_not_reach_does_not_count():
     """A jump at 1000 is none for growth that starts at 1."""
     assert found(lambda x: 1.0 * (x > 1e3)) is Smoothness.SMOOTH
+
+
+@pytest.mark.parametrize(
+    ("problem", "rough"),
+    [
+        (kinked(), Roughness("diffusion", lipschitz=True)),
+        (bent_drift(), Roughness("drift", lipschitz=True)),
+        (squared_motion(), Roughness("diffusion", lipschitz=False)),
+        (replace(bent_drift(), drift=lambda t, x: np.sign(x)), Roughness("drift", lipschitz=False)),
+        (waves(), None),
+        (replace(waves(), drift=lambda t, x: -50.0 * x**3), None),
+        (replace(bent_drift(), drift=lambda t, x: np.maximum(x - 50.0, 0.0)), None),
+    ],
+)
+def test_coefficients_that_are_not_smooth_are_named(problem, rough):
+    """A kink is told from an infinite slope and from a jump; where solutions do not go none counts."""
+    assert rough_coefficient(problem) == rough
+
+
+REGISTERED = load_registry(environ={}).problems
+
+
+@pytest.mark.parametrize("name", sorted(REGISTERED))
+def test_no_shipped_problem_has_a_coefficient_that_is_not_smooth(name):
+    """Stiff, constrained, curved and truncated as they may be."""
+    assert rough_coefficient(REGISTERED[name].make({}).build()) is None

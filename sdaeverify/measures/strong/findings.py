@@ -24,6 +24,7 @@ from ..error_sizes import of_step
 from ..judge import (
     FEWEST,
     FITTED,
+    SUSPECT,
     Coverage,
     PathTests,
     coverage,
@@ -33,6 +34,7 @@ from ..judge import (
     local_doubt,
     local_opinion,
     no_fit,
+    of_smooth,
     unlike,
 )
 from ..path_errors.errors import STATE
@@ -194,16 +196,16 @@ def step_sizes(evidence: Evidence) -> dict[str, ErrorSizes]:
 
 
 def _local(evidence: Evidence, covered: Coverage, order: StrongOrder | None) -> _Local:
-    return _Local(order, judge_order(evidence.scheme, covered.claim, order))
+    return _Local(order, judge_order(evidence, covered.claim, order))
 
 
-def judge_order(scheme: Scheme, claim: Claim | None, order: StrongOrder | None) -> Opinion | None:
+def judge_order(evidence: Evidence, claim: Claim | None, order: StrongOrder | None) -> Opinion | None:
     """Return what a local order says of a scheme's claim; None where there is no order, or none is claimed.
 
     Parameters
     ----------
-    scheme : Scheme
-        Whether its local order is sharp counts.
+    evidence : Evidence
+        Whether the scheme's local order is sharp counts, and whether the problem's coefficients are smooth.
     claim : Claim or None
         Of it, about strong order or what follows from it.
     order : StrongOrder or None
@@ -211,7 +213,8 @@ def judge_order(scheme: Scheme, claim: Claim | None, order: StrongOrder | None) 
     """
     if order is None or claim is None or isinstance(claim.value, str):
         return None
-    return judge_strong(order, claim.value, margin=claim.margin, sharp=scheme.sharp_locally)
+    found = judge_strong(order, claim.value, margin=claim.margin, sharp=evidence.scheme.sharp_locally)
+    return of_smooth(found, claim.value, evidence)
 
 
 def strong_finding(
@@ -267,11 +270,22 @@ def strong_finding(
 
 def _tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, local: _Local) -> PathTests:
     tests = path_tests(evidence, quantity, fitted, claim)
-    if isinstance(claim.value, str) or not local.decides:
+    if isinstance(claim.value, str):
         return tests
+    if not local.decides:
+        return _put_to_lower(tests, claim, quantity, fitted)
     bound, confidence = claim.value - claim.margin, evidence.settings.confidence
     blind = fitted.slope.growth_to_see(bound, confidence, fitted.bias.bound)
     return _as_guard(evidence, quantity, fitted, claim, tests._replace(blind=blind))
+
+
+def _put_to_lower(tests: PathTests, claim: Claim, quantity: Quantity, fitted: Fit) -> PathTests:
+    """Return what paths alone say: the margin is for coarse steps, and no room for an order below the claim."""
+    further = unlike(claim, fitted.slope, quantity.corrected_slope(fitted.usable), fitted.bias.above)
+    if further > SUSPECT:
+        return tests
+    reason = tests.reason.then("nearer to an order below the claim than to the claim")
+    return tests._replace(suspected=min(tests.suspected, further), reason=reason)
 
 
 def _as_guard(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, tests: PathTests) -> PathTests:

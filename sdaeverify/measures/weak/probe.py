@@ -40,7 +40,7 @@ from ...probe.operator.transition_errors import TransitionErrors, chart_observab
 from ...probe.step import test_functions
 from ...probe.step.states import cloud
 from ..error_sizes import of_moments, of_operator, of_step_expectations
-from ..judge import claim_for, is_order, local_doubt, local_opinion
+from ..judge import claim_for, is_order, local_doubt, local_opinion, of_smooth
 
 LOCAL, MOMENTS, OPERATOR = "local weak", "moments", "operator"
 # How far below its claim an order without sampling error may be.
@@ -167,6 +167,7 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
         ), False
     probed, tolerance = weak_probe(evidence), max(TOLERANCE, claim.margin)
     opinion = evidence.without_paths.read(_judge_local, evidence.view, claim.value, tolerance)
+    opinion = opinion and of_smooth(opinion, claim.value, evidence)
     if claim.quantities and known:
         return _judge_named(evidence, claim, observable, opinion)
     if opinion is not None and opinion.verdict is Verdict.REFUTED:

@@ -1,10 +1,12 @@
-"""Whether an observable is smooth where runs go: what one step says of smooth functions is said of no other.
+"""Whether observables and coefficients are smooth where runs go: what one step says is said of smooth ones alone.
 
 Local weak orders are about expectations of smooth functions. With a jump or a kink, the error of a law on few points
-is that of a lattice: of order 1/2, or 1, whatever the order for smooth functions is.
+is that of a lattice: of order 1/2, or 1, whatever the order for smooth functions is. Local orders of all kinds are
+those of smooth coefficients: for dx = (1 + |x|/2) dW Milstein's scheme has the order 3/4, and one step from any x
+but 0 shows the order 1.
 
-Between two states the observable q is followed along a line. On intervals [a, b] that are halved towards where it
-changes most,
+The observable, or the coefficient, q is followed along lines: between two states, or through one state as far as
+solutions move from there in a step. On intervals [a, b] that are halved towards where q changes most,
 
     |q(b) - q(a)|                       falls with the length l of the interval, but not across a jump;
     |q(a) - 2 q((a + b)/2) + q(b)|/l    falls like l, but not across a kink.
@@ -13,23 +15,26 @@ changes most,
 from collections.abc import Callable
 from enum import StrEnum
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...arrays import Array
-from ...forms import Problem
+from ...forms import Equation, Problem
 from ...numerics.statistics import EPS
 from ..step.nodes import SEED
-from ..step.states import reached_states
+from ..step.states import WHEN, reached_states
 
 # Lines between states, and intervals that each is cut into at first.
 LINES, CUTS = 64, 32
+# The same of lines through states, of which there are so many at each time. To either side they go as far as a
+# solution moves in a step of this size, in units of time: not far from a manifold that the states are on.
+AT_A_TIME, SHORT_CUTS, SHORT = 4, 8, 2.0**-6
 # Halvings towards a jump, and towards a kink, of which the last ones tell whether anything falls. A difference of
 # order l^2 is rounding after more of them.
 HALVINGS, LAST = {1: 36, 2: 14}, 6
-# What falls like a power l^r, r < 1/2, is taken for what does not fall.
-FALLS = 2.0 ** (-0.5 * LAST)
+# What falls like a power l^r, r < 1/2, is taken for what does not fall, what rises like l^-r, r > 1/4, for growing.
+FALLS, GROWS = 2.0 ** (-0.5 * LAST), 2.0 ** (0.25 * LAST)
 # A jump, or the change of a slope, is told from a part of the observable's change on the line on, above rounding.
 SMALL, ROUNDINGS = 1e-6, 64.0
 
@@ -53,11 +58,72 @@ def smoothness(view: Problem, observable: str) -> Smoothness:
     """
     value, states = _in_states(view, observable)
     rng = np.random.Generator(np.random.Philox(key=SEED + 12))
-    ends = states[:, rng.integers(states.shape[1], size=(2, LINES))]
+    lines = _Lines(states[:, rng.integers(states.shape[1], size=(2, LINES))], CUTS)
     with np.errstate(all="ignore"):
-        if _persists(lambda s: value(_on_lines(ends, s)), 1):
+        if lines.follow(value, 1).persists:
             return Smoothness.JUMP
-        return Smoothness.KINK if _persists(lambda s: value(_on_lines(ends, s)), 2) else Smoothness.SMOOTH
+        return Smoothness.KINK if lines.follow(value, 2).persists else Smoothness.SMOOTH
+
+
+class Roughness(NamedTuple):
+    """A coefficient that is not smooth where solutions go.
+
+    Attributes
+    ----------
+    coefficient : str
+        ``drift`` or ``diffusion``.
+    lipschitz : bool
+        Whether it has a kink alone: then convergence follows from one step all the same, of no order above 1/2.
+    """
+
+    coefficient: str
+    lipschitz: bool
+
+    def __str__(self) -> str:
+        """Return it in words."""
+        return f"the {self.coefficient} has {'a kink' if self.lipschitz else 'an infinite slope or a jump'}"
+
+
+@lru_cache(maxsize=32)
+def rough_coefficient(view: Problem) -> Roughness | None:
+    """Return a coefficient of an equation that is not smooth near states that solutions reach; None if all are.
+
+    Solutions come near a kink before they cross it, and sqrt(max(x, 0)) is one for what comes near 0: each line goes
+    through a state, in the direction in which a solution moves from it, as far as it moves in a step.
+
+    Parameters
+    ----------
+    view : Problem
+        Without delay, see `remove_delay`.
+    """
+    equation = view.equation()
+    if equation is None:
+        return None
+    rng = np.random.Generator(np.random.Philox(key=SEED + 14))
+    with np.errstate(all="ignore"):
+        lines = _Lines(_around(view, equation, rng), SHORT_CUTS)
+        # Weights at random hide the kink of no entry behind another one's.
+        f, *B = rng.standard_normal((1 + equation.noise_dim, equation.dimension, 1))
+        time, b = WHEN * equation.horizon, np.stack(B, axis=1) if B else np.zeros((equation.dimension, 0, 1))
+        found = {
+            "drift": lines.follow(lambda x: np.asarray((f * equation.drift(time, x)).sum(axis=0)), 2),
+            "diffusion": lines.follow(lambda x: np.asarray((b * equation.diffusion(time, x)).sum(axis=(0, 1))), 2),
+        }
+    rough = {name: change for name, change in found.items() if change.persists}
+    worst = min(rough, key=lambda name: not rough[name].grows, default="")
+    return Roughness(worst, not rough[worst].grows) if worst else None
+
+
+def _around(view: Problem, equation: Equation, rng: np.random.Generator) -> Array:
+    """Return both ends of lines through states that solutions reach, shape (d, 2, L)."""
+    t, x = reached_states(view, equation)
+    h, ends = SHORT * view.time_unit, []
+    for time, states in zip(t.tolist(), x[..., -AT_A_TIME:], strict=True):
+        noise = np.sqrt(h) * rng.standard_normal((equation.noise_dim, states.shape[1]))
+        move = h * equation.drift(time, states) + equation.diffused(time, states, noise)
+        ends.append(np.stack([states - move, states + move], axis=1))
+    found = np.concatenate(ends, axis=2)
+    return np.asarray(found[..., np.isfinite(found).all(axis=(0, 1))])
 
 
 def _in_states(view: Any, observable: str) -> tuple[Callable[[Array], Array], Array]:
@@ -82,30 +148,42 @@ def _in_states(view: Any, observable: str) -> tuple[Callable[[Array], Array], Ar
     return value, x + (1.0 + np.abs(x)) * rng.standard_normal((len(x), LINES))
 
 
-def _on_lines(ends: Array, s: Array) -> Array:
-    """Return points at s, shape (N, LINES), of the lines, one after the other: shape (d, N LINES)."""
-    first, second = ends[:, 0, None], ends[:, 1, None]
-    return np.asarray((first + s * (second - first)).reshape(len(ends), -1))
+class _Change(NamedTuple):
+    # Of the largest difference on each line, in parts of the interval: whether it does not fall, or even grows.
+    persists: bool
+    grows: bool
 
 
-def _persists(q: Callable[[Array], Array], order: int) -> bool:
-    """Tell whether differences of the first or second order do not fall with the interval, on some line."""
+class _Lines(NamedTuple):
+    # Ends of L lines, shape (d, 2, L), and the number of intervals that each is cut into at first.
+    ends: Array
+    cuts: int
 
-    def differences(left: Array, length: float) -> Array:
-        at = left + length * np.linspace(0.0, 1.0, order + 1)[:, None, None]
-        values = q(at.reshape(-1, LINES)).reshape(order + 1, -1, LINES)
-        return np.asarray(np.abs(np.diff(values, order, axis=0)[0]) / length ** (order - 1))
+    def follow(self, q: Callable[[Array], Array], order: int) -> _Change:
+        """Return what becomes of differences of q, of the first or second order, as intervals shrink."""
+        count = self.ends.shape[2]
+        if not count:
+            return _Change(persists=False, grows=False)
+        length, left = 1.0 / self.cuts, np.repeat(np.arange(self.cuts)[:, None] / self.cuts, count, axis=1)
+        values = self._values(q, left)
+        span, size = np.ptp(values, axis=0), np.abs(values).max(axis=0)
+        followed = []
+        for _ in range(HALVINGS[order] + 1):
+            at = left + length * np.linspace(0.0, 1.0, order + 1)[:, None, None]
+            found = np.abs(np.diff(self._values(q, at), order, axis=0)[0]) / length ** (order - 1)
+            found = np.nan_to_num(found, nan=0.0, posinf=0.0)
+            steepest = found.argmax(axis=0)
+            followed.append(found.max(axis=0))
+            left = left[steepest, np.arange(count)] + 0.5 * length * np.array([0.0, 0.5, 1.0])[:, None]
+            length *= 0.5
+        before, last = followed[-1 - LAST], followed[-1]
+        seen = last > np.maximum(SMALL * span, ROUNDINGS * EPS * size / (2.0 * length) ** (order - 1))
+        return _Change(*(bool((seen & (last > part * before)).any()) for part in (FALLS, GROWS)))
 
-    length, left = 1.0 / CUTS, np.repeat(np.arange(CUTS)[:, None] / CUTS, LINES, axis=1)
-    values = q(left).reshape(CUTS, LINES)
-    span, size = np.ptp(values, axis=0), np.abs(values).max(axis=0)
-    followed = []
-    for _ in range(HALVINGS[order] + 1):
-        found = np.nan_to_num(differences(left, length), nan=0.0, posinf=0.0)
-        at = found.argmax(axis=0)
-        followed.append(found.max(axis=0))
-        left = left[at, np.arange(LINES)] + 0.5 * length * np.array([0.0, 0.5, 1.0])[:, None]
-        length *= 0.5
-    before, last = followed[-1 - LAST], followed[-1]
-    seen = last > np.maximum(SMALL * span, ROUNDINGS * EPS * size / (2.0 * length) ** (order - 1))
-    return bool((seen & (last > FALLS * before)).any())
+    def _values(self, q: Callable[[Array], Array], s: Array) -> Array:
+        """Return q at the points s, shape (..., L), of the lines."""
+        first, second = self.ends[:, 0], self.ends[:, 1]
+        wide = s.reshape(-1, s.shape[-1])
+        points = first[:, None] + wide * (second - first)[:, None]
+        values = np.broadcast_to(q(points.reshape(len(first), -1)), wide.size)
+        return np.asarray(values.reshape(s.shape))
