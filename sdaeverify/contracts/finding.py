@@ -41,6 +41,7 @@ class Kind(StrEnum):
     MORE_PATHS = "paths that would decide"
     GUARD = "paths do not guard what one step says"
     FINER = "finer levels would tell"
+    NOT_SMOOTH = "the observable is not smooth"
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from operator import eq, gt, lt
 
 import numpy as np
@@ -13,6 +13,7 @@ from ..contracts.measure import Evidence, Snapshot
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..forms import Problem
+from ..forms.truths import Moment
 from ..numerics.statistics import Estimate, estimates, group_sums, jackknives, leave_out
 from .slopes import Logarithms, Record, Sloped, of_each, once
 
@@ -248,3 +249,10 @@ def _off_references(tally: Tally, names: Iterable[str]) -> dict[str, tuple[Estim
     changes = (sums[REFERENCE + name] - sums[BLURRED + name] for name in known)
     moved = (abs(float(change.sum() / counts.sum())) for change in changes)
     return dict(zip(known, zip(found, moved, strict=True), strict=True))
+
+
+@lru_cache
+def known_mean(problem: Problem, observable: str) -> float | None:
+    """Return an expectation at T, if it is known: the same for every scheme and look."""
+    found = (t for t in problem.truths if isinstance(t, Moment) and t.observable == observable)
+    return next((truth.value(problem.horizon) for truth in found), None)

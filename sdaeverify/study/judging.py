@@ -120,7 +120,9 @@ class ControlVerdicts:
         known = self.evidence[cell]
         if isinstance(known, Objection):
             return known._replace(reason=f"its control {cell.scheme.label} {known.reason}")
-        return {finding.verdict for finding in _findings(cell, claim, known.sampled if by_paths else known.whole)}
+        found = _findings(cell, claim, known.sampled if by_paths else known.whole)
+        # An order is one of smooth functions: what becomes of a jump tells nothing of others.
+        return {finding.verdict for finding in found if not finding.reason.has(Kind.NOT_SMOOTH)}
 
     def _refuted_quantities(self, plan: ControlPlan) -> frozenset[str]:
         """Return the quantities in which a positive control is refuted by its own order."""

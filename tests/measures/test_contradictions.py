@@ -31,6 +31,7 @@ from sdaeverify.probe.local.smoothness import Roughness
 from sdaeverify.probe.local.strong_order import StrongOrder
 from sdaeverify.study import Study, plan
 from sdaeverify_problems.double_well import double_well
+from sdaeverify_problems.fibre_linear import fibre_linear
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_schemes.balanced_euler import BalancedEuler
 from sdaeverify_schemes.displaced_euler import DisplacedEuler
@@ -233,3 +234,13 @@ def test_a_step_that_misses_the_equation_at_few_states_is_not_verified_by_paths(
 
     assert Verdict.VERIFIED not in verdicts(result)
     assert any("does not follow the equation" in str(finding.reason) for finding in result.findings)
+
+
+def short_fibre():
+    """Return a fibre whose fastest time is just resolved on the third level."""
+    return fibre_linear(alpha=12.6, beta=0.138, Dr=0.0206, N=6, flow=2.56, horizon=0.0284)
+
+
+def test_a_limit_that_only_coarse_steps_contradict_is_not_refuted():
+    """Differences fall faster than errors on steps that are just short enough, and as fast on the finest ones."""
+    assert verdicts(run(BalancedEuler(), short_fibre, settings=Settings(paths=1024))) == {Verdict.INCONCLUSIVE}

@@ -16,7 +16,7 @@ from ...contracts.scheme import Claim
 from ...forms.truths import Pathwise
 from ...numerics.statistics import RISING, Estimate, slope_weights
 from ...simulate.reference import OWN_REFERENCE
-from ..judge import COARSE, FITTED, SUSPECT, PathTests, hold_back, order_tests, with_sample
+from ..judge import COARSE, FEWEST, FITTED, SUSPECT, PathTests, hold_back, order_tests, with_sample
 from ..sound_levels import at_levels, sound_levels_of
 from .quantity import Quantity, quantities_of
 
@@ -182,8 +182,8 @@ def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
     tests = order_tests(claim, fitted.slope, evidence, bias.bound)
     low = tests.refuted <= SUSPECT and not isinstance(claim.value, str)
     if bias.knows_limit:
-        above = _above(evidence, fitted, claim)
-        tests = _with_limit(tests, quantity.contrast(fitted.levels), bias.bound, evidence, above=above)
+        early = _above(evidence, fitted, claim) or quantity.contrast(fitted.levels[-FEWEST:]).value > WRONG_LIMIT
+        tests = _with_limit(tests, quantity.contrast(fitted.levels), bias.bound, evidence, early=early)
     else:
         growth = np.inf if tests.verified <= evidence.level else tests.growth
         tests = tests._replace(
@@ -283,11 +283,12 @@ def rises(evidence: Evidence, quantity: Quantity, fitted: Fit) -> bool:
     return quantity.rise(fitted.levels).interval(evidence.settings.confidence)[0] > RISING
 
 
-def _with_limit(tests: PathTests, contrast: Estimate, bias: float, evidence: Evidence, *, above: bool) -> PathTests:
+def _with_limit(tests: PathTests, contrast: Estimate, bias: float, evidence: Evidence, *, early: bool) -> PathTests:
     low, high = contrast.interval(evidence.settings.confidence, bias)
     wrong, right = contrast.p_below(WRONG_LIMIT, bias), contrast.p_above(RIGHT_LIMIT, bias)
-    if wrong <= 0.5 * evidence.level and above:
-        # Errors a h + b h^2 look alike while b h matters, and cannot level off above the claimed order.
+    if wrong <= 0.5 * evidence.level and early:
+        # Errors a h + b h^2 look alike while b h matters: they cannot level off above the claimed order, and do not
+        # where the finest ones fall like their differences.
         why = _limit("limit not confirmed (contrast at most {contrast:.3f})", high)
         return PathTests(1.0, 2.0 * wrong, tests.reason).held(why, "add finer levels")
     reason, growth = tests.reason, tests.growth
@@ -297,7 +298,7 @@ def _with_limit(tests: PathTests, contrast: Estimate, bias: float, evidence: Evi
     elif tests.verified <= evidence.level < right:
         reason = reason.then(_limit("limit not confirmed (contrast at least {contrast:.3f})", low))
         growth = max(growth, contrast.growth_to_decide(RIGHT_LIMIT, evidence.level, bias))
-    limit = 1.0 if above else min(1.0, 2.0 * wrong)
+    limit = 1.0 if early else min(1.0, 2.0 * wrong)
     either = min(limit, 2.0 * tests.refuted)
     return PathTests(max(tests.verified, right), either, reason, growth, limit=limit)
 

@@ -10,7 +10,6 @@ Their order is a slope of log2 |mean difference|.
 """
 
 from collections.abc import Iterator, Mapping
-from functools import lru_cache
 from math import sqrt
 from typing import Any, ClassVar, NamedTuple
 
@@ -24,7 +23,6 @@ from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally
 from ...forms import Problem
-from ...forms.truths import Moment
 from ...numerics.statistics import EPS, RISING, Estimate
 from ...registry.hookspecs import hookimpl
 from ..error_sizes import of_means
@@ -44,7 +42,7 @@ from ..judge import (
     unlike,
     with_sample,
 )
-from ..means import MeanObserver, Means, means_of
+from ..means import MeanObserver, Means, known_mean, means_of
 from ..resolution import probe_resolution, weak_resolution
 from ..sound_levels import sound_levels_of
 from .probe import WeakProbe, judge_probe, probe_sizes, probe_weak, weak_probe
@@ -222,7 +220,7 @@ def _off_limit(evidence: Evidence, means: Means) -> Off | None:
 
 
 def _off_expectation(evidence: Evidence, means: Means) -> Off | None:
-    truth = _known_mean(evidence.problem, means.name)
+    truth = known_mean(evidence.problem, means.name)
     if truth is None:
         return None
     last = means.mean(len(means.h) - 1)
@@ -236,13 +234,6 @@ def _off_reference(evidence: Evidence, means: Means) -> Off | None:
         return None
     # Halving the step of a reference of order q takes away all but 1/2^q of its error.
     return found[0], found[1] / (2.0**pathwise.order - 1.0)
-
-
-@lru_cache
-def _known_mean(problem: Problem, observable: str) -> float | None:
-    """Return an expectation at T, if it is known: the same for every scheme and look."""
-    found = (t for t in problem.truths if isinstance(t, Moment) and t.observable == observable)
-    return next((truth.value(problem.horizon) for truth in found), None)
 
 
 class Weak(Measure):
