@@ -29,6 +29,7 @@ problem; opinions of one step (`local_opinion`) are guarded by paths (`guard`).
 """
 
 from .arrays import Array, Parts
+from .contracts.coverage import Coverage, coverage
 from .contracts.error_sizes import ErrorSizes
 from .contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
 from .contracts.measure import Evidence, Measure, Observer, Snapshot
@@ -36,9 +37,7 @@ from .contracts.tally import Tally, packed, unpacked
 from .measures.judge import (
     FEWEST,
     FITTED,
-    Coverage,
     PathTests,
-    coverage,
     decide,
     finding,
     guard,

@@ -154,6 +154,21 @@ class Problem:
         """Return why the problem does not offer a kind, in the kind's words, or an empty string if it does."""
         return "" if self.capability(kind) is not None else f"a {type(self).__name__} {kind.absent}"
 
+    def observe(self, name: str, t: float, parts: Parts) -> Array | None:
+        """Return the values of an observable, or None where a component that it needs is not among the parts.
+
+        Parameters
+        ----------
+        name : str
+            Of the observable.
+        t : float
+        parts : mapping of str to ndarray, shape (n, P)
+        """
+        try:
+            return np.asarray(self.observables[name](t, parts))
+        except KeyError:
+            return None
+
     @property
     def records(self) -> tuple[NoiseRecord, ...]:
         """Noise that drives it beside its Brownian motions; it belongs to the form."""

@@ -5,11 +5,11 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from ..contracts.coverage import claim_for
 from ..contracts.scheme import Claim, Scheme
 from ..errors import FAULTS, UsageError
 from ..forms import components
 from ..forms.controls import deciding
-from ..measures.judge import claim_for
 from ..registry.contributions import SchemeEntry
 from ..registry.discovery import normalise
 from ..registry.load import Registry

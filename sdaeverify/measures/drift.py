@@ -33,6 +33,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import Array, Parts
+from ..contracts.coverage import ROUND_OFF, Coverage, coverage
 from ..contracts.error_sizes import ErrorSizes, without_error
 from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
@@ -58,11 +59,8 @@ from ..simulate.tracks import HELD
 from .judge import (
     FEWEST,
     FITTED,
-    ROUND_OFF,
     SUSPECT,
-    Coverage,
     PathTests,
-    coverage,
     finding,
     guard,
     hold_back,

@@ -27,6 +27,7 @@ import numpy as np
 import scipy
 
 from ..arrays import Array
+from ..contracts.coverage import coverage, no_claim
 from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Claim, Scheme
@@ -36,7 +37,7 @@ from ..forms import Problem
 from ..probe.stiffness.iterations import MOST, Iterations, RunIterations, counters, iterations, run_iterations
 from ..probe.stiffness.members import member, no_family
 from ..registry.hookspecs import hookimpl
-from .judge import NOT_PROBED, coverage, finding, no_claim, unknown_value
+from .judge import NOT_PROBED, finding, unknown_value
 
 PROBED, ALONG = "iterations", "run iterations"
 METHOD = "iterations of steps along runs and at fixed h (T3)"

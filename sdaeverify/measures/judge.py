@@ -1,21 +1,20 @@
-"""The way from a claim to a finding: what covers a quantity, what the evidence says of it, and what guards that."""
+"""The way from a claim to a finding: what the evidence says of the claim, and what guards that."""
 
-from collections.abc import Callable, Container, Iterable
+from collections.abc import Callable, Container
 from functools import reduce
 from math import inf, isfinite
 from typing import Any, NamedTuple
 
 from ..arrays import Array
+from ..contracts.coverage import ROUND_OFF, Coverage
 from ..contracts.finding import Finding, Judgement, Kind, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence
-from ..contracts.scheme import Claim, Scheme
-from ..forms import Problem
+from ..contracts.scheme import Claim
 from ..numerics.statistics import Estimate
 from ..probe.local.delay_links import remove_delay
 from ..probe.local.smoothness import rough_coefficient
 from ..probe.step.one_step import why_unresolved
 
-ROUND_OFF = "round-off"
 # A slope is fitted on so many of the finest levels; fewer than FEWEST tell none.
 FITTED = 4
 FEWEST = 3
@@ -76,72 +75,6 @@ class PathTests(NamedTuple):
     def none(cls, reason: Reason | str, growth: float = inf) -> "PathTests":
         """Return tests that reject nothing, and why."""
         return cls(1.0, 1.0, Reason.of(reason), growth)
-
-
-class Coverage(NamedTuple):
-    """A quantity with the strongest claim that covers it.
-
-    Attributes
-    ----------
-    quantity : str
-    claim : Claim or None
-    gap : Reason
-        Why there is none; empty if there is one.
-    """
-
-    quantity: str
-    claim: Claim | None
-    gap: Reason = Reason()
-
-
-def coverage(evidence: Evidence, measure: str, quantity: str) -> Coverage:
-    """Return a quantity of a measure with the strongest claim that covers it on the problem of a cell.
-
-    Parameters
-    ----------
-    evidence : Evidence
-        Of one cell.
-    measure : str
-        Name of the measure.
-    quantity : str
-        What it measures: a component, an observable, a constraint.
-    """
-    return _strongest(evidence.promises, evidence.scheme.name, evidence.view.traits, measure, quantity)
-
-
-def claim_for(scheme: Scheme, traits: Iterable[str], measure: str, quantity: str) -> Coverage:
-    """Return a quantity with the strongest claim of a scheme that covers it on a problem with these traits.
-
-    Parameters
-    ----------
-    scheme : Scheme
-    traits : iterable of str
-        Of the problem as the scheme sees it.
-    measure, quantity : str
-
-    Returns
-    -------
-    Coverage
-    """
-    return _strongest(scheme.promises, scheme.name, traits, measure, quantity)
-
-
-def no_claim(scheme: Scheme, problem: Problem, measure: str, what: str = "") -> str:
-    """Return that a scheme claims nothing about a measure on a problem, or `what` it measures; empty if it does.
-
-    Parameters
-    ----------
-    scheme : Scheme
-    problem : Problem
-    measure : str
-        A claim about it counts where its traits are among those of the problem as the scheme sees it.
-    what : str
-        What the reason names in place of the measure.
-    """
-    view = scheme.view_of(problem)
-    traits = frozenset() if view is None else view.traits
-    claimed = any(claim.measure == measure and claim.when <= traits for claim in scheme.promises)
-    return "" if claimed else f"{scheme.name} claims nothing about {what or measure} here"
 
 
 def judge_claim(
@@ -353,17 +286,6 @@ def _ask_for_paths(text: str, paths: float) -> Reason:
     return Reason(text, Kind.MORE_PATHS, {"paths": rounded})
 
 
-def _strongest(claims: Iterable[Claim], scheme: str, traits: Iterable[str], measure: str, quantity: str) -> Coverage:
-    covering, known = [claim for claim in claims if claim.covers(measure, quantity)], frozenset(traits)
-    in_scope = [claim for claim in covering if claim.when <= known]
-    if in_scope:
-        return Coverage(quantity, max(in_scope, key=_strength))
-    if not covering:
-        return Coverage(quantity, None, Reason(f"{scheme} claims nothing about {quantity}", Kind.NO_CLAIM))
-    missing = sorted(set().union(*(claim.when for claim in covering)) - known)
-    return Coverage(quantity, None, Reason(f"claimed only for problems with {', '.join(missing)}", Kind.NO_CLAIM))
-
-
 def order_tests(claim: Claim, order: Estimate, evidence: Evidence, bias: float = 0.0) -> PathTests:
     """Compare an estimated order with a claimed least order.
 
@@ -509,9 +431,3 @@ def no_fit(evidence: Evidence, covered: Coverage, left_out: Reason) -> Opinion:
     if evidence.health.sums["lost"][-1] > 0:
         verdict = Verdict.DIVERGED
     return Opinion(verdict, Reason(f"fewer than {FEWEST} levels can be fitted: ").then(left_out, ""))
-
-
-def _strength(claim: Claim) -> float:
-    if isinstance(claim.value, str):
-        return inf if claim.value == ROUND_OFF else -(claim.bound or 0.0)
-    return claim.value

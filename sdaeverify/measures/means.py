@@ -75,10 +75,7 @@ class MeanObserver:
         return value
 
     def _value(self, name: str, parts: Parts) -> Array | None:
-        try:
-            return np.asarray(self.problem.observables[name](self.problem.horizon, parts))
-        except KeyError:
-            return None  # the scheme, or the truth, does not know a component of it
+        return self.problem.observe(name, self.problem.horizon, parts)
 
 
 class Alike(Record):

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ..contracts.coverage import coverage
 from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Verdict
 from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Scheme, form_names
@@ -24,7 +25,7 @@ from ..probe.local.multiplier_orders import (
     no_multipliers,
 )
 from ..registry.hookspecs import hookimpl
-from .judge import NOT_PROBED, coverage, finding, judge_claim, local_doubt, local_opinion
+from .judge import NOT_PROBED, finding, judge_claim, local_doubt, local_opinion
 
 PROBED = "multipliers"
 METHOD = "remainders of one step (T1)"

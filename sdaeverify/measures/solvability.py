@@ -19,6 +19,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ..arrays import Parts
+from ..contracts.coverage import Coverage, claim_for, coverage
 from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
@@ -31,7 +32,7 @@ from ..numerics.statistics import clopper_pearson, group_sums
 from ..probe.step.one_step import OneStep
 from ..probe.step.solvable import RootScan, root_scan
 from ..registry.hookspecs import hookimpl
-from .judge import Coverage, PathTests, claim_for, coverage, finding, guard, judge_claim, local_doubt, local_opinion
+from .judge import PathTests, finding, guard, judge_claim, local_doubt, local_opinion
 
 ROOT, SHARE = "root", "paths without root"
 EVERY_H = "every h"

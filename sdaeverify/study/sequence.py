@@ -9,12 +9,12 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import isnan
 
+from ..contracts.coverage import ROUND_OFF
 from ..contracts.finding import Finding, Kind, Reason, Verdict
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
 from ..errors import FAULTS, one_line
-from ..measures.judge import ROUND_OFF
 from ..simulate.ensemble import Entry, LaneEvidence, Task
 from .agreement import agreeing
 from .forecast import LaneKey

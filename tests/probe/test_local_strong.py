@@ -9,10 +9,10 @@ import pytest
 from conformance.cells import cells
 from probe import strong_cells as s
 from sdaeverify import SDE, Array, Increment, Scheme, Step
+from sdaeverify.contracts.coverage import claim_for
 from sdaeverify.contracts.finding import Kind, Opinion, Verdict
 from sdaeverify.contracts.tally import packed, unpacked
 from sdaeverify.forms import Problem
-from sdaeverify.measures.judge import claim_for
 from sdaeverify.measures.strong.findings import judge_strong
 from sdaeverify.noise.laws import THREE_POINT, Law
 from sdaeverify.probe.local.strong_defects import LocalStrong, local_strong, no_local_order

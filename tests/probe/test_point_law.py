@@ -20,6 +20,7 @@ from sdaeverify_problems.delay_ou import delay_ou
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.noncommuting import noncommuting
+from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
 
@@ -120,6 +121,15 @@ def test_other_laws_are_left_alone(scheme, problem, why):
     found = no_point_law(scheme, problem)
 
     assert (why in found) if why else not found
+
+
+def test_an_observable_of_an_unknown_component_has_no_mean():
+    """The others have theirs."""
+    view = Coins().view_of(pendulum())
+    means = dict(zip(view.observables, point_law(Coins(), view, 4).means[0, 0], strict=True))
+
+    assert np.isnan(means["mu"])
+    assert np.isfinite(means["r_1"])
 
 
 @pytest.mark.slow

@@ -12,6 +12,8 @@ from sdaeverify_problems.circle import circle
 from sdaeverify_problems.delay_ou import delay_ou
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.noncommuting import noncommuting
+from sdaeverify_problems.pendulum import pendulum
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 
 JUMPS = {
     "indicator": lambda x: 1.0 * (x > 1.0),
@@ -91,6 +93,11 @@ def test_what_solutions_do_not_reach_does_not_count():
 def test_coefficients_that_are_not_smooth_are_named(problem, rough):
     """A kink is told from an infinite slope and from a jump; where solutions do not go none counts."""
     assert rough_coefficient(problem) == rough
+
+
+def test_an_observable_of_an_unknown_component_is_left_alone():
+    """It is not judged either."""
+    assert smoothness(EulerMaruyama().view_of(pendulum()), "mu") is Smoothness.SMOOTH
 
 
 REGISTERED = load_registry(environ={}).problems

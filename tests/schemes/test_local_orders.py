@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from schemes.local_order import strong_order
+from sdaeverify.contracts.coverage import claim_for
 from sdaeverify.contracts.scheme import Scheme
 from sdaeverify.forms import SDE, Problem
-from sdaeverify.measures.judge import claim_for
 from sdaeverify.probe.local.weak_defects import local_weak
 from sdaeverify.probe.local.weak_order import weak_order
 from sdaeverify_problems.angle_pendulum import angle_pendulum

@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...arrays import Array
+from ...contracts.coverage import Coverage, coverage
 from ...contracts.finding import Finding, Kind, LevelFinding, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...forms.truths import InvariantMean
 from ...simulate.chains import CONTRACTING, GROUPS, MOST_FIRST, ChainPlan, ChainRecord
-from ..judge import FEWEST, RESOLVED, Coverage, coverage, finding, is_order, judge_claim, order_in, withhold_in_doubt
+from ..judge import FEWEST, RESOLVED, finding, is_order, judge_claim, order_in, withhold_in_doubt
 from ..resolution import stationary_resolution
 from ..sound_levels import at_levels, sound_levels
 from .bias import StationaryBias, bias_bound, bias_of_chains, with_bias

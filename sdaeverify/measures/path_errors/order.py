@@ -182,8 +182,9 @@ def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
     tests = order_tests(claim, fitted.slope, evidence, bias.bound)
     low = tests.refuted <= SUSPECT and not isinstance(claim.value, str)
     if bias.knows_limit:
-        early = _above(evidence, fitted, claim) or quantity.contrast(fitted.levels[-FEWEST:]).value > WRONG_LIMIT
-        tests = _with_limit(tests, quantity.contrast(fitted.levels), bias.bound, evidence, early=early)
+        contrasts = quantity.contrast(fitted.levels), quantity.contrast(fitted.levels[-FEWEST:])
+        above = _above(evidence, fitted, claim)
+        tests = _with_limit(tests, contrasts, bias.bound, evidence, above=above)
     else:
         growth = np.inf if tests.verified <= evidence.level else tests.growth
         tests = tests._replace(
@@ -283,14 +284,23 @@ def rises(evidence: Evidence, quantity: Quantity, fitted: Fit) -> bool:
     return quantity.rise(fitted.levels).interval(evidence.settings.confidence)[0] > RISING
 
 
-def _with_limit(tests: PathTests, contrast: Estimate, bias: float, evidence: Evidence, *, early: bool) -> PathTests:
+def _with_limit(
+    tests: PathTests, contrasts: tuple[Estimate, Estimate], bias: float, evidence: Evidence, *, above: bool
+) -> PathTests:
+    """Return the tests with those of the limit, by the contrasts on all levels of the fit and on the finest ones.
+
+    Errors a h + b h^2 look like those of a wrong limit while b h matters. They cannot level off above the claimed
+    order, and they do not where the finest ones fall like their differences.
+    """
+    contrast, finest = contrasts
     low, high = contrast.interval(evidence.settings.confidence, bias)
     wrong, right = contrast.p_below(WRONG_LIMIT, bias), contrast.p_above(RIGHT_LIMIT, bias)
+    early = above or finest.p_below(WRONG_LIMIT, bias) > SUSPECT
     if wrong <= 0.5 * evidence.level and early:
-        # Errors a h + b h^2 look alike while b h matters: they cannot level off above the claimed order, and do not
-        # where the finest ones fall like their differences.
         why = _limit("limit not confirmed (contrast at most {contrast:.3f})", high)
-        return PathTests(1.0, 2.0 * wrong, tests.reason).held(why, "add finer levels")
+        levels_off = finest.value < WRONG_LIMIT and not above
+        growth = finest.growth_to_decide(WRONG_LIMIT, SUSPECT, bias) if levels_off else np.inf
+        return PathTests(1.0, 2.0 * wrong, tests.reason).held(why, "add finer levels", growth=growth)
     reason, growth = tests.reason, tests.growth
     if wrong <= 0.5 * evidence.level:
         text = f"{Kind.WRONG_LIMIT}: errors level off (contrast at most {{contrast:.3f}})"

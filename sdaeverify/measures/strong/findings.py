@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
+from ...contracts.coverage import Coverage, coverage
 from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Finding, Kind, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
@@ -25,9 +26,7 @@ from ..judge import (
     FEWEST,
     FITTED,
     SUSPECT,
-    Coverage,
     PathTests,
-    coverage,
     finding,
     guard,
     leave_open,

@@ -20,6 +20,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...arrays import Array, Parts
+from ...contracts.coverage import coverage, no_claim
 from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Finding, Judgement, Opinion
 from ...contracts.measure import Evidence, Measure, Snapshot
@@ -34,7 +35,7 @@ from ...probe.local.strong_defects import no_local_order
 from ...probe.step.one_step import OneStep
 from ...registry.hookspecs import hookimpl
 from ..error_sizes import of_paths
-from ..judge import coverage, finding, leave_open, no_claim, withhold_in_doubt
+from ..judge import finding, leave_open, withhold_in_doubt
 from ..path_errors.errors import POWERS, STATE, ErrorObserver, largest_errors, power_sums
 from ..path_errors.quantity import ERROR_COLUMNS, ErrorLogarithms, Quantity, level_rows, quantities_of
 from .findings import judge_consistency, judge_pair

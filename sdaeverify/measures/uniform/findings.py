@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
+from ...contracts.coverage import Coverage, coverage
 from ...contracts.finding import Finding, Kind, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
@@ -15,10 +16,8 @@ from ...probe.local.consistency import Consistency, consistency_orders
 from ..judge import (
     FEWEST,
     FITTED,
-    Coverage,
     PathTests,
     beside,
-    coverage,
     decide,
     finding,
     local_doubt,

@@ -16,6 +16,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ...arrays import Array, Parts
+from ...contracts.coverage import Coverage, coverage
 from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence, Measure
@@ -31,9 +32,7 @@ from ..judge import (
     FEWEST,
     FITTED,
     RESOLVED,
-    Coverage,
     PathTests,
-    coverage,
     finding,
     guard,
     hold_back,

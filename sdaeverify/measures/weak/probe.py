@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...contracts.coverage import claim_for
 from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Kind, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
@@ -41,7 +42,7 @@ from ...probe.operator.transition_errors import TransitionErrors, chart_observab
 from ...probe.step import test_functions
 from ...probe.step.states import cloud
 from ..error_sizes import of_moments, of_operator, of_step_expectations
-from ..judge import claim_for, is_order, local_doubt, local_opinion, of_smooth
+from ..judge import is_order, local_doubt, local_opinion, of_smooth
 from ..means import known_mean
 
 LOCAL, MOMENTS, OPERATOR, POINTS = "local weak", "moments", "operator", "points"
@@ -104,7 +105,7 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
         evidence = evidence.merge(packed(MOMENTS, moment_errors(scheme, view, settings.steps)))
     elif not _decides_claims(found, scheme) and view.chart is not None and not transition.refusal(scheme, view):
         evidence = evidence.merge(packed(OPERATOR, _operator(scheme, view, settings)))
-    if _claims_rough(scheme, view) and not no_point_law(scheme, view):
+    if not no_point_law(scheme, view) and _claims_rough(scheme, view):
         evidence = evidence.merge(packed(POINTS, point_law(scheme, view, settings.coarsest)))
     return evidence
 

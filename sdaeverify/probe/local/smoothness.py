@@ -51,6 +51,8 @@ class Smoothness(StrEnum):
 def smoothness(view: Problem, observable: str) -> Smoothness:
     """Return whether an observable has jumps or kinks at the final time between states that solutions reach.
 
+    One that needs a component which is not known there is taken for smooth.
+
     Parameters
     ----------
     view : Problem
@@ -138,8 +140,8 @@ def _in_states(view: Any, observable: str) -> tuple[Callable[[Array], Array], Ar
         return {name: x[end - sizes[name] : end] for name, end in zip(sizes, ends, strict=True)}
 
     def value(x: Array) -> Array:
-        found = view.observables[observable](view.horizon, parts(x))
-        return np.asarray(np.broadcast_to(np.asarray(found, dtype=float), x.shape[1:]))
+        found = view.observe(observable, view.horizon, parts(x))
+        return np.asarray(np.broadcast_to(np.asarray(0.0 if found is None else found, dtype=float), x.shape[1:]))
 
     if ito is not None:
         return value, reached_states(view, ito).points

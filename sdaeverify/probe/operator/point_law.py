@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array, each
+from ...arrays import Array, Parts, each
 from ...contracts.scheme import Scheme, State, flatten
 from ...forms import Delayed, Problem
 from ..step.nodes import step_nodes
@@ -34,6 +34,8 @@ FEWEST = 3
 
 class PointLaw(NamedTuple):
     """Expectations of O observables at the end, for numbers of steps from N to 2N, for H values of N.
+
+    NaN stands for those whose components are not known.
 
     Attributes
     ----------
@@ -153,10 +155,12 @@ def _number_values(x: Array, same: Array) -> Array:
 
 
 def _means(scheme: Scheme, view: Problem, state: State, probability: Array) -> tuple[Array, Array]:
-    parts = scheme.parts(view, state)
-    means = []
-    for factor in (1.0, 1.0 - SAME, 1.0 + SAME):
-        moved = {name: factor * part for name, part in parts.items()}
-        values = [np.broadcast_to(q(view.horizon, moved), probability.shape) for q in view.observables.values()]
-        means.append(np.array(values) @ probability)
-    return means[0], np.asarray(np.abs(means[1:] - means[0]).max(axis=0))
+    """Return the means of the observables, and how much they change where all points are moved a little."""
+    here, *beside = (_means_of(view, scheme.parts(view, state), probability, by) for by in (0.0, -SAME, SAME))
+    return here, np.asarray(np.abs(np.stack(beside) - here).max(axis=0))
+
+
+def _means_of(view: Problem, parts: Parts, probability: Array, by: float) -> Array:
+    moved = {name: (1.0 + by) * part for name, part in parts.items()}
+    values = (view.observe(name, view.horizon, moved) for name in view.observables)
+    return np.array([np.nan if value is None else (value * probability).sum() for value in values])

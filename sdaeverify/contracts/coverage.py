@@ -1,0 +1,95 @@
+"""What covers a quantity: the strongest claim of a scheme about it on a problem."""
+
+from collections.abc import Iterable
+from math import inf
+from typing import NamedTuple
+
+from ..forms import Problem
+from .finding import Kind, Reason
+from .measure import Evidence
+from .scheme import Claim, Scheme
+
+ROUND_OFF = "round-off"
+
+
+class Coverage(NamedTuple):
+    """A quantity with the strongest claim that covers it.
+
+    Attributes
+    ----------
+    quantity : str
+    claim : Claim or None
+    gap : Reason
+        Why there is none; empty if there is one.
+    """
+
+    quantity: str
+    claim: Claim | None
+    gap: Reason = Reason()
+
+
+def coverage(evidence: Evidence, measure: str, quantity: str) -> Coverage:
+    """Return a quantity of a measure with the strongest claim that covers it on the problem of a cell.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        Of one cell.
+    measure : str
+        Name of the measure.
+    quantity : str
+        What it measures: a component, an observable, a constraint.
+    """
+    return _strongest(evidence.promises, evidence.scheme.name, evidence.view.traits, measure, quantity)
+
+
+def claim_for(scheme: Scheme, traits: Iterable[str], measure: str, quantity: str) -> Coverage:
+    """Return a quantity with the strongest claim of a scheme that covers it on a problem with these traits.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    traits : iterable of str
+        Of the problem as the scheme sees it.
+    measure, quantity : str
+
+    Returns
+    -------
+    Coverage
+    """
+    return _strongest(scheme.promises, scheme.name, traits, measure, quantity)
+
+
+def no_claim(scheme: Scheme, problem: Problem, measure: str, what: str = "") -> str:
+    """Return that a scheme claims nothing about a measure on a problem, or `what` it measures; empty if it does.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    problem : Problem
+    measure : str
+        A claim about it counts where its traits are among those of the problem as the scheme sees it.
+    what : str
+        What the reason names in place of the measure.
+    """
+    view = scheme.view_of(problem)
+    traits = frozenset() if view is None else view.traits
+    claimed = any(claim.measure == measure and claim.when <= traits for claim in scheme.promises)
+    return "" if claimed else f"{scheme.name} claims nothing about {what or measure} here"
+
+
+def _strongest(claims: Iterable[Claim], scheme: str, traits: Iterable[str], measure: str, quantity: str) -> Coverage:
+    covering, known = [claim for claim in claims if claim.covers(measure, quantity)], frozenset(traits)
+    in_scope = [claim for claim in covering if claim.when <= known]
+    if in_scope:
+        return Coverage(quantity, max(in_scope, key=_strength))
+    if not covering:
+        return Coverage(quantity, None, Reason(f"{scheme} claims nothing about {quantity}", Kind.NO_CLAIM))
+    missing = sorted(set().union(*(claim.when for claim in covering)) - known)
+    return Coverage(quantity, None, Reason(f"claimed only for problems with {', '.join(missing)}", Kind.NO_CLAIM))
+
+
+def _strength(claim: Claim) -> float:
+    if isinstance(claim.value, str):
+        return inf if claim.value == ROUND_OFF else -(claim.bound or 0.0)
+    return claim.value
