@@ -20,8 +20,8 @@ from .contracts.experiment import (
     SharedNoise as SharedNoise,
     Work as Work,
 )
-from .contracts.mean_sample import MeanSample as MeanSample
-from .contracts.mean_table import FineRun as FineRun, MeanLine as MeanLine, MeanTable as MeanTable, Row as Row
+from .lab.experiments.mean_sample import MeanSample as MeanSample
+from .lab.experiments.mean_table import FineRun as FineRun, MeanLine as MeanLine, MeanTable as MeanTable, Row as Row
 from .contracts.cases import Planted as Planted
 from .contracts.scheme import Claim as Claim, Scheme as Scheme, Step as Step
 from .contracts.settings import Settings as Settings

@@ -26,9 +26,7 @@ ROOT = Path(__file__).parents[1]
 # The rooms of the framework that evidence comes from. What judges and reports is none of them.
 MEASURING = ("arrays.py", "bridges", "conformance", "contracts", "forms", "noise", "numerics", "probe", "simulate")
 # Modules of these rooms that say what is made of evidence.
-SAYING = frozenset(
-    {f"{name}.py" for name in ("cases", "exhibit", "experiment", "finding", "mean_sample", "mean_table")}
-)
+SAYING = frozenset({f"{name}.py" for name in ("cases", "coverage", "exhibit", "experiment", "finding")})
 # Packages whose arithmetic the numbers come from.
 ARITHMETIC = ("numpy", "scipy")
 KNOWN = frozenset({*sys.stdlib_module_names, *ARITHMETIC, FRAMEWORK, ""})

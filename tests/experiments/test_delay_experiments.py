@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from experiments.euler_errors import lines_of
-from sdaeverify.contracts.mean_table import orders
 from sdaeverify.lab.experiments import ExperimentRun, experiment_plan
+from sdaeverify.lab.experiments.mean_table import orders
 
 TABLE, FIGURES = "qu-2010-table-1", "qu-2010-figures-1-6"
 # Mean squares of x with a reference at 1/8192 or finer, by 1/h, from an independent program.

@@ -5,7 +5,7 @@ import pytest
 
 from experiments.euler_errors import lines_of, mean_square
 from sdaeverify import FineRun, MeanLine, MeanSample, Row
-from sdaeverify.contracts.mean_table import orders
+from sdaeverify.lab.experiments.mean_table import orders
 
 REFERENCE = FineRun("s", 1024)
 

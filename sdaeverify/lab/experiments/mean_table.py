@@ -7,13 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
-from ..errors import ProblemError
-from ..forms import Problem
-from ..forms.truths import InvariantMean, Moment
-from ..numerics.statistics import Estimate, jackknife, slope_weights
-from .exhibit import Exhibit, Panel, Printed, TableEntry
-from .experiment import (
+from ...arrays import Array
+from ...contracts.exhibit import Exhibit, Panel, Printed, TableEntry
+from ...contracts.experiment import (
     Budget,
     Experiment,
     ExperimentEvidence,
@@ -24,6 +20,10 @@ from .experiment import (
     SchemeValue,
     Work,
 )
+from ...errors import ProblemError
+from ...forms import Problem
+from ...forms.truths import InvariantMean, Moment
+from ...numerics.statistics import Estimate, jackknife, slope_weights
 from .mean_sample import MeanSample
 
 # Step sizes that make a fit.

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
-from ..numerics.statistics import group_sums
+from ...arrays import Array
+from ...numerics.statistics import group_sums
 
 
 class MeanSample(NamedTuple):
