@@ -37,8 +37,6 @@ class CellRun:
     evidence : CellEvidence
     result : CellResult or None
         As judged at the last look.
-    least : dict of str to tuple of float
-        By quantity, the least p-values of all looks.
     stage : int
         On which levels its paths are; see `Settings.stages`.
     finer : bool
@@ -54,7 +52,6 @@ class CellRun:
     cell: Cell
     evidence: CellEvidence = field(default_factory=CellEvidence)
     result: CellResult | None = None
-    least: dict[str, tuple[float, ...]] = field(default_factory=dict)
     stage: int = 0
     finer: bool = False
     enough: int = 0
@@ -228,7 +225,7 @@ class ProblemRun:
             run.over, run.finer = run.over or not run.finer, False
         self._begin_stage()
         for run in self._running():
-            run.evidence, run.least, run.stage = run.evidence.without_paths, {}, self.stage
+            run.evidence, run.stage = run.evidence.without_paths, self.stage
             run.enough = min(run.enough, self.sampled.paths)
 
     def _begin_stage(self) -> None:
@@ -270,16 +267,17 @@ class ProblemRun:
         return max(self.look, next(enough, len(totals) - 2))
 
     def _sequential(self, run: CellRun, result: CellResult) -> CellResult:
+        """Return the result with p-values that are put to as many tests as there are looks."""
         looks = len(self._settings_of(run).ends)
         findings = []
         for finding in result.findings:
-            now = float(finding.p_verified), float(finding.p_refuted)
-            least = tuple(map(_least, run.least.get(finding.quantity, now), now))
-            run.least[finding.quantity] = least
-            p_verified, p_refuted = (p if isnan(p) else min(1.0, looks * p) for p in least)
-            # What this look excludes no earlier one brings back.
+            p_verified, p_refuted = (_of_looks(float(p), looks) for p in (finding.p_verified, finding.p_refuted))
             findings.append(replace(finding, p_verified=p_verified, p_refuted=p_refuted).without())
         return replace(result, findings=tuple(findings))
+
+
+def _of_looks(p: float, looks: int) -> float:
+    return p if isnan(p) else min(1.0, looks * p)
 
 
 def _asks_for_finer(finding: Finding, stage: int, look: int, *, last: bool) -> bool:
@@ -314,11 +312,6 @@ def _shows_claim(finding: Finding) -> bool:
     if finding.tier == 3:
         return claim is not None and claim.value == ROUND_OFF
     return claim is None or isinstance(claim.value, str) or not finding.estimate < claim.value - claim.margin
-
-
-def _least(p: float, q: float) -> float:
-    """Return the lower of two p-values; NaN, where no test was made, gives way."""
-    return q if isnan(p) else p if isnan(q) else min(p, q)
 
 
 def _key(cell: Cell) -> tuple[Scheme, str]:

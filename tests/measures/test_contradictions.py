@@ -19,10 +19,12 @@ from contradictions import (
 )
 from sdaeverify import Settings
 from sdaeverify.contracts.finding import Opinion, Reason, Verdict
-from sdaeverify.contracts.measure import Evidence
+from sdaeverify.contracts.measure import Evidence, Snapshot
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures.judge import PathTests, beside, decide, guard, local_doubt, of_smooth, unlike, with_sample
+from sdaeverify.measures.path_errors.errors import ErrorObserver
+from sdaeverify.measures.path_errors.quantity import quantities_of
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.strong.findings import judge_strong
 from sdaeverify.measures.weak import Weak
@@ -30,6 +32,7 @@ from sdaeverify.numerics.statistics import Estimate, group_sums
 from sdaeverify.probe.local.smoothness import Roughness
 from sdaeverify.probe.local.strong_order import StrongOrder
 from sdaeverify.study import Study, plan
+from sdaeverify_problems.delay_forced import delay_forced
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.fibre_linear import fibre_linear
 from sdaeverify_problems.gbm import gbm
@@ -39,6 +42,7 @@ from sdaeverify_schemes.euler_maruyama import EulerMaruyama, TamedEuler
 from sdaeverify_schemes.milstein import Milstein
 from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
 from sdaeverify_schemes.sra1 import SRA1
+from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 LOCAL = Opinion(Verdict.VERIFIED, Reason("local order 1.000"), 1)
 # One stage beyond all levels.
@@ -244,3 +248,29 @@ def short_fibre():
 def test_a_limit_that_only_coarse_steps_contradict_is_not_refuted():
     """Differences fall faster than errors on steps that are just short enough, and as fast on the finest ones."""
     assert verdicts(run(BalancedEuler(), short_fibre, settings=Settings(paths=1024))) == {Verdict.INCONCLUSIVE}
+
+
+def fast_forcing():
+    """Return a delay equation whose forcing is not resolved on the coarse levels."""
+    return delay_forced(a=-0.767, B=-3.81, q=0.388, amplitude=2.16, omega=9.47, sigma=1.06, tau=0.371, horizon=3.01)
+
+
+def test_a_slope_of_mean_differences_refutes_nothing_that_one_step_verifies():
+    """A difference that is small by accident spoils it: the claim is left open, and finer levels are asked for."""
+    found = verdicts(run(StochasticTheta(), fast_forcing, Weak(), Settings(paths=1024)))
+
+    assert found <= {Verdict.VERIFIED, Verdict.INCONCLUSIVE}
+
+
+@pytest.mark.parametrize(("limit", "rises"), [(0.02, False), (0.1, False), (0.0, None)])
+def test_contrasts_fall_towards_a_wrong_limit(limit, rises):
+    """Errors level off further with each halving; towards the right one they do not."""
+    observer = ErrorObserver({"x": np.zeros((1, 4000))}, replace(SETTINGS, paths=4000))
+    sizes = np.abs(np.random.default_rng(4).normal(size=4000))
+    h = 1.0 / np.array(SETTINGS.steps)
+    levels = [{"x": 1.0 + (sizes * each + limit)[None]} for each in h]
+    observer.after_coarsest_step(Snapshot(levels, {"x": np.ones((1, 4000))}, None))
+    known = Evidence(EulerMaruyama(), gbm(), gbm(), replace(SETTINGS, paths=4000), observer.tally(), Tally())
+    rise = next(q for q in quantities_of(known) if q.name == "x").contrast_rise(np.arange(2, 6))
+
+    assert rise.value == pytest.approx(0.0, abs=1e-9) if rises is None else rise.value < 0.0

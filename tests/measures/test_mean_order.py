@@ -169,3 +169,13 @@ def test_what_paths_and_their_order_say_alike_is_said_once():
     """The reason of a finding without weak error does not repeat itself."""
     (finding,) = Weak().judge(evidence(0.0 * H, spread=0.0)).findings
     assert str(finding.reason).count("no error beyond rounding") == 1
+
+
+def test_differences_that_do_not_fall_yet_leave_the_limit_open():
+    """Who comes up by more with each halving may still come to the limit; it stays suspicious."""
+    growing, falling = found([3.0, 2.7, 2.35, 1.95, 1.5, 1.0]), found([1.3, 1.18, 1.1, 1.05, 1.03, 1.02])
+
+    assert growing.tests.limit == 1.0
+    assert growing.tests.suspected < 1e-9
+    assert "do not fall yet" in str(growing.tests.reason)
+    assert falling.tests.limit < 1e-9

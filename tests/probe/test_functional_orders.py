@@ -8,6 +8,7 @@ from sdaeverify.probe.operator.functional_orders import (
     functional_orders,
     least_order,
     obstacle,
+    order_of,
     widen,
 )
 from sdaeverify.probe.operator.transition_errors import TransitionErrors
@@ -185,3 +186,22 @@ def test_leaving_the_chart_is_an_obstacle():
 
 def _with_resolution(given, columns):
     return given._replace(resolution=np.zeros_like(given.errors) + columns)
+
+
+def test_an_order_that_falls_behind_a_change_of_sign_is_not_too_low():
+    """Local orders 3.6 and 1.8 are on their way, and go up to 2 on steps that are below the floor here."""
+    h, errors = 2.0 ** -np.arange(3.0, 6.0), np.array([1.9e-7, 1.6e-8, 4.7e-9])
+    found = order_of(h, errors, np.full(3, 1e-12), 1.0)
+
+    assert found.low < 0.2
+    assert found.high == np.inf
+
+
+def test_an_order_that_still_falls_a_little_is_no_lower_than_its_limit():
+    """Local orders 1.88 and 1.79 have the limit 1.7, and nobody knows whether they go there."""
+    h = 2.0 ** -np.arange(3.0, 6.0)
+    errors = np.array([1.0, 2.0**-1.88, 2.0**-3.67])
+    found = order_of(h, errors, np.full(3, 1e-12), 1.0)
+
+    assert found.order == pytest.approx(1.7)
+    assert (found.low, found.high) == pytest.approx((1.7, 1.88))

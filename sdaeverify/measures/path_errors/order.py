@@ -182,9 +182,8 @@ def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
     tests = order_tests(claim, fitted.slope, evidence, bias.bound)
     low = tests.refuted <= SUSPECT and not isinstance(claim.value, str)
     if bias.knows_limit:
-        contrasts = quantity.contrast(fitted.levels), quantity.contrast(fitted.levels[-FEWEST:])
-        above = _above(evidence, fitted, claim)
-        tests = _with_limit(tests, contrasts, bias.bound, evidence, above=above)
+        early = _above(evidence, fitted, claim) or _seems_early(quantity, fitted.levels, bias.bound)
+        tests = _with_limit(tests, quantity.contrast(fitted.levels), bias.bound, evidence, early=early)
     else:
         growth = np.inf if tests.verified <= evidence.level else tests.growth
         tests = tests._replace(
@@ -211,8 +210,8 @@ def _coarse(evidence: Evidence, finest: int) -> str:
     """
     for each in quantities_of(evidence):
         changes = each.difference[:, max(finest - 2, 0) : finest].sum(axis=0) / each.paths
-        coarser, error = each.means()[finest - 1 : finest + 1]
-        rising = changes[-1] > changes[0] and error <= coarser
+        error, grows = each.means()[finest], each.local_orders[finest - 1].p_below(0.0) <= SUSPECT
+        rising = changes[-1] > changes[0] and not grows
         if error > COARSE * each.motion and (changes[-1] > FALLING * error or rising):
             off = f"{each.name} is off by {error / each.motion:.0%} of what the solution moves"
             halved = "halving the step still changes that: no order shows; add finer levels"
@@ -284,23 +283,27 @@ def rises(evidence: Evidence, quantity: Quantity, fitted: Fit) -> bool:
     return quantity.rise(fitted.levels).interval(evidence.settings.confidence)[0] > RISING
 
 
-def _with_limit(
-    tests: PathTests, contrasts: tuple[Estimate, Estimate], bias: float, evidence: Evidence, *, above: bool
-) -> PathTests:
-    """Return the tests with those of the limit, by the contrasts on all levels of the fit and on the finest ones.
+def _seems_early(quantity: Quantity, levels: Array, bias: float) -> bool:
+    """Tell whether the finest errors fall like their differences, or surely begin to: then others are too coarse.
 
-    Errors a h + b h^2 look like those of a wrong limit while b h matters. They cannot level off above the claimed
-    order, and they do not where the finest ones fall like their differences.
+    Towards a wrong limit they level off further with each halving of the step.
     """
-    contrast, finest = contrasts
+    if len(levels) <= FEWEST:
+        return False
+    here, rise = quantity.contrast(levels[-FEWEST:]), quantity.contrast_rise(levels)
+    return here.p_below(WRONG_LIMIT, bias) > SUSPECT or rise.p_above(0.0) <= SUSPECT
+
+
+def _with_limit(tests: PathTests, contrast: Estimate, bias: float, evidence: Evidence, *, early: bool) -> PathTests:
+    """Return the tests with those of the limit; `early` says that the levels are too coarse to refute it.
+
+    Errors a h + b h^2 look like those of a wrong limit while b h matters.
+    """
     low, high = contrast.interval(evidence.settings.confidence, bias)
     wrong, right = contrast.p_below(WRONG_LIMIT, bias), contrast.p_above(RIGHT_LIMIT, bias)
-    early = above or finest.p_below(WRONG_LIMIT, bias) > SUSPECT
     if wrong <= 0.5 * evidence.level and early:
         why = _limit("limit not confirmed (contrast at most {contrast:.3f})", high)
-        levels_off = finest.value < WRONG_LIMIT and not above
-        growth = finest.growth_to_decide(WRONG_LIMIT, SUSPECT, bias) if levels_off else np.inf
-        return PathTests(1.0, 2.0 * wrong, tests.reason).held(why, "add finer levels", growth=growth)
+        return PathTests(1.0, 2.0 * wrong, tests.reason).held(why, "add finer levels")
     reason, growth = tests.reason, tests.growth
     if wrong <= 0.5 * evidence.level:
         text = f"{Kind.WRONG_LIMIT}: errors level off (contrast at most {{contrast:.3f}})"

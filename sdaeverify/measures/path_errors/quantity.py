@@ -78,6 +78,13 @@ class ErrorLogarithms(Logarithms):
         return super().linear(columns, np.concatenate([weights, -share * weights]))
 
     @once
+    def contrast_rise(self, levels: Array) -> tuple[Estimate, ...]:
+        """Return by how much contrasts of three levels grow from the last but one three to the last."""
+        weights = np.array([-1.0, 2.0, -1.0])
+        columns = np.concatenate([levels[-3:] + self.levels, levels[-4:-1] + self.powers * self.levels])
+        return super().linear(columns, np.concatenate([weights, -weights]))
+
+    @once
     def ahead(self, levels: Array) -> tuple[Estimate, ...]:
         """Return local orders at the next step size, if they grow by as much as they did between the last two."""
         return self.linear(levels[-3:], np.array([-1.0, 3.0, -2.0]))
@@ -175,6 +182,13 @@ class Quantity(Sloped):
         Or minus a share of the latter.
         """
         return self.logarithms.contrast(levels, share)[self.place]
+
+    def contrast_rise(self, levels: Array) -> Estimate:
+        """Return by how much contrasts of three levels grow from the last but one three of four or more to the last.
+
+        Errors towards a wrong limit level off further with each halving: it is negative then.
+        """
+        return self.logarithms.contrast_rise(levels)[self.place]
 
     def ahead(self, levels: Array) -> Estimate:
         """Return the local order at the next step size, if it grows by as much as it did between the last two."""

@@ -110,7 +110,7 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     if resolved >= RESOLVED and not means.one_signed(levels):
         remark = "uninformative: its error changes sign between levels"
         suspected = min(limit.suspected, _shrinks(means, levels))
-        tests = limit._replace(verified=1.0, blind=blind, suspected=suspected)
+        tests = limit._replace(verified=1.0, blind=blind, suspected=suspected, limit=limit.refuted)
         return MeanOrder(slope, levels, resolved, hold_back(tests, evidence, levels), remark)
     tests = _tests(evidence, means, claim, (slope, levels, resolved, limit))
     tests = tests._replace(blind=blind, suspected=min(tests.suspected, limit.suspected))
@@ -132,7 +132,8 @@ def _tests(
         unresolved = Reason(
             "mean differences unresolved ({errors:.1f} standard errors)", numbers={"errors": resolved}
         )
-        return PathTests(1.0, limit.refuted, limit.reason.then(unresolved), growth, _shrinks(means, levels))
+        tests = PathTests(1.0, limit.refuted, limit.reason.then(unresolved), growth, _shrinks(means, levels))
+        return tests._replace(limit=limit.refuted)
     order, corrected = order_tests(claim, slope, evidence), _corrected_slope(means, levels)
     assert not isinstance(claim.value, str)
     refuted = max(order.refuted, corrected.p_below(claim.value - claim.margin))
@@ -145,6 +146,7 @@ def _tests(
         limit.reason.then(order.reason),
         order.growth,
         suspected=unlike(claim, slope, corrected),
+        limit=min(1.0, 2.0 * limit.refuted),
     )
     return with_sample(tests, evidence.paths, heavy=False)
 
@@ -187,12 +189,21 @@ def _limit(evidence: Evidence, means: Means, order: float, off: Off | None) -> P
     if means.heavy:
         # It may look wrong all the same.
         return PathTests.none("heavy tails: a mean of few paths confirms no limit")._replace(suspected=wrong)
+    if _grows(means):
+        # How far it is still to go, nobody can say.
+        return PathTests.none("mean differences do not fall yet")._replace(suspected=wrong)
     # What is off for the claimed order only tends to the limit, if more slowly.
     slowly = error.p_above(_left(means, SLOWEST, off)) > evidence.level
     text, kind = (SLOWER, Kind.PLAIN) if slowly else (Kind.WRONG_LIMIT, Kind.WRONG_LIMIT)
     figures = {"error": error.value, "left": allowed}
     reason = Reason(f"{text}: off by {{error:.2g}}, where {{left:.2g}} is left", kind, figures)
     return PathTests(0.0, wrong, reason if wrong <= evidence.level else Reason())
+
+
+def _grows(means: Means) -> bool:
+    """Tell whether the last difference is sure to be no smaller than half of the slowest order makes it."""
+    before, last = (means.difference(level) for level in range(means.errors - 2, means.errors))
+    return bool(abs(last.value) - RESOLVED * last.se > 2.0 ** (-0.5 * SLOWEST) * abs(before.value))
 
 
 def _left(means: Means, order: float, off: Off) -> float:
@@ -310,6 +321,9 @@ def _opinion(evidence: Evidence, sampled: MeanOrder, covered: Coverage) -> Opini
     local, confirmed = judge_probe(evidence, covered.claim, covered.quantity)
     # What is known at T without sampling needs no paths to show it.
     tests = sampled.tests._replace(blind=1.0) if confirmed else sampled.tests
+    if local is not None and local.verdict is Verdict.VERIFIED:
+        # A difference that is small by accident spoils a slope: finer levels tell, or nobody.
+        tests = tests._replace(refuted=tests.limit, suspected=tests.against)
     opinion = guard(local, tests, evidence)
     if sampled.remark == TOO_FEW and opinion.verdict is Verdict.VERIFIED:
         return Opinion(Verdict.INCONCLUSIVE, opinion.reason.then("no paths to guard it", ", but "))

@@ -283,9 +283,9 @@ def _fit_order(h: Array, errors: Array, floors: Array) -> FunctionalOrder:
         note = f"the error changes its sign {where}"
         return FunctionalOrder(nan, -inf, inf, informative=False, h=float(h[-1]), note=note)
     order = float(local[-1] if moving else limit)
-    low, high = sorted((order, float(limit)))
-    if local[-1] > local[-2] + RISING:
-        high = inf
+    low = min(order, float(limit))
+    # What falls after a change of sign rises again: no order that still moves is too low, nor are those before it.
+    high = inf if moving or local[-1] > local[-2] + RISING else float(max(limit, *local[-2:]))
     spread = float(off[-1] + (off[-1] + off[-2]) / np.expm1(ratios[-1]))
     note = f"local orders {local[-2]:.2f}, {local[-1]:.2f} still move" if moving else ""
     coefficient = float(errors[-1] / h[-1] ** order)
