@@ -19,6 +19,8 @@ Value = TypeVar("Value")
 GROUP = "sdaeverify.executors"
 PROCESSES = "processes"
 GONE = "the executor takes no more work"
+# A scheduler that has not answered by then is not there.
+ANSWERS_WITHIN = "10s"
 
 
 class Plugins(NamedTuple):
@@ -207,7 +209,7 @@ def dask(address: str, jobs: int) -> Iterator[Crew]:
     from distributed import Client, LocalCluster  # noqa: PLC0415
 
     if address:
-        with Client(f"tcp://{address}", timeout="10s") as client:
+        with Client(f"tcp://{address}", timeout=ANSWERS_WITHIN) as client:
             lost = partial(_why_lost, client, f"the scheduler at {address} is dead, or cannot be reached any more")
             yield Crew(client.get_executor(), max(1, sum(client.nthreads().values())), why_lost=lost)
         return

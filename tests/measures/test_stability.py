@@ -259,12 +259,12 @@ def test_dear_second_moments_are_measured_for_a_claim_alone() -> None:
 
 
 def test_memories_whose_matrices_would_fill_the_computer_are_refused() -> None:
-    """A thousand components and two hundred noises: 2 x 10^8 entries at the least."""
+    """Three hundred components and a hundred noises: 9 x 10^6 entries at the least."""
     problem = SDE(
         drift=lambda t, x: -x,
-        diffusion=lambda t, x: np.ones((1000, 200, 1)),
-        start=np.ones(1000),
-        noise_dim=200,
+        diffusion=lambda t, x: np.ones((300, 100, 1)),
+        start=np.ones(300),
+        noise_dim=100,
         horizon=1.0,
         source="test",
     )

@@ -76,6 +76,7 @@ FOUND = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param(name, id=name.replace(" ", "-")) for name in FOUND])
 def test_what_is_false_is_not_verified(name: str) -> None:
     """None of the false claims of a cell is verified, and there are some."""

@@ -44,6 +44,7 @@ def told(lines: list[dict[str, Any]]) -> list[str]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", FEW)
 def test_a_verified_claim_has_a_resolution_above_its_error(number):
     """What is verified of a wrong scheme is off by less than the resolution that is told."""

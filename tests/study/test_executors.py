@@ -178,9 +178,10 @@ def test_a_worker_that_is_killed(tmp_path, executor):
     same(sdaeverify.verify(*asked, **SMALL, plugins=[file]), there)
 
 
-def test_a_scheduler_that_is_not_there():
+def test_a_scheduler_that_is_not_there(monkeypatch):
     """An address at which nobody answers is told in one line."""
     pytest.importorskip("distributed", reason="dask is not installed (extra cluster)")
+    monkeypatch.setattr("sdaeverify.workers.executors.ANSWERS_WITHIN", "500ms")
     with pytest.raises(UsageError, match=r"executor dask://127\.0\.0\.1:9 cannot be used: .*127\.0\.0\.1:9"):
         sdaeverify.verify(*ASKED, **SMALL, executor="dask://127.0.0.1:9")
 
