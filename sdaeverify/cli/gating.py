@@ -21,7 +21,6 @@ from ..gate.writers.text import markdown_report, text_report
 from ..registry.load import Registry
 from ..report.files import require_writable, require_writable_file, write_json, write_text
 from ..workers.executors import Crew
-from ..workers.garbage import lasting
 from ..workers.limits import Limits
 from .console import complain, output_to_stderr
 from .exit_codes import ExitCode, code_of_gate
@@ -95,7 +94,7 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
         require_writable_file(request.junitxml, "--junitxml")
     _remove_reports(request.folder)
     with workers(request.jobs, request.limits, request.registry) as crew:
-        with output_to_stderr(), lasting():
+        with output_to_stderr():
             plan = gate_plan(request.registry, policy, crew.executor)
         run = Run(plan, policy.settings, request.registry, request.arguments, request.folder, not request.reuse)
         result, code = _run_to_its_end(run, crew, request.progress)
@@ -203,11 +202,12 @@ def _remove_reports(folder: Path) -> None:
 
 
 def _write_reports(gated: Gated, request: Request) -> None:
-    write_json(json_report(gated), request.folder / GATE)
     write_text(markdown_report(gated), request.folder / SUMMARY)
     write_json(badge(gated), request.folder / BADGE)
     if request.junitxml is not None:
         write_text(junit_xml(gated), request.junitxml)
+    # Written last: where it is, the gate came to its end.
+    write_json(json_report(gated), request.folder / GATE)
 
 
 def _report_lines(gated: Gated, report: str) -> Iterator[str]:

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 from ..registry.load import Registry, load_registry
-from ..workers.garbage import lasting
 from .console import complain, output_to_stderr
 
 
@@ -34,5 +33,5 @@ def load_and_warn(files: Sequence[str], *, lab: bool = False) -> Registry:
 
 def load_quietly(files: Sequence[str], *, lab: bool = False) -> Registry:
     """Load all plugins, and say nothing about them; raises as `load_and_warn`."""
-    with output_to_stderr(), lasting():
+    with output_to_stderr():
         return load_registry(files, lab=lab)

@@ -13,7 +13,6 @@ from click.shell_completion import shell_complete
 from .. import __version__
 from ..contracts.labels import did_you_mean
 from ..errors import SdaeverifyError, UsageError, one_line
-from ..workers.garbage import lasting
 from .console import PROGRAM, complain, silence
 from .exit_codes import ExitCode, code_of_error
 
@@ -47,8 +46,7 @@ class _Commands(click.Group):
         if cmd_name not in COMMANDS:
             return None
         module, name = COMMANDS[cmd_name].split(":")
-        with lasting():
-            command: click.Command = getattr(import_module(f".commands.{module}", __package__), name)
+        command: click.Command = getattr(import_module(f".commands.{module}", __package__), name)
         return command
 
     def resolve_command(

@@ -34,7 +34,6 @@ from ..report.verdict_row import VerdictRow
 from ..store.store import Store
 from ..study import CellResult, Finished, Plan, Study
 from ..workers.executors import PROCESSES, Crew, LostExecutorError, open_crew
-from ..workers.garbage import lasting
 from ..workers.limits import Limits
 from ..workers.pool import BLOCKS_A_WORKER, executor_for
 from ..workers.room import NoWorkersError
@@ -127,9 +126,8 @@ class Run:
     def save(self) -> Result:
         """Save and return what is known so far."""
         os.chdir(self.home)
-        with lasting():
-            result = self.result
-            kept = result.save(self.folder)
+        result = self.result
+        kept = result.save(self.folder)
         if kept.aside is not None:
             moved = f"{self.folder} held tables of another version of sdaeverify, which are moved into {kept.aside}"
             complain("warning", moved)
@@ -152,7 +150,7 @@ class Run:
     def write_page(self) -> None:
         """Write the page of the folder, or remove that of an earlier run, whose numbers are in no table any more."""
         if self.page:
-            with output_to_stderr(), lasting():
+            with output_to_stderr():
                 told = passports(self.plan)
                 write_page(self.folder, told)
         else:

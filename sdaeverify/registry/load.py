@@ -4,7 +4,6 @@ A plugin that fails in any way is left out as a whole; its row says why.
 """
 
 import os
-import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -45,7 +44,6 @@ from .discovery import (
     warn_unmatched,
 )
 from .foreign_code import printed_to_stderr, same_folder
-from .rehearsal import rehearse
 
 Entry = TypeVar("Entry")
 ON_REQUEST, WHO_ASKS = "on request", "loaded by calibrate, reproduce and selftest"
@@ -233,8 +231,6 @@ def _refuse_broken(rows: Iterable[PluginRow]) -> None:
 
 def _from_file(path: str, before: Sequence[LoadedPlugin]) -> LoadedPlugin:
     origin = Origin(Path(path).stem, "", "", path)
-    if harm := rehearse(lambda: _registers(load_file(path), origin)):
-        raise PluginError(f"plugin file {path}: loading it {harm}")
     plugin = load_file(path)
     try:
         return _load_plugin(plugin, origin, before)
@@ -249,7 +245,6 @@ def _from_entry_point(
     if is_disabled(origin, disabled):
         return [_skip(origin)]
     try:
-        _require_harmless(entry.load, origin)
         plugin = entry.load()
         modules = [] if hooks_of(plugin) else submodules(plugin, origin)
         if not modules:
@@ -266,32 +261,11 @@ def _from_module(origin: Origin, disabled: frozenset[str], before: Sequence[Load
     if is_disabled(origin, disabled):
         return [_skip(origin)]
     try:
-        _require_harmless(lambda: import_module(origin.module), origin)
         plugin = import_module(origin.module)
         # A module without hooks is a helper of its neighbours.
         return [_load_plugin(plugin, origin, before)] if hooks_of(plugin) else []
     except FAULTS as error:
         return [_reject(origin, error)]
-
-
-def _require_harmless(load: Callable[[], object], origin: Origin) -> None:
-    """Check that loading a plugin does not end the process; what is shipped, or loaded already, has shown it.
-
-    Raises
-    ------
-    PluginError
-        If it does.
-    """
-    if normalise(origin.distribution) == OWN_DISTRIBUTION or origin.module in sys.modules:
-        return
-    if harm := rehearse(lambda: _registers(load(), origin)):
-        raise PluginError(f"loading it {harm}")
-
-
-def _registers(plugin: object, origin: Origin) -> None:
-    """Call the hooks of a plugin: they run its code, too."""
-    if hooks_of(plugin):
-        collect(plugin, origin)
 
 
 def _skip(origin: Origin) -> LoadedPlugin:

@@ -10,7 +10,6 @@ from ..contracts.settings import SCREENING, Settings
 from ..simulate.ensemble import Task
 from ..store.store import Store
 from ..workers.executors import Crew
-from ..workers.garbage import kept
 from .blocks import Blocks, Lanes, Portion
 from .forecast import Forecast, LaneKey, breadth, weight
 from .holm import family_wise
@@ -158,8 +157,7 @@ class Study:
             job.problem.absorb(job.task, found)
             yield state.heard(job, found)
             if job.block == job.last:
-                with kept():
-                    job.problem.judge()
+                job.problem.judge()
                 goes_on = job.problem.open and self._goes_on(job.problem, blocks)
                 state.forecast.expect(job.task.spec.label, job.problem.expected_pieces if goes_on else ())
                 # Looks in a row are not left to the end, where one worker would be busy with them alone.

@@ -23,7 +23,6 @@ from typing import Any, TypeVar
 
 from ..registry.discovery import load_file
 from ..registry.foreign_code import MOST_PRINTED, BoundedText
-from .garbage import lasting
 from .isolated import Isolated, Turn, end_process
 from .limits import Limits, limit_memory, read_mark
 from .room import NoWorkersError, why_no_room
@@ -267,14 +266,13 @@ def _begin(plugins: Sequence[str], memory: int, printed: int) -> None:
     if sys.stderr is not None:
         sys.stdout = sys.stderr = BoundedText(sys.stderr, printed)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    with lasting():
-        for plugin in plugins:
-            if plugin.endswith(".py"):
-                load_file(plugin)
-            else:
-                importlib.import_module(plugin)
-        for module in FRAMEWORK:
-            importlib.import_module(module)
+    for plugin in plugins:
+        if plugin.endswith(".py"):
+            load_file(plugin)
+        else:
+            importlib.import_module(plugin)
+    for module in FRAMEWORK:
+        importlib.import_module(module)
     limit_memory(memory)
 
 

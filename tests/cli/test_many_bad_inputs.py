@@ -54,7 +54,7 @@ NO_PLUGINS = [
         "zero.py",
         "deep.py",
     ),
-    *("minus.py", "\udcff.py", "a\0b.py", "/dev/null", "", "~nobody/x.py", "mute.py", "generator.py", "leaves.py"),
+    *("minus.py", "\udcff.py", "a\0b.py", "/dev/null", "", "~nobody/x.py", "mute.py", "generator.py"),
 ]
 NO_POLICIES = {
     "deep-list": "[tool.sdaeverify]\nschemes = " + "[" * 3000 + "]" * 3000,
@@ -178,7 +178,6 @@ def surroundings(tmp_path: Path) -> None:
         "minus.py": "x = " + "-" * 100_000 + "1",
         "mute.py": "class Mute(Exception):\n    def __str__(self):\n        raise ValueError\nraise Mute",
         "generator.py": "raise GeneratorExit",
-        "leaves.py": "import os; os._exit(0)",
         **{f"{name}.toml": text for name, text in NO_POLICIES.items()},
         **{f"lock-{n}/sdaeverify.lock": text for n, text in enumerate(NO_LOCKS)},
         **{f"lock-{n}/pyproject.toml": '[tool.sdaeverify]\nlock = "sdaeverify.lock"' for n in range(len(NO_LOCKS))},

@@ -15,7 +15,6 @@ from ...report.sentences import ATTENTION
 from ...report.terminal import plan_table
 from ...study import Plan
 from ...study.plan import shard
-from ...workers.garbage import lasting
 from ..console import complain, output, output_to_stderr, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..limits import limits, options_of
@@ -98,7 +97,7 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
         return _nothing("no plugin is found; is sdaeverify installed? Run pip install . in its folder")
     with workers(*options_of(options), registry, options["executor"]) as crew:
         schemes, problems, measures = (options[kind] for kind in ("schemes", "problems", "measures"))
-        with output_to_stderr(), lasting():
+        with output_to_stderr():
             todo = plan_of(registry, schemes, problems, measures, crew.executor)
         if options["lf"]:
             todo = _open_part(todo, options["out"])
