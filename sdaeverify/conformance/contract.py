@@ -157,7 +157,7 @@ def follows_the_paths(trial: Trial) -> str:
     Make the step of the same paths in another order.
     """
     order = np.roll(np.arange(trial.paths)[::-1], 4)
-    return "" if trial.agree(order) else "in another order, paths go elsewhere"
+    return "in another order, paths go elsewhere" if trial.apart(order) else ""
 
 
 def takes_paths_alone(trial: Trial) -> str:

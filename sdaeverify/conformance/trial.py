@@ -93,28 +93,32 @@ class Trial:
 
     @cached_property
     def rounding(self) -> Array:
-        """How much of each path may be rounding, shape (P,): eps of its size, or what eps of the inputs changes."""
-        before, after = flatten(self.state), flatten(self.first.state)
-        other = flatten(self.step(nudge(self.state), nudge(self.noise)).state)
-        size = np.fmax(np.abs(before).max(axis=0), np.abs(after).max(axis=0))
-        return np.asarray(ROUNDINGS * np.fmax(EPS * size, np.abs(other - after).max(axis=0)))
+        """How much of each path may be rounding, shape (P,): eps of its size, of the inputs, or the algorithm's own.
 
-    def agree(self, paths: Array | slice) -> bool:
-        """Tell whether some paths, in this order, go where they go among all of them."""
-        return self.apart(paths) == 0.0
+        The last, largest where an algorithm squares the condition of a matrix, shows where arrays are laid out
+        otherwise in memory: sums are taken in another order then.
+        """
+        before, after, same = flatten(self.state), flatten(self.first.state), np.arange(self.paths)
+        nudged = self.step(nudge(self.state), nudge(self.noise))
+        others = np.stack([flatten(nudged.state), flatten(self._made_of(same))])
+        size = np.fmax(np.abs(before).max(axis=0), np.abs(after).max(axis=0))
+        return np.asarray(ROUNDINGS * np.fmax(EPS * size, np.abs(others - after).max(axis=(0, 1))))
 
     def apart(self, paths: Array | slice) -> float:
         """Return how far some paths, in this order, go from where they go among all, in sizes of the largest state.
 
         What is rounding is 0; infinite where the two cannot be compared.
         """
-        some = self.step(take_paths(self.state, paths), take_paths(self.noise, paths))
-        got, expected = flatten(some.state), flatten(take_paths(self.first.state, paths))
+        got, expected = flatten(self._made_of(paths)), flatten(take_paths(self.first.state, paths))
         if got.shape != expected.shape:
             return inf
         gap = np.where((got == expected) | (np.isnan(got) & np.isnan(expected)), 0.0, np.abs(got - expected))
-        gap = np.where(gap <= self.rounding[paths], 0.0, gap)
+        if gap.any():
+            gap = np.where(gap <= self.rounding[paths], 0.0, gap)
         if not gap.any():
             return 0.0
         largest = np.abs(expected).max(where=np.isfinite(expected), initial=EPS)
         return float(np.nan_to_num(gap.max() / largest, nan=inf))
+
+    def _made_of(self, paths: Array | slice) -> State:
+        return self.step(take_paths(self.state, paths), take_paths(self.noise, paths)).state

@@ -14,6 +14,7 @@ from ..numerics.statistics import Estimate
 from ..probe.local.delay_links import remove_delay
 from ..probe.local.smoothness import rough_coefficient
 from ..probe.step.one_step import why_unresolved
+from .sound_levels import at_levels
 
 # A slope is fitted on so many of the finest levels; fewer than FEWEST tell none.
 FITTED = 4
@@ -389,10 +390,22 @@ def hold_back(
     growth : float
         How many times as many paths would make sure of it.
     """
-    why = why_unresolved(evidence.view, min(evidence.step_sizes[level] for level in levels)) or coarse
+    finest = min(evidence.step_sizes[level] for level in levels)
+    why = why_unresolved(evidence.view, finest) or _beside_lost(evidence, levels) or coarse
     if not why or tests.against == 1.0:
         return tests
     return tests.held(why, growth=growth if tests.against <= SUSPECT else tests.growth)
+
+
+def _beside_lost(evidence: Evidence, levels: Array) -> str:
+    """Return that paths are lost on steps hardly longer than those that are left; empty if it is not so.
+
+    Paths that all but explode carry the errors there, and an order shows on steps that keep clear of them.
+    """
+    lost = evidence.health.sums["lost"][: levels[0]]
+    if len(levels) >= FITTED or not lost.any():
+        return ""
+    return f"{at_levels('paths are lost', lost > 0)}, and {len(levels)} are left; add finer levels"
 
 
 def order_in(order: float, low: float, high: float, claim: Claim) -> Reason:

@@ -38,7 +38,7 @@ from ..contracts.settings import Settings
 from ..contracts.tally import EXTREMES, Tally, largest, packed, unpacked
 from ..forms import Problem
 from ..numerics.statistics import Estimate, Tail, group_sums, jackknife, tail
-from ..probe.step.one_step import OneStep
+from ..probe.step.one_step import OneStep, why_unresolved
 from ..probe.step.semi_stability import POWER, Growth, growth, lyapunov
 from ..registry.hookspecs import hookimpl
 from .judge import PathTests, finding, guard, judge_claim, local_doubt, local_opinion, with_sample
@@ -240,7 +240,9 @@ def _tests(evidence: Evidence, sample: LargestValues, ratios: list[Estimate], lo
     if not np.isfinite(truth.se) or sample.tail(-1).heavy:
         return PathTests.none("the solution's own moment is not known, or rests on few paths")
     bound = FACTOR * truth.interval(1.0 - evidence.level)[1]
-    excess = sample.excess(bound)
+    # Steps that do not resolve the problem's fastest time are not held against what holds as h tends to 0.
+    resolved = np.array([not why_unresolved(evidence.view, h) for h in sample.h])
+    excess = np.where(resolved[:, None], sample.excess(bound), 1.0)
     level = int(excess.min(axis=1).argmin())
     refuted = min(1.0, max(evidence.level, 2.0 * excess.size * float(excess.min())))
     suspect = refuted <= 1.0 - evidence.settings.confidence
@@ -258,6 +260,8 @@ def _from_below(
     p_values = [ratio.p_below(np.log2(FACTOR)) for ratio in ratios]
     worst = int(np.argmax(p_values))
     reason = _size(ratios[worst])
+    if why := why_unresolved(evidence.view, sample.h[worst]):
+        return 1.0, reason.then(why), np.inf
     if evidence.health.sums["without_root"].any():
         return 1.0, reason.then("steps without root"), np.inf
     if local is not None or any(sample.tail(level).heavy for level in range(len(ratios))):

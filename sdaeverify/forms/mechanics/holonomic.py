@@ -433,6 +433,8 @@ def inherent_sde(problem: "HolonomicSDAE", *, with_multiplier: bool = False) -> 
         traits=problem.traits - {"additive-noise", "diagonal-noise"},
         observables=problem.observables,
         truths=problem.truths,
+        relaxation=problem.relaxation,
+        fastest=problem.fastest,
         seen_as="inherent SDE",
     )
 

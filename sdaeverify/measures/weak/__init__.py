@@ -32,6 +32,7 @@ from ..judge import (
     FEWEST,
     FITTED,
     RESOLVED,
+    SUSPECT,
     PathTests,
     finding,
     guard,
@@ -138,7 +139,7 @@ def _tests(
     assert not isinstance(claim.value, str)
     refuted = max(order.refuted, corrected.p_below(claim.value - claim.margin))
     rising = means.rise(levels).interval(evidence.settings.confidence)[0] > RISING
-    if rising or _coarse(means, int(levels[-1])):
+    if rising or _coarse(means, int(levels[-1])) or _turns(means, levels):
         refuted = 1.0
     tests = PathTests(
         max(order.verified, limit.verified),
@@ -168,6 +169,18 @@ def _shrinks(means: Means, levels: Array) -> float:
 def _coarse(means: Means, finest: int) -> bool:
     """Tell whether the error is of the size of the expectation itself: no order shows on such steps."""
     return abs(means.difference(finest).value) > COARSE * abs(means.mean(len(means.h) - 1).value)
+
+
+def _turns(means: Means, levels: Array) -> bool:
+    """Tell whether differences surely grow up to some step size and surely fall from there on: errors begin to fall.
+
+    A slope across the largest of them is no order.
+    """
+    top = int(np.argmax([abs(means.difference(level).value) for level in levels]))
+    if top in (0, len(levels) - 1):
+        return False
+    grown, fallen = means.grown(levels[: top + 1])[0], means.grown(levels[top:])[0]
+    return max(grown.p_above(0.0), fallen.p_below(0.0)) <= SUSPECT
 
 
 def _corrected_slope(means: Means, levels: Array) -> Estimate:

@@ -1,0 +1,81 @@
+"""Steps that are too coarse for an equation refute nothing: parameters at which they once did."""
+
+import numpy as np
+import pytest
+
+from sdaeverify import Settings
+from sdaeverify.conformance.contract import contract_violation
+from sdaeverify.contracts.finding import Reason, Verdict
+from sdaeverify.contracts.measure import Evidence
+from sdaeverify.contracts.specs import problem_spec
+from sdaeverify.contracts.tally import Tally
+from sdaeverify.measures.drift import Drift
+from sdaeverify.measures.judge import PathTests, hold_back
+from sdaeverify.measures.moments import Moments
+from sdaeverify.measures.weak import Weak
+from sdaeverify.study import Study, plan
+from sdaeverify_problems.fibre_clamped import fibre_clamped
+from sdaeverify_problems.fibre_free import fibre_free
+from sdaeverify_problems.gbm import gbm
+from sdaeverify_problems.orthogonal_group import orthogonal_group
+from sdaeverify_schemes.balanced_euler import BalancedEuler
+from sdaeverify_schemes.euler_maruyama import EulerMaruyama, TamedEuler
+from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
+from sdaeverify_schemes.sra1 import SRA1
+
+CELLS = {
+    "residuals grow while the bending of a fibre is not resolved": (
+        TamedEuler(),
+        problem_spec(fibre_clamped, {"alpha": "0.27", "beta": "0.227", "Dr": "0.392", "N": "5", "horizon": "0.252"}),
+        Drift(),
+    ),
+    "its moments explode on steps longer than its fastest time": (
+        HalfExplicitEuler(),
+        problem_spec(fibre_free, {"alpha": "0.647", "beta": "0.022", "Dr": "0.0268", "N": "6", "horizon": "0.0771"}),
+        Moments(),
+    ),
+    "differences of means grow before they fall": (
+        BalancedEuler(),
+        problem_spec(orthogonal_group, {"eps": "0.693", "m": "4", "stiffness": "1.57", "horizon": "0.663"}),
+        Weak(),
+    ),
+}
+
+
+@pytest.mark.parametrize("why", CELLS)
+def test_steps_that_are_too_coarse_refute_nothing(why):
+    """The cell is left open: finer levels would decide."""
+    scheme, problem, measure = CELLS[why]
+    made = Study(plan([scheme], [problem], [measure], lambda _: None), Settings(paths=1024))
+    for _ in made.run():
+        pass
+
+    found = [finding for finding in made.results()[0].findings if finding.claim is not None]
+
+    assert found
+    assert {finding.verdict for finding in found} <= {Verdict.INCONCLUSIVE, Verdict.VERIFIED}
+
+
+@pytest.mark.parametrize(("lost", "levels", "refuted"), [(2, 3, 1.0), (0, 3, 1e-9), (2, 4, 1e-9)])
+def test_few_levels_beside_those_that_lose_paths_refute_nothing(lost, levels, refuted):
+    """Paths that all but explode carry their errors; four levels are enough."""
+    settings = Settings(paths=1024)
+    health = Tally(sums={"lost": np.array([lost] * (6 - levels) + [0] * levels)})
+    evidence = Evidence(EulerMaruyama(), gbm(), gbm(), settings, Tally(), health)
+
+    found = hold_back(PathTests(1.0, 1e-9, Reason("order 0.1")), evidence, np.arange(6 - levels, 6))
+
+    assert (found.refuted, found.against) == (refuted, 1e-9)
+
+
+def test_a_view_resolves_what_its_problem_resolves():
+    """The equation without constraint of a fibre has the fibre's fastest time."""
+    fibre = fibre_clamped()
+
+    assert TamedEuler().view_of(fibre).fastest == fibre.fastest < np.inf
+
+
+def test_the_rounding_of_an_algorithm_is_no_dependence_on_the_place():
+    """The inverse of an ill-conditioned matrix depends on how sums are taken: by more than rounding of the state."""
+    problem = orthogonal_group(eps=0.892, m=7, stiffness=0.728, horizon=0.794)
+    assert contract_violation(SRA1(), SRA1().view_of(problem)) == ""
