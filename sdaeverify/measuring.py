@@ -29,28 +29,16 @@ problem; opinions of one step (`local_opinion`) are guarded by paths (`guard`).
 """
 
 from .arrays import Array, Parts
-from .contracts.coverage import Coverage, coverage
 from .contracts.error_sizes import ErrorSizes
 from .contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
 from .contracts.measure import Evidence, Measure, Observer, Snapshot
 from .contracts.tally import Tally, packed, unpacked
-from .measures.judge import (
-    FEWEST,
-    FITTED,
-    PathTests,
-    decide,
-    finding,
-    guard,
-    judge_claim,
-    leave_open,
-    local_opinion,
-    no_fit,
-    order_tests,
-    with_sample,
-)
-from .measures.sound_levels import sound_levels
 from .numerics.statistics import Estimate, group_sums, jackknife, order_of
 from .probe.step.one_step import OneStep
+from .verdicts.coverage import Coverage, coverage
+from .verdicts.opinions import decide, finding, guard, judge_claim, leave_open, local_opinion, no_fit
+from .verdicts.path_tests import FEWEST, FITTED, PathTests, order_tests, with_sample
+from .verdicts.sound_levels import sound_levels
 
 __all__ = [
     "FEWEST",

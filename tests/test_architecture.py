@@ -29,6 +29,7 @@ LAYERS = {
     "simulate": 3,
     "conformance": 3,
     "probe": 3,
+    "verdicts": 4,  # what measures and studies share: the way of a claim to its verdict
     "measures": 4,
     "measuring": 5,
     "store": 4,
@@ -58,7 +59,7 @@ JUDGING = {"Claim", "Verdict", "Opinion", "Finding", "Kind", "promises", "claims
 
 FRAMEWORK_LINES, CONTRIBUTED_LINES = 500, 500
 LONGEST, LONG, SHORT_SHARE, MEDIAN = 50, 25, 0.9, 8
-MOST_ROOMS, FILES_OF_A_ROOM, SOLE_IMPORTERS = 24, 16, 41
+MOST_ROOMS, FILES_OF_A_ROOM, SOLE_IMPORTERS = 25, 16, 41
 PARAMETERS, COEFFICIENTS = 6, 8
 
 
@@ -257,6 +258,30 @@ def test_probes_know_numbers_and_no_verdicts():
     """What is said of a claim stands in the measures: probes name neither claims nor verdicts."""
     assert guilty(judging, FRAMEWORK / "probe") == {}
     assert judging(FRAMEWORK / "contracts" / "finding.py")
+
+
+FATE = {"verdict", "excluded", "settled", "p_verified", "p_refuted"}
+
+
+def changed_fates(path):
+    """Return the lines of a file that change what became of a finding: by `replace` with such a field.
+
+    The verdict on a cell of a plan that cannot be run is none on a claim.
+    """
+    calls = (node for node in nodes(parsed(path)) if isinstance(node, ast.Call))
+    calls = (node for node in calls if not (node.args and ast.unparse(node.args[0]) == "cell"))
+    return {
+        f"{node.lineno}: {ast.unparse(node)}"
+        for node in calls
+        if ast.unparse(node.func).endswith("replace") and FATE & {keyword.arg for keyword in node.keywords}
+    }
+
+
+def test_a_finding_is_changed_by_the_rules_of_its_way_alone():
+    """Whoever knows more of a finding than its measure says so in a case; no study, gate or report decides."""
+    users = [FRAMEWORK / room for room in ("study", "gate", "report", "cli", "testing", "simulate")]
+    assert guilty(changed_fates, *users) == {}
+    assert changed_fates(FRAMEWORK / "verdicts" / "way.py")
 
 
 def test_modules_import_each_other_in_no_circle():

@@ -3,6 +3,7 @@
 import pickle
 
 from sdaeverify.contracts.finding import Finding, Kind, Opinion, Reason, Verdict
+from sdaeverify.verdicts.way import withhold
 
 ORDER = Reason("order {order:.2f}", Kind.ORDER, {"order": 0.9})
 MORE = Reason("about {paths} paths would decide", Kind.MORE_PATHS, {"paths": 3000})
@@ -48,7 +49,7 @@ def test_numbers_of_a_reason_can_be_read():
 def test_remarks_go_behind_and_doubts_before():
     """An opinion gets remarks; a finding that is not verified any more says first why."""
     opinion = Opinion(Verdict.VERIFIED, ORDER, p_verified=1e-9).plus("rounding at 1 level", "")
-    withheld = Finding(quantity="x", **opinion._asdict()).withhold("not confirmed")
+    withheld = withhold(Finding(quantity="x", **opinion._asdict()), "not confirmed")
 
     assert str(opinion.reason) == "order 0.90; rounding at 1 level"
     assert (withheld.verdict, withheld.p_verified) == (Verdict.INCONCLUSIVE, 1.0)

@@ -4,13 +4,13 @@ from collections import Counter
 from pathlib import Path
 
 from sdaeverify import Claim, Settings
-from sdaeverify.measures.judge import DEEP_PATHS
 from sdaeverify.measures.strong.findings import TOLERANCE as STRONG_TOLERANCE
 from sdaeverify.measures.weak.probe import TOLERANCE
 from sdaeverify.probe.local.strong_order import LEAST_Q1, LEAST_Q2
 from sdaeverify.registry.load import load_registry
 from sdaeverify.report.folders import read_verdicts
 from sdaeverify.testing import checks
+from sdaeverify.verdicts.path_tests import DEEP_PATHS
 
 KINDS = ("verified", "refuted", "inconclusive", "error", "diverged", "out_of_scope")
 

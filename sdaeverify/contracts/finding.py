@@ -6,7 +6,7 @@ from enum import StrEnum
 from functools import reduce
 from itertools import takewhile
 from math import nan
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from .scheme import Claim
 
@@ -193,18 +193,6 @@ class Finding:
     settled: bool = True
     details: Mapping[str, object] = field(default_factory=dict)
     excluded: frozenset[Verdict] = frozenset()
-
-    def withhold(self, doubt: Reason | str, **changed: Any) -> "Finding":
-        """Return the finding as one that is not verified, the doubt before its reason."""
-        open_ = replace(self, verdict=Verdict.INCONCLUSIVE, reason=Reason.of(doubt, self.reason))
-        return replace(open_.without(Verdict.VERIFIED), **changed)
-
-    def without(self, *verdicts: Verdict) -> "Finding":
-        """Return the finding with verdicts, verified or refuted, that it cannot have whatever is sampled."""
-        excluded = self.excluded.union(verdicts)
-        p_verified = 1.0 if Verdict.VERIFIED in excluded else self.p_verified
-        p_refuted = 1.0 if Verdict.REFUTED in excluded else self.p_refuted
-        return replace(self, excluded=excluded, p_verified=p_verified, p_refuted=p_refuted)
 
 
 class LevelFinding(NamedTuple):

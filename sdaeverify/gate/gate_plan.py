@@ -5,7 +5,6 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from ..contracts.coverage import claim_for
 from ..contracts.scheme import Claim, Scheme
 from ..errors import FAULTS, UsageError
 from ..forms import components
@@ -17,6 +16,7 @@ from ..registry.selection import select_measures, select_problems, select_scheme
 from ..study import Cell, Plan, ProblemPlan, plan
 from ..study.plan import ControlPlan, claims_of
 from ..study.remote_plan import remote_plan
+from ..verdicts.coverage import claim_for
 from .policy import Policy
 from .tiers import Cover
 

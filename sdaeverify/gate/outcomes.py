@@ -4,11 +4,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from ..contracts.finding import UNMEASURED, Finding, Reason, Verdict
+from ..contracts.finding import UNMEASURED, Finding, Verdict
 from ..contracts.labels import did_you_mean, matches
 from ..registry.load import Registry
 from ..study import Cell, CellResult
 from ..study.plan import promises_of
+from ..verdicts.way import Case, send
 from .policy import ExpectedFailure, Policy, expectation
 
 
@@ -120,23 +121,8 @@ def why_never(one: ExpectedFailure, registry: Registry, found: Iterable[Outcome]
     return ""
 
 
-def ask_resolution(finding: Finding, resolution: float) -> Finding:
-    """Return a finding as undecided where its evidence would not have shown an error of the limit of that size.
-
-    Parameters
-    ----------
-    finding : Finding
-    resolution : float
-        As part of the quantity's size; what says nothing of a limit is asked for none.
-    """
-    if finding.verdict is not Verdict.VERIFIED or not finding.resolution > resolution:
-        return finding
-    text = "an error of the limit of {seen:.2g} of its size would not have shown; the policy asks for {asked:g}"
-    return finding.withhold(Reason(text, numbers={"seen": finding.resolution, "asked": resolution}))
-
-
 def _outcomes(result: CellResult, policy: Policy) -> Iterator[Outcome]:
-    for finding in (ask_resolution(found, policy.resolution) for found in result.findings):
+    for finding in (send(found, Case(resolution=policy.resolution)) for found in result.findings):
         if finding.claim is not None or finding.verdict in UNMEASURED:
             one = expectation(result.cell, finding, policy.expected_failures)
             status = _status(finding, one)

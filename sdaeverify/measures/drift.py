@@ -33,7 +33,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import Array, Parts
-from ..contracts.coverage import ROUND_OFF, Coverage, coverage
 from ..contracts.error_sizes import ErrorSizes, without_error
 from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
@@ -56,22 +55,12 @@ from ..numerics.statistics import (
 )
 from ..registry.hookspecs import hookimpl
 from ..simulate.tracks import HELD
-from .judge import (
-    FEWEST,
-    FITTED,
-    SUSPECT,
-    PathTests,
-    finding,
-    guard,
-    hold_back,
-    is_order,
-    no_fit,
-    order_tests,
-    with_sample,
-)
+from ..verdicts.coverage import ROUND_OFF, Coverage, coverage
+from ..verdicts.opinions import finding, guard, is_order, no_fit
+from ..verdicts.path_tests import FEWEST, FITTED, SUSPECT, PathTests, hold_back, order_tests, with_sample
+from ..verdicts.sound_levels import sound_levels_of
 from .path_errors.errors import STATE
 from .slopes import Slopes, once
-from .sound_levels import sound_levels_of
 from .strong.findings import judge_order, local_orders, probe_strong
 
 METHODS = {

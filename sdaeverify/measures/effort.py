@@ -27,7 +27,6 @@ import numpy as np
 import scipy
 
 from ..arrays import Array
-from ..contracts.coverage import coverage, no_claim
 from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Claim, Scheme
@@ -37,7 +36,9 @@ from ..forms import Problem
 from ..probe.stiffness.iterations import MOST, Iterations, RunIterations, counters, iterations, run_iterations
 from ..probe.stiffness.members import member, no_family
 from ..registry.hookspecs import hookimpl
-from .judge import NOT_PROBED, finding, unknown_value
+from ..verdicts.coverage import coverage, no_claim
+from ..verdicts.opinions import NOT_PROBED, finding
+from ..verdicts.path_tests import unknown_value
 
 PROBED, ALONG = "iterations", "run iterations"
 METHOD = "iterations of steps along runs and at fixed h (T3)"

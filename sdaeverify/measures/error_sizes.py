@@ -17,11 +17,11 @@ from ..probe.local.strong_order import strong_order
 from ..probe.local.weak_order import FLOORS, LocalWeak, weak_order
 from ..probe.operator.functional_orders import ABOVE_FLOOR, error_floors, functional_orders
 from ..probe.operator.transition_errors import TransitionErrors
-from .judge import RESOLVED
+from ..verdicts.path_tests import RESOLVED
+from ..verdicts.sound_levels import sound_levels_of
 from .means import Means
 from .path_errors.order import EXACT, is_exact, usable_levels
 from .path_errors.quantity import Quantity
-from .sound_levels import sound_levels_of
 
 Sizes = Mapping[str, ErrorSizes]
 # A defect of so many times its rounding is known to a per cent.

@@ -12,7 +12,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import Array, Parts
-from ..contracts.coverage import coverage
 from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
@@ -27,7 +26,10 @@ from ..probe.local.consistency import (
 )
 from ..probe.local.delay_links import loses_algebraic
 from ..registry.hookspecs import hookimpl
-from .judge import FITTED, finding, local_doubt, local_opinion, withhold_in_doubt
+from ..verdicts.coverage import coverage
+from ..verdicts.opinions import finding, local_doubt, local_opinion
+from ..verdicts.path_tests import FITTED
+from ..verdicts.way import withhold_in_doubt
 from .path_errors.errors import ErrorObserver
 from .path_errors.order import usable_levels
 from .path_errors.quantity import ERROR_COLUMNS, level_rows, quantities_of

@@ -10,7 +10,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..contracts.coverage import coverage, no_claim
 from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Claim, Scheme
@@ -20,7 +19,9 @@ from ..forms import Problem
 from ..probe.stiffness.members import member, no_family
 from ..probe.stiffness.stiff_limit import LimitDistances, Slope, limit_distances, limit_slopes
 from ..registry.hookspecs import hookimpl
-from .judge import NOT_PROBED, decide, finding, is_order, order_tests
+from ..verdicts.coverage import coverage, no_claim
+from ..verdicts.opinions import NOT_PROBED, decide, finding, is_order
+from ..verdicts.path_tests import order_tests
 
 PROBED = "limit"
 METHOD = "distances at fixed h on the same noise (T3)"

@@ -30,7 +30,6 @@ import numpy as np
 import scipy
 
 from ..arrays import Array, Parts
-from ..contracts.coverage import claim_for, coverage
 from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Scheme
@@ -41,7 +40,9 @@ from ..numerics.statistics import Estimate, Tail, group_sums, jackknife, tail
 from ..probe.step.one_step import OneStep, why_unresolved
 from ..probe.step.semi_stability import POWER, Growth, growth, lyapunov
 from ..registry.hookspecs import hookimpl
-from .judge import PathTests, finding, guard, judge_claim, local_doubt, local_opinion, with_sample
+from ..verdicts.coverage import claim_for, coverage
+from ..verdicts.opinions import finding, guard, judge_claim, local_doubt, local_opinion
+from ..verdicts.path_tests import PathTests, with_sample
 
 # What the moments measure notes on one block: the largest V of each path over the coarsest grid, at every level.
 

@@ -10,7 +10,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..contracts.coverage import coverage
 from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Verdict
 from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Scheme, form_names
@@ -25,7 +24,8 @@ from ..probe.local.multiplier_orders import (
     no_multipliers,
 )
 from ..registry.hookspecs import hookimpl
-from .judge import NOT_PROBED, finding, judge_claim, local_doubt, local_opinion
+from ..verdicts.coverage import coverage
+from ..verdicts.opinions import NOT_PROBED, finding, judge_claim, local_doubt, local_opinion
 
 PROBED = "multipliers"
 METHOD = "remainders of one step (T1)"

@@ -19,7 +19,6 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ..arrays import Parts
-from ..contracts.coverage import Coverage, claim_for, coverage
 from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
@@ -32,7 +31,9 @@ from ..numerics.statistics import clopper_pearson, group_sums
 from ..probe.step.one_step import OneStep
 from ..probe.step.solvable import RootScan, root_scan
 from ..registry.hookspecs import hookimpl
-from .judge import PathTests, finding, guard, judge_claim, local_doubt, local_opinion
+from ..verdicts.coverage import Coverage, claim_for, coverage
+from ..verdicts.opinions import finding, guard, judge_claim, local_doubt, local_opinion
+from ..verdicts.path_tests import PathTests
 
 ROOT, SHARE = "root", "paths without root"
 EVERY_H = "every h"

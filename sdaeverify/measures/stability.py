@@ -16,7 +16,6 @@ import numpy as np
 import scipy
 
 from ..arrays import Array
-from ..contracts.coverage import coverage
 from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Claim, Scheme, flatten
@@ -32,7 +31,8 @@ from ..probe.stability.spectral import DENSE
 from ..probe.stability.stability import StabilityRecord, delay_stability, no_delay_stability, no_stability, stability
 from ..probe.stability.windows import describe_windows, find_undecided, smallest_boundary
 from ..registry.hookspecs import hookimpl
-from .judge import finding, judge_claim, leave_open
+from ..verdicts.coverage import coverage
+from ..verdicts.opinions import finding, judge_claim, leave_open
 
 QUANTITY = "second moment"
 # By the size of the states at which a step with a delay is linear.

@@ -17,11 +17,11 @@ from ..contracts.scheme import AT_T
 from ..errors import FAULTS
 from ..forms import Problem
 from ..measures.path_errors.errors import STATE
+from ..verdicts.way import SAMPLED, Case, send
 from .judging import CellResult
 from .plan import Cell
 
 PATHS, LAW = "paths", "law"
-SAMPLED = 3
 DEPARTS = "one step does not follow the equation"
 # Orders of convergence are multiples of 1/2: errors of an order below this along paths do not fall.
 LEAST_ORDER = 0.25
@@ -108,12 +108,10 @@ def _held(result: CellResult, wrong: Sequence[WrongLimit]) -> CellResult:
 
 def _against(finding: Finding, follows: str, wrong: Sequence[WrongLimit]) -> Finding:
     seen = [each for each in wrong if each.concerns(follows, finding.quantity)]
-    if not seen or finding.verdict not in {Verdict.VERIFIED, Verdict.INCONCLUSIVE}:
+    if not seen:
         return finding
-    if finding.verdict is Verdict.INCONCLUSIVE:
-        return finding.without(Verdict.VERIFIED)
     what = DEPARTS if all(each.departs for each in seen) else str(Kind.WRONG_LIMIT)
-    return finding.withhold(f"not confirmed: {what} in {', '.join(sorted({str(each) for each in seen}))}")
+    return send(finding, Case(elsewhere=f"{what} in {', '.join(sorted({str(each) for each in seen}))}"))
 
 
 def _component(quantity: str) -> str:

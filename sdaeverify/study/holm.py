@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import isnan
 
-from ..contracts.finding import Finding, Kind, Reason, Verdict
+from ..contracts.finding import Verdict
+from ..verdicts.way import Case, send
 from .judging import CellResult
 
 Place = tuple[int, int]
@@ -36,11 +37,14 @@ def family_wise(results: Sequence[CellResult], alpha: float) -> list[CellResult]
         for j, finding in enumerate(result.findings)
         if finding.claim is not None
     ]
-    refuted = holm({place: finding.p_refuted for place, finding in claims}, alpha)
-    verified = holm({place: finding.p_verified for place, finding in claims}, alpha)
+    allowed = {
+        Verdict.REFUTED: holm({place: finding.p_refuted for place, finding in claims}, alpha),
+        Verdict.VERIFIED: holm({place: finding.p_verified for place, finding in claims}, alpha),
+    }
     decided = [list(result.findings) for result in results]
     for (i, j), finding in claims:
-        decided[i][j] = _decide(finding, refuted=(i, j) in refuted, verified=(i, j) in verified)
+        significant = frozenset(verdict for verdict, places in allowed.items() if (i, j) in places)
+        decided[i][j] = send(finding, Case(significant=significant))
     changed = {i for (i, j), finding in claims if decided[i][j] is not finding}
     return [
         replace(result, findings=tuple(decided[i])) if i in changed else result for i, result in enumerate(results)
@@ -56,19 +60,3 @@ def holm(p_values: dict[Place, float], alpha: float) -> set[Place]:
             break
         rejected.add(place)
     return rejected
-
-
-def _decide(finding: Finding, *, refuted: bool, verified: bool) -> Finding:
-    if finding.tier < 3 or finding.verdict is Verdict.DIVERGED:
-        return finding
-    known = {Verdict.REFUTED: finding.p_refuted, Verdict.VERIFIED: finding.p_verified}
-    if finding.verdict in known and (refuted or verified or isnan(known[finding.verdict])):
-        return finding
-    if finding.verdict in known:
-        reason = Reason.of("not significant over all tests of this run", finding.reason)
-        return replace(finding, verdict=Verdict.INCONCLUSIVE, reason=reason)
-    if finding.verdict is not Verdict.INCONCLUSIVE or not (refuted or verified):
-        return finding
-    verdict = Verdict.REFUTED if refuted else Verdict.VERIFIED
-    reason = finding.reason.before(Kind.MORE_PATHS).then("over all tests of this run")
-    return replace(finding, verdict=verdict, reason=reason)

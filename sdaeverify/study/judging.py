@@ -19,27 +19,14 @@ from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..errors import FAULTS, one_line
 from ..forms.controls import deciding
-from ..measures.sound_levels import lost_index
 from ..simulate.behaviour import Behaviour, differing
 from ..simulate.ensemble import LaneEvidence
 from ..store.files import Opened, saved_between
+from ..verdicts.sound_levels import lost_index
+from ..verdicts.way import SAMPLED, Case, Objection, send
 from .plan import Cell, ControlPlan, ProblemPlan, claims_of
 
 CONTRACT = "contract and exactness (T0)"
-
-
-class Objection(NamedTuple):
-    """Why a claim cannot be verified.
-
-    Attributes
-    ----------
-    reason : str
-    verdict : Verdict
-        Inconclusive where the controls do not come out as they must; an error or not run where that is not known.
-    """
-
-    reason: str
-    verdict: Verdict = Verdict.INCONCLUSIVE
 
 
 class ControlEvidence(NamedTuple):
@@ -64,24 +51,33 @@ class ControlVerdicts:
 
     def __init__(self, plans: tuple[ControlPlan, ...], evidence: Mapping[Cell, ControlEvidence | Objection]) -> None:
         self.plans, self.evidence = plans, evidence
-        self.objection, self._refuted = cache(self._objection), cache(self._refuted_quantities)
+        self._objection, self._refuted = cache(self._find_objection), cache(self._refuted_quantities)
 
-    def suspicion(self, scheme: Scheme, measure: str, quantity: str) -> str:
-        """Return why paths cannot refute a scheme's claim on a measure in a quantity; empty if they can.
+    def case(self, finding: Finding, scheme: Scheme) -> Case:
+        """Return what the controls have against a finding on a claim of an order.
 
         Parameters
         ----------
+        finding : Finding
         scheme : Scheme
             Whose claim it is; it is no evidence against itself.
-        measure, quantity : str
-            What is claimed about.
         """
+        claim, by_paths = finding.claim, finding.tier == SAMPLED
+        if claim is None or isinstance(claim.value, str):
+            return Case()
+        if finding.verdict is Verdict.REFUTED:
+            return Case(suspicion=self._suspicion(scheme, claim.measure, finding.quantity) if by_paths else "")
+        # The margin belongs to the claim that is tested: the controls are put to the same one.
+        return Case(objection=self._objection(claim.measure, claim.value, claim.margin, by_paths))
+
+    def _suspicion(self, scheme: Scheme, measure: str, quantity: str) -> str:
+        """Return why paths cannot refute a scheme's claim on a measure in a quantity; empty if they can."""
         known = [plan for plan in self.plans if plan.control.measure == measure and not plan.missing]
         others = [plan for plan in known if plan.positive is not None and plan.positive.scheme.label != scheme.label]
         wrong = next((plan.control for plan in others if quantity in self._refuted(plan)), None)
         return f"{wrong.positive} is refuted here, too, which has order {wrong.order}" if wrong else ""
 
-    def _objection(self, measure: str, order: float, margin: float, by_paths: bool) -> Objection | None:
+    def _find_objection(self, measure: str, order: float, margin: float, by_paths: bool) -> Objection | None:
         """Return why an order up to a margin cannot be verified, by paths alone or by all tiers; None if it can."""
         claim = Claim(measure=measure, value=order, margin=margin, source="control")
         plans = [plan for plan in reversed(self.plans) if plan.control.measure == measure]
@@ -131,43 +127,6 @@ class ControlVerdicts:
         known = self.evidence[plan.positive]
         found = () if isinstance(known, Objection) else _findings(plan.positive, claim, known.whole)
         return frozenset(finding.quantity for finding in found if finding.verdict is Verdict.REFUTED)
-
-
-def heed_controls(finding: Finding, scheme: Scheme, controls: ControlVerdicts) -> Finding:
-    """Return a finding that is verified only if the problem discriminates, and refuted only if it is sound.
-
-    Parameters
-    ----------
-    finding : Finding
-    scheme : Scheme
-        That it is about.
-    controls : ControlVerdicts
-
-    Returns
-    -------
-    Finding
-    """
-    claim, by_paths = finding.claim, finding.tier == 3
-    if claim is None or isinstance(claim.value, str):
-        return finding
-    if finding.verdict is Verdict.REFUTED:
-        suspicion = controls.suspicion(scheme, claim.measure, finding.quantity) if by_paths else ""
-        return _suspect(finding, suspicion) if suspicion else finding
-    # The margin belongs to the claim that is tested: the controls are put to the same one.
-    objection = controls.objection(claim.measure, claim.value, claim.margin, by_paths)
-    if objection is None:
-        return finding
-    if finding.verdict is not Verdict.VERIFIED:
-        return finding.without(Verdict.VERIFIED)
-    reason, verdict = objection
-    known = verdict is Verdict.INCONCLUSIVE
-    doubt = f"the problem does not discriminate here: {reason}" if known else f"it cannot be verified: {reason}"
-    return finding.withhold(doubt, verdict=verdict, settled=not (known and by_paths))
-
-
-def _suspect(finding: Finding, reason: str) -> Finding:
-    doubt = f"the truth of the problem is suspect: {reason}"
-    return finding.withhold(doubt, verdict=Verdict.ERROR).without(Verdict.REFUTED)
 
 
 def _findings(cell: Cell, claim: Claim, known: Evidence) -> tuple[Finding, ...]:
@@ -328,9 +287,9 @@ def judge_cell(
         with np.errstate(all="ignore"):
             judgement = cell.measure.judge(_evidence(plan, cell, settings, known))
             levels = tuple(judgement.levels)
-            findings = tuple(heed_controls(finding, cell.scheme, controls) for finding in judgement.findings)
-            end = lost_index(known.health.sums)
-            findings = tuple(_before_the_end(finding, end) for finding in findings)
+            end, looks = lost_index(known.health.sums), len(settings.ends)
+            found = ((finding, controls.case(finding, cell.scheme)) for finding in judgement.findings)
+            findings = tuple(send(finding, case._replace(end=end, looks=looks)) for finding, case in found)
     except FAULTS as error:
         return without_evidence(cell, Verdict.ERROR, f"measure {cell.measure.name}: {one_line(error)}")
     assert plan.problem is not None
@@ -378,16 +337,6 @@ def _of_violation(cell: Cell, known: CellEvidence) -> CellResult:
     opinion = Opinion(verdict, Reason(known.violation), tier=0)
     finding = Finding(quantity="", claim=claim, method=CONTRACT, **opinion._asdict())
     return CellResult(cell, (finding,), seconds=known.seconds)
-
-
-def _before_the_end(finding: Finding, end: Reason) -> Finding:
-    """Return a finding on a run that the solution may not last for: then only paths refute, nothing is verified."""
-    by_paths = finding.verdict is Verdict.REFUTED and finding.tier == 3
-    if not end or by_paths or finding.verdict not in {Verdict.VERIFIED, Verdict.REFUTED}:
-        return finding
-    reason = finding.reason if finding.reason.has(Kind.LOST_INDEX) else finding.reason.then(end)
-    open_ = replace(finding, verdict=Verdict.INCONCLUSIVE, reason=reason)
-    return open_.without(Verdict.VERIFIED, Verdict.REFUTED)
 
 
 def _evidence(plan: ProblemPlan, cell: Cell, settings: Settings, known: CellEvidence) -> Evidence:

@@ -7,15 +7,15 @@ Where paths contradict one step on these as well, finer ones are drawn, until bo
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from math import isnan
 
-from ..contracts.coverage import ROUND_OFF
-from ..contracts.finding import Finding, Kind, Reason, Verdict
+from ..contracts.finding import Finding, Kind, Verdict
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
 from ..errors import FAULTS, one_line
 from ..simulate.ensemble import Entry, LaneEvidence, Task
+from ..verdicts.coverage import ROUND_OFF
+from ..verdicts.way import SAMPLED, Case, send
 from .agreement import agreeing
 from .forecast import LaneKey
 from .judging import CellEvidence, CellResult, control_verdicts, excluded_cells, judge_cell, without_evidence
@@ -23,7 +23,6 @@ from .plan import Cell, ProblemPlan
 
 # Looks at guards on one stage: where nobody can say how many more paths are needed then, finer steps are tried.
 GUARD_LOOKS = 2
-FINER = "finer levels decide"
 
 
 # Each is like itself alone: to look for one among many would compare all that they hold.
@@ -191,7 +190,7 @@ class ProblemRun:
         """Judge the open cells at the end of a look."""
         runs = [run for run in self.runs if run.asking]
         for run, result in zip(runs, self._judge_runs(runs), strict=True):
-            run.result = self._sequential(run, result)
+            run.result = result
         self.look += 1
         if self.stages:
             self._set_apart([run for run in runs if not run.pathless])
@@ -214,7 +213,7 @@ class ProblemRun:
             asks = [_asks_for_finer(finding, self.stage, self.look, last=last) for finding in found]
             run.finer = any(asks)
             run.enough = max(run.enough, run.evidence.paths if any(map(_contradicts, found)) else 0)
-            kept = (f.withhold(FINER, settled=False) if ask else f for f, ask in zip(found, asks, strict=True))
+            kept = (send(finding, Case(finer=ask)) for finding, ask in zip(found, asks, strict=True))
             run.result = replace(run.result, findings=tuple(kept))
         if any(run.finer for run in self.runs) and (last or not any(run.asking for run in self.runs)):
             self._go_on()
@@ -266,19 +265,6 @@ class ProblemRun:
         enough = (look for look, total in enumerate(totals) if total >= run.paths_to_decide)
         return max(self.look, next(enough, len(totals) - 2))
 
-    def _sequential(self, run: CellRun, result: CellResult) -> CellResult:
-        """Return the result with p-values that are put to as many tests as there are looks."""
-        looks = len(self._settings_of(run).ends)
-        findings = []
-        for finding in result.findings:
-            p_verified, p_refuted = (_of_looks(float(p), looks) for p in (finding.p_verified, finding.p_refuted))
-            findings.append(replace(finding, p_verified=p_verified, p_refuted=p_refuted).without())
-        return replace(result, findings=tuple(findings))
-
-
-def _of_looks(p: float, looks: int) -> float:
-    return p if isnan(p) else min(1.0, looks * p)
-
 
 def _asks_for_finer(finding: Finding, stage: int, look: int, *, last: bool) -> bool:
     """Tell whether a finding needs finer levels.
@@ -302,14 +288,14 @@ def _needs_all_levels(finding: Finding) -> bool:
     if finding.verdict is Verdict.VERIFIED:
         return not _shows_claim(finding)
     if finding.verdict is Verdict.REFUTED:
-        return finding.tier == 3
+        return finding.tier == SAMPLED
     return finding.verdict is not Verdict.OUT_OF_SCOPE
 
 
 def _shows_claim(finding: Finding) -> bool:
     """Tell whether a few coarse steps show what is verified: rounding, or about the order that one step decides."""
     claim = finding.claim
-    if finding.tier == 3:
+    if finding.tier == SAMPLED:
         return claim is not None and claim.value == ROUND_OFF
     return claim is None or isinstance(claim.value, str) or not finding.estimate < claim.value - claim.margin
 
@@ -333,10 +319,5 @@ def _merge_lane(known: CellEvidence, lane: LaneEvidence, index: int) -> CellEvid
 def _as_it_is(run: CellRun, stopped: str) -> CellResult:
     if run.result is None:
         return without_evidence(run.cell, Verdict.NOT_RUN, stopped)
-    return replace(run.result, findings=tuple(_prepend_stop(run.result.findings, stopped))) if stopped else run.result
-
-
-def _prepend_stop(findings: Sequence[Finding], stopped: str) -> Iterator[Finding]:
-    for finding in findings:
-        cut = finding.verdict is Verdict.INCONCLUSIVE and not finding.settled
-        yield replace(finding, reason=Reason.of(stopped, finding.reason)) if cut else finding
+    told = (send(finding, Case(stopped=stopped)) for finding in run.result.findings)
+    return replace(run.result, findings=tuple(told)) if stopped else run.result

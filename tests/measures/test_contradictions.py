@@ -22,7 +22,6 @@ from sdaeverify.contracts.finding import Opinion, Reason, Verdict
 from sdaeverify.contracts.measure import Evidence, Snapshot
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures.judge import PathTests, beside, decide, guard, local_doubt, of_smooth, unlike, with_sample
 from sdaeverify.measures.path_errors.errors import ErrorObserver
 from sdaeverify.measures.path_errors.quantity import quantities_of
 from sdaeverify.measures.strong import Strong
@@ -32,6 +31,8 @@ from sdaeverify.numerics.statistics import Estimate, group_sums
 from sdaeverify.probe.local.smoothness import Roughness
 from sdaeverify.probe.local.strong_order import StrongOrder
 from sdaeverify.study import Study, plan
+from sdaeverify.verdicts.opinions import beside, decide, guard, local_doubt, of_smooth
+from sdaeverify.verdicts.path_tests import PathTests, unlike, with_sample
 from sdaeverify_problems.delay_forced import delay_forced
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.fibre_linear import fibre_linear
@@ -188,7 +189,7 @@ def test_paths_alone_do_not_verify_what_they_speak_against():
 )
 def test_local_orders_verify_nothing_that_needs_smoother_coefficients(monkeypatch, claim, rough, verdict):
     """Order 1/2 needs Lipschitz coefficients, and more needs derivatives."""
-    monkeypatch.setattr("sdaeverify.measures.judge.rough_coefficient", lambda view: rough)
+    monkeypatch.setattr("sdaeverify.verdicts.opinions.rough_coefficient", lambda view: rough)
 
     assert of_smooth(LOCAL, claim, evidence()).verdict is verdict
 

@@ -10,11 +10,11 @@ from sdaeverify.contracts.finding import Opinion, Reason, Verdict
 from sdaeverify.contracts.measure import Evidence, Snapshot
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.forms.truths import Moment
-from sdaeverify.measures import judge
-from sdaeverify.measures.judge import guard
 from sdaeverify.measures.means import MeanObserver, means_of
 from sdaeverify.measures.weak import mean_order
 from sdaeverify.numerics.statistics import Estimate
+from sdaeverify.verdicts import path_tests
+from sdaeverify.verdicts.opinions import decide, guard
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
@@ -77,7 +77,7 @@ def test_an_error_that_the_guard_is_said_to_see_is_seen():
 
 def test_a_guard_that_no_paths_can_help_is_settled():
     """Without a finite growth nothing more is asked for, and nothing is verified."""
-    tests = judge.PathTests(1.0, 1.0, Reason(), blind=np.inf)
+    tests = path_tests.PathTests(1.0, 1.0, Reason(), blind=np.inf)
     found = guard(LOCAL, tests, evidence_of(256, KNOWN, 0.1))
 
     assert found.verdict is Verdict.INCONCLUSIVE
@@ -90,5 +90,5 @@ def test_the_last_look_is_saved_where_half_of_all_paths_say_that_all_are_too_few
     """Both where paths decide and where they guard, and not before half of the paths are drawn."""
     evidence = replace(evidence_of(drawn, KNOWN, 0.1), settings=Settings(paths=1024))
 
-    assert judge.decide(judge.PathTests(1.0, 1.0, Reason(), growth), evidence).settled is settled
-    assert guard(LOCAL, judge.PathTests(1.0, 1.0, Reason(), blind=growth), evidence).settled is settled
+    assert decide(path_tests.PathTests(1.0, 1.0, Reason(), growth), evidence).settled is settled
+    assert guard(LOCAL, path_tests.PathTests(1.0, 1.0, Reason(), blind=growth), evidence).settled is settled

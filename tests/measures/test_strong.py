@@ -11,11 +11,11 @@ from sdaeverify import SDE, Claim, Scheme, Settings
 from sdaeverify.contracts.finding import Opinion, Reason, Verdict
 from sdaeverify.contracts.measure import Evidence, Snapshot
 from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures import judge
-from sdaeverify.measures.judge import guard
 from sdaeverify.measures.path_errors.errors import ErrorObserver
 from sdaeverify.measures.strong import Strong
 from sdaeverify.numerics.digits import SAMPLED
+from sdaeverify.verdicts import path_tests
+from sdaeverify.verdicts.opinions import guard
 from sdaeverify_problems.affine_constraint import affine_constraint
 from sdaeverify_problems.gbm import gbm
 
@@ -394,7 +394,7 @@ def test_a_local_order_needs_paths_that_do_not_speak_against_it(paths, p_refuted
     tally = Tally(sums={"paths": np.full(20, paths / 20)})
     evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, tally, health(), level=1e-6)
 
-    decision = guard(LOCAL, judge.PathTests(1.0, p_refuted, Reason("order 0.1")), evidence)
+    decision = guard(LOCAL, path_tests.PathTests(1.0, p_refuted, Reason("order 0.1")), evidence)
 
     assert (decision.verdict, decision.settled) == (verdict, settled)
 
@@ -403,7 +403,7 @@ def test_heavy_tails_are_suspicious_all_the_same():
     """What is too heavy-tailed to refute with few paths asks for more of them, and lets no local order pass."""
     tally = Tally(sums={"paths": np.full(20, 400 / 20)})
     evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, tally, health(), level=1e-2)
-    tests = judge.with_sample(judge.PathTests(1.0, 1e-9, Reason("order 0.1"), 1.0), 400, heavy=True)
+    tests = path_tests.with_sample(path_tests.PathTests(1.0, 1e-9, Reason("order 0.1"), 1.0), 400, heavy=True)
 
     decision = guard(LOCAL, tests, evidence)
 
@@ -415,7 +415,7 @@ def test_a_local_refutation_needs_no_paths():
     """What one step shows, no sample can take back."""
     evidence = Evidence(Claimant(), gbm(), gbm(), SETTINGS, Tally(), health())
 
-    assert guard(Opinion(Verdict.REFUTED, tier=1), judge.PathTests.none(""), evidence).verdict is Verdict.REFUTED
+    assert guard(Opinion(Verdict.REFUTED, tier=1), path_tests.PathTests.none(""), evidence).verdict is Verdict.REFUTED
 
 
 def test_the_relative_error_at_the_end_is_a_mean_of_ratios():

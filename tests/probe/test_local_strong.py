@@ -9,7 +9,6 @@ import pytest
 from conformance.cells import cells
 from probe import strong_cells as s
 from sdaeverify import SDE, Array, Increment, Scheme, Step
-from sdaeverify.contracts.coverage import claim_for
 from sdaeverify.contracts.finding import Kind, Opinion, Verdict
 from sdaeverify.contracts.tally import packed, unpacked
 from sdaeverify.forms import Problem
@@ -18,6 +17,7 @@ from sdaeverify.noise.laws import THREE_POINT, Law
 from sdaeverify.probe.local.strong_defects import LocalStrong, local_strong, no_local_order
 from sdaeverify.probe.local.strong_order import ACCURACY, StrongOrder, strong_order
 from sdaeverify.registry.load import load_registry
+from sdaeverify.verdicts.coverage import claim_for
 from sdaeverify_problems.angle_pendulum import angle_pendulum
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.double_well import double_well

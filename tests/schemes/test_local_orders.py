@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from schemes.local_order import strong_order
-from sdaeverify.contracts.coverage import claim_for
 from sdaeverify.contracts.scheme import Scheme
 from sdaeverify.forms import SDE, Problem
 from sdaeverify.probe.local.weak_defects import local_weak
 from sdaeverify.probe.local.weak_order import weak_order
+from sdaeverify.verdicts.coverage import claim_for
 from sdaeverify_problems.angle_pendulum import angle_pendulum
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.damped_pendulum import damped_pendulum

@@ -16,6 +16,7 @@ from sdaeverify.study.agreement import agreeing, components_of
 from sdaeverify.study.holm import family_wise
 from sdaeverify.study.judging import CellResult
 from sdaeverify.study.plan import Cell
+from sdaeverify.verdicts.way import forbid
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.harmonic_langevin import harmonic_langevin
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
@@ -77,7 +78,7 @@ def doubted(quantity):
     """Return a finding that one step leaves open, since it does not follow the equation at some states."""
     reason = Reason("off at 8 % of the states", Kind.INCONSISTENT)
     found = Finding(quantity=quantity, verdict=Verdict.INCONCLUSIVE, claim=CLAIM, reason=reason, tier=1)
-    return found.without(Verdict.VERIFIED)
+    return forbid(found, Verdict.VERIFIED)
 
 
 def test_a_step_that_departs_at_some_states_speaks_against_all_claims_of_its_scheme():

@@ -7,8 +7,9 @@ import pytest
 from sdaeverify import SDE, Claim, Control, ProblemError, Scheme
 from sdaeverify.contracts.finding import Finding, Judgement, Reason, Verdict
 from sdaeverify.contracts.measure import Evidence, Measure
-from sdaeverify.study.judging import ControlEvidence, ControlVerdicts, Objection, heed_controls
+from sdaeverify.study.judging import ControlEvidence, ControlVerdicts
 from sdaeverify.study.plan import Cell, ControlPlan
+from sdaeverify.verdicts.way import Objection, send
 
 CLAIM = Claim(measure="strong", value=1.0, source="a theorem")
 VERIFIED = Finding(quantity="x", verdict=Verdict.VERIFIED, claim=CLAIM, reason=Reason("order 1.0"), p_verified=1e-9)
@@ -57,9 +58,14 @@ def controls_of(made, lost="", objection=None):
     return ControlVerdicts(made, found)
 
 
+def controlled(finding, scheme, controls):
+    """Return a finding on a scheme as the controls leave it."""
+    return send(finding, controls.case(finding, scheme))
+
+
 def test_a_problem_that_tells_the_orders_apart_verifies():
     """With the positive control verified and the negative one refuted, a finding is left alone."""
-    assert heed_controls(VERIFIED, TESTED, controls_of(plans())) == VERIFIED
+    assert controlled(VERIFIED, TESTED, controls_of(plans())) == VERIFIED
 
 
 @pytest.mark.parametrize(
@@ -76,7 +82,7 @@ def test_a_problem_that_tells_the_orders_apart_verifies():
 )
 def test_a_problem_that_does_not_discriminate_verifies_nothing(controls, words):
     """The finding becomes inconclusive, says why, and can no more be verified over the run."""
-    found = heed_controls(VERIFIED, TESTED, controls_of(controls))
+    found = controlled(VERIFIED, TESTED, controls_of(controls))
 
     assert found.verdict is Verdict.INCONCLUSIVE
     assert words in str(found.reason)
@@ -112,7 +118,7 @@ def test_orders_between_declared_ones_are_decided_by_the_controls_on_both_sides(
     """A claim of 0.75 is put to what has order 1, and to what is known to have less: one of those must miss it."""
     between = replace(VERIFIED, claim=replace(CLAIM, value=0.75))
 
-    found = heed_controls(between, TESTED, controls_of(controls))
+    found = controlled(between, TESTED, controls_of(controls))
 
     assert found.verdict is (Verdict.INCONCLUSIVE if words else Verdict.VERIFIED)
     assert words in str(found.reason)
@@ -122,7 +128,7 @@ def test_evidence_without_controls_refutes_all_the_same():
     """A refutation needs no control."""
     refuted = replace(VERIFIED, verdict=Verdict.REFUTED)
 
-    assert heed_controls(refuted, TESTED, controls_of(plans(negative=1.0))) == refuted
+    assert controlled(refuted, TESTED, controls_of(plans(negative=1.0))) == refuted
 
 
 def test_paths_refute_nothing_where_a_control_is_refuted():
@@ -130,12 +136,12 @@ def test_paths_refute_nothing_where_a_control_is_refuted():
     refuted = replace(VERIFIED, verdict=Verdict.REFUTED, tier=3, p_refuted=1e-9)
     suspect = controls_of(plans(positive=0.5))
 
-    found = heed_controls(refuted, TESTED, suspect)
+    found = controlled(refuted, TESTED, suspect)
 
     assert (found.verdict, found.p_refuted) == (Verdict.ERROR, 1.0)
     assert "truth of the problem is suspect: good is refuted here, too, which has order 1.0" in str(found.reason)
-    assert heed_controls(replace(refuted, quantity="y"), TESTED, suspect).verdict is Verdict.REFUTED
-    assert heed_controls(replace(refuted, tier=1), TESTED, suspect).verdict is Verdict.REFUTED
+    assert controlled(replace(refuted, quantity="y"), TESTED, suspect).verdict is Verdict.REFUTED
+    assert controlled(replace(refuted, tier=1), TESTED, suspect).verdict is Verdict.REFUTED
 
 
 def test_a_control_that_is_tested_itself_can_be_refuted():
@@ -143,15 +149,15 @@ def test_a_control_that_is_tested_itself_can_be_refuted():
     refuted = replace(VERIFIED, verdict=Verdict.REFUTED, tier=3)
     controls = plans(positive=0.5)
 
-    assert heed_controls(refuted, controls[0].positive.scheme, controls_of(controls)) == refuted
+    assert controlled(refuted, controls[0].positive.scheme, controls_of(controls)) == refuted
 
 
-def test_a_problem_without_controls_for_a_measure_is_not_heed_controls():
+def test_a_problem_without_controls_for_a_measure_has_no_say():
     """Controls are asked for where a problem declares some for the measure, and for orders only."""
     exact = replace(VERIFIED, claim=Claim(measure="strong", value="round-off", source="exact"))
 
-    assert heed_controls(VERIFIED, TESTED, controls_of(())) == VERIFIED
-    assert heed_controls(exact, TESTED, controls_of(plans(negative=1.0))) == exact
+    assert controlled(VERIFIED, TESTED, controls_of(())) == VERIFIED
+    assert controlled(exact, TESTED, controls_of(plans(negative=1.0))) == exact
 
 
 @pytest.mark.parametrize("lost", ["good", "bad"])
@@ -160,20 +166,20 @@ def test_controls_without_evidence_confirm_nothing(lost, verdict):
     """What was not measured is not what was not refuted: the claim is in error or not run, and says why."""
     partly = controls_of(plans(), lost, Objection("was not measured: it died", verdict))
 
-    found = heed_controls(VERIFIED, TESTED, partly)
+    found = controlled(VERIFIED, TESTED, partly)
 
     assert found.verdict is verdict
     assert f"its control {lost} was not measured: it died" in str(found.reason)
     assert "is not refuted" not in str(found.reason)
     assert found.p_verified == 1.0
-    assert heed_controls(replace(VERIFIED, verdict=Verdict.REFUTED), TESTED, partly).p_refuted != 1.0
+    assert controlled(replace(VERIFIED, verdict=Verdict.REFUTED), TESTED, partly).p_refuted != 1.0
 
 
 def test_a_control_of_which_nobody_knows_whether_it_can_be_run():
     """Where asking whether a control can be run has failed, the claim is in error."""
     failed = ControlPlan(CONTROL, missing="its control good cannot be run: it died", failed=True)
 
-    found = heed_controls(VERIFIED, TESTED, controls_of((failed,)))
+    found = controlled(VERIFIED, TESTED, controls_of((failed,)))
 
     assert found.verdict is Verdict.ERROR
     assert "its control good cannot be run: it died" in str(found.reason)

@@ -12,11 +12,11 @@ from sdaeverify.contracts.finding import Finding, Judgement, Kind, LevelFinding,
 from sdaeverify.contracts.measure import Measure
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.contracts.tally import Tally
-from sdaeverify.measures.judge import ROUND_OFF
 from sdaeverify.measures.strong import Strong
 from sdaeverify.numerics.statistics import group_sums
 from sdaeverify.study import Study, plan
-from sdaeverify.study.sequence import FINER
+from sdaeverify.verdicts.coverage import ROUND_OFF
+from sdaeverify.verdicts.way import FINER
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_schemes.displaced_euler import DisplacedEuler
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama

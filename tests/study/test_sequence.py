@@ -19,6 +19,7 @@ from sdaeverify.numerics.statistics import group_sums
 from sdaeverify.study import CellResult, Finished, Screened, Study, plan
 from sdaeverify.study.forecast import LaneKey
 from sdaeverify.study.sequence import ProblemRun
+from sdaeverify.verdicts.way import forbid, withhold
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou
 from sdaeverify_schemes.balanced_euler import BalancedEuler
@@ -317,7 +318,7 @@ class Withholding(Patient):
         sure = Finding(quantity="x", verdict=Verdict.VERIFIED, claim=CLAIM, p_verified=self.p, p_refuted=1.0)
         enough = evidence.paths >= self.wants
         other = Finding(quantity="y", verdict=Verdict.INCONCLUSIVE, claim=CLAIM, settled=enough)
-        return Judgement((sure.withhold("something was seen") if enough else sure, other), ())
+        return Judgement((withhold(sure, "something was seen") if enough else sure, other), ())
 
 
 def test_what_a_look_withholds_no_earlier_one_brings_back():
@@ -334,7 +335,7 @@ def test_a_wrong_truth_brings_no_refutation_back():
     """Of a finding whose problem is suspect, neither verdict can be had by a p-value."""
     refuted = Finding(quantity="x", verdict=Verdict.REFUTED, claim=CLAIM, p_refuted=1e-9)
 
-    found = refuted.withhold("suspect", verdict=Verdict.ERROR).without(Verdict.REFUTED)
+    found = forbid(withhold(refuted, "suspect", verdict=Verdict.ERROR), Verdict.REFUTED)
 
     assert (found.p_verified, found.p_refuted) == (1.0, 1.0)
     assert found.excluded == {Verdict.VERIFIED, Verdict.REFUTED}

@@ -24,10 +24,10 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Mask
-from ...measures.judge import DEEP_PATHS, FITTED, RESOLVED
 from ...noise.brownian import Source
 from ...numerics.statistics import GROUPS, Estimate, log_norms, slope_weights
 from ...study.holm import holm
+from ...verdicts.path_tests import DEEP_PATHS, FITTED, RESOLVED
 from .judged import ABOVE, LOOKS
 from .rates import COVERED, NOTHING, ExpectedRate, Rate, Trials
 from .repeated import POOLED, UNIT, estimates, opposite, pool

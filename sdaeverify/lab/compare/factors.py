@@ -15,8 +15,8 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.error_sizes import ErrorSizes
-from ...measures.judge import CALIBRATED_PATHS, FITTED
 from ...numerics.statistics import GROUPS, Estimate
+from ...verdicts.path_tests import CALIBRATED_PATHS, FITTED
 
 BOTH_EXACT, WAS_EXACT, IS_EXACT = "exact in both runs", "it was exact", "it is exact now"
 # Step sizes of two runs are the same up to rounding.

@@ -13,7 +13,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.coverage import Coverage, coverage
 from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence, Measure
@@ -42,8 +41,9 @@ from ...probe.operator.transition_errors import (
 from ...probe.step.one_step import why_unresolved
 from ...registry.hookspecs import hookimpl
 from ...simulate.chains import ChainPlan, ChainRecord, run_chains
+from ...verdicts.coverage import Coverage, coverage
+from ...verdicts.opinions import finding, judge_claim, leave_open
 from ..error_sizes import of_operator
-from ..judge import finding, judge_claim, leave_open
 from ..resolution import stationary_resolution
 from .bias import bias_bound, bias_of_operator, with_bias
 from .chain_findings import chain_findings, chain_levels, is_decided

@@ -6,15 +6,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.coverage import Coverage, coverage
 from ...contracts.finding import Finding, Kind, LevelFinding, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...forms.truths import InvariantMean
 from ...simulate.chains import CONTRACTING, GROUPS, MOST_FIRST, ChainPlan, ChainRecord
-from ..judge import FEWEST, RESOLVED, finding, is_order, judge_claim, order_in, withhold_in_doubt
+from ...verdicts.coverage import Coverage, coverage
+from ...verdicts.opinions import finding, is_order, judge_claim
+from ...verdicts.path_tests import FEWEST, RESOLVED, order_in
+from ...verdicts.sound_levels import at_levels, sound_levels
+from ...verdicts.way import withhold_in_doubt
 from ..resolution import stationary_resolution
-from ..sound_levels import at_levels, sound_levels
 from .bias import StationaryBias, bias_bound, bias_of_chains, with_bias
 from .chain_order import BiasSample, ChainTests, chain_tests, samples
 

@@ -27,7 +27,7 @@ from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...numerics.statistics import EPS, RISING
 from ...simulate.chains import GROUPS, ChainRecord
-from ..judge import RESOLVED
+from ...verdicts.path_tests import RESOLVED
 from ..outweighed import growth, outweighs, t_values
 
 # What is left of a mean's error may be this part of the bias at the coarsest level.

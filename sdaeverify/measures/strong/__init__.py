@@ -9,7 +9,6 @@ from itertools import chain
 from typing import Any, ClassVar
 
 from ...arrays import Array, Parts
-from ...contracts.coverage import coverage
 from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Finding, Judgement, Reason
 from ...contracts.measure import Evidence, Measure
@@ -18,8 +17,10 @@ from ...contracts.settings import Settings
 from ...contracts.tally import Tally
 from ...forms import Problem
 from ...registry.hookspecs import hookimpl
+from ...verdicts.coverage import coverage
+from ...verdicts.path_tests import FITTED
+from ...verdicts.way import withhold_in_doubt
 from ..error_sizes import of_paths
-from ..judge import FITTED, withhold_in_doubt
 from ..path_errors.errors import ErrorObserver
 from ..path_errors.order import usable_levels
 from ..path_errors.quantity import ERROR_COLUMNS, Quantity, level_rows, quantities_of

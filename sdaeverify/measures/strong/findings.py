@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.coverage import Coverage, coverage
 from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Finding, Kind, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
@@ -21,21 +20,10 @@ from ...probe.local.delay_links import Y, keeps_constraint, loses_algebraic, rem
 from ...probe.local.strong_defects import LocalStrong, local_strong, no_local_order
 from ...probe.local.strong_order import ACCURACY, StrongOrder, at_most, strong_orders
 from ...probe.step.one_step import OneStep
+from ...verdicts.coverage import Coverage, coverage
+from ...verdicts.opinions import finding, guard, leave_open, local_doubt, local_opinion, no_fit, of_smooth
+from ...verdicts.path_tests import FEWEST, FITTED, SUSPECT, PathTests, unlike
 from ..error_sizes import of_step
-from ..judge import (
-    FEWEST,
-    FITTED,
-    SUSPECT,
-    PathTests,
-    finding,
-    guard,
-    leave_open,
-    local_doubt,
-    local_opinion,
-    no_fit,
-    of_smooth,
-    unlike,
-)
 from ..path_errors.errors import STATE
 from ..path_errors.order import (
     EXACT,

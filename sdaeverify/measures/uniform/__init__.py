@@ -20,7 +20,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...arrays import Array, Parts
-from ...contracts.coverage import coverage, no_claim
 from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Finding, Judgement, Opinion
 from ...contracts.measure import Evidence, Measure, Snapshot
@@ -34,8 +33,10 @@ from ...probe.local.delay_links import loses_algebraic, remove_delay
 from ...probe.local.strong_defects import no_local_order
 from ...probe.step.one_step import OneStep
 from ...registry.hookspecs import hookimpl
+from ...verdicts.coverage import coverage, no_claim
+from ...verdicts.opinions import finding, leave_open
+from ...verdicts.way import withhold_in_doubt
 from ..error_sizes import of_paths
-from ..judge import finding, leave_open, withhold_in_doubt
 from ..path_errors.errors import POWERS, STATE, ErrorObserver, largest_errors, power_sums
 from ..path_errors.quantity import ERROR_COLUMNS, ErrorLogarithms, Quantity, level_rows, quantities_of
 from .findings import judge_consistency, judge_pair

@@ -7,24 +7,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.coverage import Coverage, coverage
 from ...contracts.finding import Finding, Kind, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...numerics.statistics import slope_weights
 from ...probe.local.consistency import Consistency, consistency_orders
-from ..judge import (
-    FEWEST,
-    FITTED,
-    PathTests,
-    beside,
-    decide,
-    finding,
-    local_doubt,
-    local_opinion,
-    no_fit,
-    order_tests,
-)
+from ...verdicts.coverage import Coverage, coverage
+from ...verdicts.opinions import beside, decide, finding, local_doubt, local_opinion, no_fit
+from ...verdicts.path_tests import FEWEST, FITTED, PathTests, order_tests
+from ...verdicts.sound_levels import at_levels
 from ..path_errors.order import (
     EXACT,
     RIGHT_LIMIT,
@@ -40,7 +31,6 @@ from ..path_errors.order import (
     usable_levels,
 )
 from ..path_errors.quantity import Quantity
-from ..sound_levels import at_levels
 
 # What paths say of convergence without rate: errors fall, towards the right limit.
 #

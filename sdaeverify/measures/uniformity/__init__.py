@@ -29,7 +29,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.coverage import Coverage, coverage, no_claim
 from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import Claim, Scheme
@@ -55,7 +54,8 @@ from ...probe.stiffness.uniform_errors import (
     uniform_defects_refusal,
 )
 from ...registry.hookspecs import hookimpl
-from ..judge import NOT_PROBED, finding, is_order, judge_claim, local_doubt
+from ...verdicts.coverage import Coverage, coverage, no_claim
+from ...verdicts.opinions import NOT_PROBED, finding, is_order, judge_claim, local_doubt
 from .paired_findings import STRONG, WEAK, paired_findings
 
 INVARIANT, PAIRED = "invariant", "paired"

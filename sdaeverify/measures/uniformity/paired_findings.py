@@ -20,13 +20,14 @@ import numpy as np
 import scipy
 
 from ...arrays import Array
-from ...contracts.coverage import coverage
 from ...contracts.finding import Finding, Kind, LevelFinding, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...numerics.statistics import GROUPS
 from ...probe.stiffness.paired_members import FAILED, PairedErrors, run_of
-from ..judge import PathTests, decide, finding, judge_claim, with_sample
+from ...verdicts.coverage import coverage
+from ...verdicts.opinions import decide, finding, judge_claim
+from ...verdicts.path_tests import PathTests, with_sample
 from ..outweighed import growth, outweighs
 
 WEAK, STRONG = "weak", "strong"

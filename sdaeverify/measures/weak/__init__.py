@@ -16,7 +16,6 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ...arrays import Array, Parts
-from ...contracts.coverage import Coverage, coverage
 from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence, Measure
@@ -26,25 +25,25 @@ from ...contracts.tally import Tally
 from ...forms import Problem
 from ...numerics.statistics import EPS, RISING, Estimate
 from ...registry.hookspecs import hookimpl
-from ..error_sizes import of_means
-from ..judge import (
+from ...verdicts.coverage import Coverage, coverage
+from ...verdicts.opinions import finding, guard, leave_open
+from ...verdicts.path_tests import (
     COARSE,
     FEWEST,
     FITTED,
     RESOLVED,
     SUSPECT,
     PathTests,
-    finding,
-    guard,
     hold_back,
-    leave_open,
     order_tests,
     unlike,
     with_sample,
 )
+from ...verdicts.sound_levels import sound_levels_of
+from ...verdicts.way import withhold
+from ..error_sizes import of_means
 from ..means import MeanObserver, Means, known_mean, means_of
 from ..resolution import probe_resolution, weak_resolution
-from ..sound_levels import sound_levels_of
 from .probe import WeakProbe, judge_probe, probe_sizes, probe_weak, weak_probe
 
 STATE = "state"
@@ -371,7 +370,7 @@ def _enough(findings: list[Finding]) -> list[Finding]:
     if len(sampled) >= FUNCTIONALS:
         return findings
     doubt = f"paths alone verify with at least {FUNCTIONALS} informative functionals"
-    return [f.withhold(doubt) if f in sampled else f for f in findings]
+    return [withhold(f, doubt) if f in sampled else f for f in findings]
 
 
 def _details(sampled: MeanOrder, confidence: float) -> dict[str, object]:

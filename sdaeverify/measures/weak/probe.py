@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...contracts.coverage import claim_for
 from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Kind, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
@@ -41,8 +40,9 @@ from ...probe.operator.point_law import PointLaw, largest_errors_order, no_point
 from ...probe.operator.transition_errors import TransitionErrors, chart_observables, weak_errors
 from ...probe.step import test_functions
 from ...probe.step.states import cloud
+from ...verdicts.coverage import claim_for
+from ...verdicts.opinions import is_order, local_doubt, local_opinion, of_smooth
 from ..error_sizes import of_moments, of_operator, of_step_expectations
-from ..judge import is_order, local_doubt, local_opinion, of_smooth
 from ..means import known_mean
 
 LOCAL, MOMENTS, OPERATOR, POINTS = "local weak", "moments", "operator", "points"

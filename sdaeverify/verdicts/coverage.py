@@ -4,10 +4,10 @@ from collections.abc import Iterable
 from math import inf
 from typing import NamedTuple
 
+from ..contracts.finding import Kind, Reason
+from ..contracts.measure import Evidence
+from ..contracts.scheme import Claim, Scheme
 from ..forms import Problem
-from .finding import Kind, Reason
-from .measure import Evidence
-from .scheme import Claim, Scheme
 
 ROUND_OFF = "round-off"
 

@@ -1,0 +1,235 @@
+"""What is said of a claim, and how: what one step decides is guarded by paths, which decide the rest alone."""
+
+from collections.abc import Callable, Container
+from math import isfinite
+from typing import Any
+
+from ..contracts.finding import Finding, Judgement, Kind, Opinion, Reason, Verdict
+from ..contracts.measure import Evidence
+from ..contracts.scheme import Claim
+from ..probe.local.delay_links import remove_delay
+from ..probe.local.smoothness import rough_coefficient
+from .coverage import Coverage
+from .path_tests import CALIBRATED_PATHS, FEWEST, SUSPECT, PathTests, unknown_value
+
+# For which no coefficient needs derivatives.
+LIPSCHITZ_ORDER = 0.5
+
+
+def judge_claim(
+    covered: Coverage, judge: Callable[[Claim], Opinion], words: Container[str] = (), tier: int = 3
+) -> Opinion:
+    """Return the opinion on a claim; out of scope where there is none, undecided where its value is not known.
+
+    Parameters
+    ----------
+    covered : Coverage
+    judge : callable, Claim -> Opinion
+    words : container of str
+        Values that the measure knows; if left out, it knows orders.
+    tier : int
+        Of an opinion without a judgement.
+    """
+    claim = covered.claim
+    if claim is None:
+        return Opinion(Verdict.OUT_OF_SCOPE, covered.gap, tier)
+    if claim.value in words if words else is_order(claim):
+        return judge(claim)
+    return Opinion(Verdict.INCONCLUSIVE, unknown_value(claim), tier)
+
+
+def is_order(claim: Claim) -> bool:
+    """Tell whether a claim is one of an order, and not in words."""
+    return not isinstance(claim.value, str)
+
+
+def leave_open(covered: Coverage, reason: Reason | str) -> Opinion:
+    """Return that a claim, if there is one, is not decided, and why."""
+    undecided = Opinion(Verdict.INCONCLUSIVE, Reason.of(reason))
+    return undecided if covered.claim else Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
+
+
+def local_opinion(verdict: Verdict, text: str, kind: str = Kind.PLAIN) -> Opinion:
+    """Return what one step says (T1).
+
+    Parameters
+    ----------
+    verdict : Verdict
+    text : str
+        The reason in words.
+    kind : str, optional
+        Reasons of one kind say the same with other numbers.
+    """
+    return Opinion(verdict, Reason(text, kind), 1)
+
+
+def local_doubt(text: str, kind: str = Kind.PLAIN, *, against: bool = False) -> Opinion:
+    """Return that one step does not decide, and why.
+
+    Parameters
+    ----------
+    text : str
+        The reason in words.
+    kind : str, optional
+        Of the reason; one step that does not follow the equation speaks against all claims of the scheme there.
+    against : bool, optional
+        Whether it speaks against the claim all the same, so that paths do not verify it; it says nothing if left out.
+    """
+    found = local_opinion(Verdict.INCONCLUSIVE, text, kind)
+    return found._replace(excluded=frozenset({Verdict.VERIFIED})) if against else found
+
+
+def of_smooth(opinion: Opinion, claim: float, evidence: Evidence) -> Opinion:
+    """Return what a local order says of a claim: nothing for it where a coefficient is not smooth enough.
+
+    Order 1/2 needs Lipschitz coefficients alone (Milstein 1988, Theorem 1).
+
+    Parameters
+    ----------
+    opinion : Opinion
+        Of one step.
+    claim : float
+        The order that is claimed.
+    evidence : Evidence
+        Of its cell.
+    """
+    if opinion.verdict is not Verdict.VERIFIED:
+        return opinion
+    rough = rough_coefficient(remove_delay(evidence.scheme, evidence.view)[1])
+    if rough is None or (rough.lipschitz and claim <= LIPSCHITZ_ORDER):
+        return opinion
+    return local_doubt(f"{opinion.reason}, if coefficients are smooth: {rough} where solutions go")
+
+
+def decide(tests: PathTests, evidence: Evidence) -> Opinion:
+    """Return the verdict of the paths alone: they verify nothing that they speak against as well."""
+    found, doubted = Verdict.INCONCLUSIVE, tests.suspected <= SUSPECT
+    if tests.refuted <= evidence.level:
+        found = Verdict.REFUTED
+    elif tests.verified <= evidence.level and not doubted:
+        found = Verdict.VERIFIED
+    more = found is Verdict.INCONCLUSIVE and isfinite(tests.growth)
+    paths = tests.growth * evidence.paths
+    needed = _ask_for_paths("about {paths} paths would decide", paths) if more else ""
+    settled = not more or _beyond_budget(evidence, paths)
+    opinion = Opinion(found, tests.reason.then(needed), 3, settled, tests.verified, tests.refuted)
+    return opinion._replace(p_verified=1.0, excluded=frozenset({Verdict.VERIFIED})) if doubted else opinion
+
+
+def guard(local: Opinion | None, tests: PathTests, evidence: Evidence) -> Opinion:
+    """Return the verdict of a deterministic tier, guarded by the paths; theirs alone where it has none.
+
+    What is refuted without sampling stays so. What is verified needs paths that could be compared, that would show an
+    error which the claim forbids, and that do not refute it. Where they look as if they might, or are too few to show
+    anything, more of them are asked for, and without more nothing is decided.
+
+    Parameters
+    ----------
+    local : Opinion or None
+        What one step says; None where it was not asked.
+    tests : PathTests
+        What paths say.
+    evidence : Evidence
+    """
+    if local is None or local.verdict is Verdict.INCONCLUSIVE:
+        return beside(local, decide(tests, evidence))
+    if local.verdict is Verdict.REFUTED:
+        return local
+    if tests.refuted <= evidence.level:
+        reason = tests.reason.then(local.reason, ", although ")
+        return Opinion(Verdict.REFUTED, reason, 3, p_refuted=tests.refuted)
+    doubt, settled = _doubt(tests, evidence)
+    if doubt:
+        reason = local.reason.then(doubt, ", but ")
+        return Opinion(Verdict.INCONCLUSIVE, reason, 3, settled, p_refuted=tests.refuted)
+    return local._replace(p_refuted=tests.refuted)
+
+
+def beside(local: Opinion | None, opinion: Opinion) -> Opinion:
+    """Return what paths say of a claim that one step leaves open: they do not verify what it speaks against.
+
+    Parameters
+    ----------
+    local : Opinion or None
+        An inconclusive one of one step; None where it was not asked.
+    opinion : Opinion
+        Of the paths.
+    """
+    if local is None:
+        return opinion
+    if not local.speaks_against:
+        return opinion.plus(local.reason)
+    if opinion.verdict is Verdict.VERIFIED:
+        reason = local.reason.then(opinion.reason, ", although ")
+        opinion = opinion._replace(verdict=Verdict.INCONCLUSIVE, reason=reason)
+    else:
+        opinion = opinion.plus(local.reason)
+    return opinion._replace(p_verified=1.0, excluded=opinion.excluded | local.excluded)
+
+
+def _doubt(tests: PathTests, evidence: Evidence) -> tuple[Reason, bool]:
+    """Return why paths that refute nothing are no guard, or an empty reason, and whether more of them do not help."""
+    paths = {"paths": evidence.paths}
+    if evidence.paths < CALIBRATED_PATHS:
+        return Reason("{paths} paths are too few to guard it", Kind.GUARD, paths), True
+    if tests.against <= 1.0 - evidence.settings.confidence:
+        unlike = Reason("the paths do not look like it", Kind.GUARD).then(tests.reason, ": ")
+        # What is sure and does not refute is held back: more paths leave it so.
+        held = tests.suspected <= evidence.level and tests.refuted > SUSPECT
+        more = Reason("finer levels would tell", Kind.FINER) if held else Reason("more of them would tell")
+        return unlike.then(more), False
+    if tests.blind <= 1.0:
+        return Reason(), True
+    doubt = Reason("{paths} paths do not show an error that the claim forbids", Kind.GUARD, paths)
+    if not isfinite(tests.blind):
+        return doubt.then("nor would more", ", "), True
+    needed = tests.blind * evidence.paths
+    return doubt.then(_ask_for_paths("about {paths} would", needed)), _beyond_budget(evidence, needed)
+
+
+def _beyond_budget(evidence: Evidence, needed: float) -> bool:
+    """Tell whether half of all paths say that all are too few: the last look, as long as all others, is saved."""
+    most = evidence.settings.paths
+    return most <= 2 * evidence.paths < 2 * most < 2 * needed
+
+
+def _ask_for_paths(text: str, paths: float) -> Reason:
+    rounded = f"{paths:.1g}" if paths >= 1e6 else str(int(float(f"{paths:.2g}")))
+    return Reason(text, Kind.MORE_PATHS, {"paths": rounded})
+
+
+def no_fit(evidence: Evidence, covered: Coverage, left_out: Reason) -> Opinion:
+    """Return the opinion on a quantity that has too few levels for a slope, and why they were left out.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    covered : Coverage
+    left_out : Reason
+        Why levels were left out.
+    """
+    verdict = Verdict.INCONCLUSIVE if covered.claim else Verdict.OUT_OF_SCOPE
+    if evidence.health.sums["lost"][-1] > 0:
+        verdict = Verdict.DIVERGED
+    return Opinion(verdict, Reason(f"fewer than {FEWEST} levels can be fitted: ").then(left_out, ""))
+
+
+def finding(covered: Coverage, opinion: Opinion, **shown: Any) -> Finding:
+    """Return the row of a quantity: its claim, the opinion on it, and what is shown beside; see `Finding`.
+
+    Parameters
+    ----------
+    covered : Coverage
+        The quantity and its claim.
+    opinion : Opinion
+        Verdict and reason.
+    **shown
+        Fields of `Finding` and details of the measure, such as ``estimate`` and ``method``.
+    """
+    return Finding(quantity=covered.quantity, claim=covered.claim, **opinion._asdict(), **shown)
+
+
+NOT_PROBED = Judgement(
+    (Finding(quantity="", verdict=Verdict.INCONCLUSIVE, reason=Reason("not probed")),),
+    (),
+)

@@ -1,0 +1,213 @@
+"""What paths say of a claimed order: p-values, and by how much a sample must grow to decide."""
+
+from functools import reduce
+from math import inf, isfinite
+from typing import NamedTuple
+
+from ..arrays import Array
+from ..contracts.finding import Kind, Reason
+from ..contracts.measure import Evidence
+from ..contracts.scheme import Claim
+from ..numerics.statistics import Estimate
+from ..probe.step.one_step import why_unresolved
+from .coverage import ROUND_OFF
+from .sound_levels import at_levels
+
+# A slope is fitted on so many of the finest levels; fewer than FEWEST tell none.
+FITTED = 4
+FEWEST = 3
+# A mean difference counts as resolved from so many standard errors on; no sample is ended by that.
+RESOLVED = 3.0
+# No order shows on steps whose error is more than this part of what the solution does.
+COARSE = 0.25
+# From this p-value on it matters whether a low order is one of coarse steps only.
+SUSPECT = 0.01
+# Jackknife intervals are calibrated from 100 paths on, to levels of 0.001; beyond, and for heavy tails, from 800.
+CALIBRATED_PATHS = 100
+DEEP_PATHS = 800
+SHALLOW = 0.001
+
+
+class PathTests(NamedTuple):
+    """What the paths say of a claim.
+
+    Attributes
+    ----------
+    verified, refuted : float
+        p-values of the two hypotheses which the verdicts reject; 1 where nothing can be rejected.
+    reason : Reason
+        The figures.
+    growth : float
+        By which factor the number of paths must grow to decide; infinite if more paths cannot.
+    suspected : float
+        Least p-value of what speaks against the claim: what `refuted` would be if the sample and its steps could be
+        relied on. It asks for more paths or finer levels, and refutes nothing; nothing is verified in spite of it.
+    blind : float
+        By which factor the number of paths must grow until an error shows that is as large as the claim forbids; 1
+        where it would show now, infinite if more paths do not help.
+    limit : float
+        The part of `refuted` that a wrong limit has: what is held back of an order leaves it as it is.
+    """
+
+    verified: float
+    refuted: float
+    reason: Reason
+    growth: float = inf
+    suspected: float = 1.0
+    blind: float = 1.0
+    limit: float = 1.0
+
+    @property
+    def against(self) -> float:
+        """Least p-value of all that speaks against the claim, whether it may refute or not."""
+        return min(self.refuted, self.suspected)
+
+    def held(self, *why: Reason | str, growth: float = inf) -> "PathTests":
+        """Return tests that refute nothing, for a reason; what they show stays suspicious."""
+        reason = reduce(Reason.then, why, self.reason)
+        return self._replace(refuted=1.0, suspected=self.against, growth=growth, reason=reason)
+
+    @classmethod
+    def none(cls, reason: Reason | str, growth: float = inf) -> "PathTests":
+        """Return tests that reject nothing, and why."""
+        return cls(1.0, 1.0, Reason.of(reason), growth)
+
+
+def order_tests(claim: Claim, order: Estimate, evidence: Evidence, bias: float = 0.0) -> PathTests:
+    """Compare an estimated order with a claimed least order.
+
+    The claim is verified by rejecting order <= value - margin, provided that its interval at the run's confidence
+    is no wider than the margin on either side, and refuted by rejecting order >= value - margin.
+
+    Parameters
+    ----------
+    claim : Claim
+        One that claims exactness is refuted: whoever asks for an order has seen more than rounding.
+    order : Estimate
+    evidence : Evidence
+    bias : float
+        Bound of the bias of the estimate.
+
+    Returns
+    -------
+    PathTests
+    """
+    if claim.value == ROUND_OFF:
+        return PathTests(1.0, 0.0, Reason("claimed exact, and not so to round-off"))
+    if isinstance(claim.value, str):
+        return PathTests.none(unknown_value(claim))
+    bound = claim.value - claim.margin
+    low, high = order.interval(evidence.settings.confidence, bias)
+    if not (isfinite(low) and isfinite(high)):
+        return PathTests.none("no finite interval")
+    growth, half = order.growth_to_decide(bound, evidence.level, bias), 0.5 * (high - low)
+    reason = order_in(order.value, low, high, claim)
+    above = order.p_above(bound, bias)
+    if half > claim.margin and above <= evidence.level:
+        above, growth = 1.0, max(growth, (half / claim.margin) ** 2 if bias < claim.margin else inf)
+    return PathTests(above, order.p_below(bound, bias), reason, growth)
+
+
+def order_in(order: float, low: float, high: float, claim: Claim) -> Reason:
+    """Return an order with its interval, beside what is claimed.
+
+    Parameters
+    ----------
+    order, low, high : float
+        Estimate and ends of its interval.
+    claim : Claim
+    """
+    text = "order {order:.3f}, at least {low:.3f} and at most {high:.3f}; claimed {claimed}"
+    return Reason(text, Kind.ORDER, {"order": order, "low": low, "high": high, "claimed": claim.value})
+
+
+def unknown_value(claim: Claim) -> Reason:
+    """Return that a measure has no test for what is claimed."""
+    text = "this measure does not know what {value!r} means"
+    return Reason(text, Kind.UNKNOWN_VALUE, {"value": claim.value})
+
+
+def with_sample(tests: PathTests, paths: int, *, heavy: bool) -> PathTests:
+    """Reject nothing at levels for which the sample is too small, or too much on few paths, to be calibrated.
+
+    Parameters
+    ----------
+    tests : PathTests
+    paths : int
+        How many were sampled.
+    heavy : bool
+        Whether the tails of the errors are heavy.
+    """
+    if paths < CALIBRATED_PATHS:
+        return PathTests.none(f"intervals are calibrated from {CALIBRATED_PATHS} paths on", CALIBRATED_PATHS / paths)
+    if paths >= DEEP_PATHS:
+        return tests
+    refuted, limit = (1.0 if heavy else max(p, SHALLOW) for p in (tests.refuted, tests.limit))
+    return tests._replace(
+        verified=max(tests.verified, SHALLOW),
+        refuted=refuted,
+        growth=max(tests.growth, DEEP_PATHS / paths) if isfinite(tests.growth) else inf,
+        suspected=tests.against,
+        limit=limit,
+    )
+
+
+def unlike(claim: Claim, slope: Estimate, corrected: Estimate, bias: float = 0.0) -> float:
+    """Return the p-value of the hypothesis that errors look like a claimed order.
+
+    They do not where the slope is below claim - margin; nor where it is nearer to that than to the claim, unless
+    what it tends to with a further term of the expansion is not.
+
+    Parameters
+    ----------
+    claim : Claim
+        Of an order.
+    slope, corrected : Estimate
+        On the finest levels; with a further term.
+    bias : float
+        By how much the true slope may be larger than it is found.
+    """
+    if isinstance(claim.value, str):
+        return 1.0
+    middle = claim.value - 0.5 * claim.margin
+    nearer = max(slope.p_below(middle, bias), corrected.p_below(middle, bias))
+    return min(slope.p_below(claim.value - claim.margin, bias), nearer)
+
+
+def hold_back(
+    tests: PathTests, evidence: Evidence, levels: Array, coarse: str = "", growth: float = inf
+) -> PathTests:
+    """Refute nothing by levels that do not resolve the problem's fastest time; what they show stays suspicious.
+
+    Nor by levels that look too coarse for another reason, which so many times as many paths would make sure of. More
+    paths on the same steps do not decide what is held back.
+
+    Parameters
+    ----------
+    tests : PathTests
+        Of a claim, along paths.
+    evidence : Evidence
+        Of its cell.
+    levels : ndarray of int
+        Levels that the tests use.
+    coarse : str
+        Another reason why they look too coarse; empty if there is none.
+    growth : float
+        How many times as many paths would make sure of it.
+    """
+    finest = min(evidence.step_sizes[level] for level in levels)
+    why = why_unresolved(evidence.view, finest) or _beside_lost(evidence, levels) or coarse
+    if not why or tests.against == 1.0:
+        return tests
+    return tests.held(why, growth=growth if tests.against <= SUSPECT else tests.growth)
+
+
+def _beside_lost(evidence: Evidence, levels: Array) -> str:
+    """Return that paths are lost on steps hardly longer than those that are left; empty if it is not so.
+
+    Paths that all but explode carry the errors there, and an order shows on steps that keep clear of them.
+    """
+    lost = evidence.health.sums["lost"][: levels[0]]
+    if len(levels) >= FITTED or not lost.any():
+        return ""
+    return f"{at_levels('paths are lost', lost > 0)}, and {len(levels)} are left; add finer levels"
