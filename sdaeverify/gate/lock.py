@@ -15,6 +15,7 @@ from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ..contracts.claimed import MARGIN, Order
 from ..contracts.scheme import Claim
 from ..errors import UsageError
 from ..registry.load import Registry
@@ -24,7 +25,6 @@ from .outcomes import Outcome, Status
 from .policy import Policy
 
 SCHEMA = 1
-MARGIN = Claim(measure="strong", value=1.0, source="default").margin
 WRITE = "if it is meant to be one, remove it and write it anew with gate --write-lock"
 ORDER = "order >="
 _NUMBER = r"[0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]{1,3})?"
@@ -65,8 +65,10 @@ class Lock:
 
 def claim_words(claim: Claim) -> str:
     """Return a claim as it is locked: with its margin, unless that is the default."""
-    plain = isinstance(claim.value, str) or claim.margin == MARGIN
-    return str(claim) if plain else f"{claim}, margin {claim.margin}"
+    value = claim.value
+    if not isinstance(value, Order) or value.margin == MARGIN:
+        return str(claim)
+    return f"{claim}, margin {value.margin}"
 
 
 def found_claims(outcomes: Iterable[Outcome]) -> Claims:

@@ -33,6 +33,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import Array, Parts
+from ..contracts.claimed import ROUND_OFF, Exact, Order
 from ..contracts.error_sizes import ErrorSizes, without_error
 from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
@@ -55,8 +56,8 @@ from ..numerics.statistics import (
 )
 from ..registry.hookspecs import hookimpl
 from ..simulate.tracks import HELD
-from ..verdicts.coverage import ROUND_OFF, Coverage, coverage
-from ..verdicts.opinions import finding, guard, is_order, no_fit
+from ..verdicts.coverage import Coverage, coverage
+from ..verdicts.opinions import finding, guard, no_fit
 from ..verdicts.path_tests import FEWEST, FITTED, SUSPECT, PathTests, hold_back, order_tests, with_sample
 from ..verdicts.sound_levels import sound_levels_of
 from .path_errors.errors import STATE
@@ -280,7 +281,7 @@ class Drift(Measure):
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the local defects where an order is claimed, and the one-step map can be probed."""
         asked = (claim for claim in scheme.promises if claim.measure == self.name and claim.when <= view.traits)
-        if view.capability(Delayed) or not any(map(is_order, asked)):
+        if view.capability(Delayed) or not any(isinstance(claim.value, Order) for claim in asked):
             return Tally()
         return probe_strong(scheme, view, settings)
 
@@ -346,7 +347,7 @@ def _finding(evidence: Evidence, defect: Defect) -> Finding:
     beyond = defect.worst > bound
     if not beyond.any():
         found = _round_off(evidence, defect, covered)
-    elif covered.claim is not None and covered.claim.value == ROUND_OFF:
+    elif covered.claim is not None and isinstance(covered.claim.value, Exact):
         # Near paths without root the derivative of the constraint is all but singular: a root is known less well.
         rootless = evidence.health.sums["failed"] > 0
         known = _beyond_round_off(defect, covered, bound)
@@ -447,9 +448,9 @@ def _tests(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) -> Pa
 def _asymptotic(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) -> PathTests:
     """Compare the order with the claim: on coarse steps a low one refutes only if what it tends to is low, too."""
     tests = order_tests(claim, defect.slope(sound[-FITTED:]), evidence)
-    if isinstance(claim.value, str) or tests.refuted > SUSPECT:
+    if not isinstance(claim.value, Order) or tests.refuted > SUSPECT:
         return tests
-    bound, order = claim.value - claim.margin, defect.corrected_slope(sound)
+    bound, order = claim.value.floor, defect.corrected_slope(sound)
     low, high = order.interval(evidence.settings.confidence)
     reason = tests.reason.then(Reason("{low:.2f} to {high:.2f} as h tends to 0", numbers={"low": low, "high": high}))
     growth = order.growth_to_decide(bound, evidence.level) if order.value < bound else np.inf

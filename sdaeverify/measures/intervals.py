@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import Array, Parts
+from ..contracts.claimed import Order
 from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
@@ -153,9 +154,9 @@ def _past_finding(evidence: Evidence) -> Iterator[Finding]:
 
 
 def _opinion(order: float, claim: Claim) -> Opinion:
-    if isinstance(claim.value, str) or np.isnan(order):
+    if not isinstance(claim.value, Order) or np.isnan(order):
         return local_doubt(f"order {order:.3f} given its past")
-    verdict = Verdict.VERIFIED if order >= claim.value - TOLERANCE else Verdict.REFUTED
+    verdict = Verdict.VERIFIED if order >= claim.value.least - TOLERANCE else Verdict.REFUTED
     return local_opinion(verdict, f"consistent of order {order:.3f} given its past")
 
 

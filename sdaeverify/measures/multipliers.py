@@ -72,7 +72,7 @@ def sdaeverify_measures() -> list[Measure]:
 
 def _finding(evidence: Evidence, record: Multipliers, index: int) -> Finding:
     covered = coverage(evidence, MultiplierExponents.name, QUANTITIES[index])
-    opinion = judge_claim(covered, lambda claim: judge_exponent(record, index, float(claim.value)), tier=1)
+    opinion = judge_claim(covered, lambda claim: judge_exponent(record, index, claim.value.least), tier=1)
     orders = multiplier_orders(record)
     details = {"next_order": float(orders.ahead[index])}
     return finding(covered, opinion, estimate=float(orders.order[index]), method=METHOD, details=details)

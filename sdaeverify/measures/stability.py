@@ -16,6 +16,7 @@ import numpy as np
 import scipy
 
 from ..arrays import Array
+from ..contracts.claimed import Word
 from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Claim, Scheme, flatten
@@ -39,7 +40,7 @@ QUANTITY = "second moment"
 LIMITS = {UNIT: QUANTITY, SMALL: f"{QUANTITY} at small states", LARGE: f"{QUANTITY} at large states"}
 # Step size of the question whether it is linear, as a part of the delay.
 QUARTER = 0.25
-A_STABLE, CONDITIONAL = "A-stable", "conditional"
+A_STABLE, CONDITIONAL = Word("A-stable"), Word("conditional")
 METHOD = "spectral radius (T2)"
 
 
@@ -115,7 +116,7 @@ def _unasked(scheme: Scheme, view: Problem) -> str:
 
 def _finding(evidence: Evidence, name: str, record: StabilityRecord) -> Finding:
     covered = coverage(evidence, Stability.name, name)
-    opinion = judge_claim(covered, lambda claim: _opinion(claim, record, evidence), {A_STABLE, CONDITIONAL})
+    opinion = judge_claim(covered, lambda claim: _opinion(claim, record, evidence), {A_STABLE.text, CONDITIONAL.text})
     linear = not _nonlinear(record)
     return finding(
         covered,

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field, fields
 from math import inf, isfinite, isnan, nan
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .cells import NUMBER, TEXT, WHOLE, Column, Row, number, parse, text
+from ..contracts.claimed import Order
+from .cells import NUMBER, TEXT, WHOLE, Column, Row, number, text
 
 if TYPE_CHECKING:
     from ..contracts.finding import Finding
@@ -60,6 +61,7 @@ class VerdictRow:
     view: str = _text("form in which the scheme gets the problem; empty for the problem as it is")
     verdict: str = _text("verified, refuted, inconclusive, out_of_scope (no claim), diverged, error or not_run")
     claim: str = _text("what is claimed of the quantity; empty where nothing is")
+    claimed_order: float = _number("least order that is claimed; empty where none is")
     margin: float = _number("by which an order may be below the claim")
     local_order: float = _number("order of one step, without sampling error; inf where one step is exact")
     path_order: float = _number("order of the errors along paths, where they tell one")
@@ -108,12 +110,6 @@ class VerdictRow:
         return Interval(self.value, self.value_low, self.value_high)
 
     @property
-    def claimed_order(self) -> float:
-        """The order that the claim names; NaN where it names none."""
-        head, _, value = self.claim.partition(">= ")
-        return parse(value) if head.strip() == ORDER else nan
-
-    @property
     def cells(self) -> dict[str, object]:
         """The columns by their names."""
         return dict(vars(self))
@@ -142,14 +138,16 @@ def _jsonable(value: object) -> object:
 
 def _told(found: "Finding", value_of: str) -> dict[str, Any]:
     """Return the columns that a finding tells; `value_of` is what its measure estimates, empty for an order."""
-    kind, claim = _kind(found, value_of), str(found.claim or "")
+    kind, claimed = _kind(found, value_of), found.claim and found.claim.value
+    order = claimed if isinstance(claimed, Order) else None
     path, why = _along_paths(found) if kind == ORDER else (Interval(), "")
     value, told = _value(found, kind, path)
     reason = found.reason.then(f"no order along paths: {why}" if why else "")
     decided = found.method and found.verdict in DECIDED
     return {
-        "claim": claim,
-        "margin": found.claim.margin if found.claim and claim.startswith(ORDER) else nan,
+        "claim": str(found.claim or ""),
+        "claimed_order": order.least if order else nan,
+        "margin": order.margin if order else nan,
         "local_order": _local_order(found, kind),
         **dict(zip(("path_order", "path_low", "path_high"), path, strict=True)),
         **dict(zip(("value", "value_low", "value_high"), value, strict=True)),

@@ -82,7 +82,7 @@ def test_the_same_schemes_are_conditionally_stable() -> None:
         (found,) = judged(scheme, linear_test()).findings
         assert found.verdict is Verdict.VERIFIED
         assert found.claim is not None
-        assert found.claim.value == "conditional"
+        assert found.claim.value.text == "conditional"
         assert found.estimate == pytest.approx(boundary, rel=1e-12)
     assert finding(theta(0.499), linear_test(-10.0, 2.0), CONDITIONAL).verdict is Verdict.VERIFIED
 

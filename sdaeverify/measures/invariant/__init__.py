@@ -118,7 +118,7 @@ def _finding(covered: Coverage, known: FunctionalOrder | None) -> Finding:
     if covered.claim is not None and known is None:
         opinion = Opinion(Verdict.NOT_APPLICABLE, Reason("it is no function of the problem's chart"))
     else:
-        opinion = judge_claim(covered, lambda claim: _opinion(float(claim.value), known or NO_ORDER))
+        opinion = judge_claim(covered, lambda claim: _opinion(claim.value.least, known or NO_ORDER))
     order = known or NO_ORDER
     return finding(
         covered,

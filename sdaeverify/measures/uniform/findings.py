@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
+from ...contracts.claimed import Order, Word
 from ...contracts.finding import Finding, Kind, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
@@ -50,7 +51,7 @@ from ..path_errors.quantity import Quantity
 # such levels may show that errors fall, and refute nothing.
 
 
-CONVERGES = "converges"
+CONVERGES = Word("converges")
 # A slower fall cannot be told from none over a few halvings.
 FALLING = 0.1
 LEVELLED = 0.5
@@ -294,7 +295,7 @@ def _coverage_in_time(evidence: Evidence, quantity: str) -> Coverage:
     """
     covered = coverage(evidence, MEASURE, quantity)
     claim = covered.claim
-    if claim is None or claim.quantities or isinstance(claim.value, str) or claim.value <= ROUGH:
+    if claim is None or claim.quantities or not (isinstance(claim.value, Order) and claim.value.least > ROUGH):
         return covered
     text = f"an order above {ROUGH} that names no quantities is claimed at grid points"
     return Coverage(quantity, None, Reason(text, Kind.NO_CLAIM))

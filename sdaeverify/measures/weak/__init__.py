@@ -16,6 +16,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ...arrays import Array, Parts
+from ...contracts.claimed import Order
 from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence, Measure
@@ -103,10 +104,10 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
         return MeanOrder(unknown, levels, 0.0, PathTests.none("no error beyond rounding"), "no error beyond rounding")
     slope = means.slope(levels)
     resolved = means.least_signal(levels)
-    if claim is None or isinstance(claim.value, str):
+    if claim is None or not isinstance(claim.value, Order):
         return MeanOrder(slope, levels, resolved, PathTests.none(""))
     off = _off_limit(evidence, means)
-    limit, blind = _limit(evidence, means, claim.value, off), _blind(evidence, means, levels, off)
+    limit, blind = _limit(evidence, means, claim.value.least, off), _blind(evidence, means, levels, off)
     if resolved >= RESOLVED and not means.one_signed(levels):
         remark = "uninformative: its error changes sign between levels"
         suspected = min(limit.suspected, _shrinks(means, levels))
@@ -135,8 +136,8 @@ def _tests(
         tests = PathTests(1.0, limit.refuted, limit.reason.then(unresolved), growth, _shrinks(means, levels))
         return tests._replace(limit=limit.refuted)
     order, corrected = order_tests(claim, slope, evidence), _corrected_slope(means, levels)
-    assert not isinstance(claim.value, str)
-    refuted = max(order.refuted, corrected.p_below(claim.value - claim.margin))
+    assert isinstance(claim.value, Order)
+    refuted = max(order.refuted, corrected.p_below(claim.value.floor))
     rising = means.rise(levels).interval(evidence.settings.confidence)[0] > RISING
     if rising or _coarse(means, int(levels[-1])) or _turns(means, levels):
         refuted = 1.0
@@ -145,7 +146,7 @@ def _tests(
         min(1.0, 2.0 * min(refuted, limit.refuted)),
         limit.reason.then(order.reason),
         order.growth,
-        suspected=unlike(claim, slope, corrected),
+        suspected=unlike(claim.value, slope, corrected),
         limit=min(1.0, 2.0 * limit.refuted),
     )
     return with_sample(tests, evidence.paths, heavy=False)

@@ -56,11 +56,7 @@ function quantile(confidence) {
 }
 const Z = quantile(settings.confidence);
 
-/** Return the order that a claim names, or null. */
-function claimed(finding) {
-  const match = /^order >= ([0-9.]+)/.exec(finding.claim);
-  return match ? Number(match[1]) : null;
-}
+const claimed = (finding) => (finite(finding.claimed_order) ? finding.claimed_order : null);
 
 const least = (finding) => (claimed(finding) === null || !finite(finding.margin) ? null : +(claimed(finding) - finding.margin).toFixed(10));
 

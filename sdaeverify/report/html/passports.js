@@ -21,7 +21,7 @@ function schemePage(_, name) {
 function claims(passport, own) {
   const of = (claim) => own.filter((one) => one.measure === claim.measure && one.claim === claim.claim && (!claim.quantities.length || claim.quantities.includes(one.quantity)));
   const told = (findings) => Object.keys(VERDICTS).map((verdict) => [verdict, findings.filter((one) => one.verdict === verdict).length]).filter(([, count]) => count).map(([verdict, count]) => [badge(verdict), ` ${count} `]);
-  const rows = (passport.claims || []).map((claim) => [claim.measure, claim.claim, claim.claim.startsWith("order") ? claim.margin : null, claim.quantities.length ? listed(claim.quantities) : "all", claim.when.length ? listed(claim.when) : "all", el("span", {}, told(of(claim))), claim.source]);
+  const rows = (passport.claims || []).map((claim) => [claim.measure, claim.claim, claim.margin, claim.quantities.length ? listed(claim.quantities) : "all", claim.when.length ? listed(claim.when) : "all", el("span", {}, told(of(claim))), claim.source]);
   return rows.length ? table(["measure", "claim", "margin", "quantities", "for problems with", "found", "source"], rows) : el("p", { class: "soft" }, "It claims nothing, or its passport is not here.");
 }
 
