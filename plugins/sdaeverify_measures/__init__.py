@@ -1,1 +1,1 @@
-"""Families of stiff problems: errors over the stiffness parameter eps."""
+"""The measures of papers: each module is a plugin of its own, with the probes that only it uses."""

@@ -5,10 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Array
-from ...contracts.scheme import Scheme
-from ...forms import Problem, StiffnessFamily
-from ...noise.brownian import Increment
+from sdaeverify import Array, Increment, Problem, Scheme
+from sdaeverify.probing import StiffnessFamily
 
 # Decades of eps, in the problem's unit of time: far below and far above all step sizes.
 LOWEST, HIGHEST = -8, 1

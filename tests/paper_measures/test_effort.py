@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from measures.stiff_cells import AFFINE, SETTINGS, Climbing, Explicit, Right, judged, probed, whole
+from paper_measures.stiff_cells import AFFINE, SETTINGS, Climbing, Explicit, Right, judged, probed, whole
 from sdaeverify import Claim
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally, packed, unpacked
-from sdaeverify.measures.effort import ALONG, PROBED, Effort, chernoff
-from sdaeverify.probe.stiffness.iterations import RUNS, Iterations, RunIterations
+from sdaeverify_measures.effort import ALONG, PROBED, Effort, chernoff
+from sdaeverify_measures.effort.iterations import RUNS, Iterations, RunIterations
 from sdaeverify_problems.constrained_curve import constrained_curve
 from sdaeverify_problems.exponential_strip import exponential_strip
 from sdaeverify_problems.orthogonal_group import orthogonal_group

@@ -10,10 +10,10 @@ import pytest
 from sdaeverify import SDE, Array, HolonomicSDAE, Increment, Scheme, Step
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.tally import packed, unpacked
-from sdaeverify.measures.moments import judge_growth
 from sdaeverify.numerics import apply, norm
-from sdaeverify.probe.step.semi_stability import Growth, growth, lyapunov
 from sdaeverify.probe.step.states import extreme_states
+from sdaeverify_measures.moments import judge_growth
+from sdaeverify_measures.moments.semi_stability import Growth, growth, lyapunov
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.ou import ou

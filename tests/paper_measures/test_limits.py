@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from measures.stiff_cells import AFFINE, Explicit, Ignorant, Leaving, Right, judged, whole
+from paper_measures.stiff_cells import AFFINE, Explicit, Ignorant, Leaving, Right, judged, whole
 from sdaeverify import Claim
 from sdaeverify.contracts.finding import Verdict
-from sdaeverify.measures.limits import StiffLimits
+from sdaeverify_measures.limits import StiffLimits
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.penalised_sphere import penalised_sphere
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama

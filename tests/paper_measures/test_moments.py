@@ -12,9 +12,9 @@ from sdaeverify.contracts.finding import Finding, Judgement, Verdict
 from sdaeverify.contracts.measure import Evidence, Snapshot
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.contracts.tally import Tally, packed
-from sdaeverify.measures.moments import EDGES, FACTOR, MomentObserver, Moments
-from sdaeverify.probe.step.semi_stability import Growth
 from sdaeverify.simulate.ensemble import Entry, Task, run_block
+from sdaeverify_measures.moments import EDGES, FACTOR, MomentObserver, Moments
+from sdaeverify_measures.moments.semi_stability import Growth
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama

@@ -10,16 +10,16 @@ import pytest
 from sdaeverify import Array, HolonomicSDAE, HolonomicState, Increment, Scheme, SchemeError, Step
 from sdaeverify.contracts.finding import Opinion, Verdict
 from sdaeverify.contracts.tally import packed, unpacked
-from sdaeverify.measures.multipliers import judge_exponent
 from sdaeverify.numerics import apply
-from sdaeverify.probe.local.multiplier_orders import (
+from sdaeverify.probe.step.states import cloud
+from sdaeverify_measures.multipliers import judge_exponent
+from sdaeverify_measures.multipliers.multiplier_orders import (
     LEVELS,
     Multipliers,
     multiplier_orders,
     multipliers,
     no_multipliers,
 )
-from sdaeverify.probe.step.states import cloud
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_problems.pendulum_tangential import pendulum_tangential
 from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise

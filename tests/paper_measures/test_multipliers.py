@@ -10,7 +10,7 @@ from sdaeverify.contracts.finding import Finding, Verdict
 from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.forms import Problem
-from sdaeverify.measures.multipliers import MultiplierExponents
+from sdaeverify_measures.multipliers import MultiplierExponents
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama

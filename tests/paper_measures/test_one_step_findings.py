@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from measures.stiff_cells import AFFINE, SETTINGS, UNIFORM, Right, replace_claims
+from paper_measures.stiff_cells import AFFINE, SETTINGS, UNIFORM, Right, replace_claims
 from sdaeverify import Claim
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally, packed
-from sdaeverify.measures.uniformity import ONE_STEP, Uniformity
-from sdaeverify.probe.stiffness.uniform_errors import LEVELS, UniformDefects
+from sdaeverify_measures.uniformity import ONE_STEP, Uniformity
+from sdaeverify_measures.uniformity.uniform_errors import LEVELS, UniformDefects
 from sdaeverify_problems.sphere_product import sphere_product
 
 CLAIM = Claim(measure="uniformity", quantities=(ONE_STEP,), value=1.5, source="test")

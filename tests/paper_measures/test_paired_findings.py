@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from measures.stiff_cells import Right, replace_claims
+from paper_measures.stiff_cells import Right, replace_claims
 from sdaeverify import Claim, Settings, Step
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally, packed
-from sdaeverify.measures.uniformity import PAIRED, Uniformity
-from sdaeverify.measures.uniformity.paired_findings import PairedMeans
 from sdaeverify.numerics.statistics import GROUPS
-from sdaeverify.probe.stiffness.paired_members import SHARE, PairedErrors
+from sdaeverify_measures.uniformity import PAIRED, Uniformity
+from sdaeverify_measures.uniformity.paired_findings import PairedMeans
+from sdaeverify_measures.uniformity.paired_members import SHARE, PairedErrors
 from sdaeverify_planted.uniformly_accurate import HalfRoot, ScaledTerms
 from sdaeverify_problems.penalised_sphere import penalised_sphere
 from sdaeverify_problems.torus import torus

@@ -8,7 +8,7 @@ import pytest
 from sdaeverify import Settings
 from sdaeverify.numerics.statistics import GROUPS
 from sdaeverify.probe.linear.moments import moment_errors
-from sdaeverify.probe.stiffness.paired_members import (
+from sdaeverify_measures.uniformity.paired_members import (
     ALL,
     FAILED,
     FINER,

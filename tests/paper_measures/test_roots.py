@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from sdaeverify import HolonomicSDAE, HolonomicState, Increment, Step
-from sdaeverify.measures.solvability import where_no_root
 from sdaeverify.numerics import norm
-from sdaeverify.probe.step.solvable import SCANNED, root_scan
+from sdaeverify_measures.solvability import where_no_root
+from sdaeverify_measures.solvability.root_scan import SCANNED, root_scan
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler

@@ -13,8 +13,8 @@ from sdaeverify.contracts.scheme import Scheme
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.forms import Problem
-from sdaeverify.measures.solvability import PathCount, Solvability
 from sdaeverify.simulate.ensemble import Entry, Task, run_block
+from sdaeverify_measures.solvability import PathCount, Solvability
 from sdaeverify_problems.harmonic_langevin import harmonic_langevin
 from sdaeverify_problems.levy_area import levy_area
 from sdaeverify_problems.ou import ou

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from measures.stiff_cells import AFFINE
+from paper_measures.stiff_cells import AFFINE
 from sdaeverify.probe.local.orders import last_orders
-from sdaeverify.probe.stiffness.uniform_errors import UniformDefects, uniform_defects, uniform_defects_refusal
+from sdaeverify_measures.uniformity.uniform_errors import UniformDefects, uniform_defects, uniform_defects_refusal
 from sdaeverify_planted.uniform_expansion import NoProjector, NoQuadratic, NoTraces, RootForSquare
 from sdaeverify_planted.uniformly_accurate import OneGramMissing, ScaledTerms
 from sdaeverify_problems.exponential_strip import exponential_strip

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from measures.stiff_cells import AFFINE, SETTINGS, Explicit, HalfRoot, Ignorant, Right, Without, judged, whole
+from paper_measures.stiff_cells import AFFINE, SETTINGS, Explicit, HalfRoot, Ignorant, Right, Without, judged, whole
 from sdaeverify import Claim, Increment, Moment
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally, packed
-from sdaeverify.measures.uniformity import INVARIANT, Uniformity
 from sdaeverify.probe.operator.transition_errors import invariant_observables
-from sdaeverify.probe.stiffness.uniform_errors import UniformErrors
+from sdaeverify_measures.uniformity import INVARIANT, Uniformity
+from sdaeverify_measures.uniformity.uniform_errors import UniformErrors
 from sdaeverify_problems.affine_constraint import affine_constraint
 from sdaeverify_problems.exponential_strip import exponential_strip
 from sdaeverify_problems.ou import ou

@@ -26,19 +26,28 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import scipy
 
-from ..arrays import Array
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
-from ..contracts.measure import Evidence, Measure
-from ..contracts.scheme import Claim, Scheme
-from ..contracts.settings import Settings
-from ..contracts.tally import Tally, packed, unpacked
-from ..forms import Problem
-from ..probe.stiffness.iterations import MOST, Iterations, RunIterations, counters, iterations, run_iterations
-from ..probe.stiffness.members import member, no_family
-from ..registry.hookspecs import hookimpl
-from ..verdicts.coverage import coverage, no_claim
-from ..verdicts.opinions import NOT_PROBED, finding
-from ..verdicts.path_tests import unknown_value
+from sdaeverify import Array, Claim, Problem, Scheme, Settings, hookimpl
+from sdaeverify.measuring import (
+    NOT_PROBED,
+    Evidence,
+    Finding,
+    Judgement,
+    LevelFinding,
+    Measure,
+    Opinion,
+    Reason,
+    Tally,
+    Verdict,
+    coverage,
+    finding,
+    no_claim,
+    packed,
+    unknown_value,
+    unpacked,
+)
+
+from .._members import member, no_family
+from .iterations import MOST, Iterations, RunIterations, counters, iterations, run_iterations
 
 PROBED, ALONG = "iterations", "run iterations"
 METHOD = "iterations of steps along runs and at fixed h (T3)"

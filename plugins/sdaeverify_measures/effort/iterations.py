@@ -9,10 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Array, Mask
-from ...contracts.scheme import Scheme, Step
-from ...noise.brownian import Increment
-from .members import FEW_PATHS, few_steps, member, short_step, stiffnesses
+from sdaeverify import Array, Increment, Mask, Scheme, Step
+
+from .._members import FEW_PATHS, few_steps, member, short_step, stiffnesses
 
 PER_DECADE = 2
 COUNTED = "iterations"

@@ -10,18 +10,30 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
-from ..contracts.measure import Evidence, Measure
-from ..contracts.scheme import Claim, Scheme
-from ..contracts.settings import Settings
-from ..contracts.tally import Tally, packed, unpacked
-from ..forms import Problem
-from ..probe.stiffness.members import member, no_family
-from ..probe.stiffness.stiff_limit import LimitDistances, Slope, limit_distances, limit_slopes
-from ..registry.hookspecs import hookimpl
-from ..verdicts.coverage import coverage, no_claim
-from ..verdicts.opinions import NOT_PROBED, decide, finding, is_order
-from ..verdicts.path_tests import order_tests
+from sdaeverify import Claim, Problem, Scheme, Settings, hookimpl
+from sdaeverify.measuring import (
+    NOT_PROBED,
+    Evidence,
+    Finding,
+    Judgement,
+    LevelFinding,
+    Measure,
+    Opinion,
+    Reason,
+    Tally,
+    Verdict,
+    coverage,
+    decide,
+    finding,
+    judge_claim,
+    no_claim,
+    order_tests,
+    packed,
+    unpacked,
+)
+
+from .._members import member, no_family
+from .stiff_limit import LimitDistances, Slope, limit_distances, limit_slopes
 
 PROBED = "limit"
 METHOD = "distances at fixed h on the same noise (T3)"
@@ -71,9 +83,7 @@ def sdaeverify_measures() -> list[Measure]:
 
 def _finding(evidence: Evidence, record: LimitDistances, name: str, slope: Slope) -> Finding:
     covered = coverage(evidence, StiffLimits.name, name)
-    opinion = Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
-    if covered.claim is not None:
-        opinion = _opinion(evidence, record, covered.claim, slope)._replace(settled=True)
+    opinion = judge_claim(covered, lambda claim: _opinion(evidence, record, claim, slope))._replace(settled=True)
     low, high = slope.estimate.interval(evidence.settings.confidence)
     return finding(covered, opinion, estimate=slope.estimate.value, low=low, high=high, method=METHOD)
 
@@ -84,7 +94,7 @@ def _opinion(evidence: Evidence, record: LimitDistances, claim: Claim, slope: Sl
         return Opinion(Verdict.INCONCLUSIVE, Reason(share))
     if np.isnan(slope.estimate.value):
         return Opinion(Verdict.INCONCLUSIVE, Reason("distances are not finite, or rounding for many eps"))
-    if np.isinf(slope.estimate.value) and is_order(claim):
+    if np.isinf(slope.estimate.value):
         return Opinion(Verdict.VERIFIED, Reason("rounding for every eps"))
     return decide(order_tests(claim, slope.estimate, evidence)._replace(growth=np.inf), evidence)
 

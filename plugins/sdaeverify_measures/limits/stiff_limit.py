@@ -13,12 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Array, Mask
-from ...contracts.scheme import Scheme
-from ...noise.brownian import Increment
-from ...numerics import norm
-from ...numerics.statistics import EPS, Estimate, group_sums, jackknife, slope_weights
-from .members import FEW_PATHS, FEW_STEPS, few_steps, member, short_step
+from sdaeverify import Array, Increment, Mask, Scheme
+from sdaeverify.measuring import Estimate, group_sums, jackknife
+from sdaeverify.numerics import norm, slope_weights
+
+from .._members import FEW_PATHS, FEW_STEPS, few_steps, member, short_step
 
 POWERS = tuple(range(16, 29, 2))
 QUANTITIES = ("x", "zeta", "x without noise", "zeta without noise")
@@ -96,7 +95,7 @@ def limit_distances(scheme: Scheme, view: Any, seed: int) -> LimitDistances:
         eps,
         group_sums(both**2),
         group_sums(np.ones(both.shape[-1])),
-        ABOVE_FLOOR * FEW_STEPS * EPS * np.concatenate([moving.scale, still.scale]),
+        ABOVE_FLOOR * FEW_STEPS * np.finfo(float).eps * np.concatenate([moving.scale, still.scale]),
         np.asarray(1.0 - sound.mean()),
     )
 

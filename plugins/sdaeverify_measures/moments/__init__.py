@@ -29,26 +29,45 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import scipy
 
-from ..arrays import Array, Parts
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
-from ..contracts.measure import Evidence, Measure, Snapshot
-from ..contracts.scheme import Scheme
-from ..contracts.settings import Settings
-from ..contracts.tally import EXTREMES, Tally, largest, packed, unpacked
-from ..forms import Problem
-from ..numerics.statistics import Estimate, Tail, group_sums, jackknife, tail
-from ..probe.step.one_step import OneStep, why_unresolved
-from ..probe.step.semi_stability import POWER, Growth, growth, lyapunov
-from ..registry.hookspecs import hookimpl
-from ..verdicts.coverage import claim_for, coverage
-from ..verdicts.opinions import finding, guard, judge_claim, local_doubt, local_opinion
-from ..verdicts.path_tests import PathTests, with_sample
+from sdaeverify import Array, Parts, Problem, Scheme, Settings, hookimpl
+from sdaeverify.measuring import (
+    Estimate,
+    Evidence,
+    Finding,
+    Judgement,
+    LevelFinding,
+    Measure,
+    Opinion,
+    PathTests,
+    Reason,
+    Snapshot,
+    Tally,
+    Verdict,
+    claim_for,
+    coverage,
+    finding,
+    group_sums,
+    guard,
+    jackknife,
+    judge_claim,
+    local_doubt,
+    local_opinion,
+    packed,
+    unpacked,
+    with_sample,
+)
+from sdaeverify.numerics import Tail, tail
+from sdaeverify.probing import OneStep, why_unresolved
+
+from .semi_stability import POWER, Growth, growth, lyapunov
 
 # What the moments measure notes on one block: the largest V of each path over the coarsest grid, at every level.
 
 
 # Histogram of log2 V in quarters, so that shares above any bound are known of merged blocks; infinity is in the last.
 EDGES = np.arange(0.0, 256.25, 0.25)
+# So many of the largest values of a block are noted: they tell how heavy the tail is.
+NOTED = 128
 
 
 class MomentObserver:
@@ -76,7 +95,7 @@ class MomentObserver:
             "moment": np.moveaxis(group_sums(np.stack([V, V * V])), 1, -1),
             "histogram": np.stack([_histogram(values) for values in V]),
         }
-        return Tally(sums=sums, largest={"V": largest(V, EXTREMES)})
+        return Tally(sums=sums, largest={"V": np.sort(V)[..., ::-1][..., :NOTED]})
 
     def _V(self, parts: Parts) -> Array:
         if not all(name in parts for name in self.names):

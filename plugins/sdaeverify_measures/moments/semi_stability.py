@@ -11,12 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Array, Parts
-from ...contracts.scheme import Scheme
-from ...forms import Problem
-from .nodes import Nodes, step_nodes
-from .one_step import OneStep
-from .states import WHEN, extreme_states
+from sdaeverify import Array, Parts, Problem, Scheme
+from sdaeverify.probing import Nodes, OneStep, extreme_states, step_nodes
 
 POWER = 4
 # Step sizes 4^-2, ..., 4^-8 of the horizon, or of the unit of time where that is shorter.
@@ -66,7 +62,7 @@ def growth(scheme: Scheme, view: Any) -> Growth:
 
 def _rates(step: OneStep, x: Array, nodes: Nodes, before: Array, h: float) -> Array:
     view: Any = step.view
-    t, count = WHEN * view.horizon, len(nodes.weights)
+    t, count = step.time, len(nodes.weights)
     wide = np.repeat(x, count, axis=1)
     result = step.scheme.prepare(view, h)(step.enter(wide, t, h), t, nodes.increment(h, x.shape[1]))
     V = lyapunov(view, view.parts(view.state(step.read(result.state))))

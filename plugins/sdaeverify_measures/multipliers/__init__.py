@@ -10,22 +10,28 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Verdict
-from ..contracts.measure import Evidence, Measure
-from ..contracts.scheme import Scheme, form_names
-from ..contracts.settings import Settings
-from ..contracts.tally import Tally, packed, unpacked
-from ..forms import Multiplied, Problem
-from ..probe.local.multiplier_orders import (
-    QUANTITIES,
-    Multipliers,
-    multiplier_orders,
-    multipliers,
-    no_multipliers,
+from sdaeverify import Problem, Scheme, Settings, hookimpl
+from sdaeverify.measuring import (
+    NOT_PROBED,
+    Evidence,
+    Finding,
+    Judgement,
+    LevelFinding,
+    Measure,
+    Opinion,
+    Tally,
+    Verdict,
+    coverage,
+    finding,
+    judge_claim,
+    local_doubt,
+    local_opinion,
+    packed,
+    unpacked,
 )
-from ..registry.hookspecs import hookimpl
-from ..verdicts.coverage import coverage
-from ..verdicts.opinions import NOT_PROBED, finding, judge_claim, local_doubt, local_opinion
+from sdaeverify.probing import Multiplied
+
+from .multiplier_orders import QUANTITIES, Multipliers, multiplier_orders, multipliers, no_multipliers
 
 PROBED = "multipliers"
 METHOD = "remainders of one step (T1)"
@@ -46,7 +52,7 @@ class MultiplierExponents(Measure):
         """Refuse schemes that give out no multipliers."""
         view = scheme.view_of(problem)
         if view is None or view.capability(Multiplied) is None:
-            return f"the form {form_names(scheme)} has no multiplier"
+            return f"the form {' or '.join(form.__name__ for form in scheme.forms)} has no multiplier"
         with np.errstate(all="ignore"):
             return no_multipliers(scheme, view)
 

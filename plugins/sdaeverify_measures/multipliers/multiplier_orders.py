@@ -13,15 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array
-from ...contracts.scheme import Scheme, Step, flatten
-from ...errors import SchemeError
-from ...forms import Multiplied, Problem
-from ...noise.brownian import Increment
-from ...numerics import norm
-from ..step.one_step import OneStep
-from ..step.states import WHEN, cloud
-from .orders import LocalOrders, last_orders
+from sdaeverify import Array, Increment, Problem, Scheme, SchemeError, Step
+from sdaeverify.numerics import norm
+from sdaeverify.probing import LocalOrders, Multiplied, OneStep, cloud, last_orders
 
 # Rows of the record: kappa, lambda^re, Lambda^re.
 QUANTITIES = ("kappa", "lambda remainder", "Lambda remainder")
@@ -111,7 +105,7 @@ def _level(step: OneStep, x: Array, h: float, directions: Array) -> tuple[Array,
     states, nodes = x.shape[1], directions.shape[1]
     w = np.sqrt(h) * directions
     result = _result(step, np.repeat(x, nodes, axis=1), h, np.tile(w, states))
-    kappa, lam = (_output(step, result, name).reshape(-1, states, nodes) for name in (KAPPA, LAMBDA))
+    kappa, lam = (_output(step, result, name, states * nodes).reshape(-1, states, nodes) for name in (KAPPA, LAMBDA))
     drift, Lw = _leading(step, x, w)
     remainders = kappa, lam[..., 0] - h * drift, (lam[..., 1:] - lam[..., :1] - Lw[..., 1:]) / np.sqrt(h)
     size = np.array([norm(part.reshape(len(part), -1)).max() for part in remainders])
@@ -121,7 +115,7 @@ def _level(step: OneStep, x: Array, h: float, directions: Array) -> tuple[Array,
 
 def _leading(step: OneStep, x: Array, w: Array) -> tuple[Array, Array]:
     """Return l, shape (m, S), and L w, shape (m, S, K)."""
-    t, mu = WHEN * step.view.horizon, step.names["mu"]
+    t, mu = step.time, step.names["mu"]
     L = step.equation.diffusion(t, x)[mu]
     return step.equation.drift(t, x)[mu], np.einsum("mlp,lk->mpk", np.broadcast_to(L, (*L.shape[:2], x.shape[1])), w)
 
@@ -130,12 +124,12 @@ def _scales(step: OneStep, x: Array, h: float) -> Array:
     """Return what cancels in the multipliers of a step, in their change by it, and in that over sqrt(h)."""
     form = step.view.capability(Multiplied)
     assert form is not None
-    value, change = (part.max() for part in form.multiplier_scales(WHEN * step.view.horizon, x, h))
+    value, change = (part.max() for part in form.multiplier_scales(step.time, x, h))
     return np.array([value, change, change / np.sqrt(h)])
 
 
-def _output(step: OneStep, result: Step, name: str) -> Array:
-    m, paths = step.equation.dimension - step.names["mu"].start, flatten(result.state).shape[-1]
+def _output(step: OneStep, result: Step, name: str, paths: int) -> Array:
+    m = step.equation.dimension - step.names["mu"].start
     given = np.asarray(result.outputs.get(name, np.full((m, paths), np.nan)))
     if given.shape != (m, paths):
         raise SchemeError(f"output {name} has shape {given.shape}, expected ({m}, {paths})")
@@ -143,6 +137,5 @@ def _output(step: OneStep, result: Step, name: str) -> Array:
 
 
 def _result(step: OneStep, x: Array, h: float, dW: Array) -> Step:
-    t = WHEN * step.view.horizon
     H = np.zeros_like(dW) if "H" in step.scheme.noise else None
-    return step.scheme.prepare(step.view, h)(step.enter(x, t, h), t, Increment(dW, H))
+    return step.scheme.prepare(step.view, h)(step.enter(x, step.time, h), step.time, Increment(dW, H))

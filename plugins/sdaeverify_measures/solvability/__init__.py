@@ -18,22 +18,35 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ..arrays import Parts
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
-from ..contracts.measure import Evidence, Measure, Snapshot
-from ..contracts.scheme import Claim, Scheme
-from ..contracts.settings import Settings
-from ..contracts.tally import Tally, packed, unpacked
-from ..forms import Problem
-from ..noise.brownian import Increment
-from ..numerics import norm
-from ..numerics.statistics import clopper_pearson, group_sums
-from ..probe.step.one_step import OneStep
-from ..probe.step.solvable import RootScan, root_scan
-from ..registry.hookspecs import hookimpl
-from ..verdicts.coverage import Coverage, claim_for, coverage
-from ..verdicts.opinions import finding, guard, judge_claim, local_doubt, local_opinion
-from ..verdicts.path_tests import PathTests
+from sdaeverify import Claim, Increment, Parts, Problem, Scheme, Settings, hookimpl
+from sdaeverify.measuring import (
+    Coverage,
+    Evidence,
+    Finding,
+    Judgement,
+    LevelFinding,
+    Measure,
+    Opinion,
+    PathTests,
+    Reason,
+    Snapshot,
+    Tally,
+    Verdict,
+    claim_for,
+    coverage,
+    finding,
+    group_sums,
+    guard,
+    judge_claim,
+    local_doubt,
+    local_opinion,
+    packed,
+    unpacked,
+)
+from sdaeverify.numerics import clopper_pearson, norm
+from sdaeverify.probing import OneStep
+
+from .root_scan import RootScan, root_scan
 
 ROOT, SHARE = "root", "paths without root"
 EVERY_H = "every h"
@@ -128,7 +141,7 @@ def _share(evidence: Evidence, level: int) -> Share:
 
 
 def _of_claim(evidence: Evidence, shares: Sequence[Share], covered: Coverage) -> Finding:
-    def judge(claim: Claim) -> Opinion:  # noqa: ARG001 - there is one claim
+    def judge(claim: Claim) -> Opinion:
         # One step without root is a counterexample, however rare: no sampling error is involved.
         met = any(share.value for share in shares)
         tests = PathTests(1.0, 0.0 if met else 1.0, Reason(_share_text(shares)))

@@ -28,21 +28,34 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...arrays import Array
-from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
-from ...contracts.measure import Evidence, Measure
-from ...contracts.scheme import Claim, Scheme
-from ...contracts.settings import Settings
-from ...contracts.tally import Tally, packed, unpacked
-from ...forms import Problem
-from ...probe.linear.moments import no_moments
-from ...probe.linear.pair import no_linear_pair
-from ...probe.local.orders import last_orders
-from ...probe.operator import transition
-from ...probe.operator.transition_errors import invariant_observables
-from ...probe.stiffness.members import member, no_family
-from ...probe.stiffness.paired_members import PairedErrors, paired_errors
-from ...probe.stiffness.uniform_errors import (
+from sdaeverify import Array, Claim, Problem, Scheme, Settings, hookimpl
+from sdaeverify.measuring import (
+    NOT_PROBED,
+    Coverage,
+    Evidence,
+    Finding,
+    Judgement,
+    Kind,
+    LevelFinding,
+    Measure,
+    Opinion,
+    Reason,
+    Tally,
+    Verdict,
+    coverage,
+    finding,
+    judge_claim,
+    local_doubt,
+    no_claim,
+    packed,
+    unpacked,
+)
+from sdaeverify.probing import invariant_observables, last_orders, no_linear_pair, no_moments, no_transition_operator
+
+from .._members import member, no_family
+from .paired_findings import STRONG, WEAK, paired_findings
+from .paired_members import PairedErrors, paired_errors
+from .uniform_errors import (
     Supremum,
     UniformDefects,
     UniformErrors,
@@ -53,10 +66,6 @@ from ...probe.stiffness.uniform_errors import (
     uniform_defects,
     uniform_defects_refusal,
 )
-from ...registry.hookspecs import hookimpl
-from ...verdicts.coverage import Coverage, coverage, no_claim
-from ...verdicts.opinions import NOT_PROBED, finding, is_order, judge_claim, local_doubt
-from .paired_findings import STRONG, WEAK, paired_findings
 
 INVARIANT, PAIRED = "invariant", "paired"
 METHODS = {
@@ -151,7 +160,7 @@ def _of_errors(evidence: Evidence) -> Judgement:
 
 def _inexact(scheme: Scheme, one: Problem) -> bool:
     """Tell whether neither moments nor stationary means are exact for every eps."""
-    return bool(no_moments(scheme, one) and (transition.refusal(scheme, one) or not invariant_observables(one)))
+    return bool(no_moments(scheme, one) and (no_transition_operator(scheme, one) or not invariant_observables(one)))
 
 
 def _why_not_paired(scheme: Scheme, one: Problem) -> str:
@@ -247,16 +256,18 @@ def one_step_finding(covered: Coverage, record: UniformDefects, names: list[str]
     names : list of str
         Of the moments.
     """
-    assert covered.claim is not None
     found = [_orders(record, *pair) for pair in ((record.halves, record.floor), (record.euler, record.nearly))]
     order, ahead = (np.concatenate(parts) for parts in zip(*found, strict=True))
     against = [f"{name} against {what}" for what in ("two half steps", "Euler's step") for name in names]
     worst = int(np.where(np.isnan(order), -np.inf, np.fmax(order, ahead)).argmin())
-    figures = {"order": order[worst], "functional": against[worst], "claimed": covered.claim.value}
-    text = "local order {order:.3f} in {functional}; claimed {claimed}"
-    verdict, remark = _verdict(covered.claim, record, order, ahead)
-    joint = "; " if is_order(covered.claim) else ": "
-    opinion = Opinion(verdict, Reason(text, Kind.ORDER, figures).then(remark, joint), 1)
+
+    def judge(claim: Claim) -> Opinion:
+        figures = {"order": order[worst], "functional": against[worst], "claimed": claim.value}
+        reason = Reason("local order {order:.3f} in {functional}; claimed {claimed}", Kind.ORDER, figures)
+        verdict, remark = _verdict(float(claim.value) - claim.margin, record, order, ahead)
+        return Opinion(verdict, reason.then(remark), 1)
+
+    opinion = judge_claim(covered, judge, tier=1)
     return finding(
         covered, opinion, estimate=float(order[worst]), method=METHOD, details={"functional": against[worst]}
     )
@@ -278,11 +289,8 @@ def _orders(record: UniformDefects, size: Array, floor: Array) -> tuple[Array, A
     return found.order, found.ahead
 
 
-def _verdict(claim: Claim, record: UniformDefects, order: Array, ahead: Array) -> tuple[Verdict, str]:
+def _verdict(bound: float, record: UniformDefects, order: Array, ahead: Array) -> tuple[Verdict, str]:
     """Return the verdict, and what is to be said beside the figures."""
-    if isinstance(claim.value, str):
-        return Verdict.INCONCLUSIVE, "this measure does not know what that means"
-    bound = claim.value - claim.margin
     if np.any(np.maximum(order, ahead) < bound):
         return Verdict.REFUTED, ""
     if np.all(np.minimum(order, ahead) >= bound):

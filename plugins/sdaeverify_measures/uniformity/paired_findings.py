@@ -19,16 +19,25 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ...arrays import Array
-from ...contracts.finding import Finding, Kind, LevelFinding, Opinion, Reason, Verdict
-from ...contracts.measure import Evidence
-from ...contracts.scheme import Claim
-from ...numerics.statistics import GROUPS
-from ...probe.stiffness.paired_members import FAILED, PairedErrors, run_of
-from ...verdicts.coverage import coverage
-from ...verdicts.opinions import decide, finding, judge_claim
-from ...verdicts.path_tests import PathTests, with_sample
-from ..outweighed import growth, outweighs
+from sdaeverify import Array, Claim
+from sdaeverify.measuring import (
+    Evidence,
+    Finding,
+    Kind,
+    LevelFinding,
+    Opinion,
+    PathTests,
+    Reason,
+    Verdict,
+    coverage,
+    decide,
+    finding,
+    judge_claim,
+    with_sample,
+)
+from sdaeverify.numerics import outweighs, sample_growth
+
+from .paired_members import FAILED, PairedErrors, run_of
 
 WEAK, STRONG = "weak", "strong"
 METHODS = {
@@ -101,7 +110,9 @@ class PairedMeans:
 
     def bands(self, confidence: float) -> Bands:
         """Return the suprema with simultaneous intervals."""
-        t = float(scipy.special.stdtrit(GROUPS - 1, 1.0 - 0.25 * (1.0 - confidence) / (len(self.h) * self.choices)))
+        t = float(
+            scipy.special.stdtrit(len(self.D) - 1, 1.0 - 0.25 * (1.0 - confidence) / (len(self.h) * self.choices))
+        )
         size, blur = np.abs(self.D.mean(axis=0)), np.abs(self.B.mean(axis=0))
         off = t * self._errors(self.D) + (blur + t * self._errors(self.B))[:, None]
         flat = [np.moveaxis(each, 1, 0).reshape(len(self.h), -1) for each in (size, size - off, size + off)]
@@ -137,7 +148,7 @@ class PairedMeans:
         return float(2.0 ** (-(len(self.h) - 1 - column) * self.power * order))
 
     def _errors(self, values: Array) -> Array:
-        return np.asarray(values.std(axis=0, ddof=1) / np.sqrt(GROUPS))
+        return np.asarray(values.std(axis=0, ddof=1) / np.sqrt(len(values)))
 
 
 def paired_findings(evidence: Evidence, record: PairedErrors) -> Iterator[tuple[Finding, Iterator[LevelFinding]]]:
@@ -205,7 +216,7 @@ def _opinion(evidence: Evidence, record: PairedErrors, claim: Claim, sample: Pai
         rest = PathTests(1.0, stays, reason.then(_missing_eps(sample.left_out)))
         return decide(with_sample(rest, paths, heavy=False), evidence)
     opinion = decide(with_sample(PathTests(falls, stays, reason), paths, heavy=False), evidence)
-    more = min(growth(p, evidence.level, GROUPS) for p in (falls, stays))
+    more = min(sample_growth(p, evidence.level, len(sample.D)) for p in (falls, stays))
     if opinion.verdict is Verdict.INCONCLUSIVE and np.isfinite(more):
         needed = {"paths": float(f"{run_of(more * paths):.1g}")}
         return opinion.plus(Reason("about {paths:.0f} paths of a run would decide", Kind.MORE_PATHS, needed))

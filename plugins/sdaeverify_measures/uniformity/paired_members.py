@@ -17,13 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array, Parts
-from ...contracts.scheme import Scheme
-from ...contracts.settings import Settings
-from ...forms import Problem, StiffnessFamily
-from ...noise.brownian import LevelNoise, Source, brownian_steps
-from ...numerics.statistics import group_sums
-from .members import member, stiffnesses
+from sdaeverify import Array, Parts, Problem, Scheme, Settings
+from sdaeverify.measuring import group_sums
+from sdaeverify.probing import LevelNoise, Source, StiffnessFamily, brownian_steps
+
+from .._members import member, stiffnesses
 
 PURPOSE = "uniformity"
 # Levels of the scheme at most, and halvings from the finest of them to the Euler path.

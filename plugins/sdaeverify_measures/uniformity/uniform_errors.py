@@ -27,25 +27,30 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Array, Mask
-from ...contracts.scheme import Scheme
-from ...forms import Problem, StiffnessFamily
-from ...numerics import norm
-from ...numerics.statistics import EPS
-from ..linear.affine import AFFINE
-from ..linear.equation import linear_equation
-from ..linear.moments import MomentErrors, moment_errors
-from ..linear.pair import ROUNDING, mean_square_distance
-from ..operator.functional_orders import error_floors, obstacle
-from ..operator.transition_errors import invariant_errors
-from ..step.nodes import Nodes, step_nodes
-from ..step.one_step import OneStep
-from ..step.states import cloud
-from ..step.step_noise import StepNoise
-from .members import member, stiffnesses
+from sdaeverify import Array, Mask, Problem, Scheme
+from sdaeverify.numerics import norm
+from sdaeverify.probing import (
+    MomentErrors,
+    Nodes,
+    OneStep,
+    StepNoise,
+    StiffnessFamily,
+    cloud,
+    error_floors,
+    invariant_errors,
+    linear_equation,
+    mean_square_distance,
+    moment_errors,
+    step_nodes,
+    why_off_chart,
+)
+
+from .._members import member, stiffnesses
 
 # Values of eps in a decade where moments are propagated, and where an operator is set up for each of them.
 PER_DECADE, OPERATORS_PER_DECADE = 2, 1
+# Rounding of one step of a recursion, in units of EPS and of the size of the moments.
+ROUNDING, EPS = 16.0, float(np.finfo(float).eps)
 # Functions of an angle and of a coordinate on the line, by the number of coordinates, in two bases.
 FINE, COARSE = {1: (49, 18), 2: (15, 14)}, {1: (33, 12), 2: (11, 10)}
 OPERATOR_LEVELS = 4
@@ -185,7 +190,12 @@ def moment_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Unifo
         errors = np.concatenate([record.first, record.second[:, i, j]], axis=1)
         # The entries of a stiff matrix are rounded to EPS of its size, whatever is computed from them.
         stiff = ROUNDING * EPS * problem.horizon * rate * _size(record)
-        return errors, np.broadcast_to((record.floor + stiff)[:, None], errors.shape), _size(record), _linear(record)
+        return (
+            errors,
+            np.broadcast_to((record.floor + stiff)[:, None], errors.shape),
+            _size(record),
+            float(record.linear),
+        )
 
     return _collect_errors(view, _finer(steps), stiffnesses(PER_DECADE), of)
 
@@ -227,7 +237,7 @@ def invariant_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Un
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair whose members `transition.refusal` has nothing against.
+        Of a pair whose members `no_transition_operator` has nothing against.
     steps : sequence of int
         Numbers of steps to T; the first one and three doublings are used.
 
@@ -243,7 +253,7 @@ def invariant_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Un
         size = np.maximum(record.spread, np.abs(record.exact))
         # What is put back where it began is no longer the scheme.
         broken = np.where(record.failed > FAILED, inf, 0.0)[:, None]
-        return record.errors, error_floors(record) + broken, size, float(not obstacle(record))
+        return record.errors, error_floors(record) + broken, size, float(not why_off_chart(record))
 
     return _collect_errors(view, steps, stiffnesses(OPERATORS_PER_DECADE), of)
 
@@ -276,11 +286,6 @@ def _size(record: MomentErrors) -> float:
     # Of the least moments met: those of a scheme that is unstable have no size.
     least = float(np.min(record.scale, initial=inf, where=np.isfinite(record.scale)))
     return least if np.isfinite(least) else 1.0
-
-
-def _linear(record: MomentErrors) -> float:
-    # A step that overflows shows no defect; one without root has no moments.
-    return float(record.defect.max() <= AFFINE)
 
 
 # Step sizes 4^-4, ..., 4^-8 of the horizon, or of the unit of time where that is shorter; and eps in steps.

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import scipy.stats
 
-from sdaeverify.measures.outweighed import growth, outweighs, t_values
+from sdaeverify.numerics import outweighs, sample_growth
+from sdaeverify.numerics.outweighed import t_values
 
 
 @pytest.mark.parametrize("groups", [2, 20, 32])
@@ -24,7 +25,7 @@ def test_foretold_sample_decides(groups):
     a = 2.0 / np.sqrt(groups) + noise
     needed = 1e-6
 
-    more = growth(float(outweighs(a)), needed, groups)
+    more = sample_growth(float(outweighs(a)), needed, groups)
     grown = a.mean() + noise / np.sqrt(more)
 
     np.testing.assert_allclose(outweighs(grown), needed, rtol=1e-9)

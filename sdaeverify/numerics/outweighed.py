@@ -32,7 +32,7 @@ def outweighs(a: Array, *others: Array) -> Array:
     return np.asarray(np.where(np.isnan(t), 1.0, np.minimum(1.0, 2.0 * scipy.special.stdtr(len(a) - 1, -t))))
 
 
-def growth(p: float, needed: float, groups: int) -> float:
+def sample_growth(p: float, needed: float, groups: int) -> float:
     """Return by which factor a sample must grow until a p-value falls to what is needed, if its figures stay.
 
     Parameters
