@@ -10,8 +10,8 @@ on a problem, in up to four methods:
     sums over groups of paths, which blocks, machines and runs can merge; the truth is computed beside them unless
     ``truths`` says that it is not looked at;
 ``probe``
-    what one step tells without sampling, by the map `OneStep`; a record of numbers is `packed` into a tally, and
-    `unpacked` where it is judged;
+    what one step tells without sampling, see `sdaeverify.probing`; a record of numbers is `packed` into a tally,
+    and `unpacked` where it is judged;
 ``judge``
     a pure function from `Evidence` to a `Judgement`: a `Finding` for each quantity, a `LevelFinding` for each of its
     step sizes.
@@ -28,22 +28,30 @@ its words. Verdicts of paths are corrected for all tests of a run by their p-val
 problem; opinions of one step (`local_opinion`) are guarded by paths (`guard`).
 """
 
-from .arrays import Array, Parts
 from .contracts.error_sizes import ErrorSizes
 from .contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
 from .contracts.measure import Evidence, Measure, Observer, Snapshot
 from .contracts.tally import Tally, packed, unpacked
 from .numerics.statistics import Estimate, group_sums, jackknife, order_of
-from .probe.step.one_step import OneStep
-from .verdicts.coverage import Coverage, coverage
-from .verdicts.opinions import decide, finding, guard, judge_claim, leave_open, local_opinion, no_fit
+from .verdicts.coverage import Coverage, claim_for, coverage, no_claim
+from .verdicts.opinions import (
+    NOT_PROBED,
+    decide,
+    finding,
+    guard,
+    judge_claim,
+    leave_open,
+    local_doubt,
+    local_opinion,
+    no_fit,
+)
 from .verdicts.path_tests import FEWEST, FITTED, PathTests, order_tests, with_sample
 from .verdicts.sound_levels import sound_levels
 
 __all__ = [
     "FEWEST",
     "FITTED",
-    "Array",
+    "NOT_PROBED",
     "Coverage",
     "ErrorSizes",
     "Estimate",
@@ -54,14 +62,13 @@ __all__ = [
     "LevelFinding",
     "Measure",
     "Observer",
-    "OneStep",
     "Opinion",
-    "Parts",
     "PathTests",
     "Reason",
     "Snapshot",
     "Tally",
     "Verdict",
+    "claim_for",
     "coverage",
     "decide",
     "finding",
@@ -70,7 +77,9 @@ __all__ = [
     "jackknife",
     "judge_claim",
     "leave_open",
+    "local_doubt",
     "local_opinion",
+    "no_claim",
     "no_fit",
     "order_of",
     "order_tests",

@@ -11,7 +11,9 @@ import pytest
 
 import sdaeverify
 import sdaeverify.bridges
+import sdaeverify.measuring
 import sdaeverify.numerics
+import sdaeverify.probing
 
 ROOT = Path(__file__).resolve().parents[1]
 FRAMEWORK = ROOT / "sdaeverify"
@@ -32,6 +34,7 @@ LAYERS = {
     "verdicts": 4,  # what measures and studies share: the way of a claim to its verdict
     "measures": 4,
     "measuring": 5,
+    "probing": 5,
     "store": 4,
     "workers": 5,
     "study": 5,
@@ -49,17 +52,17 @@ LAYERS = {
 SIDE = {"registry"}
 HIGHEST_KNOWN, LOWEST_USER = 2, 5
 PLUGGY = {"registry"}
-# What a scheme or problem may import: the public names of the package, of its numerical tools and of the bridge kit.
-ROOMS = (sdaeverify, sdaeverify.numerics, sdaeverify.bridges)
+# What plugins may import: the public names of these rooms.
+ROOMS = (sdaeverify, sdaeverify.measuring, sdaeverify.probing, sdaeverify.numerics, sdaeverify.bridges)
 PUBLIC = {f"{module.__name__}.{public}" for module in ROOMS for public in module.__all__}
-SHIPPED = {f"sdaeverify_{kind}" for kind in ("schemes", "problems", "planted", "experiments", "bridges")}
+SHIPPED = {f"sdaeverify_{kind}" for kind in ("schemes", "problems", "measures", "planted", "experiments", "bridges")}
 
 STRING_METHODS = set(dir(str)) - set(dir(object)) | {"__contains__"}
 JUDGING = {"Claim", "Verdict", "Opinion", "Finding", "Kind", "promises", "claims"}
 
 FRAMEWORK_LINES, CONTRIBUTED_LINES = 500, 500
 LONGEST, LONG, SHORT_SHARE, MEDIAN = 50, 25, 0.9, 8
-MOST_ROOMS, FILES_OF_A_ROOM, SOLE_IMPORTERS = 25, 16, 41
+MOST_ROOMS, FILES_OF_A_ROOM, SOLE_IMPORTERS = 26, 16, 41
 PARAMETERS, COEFFICIENTS = 6, 8
 
 
@@ -327,10 +330,20 @@ def deep(path):
     return {dotted for dotted in imported_names(path) if dotted.split(".")[0] == FRAMEWORK.name} - PUBLIC
 
 
-def test_shipped_schemes_and_problems_use_the_public_names_only():
-    """They import from `sdaeverify` and two rooms of it, as anybody else's would."""
-    assert guilty(deep, *CONTRIBUTED) == {}, "what they need should be public in sdaeverify"
+def test_shipped_plugins_use_the_public_names_only():
+    """Schemes, problems and measures of papers import from the public rooms alone, as anybody else's would."""
+    assert guilty(deep, *CONTRIBUTED) == {}, "what they need should be public in one of the rooms"
     assert guilty(deep, FRAMEWORK)
+
+
+@pytest.mark.parametrize(
+    ("room", "most"), [(sdaeverify.measuring, 40), (sdaeverify.probing, 32)], ids=["measuring", "probing"]
+)
+def test_a_public_room_is_narrow_and_explains_itself(room, most):
+    """An author of measures meets few names, and each class and function of them in its own words."""
+    things = {each: getattr(room, each) for each in room.__all__}
+    assert len(things) <= most
+    assert not [each for each, thing in things.items() if callable(thing) and not getattr(thing, "__doc__", "")]
 
 
 def test_files_are_short():
@@ -437,7 +450,7 @@ def test_the_framework_names_no_scheme_and_no_problem():
 
 MEASURES = {
     node.value.value
-    for path in sources(FRAMEWORK / "measures")
+    for path in sources(FRAMEWORK / "measures", ROOT / "plugins" / "sdaeverify_measures")
     for node in nodes(parsed(path))
     if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "name" and node.value is not None
 }

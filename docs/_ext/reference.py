@@ -24,6 +24,7 @@ WIDTH = 110
 ROOMS = {
     "sdaeverify": "sdaeverify: schemes, problems, runs",
     "sdaeverify.measuring": "sdaeverify.measuring: for authors of measures",
+    "sdaeverify.probing": "sdaeverify.probing: for authors of measures that probe one step",
     "sdaeverify.testing": "sdaeverify.testing: checks and claims as tests",
     "sdaeverify.numerics": "sdaeverify.numerics: small numerical tools",
     "sdaeverify.bridges": "sdaeverify.bridges: steps of other libraries",

@@ -1,4 +1,4 @@
-"""Numerical tools with paths last: derivatives, small linear algebra, Newton's method."""
+"""Numerical tools with paths last: derivatives, small linear algebra, Newton's method, statistics of samples."""
 
 from .block_banded import BlockBanded, identity, overlap, solve_blocks
 from .derivatives import (
@@ -25,16 +25,20 @@ from .linalg import (
     solve,
 )
 from .newton import Root, newton, update_tolerance
+from .outweighed import outweighs, sample_growth
+from .statistics import Tail, clopper_pearson, slope_weights, tail
 
 __all__ = [
     "BlockBanded",
     "Dense",
     "Elimination",
     "Root",
+    "Tail",
     "Tridiagonal",
     "all_finite",
     "apply",
     "apply_transposed",
+    "clopper_pearson",
     "determinant",
     "directional",
     "eliminated",
@@ -47,10 +51,14 @@ __all__ = [
     "matches_differences",
     "newton",
     "norm",
+    "outweighs",
     "overlap",
     "product_transposed",
+    "sample_growth",
     "second_directional",
+    "slope_weights",
     "solve",
     "solve_blocks",
+    "tail",
     "update_tolerance",
 ]

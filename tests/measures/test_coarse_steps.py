@@ -10,10 +10,10 @@ from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.measures.drift import Drift
-from sdaeverify.measures.moments import Moments
 from sdaeverify.measures.weak import Weak
 from sdaeverify.study import Study, plan
 from sdaeverify.verdicts.path_tests import PathTests, hold_back
+from sdaeverify_measures.moments import Moments
 from sdaeverify_problems.fibre_clamped import fibre_clamped
 from sdaeverify_problems.fibre_free import fibre_free
 from sdaeverify_problems.gbm import gbm

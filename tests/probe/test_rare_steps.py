@@ -19,7 +19,7 @@ from sdaeverify.probe.local.strong_defects import local_strong
 from sdaeverify.probe.local.strong_order import strong_order
 from sdaeverify.probe.local.weak_defects import local_weak
 from sdaeverify.probe.local.weak_order import weak_order
-from sdaeverify.probe.operator.transition import refusal
+from sdaeverify.probe.operator.transition import no_transition_operator
 from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify.probe.step.times import DIFFERENT, odd_step
 from sdaeverify_planted.rare_steps import LateDrift, RareCorrection
@@ -106,8 +106,8 @@ def test_one_step_s_moments_or_law_are_not_those_of_all(wrong: str) -> None:
     """Neither moments nor the transition operator speak for a scheme whose steps differ."""
     scheme = Sometimes(WRONG[wrong])
 
-    assert no_moments(EulerMaruyama(), ou()) == refusal(EulerMaruyama(), WELL) == ""
-    assert no_moments(scheme, ou()) == refusal(scheme, WELL) == DIFFERENT
+    assert no_moments(EulerMaruyama(), ou()) == no_transition_operator(EulerMaruyama(), WELL) == ""
+    assert no_moments(scheme, ou()) == no_transition_operator(scheme, WELL) == DIFFERENT
 
 
 def test_a_drift_that_is_lost_in_between_is_refuted() -> None:

@@ -27,10 +27,10 @@ from ...probe.operator.functional_orders import (
     error_floors,
     functional_orders,
     mean_sizes,
-    obstacle,
+    why_off_chart,
     widen,
 )
-from ...probe.operator.transition import refusal
+from ...probe.operator.transition import no_transition_operator
 from ...probe.operator.transition_errors import (
     Densities,
     TransitionErrors,
@@ -56,7 +56,7 @@ NO_ORDER = FunctionalOrder(np.nan, np.nan, np.nan)
 
 def usable(record: TransitionErrors) -> bool:
     """Tell whether the scheme stays on the chart."""
-    return not obstacle(record)
+    return not why_off_chart(record)
 
 
 def operator_findings(
@@ -255,7 +255,7 @@ def coarsest_step(view: Problem, settings: Settings) -> float:
 def stationary_record(evidence: Evidence) -> TransitionErrors | None:
     """Return the errors of the stationary law, or None where there is no operator or the scheme leaves the chart."""
     scheme, view = evidence.scheme, evidence.view
-    if refusal(scheme, view) or not invariant_observables(view):
+    if no_transition_operator(scheme, view) or not invariant_observables(view):
         return None
     sizes = [coarsest_step(view, evidence.settings) / 2.0**level for level in range(MOST)]
     resolving = [not why_unresolved(view, h) for h in sizes]

@@ -15,8 +15,8 @@ from ...contracts.claimed import UNBIASED, Bound
 from ...contracts.finding import Finding, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
+from ...numerics.outweighed import outweighs, sample_growth
 from ...probe.operator.functional_orders import ABOVE_FLOOR, FunctionalOrder
-from ..outweighed import growth, outweighs
 from .chain_order import BiasSample
 
 
@@ -132,7 +132,7 @@ def bias_of_chains(
     elif verified <= evidence.level:
         verdict = Verdict.VERIFIED
     reason = _figures(mean[at], half[at], h[at], h, bound)
-    more = growth(min(within[-1], beyond[-1]), evidence.level / planned, len(errors))
+    more = sample_growth(min(within[-1], beyond[-1]), evidence.level / planned, len(errors))
     bias = StationaryBias(float(mean[at]), float(mean[at] - half[at]), float(mean[at] + half[at]), more)
     return bias, Opinion(verdict, reason, p_verified=verified, p_refuted=refuted)
 

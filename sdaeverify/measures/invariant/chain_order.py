@@ -25,10 +25,10 @@ import scipy
 from ...arrays import Array
 from ...contracts.claimed import Order
 from ...contracts.measure import Evidence
+from ...numerics.outweighed import outweighs, sample_growth, t_values
 from ...numerics.statistics import EPS, RISING
 from ...simulate.chains import GROUPS, ChainRecord
 from ...verdicts.path_tests import RESOLVED
-from ..outweighed import growth, outweighs, t_values
 
 # What is left of a mean's error may be this part of the bias at the coarsest level.
 CONFIRMED = 0.25
@@ -228,7 +228,7 @@ def chain_tests(found: list[BiasSample], claim: Order, planned: float, evidence:
     slow = [sample.p_slow(claim) if steady else 1.0 for sample in found]
     wrong = [sample.p_wrong(claim.least) for sample in found]
     verified, too_slow, off = (min(1.0, planned * min(looks)) for looks in (falls, slow, wrong))
-    return ChainTests(verified, too_slow, off, growth(falls[-1], evidence.level / planned, GROUPS))
+    return ChainTests(verified, too_slow, off, sample_growth(falls[-1], evidence.level / planned, GROUPS))
 
 
 def exceeds(a: Array, b: Array) -> float:

@@ -29,15 +29,15 @@ from ...probe.local.delay_links import loses_algebraic, remove_delay
 from ...probe.local.smoothness import Smoothness, smoothness
 from ...probe.local.weak_defects import SemigroupReference, weak_reference
 from ...probe.local.weak_order import LocalWeak, WeakOrder, weak_order
-from ...probe.operator import transition
 from ...probe.operator.functional_orders import (
     FunctionalOrder,
     functional_orders,
     least_order,
-    obstacle,
+    why_off_chart,
     widen,
 )
 from ...probe.operator.point_law import PointLaw, largest_errors_order, no_point_law, point_law
+from ...probe.operator.transition import no_transition_operator
 from ...probe.operator.transition_errors import TransitionErrors, chart_observables, weak_errors
 from ...probe.step import test_functions
 from ...probe.step.states import cloud
@@ -104,7 +104,7 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
             evidence = evidence.merge(packed(MOMENTS, delay_moment_errors(scheme, view, settings.steps)))
     elif not no_moments(scheme, view):
         evidence = evidence.merge(packed(MOMENTS, moment_errors(scheme, view, settings.steps)))
-    elif not _decides_claims(found, scheme) and view.chart is not None and not transition.refusal(scheme, view):
+    elif not _decides_claims(found, scheme) and view.chart is not None and not no_transition_operator(scheme, view):
         evidence = evidence.merge(packed(OPERATOR, _operator(scheme, view, settings)))
     if not no_point_law(scheme, view) and _claims_rough(scheme, view):
         evidence = evidence.merge(packed(POINTS, point_law(scheme, view, settings.coarsest)))
@@ -125,7 +125,7 @@ def weak_probe(evidence: Evidence) -> WeakProbe:
 def _read_probe(tally: Tally, view: Problem) -> WeakProbe:
     record = unpacked(OPERATOR, TransitionErrors, tally)
     orders: dict[str, FunctionalOrder] = {}
-    if record is not None and not obstacle(record):
+    if record is not None and not why_off_chart(record):
         orders = _operator_orders(view, record)
     defects = unpacked(LOCAL, LocalWeak, tally)
     moments = unpacked(MOMENTS, MomentErrors, tally)
@@ -145,7 +145,7 @@ def probe_sizes(evidence: Evidence) -> dict[str, ErrorSizes]:
     operator = unpacked(OPERATOR, TransitionErrors, evidence.tally)
     found = {} if defects is None else {"one step": of_step_expectations(defects)}
     found |= {} if moments is None else dict(of_moments(moments))
-    if operator is not None and not obstacle(operator):
+    if operator is not None and not why_off_chart(operator):
         found |= of_operator(operator, chart_observables(evidence.view), "by the operator")
     return found
 
@@ -281,7 +281,9 @@ def _operator(scheme: Scheme, view: Any, settings: Settings) -> TransitionErrors
     orders = _operator_orders(view, record)
     claims = {name: claim_for(scheme, view.traits, "weak", name).claim for name in orders}
     least = {name: c.value.least for name, c in claims.items() if c and isinstance(c.value, Order)}
-    if obstacle(record) or all(orders[name].fixed or orders[name].low >= p - TOLERANCE for name, p in least.items()):
+    if why_off_chart(record) or all(
+        orders[name].fixed or orders[name].low >= p - TOLERANCE for name, p in least.items()
+    ):
         return record
     return record.extend(weak_errors(scheme, view, steps[FIRST:]))
 

@@ -81,6 +81,11 @@ class MomentErrors(NamedTuple):
     defect: Array
     usable: Array
 
+    @property
+    def linear(self) -> bool:
+        """Whether the step is linear: one that overflows shows no defect, one without root has no moments."""
+        return bool(self.defect.max() <= AFFINE)
+
 
 class _Moments(NamedTuple):
     # E z z^T of the comparable components at T, the largest moment on the way, relative error of the rule, the rest
@@ -144,7 +149,7 @@ def moment_orders(record: MomentErrors) -> tuple[FunctionalOrder, ...]:
 
     None is told where the step is not linear, or has no root or no second moment.
     """
-    if record.defect.max() > AFFINE or not record.usable.all():
+    if not record.linear or not record.usable.all():
         return ()
     i, j = np.triu_indices(record.first.shape[1])
     errors = np.concatenate([record.first, record.second[:, i, j]], axis=1).T

@@ -21,7 +21,7 @@ from ...forms.delay.linked import X
 from ...noise.brownian import Increment
 from ..step.nodes import normal_rule
 from ..step.one_step import OneStep
-from ..step.states import WHEN, cloud
+from ..step.states import cloud
 from .delay_links import Y, remove_delay
 from .orders import last_orders
 from .strong_defects import LEVELS, ROUNDING
@@ -64,7 +64,7 @@ def algebraic_defects(scheme: Scheme, view: Delayed, delta: float) -> AlgebraicD
     step = OneStep(*remove_delay(scheme, view))
     x, h = cloud(step.view, step.equation), LEVELS * step.view.time_unit
     with np.errstate(all="ignore"):
-        found = [_level(scheme, view, np.split(x, 2), WHEN * step.view.horizon, (float(size), delta)) for size in h]
+        found = [_level(scheme, view, np.split(x, 2), step.time, (float(size), delta)) for size in h]
     rms, scale = (np.stack(parts, axis=-1) for parts in zip(*found, strict=True))
     return AlgebraicDefects(h, rms, scale)
 

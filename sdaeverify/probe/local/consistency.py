@@ -19,7 +19,7 @@ from ...forms import Delayed, Problem
 from ...noise.brownian import Increment
 from ..step.nodes import SEED, HalfSteps, Nodes, half_steps, law_nodes, product_rule, step_nodes
 from ..step.one_step import OneStep
-from ..step.states import WHEN, cloud
+from ..step.states import cloud
 from .delay_links import remove_delay
 from .orders import last_orders
 from .reach import mark_rows, reach
@@ -115,7 +115,7 @@ def _orders(record: Consistency, part: Array) -> Array:
 
 def _defects(step: OneStep, x: Array, nodes: Nodes, h: float) -> tuple[Array, Array, Array]:
     """Return root mean squares and means of the defects, shape (2, C, S), and the scale, shape (S,)."""
-    states, t = x.shape[1], WHEN * step.view.horizon
+    states, t = x.shape[1], step.time
     wide, noise = np.repeat(x, len(nodes.weights), axis=1), nodes.increment(h, states)
     first = step(wide, t, h, noise) - step.euler(wide, t, h, noise)
     state = step.advance(step.enter(wide, t, h), t, h, _random_increments(nodes, h, states))
@@ -207,7 +207,7 @@ def consistency_order(record: DelayConsistency) -> float:
 
 
 def _level(step: OneStep, x: Array, nodes: HalfSteps, h: float) -> tuple[Array, Array, Array]:
-    states, weights, t = x.shape[1], nodes.whole.weights, WHEN * step.view.horizon
+    states, weights, t = x.shape[1], nodes.whole.weights, step.time
     wide, d = np.repeat(x, len(weights), axis=1), len(x) // 2
     whole, first, second = (part.increment(h, states) for part in nodes)
     once, middle = step(wide, t, h, whole), step(wide, t, 0.5 * h, first)

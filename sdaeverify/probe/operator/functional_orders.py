@@ -153,7 +153,7 @@ class FunctionalOrder(NamedTuple):
     note: str = ""
 
 
-def obstacle(record: TransitionErrors) -> str:
+def why_off_chart(record: TransitionErrors) -> str:
     """Return why the record is no evidence on the scheme, or an empty string."""
     worst = int(np.argmax(record.departure))
     if record.departure[worst] > ON_CHART:

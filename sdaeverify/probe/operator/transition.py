@@ -78,7 +78,7 @@ class Given(NamedTuple):
 ASKED = Given()
 
 
-def refusal(scheme: Scheme, view: Problem) -> str:
+def no_transition_operator(scheme: Scheme, view: Problem) -> str:
     """Return why a scheme has no transition operator on a problem's chart, or an empty string."""
     chart, one_step = view.chart, OneStep(scheme, view)
     if chart is None or len(chart.axes) not in {1, 2}:

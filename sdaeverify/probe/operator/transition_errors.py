@@ -275,7 +275,7 @@ def stationary_densities(scheme: Scheme, view: Problem, h: float) -> Densities:
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair that `transition.refusal` has nothing against.
+        Of a pair that `no_transition_operator` has nothing against.
     h : float
         Step size.
 

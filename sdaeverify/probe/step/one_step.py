@@ -56,6 +56,11 @@ class OneStep:
         return equation
 
     @property
+    def time(self) -> float:
+        """When steps are looked at: a fifth of the horizon, as at 0 derivatives of the coefficients may vanish."""
+        return WHEN * self.view.horizon
+
+    @property
     def names(self) -> dict[str, slice]:
         """Rows of each component."""
         return dict(self.equation.names or {"x": slice(None)})
@@ -167,7 +172,7 @@ class OneStep:
         A truncated step is not yet what the scheme tends to: it has no order there.
         """
         nodes = self._few_nodes()
-        wide, t = np.repeat(x, len(nodes.weights), axis=1), WHEN * self.view.horizon
+        wide, t = np.repeat(x, len(nodes.weights), axis=1), self.time
         found = np.zeros((x.shape[1], len(h)), dtype=bool)
         for place, size in enumerate(h.tolist() if not self.view.records else ()):
             step = self.scheme.prepare(self.view, size)
@@ -240,7 +245,7 @@ def _depends_on_run(step: OneStep) -> bool:
 
 def _distance_from_run(step: OneStep, h: float) -> float:
     """Return how far the steps of a run are at most from those that `enter` begins at the same states."""
-    x, t = cloud(step.view, step.equation)[:, ::4], WHEN * step.view.horizon
+    x, t = cloud(step.view, step.equation)[:, ::4], step.time
     rng = np.random.Generator(np.random.Philox(key=SEED + 9))
     state, make, off = step.enter(x, t, h), step.scheme.prepare(step.view, h), 0.0
     for n in range(RUN):

@@ -157,7 +157,7 @@ def same_in_a_row(step: OneStep) -> bool:
 @lru_cache(maxsize=64)
 def _first_row(step: OneStep) -> _Row:
     h = (1.0 - WHEN) / in_a_row(step.view)
-    return _row(step, h * step.view.time_unit, WHEN * step.view.horizon)
+    return _row(step, h * step.view.time_unit, step.time)
 
 
 # Asked for two of its steps, of all sizes one after the other.

@@ -1,0 +1,301 @@
+"""Bounded moments: E max_k V(X_k), V = 1 + |x|_*^4, over the coarsest grid at every step size.
+
+One claim is known:
+
+``bounded``
+    uniformly in h (Lindner & Stroot 2017, Lemma 4.12).
+
+No sample shows that a moment is finite: what explodes may be carried by paths too rare to be drawn, and says nothing
+of smaller h. Therefore a claim is
+
+verified
+    by one step alone (T1): where sup_x log(E V(Phi(x, h, w))/V(x))/h over states near and far is bounded as h tends
+    to 0, moments are bounded uniformly by iteration; see `probe.growth`. It is sufficient, not necessary. The paths
+    guard it. Where the map cannot be probed they decide, if their tails are not heavy;
+refuted
+    by paths: the fourth root of the moment is provably more than twice that of the solution at some step size. By
+    Markov's inequality a share of at most c E V / v of the paths has V >= v if the scheme's moment is at most c times
+    the solution's, c = 2^4. Shares are told from that by the binomial law, whatever the tail. The solution's moment
+    enters with its upper confidence bound, on half of the level; thresholds and levels share the other half;
+inconclusive
+    otherwise.
+
+Only cells with a claim are sampled.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+import scipy
+
+from sdaeverify import Array, Parts, Problem, Scheme, Settings, hookimpl
+from sdaeverify.measuring import (
+    Estimate,
+    Evidence,
+    Finding,
+    Judgement,
+    LevelFinding,
+    Measure,
+    Opinion,
+    PathTests,
+    Reason,
+    Snapshot,
+    Tally,
+    Verdict,
+    claim_for,
+    coverage,
+    finding,
+    group_sums,
+    guard,
+    jackknife,
+    judge_claim,
+    local_doubt,
+    local_opinion,
+    packed,
+    unpacked,
+    with_sample,
+)
+from sdaeverify.numerics import Tail, tail
+from sdaeverify.probing import OneStep, why_unresolved
+
+from .semi_stability import POWER, Growth, growth, lyapunov
+
+# What the moments measure notes on one block: the largest V of each path over the coarsest grid, at every level.
+
+
+# Histogram of log2 V in quarters, so that shares above any bound are known of merged blocks; infinity is in the last.
+EDGES = np.arange(0.0, 256.25, 0.25)
+# So many of the largest values of a block are noted: they tell how heavy the tail is.
+NOTED = 128
+
+
+class MomentObserver:
+    """Notes max_k V(X_k) of each level and, in the last row, of the truth; NaN where it lacks a component of V."""
+
+    def __init__(self, problem: Problem, parts: Parts, settings: Settings) -> None:
+        self.problem, self.settings = problem, settings
+        self.wanted: Sequence[frozenset[int]] = [frozenset()] * settings.levels
+        self.names = problem.norm_parts or tuple(parts)
+        self.worst = np.repeat(self._V(parts)[None], settings.levels + 1, axis=0)
+
+    def after_step(self, level: int, step: int, parts: Parts) -> None:
+        """Note nothing: moments are taken on the coarsest grid."""
+
+    def after_coarsest_step(self, snapshot: Snapshot) -> None:
+        """Note the maximum so far."""
+        now = [self._V(parts) for parts in (*snapshot.levels, snapshot.truth)]
+        self.worst = np.maximum(self.worst, np.stack(now))
+
+    def tally(self) -> Tally:
+        """Return sums over groups of V and V^2, histograms and the largest values."""
+        V = self.worst
+        sums = {
+            "paths": group_sums(np.ones(V.shape[1])),
+            "moment": np.moveaxis(group_sums(np.stack([V, V * V])), 1, -1),
+            "histogram": np.stack([_histogram(values) for values in V]),
+        }
+        return Tally(sums=sums, largest={"V": np.sort(V)[..., ::-1][..., :NOTED]})
+
+    def _V(self, parts: Parts) -> Array:
+        if not all(name in parts for name in self.names):
+            return np.full(next(iter(parts.values())).shape[-1], np.nan)
+        return lyapunov(self.problem, {name: parts[name] for name in self.names})
+
+
+def _histogram(V: Array) -> Array:
+    finite = np.where(np.isnan(V), np.inf, V)
+    return np.histogram(np.clip(np.log2(finite), EDGES[0], EDGES[-1]), EDGES)[0].astype(float)
+
+
+QUANTITY, BOUNDED = "moment", "bounded"
+PROBED = "growth"
+# A rate that does not grow has local exponent 0 in 1/h; one that does has 1/2 at least.
+GROWS = 0.25
+METHODS = {1: "growth in one step (T1)", 3: "largest V along paths (T3)"}
+# c = 2^4: a moment is too large where its fourth root is more than twice the solution's.
+FACTOR = 2.0**POWER
+# Octaves above c E V at which shares are compared.
+OCTAVES = np.array([0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0])
+
+
+class Moments(Measure):
+    """Fourth moments of the components, uniformly in the step size."""
+
+    name: ClassVar[str] = "moments"
+    value_of: ClassVar[str] = "ratio of moments"
+    detail_columns: ClassVar[Mapping[str, str]] = {
+        "class": "what the value is",
+        "h_of_largest": "step size at which the ratio is largest",
+        "growth_rate": "by how much one step lets the moment grow, a unit of time",
+    }
+    level_columns: ClassVar[Mapping[str, str]] = {
+        "ratio": "moment of the scheme over that of the solution",
+        "hill": "tail index by Hill's estimator",
+        "largest_share": "share of the moment that the largest path has",
+    }
+
+    def refuses(self, scheme: Scheme, problem: Problem) -> str:
+        """Refuse schemes that claim nothing, so that nothing is sampled for them."""
+        view = scheme.view_of(problem)
+        return str(claim_for(scheme, view.traits if view else (), self.name, QUANTITY).gap)
+
+    def observer(self, problem: Problem, parts: Parts, settings: Settings) -> MomentObserver:
+        """Return the notebook for one block."""
+        return MomentObserver(problem, parts, settings)
+
+    def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
+        """Return the growth of E V in one step, where the map can be probed."""
+        return Tally() if OneStep(scheme, view).refusal() else packed(PROBED, growth(scheme, view))
+
+    def judge(self, evidence: Evidence) -> Judgement:
+        """Return one finding, and the moments of all levels."""
+        sample = LargestValues.of(evidence)
+        return Judgement((_finding(evidence, sample),), tuple(_levels(sample)))
+
+
+@hookimpl
+def sdaeverify_measures() -> list[Measure]:
+    """Register the measure."""
+    return [Moments()]
+
+
+class LargestValues(NamedTuple):
+    """The largest V of each path at L levels, and of the truth in the last row.
+
+    Attributes
+    ----------
+    h : ndarray, shape (L,)
+    counts : ndarray, shape (G,)
+    sums : ndarray, shape (G, L + 1, 2)
+        Of V and V^2 over groups.
+    histogram : ndarray, shape (L + 1, bins)
+    largest : ndarray, shape (L + 1, k)
+    """
+
+    h: Array
+    counts: Array
+    sums: Array
+    histogram: Array
+    largest: Array
+
+    @classmethod
+    def of(cls, evidence: Evidence) -> "LargestValues":
+        """Return the sample of a cell."""
+        sums = evidence.tally.sums
+        h, top = np.array(evidence.step_sizes), evidence.tally.largest["V"][..., : evidence.settings.extremes]
+        return cls(h, sums["paths"], sums["moment"], sums["histogram"], top)
+
+    @property
+    def paths(self) -> int:
+        """Number of paths."""
+        return int(self.counts.sum())
+
+    def moment(self, row: int) -> Estimate:
+        """Return E max_k V of a level, or of the truth."""
+        return jackknife(self.sums[:, row, 0], self.counts, float)
+
+    def log_ratio(self, level: int) -> Estimate:
+        """Return log2 of a level's moment over that of the truth."""
+        return jackknife(self.sums[:, [level, -1], 0], self.counts, lambda m: float(np.log2(m[0] / m[1])))
+
+    def tail(self, row: int) -> Tail:
+        """Return the tail diagnostics of a level, or of the truth."""
+        total, squares = self.sums[:, row].sum(axis=0)
+        return tail(float(total), float(squares), self.largest[row], self.paths)
+
+    def excess(self, bound: float) -> Array:
+        """Return, for each level and threshold, the probability of so many paths above it if E V <= bound."""
+        above = np.cumsum(self.histogram[:-1, ::-1], axis=1)[:, ::-1]
+        places = np.searchsorted(EDGES[:-1], np.log2(bound) + OCTAVES).clip(max=len(EDGES) - 2)
+        hits, share = above[:, places], np.minimum(1.0, bound / 2.0 ** EDGES[places])
+        return np.where(hits > 0.0, scipy.special.bdtrc(hits - 1.0, self.paths, share), 1.0)
+
+
+def _finding(evidence: Evidence, sample: LargestValues) -> Finding:
+    covered = coverage(evidence, Moments.name, QUANTITY)
+    ratios = [sample.log_ratio(level) for level in range(len(sample.h))]
+    worst = int(np.argmax([ratio.value for ratio in ratios]))
+    low, high = ratios[worst].interval(evidence.settings.confidence)
+    found = unpacked(PROBED, Growth, evidence.tally)
+    local = judge_growth(found, evidence.view.horizon) if found else None
+    opinion = judge_claim(
+        covered, lambda _: guard(local, _tests(evidence, sample, ratios, local), evidence), {BOUNDED}
+    )
+    return finding(
+        covered,
+        opinion,
+        estimate=float(2.0 ** ratios[worst].value),
+        low=float(2.0**low),
+        high=float(2.0**high),
+        method=METHODS[opinion.tier],
+        details={
+            "class": "ratio of moments",
+            "h_of_largest": float(sample.h[worst]),
+            "growth_rate": float(found.rate.max()) if found else np.nan,
+        },
+    )
+
+
+def judge_growth(found: Growth, horizon: float) -> Opinion:
+    """Tell whether the rates are bounded as h tends to 0: verified, or inconclusive, since it need not be so.
+
+    Rates below 1/horizon, which no solution lives to see, count as that.
+    """
+    rate, size = np.maximum(found.rate, 1.0 / horizon), found.far
+    worst = int(found.rate.argmax())
+    figures = f"at most exp({found.rate[worst]:.3g} h) at {int(found.states)} states"
+    if not np.isfinite(rate).all():
+        text = f"at h = {found.h[worst]:.3g} one step has no root, or V no mean, where V = {size[worst]:.3g}^4"
+        return local_doubt(f"{text}: rare paths may carry a moment that no sample shows")
+    exponent = np.log(rate[-1] / rate[-2]) / np.log(found.h[-2] / found.h[-1])
+    if exponent > GROWS:
+        text = f"one step lets E V grow by exp(rho h), rho like h^-{exponent:.2f} where V = {size[-1]:.3g}^4"
+        return local_doubt(f"{text}: rare paths may carry a moment that no sample shows")
+    return local_opinion(Verdict.VERIFIED, f"one step lets E V grow by {figures}")
+
+
+def _tests(evidence: Evidence, sample: LargestValues, ratios: list[Estimate], local: Opinion | None) -> PathTests:
+    truth = sample.moment(-1)
+    if not np.isfinite(truth.se) or sample.tail(-1).heavy:
+        return PathTests.none("the solution's own moment is not known, or rests on few paths")
+    bound = FACTOR * truth.interval(1.0 - evidence.level)[1]
+    # Steps that do not resolve the problem's fastest time are not held against what holds as h tends to 0.
+    resolved = np.array([not why_unresolved(evidence.view, h) for h in sample.h])
+    excess = np.where(resolved[:, None], sample.excess(bound), 1.0)
+    level = int(excess.min(axis=1).argmin())
+    refuted = min(1.0, max(evidence.level, 2.0 * excess.size * float(excess.min())))
+    suspect = refuted <= 1.0 - evidence.settings.confidence
+    verified, reason, growth = _from_below(evidence, sample, ratios, local)
+    if suspect:
+        far = f"more paths at h = {sample.h[level]:.3g} are far out than a moment of {FACTOR:g} times the solution's"
+        reason, growth = Reason.of(f"{far} allows", _size(ratios[level])), 1.0
+    return with_sample(PathTests(verified, refuted, reason, growth), sample.paths, heavy=False)
+
+
+def _from_below(
+    evidence: Evidence, sample: LargestValues, ratios: list[Estimate], local: Opinion | None
+) -> tuple[float, Reason, float]:
+    """Return the p-value against moments that are too large, the figures, and the growth of the sample to decide."""
+    p_values = [ratio.p_below(np.log2(FACTOR)) for ratio in ratios]
+    worst = int(np.argmax(p_values))
+    reason = _size(ratios[worst])
+    if why := why_unresolved(evidence.view, sample.h[worst]):
+        return 1.0, reason.then(why), np.inf
+    if evidence.health.sums["without_root"].any():
+        return 1.0, reason.then("steps without root"), np.inf
+    if local is not None or any(sample.tail(level).heavy for level in range(len(ratios))):
+        # What one step leaves open, or few paths carry, no sample confirms.
+        return 1.0, reason, np.inf
+    return p_values[worst], reason, ratios[worst].growth_to_decide(np.log2(FACTOR), evidence.level)
+
+
+def _size(ratio: Estimate) -> Reason:
+    return Reason("moment {ratio:.3g} times the solution's", numbers={"ratio": 2.0**ratio.value})
+
+
+def _levels(sample: LargestValues) -> Iterator[LevelFinding]:
+    for level in range(len(sample.h)):
+        moment, ratio, found = sample.moment(level), sample.log_ratio(level), sample.tail(level)
+        details = {"ratio": float(2.0**ratio.value), "hill": found.hill, "largest_share": found.share}
+        yield LevelFinding(QUANTITY, level, moment.value, moment.se, details)

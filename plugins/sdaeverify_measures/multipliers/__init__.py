@@ -1,0 +1,131 @@
+"""Exponents of the multipliers: how fast kappa and the remainders of lambda vanish with h at fixed states.
+
+Estimate (3.17) of Lindner & Stroot (2017) bounds kappa and lambda^re by h^2 and Lambda^re by h; see
+`probe.multiplier_orders` for the decomposition. One step is evaluated at fixed states (T1): nothing is sampled. A
+quantity that is rounding at every step size keeps a claim of any order, and the reason says so.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from sdaeverify import Problem, Scheme, Settings, hookimpl
+from sdaeverify.measuring import (
+    NOT_PROBED,
+    Evidence,
+    Finding,
+    Judgement,
+    LevelFinding,
+    Measure,
+    Opinion,
+    Tally,
+    Verdict,
+    coverage,
+    finding,
+    judge_claim,
+    local_doubt,
+    local_opinion,
+    packed,
+    unpacked,
+)
+from sdaeverify.probing import Multiplied
+
+from .multiplier_orders import QUANTITIES, Multipliers, multiplier_orders, multipliers, no_multipliers
+
+PROBED = "multipliers"
+METHOD = "remainders of one step (T1)"
+# How far below the claim an order may be, and by how much the next one may differ from a settled one.
+TOLERANCE, SETTLED = 0.1, 0.1
+
+
+class MultiplierExponents(Measure):
+    """Orders of kappa, lambda^re and Lambda^re of schemes that give out their multipliers."""
+
+    name: ClassVar[str] = "multipliers"
+    follows: ClassVar[str] = "paths"
+    detail_columns: ClassVar[Mapping[str, str]] = {
+        "next_order": "order to be expected at the next smaller step size",
+    }
+
+    def refuses(self, scheme: Scheme, problem: Problem) -> str:
+        """Refuse schemes that give out no multipliers."""
+        view = scheme.view_of(problem)
+        if view is None or view.capability(Multiplied) is None:
+            return f"the form {' or '.join(form.__name__ for form in scheme.forms)} has no multiplier"
+        with np.errstate(all="ignore"):
+            return no_multipliers(scheme, view)
+
+    def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
+        """Return the sizes of the remainders."""
+        return packed(PROBED, multipliers(scheme, view))
+
+    def judge(self, evidence: Evidence) -> Judgement:
+        """Return a finding for each multiplier that the scheme gives, and its sizes."""
+        record = unpacked(PROBED, Multipliers, evidence.tally)
+        if record is None:
+            return NOT_PROBED
+        given = np.flatnonzero(record.given).tolist()
+        findings = tuple(_finding(evidence, record, index) for index in given)
+        return Judgement(findings, tuple(row for index in given for row in _levels(record, index)))
+
+
+@hookimpl
+def sdaeverify_measures() -> list[Measure]:
+    """Register the measure."""
+    return [MultiplierExponents()]
+
+
+def _finding(evidence: Evidence, record: Multipliers, index: int) -> Finding:
+    covered = coverage(evidence, MultiplierExponents.name, QUANTITIES[index])
+    opinion = judge_claim(covered, lambda claim: judge_exponent(record, index, claim.value.least), tier=1)
+    orders = multiplier_orders(record)
+    details = {"next_order": float(orders.ahead[index])}
+    return finding(covered, opinion, estimate=float(orders.order[index]), method=METHOD, details=details)
+
+
+def judge_exponent(record: Multipliers, index: int, claim: float) -> Opinion:
+    """Compare the order of a quantity, and the one to be expected at the next smaller step, with a claimed one.
+
+    Parameters
+    ----------
+    record : Multipliers
+    index : int
+        Place of the quantity in `QUANTITIES`.
+    claim : float
+        Least order.
+
+    Returns
+    -------
+    Opinion
+    """
+    orders = multiplier_orders(record)
+    order, ahead = float(orders.order[index]), float(orders.ahead[index])
+    if np.isnan(order):
+        return local_doubt(_why_no_order(record))
+    if np.isinf(order):
+        return _rounding_opinion(record)
+    bound, text = claim - TOLERANCE, f"local order {order:.3f}, claimed {claim}"
+    if min(order, ahead) >= bound:
+        return local_opinion(Verdict.VERIFIED, f"local order {order:.3f}")
+    if max(order, ahead) < bound and abs(ahead - order) <= SETTLED:
+        return local_opinion(Verdict.REFUTED, text)
+    return local_doubt(f"{text}; still changing, to {ahead:.3f}")
+
+
+def _rounding_opinion(record: Multipliers) -> Opinion:
+    if record.truncated.any() or record.failed.any():
+        return local_doubt("no more than rounding at the step sizes that are not truncated")
+    return local_opinion(Verdict.VERIFIED, "no more than rounding, at two step sizes or more: it vanishes here")
+
+
+def _why_no_order(record: Multipliers) -> str:
+    for what, share in (("is truncated", record.truncated[-1]), ("has no root", record.failed[-1])):
+        if share:
+            return f"no order: even at h = {record.h[-1]:.2g} the step {what} at {share:.0%} of the states"
+    return "no order: the step is not finite, or a solver's tolerance hides it"
+
+
+def _levels(record: Multipliers, index: int) -> Iterator[LevelFinding]:
+    for h, size in zip(record.h, record.size[index], strict=True):
+        yield LevelFinding(QUANTITIES[index], None, float(size), h=float(h))

@@ -1,0 +1,410 @@
+"""Errors as functions of eps and h: at the final time, and of one step, uniformly in eps.
+
+At fixed eps an error may behave in one way for h << eps and in another for h >> eps (C min(h, eps) is typical), so
+that a slope fitted at fixed eps across h = eps means nothing. The supremum over a grid of eps is what
+Laurent (2022), Theorem 2.7, bounds; its order in h is told.
+
+The local weak error is told by one step against two half steps for every stiffness parameter.
+Laurent (2022), Propositions 3.3 and 3.7: from all x with omega |zeta(x)| <= C sqrt(h), omega = 1 - e^{-h/eps},
+
+    |E phi(X^eps(h)) - E phi(Phi_h(x))| <= C h^{3/2}        with one C for all eps.
+
+What is seen of it, for the first and second moments of an increment (third ones are O(h^{3/2}) themselves), is
+
+    D(h) = sup_{eps, x} |E phi(Phi_h(x)) - E phi(Phi_{h/2} o Phi_{h/2}(x))|,
+
+and where eps is far above h the difference between Phi_h and Euler's step. Together they are enough: the local error
+delta(h, eps) is, but for what a stable step adds up, the sum over k of 2^k D(h/2^k) and the limit of
+2^k delta(h/2^k, eps), where eps is far above h/2^k. D = O(h^p) with p > 1 makes the sum O(h^p).
+
+Expectations are sums over nodes: all atoms of a bounded law, else +-sqrt(n) e_i, which have the right moments up to
+the third. What that leaves out is O(h^2).
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from math import inf, nan
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sdaeverify import Array, Mask, Problem, Scheme
+from sdaeverify.numerics import norm
+from sdaeverify.probing import (
+    MomentErrors,
+    Nodes,
+    OneStep,
+    StepNoise,
+    StiffnessFamily,
+    cloud,
+    error_floors,
+    invariant_errors,
+    linear_equation,
+    mean_square_distance,
+    moment_errors,
+    step_nodes,
+    why_off_chart,
+)
+
+from .._members import member, stiffnesses
+
+# Values of eps in a decade where moments are propagated, and where an operator is set up for each of them.
+PER_DECADE, OPERATORS_PER_DECADE = 2, 1
+# Rounding of one step of a recursion, in units of EPS and of the size of the moments.
+ROUNDING, EPS = 16.0, float(np.finfo(float).eps)
+# Functions of an angle and of a coordinate on the line, by the number of coordinates, in two bases.
+FINE, COARSE = {1: (49, 18), 2: (15, 14)}, {1: (33, 12), 2: (11, 10)}
+OPERATOR_LEVELS = 4
+FURTHER = 6
+# No error is known of a scheme that loses more of its steps.
+FAILED = 0.01
+# The order is that over so many halvings of h at most, to the finest h at which the supremum is known. With two eps a
+# decade it moves from one to the next every 1.7 halvings.
+HALVINGS, FEWEST = 5, 3
+# A supremum is resolved where it is known to this part of itself.
+KNOWN = 0.25
+# All eps up to so many of the longest steps count.
+BEYOND = 10.0
+# None is seen where it is at most this part of the size of what is observed.
+EXACT = 1e-6
+
+
+class UniformErrors(NamedTuple):
+    """Errors of Q quantities for E stiffness parameters at H step sizes.
+
+    Attributes
+    ----------
+    h : ndarray, shape (H,)
+        From coarse to fine, each half of the one before.
+    eps : ndarray, shape (E,)
+    error, floor : ndarray, shape (E, H, Q)
+        Absolute errors, infinite where the scheme's value is no number, and how far they can be off.
+    size : ndarray, shape (E, Q)
+        Of what is observed.
+    applies : float
+        0 where the assumption under which they were found does not hold: nothing follows from them.
+    """
+
+    h: Array
+    eps: Array
+    error: Array
+    floor: Array
+    size: Array
+    applies: float = 1.0
+
+
+class Supremum(NamedTuple):
+    """What is known of sup_eps of one quantity's error.
+
+    Attributes
+    ----------
+    value, low, high : ndarray, shape (H,)
+        The supremum, and what it is at least and at most.
+    worst : ndarray, shape (H,)
+        The eps where it is taken.
+    order, least, most : float
+        Its order over the last halvings of h; NaN where it is not resolved, minus infinity where it is infinite.
+    seen : bool
+        Whether there is an error beyond a small part of the quantity's size.
+    left_out : ndarray
+        The eps at which the error is not known.
+    """
+
+    value: Array
+    low: Array
+    high: Array
+    worst: Array
+    order: float
+    least: float
+    most: float
+    seen: bool
+    left_out: Array
+
+    @property
+    def resolved(self) -> bool:
+        """Whether its order is known."""
+        return not np.isnan(self.order)
+
+
+def suprema(record: UniformErrors) -> Iterator[Supremum]:
+    """Yield what is known of each quantity's supremum.
+
+    An eps beyond ten times the longest step is left out where the error is not known well enough at all step sizes:
+    with a weak penalty stationary laws are wide, and hard to resolve. Nothing follows for it, and it is named.
+    """
+    errors, floors = (np.moveaxis(part, 2, 0) for part in (record.error, record.floor))
+    for error, floor, size in zip(errors, floors, record.size.T, strict=True):
+        used = (record.eps <= BEYOND * record.h[0]) | _clear(error, floor)
+        kept = record._replace(eps=record.eps[used])
+        found = _supremum(kept, error[used], floor[used], float(size[used].max()))
+        yield found._replace(left_out=record.eps[~used])
+
+
+def _clear(error: Array, floor: Array) -> Mask:
+    # The eps whose error is known to a part of itself, or of the largest one that is.
+    clear = np.isinf(error) | (floor <= KNOWN * error)
+    largest = np.max(error, axis=0, initial=0.0, where=clear)
+    return np.asarray((clear | (floor <= KNOWN * largest)).all(axis=1))
+
+
+def _supremum(record: UniformErrors, error: Array, floor: Array, size: float) -> Supremum:
+    value, worst = error.max(axis=0), record.eps[error.argmax(axis=0)]
+    with np.errstate(invalid="ignore"):
+        low, high = np.max(np.where(np.isinf(error), inf, error - floor), axis=0), np.max(error + floor, axis=0)
+    seen = bool(np.any(np.isinf(high) | (high > EXACT * size)))
+    return Supremum(value, low, high, worst, *_order(record.h, value, low, high), seen, np.empty(0))
+
+
+def _order(h: Array, value: Array, low: Array, high: Array) -> tuple[float, float, float]:
+    if np.isinf(value[-1]):
+        return -inf, -inf, -inf
+    known = np.flatnonzero(np.isfinite(high) & (low >= (1.0 - KNOWN) * high) & (low > 0.0))
+    last = int(known.max(initial=0))
+    first = max(last - HALVINGS, 0)
+    if last - first < FEWEST or first not in known:
+        return nan, nan, nan
+    ratios = np.array([value[first] / value[last], low[first] / high[last], high[first] / low[last]])
+    slopes = np.log(ratios) / np.log(h[first] / h[last])
+    return float(slopes[0]), float(slopes[1]), float(slopes[2])
+
+
+def moment_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> UniformErrors:
+    """Return the errors of all first and second moments at T, by exact propagation.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of a pair whose members `no_moments` has nothing against.
+    steps : sequence of int
+        Numbers of steps to T; six more follow.
+
+    Returns
+    -------
+    UniformErrors
+        First moments, then the second ones on and above the diagonal.
+    """
+
+    def of(problem: StiffnessFamily) -> tuple[Array, Array, float, float]:
+        record, rate = moment_errors(scheme, problem, steps), linear_equation(OneStep(scheme, problem).equation).rate
+        i, j = np.triu_indices(record.first.shape[1])
+        errors = np.concatenate([record.first, record.second[:, i, j]], axis=1)
+        # The entries of a stiff matrix are rounded to EPS of its size, whatever is computed from them.
+        stiff = ROUNDING * EPS * problem.horizon * rate * _size(record)
+        return (
+            errors,
+            np.broadcast_to((record.floor + stiff)[:, None], errors.shape),
+            _size(record),
+            float(record.linear),
+        )
+
+    return _collect_errors(view, _finer(steps), stiffnesses(PER_DECADE), of)
+
+
+def strong_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> UniformErrors:
+    """Return (E |X_N - X(T)|^2)^{1/2} on one Brownian path, by exact propagation; see `linear_pair`.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of a pair whose members `no_linear_pair` has nothing against.
+    steps : sequence of int
+        Numbers of steps to T; six more follow.
+
+    Returns
+    -------
+    UniformErrors
+        A single quantity.
+    """
+
+    def of(problem: StiffnessFamily) -> tuple[Array, Array, float, float]:
+        one_step, T = OneStep(scheme, problem), problem.horizon
+        found = np.array([mean_square_distance(one_step, T / count, count) for count in _finer(steps)])
+        squares, off = found.T[..., None]
+        roots = np.sqrt(np.maximum(squares, 0.0))
+        # |sqrt(e) - sqrt(e')| <= sqrt |e - e'| for all e and e'.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            floor = np.fmin(off / roots, np.sqrt(off))
+        return roots, floor, float(np.abs(one_step.equation.initial(1)).max()), float(np.isfinite(off).all())
+
+    return _collect_errors(view, _finer(steps), stiffnesses(PER_DECADE), of)
+
+
+def invariant_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> UniformErrors:
+    """Return the errors of stationary means by the transition operator, at the coarsest step sizes.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of a pair whose members `no_transition_operator` has nothing against.
+    steps : sequence of int
+        Numbers of steps to T; the first one and three doublings are used.
+
+    Returns
+    -------
+    UniformErrors
+        Of `invariant_observables`, in their order.
+    """
+    steps = [steps[0] * 2**level for level in range(OPERATOR_LEVELS)]
+
+    def of(problem: StiffnessFamily) -> tuple[Array, Array, float | Array, float]:
+        record = invariant_errors(scheme, problem, [problem.horizon / n for n in steps], (FINE, COARSE))
+        size = np.maximum(record.spread, np.abs(record.exact))
+        # What is put back where it began is no longer the scheme.
+        broken = np.where(record.failed > FAILED, inf, 0.0)[:, None]
+        return record.errors, error_floors(record) + broken, size, float(not why_off_chart(record))
+
+    return _collect_errors(view, steps, stiffnesses(OPERATORS_PER_DECADE), of)
+
+
+def _collect_errors(
+    view: Problem,
+    steps: Sequence[int],
+    eps: Array,
+    of: Callable[[StiffnessFamily], tuple[Array, Array, float | Array, float]],
+) -> UniformErrors:
+    with np.errstate(all="ignore"):
+        errors, floors, sizes, applies = zip(*(of(member(view, each)) for each in eps), strict=True)
+    error = np.abs(np.stack(errors))
+    lost = ~np.isfinite(error)
+    return UniformErrors(
+        h=np.array([view.horizon / count for count in steps]),
+        eps=eps,
+        error=np.where(lost, inf, error),
+        floor=np.where(lost, 0.0, np.stack(floors)),
+        size=np.broadcast_to(np.array(sizes).reshape(len(eps), -1), (len(eps), error.shape[2])),
+        applies=min(applies),
+    )
+
+
+def _finer(steps: Sequence[int]) -> list[int]:
+    return [*steps, *(steps[-1] * 2**level for level in range(1, FURTHER + 1))]
+
+
+def _size(record: MomentErrors) -> float:
+    # Of the least moments met: those of a scheme that is unstable have no size.
+    least = float(np.min(record.scale, initial=inf, where=np.isfinite(record.scale)))
+    return least if np.isfinite(least) else 1.0
+
+
+# Step sizes 4^-4, ..., 4^-8 of the horizon, or of the unit of time where that is shorter; and eps in steps.
+LEVELS = 4.0 ** -np.arange(4.0, 9.0)
+RATIOS = 10.0 ** np.array([-6.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 6.0])
+# Every third point of the cloud, and how far to either side of the manifold, in standard deviations of the noise.
+EVERY, SIDES = 3, (-1.0, 0.0, 1.0)
+# Pairs of nodes at most.
+MOST_PAIRS = 1_000
+# A defect is used where it is so many times its rounding.
+FLOORS = 300.0
+# Euler's step is trusted to so many times h/eps.
+NEARLY = 100.0
+
+
+class UniformDefects(NamedTuple):
+    """Defects of F first and second moments of an increment, at H step sizes.
+
+    Attributes
+    ----------
+    h : ndarray, shape (H,)
+        From coarse to fine.
+    halves : ndarray, shape (F, H)
+        The largest over states and eps of the difference between one step and two half steps.
+    ratio : ndarray, shape (F, H)
+        eps/h where it is taken.
+    euler : ndarray, shape (F, H)
+        The largest over states of the difference from Euler's step, for the largest eps.
+    floor, nearly : ndarray, shape (F, H)
+        Below the first, a difference between steps is rounding; below the second, Euler's step is itself off by as
+        much, because eps is not infinite.
+    failed : ndarray, shape (H,)
+        Share of steps without root.
+    """
+
+    h: Array
+    halves: Array
+    ratio: Array
+    euler: Array
+    floor: Array
+    nearly: Array
+    failed: Array
+
+
+def uniform_defects_refusal(scheme: Scheme, view: Any) -> str:
+    """Return why nothing is known of one step for all eps, or an empty string; `no_family` has nothing against it."""
+    law, motions = scheme.law, view.noise_dim
+    if law.bounded and len(law.values) ** (2 * motions) > MOST_PAIRS:
+        return f"two steps with {law.name} increments in {motions} dimensions have too many atoms"
+    return OneStep(scheme, member(view)).refusal()
+
+
+def uniform_defects(scheme: Scheme, view: Any) -> UniformDefects:
+    """Return the defects of a pair that `uniform_defects_refusal` has nothing against."""
+    sizes = LEVELS * min(1.0, view.horizon)
+    with np.errstate(all="ignore"):
+        levels = [_level(scheme, view, float(h)) for h in sizes]
+    return UniformDefects(sizes, *(np.stack(parts, axis=-1) for parts in zip(*levels, strict=True)))
+
+
+def _level(scheme: Scheme, view: Any, h: float) -> tuple[Array, ...]:
+    x, sizes, failed = _states(view, h), [], 0.0
+    for ratio in RATIOS:
+        one_step = OneStep(scheme, member(view, ratio * h))
+        whole, halves = _combine_steps(one_step, x, h, 1), _combine_steps(one_step, x, 0.5 * h, 2)
+        sizes.append(np.abs(whole.moments - halves.moments).max(axis=1))
+        failed = max(failed, whole.failed, halves.failed)
+    nodes = _nodes(one_step)
+    wide = np.repeat(x, len(nodes.weights), axis=1)
+    plain = _moments(one_step.euler(wide, 0.0, h, nodes.increment(h, x.shape[1])) - wide, nodes.weights)
+    table, euler = np.array(sizes), np.abs(whole.moments - plain).max(axis=1)
+    nearly = whole.floor + NEARLY / RATIOS[-1] * np.abs(plain).max()
+    return table.max(axis=0), RATIOS[table.argmax(axis=0)], euler, whole.floor, nearly, np.asarray(failed)
+
+
+def _states(view: Any, h: float) -> Array:
+    """Return points on the manifold, and beside it by what the noise of a step moves, shape (d, S)."""
+    limit = member(view, 0.0)
+    on = cloud(limit, limit.ito())[:, ::EVERY]
+    normal = limit.push(limit.linearised(on), np.ones((limit.constraints, on.shape[1])))
+    unit = normal / norm(normal)
+    return np.concatenate([on + side * np.sqrt(h) * limit.strength * unit for side in SIDES], axis=1)
+
+
+class _After(NamedTuple):
+    # Moments (F, S) of what some steps add, the size of their rounding (F,), and the share of steps without root.
+    moments: Array
+    floor: Array
+    failed: float
+
+
+def _combine_steps(one_step: OneStep, x: Array, h: float, steps: int) -> _After:
+    """Return what is known after steps whose nodes are all combined."""
+    nodes = _nodes(one_step)
+    count, states = len(nodes.weights), x.shape[1]
+    wide = np.repeat(x, count**steps, axis=1)
+    state, step, failed = one_step.enter(wide, 0.0, h), one_step.scheme.prepare(one_step.view, h), 0.0
+    weights = np.ones(1)
+    for index in np.indices((count,) * steps).reshape(steps, -1):
+        noise = Nodes(nodes.dW[:, index], None if nodes.H is None else nodes.H[:, index], nodes.weights[index])
+        result = step(state, 0.0, noise.increment(h, states))
+        state, weights = result.state, weights * noise.weights
+        failed = max(failed, 0.0 if result.failed is None else float(np.mean(result.failed)))
+    added = one_step.read(state) - wide
+    rounding = FLOORS * EPS * np.abs(x).max() * np.array([1.0, np.abs(added).max()])
+    moments = _moments(added, weights)
+    return _After(moments, np.repeat(rounding, [len(x), len(moments) - len(x)]), failed)
+
+
+def _moments(added: Array, weights: Array) -> Array:
+    """Return the means of y_i and of y_i y_j, i <= j, shape (F, S)."""
+    y = added.reshape(len(added), -1, len(weights))
+    i, j = np.triu_indices(len(y))
+    return np.asarray(np.concatenate([y, y[i] * y[j]]) @ weights)
+
+
+def _nodes(one_step: OneStep) -> Nodes:
+    noise = StepNoise.of(one_step)
+    if noise.law.bounded:
+        return step_nodes(noise.motions, 0, law=noise.law)
+    n = noise.normals
+    return noise.nodes(np.sqrt(n) * np.concatenate([np.eye(n), -np.eye(n)], axis=1), np.full(2 * n, 0.5 / n))

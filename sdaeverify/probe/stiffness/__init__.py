@@ -1,1 +1,0 @@
-"""Families of stiff problems: errors over the stiffness parameter eps."""

@@ -1,0 +1,78 @@
+"""The public names for authors of measures that probe: what one step of a scheme tells without sampling.
+
+A measure that probes evaluates the scheme as a map and draws no paths: what it finds has no sampling error. It is a
+measure as `sdaeverify.measuring` explains it, with a method ``probe(scheme, view, settings)`` whose result is judged.
+Most probes go the same way::
+
+    step = OneStep(scheme, view)                                # x -> Phi(x, t, h, noise), states of shape (d, P)
+    if step.refusal():                                          # why the map cannot be evaluated anywhere
+        return Tally()
+    x = cloud(view, step.equation)                              # admissible states where solutions go, shape (d, S)
+    nodes = step_nodes(view.noise_dim, 4, law=scheme.law)       # a rule for the noise of one step
+    wide = np.repeat(x, len(nodes.weights), axis=1)             # every state with every node
+    after = step(wide, step.time, h, nodes.increment(h, x.shape[1]))
+    mean = nodes.mean(after.reshape(*x.shape, -1))              # E Phi(x, t, h, noise), shape (d, S)
+
+States
+    `cloud` holds 13 states, `extreme_states` also those far out; ``step.euler`` is a step of Euler's method to
+    compare with; ``step.enter``, ``step.advance`` and ``step.read`` make several steps with the scheme's memory.
+Orders
+    `last_orders` tells how fast defects vanish with h, above rounding and above the tolerance of a solver.
+Linear steps
+    `moment_errors` propagates first and second moments to the final time where problem and step are linear, and
+    `mean_square_distance` the distance to the solution where the noise is additive.
+Stationary laws
+    `invariant_errors` takes stationary means from the powers of a transition operator where the problem has a chart
+    of one or two coordinates; `error_floors` says how far they can be off.
+Forms
+    Ask a problem for what it offers, not for its class: ``view.capability(Multiplied)``.
+Noise
+    `brownian_steps` draws the noise of a probe's own runs, the same at all step sizes, from its address, a `Source`.
+
+Each function that begins with ``no_`` or ``why_`` returns in words why something cannot be asked, or an empty text.
+A record of numbers that a probe returns is `sdaeverify.measuring.packed` into evidence. An opinion on it is one of
+``sdaeverify.measuring.local_opinion`` where it decides, and ``local_doubt`` where it does not.
+"""
+
+from .forms import Multiplied, StiffnessFamily
+from .noise.brownian import LevelNoise, Source, brownian_steps
+from .probe.linear.equation import linear_equation
+from .probe.linear.moments import MomentErrors, moment_errors, no_moments
+from .probe.linear.pair import mean_square_distance, no_linear_pair
+from .probe.local.orders import LocalOrders, last_orders
+from .probe.operator.functional_orders import error_floors, why_off_chart
+from .probe.operator.transition import no_transition_operator
+from .probe.operator.transition_errors import TransitionErrors, invariant_errors, invariant_observables
+from .probe.step.nodes import Nodes, step_nodes
+from .probe.step.one_step import OneStep, why_unresolved
+from .probe.step.states import cloud, extreme_states
+from .probe.step.step_noise import StepNoise
+
+__all__ = [
+    "LevelNoise",
+    "LocalOrders",
+    "MomentErrors",
+    "Multiplied",
+    "Nodes",
+    "OneStep",
+    "Source",
+    "StepNoise",
+    "StiffnessFamily",
+    "TransitionErrors",
+    "brownian_steps",
+    "cloud",
+    "error_floors",
+    "extreme_states",
+    "invariant_errors",
+    "invariant_observables",
+    "last_orders",
+    "linear_equation",
+    "mean_square_distance",
+    "moment_errors",
+    "no_linear_pair",
+    "no_moments",
+    "no_transition_operator",
+    "step_nodes",
+    "why_off_chart",
+    "why_unresolved",
+]

@@ -1,0 +1,110 @@
+"""One step for every eps: orders of right schemes and of wrong ones, and what the nodes are exact for."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from paper_measures.stiff_cells import AFFINE
+from sdaeverify.probe.local.orders import last_orders
+from sdaeverify_measures.uniformity.uniform_errors import UniformDefects, uniform_defects, uniform_defects_refusal
+from sdaeverify_planted.uniform_expansion import NoProjector, NoQuadratic, NoTraces, RootForSquare
+from sdaeverify_planted.uniformly_accurate import OneGramMissing, ScaledTerms
+from sdaeverify_problems.exponential_strip import exponential_strip
+from sdaeverify_problems.penalised_sphere import penalised_sphere
+from sdaeverify_problems.sphere_product import sphere_product
+from sdaeverify_problems.tube_torus import tube_torus
+from sdaeverify_schemes.constrained_euler import ConstrainedEuler
+from sdaeverify_schemes.uniform_expansion import UniformExpansion
+from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
+
+STRIP, SPHERE = exponential_strip(), penalised_sphere(d=3)
+
+
+def orders(record: UniformDefects) -> tuple[float, float]:
+    """Return the least orders of what one step differs by from two half steps, and from Euler's."""
+    pairs = ((record.halves, record.floor), (record.euler, record.nearly))
+    halves, euler = (last_orders(record.h, size, floor, np.ones(len(record.h))).order for size, floor in pairs)
+    return float(halves.min()), float(euler.min())
+
+
+TORUS = pytest.param(tube_torus(), marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize("problem", [AFFINE, STRIP, SPHERE, TORUS], ids=["flat", "strip", "sphere", "tube"])
+@pytest.mark.parametrize("scheme", [UniformlyAccurate(), UniformlyAccurate(theta=1.0), UniformExpansion()])
+def test_the_local_weak_error_has_order_three_halves(scheme, problem):
+    """O(h^(3/2)) for every eps, Propositions 3.3 and 3.7, and not less: the bound is sharp."""
+    halves, euler = orders(uniform_defects(scheme, problem))
+
+    assert halves == pytest.approx(1.5, abs=0.01)
+    assert euler > 1.9
+
+
+WRONG = {
+    "no traces": (NoTraces(), SPHERE),
+    "no quadratic term": (NoQuadratic(), STRIP),
+    "no projector": (NoProjector(), STRIP),
+    "s for its square": (RootForSquare(), SPHERE),
+    "one Gram matrix missing": (OneGramMissing(), STRIP),
+    "no quadratic term in the integrator": (ScaledTerms(quadratic=0.0), STRIP),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_wrong_term_leaves_order_one(name):
+    """Each of these has weak order one at a fixed eps; uniformly in eps one step is off by O(h)."""
+    halves, _ = orders(uniform_defects(*WRONG[name]))
+
+    assert halves == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize(("scheme", "problem"), [(OneGramMissing(), SPHERE), (NoTraces(), AFFINE)])
+def test_where_a_term_is_normal_or_vanishes_nothing_is_seen(scheme, problem):
+    """On a sphere the multiplier takes up the quadratic term, and a flat has no traces."""
+    assert orders(uniform_defects(scheme, problem))[0] == pytest.approx(1.5, abs=0.01)
+
+
+def test_a_scheme_that_ignores_eps_does_not_follow_the_equation():
+    """Half steps of constrained Euler agree with its steps to second order; Euler's step is another."""
+    halves, euler = orders(uniform_defects(ConstrainedEuler(), SPHERE))
+
+    assert halves > 1.9
+    assert euler == pytest.approx(0.5, abs=0.02)
+
+
+def test_nodes_of_normal_variables_serve_as_well_as_atoms():
+    """Four nodes in place of nine: the defects are those of all atoms but for terms of size h^2."""
+    few, all_ = (uniform_defects(UniformlyAccurate(xi=xi), STRIP) for xi in ("gaussian", "three-point"))
+
+    assert np.all(np.abs(few.halves - all_.halves)[:, -1] <= 10.0 * few.h[-1] ** 2 + few.floor[:, -1])
+
+
+def test_pairs_without_defects_are_told():
+    """Two steps of four three-point variables have 6561 atoms."""
+    assert "too many atoms" in uniform_defects_refusal(UniformlyAccurate(xi="three-point"), sphere_product())
+    assert uniform_defects_refusal(UniformlyAccurate(), sphere_product()) == ""
+
+
+@dataclass(frozen=True)
+class Rootless(UniformlyAccurate):
+    """It has no root on every tenth path where steps are longer than a bound."""
+
+    longer: float = 0.0
+
+    def prepare(self, problem, h):
+        """Return the step."""
+        step = super().prepare(problem, h)
+
+        def stepper(state, t, noise):
+            return step(state, t, noise)._replace(failed=(np.arange(state.shape[1]) % 10 == 0) & (h > self.longer))
+
+        return stepper
+
+
+def test_steps_without_root_are_counted():
+    """The share of them is told for each step size."""
+    record = uniform_defects(Rootless(longer=1e-4), AFFINE)
+
+    assert np.array_equal(record.failed > 0.0, record.h > 1e-4)
+    assert record.failed.max() == pytest.approx(0.1, abs=0.02)
