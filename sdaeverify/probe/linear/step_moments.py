@@ -31,6 +31,7 @@ from .second_moments import Operator
 
 # Panels to begin with, an even number of them, and nodes of each: one of them resolves the normal density.
 FIRST, NODES = 8, 16
+GAUSS_LEGENDRE = np.polynomial.legendre.leggauss(NODES)
 # A panel and its halves agree within this part of the whole integral.
 TOLERANCE = 1e-13
 # At a jump, the error of a panel is its length: that of the last round is below 1e-12.
@@ -131,7 +132,7 @@ def _panels(ends: Array, function: Callable[[Array], Array], integrand: Callable
 
 def _nodes(ends: Array) -> tuple[Array, Array]:
     # Nodes and weights of all panels, shape (I, NODES).
-    q, w = _gauss_legendre()
+    q, w = GAUSS_LEGENDRE
     half = 0.5 * (ends[1] - ends[0])[:, None]
     z = 0.5 * (ends[0] + ends[1])[:, None] + half * q
     return z, half * w * np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi)
@@ -152,12 +153,6 @@ def _select_panels(panels: Panels, which: Array) -> Panels:
 def _rule(parts: list[Panels]) -> tuple[Array, Array]:
     weights = np.concatenate([_nodes(part.ends)[1].ravel() for part in parts])
     return np.concatenate([part.values for part in parts], axis=-1), weights
-
-
-@lru_cache(maxsize=1)
-def _gauss_legendre() -> tuple[Array, Array]:
-    q, w = np.polynomial.legendre.leggauss(NODES)
-    return q, w
 
 
 class FarNoise(NamedTuple):
@@ -356,7 +351,6 @@ def _bisect_expectation(step: MemoryStep, noise: StepNoise) -> Expectation:
     return Expectation(finer, finer if disagreement(finer, coarser) <= AGREEMENT else coarser)
 
 
-@lru_cache(maxsize=64)
 def _positive(n: int) -> Array:
     G = np.random.Generator(np.random.Philox(key=SEED + 5)).standard_normal((TRIALS, n, n))
     return G @ G.swapaxes(1, 2)
