@@ -76,22 +76,9 @@ class Panels(NamedTuple):
     integrals: Array
 
 
-class Bisected(NamedTuple):
-    """A rule and its parent, each with the values that the function has at the nodes.
-
-    Attributes
-    ----------
-    values, coarse_values : ndarray, shape (..., K)
-    weights, coarse_weights : ndarray, shape (K,)
-    """
-
-    values: Array
-    weights: Array
-    coarse_values: Array
-    coarse_weights: Array
-
-
-def bisect_panels(function: Callable[[Array], Array], integrand: Callable[[Array, Array], Array]) -> Bisected:
+def bisect_panels(
+    function: Callable[[Array], Array], integrand: Callable[[Array, Array], Array]
+) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Return rules on [-9.5, 9.5] which integrate something made of a function; 0 is the end of a panel.
 
     Parameters
@@ -103,7 +90,10 @@ def bisect_panels(function: Callable[[Array], Array], integrand: Callable[[Array
 
     Returns
     -------
-    Bisected
+    tuple of ndarray, shape (..., K) and (K,)
+        Values of the function at the nodes, and the weights of these.
+    tuple of ndarray
+        The same of the parent rule.
     """
     fine: list[Panels] = []
     coarse: list[Panels] = []
@@ -121,7 +111,7 @@ def bisect_panels(function: Callable[[Array], Array], integrand: Callable[[Array
         if done.all():
             break
         parents = _select_panels(children, np.tile(~done, 2))
-    return Bisected(*_rule(fine), *_rule(coarse))
+    return _rule(fine), _rule(coarse)
 
 
 def _panels(ends: Array, function: Callable[[Array], Array], integrand: Callable[[Array, Array], Array]) -> Panels:
@@ -346,8 +336,8 @@ def _bisect_expectation(step: MemoryStep, noise: StepNoise) -> Expectation:
         left, right = (part.reshape(*part.shape[:2], -1) for part in (by_panel * weights[:, None, None], by_panel))
         return np.moveaxis(left @ right.swapaxes(1, 2), 0, -1)
 
-    found = bisect_panels(lambda z: factors_of(step, noise, z[None]), integrals)
-    finer, coarser = Operator(found.values, found.weights), Operator(found.coarse_values, found.coarse_weights)
+    rules = bisect_panels(lambda z: factors_of(step, noise, z[None]), integrals)
+    finer, coarser = (Operator(*rule) for rule in rules)
     return Expectation(finer, finer if disagreement(finer, coarser) <= AGREEMENT else coarser)
 
 
