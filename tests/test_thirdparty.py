@@ -201,10 +201,26 @@ def test_measure_of_others_tells_a_right_claim_from_a_wrong_one(run, tmp_path):
         assert abs(float(row["path_order"]) - order) < float(row["margin"])
 
 
-def test_measure_of_others_is_written_with_public_names_alone():
-    """Its module is short, and imports nothing of the framework but `sdaeverify` and `sdaeverify.measuring`."""
-    source = (THIRDPARTY / "energy/src/sdaeverify_energy/energy_drift.py").read_text(encoding="utf-8")
-    imports = {line for line in source.splitlines() if line.startswith(("import", "from"))}
+def test_measure_of_others_that_probes_tells_a_right_claim_from_a_wrong_one(run, tmp_path):
+    """One step of Milstein's scheme keeps the energy with order 3/2, and with order 1 without its correction."""
+    words = ["matrix", "-s", "kubo-*", "-p", "kubo-oscillator", "-m", "energy-defect", "-j", "1"]
+
+    ended = run("sdaeverify", *words, "--out", str(tmp_path), disabled="sdaeverify-broken")
+
+    assert ended.returncode == ExitCode.REFUTED, ended.stdout + ended.stderr
+    found = {row["scheme"]: (row["verdict"], row["decided_by"]) for row in rows(tmp_path)}
+    assert found == {"kubo-milstein": ("verified", "T1"), "kubo-forgetful": ("refuted", "T1")}
+    orders = {row["scheme"]: float(row["local_order"]) for row in rows(tmp_path)}
+    assert orders == pytest.approx({"kubo-milstein": 1.5, "kubo-forgetful": 1.0}, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("module", "rooms"), [("energy_drift", {"measuring as m"}), ("energy_defect", {"measuring as m", "probing as p"})]
+)
+def test_measures_of_others_are_written_with_public_names_alone(module, rooms):
+    """Each is short, and imports nothing of the framework but `sdaeverify` and its rooms for authors of measures."""
+    source = (THIRDPARTY / f"energy/src/sdaeverify_energy/{module}.py").read_text(encoding="utf-8")
+    imports = {line for line in source.splitlines() if "sdaeverify" in line and line.startswith(("import", "from"))}
 
     assert len(source.splitlines()) <= 80
-    assert imports == {"import numpy as np", "import sdaeverify.measuring as m", "from sdaeverify import hookimpl"}
+    assert imports == {*(f"import sdaeverify.{room}" for room in rooms), "from sdaeverify import hookimpl"}

@@ -152,6 +152,6 @@ def _entry(name: str, thing: Any) -> str:
         methods = [m for m in vars(thing) if not m.startswith("_") and inspect.isfunction(vars(thing)[m])]
         members = f"   :members: {', '.join(methods)}\n" if methods else ""
         return f"{name}\n{underline}\n\n.. autoclass:: {name}\n{members}"
-    if inspect.isfunction(thing):
+    if inspect.isfunction(inspect.unwrap(thing)):
         return f"{name}\n{underline}\n\n.. autofunction:: {name}\n"
     return f"{name}\n{underline}\n\n::\n\n    {' '.join(repr(thing).split()):.300}\n"

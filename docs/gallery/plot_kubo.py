@@ -17,7 +17,7 @@ from matplotlib import pyplot as plt
 from sdaeverify import sample, verify
 
 energy = Path("../../tests/thirdparty/energy/src/sdaeverify_energy")
-files = [energy / f"{name}.py" for name in ("energy_drift", "kubo_oscillator", "kubo_schemes")]
+files = [energy / f"{name}.py" for name in ("energy_drift", "energy_defect", "kubo_oscillator", "kubo_schemes")]
 paths = [
     sample(scheme, "kubo-oscillator", steps=64, paths=5, plugins=files)
     for scheme in ("kubo-milstein", "kubo-forgetful")

@@ -58,27 +58,6 @@ class Leaving(UniformExpansion):
 
 
 @dataclass(frozen=True)
-class HalfRoot(Right):
-    """The root covers half of its argument: sqrt(eps/2) (1 - e^{-2h/eps})."""
-
-    def weights(self, problem, h):
-        """Return the coefficients."""
-        wrong = np.sqrt(0.5 * problem.eps) * -np.expm1(-2.0 * h / problem.eps)
-        return super().weights(problem, h)._replace(noise=problem.strength * wrong / np.sqrt(h))
-
-
-@dataclass(frozen=True)
-class Without(Right):
-    """One coefficient is 0."""
-
-    term: str = "fixman"
-
-    def weights(self, problem, h):
-        """Return the coefficients."""
-        return super().weights(problem, h)._replace(**{self.term: 0.0})
-
-
-@dataclass(frozen=True)
 class Climbing(Right):
     """It reports iterations that grow by `slope` in each decade of 1/eps, or `more` of them on one path in 256."""
 

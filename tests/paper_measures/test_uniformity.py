@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from paper_measures.stiff_cells import AFFINE, SETTINGS, Explicit, HalfRoot, Ignorant, Right, Without, judged, whole
+from paper_measures.stiff_cells import AFFINE, SETTINGS, Explicit, Ignorant, Right, judged, whole
 from sdaeverify import Claim, Increment, Moment
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.measure import Evidence
@@ -62,14 +62,6 @@ def exact_error(eps):
     return abs(mean[0] ** 2 + covariance[0, 0] - truth.value(0.5))
 
 
-def test_half_a_root_is_refuted_on_the_affine_problem():
-    """A root that covers half of its argument has almost no noise along the normals where h < eps."""
-    found = judged(MEASURE, HalfRoot(), AFFINE)
-
-    assert {finding.verdict for finding in found.values()} == {Verdict.REFUTED}
-    assert abs(found["weak"].estimate) < 0.05
-
-
 @pytest.mark.slow
 def test_schemes_that_are_not_uniform_are_refuted_on_the_affine_problem():
     """Explicit Euler is unstable for h > eps, and constrained Euler ignores eps."""
@@ -78,24 +70,6 @@ def test_schemes_that_are_not_uniform_are_refuted_on_the_affine_problem():
     assert {f.verdict for found in (explicit, ignorant) for f in found.values()} == {Verdict.REFUTED}
     assert "not bounded: infinite" in str(explicit["weak"].reason)
     assert abs(ignorant["weak"].estimate) < 0.05
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("term", ["fixman", "quadratic", "divergence"])
-def test_missing_terms_are_refuted_on_the_strip(term):
-    """Stationary means of the exponential strip see every term of the predictor and of the level."""
-    found = judged(MEASURE, Without(term=term, xi="three-point"), exponential_strip())
-
-    assert found["invariant"].verdict is Verdict.REFUTED
-
-
-@pytest.mark.slow
-def test_the_right_scheme_is_verified_on_the_strip():
-    """The supremum of the error of E t behaves like h, although at fixed eps the error is flat for h > eps."""
-    found = judged(MEASURE, Right(xi="three-point"), exponential_strip())
-
-    assert found["invariant"].verdict is Verdict.VERIFIED
-    assert found["invariant"].estimate == pytest.approx(1.0, abs=0.2)
 
 
 def test_claims_that_are_too_high_unknown_or_not_made():

@@ -10,7 +10,7 @@ of smaller h. Therefore a claim is
 
 verified
     by one step alone (T1): where sup_x log(E V(Phi(x, h, w))/V(x))/h over states near and far is bounded as h tends
-    to 0, moments are bounded uniformly by iteration; see `probe.growth`. It is sufficient, not necessary. The paths
+    to 0, moments are bounded uniformly by iteration; see `semi_stability`. It is sufficient, not necessary. The paths
     guard it. Where the map cannot be probed they decide, if their tails are not heavy;
 refuted
     by paths: the fourth root of the moment is provably more than twice that of the solution at some step size. By

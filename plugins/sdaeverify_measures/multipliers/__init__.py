@@ -1,7 +1,7 @@
 """Exponents of the multipliers: how fast kappa and the remainders of lambda vanish with h at fixed states.
 
 Estimate (3.17) of Lindner & Stroot (2017) bounds kappa and lambda^re by h^2 and Lambda^re by h; see
-`probe.multiplier_orders` for the decomposition. One step is evaluated at fixed states (T1): nothing is sampled. A
+`multiplier_orders` for the decomposition. One step is evaluated at fixed states (T1): nothing is sampled. A
 quantity that is rounding at every step size keeps a claim of any order, and the reason says so.
 """
 

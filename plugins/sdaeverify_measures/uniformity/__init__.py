@@ -1,7 +1,7 @@
 """Uniform accuracy: the order in h of the largest error over all stiffness parameters, on one family of problems.
 
 The problem is rebuilt, its truths included, with eps = 1e-8, ..., 10, and the supremum over this grid is looked at as
-a function of h; see `probe.uniform_errors` for why no slope is fitted at fixed eps. Where something is exact for all
+a function of h; see `uniform_errors` for why no slope is fitted at fixed eps. Where something is exact for all
 eps, nothing is sampled:
 
 ``weak``
@@ -12,7 +12,7 @@ eps, nothing is sampled:
     Stationary means by the transition operator, where the family has a chart and known means: one eps a decade.
 
 Elsewhere the weak and the strong error are sampled, all members and step sizes on the same noise; see
-`probe.paired_members` and `paired_findings`. Whoever claims it by name is asked, too, for
+`paired_members` and `paired_findings`. Whoever claims it by name is asked, too, for
 
 ``one step``
     The local weak error, for every eps at which one step begins; see `uniform_errors`. Each first and second

@@ -26,7 +26,6 @@ def trial_states(k: int) -> Array:
     return np.concatenate([corners(k), x / np.linalg.norm(x, axis=0) * SIZES], axis=1)
 
 
-@lru_cache(maxsize=64)
 def _trials(k: int) -> Array:
     # The random vectors, each with a 1, shape (4, k + 1).
     return np.concatenate([trial_states(k)[:, k + 1 :], np.ones((1, len(SIZES)))]).T

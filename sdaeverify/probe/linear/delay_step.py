@@ -18,7 +18,6 @@ values v_n, ..., v_{n+m-1}; a step adds v_{n+m} = delta x_{n+1} + (1 - delta) x_
 one takes. All others keep their moments, so that a step costs a multiple of m.
 """
 
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -375,7 +374,6 @@ def _evaluate_step(scheme: Scheme, view: Delayed, h: float, at: tuple[Array, Arr
     return after.reshape(-1, inputs.shape[1], count), failed
 
 
-@lru_cache(maxsize=8)
 def _further_noise(l: int) -> Array:
     rng = np.random.Generator(np.random.Philox(key=SEED + 7))
     return np.asarray(REACH * rng.uniform(-1.0, 1.0, (l, TRIALS)))

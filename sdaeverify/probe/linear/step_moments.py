@@ -31,6 +31,7 @@ from .second_moments import Operator
 
 # Panels to begin with, an even number of them, and nodes of each: one of them resolves the normal density.
 FIRST, NODES = 8, 16
+GAUSS_LEGENDRE = np.polynomial.legendre.leggauss(NODES)
 # A panel and its halves agree within this part of the whole integral.
 TOLERANCE = 1e-13
 # At a jump, the error of a panel is its length: that of the last round is below 1e-12.
@@ -75,22 +76,9 @@ class Panels(NamedTuple):
     integrals: Array
 
 
-class Bisected(NamedTuple):
-    """A rule and its parent, each with the values that the function has at the nodes.
-
-    Attributes
-    ----------
-    values, coarse_values : ndarray, shape (..., K)
-    weights, coarse_weights : ndarray, shape (K,)
-    """
-
-    values: Array
-    weights: Array
-    coarse_values: Array
-    coarse_weights: Array
-
-
-def bisect_panels(function: Callable[[Array], Array], integrand: Callable[[Array, Array], Array]) -> Bisected:
+def bisect_panels(
+    function: Callable[[Array], Array], integrand: Callable[[Array, Array], Array]
+) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Return rules on [-9.5, 9.5] which integrate something made of a function; 0 is the end of a panel.
 
     Parameters
@@ -102,7 +90,10 @@ def bisect_panels(function: Callable[[Array], Array], integrand: Callable[[Array
 
     Returns
     -------
-    Bisected
+    tuple of ndarray, shape (..., K) and (K,)
+        Values of the function at the nodes, and the weights of these.
+    tuple of ndarray
+        The same of the parent rule.
     """
     fine: list[Panels] = []
     coarse: list[Panels] = []
@@ -120,7 +111,7 @@ def bisect_panels(function: Callable[[Array], Array], integrand: Callable[[Array
         if done.all():
             break
         parents = _select_panels(children, np.tile(~done, 2))
-    return Bisected(*_rule(fine), *_rule(coarse))
+    return _rule(fine), _rule(coarse)
 
 
 def _panels(ends: Array, function: Callable[[Array], Array], integrand: Callable[[Array, Array], Array]) -> Panels:
@@ -131,7 +122,7 @@ def _panels(ends: Array, function: Callable[[Array], Array], integrand: Callable
 
 def _nodes(ends: Array) -> tuple[Array, Array]:
     # Nodes and weights of all panels, shape (I, NODES).
-    q, w = _gauss_legendre()
+    q, w = GAUSS_LEGENDRE
     half = 0.5 * (ends[1] - ends[0])[:, None]
     z = 0.5 * (ends[0] + ends[1])[:, None] + half * q
     return z, half * w * np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi)
@@ -152,12 +143,6 @@ def _select_panels(panels: Panels, which: Array) -> Panels:
 def _rule(parts: list[Panels]) -> tuple[Array, Array]:
     weights = np.concatenate([_nodes(part.ends)[1].ravel() for part in parts])
     return np.concatenate([part.values for part in parts], axis=-1), weights
-
-
-@lru_cache(maxsize=1)
-def _gauss_legendre() -> tuple[Array, Array]:
-    q, w = np.polynomial.legendre.leggauss(NODES)
-    return q, w
 
 
 class FarNoise(NamedTuple):
@@ -351,12 +336,11 @@ def _bisect_expectation(step: MemoryStep, noise: StepNoise) -> Expectation:
         left, right = (part.reshape(*part.shape[:2], -1) for part in (by_panel * weights[:, None, None], by_panel))
         return np.moveaxis(left @ right.swapaxes(1, 2), 0, -1)
 
-    found = bisect_panels(lambda z: factors_of(step, noise, z[None]), integrals)
-    finer, coarser = Operator(found.values, found.weights), Operator(found.coarse_values, found.coarse_weights)
+    rules = bisect_panels(lambda z: factors_of(step, noise, z[None]), integrals)
+    finer, coarser = (Operator(*rule) for rule in rules)
     return Expectation(finer, finer if disagreement(finer, coarser) <= AGREEMENT else coarser)
 
 
-@lru_cache(maxsize=64)
 def _positive(n: int) -> Array:
     G = np.random.Generator(np.random.Philox(key=SEED + 5)).standard_normal((TRIALS, n, n))
     return G @ G.swapaxes(1, 2)

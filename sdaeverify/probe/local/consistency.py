@@ -53,19 +53,6 @@ class Consistency(NamedTuple):
     reached: Array
 
 
-class ConsistencyOrders(NamedTuple):
-    """Least orders in h of the defects of one step, of a first and of a later one at S states.
-
-    Attributes
-    ----------
-    noise, drift : ndarray, shape (2, S)
-        Of ||d||_{L2} and |E d|.
-    """
-
-    noise: Array
-    drift: Array
-
-
 def consistency(scheme: Scheme, view: Problem) -> Consistency:
     """Probe one step of each size at each state of the cloud.
 
@@ -90,8 +77,8 @@ def consistency(scheme: Scheme, view: Problem) -> Consistency:
         return Consistency(sizes, rms, mean, scale, reach(step, x))
 
 
-def consistency_orders(record: Consistency, component: int | None = None) -> ConsistencyOrders:
-    """Return the orders of the defects of a component, or of the full state.
+def consistency_orders(record: Consistency, component: int | None = None) -> tuple[Array, Array]:
+    """Return the least orders in h of the defects of a component, or of the full state.
 
     Parameters
     ----------
@@ -101,10 +88,13 @@ def consistency_orders(record: Consistency, component: int | None = None) -> Con
 
     Returns
     -------
-    ConsistencyOrders
+    ndarray, shape (2, S)
+        Of ||d||_{L2}, of a first and of a later step at each state.
+    ndarray, shape (2, S)
+        Of |E d|.
     """
     rows = mark_rows(record.reached, component)
-    return ConsistencyOrders(*(_orders(record, part[:, rows]) for part in (record.rms, record.mean)))
+    return _orders(record, record.rms[:, rows]), _orders(record, record.mean[:, rows])
 
 
 def _orders(record: Consistency, part: Array) -> Array:

@@ -12,7 +12,6 @@ step of additive noise is only consistent of order 1/2 (Definition 3.1 of Qu, Hu
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -68,7 +67,6 @@ def loses_algebraic(scheme: Scheme, view: Problem) -> bool:
     return further or (bool(form.constraints) and not keeps_constraint(scheme, view))
 
 
-@lru_cache(maxsize=64)
 def keeps_constraint(scheme: Scheme, view: Problem) -> bool:
     """Tell whether y solves the constraint after a step that begins with such a y.
 

@@ -7,7 +7,6 @@ them differ by what one step does, which vanishes with h; what is not renewed wh
 algebraic component or a drift of another region, adds up, however short the steps are.
 """
 
-from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -77,7 +76,6 @@ def remembers(scheme: Scheme, view: Any) -> bool:
     return type(entered) is type(state) and flatten(entered).shape == start.shape
 
 
-@lru_cache(maxsize=4)
 def run_memory(scheme: Scheme, view: Problem) -> Apart | None:
     """Compare a run with one that is entered anew at the begin of each of eight parts of the horizon.
 

@@ -8,7 +8,6 @@ more equations than unknowns unless the chart is the identity: that they have a 
 """
 
 from itertools import combinations_with_replacement
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,19 +20,6 @@ from .basis import Basis
 
 # D^2 embed is a second difference: exact to about 1e-12 of what is differenced.
 CONSISTENT = 1e-9
-
-
-class ChartCoefficients(NamedTuple):
-    """Drift b and diffusion s of the coordinates at some points.
-
-    Attributes
-    ----------
-    drift : ndarray, shape (k, P)
-    diffusion : ndarray, shape (k, l, P)
-    """
-
-    drift: Array
-    diffusion: Array
 
 
 def require_chart(view: Problem) -> tuple[Equation, Chart]:
@@ -65,7 +51,7 @@ def output_rows(ito: Equation, chart: Chart, z: Array) -> Mask:
     return idle if same else np.zeros_like(idle)
 
 
-def coefficients(ito: Equation, chart: Chart, z: Array) -> ChartCoefficients:
+def coefficients(ito: Equation, chart: Chart, z: Array) -> tuple[Array, Array]:
     """Return drift and diffusion of the coordinates at z, shape (k, P).
 
     Parameters
@@ -76,6 +62,13 @@ def coefficients(ito: Equation, chart: Chart, z: Array) -> ChartCoefficients:
         Coordinates of its manifold.
     z : ndarray, shape (k, P)
         Where they are asked.
+
+    Returns
+    -------
+    ndarray, shape (k, P)
+        Drift b.
+    ndarray, shape (k, l, P)
+        Diffusion s.
 
     Raises
     ------
@@ -92,7 +85,7 @@ def coefficients(ito: Equation, chart: Chart, z: Array) -> ChartCoefficients:
     inverse = np.linalg.pinv(tangents)
     s = _solve_columns(tangents, inverse, B)
     curvature = sum(second_directional(chart.embed, z, column, column)[core] for column in np.moveaxis(s, 1, 0))
-    return ChartCoefficients(_solve_columns(tangents, inverse, (f - 0.5 * curvature)[:, None])[:, 0], s)
+    return _solve_columns(tangents, inverse, (f - 0.5 * curvature)[:, None])[:, 0], s
 
 
 def generator(ito: Equation, chart: Chart, basis: Basis) -> Array:

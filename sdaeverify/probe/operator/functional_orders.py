@@ -154,7 +154,7 @@ class FunctionalOrder(NamedTuple):
 
 
 def why_off_chart(record: TransitionErrors) -> str:
-    """Return why the record is no evidence on the scheme, or an empty string."""
+    """Return that a scheme leaves the chart, so that the record is no evidence on it, or an empty string."""
     worst = int(np.argmax(record.departure))
     if record.departure[worst] > ON_CHART:
         return f"the scheme leaves the chart, by {record.departure[worst]:.1g} at h = {record.h[worst]:.3g}"

@@ -11,7 +11,6 @@ A step that is affine in several normals leads from each z to a normal law, whos
 a few of their values, and whose nodes are those of as many normals as there are coordinates.
 """
 
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -133,7 +132,7 @@ def _make_steps(one_step: OneStep, basis: Basis, nodes: Nodes, h: float, given: 
         x, failed, truncated = _step_in_parts(one_step, chart.embed(z), h, nodes, given)
         reached = chart.read(x)
         usable = np.isfinite(x).all(axis=0) & _is_bounded(chart, reached)
-        departure = _departure(chart, x, reached, _core(one_step.view, basis))
+        departure = _departure(chart, x, reached, ~output_rows(*require_chart(one_step.view), basis.nodes))
     failed = failed | ~usable
     weights = np.multiply.outer(basis.weights, nodes.weights).ravel()
     worst = float(np.max(departure, initial=0.0, where=~failed))
@@ -249,12 +248,6 @@ def _step_in_parts(one_step: OneStep, x: Array, h: float, nodes: Nodes, given: G
         found.append((one_step.read(step.state), *masks))
     reached, failed, truncated = (np.concatenate(parts, axis=-1) for parts in zip(*found, strict=True))
     return reached, failed, truncated
-
-
-@lru_cache(maxsize=8)
-def _core(view: Problem, basis: Basis) -> Mask:
-    # Remembered, because all steps of all schemes ask for the same.
-    return ~output_rows(*require_chart(view), basis.nodes)
 
 
 def _is_bounded(chart: Chart, z: Array) -> Mask:

@@ -6,7 +6,7 @@ principle, and at which the gain of the noise is at most 1. No matrix of the his
 
 from collections.abc import Callable
 from copy import copy
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -229,7 +229,6 @@ def _gain_matrix(recursion: Lagged, *, refined: bool = True) -> tuple[Any, float
     return scale[:, None] * _noise(recursion, gamma)[:, i, j].T, change
 
 
-@lru_cache(maxsize=8)
 def _unit_covariances(k: int) -> Array:
     return np.stack([smat(each, k) for each in np.eye(k * (k + 1) // 2)], axis=-1)
 
@@ -380,15 +379,14 @@ def _radius_of_noise(recursion: Lagged, least: float) -> float:
     1/gain is 0 there and nearly linear in r beyond. The gain falls at least like 1/r, which bounds r on both sides.
     """
 
-    # Where it is tried first is an end of the bracket, too.
-    @cache
     def gain(r: float) -> float:
         return float(np.abs(np.linalg.eigvals(_gain_matrix(rescale(recursion, r), refined=False)[0])).max())
 
     def excess(r: float) -> float:
         if r <= least:
             return -1.0
-        return 1.0 / gain(r) - 1.0 if gain(r) > 0.0 else np.inf
+        found = gain(r)
+        return 1.0 / found - 1.0 if found > 0.0 else np.inf
 
     start = ABOVE * least + BESIDE
     low, high = _enclose(excess, *sorted([start, start * gain(start)]))

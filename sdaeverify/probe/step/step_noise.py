@@ -84,11 +84,16 @@ class StepNoise(NamedTuple):
 
         With equal weights they are a rule of degree 2, the smallest there is.
         """
-        return _simplex(self.normals)
+        # Helmert's orthogonal matrix without its constant row.
+        n = self.normals
+        rows = np.tril(np.ones((n, n + 1))) - np.eye(n, n + 1, 1) * np.arange(1, n + 1)[:, None]
+        return np.asarray(rows / np.linalg.norm(rows, axis=1, keepdims=True) * np.sqrt(n + 1.0))
 
     def trials(self) -> Array:
         """Return points that reach out to 60 standard deviations in every variable, shape (n, 12)."""
-        return _trials(self.normals)
+        rng = np.random.Generator(np.random.Philox(key=SEED + 3))
+        signs = rng.choice([-1.0, 1.0], size=(self.normals, len(REACH)))
+        return np.concatenate([signs * REACH, -signs * REACH], axis=1)
 
     def directions(self) -> Array:
         """Return the axes and some random directions, unit vectors, shape (n, D)."""
@@ -97,20 +102,6 @@ class StepNoise(NamedTuple):
         rng = np.random.Generator(np.random.Philox(key=SEED + 4))
         further = rng.standard_normal((self.normals, DIRECTIONS))
         return np.concatenate([np.eye(self.normals), further / np.linalg.norm(further, axis=0)], axis=1)
-
-
-@lru_cache(maxsize=64)
-def _simplex(n: int) -> Array:
-    # Helmert's orthogonal matrix without its constant row.
-    rows = np.tril(np.ones((n, n + 1))) - np.eye(n, n + 1, 1) * np.arange(1, n + 1)[:, None]
-    return np.asarray(rows / np.linalg.norm(rows, axis=1, keepdims=True) * np.sqrt(n + 1.0))
-
-
-@lru_cache(maxsize=64)
-def _trials(n: int) -> Array:
-    rng = np.random.Generator(np.random.Philox(key=SEED + 3))
-    signs = rng.choice([-1.0, 1.0], size=(n, len(REACH)))
-    return np.concatenate([signs * REACH, -signs * REACH], axis=1)
 
 
 @lru_cache(maxsize=64)

@@ -3,7 +3,6 @@
 All monomials to degree 3 in up to three variables, to degree 2 beyond; x_i^4, sin(sum x) and exp(-|x|^2/2).
 """
 
-from functools import lru_cache
 from itertools import combinations_with_replacement
 
 import numpy as np
@@ -66,7 +65,6 @@ def coefficients(linear: Array, square: Array, units: Array) -> Array:
     return found
 
 
-@lru_cache(maxsize=64)
 def _powers(dimension: int) -> tuple[tuple[int, ...], ...]:
     degrees = range(1, 4 if dimension <= FEW else 3)
     return tuple(powers for degree in degrees for powers in combinations_with_replacement(range(dimension), degree))
