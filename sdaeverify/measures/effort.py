@@ -28,7 +28,7 @@ import scipy
 
 from ..arrays import Array
 from ..contracts.claimed import Bound
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import Settings
@@ -41,7 +41,7 @@ from ..verdicts.coverage import coverage, no_claim
 from ..verdicts.opinions import NOT_PROBED, finding, judge_claim
 
 PROBED, ALONG = "iterations", "run iterations"
-METHOD = "iterations of steps along runs and at fixed h (T3)"
+METHOD = Method("iterations of steps along runs and at fixed h", 3)
 STIFF = 0.01
 # The mean may grow by so much over all eps < STIFF h, beyond so many standard errors.
 GROWTH, ERRORS = 0.5, 4.0

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arrays import Array, Parts
 from ..contracts.claimed import Order
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Verdict
+from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
@@ -150,7 +150,7 @@ def _past_finding(evidence: Evidence) -> Iterator[Finding]:
         return
     covered, order = coverage(evidence, Intervals.name, GIVEN_PAST), consistency_order(record)
     opinion = _opinion(order, covered.claim) if covered.claim else Opinion(Verdict.OUT_OF_SCOPE, covered.gap, 1)
-    yield finding(covered, opinion, estimate=order, method="one step given its past (T1)")
+    yield finding(covered, opinion, estimate=order, method=Method("one step given its past", 1))
 
 
 def _opinion(order: float, claim: Claim) -> Opinion:

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..contracts.claimed import Order
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
@@ -25,7 +25,7 @@ from ..verdicts.opinions import NOT_PROBED, decide, finding
 from ..verdicts.path_tests import order_tests
 
 PROBED = "limit"
-METHOD = "distances at fixed h on the same noise (T3)"
+METHOD = Method("distances at fixed h on the same noise", 3)
 STILL = "without noise"
 # No more paths may be left out.
 FAILED = 0.01

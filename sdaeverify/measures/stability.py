@@ -17,7 +17,7 @@ import scipy
 
 from ..arrays import Array
 from ..contracts.claimed import Word
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Claim, Scheme, flatten
 from ..contracts.settings import Settings
@@ -41,7 +41,7 @@ LIMITS = {UNIT: QUANTITY, SMALL: f"{QUANTITY} at small states", LARGE: f"{QUANTI
 # Step size of the question whether it is linear, as a part of the delay.
 QUARTER = 0.25
 A_STABLE, CONDITIONAL = Word("A-stable"), Word("conditional")
-METHOD = "spectral radius (T2)"
+METHOD = Method("spectral radius", 2)
 
 
 class Stability(Measure):

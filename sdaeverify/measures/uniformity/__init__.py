@@ -30,7 +30,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.claimed import Order
-from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
+from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
@@ -61,12 +61,12 @@ from .paired_findings import STRONG, WEAK, paired_findings
 
 INVARIANT, PAIRED = "invariant", "paired"
 METHODS = {
-    WEAK: "supremum over eps of errors of moments (T2)",
-    STRONG: "supremum over eps of distances by moments (T2)",
-    INVARIANT: "supremum over eps of errors of stationary means by the transition operator (T2)",
+    WEAK: Method("supremum over eps of errors of moments", 2),
+    STRONG: Method("supremum over eps of distances by moments", 2),
+    INVARIANT: Method("supremum over eps of errors of stationary means by the transition operator", 2),
 }
 MEASURE, ONE_STEP = "uniformity", "one step"
-METHOD = "one step against two half steps, supremum over eps (T1)"
+METHOD = Method("one step against two half steps, supremum over eps", 1)
 FEWEST = 3
 
 

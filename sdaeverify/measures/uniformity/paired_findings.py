@@ -21,7 +21,7 @@ import scipy
 
 from ...arrays import Array
 from ...contracts.claimed import Order
-from ...contracts.finding import Finding, Kind, LevelFinding, Opinion, Reason, Verdict
+from ...contracts.finding import Finding, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...numerics.statistics import GROUPS
 from ...probe.stiffness.paired_members import FAILED, PairedErrors, run_of
@@ -32,8 +32,8 @@ from ..outweighed import growth, outweighs
 
 WEAK, STRONG = "weak", "strong"
 METHODS = {
-    WEAK: "supremum over eps of errors of means on the same noise (T3)",
-    STRONG: "supremum over eps of distances on the same noise (T3)",
+    WEAK: Method("supremum over eps of errors of means on the same noise", 3),
+    STRONG: Method("supremum over eps of distances on the same noise", 3),
 }
 MEASURE, LAST = "uniformity", 2
 
