@@ -35,9 +35,9 @@ from ..contracts.settings import Settings
 from ..contracts.tally import Tally, packed, unpacked
 from ..forms import Problem
 from ..probe.stiffness.iterations import MOST, Iterations, RunIterations, counters, iterations, run_iterations
-from ..probe.stiffness.members import member, no_family
+from ..probe.stiffness.members import member, why_not_family
 from ..registry.hookspecs import hookimpl
-from ..verdicts.coverage import coverage, no_claim
+from ..verdicts.coverage import coverage, why_not_claimed
 from ..verdicts.opinions import NOT_PROBED, finding, judge_claim
 
 PROBED, ALONG = "iterations", "run iterations"
@@ -66,7 +66,7 @@ class Effort(Measure):
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse what has no family or no claim."""
-        if reason := no_family(scheme, problem) or no_claim(scheme, problem, self.name):
+        if reason := why_not_family(scheme, problem) or why_not_claimed(scheme, problem, self.name):
             return reason
         return scheme.refuses(member(scheme.view_of(problem)))
 

@@ -23,9 +23,9 @@ from ..probe.local.consistency import (
     DelayConsistency,
     consistency_order,
     delay_consistency,
-    no_delay_consistency,
+    why_not_delay_consistency,
 )
-from ..probe.local.delay_links import loses_algebraic
+from ..probe.local.delay_links import why_not_algebraic
 from ..registry.hookspecs import hookimpl
 from ..verdicts.coverage import coverage
 from ..verdicts.opinions import finding, local_doubt, local_opinion
@@ -76,7 +76,7 @@ class Intervals(Measure):
         found = Tally()
         for span in SPANS.values():
             found = found.merge(probe_strong(scheme, view, settings, span))
-        if loses_algebraic(scheme, view) or no_delay_consistency(scheme, view):
+        if why_not_algebraic(scheme, view) or why_not_delay_consistency(scheme, view):
             return found
         return found.merge(packed(GIVEN_PAST, delay_consistency(scheme, view)))
 

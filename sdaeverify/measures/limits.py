@@ -17,10 +17,10 @@ from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally, packed, unpacked
 from ..forms import Problem
-from ..probe.stiffness.members import member, no_family
+from ..probe.stiffness.members import member, why_not_family
 from ..probe.stiffness.stiff_limit import LimitDistances, Slope, limit_distances, limit_slopes
 from ..registry.hookspecs import hookimpl
-from ..verdicts.coverage import coverage, no_claim
+from ..verdicts.coverage import coverage, why_not_claimed
 from ..verdicts.opinions import NOT_PROBED, decide, finding
 from ..verdicts.path_tests import order_tests
 
@@ -43,7 +43,7 @@ class StiffLimits(Measure):
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse what has no family or no claim, and schemes that cannot be run at eps = 0."""
-        if reason := no_family(scheme, problem) or no_claim(scheme, problem, self.name):
+        if reason := why_not_family(scheme, problem) or why_not_claimed(scheme, problem, self.name):
             return reason
         reason = scheme.refuses(member(scheme.view_of(problem), 0.0))
         return f"the scheme cannot be run in the limit: {reason}" if reason else ""

@@ -37,7 +37,7 @@ from ..contracts.settings import Settings
 from ..contracts.tally import EXTREMES, Tally, largest, packed, unpacked
 from ..forms import Problem
 from ..numerics.statistics import Estimate, Tail, group_sums, jackknife, tail
-from ..probe.step.one_step import OneStep, why_unresolved
+from ..probe.step.one_step import OneStep, why_not_resolved
 from ..probe.step.semi_stability import POWER, Growth, growth, lyapunov
 from ..registry.hookspecs import hookimpl
 from ..verdicts.coverage import claim_for, coverage
@@ -127,7 +127,7 @@ class Moments(Measure):
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the growth of E V in one step, where the map can be probed."""
-        return Tally() if OneStep(scheme, view).refusal() else packed(PROBED, growth(scheme, view))
+        return Tally() if OneStep(scheme, view).why_not_probed() else packed(PROBED, growth(scheme, view))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return one finding, and the moments of all levels."""
@@ -242,7 +242,7 @@ def _tests(evidence: Evidence, sample: LargestValues, ratios: list[Estimate], lo
         return PathTests.none("the solution's own moment is not known, or rests on few paths")
     bound = FACTOR * truth.interval(1.0 - evidence.level)[1]
     # Steps that do not resolve the problem's fastest time are not held against what holds as h tends to 0.
-    resolved = np.array([not why_unresolved(evidence.view, h) for h in sample.h])
+    resolved = np.array([not why_not_resolved(evidence.view, h) for h in sample.h])
     excess = np.where(resolved[:, None], sample.excess(bound), 1.0)
     level = int(excess.min(axis=1).argmin())
     refuted = min(1.0, max(evidence.level, 2.0 * excess.size * float(excess.min())))
@@ -261,7 +261,7 @@ def _from_below(
     p_values = [ratio.p_below(np.log2(FACTOR)) for ratio in ratios]
     worst = int(np.argmax(p_values))
     reason = _size(ratios[worst])
-    if why := why_unresolved(evidence.view, sample.h[worst]):
+    if why := why_not_resolved(evidence.view, sample.h[worst]):
         return 1.0, reason.then(why), np.inf
     if evidence.health.sums["without_root"].any():
         return 1.0, reason.then("steps without root"), np.inf

@@ -21,7 +21,7 @@ from ..probe.local.multiplier_orders import (
     Multipliers,
     multiplier_orders,
     multipliers,
-    no_multipliers,
+    why_not_multipliers,
 )
 from ..registry.hookspecs import hookimpl
 from ..verdicts.coverage import coverage
@@ -48,7 +48,7 @@ class MultiplierExponents(Measure):
         if view is None or view.capability(Multiplied) is None:
             return f"the form {form_names(scheme)} has no multiplier"
         with np.errstate(all="ignore"):
-            return no_multipliers(scheme, view)
+            return why_not_multipliers(scheme, view)
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the sizes of the remainders."""
@@ -96,7 +96,7 @@ def judge_exponent(record: Multipliers, index: int, claim: float) -> Opinion:
     orders = multiplier_orders(record)
     order, ahead = float(orders.order[index]), float(orders.ahead[index])
     if np.isnan(order):
-        return local_doubt(_why_no_order(record))
+        return local_doubt(_why_not_order(record))
     if np.isinf(order):
         return _rounding_opinion(record)
     bound, text = claim - TOLERANCE, f"local order {order:.3f}, claimed {claim}"
@@ -113,7 +113,7 @@ def _rounding_opinion(record: Multipliers) -> Opinion:
     return local_opinion(Verdict.VERIFIED, "no more than rounding, at two step sizes or more: it vanishes here")
 
 
-def _why_no_order(record: Multipliers) -> str:
+def _why_not_order(record: Multipliers) -> str:
     for what, share in (("is truncated", record.truncated[-1]), ("has no root", record.failed[-1])):
         if share:
             return f"no order: even at h = {record.h[-1]:.2g} the step {what} at {share:.0%} of the states"

@@ -74,7 +74,7 @@ class Solvability(Measure):
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return what became of one step on a wide range of step sizes, where something is claimed of it."""
-        if claim_for(scheme, view.traits, self.name, ROOT).claim is None or OneStep(scheme, view).refusal():
+        if claim_for(scheme, view.traits, self.name, ROOT).claim is None or OneStep(scheme, view).why_not_probed():
             return Tally()
         return packed(PROBED, root_scan(scheme, view))
 

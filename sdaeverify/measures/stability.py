@@ -29,7 +29,13 @@ from ..probe.linear.affine import AFFINE
 from ..probe.linear.delay_equation import LARGE, SMALL, UNIT
 from ..probe.linear.delay_step import limits
 from ..probe.stability.spectral import DENSE
-from ..probe.stability.stability import StabilityRecord, delay_stability, no_delay_stability, no_stability, stability
+from ..probe.stability.stability import (
+    StabilityRecord,
+    delay_stability,
+    stability,
+    why_not_delay_stability,
+    why_not_stability,
+)
 from ..probe.stability.windows import describe_windows, find_undecided, smallest_boundary
 from ..registry.hookspecs import hookimpl
 from ..verdicts.coverage import coverage
@@ -69,8 +75,8 @@ class Stability(Measure):
             return "the problem has no view of the scheme's form"
         try:
             if delayed := view.capability(Delayed):
-                return no_delay_stability(scheme, delayed)
-            return no_stability(scheme, view) or _unasked(scheme, view)
+                return why_not_delay_stability(scheme, delayed)
+            return why_not_stability(scheme, view) or _unasked(scheme, view)
         except FAULTS as error:
             # Nothing obliges a problem to have coefficients far from its solutions.
             return f"linearity cannot be tested: {one_line(error)}"

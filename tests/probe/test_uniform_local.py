@@ -7,7 +7,7 @@ import pytest
 
 from measures.stiff_cells import AFFINE
 from sdaeverify.probe.local.orders import last_orders
-from sdaeverify.probe.stiffness.uniform_errors import UniformDefects, uniform_defects, uniform_defects_refusal
+from sdaeverify.probe.stiffness.uniform_errors import UniformDefects, uniform_defects, why_not_uniform_defects
 from sdaeverify_planted.uniform_expansion import NoProjector, NoQuadratic, NoTraces, RootForSquare
 from sdaeverify_planted.uniformly_accurate import OneGramMissing, ScaledTerms
 from sdaeverify_problems.exponential_strip import exponential_strip
@@ -82,8 +82,8 @@ def test_nodes_of_normal_variables_serve_as_well_as_atoms():
 
 def test_pairs_without_defects_are_told():
     """Two steps of four three-point variables have 6561 atoms."""
-    assert "too many atoms" in uniform_defects_refusal(UniformlyAccurate(xi="three-point"), sphere_product())
-    assert uniform_defects_refusal(UniformlyAccurate(), sphere_product()) == ""
+    assert "too many atoms" in why_not_uniform_defects(UniformlyAccurate(xi="three-point"), sphere_product())
+    assert why_not_uniform_defects(UniformlyAccurate(), sphere_product()) == ""
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ from ...contracts.tally import Tally, packed, unpacked
 from ...forms import Delayed, Problem
 from ...forms.delay.linked import X
 from ...probe.local.algebraic_defects import AlgebraicDefects, algebraic_defects, algebraic_order
-from ...probe.local.delay_links import Y, keeps_constraint, loses_algebraic, remove_delay
-from ...probe.local.strong_defects import LocalStrong, local_strong, no_local_order
+from ...probe.local.delay_links import Y, keeps_constraint, remove_delay, why_not_algebraic
+from ...probe.local.strong_defects import LocalStrong, local_strong, why_not_local_order
 from ...probe.local.strong_order import ACCURACY, StrongOrder, at_most, strong_orders
 from ...probe.step.one_step import OneStep
 from ...verdicts.coverage import Coverage, coverage
@@ -134,7 +134,7 @@ def probe_strong(scheme: Scheme, view: Problem, settings: Settings, span: Span =
     Tally
     """
     pair = remove_delay(scheme, view, span.links, span.until)
-    if loses_algebraic(scheme, view) or no_local_order(*pair):
+    if why_not_algebraic(scheme, view) or why_not_local_order(*pair):
         return Tally()
     found = packed(span.name, local_strong(*pair))
     delta = _delta(view, settings) if span.links > 1 else 0.0

@@ -36,12 +36,12 @@ from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
 from ...contracts.tally import Tally, packed, unpacked
 from ...forms import Problem
-from ...probe.linear.moments import no_moments
-from ...probe.linear.pair import no_linear_pair
+from ...probe.linear.moments import why_not_moments
+from ...probe.linear.pair import why_not_linear_pair
 from ...probe.local.orders import last_orders
 from ...probe.operator import transition
 from ...probe.operator.transition_errors import invariant_observables
-from ...probe.stiffness.members import member, no_family
+from ...probe.stiffness.members import member, why_not_family
 from ...probe.stiffness.paired_members import PairedErrors, paired_errors
 from ...probe.stiffness.uniform_errors import (
     Supremum,
@@ -52,10 +52,10 @@ from ...probe.stiffness.uniform_errors import (
     strong_suprema,
     suprema,
     uniform_defects,
-    uniform_defects_refusal,
+    why_not_uniform_defects,
 )
 from ...registry.hookspecs import hookimpl
-from ...verdicts.coverage import Coverage, coverage, no_claim
+from ...verdicts.coverage import Coverage, coverage, why_not_claimed
 from ...verdicts.opinions import NOT_PROBED, finding, judge_claim, local_doubt
 from .paired_findings import STRONG, WEAK, paired_findings
 
@@ -90,7 +90,7 @@ class Uniformity(Measure):
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse problems without family, schemes without claim, and atoms where errors must be sampled."""
-        if reason := no_family(scheme, problem) or no_claim(scheme, problem, self.name):
+        if reason := why_not_family(scheme, problem) or why_not_claimed(scheme, problem, self.name):
             return reason
         one = member(scheme.view_of(problem))
         if scheme.refuses(one):
@@ -100,7 +100,7 @@ class Uniformity(Measure):
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the errors of what can be had without sampling, or those of a share of the run's paths."""
         evidence = _errors(scheme, view, settings)
-        if uniform_defects_refusal(scheme, view):
+        if why_not_uniform_defects(scheme, view):
             return evidence
         return evidence.merge(packed(ONE_STEP, uniform_defects(scheme, view)))
 
@@ -111,7 +111,7 @@ class Uniformity(Measure):
         if covered.claim is None:
             return found
         if record is None:
-            reason = uniform_defects_refusal(evidence.scheme, evidence.view) or "not probed"
+            reason = why_not_uniform_defects(evidence.scheme, evidence.view) or "not probed"
             open_ = finding(covered, local_doubt(reason))
             return found._replace(findings=(*found.findings, open_))
         names = [name.replace("x_", "dx_") for name in _names(evidence, WEAK)]
@@ -129,10 +129,10 @@ def _errors(scheme: Scheme, view: Any, settings: Settings) -> Tally:
     one, steps = member(view), settings.steps
     if _inexact(scheme, one):
         return packed(PAIRED, paired_errors(scheme, view, settings))
-    if no_moments(scheme, one):
+    if why_not_moments(scheme, one):
         return packed(INVARIANT, invariant_suprema(scheme, view, steps))
     evidence = packed(WEAK, moment_suprema(scheme, view, steps))
-    if no_linear_pair(scheme, one):
+    if why_not_linear_pair(scheme, one):
         return evidence
     return evidence.merge(packed(STRONG, strong_suprema(scheme, view, steps)))
 
@@ -152,7 +152,9 @@ def _of_errors(evidence: Evidence) -> Judgement:
 
 def _inexact(scheme: Scheme, one: Problem) -> bool:
     """Tell whether neither moments nor stationary means are exact for every eps."""
-    return bool(no_moments(scheme, one) and (transition.refusal(scheme, one) or not invariant_observables(one)))
+    return bool(
+        why_not_moments(scheme, one) and (transition.why_not_operator(scheme, one) or not invariant_observables(one))
+    )
 
 
 def _why_not_paired(scheme: Scheme, one: Problem) -> str:
