@@ -23,7 +23,6 @@ from .contracts.experiment import (
 from .lab.experiments.mean_sample import MeanSample as MeanSample
 from .lab.experiments.mean_table import FineRun as FineRun, MeanLine as MeanLine, MeanTable as MeanTable, Row as Row
 from .contracts.cases import Planted as Planted
-from .contracts.claimed import Bound as Bound, Exact as Exact, Order as Order, Word as Word
 from .contracts.scheme import Claim as Claim, Scheme as Scheme, Step as Step
 from .contracts.settings import Settings as Settings
 from .contracts.specs import in_matrix as in_matrix, on_request as on_request

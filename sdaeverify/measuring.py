@@ -21,19 +21,20 @@ The way from a claim to a finding is the same for all of them::
     covered = coverage(evidence, self.name, "x")          # the strongest claim about x, or why there is none
     order = order_of(h, sums, counts)                      # a slope with its standard error, by the jackknife
     opinion = judge_claim(covered, lambda claim: decide(order_tests(claim, order, evidence), evidence))
-    found = finding(covered, opinion, estimate=order.value, method="paths (T3)")
+    found = finding(covered, opinion, estimate=order.value, method=Method("paths", 3))
 
 An `Opinion` is a `Verdict` with a `Reason`. A reason is a value: whoever decides by it asks for its `Kind`, never for
 its words. Verdicts of paths are corrected for all tests of a run by their p-values, and need the controls of the
 problem; opinions of one step (`local_opinion`) are guarded by paths (`guard`).
 """
 
+from .contracts.claimed import Bound, Order, Word
 from .contracts.error_sizes import ErrorSizes
-from .contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
+from .contracts.finding import Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from .contracts.measure import Evidence, Measure, Observer, Snapshot
 from .contracts.tally import Tally, packed, unpacked
 from .numerics.statistics import Estimate, group_sums, jackknife, order_of
-from .verdicts.coverage import Coverage, claim_for, coverage, no_claim
+from .verdicts.coverage import Coverage, claim_for, coverage, why_not_claimed
 from .verdicts.opinions import (
     NOT_PROBED,
     decide,
@@ -52,6 +53,7 @@ __all__ = [
     "FEWEST",
     "FITTED",
     "NOT_PROBED",
+    "Bound",
     "Coverage",
     "ErrorSizes",
     "Estimate",
@@ -61,13 +63,16 @@ __all__ = [
     "Kind",
     "LevelFinding",
     "Measure",
+    "Method",
     "Observer",
     "Opinion",
+    "Order",
     "PathTests",
     "Reason",
     "Snapshot",
     "Tally",
     "Verdict",
+    "Word",
     "claim_for",
     "coverage",
     "decide",
@@ -79,12 +84,12 @@ __all__ = [
     "leave_open",
     "local_doubt",
     "local_opinion",
-    "no_claim",
     "no_fit",
     "order_of",
     "order_tests",
     "packed",
     "sound_levels",
     "unpacked",
+    "why_not_claimed",
     "with_sample",
 ]

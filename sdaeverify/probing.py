@@ -5,7 +5,7 @@ measure as `sdaeverify.measuring` explains it, with a method ``probe(scheme, vie
 Most probes go the same way::
 
     step = OneStep(scheme, view)                                # x -> Phi(x, t, h, noise), states of shape (d, P)
-    if step.refusal():                                          # why the map cannot be evaluated anywhere
+    if step.why_not_probed():                                          # why the map cannot be evaluated anywhere
         return Tally()
     x = cloud(view, step.equation)                              # admissible states where solutions go, shape (d, S)
     nodes = step_nodes(view.noise_dim, 4, law=scheme.law)       # a rule for the noise of one step
@@ -37,14 +37,14 @@ A record of numbers that a probe returns is `sdaeverify.measuring.packed` into e
 from .forms import Multiplied, StiffnessFamily
 from .noise.brownian import LevelNoise, Source, brownian_steps
 from .probe.linear.equation import linear_equation
-from .probe.linear.moments import MomentErrors, moment_errors, no_moments
-from .probe.linear.pair import mean_square_distance, no_linear_pair
+from .probe.linear.moments import MomentErrors, moment_errors, why_not_moments
+from .probe.linear.pair import mean_square_distance, why_not_linear_pair
 from .probe.local.orders import LocalOrders, last_orders
-from .probe.operator.functional_orders import error_floors, why_off_chart
-from .probe.operator.transition import no_transition_operator
+from .probe.operator.functional_orders import error_floors, why_not_evidence
+from .probe.operator.transition import why_not_operator
 from .probe.operator.transition_errors import TransitionErrors, invariant_errors, invariant_observables
 from .probe.step.nodes import Nodes, step_nodes
-from .probe.step.one_step import OneStep, why_unresolved
+from .probe.step.one_step import OneStep, why_not_resolved
 from .probe.step.states import cloud, extreme_states
 from .probe.step.step_noise import StepNoise
 
@@ -69,10 +69,10 @@ __all__ = [
     "linear_equation",
     "mean_square_distance",
     "moment_errors",
-    "no_linear_pair",
-    "no_moments",
-    "no_transition_operator",
     "step_nodes",
-    "why_off_chart",
-    "why_unresolved",
+    "why_not_evidence",
+    "why_not_linear_pair",
+    "why_not_moments",
+    "why_not_operator",
+    "why_not_resolved",
 ]

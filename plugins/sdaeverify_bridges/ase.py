@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import Claim, Langevin, Scheme, hookimpl
-from sdaeverify.bridges import Bridge, Compiled, Library, why_no_temperature
+from sdaeverify.bridges import Bridge, Compiled, Library, why_not_temperature
 
 LIBRARY = Library.find("ase")
 # The papers whose propagators the classes name as theirs, and the orders that these state.
@@ -49,7 +49,7 @@ class ASE(Bridge):
 
     def refuses(self, problem: Langevin) -> str:
         """Refuse dynamics without friction or noise."""
-        return why_no_temperature(problem)
+        return why_not_temperature(problem)
 
     def compiled(self, problem: Langevin) -> Compiled:
         """Return the integrator's step for the force of a problem."""

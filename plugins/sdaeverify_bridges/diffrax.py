@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from sdaeverify import SDE, Array, Claim, Langevin, Parts, Scheme, hookimpl
-from sdaeverify.bridges import Bridge, Compiled, Library, why_no_temperature, why_not_bridged
+from sdaeverify.bridges import Bridge, Compiled, Library, why_not_bridged, why_not_temperature
 
 from ._reversible import begin_memory
 
@@ -129,7 +129,7 @@ class DiffraxLangevin(Bridge):
 
     def refuses(self, problem: Langevin) -> str:
         """Refuse dynamics without friction or noise, and formulas that only NumPy can run."""
-        return why_no_temperature(problem) or why_not_bridged(problem.ito())
+        return why_not_temperature(problem) or why_not_bridged(problem.ito())
 
     def compiled(self, problem: Langevin) -> Compiled:
         """Return the solver's step for the force of a problem."""

@@ -7,7 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdaeverify import SDE, Array, Claim, Scheme, hookimpl
-from sdaeverify.bridges import Bridge, Compiled, Library, linear_equation, no_linear_equation, why_areas
+from sdaeverify.bridges import (
+    Bridge,
+    Compiled,
+    Library,
+    linear_equation,
+    why_not_linear_equation,
+    why_not_without_areas,
+)
 
 LIBRARY = Library.find("qutip")
 # Strong and, where there is one, weak orders that the docstrings of the integrators state.
@@ -60,9 +67,9 @@ class QuTiP(Bridge):
 
     def refuses(self, problem: SDE) -> str:
         """Refuse what is not linear with constant coefficients and, unless for Euler, noise that needs areas."""
-        if self.method != "euler" and (reason := why_areas(problem)):
+        if self.method != "euler" and (reason := why_not_without_areas(problem)):
             return reason
-        return no_linear_equation(problem)
+        return why_not_linear_equation(problem)
 
     def compiled(self, problem: SDE) -> Compiled:
         """Return the method's step for the matrices of a problem."""

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sdaeverify import SDE, Array, Claim, Increment, ParameterError, Scheme, hookimpl
-from sdaeverify.bridges import Bridge, Coefficients, Compiled, Library, why_areas
+from sdaeverify.bridges import Bridge, Coefficients, Compiled, Library, why_not_without_areas
 
 LIBRARY = Library.find("sdeint")
 # Strong orders that README and docstrings state. stratKP2iS is a two-step method that begins anew in each call.
@@ -61,7 +61,7 @@ class SDEInt(Bridge):
     def refuses(self, problem: SDE) -> str:
         """Refuse noise that needs areas where there are none, and formulas that only NumPy can run."""
         needs_areas = self.algorithm in TWICE and not self.areas
-        return (needs_areas and why_areas(problem)) or super().refuses(problem)
+        return (needs_areas and why_not_without_areas(problem)) or super().refuses(problem)
 
     def compiled(self, problem: SDE) -> Compiled:
         """Return the algorithm's step for the formulas of a problem."""

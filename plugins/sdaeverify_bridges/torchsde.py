@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from sdaeverify import SDE, Array, Claim, ParameterError, Parts, Scheme, hookimpl
-from sdaeverify.bridges import SEPARATE, Bridge, Compiled, Library, why_areas
+from sdaeverify.bridges import SEPARATE, Bridge, Compiled, Library, why_not_without_areas
 
 from ._reversible import begin_memory
 
@@ -73,7 +73,7 @@ class TorchSDE(Bridge):
     def refuses(self, problem: SDE) -> str:
         """Refuse noise that the method does not support, and formulas that only NumPy can run."""
         needs_areas = self.method in {"milstein", "srk"}
-        return (needs_areas and why_areas(problem)) or super().refuses(problem)
+        return (needs_areas and why_not_without_areas(problem)) or super().refuses(problem)
 
     def compiled(self, problem: SDE) -> Compiled:
         """Return the method's step for the formulas of a problem."""

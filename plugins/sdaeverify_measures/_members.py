@@ -15,7 +15,7 @@ TYPICAL = 1.0
 PARTS, FEW_STEPS, FEW_PATHS = 512, 8, 256
 
 
-def no_family(scheme: Scheme, problem: Problem) -> str:
+def why_not_family(scheme: Scheme, problem: Problem) -> str:
     """Return why a scheme has nothing to show for all eps on a problem, or an empty string; nothing is evaluated."""
     view = scheme.view_of(problem)
     if view is None:
@@ -30,7 +30,7 @@ def stiffnesses(per_decade: int) -> Array:
 
 @lru_cache(maxsize=128)
 def member(view: Any, eps: float = TYPICAL) -> StiffnessFamily:
-    """Return the problem with another eps; `no_family` has nothing against it.
+    """Return the problem with another eps; `why_not_family` has nothing against it.
 
     Remembered, because all schemes and measures ask for the same.
     """

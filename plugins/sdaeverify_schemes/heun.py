@@ -40,7 +40,7 @@ class Heun(Scheme):
 
     def refuses(self, problem: SDE) -> str:
         """Refuse diffusions whose derivative, and with it the Stratonovich drift, cannot be had."""
-        return problem.no_derivative_of_diffusion()
+        return problem.why_not_derivative_of_diffusion()
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""

@@ -71,7 +71,7 @@ class ImplicitEulerGGL(Scheme):
 
     def refuses(self, problem: HolonomicSDAE) -> str:
         """Refuse forces whose derivatives cannot be had."""
-        return problem.no_derivative_of_force()
+        return problem.why_not_derivative_of_force()
 
     def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""

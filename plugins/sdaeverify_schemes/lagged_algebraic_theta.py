@@ -43,7 +43,7 @@ class LaggedAlgebraicTheta(Scheme):
         """Refuse problems without y, on which it is the stochastic theta method, and drifts without derivatives."""
         if not problem.constraints:
             return "the problem has no algebraic component: use stochastic-theta"
-        return "" if self.theta == 0.0 else problem.no_jacobian()
+        return "" if self.theta == 0.0 else problem.why_not_jacobian()
 
     def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""

@@ -30,7 +30,7 @@ class Milstein(Scheme):
         """Refuse noise that needs iterated integrals, and diffusions whose derivative cannot be had."""
         if not problem.traits & {"scalar-noise", "diagonal-noise"}:
             return f"noise in {problem.noise_dim} dimensions is neither scalar nor diagonal"
-        return problem.no_derivative_of_diffusion()
+        return problem.why_not_derivative_of_diffusion()
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""

@@ -29,7 +29,7 @@ class MilsteinAreas(Scheme):
         """Refuse one Brownian motion, which has no areas, and diffusions whose derivative cannot be had."""
         if problem.noise_dim == 1:
             return "one Brownian motion has no areas: that is Milstein's scheme"
-        return problem.no_derivative_of_diffusion()
+        return problem.why_not_derivative_of_diffusion()
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""

@@ -73,8 +73,8 @@ class StochasticTheta(Scheme):
         if self.theta == 0.0:
             return ""
         if isinstance(problem, DelaySDAE):
-            return problem.no_jacobian()
-        return problem.no_derivative_of_drift()
+            return problem.why_not_jacobian()
+        return problem.why_not_derivative_of_drift()
 
     def step(self, problem: SDE | DelaySDAE, state: Any, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x of an SDE has shape (d, P)."""

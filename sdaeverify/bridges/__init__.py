@@ -7,16 +7,16 @@ blocks.
 """
 
 from ..noise.areas import antisymmetric as area_matrices
-from ..probe.linear.equation import linear_equation, no_linear_equation
+from ..probe.linear.equation import linear_equation, why_not_linear_equation
 from .batches import in_batches, vectorised
 from .bridge import Bridge, Compiled
 from .coefficients import (
     SEPARATE,
     Coefficients,
     stratonovich_drift,
-    why_areas,
-    why_no_temperature,
     why_not_bridged,
+    why_not_temperature,
+    why_not_without_areas,
 )
 from .foreign import Foreign, TorchFunctions, why_not_run
 from .formulas import Formulas
@@ -34,11 +34,11 @@ __all__ = [
     "area_matrices",
     "in_batches",
     "linear_equation",
-    "no_linear_equation",
     "stratonovich_drift",
     "vectorised",
-    "why_areas",
-    "why_no_temperature",
     "why_not_bridged",
+    "why_not_linear_equation",
     "why_not_run",
+    "why_not_temperature",
+    "why_not_without_areas",
 ]

@@ -84,19 +84,23 @@ def why_not_bridged(problem: SDE, *, stratonovich: bool = False) -> str:
 @lru_cache(maxsize=1024)
 def _why_not(formulas: Formulas, stratonovich: bool) -> str:
     problem: SDE = formulas.problem
-    if stratonovich and "additive-noise" not in problem.traits and (reason := problem.no_derivative_of_diffusion()):
+    if (
+        stratonovich
+        and "additive-noise" not in problem.traits
+        and (reason := problem.why_not_derivative_of_diffusion())
+    ):
         return reason
     tried, x = Coefficients(problem, np, stratonovich), problem.initial(1)
     return why_not_run({"drift": tried.drift, "diffusion": tried.diffusion}, np.float64(0.0), x)
 
 
-def why_areas(problem: SDE) -> str:
+def why_not_without_areas(problem: SDE) -> str:
     """Return that a method of order 1 needs Levy areas for the noise of a problem."""
     separate = problem.traits & SEPARATE
     return "" if separate else f"noise in {problem.noise_dim} dimensions is neither scalar nor diagonal nor additive"
 
 
-def why_no_temperature(problem: Langevin) -> str:
+def why_not_temperature(problem: Langevin) -> str:
     """Return that a problem has no temperature sigma^2/(2 gamma)."""
     has_one = problem.friction > 0.0 and problem.strength > 0.0
     return "" if has_one else "without friction or noise it has no temperature"

@@ -12,7 +12,7 @@ from ..errors import UsageError
 from ..gate.gate_plan import gate_plan, omitted_measures
 from ..gate.gated import Gated, limit_lines
 from ..gate.lock import Claims, Lock, compare, locked_tiers, read_previous_lock, restrict, write_lock
-from ..gate.outcomes import Outcome, idle, outcomes, why_never
+from ..gate.outcomes import Outcome, idle, outcomes, why_not_reached
 from ..gate.policy import Policy
 from ..gate.tiers import Cover
 from ..gate.untested import Untested, find_untested
@@ -152,7 +152,7 @@ def _warnings(found: tuple[Outcome, ...], request: Request) -> Iterator[str]:
     # A smaller selection need not reach what is expected to fail.
     whole = not request.narrowed and request.policy.budget.cover is Cover.EVERYTHING
     for one in idle(found, request.policy):
-        if why := why_never(one, request.registry, found) or ("remove it" if whole else ""):
+        if why := why_not_reached(one, request.registry, found) or ("remove it" if whole else ""):
             yield f"no finding matches the expected failure {one} ({one.reason}); {why}"
 
 

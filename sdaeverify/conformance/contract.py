@@ -43,7 +43,7 @@ ALONE = "of few paths"
 def trials(scheme: Scheme, view: Problem) -> tuple[Trial, Trial]:
     """Return a fine and a coarse step of a scheme at the states of the cloud."""
     one_step = OneStep(scheme, view)
-    x = None if one_step.refusal(beside=True) else cloud(view, one_step.equation)
+    x = None if one_step.why_not_probed(beside=True) else cloud(view, one_step.equation)
     return Trial(scheme, view, view.horizon / FINE, x), Trial(scheme, view, view.horizon / COARSE, x)
 
 

@@ -103,7 +103,7 @@ def idle(found: Iterable[Outcome], policy: Policy) -> list[ExpectedFailure]:
     return [one for one in policy.expected_failures if not any(one.matches(o.cell, o.finding) for o in known)]
 
 
-def why_never(one: ExpectedFailure, registry: Registry, found: Iterable[Outcome]) -> str:
+def why_not_reached(one: ExpectedFailure, registry: Registry, found: Iterable[Outcome]) -> str:
     """Return that an expected failure names what is not there, whatever part of all is run; empty if it does not.
 
     Parameters

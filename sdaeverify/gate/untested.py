@@ -61,7 +61,7 @@ def find_untested(registry: Registry, policy: Policy, made: Plan, results: Seque
         each
         for scheme in gated_schemes(registry, policy)
         for claim in dict.fromkeys(scheme.promises)
-        for each in _why_untested(registry, policy, (scheme, claim), tested.get((scheme, claim), []))
+        for each in _why_not_tested(registry, policy, (scheme, claim), tested.get((scheme, claim), []))
     ]
 
 
@@ -79,7 +79,7 @@ def unknown_quantities(claim: Claim, found: Iterable[str]) -> Iterator[tuple[str
             yield quantity, f"no result is about {quantity!r}{did_you_mean(quantity, names)}{listed}"
 
 
-def _why_untested(
+def _why_not_tested(
     registry: Registry, policy: Policy, promise: tuple[Scheme, Claim], results: list[CellResult]
 ) -> Iterator[Untested]:
     scheme, claim = promise

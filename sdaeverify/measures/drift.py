@@ -35,7 +35,7 @@ import numpy as np
 from ..arrays import Array, Parts
 from ..contracts.claimed import ROUND_OFF, Exact, Order
 from ..contracts.error_sizes import ErrorSizes, without_error
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
@@ -65,8 +65,8 @@ from .slopes import Slopes, once
 from .strong.findings import judge_order, local_orders, probe_strong
 
 METHODS = {
-    1: "local strong order (T1), guarded by the residual along paths",
-    3: "order of the residual along paths (T3)",
+    1: Method("local strong order", 1, guard="the residual along paths"),
+    3: Method("order of the residual along paths", 3),
 }
 TIMES = 64
 # Places in successive stretches are spread evenly by it, whatever period a scheme repeats itself with.
@@ -353,7 +353,7 @@ def _finding(evidence: Evidence, defect: Defect) -> Finding:
         known = _beyond_round_off(defect, covered, bound)
         found = known if beyond[~rootless].any() else _round_off(evidence, defect, covered, NEAR_ROOTLESS)
     elif len(levels) < FEWEST:
-        return finding(covered, no_fit(evidence, covered, remarks), method="paths")
+        return finding(covered, no_fit(evidence, covered, remarks), method=Method("paths"))
     else:
         found = _of_slope(evidence, defect, levels[-FITTED - 1 :], covered)
     return replace(found, reason=Reason.of(found.reason, remarks, covered.gap))
@@ -377,8 +377,9 @@ def _beyond_round_off(defect: Defect, covered: Coverage, bound: Array) -> Findin
 
 
 def _of_largest(defect: Defect, covered: Coverage, opinion: Opinion, kind: str) -> Finding:
-    largest, method = float(np.fmax.reduce(defect.worst)), "largest residual along paths (T3)"
-    return finding(covered, opinion, estimate=largest, method=method, details={"class": kind})
+    largest, what = float(np.fmax.reduce(defect.worst)), "largest residual"
+    method = Method(f"{what} along paths", 3)
+    return finding(covered, opinion, estimate=largest, value_of=what, method=method, details={"class": kind})
 
 
 def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverage) -> Finding:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arrays import Array, Parts
 from ..contracts.claimed import Order
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Verdict
+from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
@@ -23,9 +23,9 @@ from ..probe.local.consistency import (
     DelayConsistency,
     consistency_order,
     delay_consistency,
-    no_delay_consistency,
+    why_not_delay_consistency,
 )
-from ..probe.local.delay_links import loses_algebraic
+from ..probe.local.delay_links import why_not_algebraic
 from ..registry.hookspecs import hookimpl
 from ..verdicts.coverage import coverage
 from ..verdicts.opinions import finding, local_doubt, local_opinion
@@ -76,7 +76,7 @@ class Intervals(Measure):
         found = Tally()
         for span in SPANS.values():
             found = found.merge(probe_strong(scheme, view, settings, span))
-        if loses_algebraic(scheme, view) or no_delay_consistency(scheme, view):
+        if why_not_algebraic(scheme, view) or why_not_delay_consistency(scheme, view):
             return found
         return found.merge(packed(GIVEN_PAST, delay_consistency(scheme, view)))
 
@@ -150,7 +150,7 @@ def _past_finding(evidence: Evidence) -> Iterator[Finding]:
         return
     covered, order = coverage(evidence, Intervals.name, GIVEN_PAST), consistency_order(record)
     opinion = _opinion(order, covered.claim) if covered.claim else Opinion(Verdict.OUT_OF_SCOPE, covered.gap, 1)
-    yield finding(covered, opinion, estimate=order, method="one step given its past (T1)")
+    yield finding(covered, opinion, estimate=order, method=Method("one step given its past", 1))
 
 
 def _opinion(order: float, claim: Claim) -> Opinion:

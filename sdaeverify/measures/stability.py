@@ -17,7 +17,7 @@ import scipy
 
 from ..arrays import Array
 from ..contracts.claimed import Word
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Claim, Scheme, flatten
 from ..contracts.settings import Settings
@@ -29,7 +29,13 @@ from ..probe.linear.affine import AFFINE
 from ..probe.linear.delay_equation import LARGE, SMALL, UNIT
 from ..probe.linear.delay_step import limits
 from ..probe.stability.spectral import DENSE
-from ..probe.stability.stability import StabilityRecord, delay_stability, no_delay_stability, no_stability, stability
+from ..probe.stability.stability import (
+    StabilityRecord,
+    delay_stability,
+    stability,
+    why_not_delay_stability,
+    why_not_stability,
+)
 from ..probe.stability.windows import describe_windows, find_undecided, smallest_boundary
 from ..registry.hookspecs import hookimpl
 from ..verdicts.coverage import coverage
@@ -41,7 +47,7 @@ LIMITS = {UNIT: QUANTITY, SMALL: f"{QUANTITY} at small states", LARGE: f"{QUANTI
 # Step size of the question whether it is linear, as a part of the delay.
 QUARTER = 0.25
 A_STABLE, CONDITIONAL = Word("A-stable"), Word("conditional")
-METHOD = "spectral radius (T2)"
+METHOD = Method("spectral radius", 2)
 
 
 class Stability(Measure):
@@ -69,8 +75,8 @@ class Stability(Measure):
             return "the problem has no view of the scheme's form"
         try:
             if delayed := view.capability(Delayed):
-                return no_delay_stability(scheme, delayed)
-            return no_stability(scheme, view) or _unasked(scheme, view)
+                return why_not_delay_stability(scheme, delayed)
+            return why_not_stability(scheme, view) or _unasked(scheme, view)
         except FAULTS as error:
             # Nothing obliges a problem to have coefficients far from its solutions.
             return f"linearity cannot be tested: {one_line(error)}"

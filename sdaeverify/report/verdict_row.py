@@ -16,10 +16,9 @@ if TYPE_CHECKING:
     from ..contracts.finding import Finding
     from ..study import CellResult
 
-ORDER, BIAS, RESIDUAL, AT_END = "order", "bias", "largest residual", "weak order at T by moments"
+ORDER, AT_END = "order", "weak order at T by moments"
 # Of verdicts that something decides.
 DECIDED = {"verified", "refuted"}
-GUARDED = "guarded by "
 # Standard errors from which on a mean difference tells something.
 RESOLVED = 3.0
 SAMPLED, AT_ONCE, ONE_STEP, CONTRACT = 3, 2, 1, 0
@@ -138,12 +137,12 @@ def _jsonable(value: object) -> object:
 
 def _told(found: "Finding", value_of: str) -> dict[str, Any]:
     """Return the columns that a finding tells; `value_of` is what its measure estimates, empty for an order."""
-    kind, claimed = _kind(found, value_of), found.claim and found.claim.value
+    kind, claimed = found.value_of or value_of or ORDER, found.claim and found.claim.value
     order = claimed if isinstance(claimed, Order) else None
     path, why = _along_paths(found) if kind == ORDER else (Interval(), "")
     value, told = _value(found, kind, path)
     reason = found.reason.then(f"no order along paths: {why}" if why else "")
-    decided = found.method and found.verdict in DECIDED
+    method, decided = found.method, found.verdict in DECIDED
     return {
         "claim": str(found.claim or ""),
         "claimed_order": order.least if order else nan,
@@ -153,22 +152,14 @@ def _told(found: "Finding", value_of: str) -> dict[str, Any]:
         **dict(zip(("value", "value_low", "value_high"), value, strict=True)),
         "value_of": told,
         "verdict": str(found.verdict),
-        "decided_by": f"T{found.tier}" if decided or (found.method and found.tier == CONTRACT) else "",
-        "guarded_by": found.method.partition(GUARDED)[2] if decided else "",
+        "decided_by": f"T{found.tier}" if method and (decided or found.tier == CONTRACT) else "",
+        "guarded_by": method.guarded_by if method and decided else "",
         "resolution": found.resolution if found.claim else nan,
         "reason": str(reason),
         "reason_kind": ", ".join(found.reason.kinds),
         "p_verified": found.p_verified,
         "p_refuted": found.p_refuted,
     }
-
-
-def _kind(found: "Finding", value_of: str) -> str:
-    if found.details.get("class") == BIAS or str(found.claim or "").startswith("unbiased"):
-        return BIAS
-    if found.method.startswith(RESIDUAL):
-        return RESIDUAL
-    return value_of or ORDER
 
 
 def _detail(found: "Finding", name: str) -> float:
@@ -182,7 +173,7 @@ def _estimate(found: "Finding") -> Interval:
 def _along_paths(found: "Finding") -> tuple[Interval, str]:
     """Return the order along paths, and why there is none although paths were sampled."""
     told = "informative" in found.details
-    sampled = found.method and (found.tier == SAMPLED or GUARDED in found.method)
+    sampled = found.method and (found.tier == SAMPLED or found.method.guard)
     order = Interval(*(_detail(found, f"slope{end}") for end in ("", "_low", "_high"))) if told else Interval()
     order = order if told else _estimate(found) if sampled else Interval()
     if not order.known:
@@ -199,7 +190,7 @@ def _along_paths(found: "Finding") -> tuple[Interval, str]:
 def _local_order(found: "Finding", kind: str) -> float:
     known = _detail(found, "local_order")
     # An estimate that paths guard is theirs, unless the finding tells its order along paths beside it.
-    of_paths = GUARDED in found.method and "informative" not in found.details
+    of_paths = found.method and found.method.guard and "informative" not in found.details
     alone = isnan(known) and kind == ORDER and found.method and found.tier == ONE_STEP and not of_paths
     return found.estimate if alone else known
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..contracts.claimed import Order
-from ..contracts.finding import UNMEASURED, Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.finding import UNMEASURED, Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence
 from ..contracts.scheme import AT_T, Claim, Scheme, is_about
 from ..contracts.settings import Settings
@@ -26,7 +26,7 @@ from ..verdicts.sound_levels import lost_index
 from ..verdicts.way import SAMPLED, Case, Objection, send
 from .plan import Cell, ControlPlan, ProblemPlan, claims_of
 
-CONTRACT = "contract and exactness (T0)"
+CONTRACT = Method("contract and exactness", 0)
 
 
 class ControlEvidence(NamedTuple):

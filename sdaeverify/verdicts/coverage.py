@@ -59,7 +59,7 @@ def claim_for(scheme: Scheme, traits: Iterable[str], measure: str, quantity: str
     return _strongest(scheme.promises, scheme.name, traits, measure, quantity)
 
 
-def no_claim(scheme: Scheme, problem: Problem, measure: str, what: str = "") -> str:
+def why_not_claimed(scheme: Scheme, problem: Problem, measure: str, what: str = "") -> str:
     """Return that a scheme claims nothing about a measure on a problem, or `what` it measures; empty if it does.
 
     Parameters

@@ -10,7 +10,7 @@ from ..contracts.finding import Kind, Reason
 from ..contracts.measure import Evidence
 from ..contracts.scheme import Claim
 from ..numerics.statistics import Estimate
-from ..probe.step.one_step import why_unresolved
+from ..probe.step.one_step import why_not_resolved
 from .sound_levels import at_levels
 
 # A slope is fitted on so many of the finest levels; fewer than FEWEST tell none.
@@ -194,7 +194,7 @@ def hold_back(
         How many times as many paths would make sure of it.
     """
     finest = min(evidence.step_sizes[level] for level in levels)
-    why = why_unresolved(evidence.view, finest) or _beside_lost(evidence, levels) or coarse
+    why = why_not_resolved(evidence.view, finest) or _beside_lost(evidence, levels) or coarse
     if not why or tests.against == 1.0:
         return tests
     return tests.held(why, growth=growth if tests.against <= SUSPECT else tests.growth)

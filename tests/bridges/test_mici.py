@@ -82,7 +82,7 @@ def test_step_without_a_root_is_counted():
 def test_component_that_it_does_not_tell_is_no_fault():
     """Its step is exact on trivial equations in all but mu, and cannot be probed, since mu is compared there."""
     assert not violation(Mici(), damped_pendulum())
-    assert OneStep(Mici(), damped_pendulum()).refusal() == "the state of the scheme has no mu"
+    assert OneStep(Mici(), damped_pendulum()).why_not_probed() == "the state of the scheme has no mu"
 
 
 def test_friction_is_found():

@@ -260,7 +260,7 @@ def test_the_diffusion_can_be_differentiated_without_a_given_jacobian():
     taken = HolonomicSDAE(**{**fields_of(given), "jacobian": None}).view(SDE)
     r, v = points()
     x, y = np.concatenate([r, v]), np.concatenate([v, r])
-    assert taken.no_derivative_of_diffusion() == ""
+    assert taken.why_not_derivative_of_diffusion() == ""
     expected = given.view(SDE).derivative_of_diffusion(0.0, x, y)
     difference = np.abs(taken.derivative_of_diffusion(0.0, x, y) - expected)
     # Second derivatives without Dg are good to 5e-11, which the condition of the projector enlarges.

@@ -120,16 +120,16 @@ def absolute(t, x):
 def test_a_diffusion_without_derivative_says_so():
     """A diffusion with a kink is a valid problem, for schemes that need no derivative; the reason is given."""
     kinked = make(diffusion=absolute, noise_dim=1)
-    assert "diffusion is not analytic" in kinked.no_derivative_of_diffusion()
-    assert "give diffusion_derivative" in kinked.no_derivative_of_diffusion()
+    assert "diffusion is not analytic" in kinked.why_not_derivative_of_diffusion()
+    assert "give diffusion_derivative" in kinked.why_not_derivative_of_diffusion()
     given = make(diffusion=absolute, noise_dim=1, diffusion_derivative=lambda t, x, y: (np.sign(x) * y)[:, None])
-    assert given.no_derivative_of_diffusion() == ""
-    assert make().no_derivative_of_diffusion() == ""
+    assert given.why_not_derivative_of_diffusion() == ""
+    assert make().why_not_derivative_of_diffusion() == ""
 
 
 def test_a_kink_at_the_start_is_noticed():
     """At x = 0 both derivatives of |x| vanish, and still it is not analytic."""
-    assert make(diffusion=absolute, noise_dim=1, start=[0.0, 0.0]).no_derivative_of_diffusion()
+    assert make(diffusion=absolute, noise_dim=1, start=[0.0, 0.0]).why_not_derivative_of_diffusion()
 
 
 def test_the_initial_state_is_repeated_on_every_path():
@@ -318,4 +318,4 @@ def test_a_drift_derivative_is_the_author_s_or_taken_by_complex_step():
     )
     with pytest.raises(ProblemError, match="drift_derivative disagrees with a difference quotient"):
         make(**linear, drift_derivative=lambda t, x: 2.0 * A[..., None])
-    assert "drift is not analytic" in make(drift=lambda t, x: np.abs(x)).no_derivative_of_drift()
+    assert "drift is not analytic" in make(drift=lambda t, x: np.abs(x)).why_not_derivative_of_drift()

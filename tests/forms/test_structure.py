@@ -118,16 +118,16 @@ def test_given_derivatives_of_the_force_are_used():
     expected = blocks(plain, STRUCTURE, *state())[:2]
 
     assert blocks(given, STRUCTURE, *state())[:2] == [pytest.approx(part) for part in expected]
-    assert given.no_derivative_of_force() == ""
+    assert given.why_not_derivative_of_force() == ""
 
 
 def test_a_force_without_derivative_is_told():
     """A force that is not analytic needs its derivatives from the author."""
     problem = make(force=lambda t, r, v: force(t, r.real, v.real))
 
-    assert "force is not analytic" in problem.no_derivative_of_force()
-    assert "give force_derivatives" in problem.no_derivative_of_force()
-    assert make().no_derivative_of_force() == ""
+    assert "force is not analytic" in problem.why_not_derivative_of_force()
+    assert "give force_derivatives" in problem.why_not_derivative_of_force()
+    assert make().why_not_derivative_of_force() == ""
 
 
 def test_slots_keep_what_belongs_to_constraints():

@@ -6,7 +6,7 @@ from xml.etree.ElementTree import fromstring
 import pytest
 import xmlschema
 
-from sdaeverify.contracts.finding import Verdict
+from sdaeverify.contracts.finding import Method, Verdict
 from sdaeverify.gate.lock import Lock
 from sdaeverify.gate.policy import ExpectedFailure, Policy
 from sdaeverify.gate.writers.machine import junit_xml
@@ -52,7 +52,7 @@ def test_counts(everything):
 
 def test_what_a_case_says():
     """A case names scheme, measure and quantity, and its output has claim, interval and command."""
-    finding = result(Verdict.REFUTED, estimate=0.5, low=0.4, high=0.6, method="paths")
+    finding = result(Verdict.REFUTED, estimate=0.5, low=0.4, high=0.6, method=Method("paths"))
     (case,) = fromstring(junit_xml(gated(finding))).iter("testcase")
 
     assert (case.get("classname"), case.get("name")) == ("plain", "sharp x")

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdaeverify.contracts.finding import Verdict
+from sdaeverify.contracts.finding import Method, Verdict
 from sdaeverify.gate.lock import Lock
 from sdaeverify.gate.policy import ExpectedFailure, Policy
 from sdaeverify.gate.writers.machine import badge, json_report
@@ -95,7 +95,7 @@ def test_red_badge():
 
 def test_words():
     """What fails is told with claim, interval, reason and command, the rest in a line each, then the counts."""
-    found = result(Verdict.REFUTED, estimate=0.5, low=0.4, high=0.6, reason="too low", method="paths")
+    found = result(Verdict.REFUTED, estimate=0.5, low=0.4, high=0.6, reason="too low", method=Method("paths"))
     lines = list(text_report(gated(result(Verdict.VERIFIED), result(Verdict.INCONCLUSIVE), found)))
 
     assert lines[:6] == [
@@ -130,7 +130,7 @@ def test_words_of_what_does_not_fail():
 
 def test_words_without_an_interval():
     """A refutation that took no sampling says that there is no interval."""
-    lines = list(text_report(gated(result(Verdict.REFUTED, method="contract and exactness (T0)", tier=0))))
+    lines = list(text_report(gated(result(Verdict.REFUTED, method=Method("contract and exactness", 0), tier=0))))
 
     assert "  estimate: none, and no interval: no sampling was needed" in lines
 

@@ -13,7 +13,7 @@ from sdaeverify.measures.invariant.bias import bias_of_chains, bias_of_operator
 from sdaeverify.measures.invariant.chain_order import BiasSample
 from sdaeverify.numerics.statistics import GROUPS
 from sdaeverify.probe.operator.functional_orders import FunctionalOrder
-from sdaeverify.probe.operator.transition import no_transition_operator
+from sdaeverify.probe.operator.transition import why_not_operator
 from sdaeverify_planted.mala import AcceptsAll, TooWide, WithoutProposal
 from sdaeverify_problems.ou import ou
 from sdaeverify_schemes.mala import MALA, log_ratio
@@ -139,8 +139,8 @@ def test_a_bound_is_refuted_where_chains_diverge():
 
 def test_a_step_that_jumps_has_no_operator():
     """What says that it accepts or rejects is not judged at nodes."""
-    assert "jumps" in no_transition_operator(MALA(), ou())
-    assert not no_transition_operator(AcceptsAll(), ou())
+    assert "jumps" in why_not_operator(MALA(), ou())
+    assert not why_not_operator(AcceptsAll(), ou())
 
 
 def test_bounds_are_of_claims_in_words():

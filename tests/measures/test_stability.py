@@ -64,7 +64,7 @@ def test_an_a_stable_scheme_is_verified() -> None:
         assert found.estimate == INF
         assert found.details["windows"] == "all h"
         assert found.tier == 2
-        assert found.method == "spectral radius (T2)"
+        assert str(found.method) == "spectral radius (T2)"
 
 
 @pytest.mark.parametrize(("value", "boundary"), [(0.499, 80.0), (0.49, 8.0), (0.0, 0.16)])

@@ -18,7 +18,7 @@ from sdaeverify_measures.multipliers.multiplier_orders import (
     Multipliers,
     multiplier_orders,
     multipliers,
-    no_multipliers,
+    why_not_multipliers,
 )
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_problems.pendulum_tangential import pendulum_tangential
@@ -244,7 +244,7 @@ def test_what_cannot_be_probed() -> None:
         def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:
             return super().step(problem, state, t, h, noise)._replace(outputs={})
 
-    assert "no outputs kappa or lambda" in no_multipliers(Silent(), pendulum())
-    assert no_multipliers(NONE, pendulum()) == ""
+    assert "no outputs kappa or lambda" in why_not_multipliers(Silent(), pendulum())
+    assert why_not_multipliers(NONE, pendulum()) == ""
     with pytest.raises(SchemeError, match=r"output lambda has shape \(2, "):
         multipliers(pair, pendulum())

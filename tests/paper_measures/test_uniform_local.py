@@ -7,7 +7,7 @@ import pytest
 
 from paper_measures.stiff_cells import AFFINE
 from sdaeverify.probe.local.orders import last_orders
-from sdaeverify_measures.uniformity.uniform_errors import UniformDefects, uniform_defects, uniform_defects_refusal
+from sdaeverify_measures.uniformity.uniform_errors import UniformDefects, uniform_defects, why_not_uniform_defects
 from sdaeverify_problems.exponential_strip import exponential_strip
 from sdaeverify_problems.penalised_sphere import penalised_sphere
 from sdaeverify_problems.sphere_product import sphere_product
@@ -56,8 +56,8 @@ def test_nodes_of_normal_variables_serve_as_well_as_atoms():
 
 def test_pairs_without_defects_are_told():
     """Two steps of four three-point variables have 6561 atoms."""
-    assert "too many atoms" in uniform_defects_refusal(UniformlyAccurate(xi="three-point"), sphere_product())
-    assert uniform_defects_refusal(UniformlyAccurate(), sphere_product()) == ""
+    assert "too many atoms" in why_not_uniform_defects(UniformlyAccurate(xi="three-point"), sphere_product())
+    assert why_not_uniform_defects(UniformlyAccurate(), sphere_product()) == ""
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from sdaeverify.probe.local.consistency import (
     DelayConsistency,
     consistency_order,
     delay_consistency,
-    no_delay_consistency,
+    why_not_delay_consistency,
 )
 from sdaeverify.probe.local.delay_links import remove_delay
 from sdaeverify.probe.local.strong_defects import local_strong
@@ -45,4 +45,4 @@ def test_an_inconsistent_step_has_order_zero_or_less() -> None:
 
 def test_the_shipped_pairs_can_be_probed() -> None:
     """Scalar noise is no obstacle."""
-    assert no_delay_consistency(StochasticTheta(), delay_test()) == ""
+    assert why_not_delay_consistency(StochasticTheta(), delay_test()) == ""

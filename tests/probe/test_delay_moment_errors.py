@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify.probe.linear.moments import delay_moment_errors, known_moments, moment_orders, no_delay_moments
+from sdaeverify.probe.linear.moments import delay_moment_errors, known_moments, moment_orders, why_not_delay_moments
 from sdaeverify.probe.operator.functional_orders import least_order
 from sdaeverify_problems.delay_linear import delay_linear
 from sdaeverify_problems.delay_ou import delay_ou
@@ -42,12 +42,12 @@ def test_a_wrong_lag_shows_as_an_error_that_stays() -> None:
 def test_moments_are_known_by_their_values_and_needed() -> None:
     """Of x and x^2 in this order; on a nonlinear problem over several delays there are none."""
     assert known_moments(delay_test("I", horizon=0.5)) == pytest.approx(np.exp([-0.5, -0.5]), rel=1e-12)
-    assert "do not know" in no_delay_moments(StochasticTheta(), delay_test("IV"), STEPS)
+    assert "do not know" in why_not_delay_moments(StochasticTheta(), delay_test("IV"), STEPS)
 
 
 def test_meshes_of_different_kinds_are_not_mixed() -> None:
     """With tau = 0.85 local orders of E x^2 would read 0.6, although errors are of order 1 on each kind of mesh."""
-    assert "no multiple" in no_delay_moments(StochasticTheta(), delay_linear(tau=0.85), STEPS)
+    assert "no multiple" in why_not_delay_moments(StochasticTheta(), delay_linear(tau=0.85), STEPS)
     record = delay_moment_errors(StochasticTheta(), delay_linear(tau=0.25), (2, 4, 8, 16, 32))
     assert record.h[0] == 0.25
     assert least_order(moment_orders(record)) == pytest.approx((1.0, 1.0), abs=0.02)

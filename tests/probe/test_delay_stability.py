@@ -7,7 +7,7 @@ from sdaeverify import Scheme
 from sdaeverify.forms import Delayed
 from sdaeverify.probe.linear.delay_equation import LARGE, SMALL, UNIT
 from sdaeverify.probe.stability import stability as scanning
-from sdaeverify.probe.stability.stability import delay_stability, no_delay_stability
+from sdaeverify.probe.stability.stability import delay_stability, why_not_delay_stability
 from sdaeverify_problems.delay_linear import delay_linear
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm
@@ -102,4 +102,4 @@ def test_what_makes_no_sense_is_refused() -> None:
     """A problem without delay is none of this; the shipped ones have nothing against them."""
     assert gbm().capability(Delayed) is None
     assert delay_test().capability(Delayed) is not None
-    assert no_delay_stability(StochasticTheta(), delay_test()) == ""
+    assert why_not_delay_stability(StochasticTheta(), delay_test()) == ""

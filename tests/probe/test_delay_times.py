@@ -11,15 +11,15 @@ from sdaeverify.contracts.finding import Verdict
 from sdaeverify.forms import Problem
 from sdaeverify.measures.strong.findings import FIRST, SECOND, WHOLE, judge_strong
 from sdaeverify.measures.weak.probe import judge_weak, probe_weak
-from sdaeverify.probe.linear.delay_step import no_lasting_run, no_lasting_step
-from sdaeverify.probe.linear.moments import delay_moment_errors, moment_orders, no_delay_moments
+from sdaeverify.probe.linear.delay_step import why_not_lasting_run, why_not_lasting_step
+from sdaeverify.probe.linear.moments import delay_moment_errors, moment_orders, why_not_delay_moments
 from sdaeverify.probe.local.delay_links import keeps_constraint, remove_delay
 from sdaeverify.probe.local.strong_defects import local_strong
 from sdaeverify.probe.local.strong_order import strong_order
 from sdaeverify.probe.local.weak_defects import local_weak
 from sdaeverify.probe.local.weak_order import weak_order
 from sdaeverify.probe.operator.functional_orders import least_order
-from sdaeverify.probe.stability.stability import no_delay_stability
+from sdaeverify.probe.stability.stability import why_not_delay_stability
 from sdaeverify.probe.step.times import DIFFERENT
 from sdaeverify_planted.delay_late import LateLag
 from sdaeverify_problems.delay_linear import delay_linear
@@ -76,7 +76,7 @@ def test_a_scheme_may_know_the_history(scheme: Scheme, problem: DelaySDAE) -> No
     right = StochasticTheta(0.0)
     record, expected = (delay_moment_errors(each, problem, STEPS) for each in (scheme, right))
 
-    assert no_delay_moments(scheme, problem, STEPS) == ""
+    assert why_not_delay_moments(scheme, problem, STEPS) == ""
     np.testing.assert_array_equal(record.second, expected.second)
     assert least_order(moment_orders(record)) == pytest.approx((1.0, 1.0), abs=0.02)
     assert keeps_constraint(scheme, problem) is bool(problem.constraints)
@@ -87,8 +87,10 @@ def test_moments_say_nothing_of_steps_that_change() -> None:
     """One matrix is not that of all steps where the lag is lost late, or where the history is read wrong."""
     problem, h = delay_test("II", horizon=4.0), 0.25
 
-    assert no_lasting_step(LateLag(), problem, h) == DIFFERENT
-    assert no_lasting_step(KnowsHistory(off=0.1), problem, h) == ""
-    assert no_lasting_run(KnowsHistory(off=0.1), problem, h) == DIFFERENT
-    assert no_delay_moments(LateLag(), problem, STEPS) == no_delay_stability(LateLag(), problem) == DIFFERENT
+    assert why_not_lasting_step(LateLag(), problem, h) == DIFFERENT
+    assert why_not_lasting_step(KnowsHistory(off=0.1), problem, h) == ""
+    assert why_not_lasting_run(KnowsHistory(off=0.1), problem, h) == DIFFERENT
+    assert (
+        why_not_delay_moments(LateLag(), problem, STEPS) == why_not_delay_stability(LateLag(), problem) == DIFFERENT
+    )
     assert not any("moments" in name for name in probe_weak(LateLag(), problem, Settings()).sums)

@@ -11,7 +11,7 @@ from sdaeverify.probe.linear.observable_part import essential_equation, essentia
 from sdaeverify.probe.linear.second_moments import Operator
 from sdaeverify.probe.linear.step_moments import step_moments
 from sdaeverify.probe.stability.spectral import spectral_radius
-from sdaeverify.probe.stability.stability import no_stability, stability
+from sdaeverify.probe.stability.stability import stability, why_not_stability
 from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify_problems.harmonic_langevin import harmonic_langevin
 from sdaeverify_problems.ou import ou
@@ -88,7 +88,7 @@ def test_a_constrained_problem_decays_like_its_free_form() -> None:
 def test_a_constrained_scheme_is_stable_like_the_same_scheme_on_the_free_form() -> None:
     """The half-explicit scheme without truncation is Euler's on the coordinate along the line."""
     problem, scheme = on_a_line(), HalfExplicitEuler(truncation="none")
-    assert no_stability(scheme, problem) == ""
+    assert why_not_stability(scheme, problem) == ""
     record, free = stability(scheme, problem, [0.125]), stability(c.Formula(c.euler), FREE, [0.125])
     assert record.run_rho == pytest.approx(free.run_rho, rel=1e-12)
     assert record.boundaries == pytest.approx(free.boundaries, rel=1e-10)

@@ -8,7 +8,7 @@ from sdaeverify.probe.operator.functional_orders import (
     functional_orders,
     least_order,
     order_of,
-    why_off_chart,
+    why_not_evidence,
     widen,
 )
 from sdaeverify.probe.operator.transition_errors import TransitionErrors
@@ -180,8 +180,8 @@ def test_numbers_that_are_not_finite_leave_coarse_steps_out():
 
 def test_leaving_the_chart_is_an_obstacle():
     """Means are those of other states then."""
-    assert "leaves the chart, by 0.01" in why_off_chart(record(H, departure=1e-2 * (np.arange(len(H)) == 1)))
-    assert not why_off_chart(record(H, departure=np.full(len(H), 1e-15)))
+    assert "leaves the chart, by 0.01" in why_not_evidence(record(H, departure=1e-2 * (np.arange(len(H)) == 1)))
+    assert not why_not_evidence(record(H, departure=np.full(len(H), 1e-15)))
 
 
 def _with_resolution(given, columns):

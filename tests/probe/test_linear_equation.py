@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from probe.linear_cells import linear
 from sdaeverify import SDE, Array
 from sdaeverify.forms import Problem
-from sdaeverify.probe.linear.equation import linear_equation, no_linear_equation
+from sdaeverify.probe.linear.equation import linear_equation, why_not_linear_equation
 from sdaeverify.probe.linear.second_moments import smat, svec
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.forced_ou import forced_ou
@@ -85,13 +85,13 @@ def test_second_moments_solve_their_differential_equation() -> None:
 )
 def test_what_is_not_linear_is_refused_with_a_reason(make: Callable[[], Problem], reason: str) -> None:
     """Curved coefficients, coefficients that depend on time, and constraints that are no planes."""
-    assert reason in no_linear_equation(make())
+    assert reason in why_not_linear_equation(make())
 
 
 @pytest.mark.parametrize("make", [gbm, ou, noncommuting, lambda: linear(np.diag([-1.0, 0.0]), [np.zeros((2, 2))])])
 def test_linear_equations_are_not_refused(make: Callable[[], Problem]) -> None:
     """Multiplicative and additive noise, systems, and degenerate ones."""
-    assert no_linear_equation(make()) == ""
+    assert why_not_linear_equation(make()) == ""
 
 
 def _with_diffusion(diffusion: Callable[[float, Array], Array]) -> SDE:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, ConstrainedLangevin, Scheme, Step
-from sdaeverify.probe.linear.pair import affine_step, mean_square_distance, no_linear_pair
+from sdaeverify.probe.linear.pair import affine_step, mean_square_distance, why_not_linear_pair
 from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify_problems.exponential_strip import exponential_strip
 from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
@@ -93,6 +93,6 @@ def test_steps_that_are_not_affine_have_no_bound(turned):
 
 def test_what_has_no_pair_is_refused():
     """Bounded noise, and equations that are not linear."""
-    assert "other noise" in no_linear_pair(UniformlyAccurate(xi="three-point"), axes(0.1))
-    assert no_linear_pair(UniformlyAccurate(), exponential_strip()) != ""
-    assert no_linear_pair(UniformlyAccurate(), axes(0.1)) == ""
+    assert "other noise" in why_not_linear_pair(UniformlyAccurate(xi="three-point"), axes(0.1))
+    assert why_not_linear_pair(UniformlyAccurate(), exponential_strip()) != ""
+    assert why_not_linear_pair(UniformlyAccurate(), axes(0.1)) == ""

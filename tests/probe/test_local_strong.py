@@ -14,7 +14,7 @@ from sdaeverify.contracts.tally import packed, unpacked
 from sdaeverify.forms import Problem
 from sdaeverify.measures.strong.findings import judge_strong
 from sdaeverify.noise.laws import THREE_POINT, Law
-from sdaeverify.probe.local.strong_defects import LocalStrong, local_strong, no_local_order
+from sdaeverify.probe.local.strong_defects import LocalStrong, local_strong, why_not_local_order
 from sdaeverify.probe.local.strong_order import ACCURACY, StrongOrder, strong_order
 from sdaeverify.registry.load import load_registry
 from sdaeverify.verdicts.coverage import claim_for
@@ -48,7 +48,7 @@ def found(scheme: Scheme, problem: Problem) -> StrongOrder:
     """Return the order of the full state, from evidence that was stored in between."""
     view = problem.view(scheme.form)
     assert view is not None
-    assert not no_local_order(scheme, view)
+    assert not why_not_local_order(scheme, view)
     record = unpacked("local", LocalStrong, packed("local", local_strong(scheme, view)))
     assert record is not None
     return strong_order(record)
@@ -209,8 +209,8 @@ def test_bounded_increments_have_no_local_strong_order() -> None:
     class Bounded(s.OneFormula):
         law: ClassVar[Law] = THREE_POINT
 
-    assert "three-point" in no_local_order(Bounded(s.euler), gbm())
-    assert not no_local_order(s.OneFormula(s.euler), gbm())
+    assert "three-point" in why_not_local_order(Bounded(s.euler), gbm())
+    assert not why_not_local_order(s.OneFormula(s.euler), gbm())
 
 
 def test_memory_that_only_steps_can_set_cannot_be_probed() -> None:
@@ -221,7 +221,7 @@ def test_memory_that_only_steps_can_set_cannot_be_probed() -> None:
         def start(self, problem: Any, paths: int, h: float) -> Array:
             return np.concatenate([problem.initial(paths), np.zeros((1, paths))])
 
-    assert "memory" in no_local_order(Remembers(s.euler), gbm())
+    assert "memory" in why_not_local_order(Remembers(s.euler), gbm())
 
 
 def test_an_inconsistency_at_few_states_decides_nothing() -> None:
@@ -440,7 +440,7 @@ def test_no_registered_claim_is_refuted() -> None:
         claim = claim_for(cell.scheme, cell.problem.traits, "strong", "state").claim
         # In more dimensions the noise is probed at random points, which tell less and take minutes.
         few = cell.problem.noise_dim <= 3
-        if few and claim is not None and not no_local_order(cell.scheme, cell.problem):
+        if few and claim is not None and not why_not_local_order(cell.scheme, cell.problem):
             order = strong_order(local_strong(cell.scheme, cell.problem))
             answers[cell.label] = judge_strong(order, claim.value.least, sharp=cell.scheme.sharp_locally)
 

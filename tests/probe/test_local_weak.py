@@ -14,7 +14,7 @@ from sdaeverify.contracts.finding import Kind, Verdict
 from sdaeverify.contracts.tally import packed, unpacked
 from sdaeverify.measures.weak.probe import judge_weak
 from sdaeverify.numerics import apply
-from sdaeverify.probe.local.weak_defects import local_weak, refusal, weak_reference
+from sdaeverify.probe.local.weak_defects import local_weak, weak_reference, why_not_local_weak
 from sdaeverify.probe.local.weak_order import LocalWeak, weak_order
 from sdaeverify.probe.step.states import WHEN
 from sdaeverify_problems.pendulum import pendulum
@@ -233,11 +233,11 @@ class Remembers(Scheme):
 
 def test_pairs_that_cannot_be_probed_say_why():
     """Hidden memory and too many noises are refused with a reason."""
-    assert refusal(scheme(euler), PROBLEMS["gbm"]) == ""
-    assert "memory" in refusal(Remembers(), pendulum())
+    assert why_not_local_weak(scheme(euler), PROBLEMS["gbm"]) == ""
+    assert "memory" in why_not_local_weak(Remembers(), pendulum())
     many = equation(lambda t, x: -x, lambda t, x: np.ones((1, 12, 1)), [1.0], noise_dim=12)
-    assert "12" in refusal(scheme(euler), many)
-    assert "12" in refusal(scheme(euler, THREE_POINT), many)
+    assert "12" in why_not_local_weak(scheme(euler), many)
+    assert "12" in why_not_local_weak(scheme(euler, THREE_POINT), many)
 
 
 def test_states_where_the_equation_is_not_finite_are_left_out():

@@ -7,7 +7,7 @@ from probe import linear_cells as c
 from sdaeverify import SDE, Array, Increment, Langevin, Scheme
 from sdaeverify.contracts.tally import packed, unpacked
 from sdaeverify.forms import Problem
-from sdaeverify.probe.linear.moments import MomentErrors, moment_errors, moment_orders, no_moments
+from sdaeverify.probe.linear.moments import MomentErrors, moment_errors, moment_orders, why_not_moments
 from sdaeverify.probe.operator.functional_orders import least_order
 from sdaeverify_problems.affine_constraint import affine_constraint
 from sdaeverify_problems.double_well import double_well
@@ -33,7 +33,7 @@ def errors(scheme: Scheme, problem: Problem, steps: tuple[int, ...] = STEPS) -> 
     """Return the errors of moments after they were stored."""
     view = problem.view(scheme.form)
     assert view is not None
-    assert no_moments(scheme, view) == ""
+    assert why_not_moments(scheme, view) == ""
     record = unpacked("moments", MomentErrors, packed("moments", moment_errors(scheme, view, steps)))
     assert record is not None
     return record
@@ -188,7 +188,7 @@ def test_errors_that_could_hide_are_not_taken_for_none() -> None:
 )
 def test_problems_without_moment_equations_are_refused(problem: SDE, reason: str) -> None:
     """Curved ones, ones that depend on time, and large ones."""
-    assert reason in no_moments(EulerMaruyama(), problem)
+    assert reason in why_not_moments(EulerMaruyama(), problem)
 
 
 @pytest.mark.parametrize("scheme", [c.FlaggedBDF2(), c.ReversibleHeun()], ids=str)

@@ -68,7 +68,7 @@ def test_eulers_step_is_the_scheme_of_that_name(problem: SDE) -> None:
     x = np.repeat(cloud(problem, step.equation), 3, axis=1)
     noise = noise_of(problem, x.shape[1] // 3)
 
-    assert not step.refusal()
+    assert not step.why_not_probed()
     assert np.array_equal(step(x, T, H, noise), step.euler(x, T, H, noise))
 
 
@@ -77,7 +77,7 @@ def test_a_structured_state_is_read_back() -> None:
     step = OneStep(HalfExplicitEuler(), pendulum())
     x = cloud(step.view, step.equation)
 
-    assert not step.refusal()
+    assert not step.why_not_probed()
     assert list(step.names) == ["r", "v", "mu"]
     assert np.array_equal(step.read(step.enter(x, T, H)), x)
 
@@ -90,7 +90,7 @@ def test_memory_is_kept_between_steps_and_left_out_of_what_is_read() -> None:
     kept = step.advance(step.advance(step.enter(x, T, H), T, H, noise), T + H, H, noise)
     anew = step(step(x, T, H, noise), T + H, H, noise)
 
-    assert "steps of a run differ" in step.refusal()
+    assert "steps of a run differ" in step.why_not_probed()
     assert step.read(kept).shape == x.shape
     assert np.abs(step.read(kept) - anew).max() > 0.1 * np.sqrt(H)
 
@@ -103,13 +103,13 @@ def test_memory_that_entering_does_not_set_is_refused() -> None:
         def start(self, problem: SDE, paths: int, h: float) -> Any:
             return np.zeros((2, paths))
 
-    assert "memory" in OneStep(StartsLonger(), gbm()).refusal()
+    assert "memory" in OneStep(StartsLonger(), gbm()).why_not_probed()
 
 
 @pytest.mark.parametrize("names", [{"q": slice(0, 1)}, {"q": slice(0, 2), "p": slice(1, 2)}])
 def test_names_that_are_no_partition_of_the_rows_are_refused(names: dict[str, slice]) -> None:
     """Rows without a name, or with two, cannot be read back from named components."""
-    assert "rows" in OneStep(EulerMaruyama(), swapped(names)).refusal()
+    assert "rows" in OneStep(EulerMaruyama(), swapped(names)).why_not_probed()
 
 
 def test_a_problem_without_ito_equation_is_refused() -> None:
@@ -121,6 +121,6 @@ def test_a_problem_without_ito_equation_is_refused() -> None:
 
     step = OneStep(EulerMaruyama(), Bare(horizon=1.0, noise_dim=1, source="test"))
 
-    assert "Bare" in step.refusal()
+    assert "Bare" in step.why_not_probed()
     with pytest.raises(SchemeError, match="Bare"):
         assert step.equation

@@ -13,8 +13,8 @@ from sdaeverify import TWO_POINT, Increment, Law
 from sdaeverify.probe.operator.point_law import (
     PointLaw,
     largest_errors_order,
-    no_point_law,
     point_law,
+    why_not_point_law,
 )
 from sdaeverify_problems.delay_ou import delay_ou
 from sdaeverify_problems.double_well import double_well
@@ -118,7 +118,7 @@ def test_what_is_not_known_of_errors_lowers_no_order():
 )
 def test_other_laws_are_left_alone(scheme, problem, why):
     """Normal increments have no points, and a past is no state."""
-    found = no_point_law(scheme, problem)
+    found = why_not_point_law(scheme, problem)
 
     assert (why in found) if why else not found
 

@@ -14,12 +14,12 @@ from sdaeverify.contracts.finding import Kind, Verdict
 from sdaeverify.contracts.scheme import Stepper
 from sdaeverify.measures.strong.findings import judge_strong
 from sdaeverify.measures.weak.probe import judge_weak
-from sdaeverify.probe.linear.moments import no_moments
+from sdaeverify.probe.linear.moments import why_not_moments
 from sdaeverify.probe.local.strong_defects import local_strong
 from sdaeverify.probe.local.strong_order import strong_order
 from sdaeverify.probe.local.weak_defects import local_weak
 from sdaeverify.probe.local.weak_order import weak_order
-from sdaeverify.probe.operator.transition import no_transition_operator
+from sdaeverify.probe.operator.transition import why_not_operator
 from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify.probe.step.times import DIFFERENT, odd_step
 from sdaeverify_planted.rare_steps import LateDrift, RareCorrection
@@ -106,8 +106,8 @@ def test_one_step_s_moments_or_law_are_not_those_of_all(wrong: str) -> None:
     """Neither moments nor the transition operator speak for a scheme whose steps differ."""
     scheme = Sometimes(WRONG[wrong])
 
-    assert no_moments(EulerMaruyama(), ou()) == no_transition_operator(EulerMaruyama(), WELL) == ""
-    assert no_moments(scheme, ou()) == no_transition_operator(scheme, WELL) == DIFFERENT
+    assert why_not_moments(EulerMaruyama(), ou()) == why_not_operator(EulerMaruyama(), WELL) == ""
+    assert why_not_moments(scheme, ou()) == why_not_operator(scheme, WELL) == DIFFERENT
 
 
 def test_a_drift_that_is_lost_in_between_is_refuted() -> None:
@@ -178,5 +178,5 @@ def test_a_step_that_its_state_tells_from_others_is_refuted() -> None:
 @pytest.mark.parametrize("period", [7, 16, 100])
 def test_a_run_that_remembers_its_length_has_no_one_step_map(period: int) -> None:
     """Where it cannot, nothing is said of the scheme by single steps, and paths alone judge it."""
-    assert "steps of a run differ" in OneStep(CountsSteps(period=period), WELL).refusal()
-    assert OneStep(CountsSteps(period=10**6), WELL).refusal() == ""
+    assert "steps of a run differ" in OneStep(CountsSteps(period=period), WELL).why_not_probed()
+    assert OneStep(CountsSteps(period=10**6), WELL).why_not_probed() == ""

@@ -10,7 +10,7 @@ from probe.chart_cells import ANGLE, OU, AdditiveHeun, Euler, identity, plane_pe
 from sdaeverify import SDE, TWO_POINT, Angle, Chart, HolonomicSDAE, HolonomicState, Law, Line, Scheme, Step
 from sdaeverify.numerics import apply
 from sdaeverify.probe.operator.basis import chart_basis
-from sdaeverify.probe.operator.transition import no_transition_operator, stationary, transition
+from sdaeverify.probe.operator.transition import stationary, transition, why_not_operator
 from sdaeverify.probe.step.nodes import step_nodes
 from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
@@ -208,25 +208,25 @@ def test_what_blows_up_is_put_back_and_counted():
 
 def test_pairs_on_a_chart_are_not_refused():
     """A scheme that keeps no memory has an operator on an autonomous problem, outputs and all."""
-    assert not no_transition_operator(Euler(), ANGLE)
-    assert not no_transition_operator(UNTRUNCATED, plane_pendulum())
+    assert not why_not_operator(Euler(), ANGLE)
+    assert not why_not_operator(UNTRUNCATED, plane_pendulum())
 
 
 def test_a_problem_without_chart_is_refused():
     """Nothing can be said without coordinates."""
-    assert "no chart" in no_transition_operator(Euler(), replace(OU, chart=None))
+    assert "no chart" in why_not_operator(Euler(), replace(OU, chart=None))
 
 
 def test_time_in_the_coefficients_is_refused():
     """A step of a forced problem depends on when it is made."""
     forced = replace(OU, drift=lambda t, x: np.sin(t) - x)
-    assert "depend on time" in no_transition_operator(Euler(), forced)
+    assert "depend on time" in why_not_operator(Euler(), forced)
 
 
 def test_a_chart_that_wraps_its_component_is_refused():
     """An angle that is a component itself comes back from read as it was."""
     shifted = Chart(ANGLE.chart.axes, lambda z: z, lambda x: x + np.array([[2 * np.pi], [0.0]]))
-    assert "not inverse" in no_transition_operator(Euler(), replace(ANGLE, chart=shifted))
+    assert "not inverse" in why_not_operator(Euler(), replace(ANGLE, chart=shifted))
 
 
 def test_memory_beyond_the_components_is_refused():
@@ -242,7 +242,7 @@ def test_memory_beyond_the_components_is_refused():
         def step(self, problem, state, t, h, noise):
             return Step(np.concatenate([super().step(problem, state[:1], t, h, noise).state, state[:1]]))
 
-    assert "memory" in no_transition_operator(Remembering(), OU)
+    assert "memory" in why_not_operator(Remembering(), OU)
 
 
 def test_a_step_that_uses_its_outputs_is_refused():
@@ -252,7 +252,7 @@ def test_a_step_that_uses_its_outputs_is_refused():
         def step(self, problem, state, t, h, noise):
             return Step(HolonomicState(state.r, state.v + h * state.mu, state.mu))
 
-    assert "pure outputs" in no_transition_operator(Driven(), plane_pendulum())
+    assert "pure outputs" in why_not_operator(Driven(), plane_pendulum())
 
 
 def test_too_many_noises_are_refused():
@@ -266,4 +266,4 @@ def test_too_many_noises_are_refused():
         source="test",
         chart=identity(Line(0.0, 1.0), Angle()),
     )
-    assert "5 normals" in no_transition_operator(Euler(), plane)
+    assert "5 normals" in why_not_operator(Euler(), plane)

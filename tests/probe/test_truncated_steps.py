@@ -3,9 +3,9 @@
 import numpy as np
 
 from sdaeverify import SDE
-from sdaeverify.probe.local.strong_defects import LEVELS, local_strong, no_local_order
+from sdaeverify.probe.local.strong_defects import LEVELS, local_strong, why_not_local_order
 from sdaeverify.probe.local.strong_order import strong_order
-from sdaeverify.probe.local.weak_defects import local_weak, refusal
+from sdaeverify.probe.local.weak_defects import local_weak, why_not_local_weak
 from sdaeverify.probe.local.weak_order import weak_order
 from sdaeverify.probe.step.one_step import TRUNCATED, OneStep
 from sdaeverify.probe.step.states import cloud
@@ -29,9 +29,9 @@ def test_drift_that_is_truncated_at_every_state_has_no_local_order() -> None:
     """A drift of 1e9 is truncated by the shortest step that is probed, and nothing is held against the scheme."""
     steep = with_drift(1e9)
 
-    assert no_local_order(DriftTruncatedEuler(), steep) == TRUNCATED
-    assert refusal(DriftTruncatedEuler(), steep) == TRUNCATED
-    assert not no_local_order(EulerMaruyama(), steep)
+    assert why_not_local_order(DriftTruncatedEuler(), steep) == TRUNCATED
+    assert why_not_local_weak(DriftTruncatedEuler(), steep) == TRUNCATED
+    assert not why_not_local_order(EulerMaruyama(), steep)
 
 
 def test_states_with_a_truncated_step_are_left_out() -> None:

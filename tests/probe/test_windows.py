@@ -6,7 +6,7 @@ import pytest
 from probe import linear_cells as c
 from sdaeverify import SDE, Array, Increment, Scheme
 from sdaeverify.contracts.tally import packed, unpacked
-from sdaeverify.probe.stability.stability import StabilityRecord, no_stability, stability
+from sdaeverify.probe.stability.stability import StabilityRecord, stability, why_not_stability
 from sdaeverify.probe.stability.windows import (
     brackets,
     crossings,
@@ -31,7 +31,7 @@ def found(scheme: Scheme, problem: SDE, *sizes: float) -> StabilityRecord:
     """Return the evidence after it was stored."""
     view = problem.view(scheme.form)
     assert view is not None
-    assert no_stability(scheme, view) == ""
+    assert why_not_stability(scheme, view) == ""
     record = unpacked("stability", StabilityRecord, packed("stability", stability(scheme, view, sizes)))
     assert record is not None
     return record

@@ -5,7 +5,7 @@ import pytest
 
 from sdaeverify import SDE
 from sdaeverify.noise.brownian import Source, brownian_steps
-from sdaeverify.probe.stability.stability import no_stability
+from sdaeverify.probe.stability.stability import why_not_stability
 from sdaeverify_problems.harmonic_langevin import harmonic_langevin, weights
 from sdaeverify_schemes.quicsort import QUICSORT
 from sdaeverify_schemes.sra1 import SRA1
@@ -64,6 +64,6 @@ def test_problem_is_an_sde_too():
 def test_its_moments_are_left_to_paths():
     """Nodes have no K: neither moments nor stability are asked of a step that uses it."""
     assert (
-        no_stability(QUICSORT(), QUICSORT().view_of(harmonic_langevin()))
+        why_not_stability(QUICSORT(), QUICSORT().view_of(harmonic_langevin()))
         == "a step uses K: nodes are of dW and H alone"
     )

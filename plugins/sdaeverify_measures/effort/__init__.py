@@ -26,14 +26,16 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import scipy
 
-from sdaeverify import Array, Bound, Problem, Scheme, Settings, hookimpl
+from sdaeverify import Array, Problem, Scheme, Settings, hookimpl
 from sdaeverify.measuring import (
     NOT_PROBED,
+    Bound,
     Evidence,
     Finding,
     Judgement,
     LevelFinding,
     Measure,
+    Method,
     Opinion,
     Reason,
     Tally,
@@ -41,16 +43,16 @@ from sdaeverify.measuring import (
     coverage,
     finding,
     judge_claim,
-    no_claim,
     packed,
     unpacked,
+    why_not_claimed,
 )
 
-from .._members import member, no_family
+from .._members import member, why_not_family
 from .iterations import MOST, Iterations, RunIterations, counters, iterations, run_iterations
 
 PROBED, ALONG = "iterations", "run iterations"
-METHOD = "iterations of steps along runs and at fixed h (T3)"
+METHOD = Method("iterations of steps along runs and at fixed h", 3)
 STIFF = 0.01
 # The mean may grow by so much over all eps < STIFF h, beyond so many standard errors.
 GROWTH, ERRORS = 0.5, 4.0
@@ -75,7 +77,7 @@ class Effort(Measure):
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse what has no family or no claim."""
-        if reason := no_family(scheme, problem) or no_claim(scheme, problem, self.name):
+        if reason := why_not_family(scheme, problem) or why_not_claimed(scheme, problem, self.name):
             return reason
         return scheme.refuses(member(scheme.view_of(problem)))
 

@@ -18,6 +18,7 @@ from sdaeverify.measuring import (
     Judgement,
     LevelFinding,
     Measure,
+    Method,
     Opinion,
     Reason,
     Tally,
@@ -26,17 +27,17 @@ from sdaeverify.measuring import (
     decide,
     finding,
     judge_claim,
-    no_claim,
     order_tests,
     packed,
     unpacked,
+    why_not_claimed,
 )
 
-from .._members import member, no_family
+from .._members import member, why_not_family
 from .stiff_limit import LimitDistances, Slope, limit_distances, limit_slopes
 
 PROBED = "limit"
-METHOD = "distances at fixed h on the same noise (T3)"
+METHOD = Method("distances at fixed h on the same noise", 3)
 STILL = "without noise"
 # No more paths may be left out.
 FAILED = 0.01
@@ -54,7 +55,7 @@ class StiffLimits(Measure):
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse what has no family or no claim, and schemes that cannot be run at eps = 0."""
-        if reason := no_family(scheme, problem) or no_claim(scheme, problem, self.name):
+        if reason := why_not_family(scheme, problem) or why_not_claimed(scheme, problem, self.name):
             return reason
         reason = scheme.refuses(member(scheme.view_of(problem), 0.0))
         return f"the scheme cannot be run in the limit: {reason}" if reason else ""

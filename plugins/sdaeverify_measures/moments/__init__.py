@@ -37,6 +37,7 @@ from sdaeverify.measuring import (
     Judgement,
     LevelFinding,
     Measure,
+    Method,
     Opinion,
     PathTests,
     Reason,
@@ -57,7 +58,7 @@ from sdaeverify.measuring import (
     with_sample,
 )
 from sdaeverify.numerics import Tail, tail
-from sdaeverify.probing import OneStep, why_unresolved
+from sdaeverify.probing import OneStep, why_not_resolved
 
 from .semi_stability import POWER, Growth, growth, lyapunov
 
@@ -112,7 +113,7 @@ QUANTITY, BOUNDED = "moment", "bounded"
 PROBED = "growth"
 # A rate that does not grow has local exponent 0 in 1/h; one that does has 1/2 at least.
 GROWS = 0.25
-METHODS = {1: "growth in one step (T1)", 3: "largest V along paths (T3)"}
+METHODS = {1: Method("growth in one step", 1), 3: Method("largest V along paths", 3)}
 # c = 2^4: a moment is too large where its fourth root is more than twice the solution's.
 FACTOR = 2.0**POWER
 # Octaves above c E V at which shares are compared.
@@ -146,7 +147,7 @@ class Moments(Measure):
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the growth of E V in one step, where the map can be probed."""
-        return Tally() if OneStep(scheme, view).refusal() else packed(PROBED, growth(scheme, view))
+        return Tally() if OneStep(scheme, view).why_not_probed() else packed(PROBED, growth(scheme, view))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return one finding, and the moments of all levels."""
@@ -261,7 +262,7 @@ def _tests(evidence: Evidence, sample: LargestValues, ratios: list[Estimate], lo
         return PathTests.none("the solution's own moment is not known, or rests on few paths")
     bound = FACTOR * truth.interval(1.0 - evidence.level)[1]
     # Steps that do not resolve the problem's fastest time are not held against what holds as h tends to 0.
-    resolved = np.array([not why_unresolved(evidence.view, h) for h in sample.h])
+    resolved = np.array([not why_not_resolved(evidence.view, h) for h in sample.h])
     excess = np.where(resolved[:, None], sample.excess(bound), 1.0)
     level = int(excess.min(axis=1).argmin())
     refuted = min(1.0, max(evidence.level, 2.0 * excess.size * float(excess.min())))
@@ -280,7 +281,7 @@ def _from_below(
     p_values = [ratio.p_below(np.log2(FACTOR)) for ratio in ratios]
     worst = int(np.argmax(p_values))
     reason = _size(ratios[worst])
-    if why := why_unresolved(evidence.view, sample.h[worst]):
+    if why := why_not_resolved(evidence.view, sample.h[worst]):
         return 1.0, reason.then(why), np.inf
     if evidence.health.sums["without_root"].any():
         return 1.0, reason.then("steps without root"), np.inf

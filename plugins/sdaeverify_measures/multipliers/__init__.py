@@ -18,6 +18,7 @@ from sdaeverify.measuring import (
     Judgement,
     LevelFinding,
     Measure,
+    Method,
     Opinion,
     Tally,
     Verdict,
@@ -31,10 +32,10 @@ from sdaeverify.measuring import (
 )
 from sdaeverify.probing import Multiplied
 
-from .multiplier_orders import QUANTITIES, Multipliers, multiplier_orders, multipliers, no_multipliers
+from .multiplier_orders import QUANTITIES, Multipliers, multiplier_orders, multipliers, why_not_multipliers
 
 PROBED = "multipliers"
-METHOD = "remainders of one step (T1)"
+METHOD = Method("remainders of one step", 1)
 # How far below the claim an order may be, and by how much the next one may differ from a settled one.
 TOLERANCE, SETTLED = 0.1, 0.1
 
@@ -54,7 +55,7 @@ class MultiplierExponents(Measure):
         if view is None or view.capability(Multiplied) is None:
             return f"the form {' or '.join(form.__name__ for form in scheme.forms)} has no multiplier"
         with np.errstate(all="ignore"):
-            return no_multipliers(scheme, view)
+            return why_not_multipliers(scheme, view)
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the sizes of the remainders."""
@@ -102,7 +103,7 @@ def judge_exponent(record: Multipliers, index: int, claim: float) -> Opinion:
     orders = multiplier_orders(record)
     order, ahead = float(orders.order[index]), float(orders.ahead[index])
     if np.isnan(order):
-        return local_doubt(_why_no_order(record))
+        return local_doubt(_why_not_order(record))
     if np.isinf(order):
         return _rounding_opinion(record)
     bound, text = claim - TOLERANCE, f"local order {order:.3f}, claimed {claim}"
@@ -119,7 +120,7 @@ def _rounding_opinion(record: Multipliers) -> Opinion:
     return local_opinion(Verdict.VERIFIED, "no more than rounding, at two step sizes or more: it vanishes here")
 
 
-def _why_no_order(record: Multipliers) -> str:
+def _why_not_order(record: Multipliers) -> str:
     for what, share in (("is truncated", record.truncated[-1]), ("has no root", record.failed[-1])):
         if share:
             return f"no order: even at h = {record.h[-1]:.2g} the step {what} at {share:.0%} of the states"

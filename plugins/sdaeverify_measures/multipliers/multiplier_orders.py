@@ -52,12 +52,12 @@ class Multipliers(NamedTuple):
     failed: Array
 
 
-def no_multipliers(scheme: Scheme, view: Problem) -> str:
+def why_not_multipliers(scheme: Scheme, view: Problem) -> str:
     """Return why a pair has no multipliers to probe, or an empty string."""
     step = OneStep(scheme, view)
-    if reason := step.refusal(run=False):
+    if reason := step.why_not_probed(run=False):
         return reason
-    return step.refusal() if _find_outputs(step).any() else f"its steps give no outputs {KAPPA} or {LAMBDA}"
+    return step.why_not_probed() if _find_outputs(step).any() else f"its steps give no outputs {KAPPA} or {LAMBDA}"
 
 
 def multipliers(scheme: Scheme, view: Problem) -> Multipliers:
@@ -67,7 +67,7 @@ def multipliers(scheme: Scheme, view: Problem) -> Multipliers:
     ----------
     scheme : Scheme
     view : Problem
-        The pair has multipliers, see `no_multipliers`.
+        The pair has multipliers, see `why_not_multipliers`.
 
     Returns
     -------

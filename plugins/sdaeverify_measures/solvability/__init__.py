@@ -26,6 +26,7 @@ from sdaeverify.measuring import (
     Judgement,
     LevelFinding,
     Measure,
+    Method,
     Opinion,
     PathTests,
     Reason,
@@ -51,7 +52,7 @@ from .root_scan import RootScan, root_scan
 ROOT, SHARE = "root", "paths without root"
 EVERY_H = "every h"
 PROBED = "roots"
-METHODS = {1: "roots of one step (T1)", 3: "steps along paths (T3)"}
+METHODS = {1: Method("roots of one step", 1), 3: Method("steps along paths", 3)}
 FEW_STEPS = 64
 
 
@@ -87,7 +88,7 @@ class Solvability(Measure):
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return what became of one step on a wide range of step sizes, where something is claimed of it."""
-        if claim_for(scheme, view.traits, self.name, ROOT).claim is None or OneStep(scheme, view).refusal():
+        if claim_for(scheme, view.traits, self.name, ROOT).claim is None or OneStep(scheme, view).why_not_probed():
             return Tally()
         return packed(PROBED, root_scan(scheme, view))
 

@@ -40,7 +40,7 @@ def root_scan(scheme: Scheme, view: Problem) -> RootScan:
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form; the map can be probed, see `OneStep.refusal`.
+        Of the scheme's form; the map can be probed, see `OneStep.why_not_probed`.
 
     Returns
     -------

@@ -38,6 +38,7 @@ from sdaeverify.measuring import (
     Kind,
     LevelFinding,
     Measure,
+    Method,
     Opinion,
     Reason,
     Tally,
@@ -46,13 +47,19 @@ from sdaeverify.measuring import (
     finding,
     judge_claim,
     local_doubt,
-    no_claim,
     packed,
     unpacked,
+    why_not_claimed,
 )
-from sdaeverify.probing import invariant_observables, last_orders, no_linear_pair, no_moments, no_transition_operator
+from sdaeverify.probing import (
+    invariant_observables,
+    last_orders,
+    why_not_linear_pair,
+    why_not_moments,
+    why_not_operator,
+)
 
-from .._members import member, no_family
+from .._members import member, why_not_family
 from .paired_findings import STRONG, WEAK, paired_findings
 from .paired_members import PairedErrors, paired_errors
 from .uniform_errors import (
@@ -64,17 +71,17 @@ from .uniform_errors import (
     strong_suprema,
     suprema,
     uniform_defects,
-    uniform_defects_refusal,
+    why_not_uniform_defects,
 )
 
 INVARIANT, PAIRED = "invariant", "paired"
 METHODS = {
-    WEAK: "supremum over eps of errors of moments (T2)",
-    STRONG: "supremum over eps of distances by moments (T2)",
-    INVARIANT: "supremum over eps of errors of stationary means by the transition operator (T2)",
+    WEAK: Method("supremum over eps of errors of moments", 2),
+    STRONG: Method("supremum over eps of distances by moments", 2),
+    INVARIANT: Method("supremum over eps of errors of stationary means by the transition operator", 2),
 }
 MEASURE, ONE_STEP = "uniformity", "one step"
-METHOD = "one step against two half steps, supremum over eps (T1)"
+METHOD = Method("one step against two half steps, supremum over eps", 1)
 FEWEST = 3
 
 
@@ -98,7 +105,7 @@ class Uniformity(Measure):
 
     def refuses(self, scheme: Scheme, problem: Problem) -> str:
         """Refuse problems without family, schemes without claim, and atoms where errors must be sampled."""
-        if reason := no_family(scheme, problem) or no_claim(scheme, problem, self.name):
+        if reason := why_not_family(scheme, problem) or why_not_claimed(scheme, problem, self.name):
             return reason
         one = member(scheme.view_of(problem))
         if scheme.refuses(one):
@@ -108,7 +115,7 @@ class Uniformity(Measure):
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the errors of what can be had without sampling, or those of a share of the run's paths."""
         evidence = _errors(scheme, view, settings)
-        if uniform_defects_refusal(scheme, view):
+        if why_not_uniform_defects(scheme, view):
             return evidence
         return evidence.merge(packed(ONE_STEP, uniform_defects(scheme, view)))
 
@@ -119,7 +126,7 @@ class Uniformity(Measure):
         if covered.claim is None:
             return found
         if record is None:
-            reason = uniform_defects_refusal(evidence.scheme, evidence.view) or "not probed"
+            reason = why_not_uniform_defects(evidence.scheme, evidence.view) or "not probed"
             open_ = finding(covered, local_doubt(reason))
             return found._replace(findings=(*found.findings, open_))
         names = [name.replace("x_", "dx_") for name in _names(evidence, WEAK)]
@@ -137,10 +144,10 @@ def _errors(scheme: Scheme, view: Any, settings: Settings) -> Tally:
     one, steps = member(view), settings.steps
     if _inexact(scheme, one):
         return packed(PAIRED, paired_errors(scheme, view, settings))
-    if no_moments(scheme, one):
+    if why_not_moments(scheme, one):
         return packed(INVARIANT, invariant_suprema(scheme, view, steps))
     evidence = packed(WEAK, moment_suprema(scheme, view, steps))
-    if no_linear_pair(scheme, one):
+    if why_not_linear_pair(scheme, one):
         return evidence
     return evidence.merge(packed(STRONG, strong_suprema(scheme, view, steps)))
 
@@ -160,7 +167,7 @@ def _of_errors(evidence: Evidence) -> Judgement:
 
 def _inexact(scheme: Scheme, one: Problem) -> bool:
     """Tell whether neither moments nor stationary means are exact for every eps."""
-    return bool(no_moments(scheme, one) and (no_transition_operator(scheme, one) or not invariant_observables(one)))
+    return bool(why_not_moments(scheme, one) and (why_not_operator(scheme, one) or not invariant_observables(one)))
 
 
 def _why_not_paired(scheme: Scheme, one: Problem) -> str:
@@ -261,7 +268,7 @@ def one_step_finding(covered: Coverage, record: UniformDefects, names: list[str]
     against = [f"{name} against {what}" for what in ("two half steps", "Euler's step") for name in names]
     worst = int(np.where(np.isnan(order), -np.inf, np.fmax(order, ahead)).argmin())
 
-    def judge(claim: Claim) -> Opinion:
+    def judge(claim: Any) -> Opinion:
         figures = {"order": order[worst], "functional": against[worst], "claimed": claim.value.least}
         reason = Reason("local order {order:.3f} in {functional}; claimed {claimed}", Kind.ORDER, figures)
         verdict, remark = _verdict(claim.value.floor, record, order, ahead)

@@ -19,13 +19,15 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from sdaeverify import Array, Order
+from sdaeverify import Array
 from sdaeverify.measuring import (
     Evidence,
     Finding,
     Kind,
     LevelFinding,
+    Method,
     Opinion,
+    Order,
     PathTests,
     Reason,
     Verdict,
@@ -41,8 +43,8 @@ from .paired_members import FAILED, PairedErrors, run_of
 
 WEAK, STRONG = "weak", "strong"
 METHODS = {
-    WEAK: "supremum over eps of errors of means on the same noise (T3)",
-    STRONG: "supremum over eps of distances on the same noise (T3)",
+    WEAK: Method("supremum over eps of errors of means on the same noise", 3),
+    STRONG: Method("supremum over eps of distances on the same noise", 3),
 }
 MEASURE, LAST = "uniformity", 2
 

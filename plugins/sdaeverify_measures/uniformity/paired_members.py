@@ -74,7 +74,7 @@ def paired_errors(scheme: Scheme, view: Problem, settings: Settings) -> PairedEr
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair that `no_family` has nothing against.
+        Of a pair that `why_not_family` has nothing against.
     settings : Settings
         For the number of paths, the seed and the numbers of steps, of which the first five are used.
     """

@@ -42,7 +42,7 @@ from sdaeverify.probing import (
     mean_square_distance,
     moment_errors,
     step_nodes,
-    why_off_chart,
+    why_not_evidence,
 )
 
 from .._members import member, stiffnesses
@@ -174,7 +174,7 @@ def moment_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Unifo
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair whose members `no_moments` has nothing against.
+        Of a pair whose members `why_not_moments` has nothing against.
     steps : sequence of int
         Numbers of steps to T; six more follow.
 
@@ -207,7 +207,7 @@ def strong_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Unifo
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair whose members `no_linear_pair` has nothing against.
+        Of a pair whose members `why_not_linear_pair` has nothing against.
     steps : sequence of int
         Numbers of steps to T; six more follow.
 
@@ -237,7 +237,7 @@ def invariant_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Un
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair whose members `no_transition_operator` has nothing against.
+        Of a pair whose members `why_not_operator` has nothing against.
     steps : sequence of int
         Numbers of steps to T; the first one and three doublings are used.
 
@@ -253,7 +253,7 @@ def invariant_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Un
         size = np.maximum(record.spread, np.abs(record.exact))
         # What is put back where it began is no longer the scheme.
         broken = np.where(record.failed > FAILED, inf, 0.0)[:, None]
-        return record.errors, error_floors(record) + broken, size, float(not why_off_chart(record))
+        return record.errors, error_floors(record) + broken, size, float(not why_not_evidence(record))
 
     return _collect_errors(view, steps, stiffnesses(OPERATORS_PER_DECADE), of)
 
@@ -330,16 +330,16 @@ class UniformDefects(NamedTuple):
     failed: Array
 
 
-def uniform_defects_refusal(scheme: Scheme, view: Any) -> str:
-    """Return why nothing is known of one step for all eps, or an empty string; `no_family` has nothing against it."""
+def why_not_uniform_defects(scheme: Scheme, view: Any) -> str:
+    """Return why nothing is known of one step of a family for all eps, or an empty string."""
     law, motions = scheme.law, view.noise_dim
     if law.bounded and len(law.values) ** (2 * motions) > MOST_PAIRS:
         return f"two steps with {law.name} increments in {motions} dimensions have too many atoms"
-    return OneStep(scheme, member(view)).refusal()
+    return OneStep(scheme, member(view)).why_not_probed()
 
 
 def uniform_defects(scheme: Scheme, view: Any) -> UniformDefects:
-    """Return the defects of a pair that `uniform_defects_refusal` has nothing against."""
+    """Return the defects of a pair that `why_not_uniform_defects` has nothing against."""
     sizes = LEVELS * min(1.0, view.horizon)
     with np.errstate(all="ignore"):
         levels = [_level(scheme, view, float(h)) for h in sizes]

@@ -45,7 +45,7 @@ def check_jacobians(problem: IndexOne, *at: Array) -> None:
         raise ProblemError("constraint is not analytic (abs, real buffers?); give constraint_partials")
 
 
-def no_drift_partials(problem: IndexOne) -> str:
+def why_not_drift_partials(problem: IndexOne) -> str:
     """Return why the derivatives of the drift can neither be had from the author nor by complex step, or nothing."""
     if problem.drift_partials is not None:
         return ""

@@ -27,7 +27,7 @@ from ..checks import (
 from ..problem import Problem, Residual, briefly_signed
 from ..sde.sde import SDE
 from ..trivial import NOISES, RATE, SHORTER, SOURCE, H, Trivial, Trivials
-from .checks import check_jacobians, check_regular, check_solved, no_drift_partials, size_of_terms
+from .checks import check_jacobians, check_regular, check_solved, size_of_terms, why_not_drift_partials
 from .delayed import Delayed
 from .dissipation import Dissipation
 from .mesh import Lag, Mesh, Recall
@@ -204,9 +204,9 @@ class DelaySDAE(Delayed):
         assert noise.ahead is not None
         return Lag(noise.lagged, noise.ahead, self.mesh(h).weight)
 
-    def no_jacobian(self) -> str:
+    def why_not_jacobian(self) -> str:
         """Return why the drift cannot be differentiated, or an empty string."""
-        return no_drift_partials(self)
+        return why_not_drift_partials(self)
 
     def diffused(self, t: float, x: Array, v: Array, y: Array, w: Array) -> Array:
         """Return g(t, x, v, y) w, shape (d, P), for w of shape (l, P)."""

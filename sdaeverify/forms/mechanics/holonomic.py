@@ -210,7 +210,7 @@ class HolonomicSDAE(Mechanics):
         """The structure; one node of all positions where there is none."""
         return self.structure or Unstructured(nodes=1, owners=(0,) * self.constraints)
 
-    def no_derivative_of_force(self) -> str:
+    def why_not_derivative_of_force(self) -> str:
         """Return why the derivatives of a can neither be had from the author nor by complex step, or nothing."""
         n, x = self.dimension, np.concatenate(self.initial(1)[:2])
         known = self.force_derivatives is not None or self.blocks.differentiates_force

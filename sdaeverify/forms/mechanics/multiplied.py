@@ -65,5 +65,5 @@ class Mechanics(Multiplied):
         """
 
     @abstractmethod
-    def no_derivative_of_force(self) -> str:
+    def why_not_derivative_of_force(self) -> str:
         """Return why the derivatives of the force cannot be taken, or an empty string."""

@@ -319,7 +319,7 @@ def check_structure(structure: Structure, problem: Mechanics, r: Array, v: Array
             check_shape(f"force_derivatives(t, r, v), by {name},", value, (n, n, PROBES))
     if isinstance(structure, Unstructured) and problem.force_derivatives is None:
         return
-    if not problem.no_derivative_of_force():
+    if not problem.why_not_derivative_of_force():
         _check_force(structure, problem, np.concatenate([r, v]))
     _check_constraint(structure, problem, r)
 

@@ -207,7 +207,7 @@ class SDE(Problem):
             return self.drift_derivative(t, x)
         return jacobian_at_once(partial(self.drift, t), x)
 
-    def no_derivative_of_drift(self) -> str:
+    def why_not_derivative_of_drift(self) -> str:
         """Return why Df can neither be had from the author nor by complex step, or an empty string."""
         if self.drift_derivative is not None or is_analytic(partial(self.drift, 0.0), self.initial(1)):
             return ""
@@ -227,7 +227,7 @@ class SDE(Problem):
             return self.diffusion_derivative(t, x, y)
         return directional(lambda z: self.diffusion(t, z), x, y)
 
-    def no_derivative_of_diffusion(self) -> str:
+    def why_not_derivative_of_diffusion(self) -> str:
         """Return why DB can neither be had from the author nor by complex step, or an empty string."""
         if self.diffusion_derivative is not None:
             return ""

@@ -62,7 +62,7 @@ def _row(outcome: Outcome, gated: Gated) -> dict[str, object]:
         "claim": outcome.claim,
         "source": finding.claim.source if finding.claim else "",
         "reason": str(finding.reason),
-        "method": finding.method,
+        "method": str(finding.method or ""),
         "expected": outcome.expected,
         "reproduce": gated.command(outcome),
     }

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.error_sizes import ErrorSizes
-from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
+from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import Scheme
 from ...contracts.settings import Settings
@@ -27,10 +27,10 @@ from ...probe.operator.functional_orders import (
     error_floors,
     functional_orders,
     mean_sizes,
-    why_off_chart,
+    why_not_evidence,
     widen,
 )
-from ...probe.operator.transition import no_transition_operator
+from ...probe.operator.transition import why_not_operator
 from ...probe.operator.transition_errors import (
     Densities,
     TransitionErrors,
@@ -38,7 +38,7 @@ from ...probe.operator.transition_errors import (
     invariant_observables,
     stationary_densities,
 )
-from ...probe.step.one_step import why_unresolved
+from ...probe.step.one_step import why_not_resolved
 from ...registry.hookspecs import hookimpl
 from ...simulate.chains import ChainPlan, ChainRecord, run_chains
 from ...verdicts.coverage import Coverage, coverage
@@ -48,7 +48,7 @@ from ..resolution import stationary_resolution
 from .bias import bias_bound, bias_of_operator, with_bias
 from .chain_findings import chain_findings, chain_levels, is_decided
 
-METHOD = "stationary law of the transition operator (T2)"
+METHOD = Method("stationary law of the transition operator", 2)
 # How far an order may be below the claimed one.
 TOLERANCE = 0.15
 NO_ORDER = FunctionalOrder(np.nan, np.nan, np.nan)
@@ -56,7 +56,7 @@ NO_ORDER = FunctionalOrder(np.nan, np.nan, np.nan)
 
 def usable(record: TransitionErrors) -> bool:
     """Tell whether the scheme stays on the chart."""
-    return not why_off_chart(record)
+    return not why_not_evidence(record)
 
 
 def operator_findings(
@@ -255,10 +255,10 @@ def coarsest_step(view: Problem, settings: Settings) -> float:
 def stationary_record(evidence: Evidence) -> TransitionErrors | None:
     """Return the errors of the stationary law, or None where there is no operator or the scheme leaves the chart."""
     scheme, view = evidence.scheme, evidence.view
-    if no_transition_operator(scheme, view) or not invariant_observables(view):
+    if why_not_operator(scheme, view) or not invariant_observables(view):
         return None
     sizes = [coarsest_step(view, evidence.settings) / 2.0**level for level in range(MOST)]
-    resolving = [not why_unresolved(view, h) for h in sizes]
+    resolving = [not why_not_resolved(view, h) for h in sizes]
     first = max(STEP_SIZES, resolving.index(True) + 1) if resolving[-1] else STEP_SIZES
     further = sizes[first : STEP_SIZES + FURTHER] if resolving[-1] else []
     record = invariant_errors(scheme, view, sizes[:first])

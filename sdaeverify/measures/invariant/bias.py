@@ -63,6 +63,7 @@ def with_bias(found: Finding, bias: StationaryBias, opinion: Opinion) -> Finding
         estimate=bias.estimate,
         low=bias.low,
         high=bias.high,
+        value_of="bias",
         details={**found.details, "class": "bias"},
     )
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.claimed import Order
-from ...contracts.finding import Finding, Kind, LevelFinding, Opinion, Reason, Verdict
+from ...contracts.finding import Finding, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...forms.truths import InvariantMean
 from ...simulate.chains import CONTRACTING, GROUPS, MOST_FIRST, ChainPlan, ChainRecord
@@ -20,7 +20,7 @@ from ..resolution import stationary_resolution
 from .bias import StationaryBias, bias_bound, bias_of_chains, with_bias
 from .chain_order import BiasSample, ChainTests, chain_tests, samples
 
-METHOD = "paired replicated chains (T3)"
+METHOD = Method("paired replicated chains", 3)
 
 # So many verified observables end the run, whatever others may still show.
 ENOUGH = 3

@@ -9,7 +9,7 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.claimed import Order
 from ...contracts.error_sizes import ErrorSizes
-from ...contracts.finding import Finding, Kind, Opinion, Reason, Verdict
+from ...contracts.finding import Finding, Kind, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
@@ -17,8 +17,8 @@ from ...contracts.tally import Tally, packed, unpacked
 from ...forms import Delayed, Problem
 from ...forms.delay.linked import X
 from ...probe.local.algebraic_defects import AlgebraicDefects, algebraic_defects, algebraic_order
-from ...probe.local.delay_links import Y, keeps_constraint, loses_algebraic, remove_delay
-from ...probe.local.strong_defects import LocalStrong, local_strong, no_local_order
+from ...probe.local.delay_links import Y, keeps_constraint, remove_delay, why_not_algebraic
+from ...probe.local.strong_defects import LocalStrong, local_strong, why_not_local_order
 from ...probe.local.strong_order import ACCURACY, StrongOrder, at_most, strong_orders
 from ...probe.step.one_step import OneStep
 from ...verdicts.coverage import Coverage, coverage
@@ -41,9 +41,9 @@ from ..resolution import strong_resolution
 
 # By component.
 Orders = Mapping[str, StrongOrder]
-# By tier, where no slope is fitted.
-EXACT_METHODS = {1: "local order (T1), guarded by paths", 3: "paths (T3)"}
-UNFITTED_METHODS = {1: "local order (T1)", 3: "paths"}
+# By tier; where no slope is fitted, paths guard nothing.
+METHODS = {1: Method("local order", 1, guard="paths"), 3: Method("paths", 3)}
+UNFITTED_METHODS = {1: Method("local order", 1), 3: Method("paths")}
 # How far below its claim an order may be.
 TOLERANCE = 0.1
 # How much the next order may differ from the last one for an order to be missed.
@@ -134,7 +134,7 @@ def probe_strong(scheme: Scheme, view: Problem, settings: Settings, span: Span =
     Tally
     """
     pair = remove_delay(scheme, view, span.links, span.until)
-    if loses_algebraic(scheme, view) or no_local_order(*pair):
+    if why_not_algebraic(scheme, view) or why_not_local_order(*pair):
         return Tally()
     found = packed(span.name, local_strong(*pair))
     delta = _delta(view, settings) if span.links > 1 else 0.0
@@ -233,7 +233,7 @@ def strong_finding(
     if is_exact(evidence, quantity):
         opinion = _of_exact(evidence, quantity, local, covered)
         seen = strong_resolution(evidence, quantity, len(quantity.h) - 1, covered.claim)
-        method = EXACT_METHODS[opinion.tier]
+        method = METHODS[opinion.tier]
         return finding(covered, opinion, method=method, details=local.details, resolution=seen)
     levels, left_out = usable
     if len(levels[-FITTED:]) < FEWEST:
@@ -251,7 +251,7 @@ def strong_finding(
         low=low,
         high=high,
         resolution=strong_resolution(evidence, quantity, int(levels[-1]), covered.claim),
-        method=_method(opinion.tier, fitted.bias.reference),
+        method=METHODS[opinion.tier]._replace(reference=fitted.bias.reference),
         details={**local.details, **_details(evidence, quantity, fitted)},
     )
 
@@ -288,10 +288,6 @@ def _as_guard(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Order,
     if order + half < claim.floor:
         return tests._replace(suspected=suspected)
     return tests._replace(refuted=max(tests.refuted, tests.limit), suspected=suspected)
-
-
-def _method(tier: int, reference: str) -> str:
-    return f"local order (T1), guarded by paths, {reference}" if tier == 1 else f"paths, {reference} (T3)"
 
 
 def _of_exact(evidence: Evidence, quantity: Quantity, local: _Local, covered: Coverage) -> Opinion:
@@ -332,7 +328,7 @@ def unknown_components(evidence: Evidence, measure: str, orders: Orders, known: 
             continue
         covered = coverage(evidence, measure, name)
         local = _local(evidence, covered, orders.get(name))
-        opinion, method = leave_open(covered, f"the problem's truth does not know {name}"), ""
+        opinion, method = leave_open(covered, f"the problem's truth does not know {name}"), None
         if local.opinion is not None and local.opinion.verdict is Verdict.REFUTED:
             opinion, method = local.opinion, UNFITTED_METHODS[1]
         yield finding(covered, opinion, method=method, details=local.details)

@@ -29,11 +29,11 @@ from ...contracts.tally import Tally, packed, unpacked
 from ...forms import Problem
 from ...numerics.statistics import GROUPS
 from ...probe.local.consistency import Consistency, consistency
-from ...probe.local.delay_links import loses_algebraic, remove_delay
-from ...probe.local.strong_defects import no_local_order
+from ...probe.local.delay_links import remove_delay, why_not_algebraic
+from ...probe.local.strong_defects import why_not_local_order
 from ...probe.step.one_step import OneStep
 from ...registry.hookspecs import hookimpl
-from ...verdicts.coverage import coverage, no_claim
+from ...verdicts.coverage import coverage, why_not_claimed
 from ...verdicts.opinions import finding, leave_open
 from ...verdicts.way import withhold_in_doubt
 from ..error_sizes import of_paths
@@ -202,7 +202,7 @@ class Uniform(Measure):
         """Refuse schemes that claim nothing of it here: it is not sampled for them; and bounded increments."""
         if scheme.law.bounded:
             return f"its {scheme.law.name} increments are not Brownian: it has no paths to converge along"
-        return no_claim(scheme, problem, self.name, "uniform convergence")
+        return why_not_claimed(scheme, problem, self.name, "uniform convergence")
 
     def observer(self, problem: Problem, parts: Parts, settings: Settings) -> UniformObserver:
         """Return the notebook for one block."""
@@ -211,7 +211,7 @@ class Uniform(Measure):
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the defects of one step, where it can be probed."""
         pair = remove_delay(scheme, view)
-        if loses_algebraic(scheme, view) or no_local_order(*pair):
+        if why_not_algebraic(scheme, view) or why_not_local_order(*pair):
             return Tally()
         return packed(PROBED, consistency(*pair))
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.claimed import Order, Word
-from ...contracts.finding import Finding, Kind, Opinion, Reason, Verdict
+from ...contracts.finding import Finding, Kind, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...numerics.statistics import slope_weights
@@ -330,7 +330,7 @@ def _in_continuous_time(subject: _Subject, grid: Grid, finest_error: float) -> J
 
 def _without_fit(subject: _Subject, remarks: Reason) -> JudgedQuantity:
     opinion = no_fit(subject.evidence, subject.covered, remarks)
-    return JudgedQuantity(subject.quantity, finding(subject.covered, opinion, method="paths"))
+    return JudgedQuantity(subject.quantity, finding(subject.covered, opinion, method=Method("paths")))
 
 
 def _of_slope(subject: _Subject, fitted: Fit, tests: PathTests, details: Mapping[str, object]) -> JudgedQuantity:
@@ -343,7 +343,7 @@ def _of_slope(subject: _Subject, fitted: Fit, tests: PathTests, details: Mapping
         estimate=fitted.slope.value,
         low=low,
         high=high,
-        method="local consistency (T1)" if opinion.tier == 1 else f"paths, {bias.reference} (T3)",
+        method=Method("local consistency", 1) if opinion.tier == 1 else Method("paths", 3, reference=bias.reference),
         details={
             "std_error": fitted.slope.se,
             "order_L2": quantity.slope_in(fitted.levels, 2).value,
@@ -373,7 +373,7 @@ def _exact(subject: _Subject) -> tuple[JudgedQuantity, Grid]:
         opinion = Opinion(Verdict.OUT_OF_SCOPE, subject.covered.gap)
     # The limit is known to rounding.
     p_value = 1.0 if still else 0.0
-    judged = JudgedQuantity(subject.quantity, finding(subject.covered, opinion, method="paths (T3)"))
+    judged = JudgedQuantity(subject.quantity, finding(subject.covered, opinion, method=Method("paths", 3)))
     return judged, Grid(PathTests(p_value, 1.0, opinion.reason), p_value)
 
 

@@ -19,13 +19,13 @@ from ...probe.linear.moments import (
     delay_moment_errors,
     moment_errors,
     moment_orders,
-    no_delay_moments,
-    no_moments,
     observable_order,
     quadratic_form,
+    why_not_delay_moments,
+    why_not_moments,
 )
 from ...probe.local import weak_defects as local
-from ...probe.local.delay_links import loses_algebraic, remove_delay
+from ...probe.local.delay_links import remove_delay, why_not_algebraic
 from ...probe.local.smoothness import Smoothness, smoothness
 from ...probe.local.weak_defects import SemigroupReference, weak_reference
 from ...probe.local.weak_order import LocalWeak, WeakOrder, weak_order
@@ -33,11 +33,11 @@ from ...probe.operator.functional_orders import (
     FunctionalOrder,
     functional_orders,
     least_order,
-    why_off_chart,
+    why_not_evidence,
     widen,
 )
-from ...probe.operator.point_law import PointLaw, largest_errors_order, no_point_law, point_law
-from ...probe.operator.transition import no_transition_operator
+from ...probe.operator.point_law import PointLaw, largest_errors_order, point_law, why_not_point_law
+from ...probe.operator.transition import why_not_operator
 from ...probe.operator.transition_errors import TransitionErrors, chart_observables, weak_errors
 from ...probe.step import test_functions
 from ...probe.step.states import cloud
@@ -96,17 +96,17 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
     """
     evidence, found = Tally(), None
     pair = remove_delay(scheme, view)
-    if not (loses_algebraic(scheme, view) or local.refusal(*pair)):
+    if not (why_not_algebraic(scheme, view) or local.why_not_local_weak(*pair)):
         found = local.local_weak(*pair, _reference)
         evidence = evidence.merge(packed(LOCAL, found))
     if view.capability(Delayed):
-        if not no_delay_moments(scheme, view, settings.steps):
+        if not why_not_delay_moments(scheme, view, settings.steps):
             evidence = evidence.merge(packed(MOMENTS, delay_moment_errors(scheme, view, settings.steps)))
-    elif not no_moments(scheme, view):
+    elif not why_not_moments(scheme, view):
         evidence = evidence.merge(packed(MOMENTS, moment_errors(scheme, view, settings.steps)))
-    elif not _decides_claims(found, scheme) and view.chart is not None and not no_transition_operator(scheme, view):
+    elif not _decides_claims(found, scheme) and view.chart is not None and not why_not_operator(scheme, view):
         evidence = evidence.merge(packed(OPERATOR, _operator(scheme, view, settings)))
-    if not no_point_law(scheme, view) and _claims_rough(scheme, view):
+    if not why_not_point_law(scheme, view) and _claims_rough(scheme, view):
         evidence = evidence.merge(packed(POINTS, point_law(scheme, view, settings.coarsest)))
     return evidence
 
@@ -125,7 +125,7 @@ def weak_probe(evidence: Evidence) -> WeakProbe:
 def _read_probe(tally: Tally, view: Problem) -> WeakProbe:
     record = unpacked(OPERATOR, TransitionErrors, tally)
     orders: dict[str, FunctionalOrder] = {}
-    if record is not None and not why_off_chart(record):
+    if record is not None and not why_not_evidence(record):
         orders = _operator_orders(view, record)
     defects = unpacked(LOCAL, LocalWeak, tally)
     moments = unpacked(MOMENTS, MomentErrors, tally)
@@ -145,7 +145,7 @@ def probe_sizes(evidence: Evidence) -> dict[str, ErrorSizes]:
     operator = unpacked(OPERATOR, TransitionErrors, evidence.tally)
     found = {} if defects is None else {"one step": of_step_expectations(defects)}
     found |= {} if moments is None else dict(of_moments(moments))
-    if operator is not None and not why_off_chart(operator):
+    if operator is not None and not why_not_evidence(operator):
         found |= of_operator(operator, chart_observables(evidence.view), "by the operator")
     return found
 
@@ -281,7 +281,7 @@ def _operator(scheme: Scheme, view: Any, settings: Settings) -> TransitionErrors
     orders = _operator_orders(view, record)
     claims = {name: claim_for(scheme, view.traits, "weak", name).claim for name in orders}
     least = {name: c.value.least for name, c in claims.items() if c and isinstance(c.value, Order)}
-    if why_off_chart(record) or all(
+    if why_not_evidence(record) or all(
         orders[name].fixed or orders[name].low >= p - TOLERANCE for name, p in least.items()
     ):
         return record

@@ -283,7 +283,7 @@ def probe_step(scheme: Scheme, view: Delayed, h: float, scale: float = UNIT) -> 
     return ProbedStep(step, offset, max(defect(values[..., : 1 + l], factors[..., : 1 + l]), off), failed)
 
 
-def no_lasting_step(scheme: Scheme, view: Delayed, h: float) -> str:
+def why_not_lasting_step(scheme: Scheme, view: Delayed, h: float) -> str:
     """Return why the matrices of a step are not those of all steps after the first delay, or an empty string.
 
     Parameters
@@ -302,7 +302,7 @@ def no_lasting_step(scheme: Scheme, view: Delayed, h: float) -> str:
     return "" if all(relative(other - first, np.abs(first)) <= AFFINE for other in others) else DIFFERENT
 
 
-def no_lasting_run(scheme: Scheme, view: Delayed, h: float) -> str:
+def why_not_lasting_run(scheme: Scheme, view: Delayed, h: float) -> str:
     """Return why the matrices are not those of all steps of a run, those that the history drives among them.
 
     Parameters
@@ -313,7 +313,7 @@ def no_lasting_run(scheme: Scheme, view: Delayed, h: float) -> str:
     h : float
         Step size.
     """
-    if reason := no_lasting_step(scheme, view, h):
+    if reason := why_not_lasting_step(scheme, view, h):
         return reason
     probed, t = probe_step(scheme, view, h), min(WHEN * view.delay, view.delay - h)
     known = np.concatenate([view.past(t - view.delay), view.past(min(0.0, t + h - view.delay))])

@@ -79,7 +79,7 @@ class LinearEquation(NamedTuple):
         return bool(np.linalg.eigvalsh(P).min() > 0.25 * (1.0 - RESIDUAL) / self.rate)
 
 
-def no_linear_equation(view: Problem) -> str:
+def why_not_linear_equation(view: Problem) -> str:
     """Return why a problem is not linear with constant coefficients, or an empty string."""
     ito = view.ito()
     if ito is None:
@@ -99,7 +99,7 @@ def no_linear_equation(view: Problem) -> str:
 # Asked for at one step size after the other.
 @lru_cache(maxsize=8)
 def linear_equation(ito: Equation) -> LinearEquation:
-    """Return the coefficients of an equation that `no_linear_equation` has nothing against."""
+    """Return the coefficients of an equation that `why_not_linear_equation` has nothing against."""
     x = corners(ito.dimension)
     drift, diffusion = (at_corners(values[0], last=0.0) for values in _coefficients(ito, x).values())
     return LinearEquation(drift[..., 0], diffusion)

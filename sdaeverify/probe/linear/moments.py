@@ -25,13 +25,13 @@ from ...forms.truths import Moment
 from ...numerics.statistics import EPS
 from ..operator.functional_orders import FunctionalOrder, order_of
 from ..stability.spectral import DENSE
-from ..stability.stability import no_stability
+from ..stability.stability import why_not_stability
 from ..step.nodes import SEED
 from ..step.one_step import OneStep
 from ..step.times import changing
 from .affine import AFFINE, trial_states
 from .delay_equation import is_autonomous, is_scalar
-from .delay_step import LinearDelayStep, Start, no_lasting_run, probe_step, run_moments, run_start
+from .delay_step import LinearDelayStep, Start, probe_step, run_moments, run_start, why_not_lasting_run
 from .equation import linear_equation
 from .linear_map import MemoryStep
 from .observable_part import restrict_to_observed
@@ -97,14 +97,14 @@ class _Moments(NamedTuple):
     usable: float
 
 
-def no_moments(scheme: Scheme, view: Problem) -> str:
+def why_not_moments(scheme: Scheme, view: Problem) -> str:
     """Return why moments cannot be propagated, or an empty string."""
-    if reason := no_stability(scheme, view):
+    if reason := why_not_stability(scheme, view):
         return reason
     k, step = len(flatten(scheme.start(view, 1, view.horizon))), OneStep(scheme, view)
     if (k + 1) * (k + 2) // 2 > DENSE:
         return f"{k} components are too many for a dense matrix"
-    return "" if step.refusal() else changing(step)
+    return "" if step.why_not_probed() else changing(step)
 
 
 def moment_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> MomentErrors:
@@ -114,7 +114,7 @@ def moment_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Moment
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair that `no_moments` has nothing against.
+        Of a pair that `why_not_moments` has nothing against.
     steps : sequence of int
         Numbers N of steps to the final time, each twice the one before. Six more follow: what is exact costs no more
         with many steps, and local orders settle.
@@ -185,7 +185,7 @@ def aligned_steps(view: Delayed, steps: Sequence[int]) -> list[int]:
     return [count for count in steps if view.mesh(view.horizon / count).delta == 0.0]
 
 
-def no_delay_moments(scheme: Scheme, view: Delayed, steps: Sequence[int]) -> str:
+def why_not_delay_moments(scheme: Scheme, view: Delayed, steps: Sequence[int]) -> str:
     """Return why moments cannot be propagated for these numbers of steps, or an empty string.
 
     Parameters
@@ -208,7 +208,7 @@ def no_delay_moments(scheme: Scheme, view: Delayed, steps: Sequence[int]) -> str
         return "its coefficients depend on time"
     h = view.delay / 4.0
     linear = probe_step(scheme, view, h).defect <= AFFINE
-    return no_lasting_run(scheme, view, h) if linear else "the step is not linear in the state"
+    return why_not_lasting_run(scheme, view, h) if linear else "the step is not linear in the state"
 
 
 def delay_moment_errors(scheme: Scheme, view: Delayed, steps: Sequence[int]) -> MomentErrors:
@@ -218,7 +218,7 @@ def delay_moment_errors(scheme: Scheme, view: Delayed, steps: Sequence[int]) -> 
     ----------
     scheme : Scheme
     view : Delayed
-        Of a pair that `no_delay_moments` has nothing against.
+        Of a pair that `why_not_delay_moments` has nothing against.
     steps : sequence of int
         Numbers N of steps to the final time, each twice the one before; two more follow. Those are taken that the
         delay is a multiple of.

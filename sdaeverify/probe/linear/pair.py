@@ -21,7 +21,7 @@ from ...numerics.statistics import EPS
 from ..step.one_step import OneStep
 from ..step.step_noise import StepNoise
 from .affine import AFFINE, relative
-from .equation import LinearEquation, linear_equation, no_linear_equation
+from .equation import LinearEquation, linear_equation, why_not_linear_equation
 from .linear_map import MemoryStep, linear_map
 
 # Rounding of one recursion, in units of EPS and of the size of the moments.
@@ -73,11 +73,11 @@ class AffineStep(NamedTuple):
     defect: float
 
 
-def no_linear_pair(scheme: Scheme, view: Problem) -> str:
+def why_not_linear_pair(scheme: Scheme, view: Problem) -> str:
     """Return why the distance to the solution cannot be propagated, or an empty string; see `affine_step`, too."""
     if scheme.law.bounded or scheme.law.clip or scheme.noise != {"dW"}:
         return "the scheme uses other noise than Brownian increments"
-    if reason := no_linear_equation(view) or OneStep(scheme, view).refusal():
+    if reason := why_not_linear_equation(view) or OneStep(scheme, view).why_not_probed():
         return reason
     step = MemoryStep(OneStep(scheme, view), view.horizon)
     if step.dimension != step.one_step.equation.dimension or isinstance(step.start, tuple):
@@ -105,7 +105,7 @@ def mean_square_distance(one_step: OneStep, h: float, count: int) -> tuple[float
     Parameters
     ----------
     one_step : OneStep
-        Of a pair that `no_linear_pair` has nothing against.
+        Of a pair that `why_not_linear_pair` has nothing against.
     h : float
     count : int
 

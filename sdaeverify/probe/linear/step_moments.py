@@ -377,7 +377,7 @@ class StepMoments(NamedTuple):
         return self.expectation.disagreement + self.far.left_out
 
 
-def no_linear_step(scheme: Scheme, view: Problem) -> str:
+def why_not_linear_step(scheme: Scheme, view: Problem) -> str:
     """Return why a step cannot be probed for a linear map, or an empty string; whether it is linear shows later."""
     noise, memory = StepNoise.of(OneStep(scheme, view)), flatten(scheme.start(view, 1, view.horizon))
     if not noise.tractable:

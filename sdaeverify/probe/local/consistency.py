@@ -157,7 +157,7 @@ class DelayConsistency(NamedTuple):
     scale: Array
 
 
-def no_delay_consistency(scheme: Scheme, view: Delayed) -> str:
+def why_not_delay_consistency(scheme: Scheme, view: Delayed) -> str:
     """Return why a step cannot be probed given its past, or an empty string."""
     if scheme.law.bounded or "H" in scheme.noise:
         return "a step given its past is probed with Brownian increments alone"
@@ -172,7 +172,7 @@ def delay_consistency(scheme: Scheme, view: Delayed) -> DelayConsistency:
     ----------
     scheme : Scheme
     view : Delayed
-        Of a pair that `no_delay_consistency` has nothing against.
+        Of a pair that `why_not_delay_consistency` has nothing against.
 
     Returns
     -------

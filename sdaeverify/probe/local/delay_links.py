@@ -55,16 +55,15 @@ def remove_delay(scheme: Scheme, view: Problem, links: int = 2, until: float = n
     return LinkedScheme(scheme, delayed, links), linked_equation(delayed, links, end)
 
 
-def loses_algebraic(scheme: Scheme, view: Problem) -> bool:
-    """Tell whether there is a y that steps do not solve for: it is memory then, which a step from x alone resets.
-
-    So is what a scheme adds to x and y.
-    """
+def why_not_algebraic(scheme: Scheme, view: Problem) -> str:
+    """Return why what a step has beside x is memory, which a step from x alone resets; empty if it has no such."""
     form = view.capability(IndexOne)
     if form is None:
-        return False
-    further = len(flatten(scheme.start(view, 1, view.horizon))) > form.dimension + form.constraints
-    return further or (bool(form.constraints) and not keeps_constraint(scheme, view))
+        return ""
+    if len(flatten(scheme.start(view, 1, view.horizon))) > form.dimension + form.constraints:
+        return "the scheme has memory beyond x and y"
+    solved = not form.constraints or keeps_constraint(scheme, view)
+    return "" if solved else "steps do not solve for y, which is memory then"
 
 
 def keeps_constraint(scheme: Scheme, view: Problem) -> bool:

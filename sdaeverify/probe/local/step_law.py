@@ -23,9 +23,9 @@ from ...contracts.scheme import Scheme, Step
 from ...forms import Delayed, Equation, Problem
 from ...numerics.statistics import EPS
 from ..step.nodes import Nodes, law_nodes
-from ..step.one_step import OneStep, why_unresolved
+from ..step.one_step import OneStep, why_not_resolved
 from ..step.states import cloud, reached_states
-from .delay_links import loses_algebraic, remove_delay
+from .delay_links import remove_delay, why_not_algebraic
 from .orders import TOLERANCE
 from .reach import core
 
@@ -157,11 +157,16 @@ def step_law(scheme: Scheme, view: Problem) -> StepLaw | None:
         None where a step cannot be probed, and where steps so short do not resolve the equation.
     """
     if view.capability(Delayed):
-        if scheme.noise != {"dW"} or loses_algebraic(scheme, view):
+        if scheme.noise != {"dW"} or why_not_algebraic(scheme, view):
             return None
         scheme, view = remove_delay(scheme, view)
     step = OneStep(scheme, view)
-    if why_unresolved(view, FINER[-1] * view.time_unit) or view.records or step.incomparable() or step.no_entry():
+    if (
+        why_not_resolved(view, FINER[-1] * view.time_unit)
+        or view.records
+        or step.why_not_comparable()
+        or step.why_not_entered()
+    ):
         return None
     nodes = law_nodes(view.noise_dim, scheme.noise, scheme.law)
     if not nodes[0].exact:

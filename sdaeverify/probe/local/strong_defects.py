@@ -17,7 +17,7 @@ from ...forms import Problem
 from ...noise.brownian import Increment
 from ...numerics.digits import SCALE, keep_defined, significant
 from ..step.nodes import COUNTS, FEWEST, HalfSteps, Nodes, half_steps
-from ..step.one_step import OneStep, why_unresolved
+from ..step.one_step import OneStep, why_not_resolved
 from ..step.states import in_batches
 from ..step.times import ProbeTime, times
 from .orders import SETTLED, TOLERANCE, last_orders
@@ -67,15 +67,15 @@ class LocalStrong(NamedTuple):
     times: Array
 
 
-def no_local_order(scheme: Scheme, view: Problem) -> str:
+def why_not_local_order(scheme: Scheme, view: Problem) -> str:
     """Return why a pair has no local strong order, or an empty string."""
     if scheme.law.bounded:
         return f"sums of {scheme.law.name} increments are no increments of a longer step"
     shortest = float(LEVELS[-1]) * view.time_unit
     step = OneStep(scheme, view)
     return (
-        why_unresolved(view, shortest)
-        or step.refusal(beside=True, levy=True)
+        why_not_resolved(view, shortest)
+        or step.why_not_probed(beside=True, levy=True)
         or step.all_truncated(_last_but_one(view))
     )
 
@@ -90,7 +90,7 @@ def local_strong(scheme: Scheme, view: Problem) -> LocalStrong:
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form; the pair has a local order, see `no_local_order`.
+        Of the scheme's form; the pair has a local order, see `why_not_local_order`.
 
     Returns
     -------

@@ -26,7 +26,7 @@ from ...numerics.digits import SCALE, keep_defined, significant
 from ...numerics.statistics import EPS
 from ..step import test_functions
 from ..step.nodes import COUNTS, FEWEST, LARGEST, Nodes, step_nodes
-from ..step.one_step import OneStep, why_unresolved
+from ..step.one_step import OneStep, why_not_resolved
 from ..step.states import WHEN, cloud, in_batches
 from ..step.times import times
 from .romberg import Romberg, depth
@@ -71,14 +71,14 @@ class SemigroupReference(NamedTuple):
     trees: int
 
 
-def refusal(scheme: Scheme, view: Problem) -> str:
+def why_not_local_weak(scheme: Scheme, view: Problem) -> str:
     """Return why a pair has no local weak order, or an empty string."""
     nodes = _nodes(scheme, view.noise_dim)
     if not nodes.exact or len(nodes.weights) > LARGEST:
         return f"noise in {view.noise_dim} dimensions has too many nodes"
     shortest = float(LEVELS[-1]) * view.time_unit
     step = OneStep(scheme, view)
-    return why_unresolved(view, shortest) or step.refusal() or step.all_truncated(float(sizes(view)[-LEAST]))
+    return why_not_resolved(view, shortest) or step.why_not_probed() or step.all_truncated(float(sizes(view)[-LEAST]))
 
 
 def sizes(view: Problem) -> Array:
@@ -138,7 +138,7 @@ def local_weak(
     ----------
     scheme : Scheme
     view : Problem
-        Of the scheme's form; the pair has a local order, see `refusal`.
+        Of the scheme's form; the pair has a local order, see `why_not_local_weak`.
     reference : callable, optional
         `weak_reference`, or what remembers it for further schemes.
 

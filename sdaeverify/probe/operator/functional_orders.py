@@ -20,7 +20,7 @@ import numpy as np
 from ...arrays import Array
 from ...forms import Problem
 from ...numerics.statistics import EPS, RISING
-from ..step.one_step import why_unresolved
+from ..step.one_step import why_not_resolved
 from .transition import ON_CHART
 from .transition_errors import TransitionErrors
 
@@ -153,7 +153,7 @@ class FunctionalOrder(NamedTuple):
     note: str = ""
 
 
-def why_off_chart(record: TransitionErrors) -> str:
+def why_not_evidence(record: TransitionErrors) -> str:
     """Return that a scheme leaves the chart, so that the record is no evidence on it, or an empty string."""
     worst = int(np.argmax(record.departure))
     if record.departure[worst] > ON_CHART:
@@ -191,7 +191,7 @@ def least_order(orders: Sequence[FunctionalOrder]) -> tuple[float, float]:
 
 def widen(orders: Sequence[FunctionalOrder], view: Problem) -> tuple[FunctionalOrder, ...]:
     """Return the orders without an upper bound where no step size that shows an error resolves the problem."""
-    coarse = [why_unresolved(view, found.h) if np.isfinite(found.h) else "" for found in orders]
+    coarse = [why_not_resolved(view, found.h) if np.isfinite(found.h) else "" for found in orders]
     return tuple(
         found._replace(high=inf, note=_join_notes(found.note, why)) if why else found
         for found, why in zip(orders, coarse, strict=True)

@@ -51,7 +51,7 @@ class PointLaw(NamedTuple):
     blur: Array
 
 
-def no_point_law(scheme: Scheme, view: Problem) -> str:
+def why_not_point_law(scheme: Scheme, view: Problem) -> str:
     """Return why a pair has no law on few points, or an empty string."""
     if not scheme.law.bounded:
         return f"{scheme.law.name} increments take more than a few values"
@@ -66,7 +66,7 @@ def point_law(scheme: Scheme, view: Problem, coarsest: int) -> PointLaw:
     Parameters
     ----------
     scheme : Scheme
-        Of bounded increments, see `no_point_law`.
+        Of bounded increments, see `why_not_point_law`.
     view : Problem
         Of the scheme's form.
     coarsest : int

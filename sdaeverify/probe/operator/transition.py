@@ -77,12 +77,12 @@ class Given(NamedTuple):
 ASKED = Given()
 
 
-def no_transition_operator(scheme: Scheme, view: Problem) -> str:
+def why_not_operator(scheme: Scheme, view: Problem) -> str:
     """Return why a scheme has no transition operator on a problem's chart, or an empty string."""
     chart, one_step = view.chart, OneStep(scheme, view)
     if chart is None or len(chart.axes) not in {1, 2}:
         return "the problem has no chart of one or two coordinates"
-    if reason := one_step.refusal():
+    if reason := one_step.why_not_probed():
         return reason
     if len(flatten(one_step.enter(one_step.equation.initial(1), 0.0, view.horizon))) > one_step.equation.dimension:
         return "the scheme has memory beyond the problem's components"
@@ -97,7 +97,7 @@ def transition(one_step: OneStep, basis: Basis, h: float, fewer: int = 0, given:
     Parameters
     ----------
     one_step : OneStep
-        Of a pair that `refusal` has nothing against.
+        Of a pair that `why_not_operator` has nothing against.
     basis : Basis
     h : float
     fewer : int

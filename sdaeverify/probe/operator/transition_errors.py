@@ -122,7 +122,7 @@ def weak_errors(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Transiti
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair that `refusal` has nothing against.
+        Of a pair that `why_not_operator` has nothing against.
     steps : sequence of int
         Numbers of steps to the final time.
 
@@ -160,7 +160,7 @@ def invariant_errors(
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair that `refusal` has nothing against.
+        Of a pair that `why_not_operator` has nothing against.
     step_sizes : sequence of float
     bases : tuple of mapping of int to tuple of int, optional
         Sizes of the fine and of the coarse basis, as in `FINE` and `COARSE`.
@@ -275,7 +275,7 @@ def stationary_densities(scheme: Scheme, view: Problem, h: float) -> Densities:
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair that `no_transition_operator` has nothing against.
+        Of a pair that `why_not_operator` has nothing against.
     h : float
         Step size.
 

@@ -24,12 +24,12 @@ from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import Delayed, Problem
 from ..linear.delay_equation import UNIT, at_rest, is_autonomous, is_scalar, linear_delay
-from ..linear.delay_step import limits, no_lasting_step, probe_step
-from ..linear.equation import linear_equation, no_linear_equation
+from ..linear.delay_step import limits, probe_step, why_not_lasting_step
+from ..linear.equation import linear_equation, why_not_linear_equation
 from ..linear.linear_map import MemoryStep
 from ..linear.observable_part import essential_equation, essential_operator
 from ..linear.second_moments import Operator
-from ..linear.step_moments import no_linear_step, step_moments
+from ..linear.step_moments import step_moments, why_not_linear_step
 from ..step.one_step import OneStep
 from .delay_radius import radius
 from .spectral import SpectralRadius, spectral_radius
@@ -130,14 +130,14 @@ class StabilityRecord(NamedTuple):
         return stable_windows(self.scan_h, self.scan.sign, self.boundaries)
 
 
-def no_stability(scheme: Scheme, view: Problem) -> str:
+def why_not_stability(scheme: Scheme, view: Problem) -> str:
     """Return why mean-square stability cannot be asked for, or an empty string."""
     one_step = OneStep(scheme, view)
-    reason = no_linear_equation(view) or one_step.not_at_nodes() or one_step.incomparable()
-    if reason := reason or no_linear_step(scheme, view) or one_step.untold(scheme.start(view, 1, view.horizon)):
+    reason = why_not_linear_equation(view) or one_step.why_not_at_nodes() or one_step.why_not_comparable()
+    if reason := reason or why_not_linear_step(scheme, view) or one_step.untold(scheme.start(view, 1, view.horizon)):
         return reason
     # Of admissible states alone one has to know how the scheme goes on from them; others are those of its memory.
-    return one_step.no_entry() if view.has_constraints else ""
+    return one_step.why_not_entered() if view.has_constraints else ""
 
 
 def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count: int = COUNT) -> StabilityRecord:
@@ -147,7 +147,7 @@ def stability(scheme: Scheme, view: Problem, step_sizes: Sequence[float], count:
     ----------
     scheme : Scheme
     view : Problem
-        Of a pair that `no_stability` has nothing against.
+        Of a pair that `why_not_stability` has nothing against.
     step_sizes : sequence of float
     count : int, optional
         Step sizes of the grid over six decades.
@@ -219,7 +219,7 @@ def _essential(one_step: OneStep, h: float, operator: Operator) -> Operator:
     return essential_operator(MemoryStep(one_step, h), operator)
 
 
-def no_delay_stability(scheme: Scheme, view: Delayed) -> str:
+def why_not_delay_stability(scheme: Scheme, view: Delayed) -> str:
     """Return why mean-square stability cannot be asked for, or an empty string."""
     if scheme.law.clip:
         return "its clipped increments have no simple variance"
@@ -227,7 +227,7 @@ def no_delay_stability(scheme: Scheme, view: Delayed) -> str:
         return "its coefficients depend on time"
     if not limits(scheme, view, view.delay / 4.0):
         return "a step is linear neither at small states nor at large ones"
-    return no_lasting_step(scheme, view, view.delay / 4.0)
+    return why_not_lasting_step(scheme, view, view.delay / 4.0)
 
 
 def delay_stability(scheme: Scheme, view: Delayed, step_sizes: Sequence[float], scale: float) -> StabilityRecord:
@@ -237,7 +237,7 @@ def delay_stability(scheme: Scheme, view: Delayed, step_sizes: Sequence[float], 
     ----------
     scheme : Scheme
     view : Delayed
-        Of a pair that `no_delay_stability` has nothing against.
+        Of a pair that `why_not_delay_stability` has nothing against.
     step_sizes : sequence of float
     scale : float
         Size of the states at which the step is taken for linear, see `limits`.

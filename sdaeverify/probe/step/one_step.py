@@ -22,7 +22,7 @@ TRUNCATED = "steps are truncated at every state, however short they are"
 FINER, VANISHING = 16.0, 1.2
 
 
-def why_unresolved(view: Problem, shortest: float) -> str:
+def why_not_resolved(view: Problem, shortest: float) -> str:
     """Return why steps say nothing of the order of a stiff problem as h tends to 0, or an empty string.
 
     A scheme that is uniformly accurate does not follow the equation step by step where steps are longer than its
@@ -76,7 +76,7 @@ class OneStep:
             admissible = self.view.admissible(points)
         return admissible if np.isfinite(admissible).all() else points
 
-    def refusal(self, *, beside: bool = False, run: bool = True, levy: bool = False) -> str:
+    def why_not_probed(self, *, beside: bool = False, run: bool = True, levy: bool = False) -> str:
         """Return why the map cannot be probed at any state, or an empty string.
 
         Parameters
@@ -92,20 +92,20 @@ class OneStep:
             return "a step jumps as a function of its noise: nodes tell no expectations"
         if self.view.records and not beside:
             return "the problem has noise beside Brownian motions, over which nothing is averaged here"
-        return self.not_at_nodes(levy=levy) or self.incomparable() or self.no_entry(run=run)
+        return self.why_not_at_nodes(levy=levy) or self.why_not_comparable() or self.why_not_entered(run=run)
 
-    def not_at_nodes(self, *, levy: bool = False) -> str:
+    def why_not_at_nodes(self, *, levy: bool = False) -> str:
         """Return that a step uses noise of Brownian motions that the nodes have not, or an empty string.
 
         Parameters
         ----------
         levy : bool
-            As for `refusal`.
+            As for `why_not_probed`.
         """
         beyond = self.scheme.noise & {"K", "A"} - ({"A"} if levy or self.view.noise_dim == 1 else set())
         return f"a step uses {', '.join(sorted(beyond))}: nodes are of dW and H alone" if beyond else ""
 
-    def incomparable(self) -> str:
+    def why_not_comparable(self) -> str:
         """Return why states cannot be compared with those of an Ito equation, or an empty string."""
         if self.view.equation() is None:
             return f"a {type(self.view).__name__} offers no Ito equation to compare one step with"
@@ -114,13 +114,13 @@ class OneStep:
             return "the named components leave out rows of the state, or have some twice"
         return ""
 
-    def no_entry(self, *, run: bool = True) -> str:
+    def why_not_entered(self, *, run: bool = True) -> str:
         """Return that `enter` leaves memory unset, or the state lacks what is compared, or an empty string.
 
         Parameters
         ----------
         run : bool
-            As for `refusal`.
+            As for `why_not_probed`.
         """
         h = self.view.horizon / 64.0
         start, entered = self.scheme.start(self.view, 2, h), self.enter(self.equation.initial(2), 0.0, h)

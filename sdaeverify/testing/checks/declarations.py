@@ -92,10 +92,10 @@ def check_claims_tested(subject: SchemeSubject) -> str:
     known = [claim for claim in subject.scheme.promises if claim.measure in subject.registry.measures]
     if not known:
         raise Inapplicable("it claims nothing of a known measure")
-    return "; ".join(text for claim in known for text in _why_untested(subject, claim))
+    return "; ".join(text for claim in known for text in _why_not_tested(subject, claim))
 
 
-def _why_untested(subject: SchemeSubject, claim: Claim) -> Iterator[str]:
+def _why_not_tested(subject: SchemeSubject, claim: Claim) -> Iterator[str]:
     what = f"its claim of {claim.measure} {claim}"
     specs = _in_scope(subject, claim)
     if not specs:

@@ -100,7 +100,7 @@ def check_chart(subject: ProblemSubject) -> str:
 def check_diffusion_derivative(subject: ProblemSubject) -> str:
     """Expect DB(x) y, given or by complex step, to be the derivative of the diffusion: Milstein's scheme needs it."""
     equation, x = subject.equation, subject.x
-    if reason := equation.no_derivative_of_diffusion():
+    if reason := equation.why_not_derivative_of_diffusion():
         raise Inapplicable(reason)
 
     def B(z: Array) -> Array:
@@ -197,11 +197,11 @@ def check_given_linearisation(subject: ProblemSubject) -> str:
 def check_delay_derivatives(subject: ProblemSubject) -> str:
     """Expect the partial derivatives in x, v and y, given or by complex step, to be those of f and of u."""
     problem = subject.offering(IndexOne)
-    asked = [("drift", problem.drift, problem.linearised_drift)] if not problem.no_jacobian() else []
+    asked = [("drift", problem.drift, problem.linearised_drift)] if not problem.why_not_jacobian() else []
     if problem.constraints:
         asked.append(("constraint", problem.constraint, problem.linearised_constraint))
     if not asked:
-        raise Inapplicable(problem.no_jacobian())
+        raise Inapplicable(problem.why_not_jacobian())
     sizes, z = np.cumsum([problem.dimension] * 2), np.concatenate(delay_arguments(problem))
 
     def split(w: Array) -> list[Array]:
