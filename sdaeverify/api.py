@@ -19,9 +19,8 @@ from .errors import UsageError
 from .forms import Problem
 from .registry.load import Registry, load_registry
 from .registry.selection import select_measures, select_problems, select_schemes
-from .report.earlier import Kept, save_tables
 from .report.files import require_writable
-from .report.folders import LEVELS, NOT_APPLICABLE, VERDICTS
+from .report.folders import LEVELS, NOT_APPLICABLE, VERDICTS, save_tables
 from .report.html import write_page
 from .report.notebook import CellView, result_html, result_text
 from .report.passports import passports
@@ -151,15 +150,8 @@ class Result:
     def _repr_html_(self) -> str:
         return result_html(self.rows.verdicts, self.rows.absent)
 
-    def save(self, folder: str | Path) -> Kept:
-        """Write the tables and ``run.json`` into a folder.
-
-        Rows on other cells of earlier runs into the folder stay, unless their code has changed.
-
-        Returns
-        -------
-        Kept
-            These rows.
+    def save(self, folder: str | Path) -> None:
+        """Write the tables and ``run.json`` into a folder; those of another run are replaced.
 
         Raises
         ------
@@ -168,8 +160,7 @@ class Result:
         """
         target = Path(folder)
         require_writable(target)
-        cells = {(r.cell.scheme.label, r.cell.spec.label, r.cell.measure.name) for r in self.results}
-        return save_tables(target, {name: table.columns for name, table in self.files.items()}, self.run, cells)
+        save_tables(target, {name: table.columns for name, table in self.files.items()}, self.run)
 
 
 class RunOptions(SettingsOptions, total=False):

@@ -21,7 +21,6 @@ from ..contracts.finding import Verdict
 from ..contracts.settings import Settings
 from ..errors import UsageError, one_line
 from ..registry.load import Registry
-from ..report.earlier import Kept
 from ..report.files import require_writable
 from ..report.folders import LEVELS, VERDICTS
 from ..report.html import PAGE, remove_page, write_page
@@ -95,8 +94,6 @@ class Run:
     study : Study
     home : Path
         Folder of the process that `folder` is relative to.
-    kept : Kept or None
-        Rows of earlier runs that were in the folder when the run was first saved.
     """
 
     plan: Plan
@@ -111,7 +108,6 @@ class Run:
     first_only: bool = False
     study: Study = field(init=False)
     home: Path = field(init=False)
-    kept: Kept | None = None
 
     def __post_init__(self) -> None:
         # The code of a plugin that runs in this process may change its folder at any time.
@@ -127,11 +123,7 @@ class Run:
         """Save and return what is known so far."""
         os.chdir(self.home)
         result = self.result
-        kept = result.save(self.folder)
-        if kept.aside is not None:
-            moved = f"{self.folder} held tables of another version of sdaeverify, which are moved into {kept.aside}"
-            complain("warning", moved)
-        self.kept = self.kept or kept
+        result.save(self.folder)
         return result
 
     @property
@@ -282,14 +274,6 @@ def _finish(run: Run, result: Result) -> ExitCode:
     return code
 
 
-def _earlier_words(run: Run) -> Iterator[str]:
-    kept = run.kept
-    if kept is not None and kept.verdicts:
-        yield f"{kept.verdicts} rows of verdicts on other cells are kept of earlier runs into the same folder"
-    if kept is not None and kept.changed:
-        yield f"{kept.changed} rows of earlier runs are left out: the code of their cells has changed"
-
-
 def _show(run: Run, result: Result, code: ExitCode) -> None:
     console = output()
     if run.shown is Shown.JSON:
@@ -323,7 +307,6 @@ def _show_matrix(console: Console, results: Sequence[CellResult]) -> None:
 def _notes(run: Run) -> Iterator[str]:
     if run.study.store is not None and run.study.store.telling:
         yield run.study.store.summary()
-    yield from _earlier_words(run)
     page = f"the page is {run.folder / PAGE}; " if run.page else ""
     yield f"{page}{VERDICTS}, {LEVELS}, {COLUMNS} and run.json are in {run.folder}"
     yield f"sdaeverify show {shlex.quote(str(run.folder))} [SCHEME] [PROBLEM] tells why"

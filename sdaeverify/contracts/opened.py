@@ -1,8 +1,7 @@
 """Which files code opens in this process, and whose code that is: an audit hook of the interpreter tells.
 
-A file counts for whoever runs the definition that opened it, also where a process opens it once and keeps what it
-read. What the framework opens for itself, and code of installed libraries, is left out. An audit hook hears nothing
-of what a library opens in C, and nothing of other processes.
+What the framework opens for itself is left out. An audit hook hears nothing of what a library opens in C, and nothing
+of other processes.
 """
 
 import os
@@ -17,105 +16,58 @@ from urllib.parse import unquote, urlsplit
 # Size and time of a file; None of what is not there.
 Signature = tuple[int, int] | None
 EVENTS = frozenset({"open", "ctypes.dlopen", "sqlite3.connect"})
-PYTHON, CACHED = ".py", ".pyc"
+PYTHON, CACHED, INIT = ".py", ".pyc", "__init__.py"
 # Folders of installed packages, and what begins the paths of others that are no data.
 INSTALLED = ("site-packages", "dist-packages")
 LIBRARY = tuple({sysconfig.get_path(name) + os.sep for name in ("stdlib", "platstdlib")})
 SYSTEM = ("/proc/", "/sys/", "/dev/")
-OWN = str(Path(__file__).parents[1]) + os.sep
-IMPORTING = "<frozen importlib._bootstrap_external>"
+ROOT = Path(__file__).parents[1]
+OWN = str(ROOT) + os.sep
 # Frames of a library that may lie between a plugin and what it opens.
 DEEPEST = 24
-CHANGED = (-1, -1)
-
-
-class Caller(NamedTuple):
-    """Code that was running: its file, and the definition at the top of that, such as a class."""
-
-    file: str
-    name: str
+# Files that schemes, problems and measures are defined in; another module without a package may be anybody's.
+SINGLE_FILES: set[str] = set()
 
 
 class Opening(NamedTuple):
-    """A file that was opened, the code that did it, innermost first, and whether it was only written."""
+    """A file that was opened, the files of the code that did it, innermost first, and whether it was only written."""
 
     path: str
-    callers: tuple[Caller, ...]
+    callers: tuple[str, ...]
     written: bool = False
 
 
-class _Seen(NamedTuple):
-    signature: Signature
-    block: int
+@cache
+def openings() -> dict[Opening, Signature]:
+    """Return what is opened in this process since this was first called, with size and time of each file then."""
+    heard: dict[Opening, Signature] = {}
 
-
-class _Record:
-    """What was opened so far in this process."""
-
-    def __init__(self) -> None:
-        self.block = 0
-        self.openings: dict[Opening, _Seen] = {}
-        self.imported: dict[str, Signature] = {}
-        self.owners: set[str] = set()
-
-    def hear(self, event: str, arguments: tuple[Any, ...]) -> None:
-        """Note an event; an error here would be one of the code that is listened to."""
+    def hear(event: str, arguments: tuple[Any, ...]) -> None:
         if event in EVENTS:
             try:
-                self._note(arguments)
+                opening = _opening(arguments)
             except Exception:
+                # It would be one of the code that is listened to.
                 return
+            if opening is not None:
+                heard[opening] = signature(opening.path)
 
-    def _note(self, arguments: tuple[Any, ...]) -> None:
-        path = _path_of(arguments[0])
-        if path is None or path.startswith(SYSTEM):
-            return
-        if path.endswith((PYTHON, CACHED)):
-            if is_library(path) or path.startswith(OWN):
-                return
-            path = source_from_cache(path) if path.endswith(CACHED) else path
-            if sys._getframe(2).f_code.co_filename == IMPORTING:
-                self.imported[path] = signature(path)
-        mode = arguments[2] if len(arguments) > 2 and isinstance(arguments[2], int) else os.O_RDONLY
-        if callers := _callers():
-            written = bool(mode & (os.O_TRUNC | os.O_EXCL)) or mode & os.O_ACCMODE == os.O_WRONLY
-            self._add(Opening(path, callers, written))
-
-    def _add(self, opening: Opening) -> None:
-        now, before = signature(opening.path), self.openings.get(opening)
-        if before is None or before.block != self.block:
-            self.openings[opening] = _Seen(now, self.block)
-        elif before.signature != now:
-            self.openings[opening] = _Seen(CHANGED, self.block)
+    sys.addaudithook(hear)
+    return heard
 
 
-@cache
-def record() -> _Record:
-    """Return what was opened in this process since this was first called."""
-    kept = _Record()
-    sys.addaudithook(kept.hear)
-    return kept
-
-
-def owners() -> set[str]:
-    """Return the folders and files of code that evidence is about, as far as they are known so far."""
-    return record().owners
-
-
-def begin_block() -> None:
-    """Note that a file which changed since it was opened may be opened anew: what changes from now on is mixed."""
-    record().block += 1
-
-
-def openings() -> list[tuple[Opening, Signature]]:
-    """Return what was opened, with size and time of each file when it was."""
-    return [(opening, seen.signature) for opening, seen in list(record().openings.items())]
-
-
-def saved_since_import(path: Path) -> bool:
-    """Tell whether a module that this process has imported was saved afterwards: what it holds is not what runs."""
-    known = record().imported
-    return str(path) in known and known[str(path)] != signature(str(path))
+def _opening(arguments: tuple[Any, ...]) -> Opening | None:
+    path = _path_of(arguments[0])
+    if path is None or path.startswith(SYSTEM):
+        return None
+    if path.endswith((PYTHON, CACHED)):
+        if is_library(path) or path.startswith(OWN):
+            return None
+        path = source_from_cache(path) if path.endswith(CACHED) else path
+    mode = arguments[2] if len(arguments) > 2 and isinstance(arguments[2], int) else os.O_RDONLY
+    written = bool(mode & (os.O_TRUNC | os.O_EXCL)) or mode & os.O_ACCMODE == os.O_WRONLY
+    callers = _callers()
+    return Opening(path, callers, written) if callers else None
 
 
 def signature(path: str) -> Signature:
@@ -128,14 +80,23 @@ def signature(path: str) -> Signature:
 
 
 @cache
-def is_library(path: str) -> bool:
-    """Tell whether a path is that of an installed package or of the standard library."""
-    return path.startswith(LIBRARY) or any(folder in path.split(os.sep) for folder in INSTALLED)
+def home_of(file: Path) -> Path:
+    """Return the top-level package that a module is in, or itself where there is none; of the framework a room."""
+    if ROOT in file.parents:
+        return ROOT / file.relative_to(ROOT).parts[0]
+    if not (file.parent / INIT).is_file():
+        return file
+    return next(folder for folder in file.parents if not (folder.parent / INIT).is_file())
 
 
 @cache
-def _is_standard(path: str) -> bool:
-    return path.startswith(LIBRARY) and not any(folder in path.split(os.sep) for folder in INSTALLED)
+def is_library(path: str) -> bool:
+    """Tell whether a path is that of an installed package or of the standard library."""
+    return path.startswith(LIBRARY) or _is_installed(path)
+
+
+def _is_installed(path: str) -> bool:
+    return any(folder in path.split(os.sep) for folder in INSTALLED)
 
 
 def _path_of(given: Any) -> str | None:
@@ -148,19 +109,16 @@ def _path_of(given: Any) -> str | None:
     return None if text in {"", ":memory:"} else os.path.abspath(text)
 
 
-def _callers() -> tuple[Caller, ...]:
-    """Return the code that runs, up to the framework that called it, without the standard library and texts."""
-    found: list[Caller] = []
-    # The hook's own two frames.
-    frame = sys._getframe(1)
-    while frame.f_code.co_filename == __file__ and frame.f_back is not None:
-        frame = frame.f_back
-    while len(found) < DEEPEST and not frame.f_code.co_filename.startswith(OWN):
-        code = frame.f_code
-        if not (code.co_filename.startswith("<") or _is_standard(code.co_filename)):
-            caller = Caller(code.co_filename, code.co_qualname.partition(".")[0])
-            found += [caller] if found[-1:] != [caller] else []
-        if frame.f_back is None:
-            break
-        frame = frame.f_back
+def _callers() -> tuple[str, ...]:
+    """Return the files of the code that runs, up to the framework that called it, without the standard library."""
+    found: dict[str, None] = {}
+    frame, depth = sys._getframe(1), 0
+    while frame is not None and frame.f_code.co_filename == __file__:
+        frame = frame.f_back  # type: ignore[assignment]
+    while frame is not None and depth < DEEPEST and not frame.f_code.co_filename.startswith(OWN):
+        file = frame.f_code.co_filename
+        if not file.startswith("<") and not (file.startswith(LIBRARY) and not _is_installed(file)):
+            found[file] = None
+            depth += 1
+        frame = frame.f_back  # type: ignore[assignment]
     return tuple(found)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from ..arrays import Array, Mask, Parts, each
-from ..contracts.opened import record
+from ..contracts.opened import openings
 from ..errors import ProblemError
 from ..noise.brownian import BROWNIAN, USUAL, Increment, complete
 from ..noise.records import NoiseRecord
@@ -24,7 +24,7 @@ Form = TypeVar("Form", bound=type)
 Observable = Callable[[float, Parts], Array]
 
 # Whoever makes problems or schemes imports this first: from here on it is known what their code opens.
-record()
+openings()
 # What a view of the same states has of its own.
 OWN = {"source", "seen_as"}
 

@@ -1,13 +1,13 @@
-"""The tables of a finished run, read from its folder as texts: in a tenth of a second, and nothing is executed."""
+"""The tables of a run in its folder: they are written whole, and read as texts, of which nothing is executed."""
 
 import csv
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..errors import UsageError
-from .files import read_rows
+from .files import PARQUET, csv_text, read_rows, write_csv, write_json
 
 # Of the files of a run: 1 had one table of verdicts for all measures and for what does not apply.
 SCHEMA = 2
@@ -38,6 +38,27 @@ class SavedTables(NamedTuple):
     run: dict[str, Any]
     levels: Sequence[TextRow] = ()
     details: Sequence[TextRow] = ()
+
+
+def save_tables(
+    folder: Path, tables: Mapping[str, Mapping[str, Iterable[object]]], run: Mapping[str, object]
+) -> None:
+    """Write the tables of a run and ``run.json``; those of another run in the folder are replaced.
+
+    Parameters
+    ----------
+    folder : Path
+    tables : mapping of str to (mapping of str to iterable)
+        Columns by the name of the file.
+    run : mapping
+    """
+    (folder / DETAILS).mkdir(exist_ok=True)
+    for name, columns in tables.items():
+        write_csv(csv_text(columns), folder / name)
+    for stale in (folder / DETAILS).iterdir():
+        if f"{DETAILS}/{stale.stem}.csv" not in tables and stale.suffix in {".csv", PARQUET}:
+            stale.unlink()
+    write_json(run, folder / RUN)
 
 
 def read_tables(folder: Path) -> SavedTables:

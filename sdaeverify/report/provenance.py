@@ -12,8 +12,6 @@ from importlib.metadata import PackageNotFoundError, version
 
 from ..noise.brownian import fingerprint
 from ..registry.load import Registry
-from ..store.code import framework_code
-from ..store.keys import describe_code
 from ..study import Study
 from .folders import SCHEMA
 
@@ -36,21 +34,15 @@ def provenance(registry: Registry, study: Study, arguments: Sequence[str]) -> di
     dict
     """
     settings, cells = study.settings, study.plan.cells
-    schemes, specs = dict.fromkeys(cell.scheme for cell in cells), dict.fromkeys(cell.spec for cell in cells)
     return {
         **describe_making(registry, settings.seed, arguments),
         "selection": {
-            "schemes": list(dict.fromkeys(scheme.label for scheme in schemes)),
-            "problems": list(dict.fromkeys(spec.label for spec in specs)),
+            "schemes": list(dict.fromkeys(cell.scheme.label for cell in cells)),
+            "problems": list(dict.fromkeys(cell.spec.label for cell in cells)),
             "measures": list(dict.fromkeys(cell.measure.name for cell in cells)),
         },
         "files": list(registry.files),
         "settings": {**asdict(settings), "steps": list(settings.steps)},
-        "code": {
-            "framework": framework_code(),
-            "schemes": {scheme.label: describe_code(type(scheme)) for scheme in schemes},
-            "problems": {spec.label: describe_code(spec.function) for spec in specs},
-        },
     }
 
 

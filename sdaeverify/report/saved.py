@@ -9,9 +9,6 @@ from ..contracts.settings import Settings
 from ..errors import SdaeverifyError, UsageError
 from .folders import RUN, run_of
 
-# Where ``run.json`` tells of earlier runs into the same folder.
-EARLIER = "earlier"
-
 
 @dataclass(frozen=True)
 class SavedRun:
@@ -40,13 +37,12 @@ def read_run(folder: Path) -> SavedRun:
     UsageError
         If the folder holds no run, or its ``run.json`` is not as this program writes it.
     """
-    return _run(folder, run_of(folder))
-
-
-def read_earlier(folder: Path) -> list[SavedRun]:
-    """Read what the earlier runs were about that have left rows in a folder; raises as `read_run`."""
-    earlier = run_of(folder).get(EARLIER, [])
-    return [_run(folder, one) for one in earlier] if isinstance(earlier, list) else []
+    file, saved = folder / RUN, run_of(folder)
+    try:
+        names = (_texts(saved["selection"][kind]) for kind in ("schemes", "problems", "measures"))
+        return SavedRun(folder, settings_of(saved, file), *names)
+    except (KeyError, TypeError) as error:
+        raise _unlike(file, error) from error
 
 
 def settings_of(run: Mapping[str, Any], file: object = RUN) -> Settings:
@@ -74,15 +70,6 @@ def settings_of(run: Mapping[str, Any], file: object = RUN) -> Settings:
 def _unlike(file: object, error: Exception) -> UsageError:
     why = str(error) if isinstance(error, SdaeverifyError) else f"{type(error).__name__}: {error}"
     return UsageError(f"{file} does not tell of a run as this program writes it: {why}")
-
-
-def _run(folder: Path, saved: Any) -> SavedRun:
-    file = folder / RUN
-    try:
-        names = (_texts(saved["selection"][kind]) for kind in ("schemes", "problems", "measures"))
-        return SavedRun(folder, settings_of(saved, file), *names)
-    except (KeyError, TypeError) as error:
-        raise _unlike(file, error) from error
 
 
 def _number(value: Any, kind: object) -> Any:

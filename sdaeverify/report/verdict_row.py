@@ -77,7 +77,6 @@ class VerdictRow:
     p_verified: float = _number("p-value of the hypothesis that the claim fails; empty without sampling error")
     p_refuted: float = _number("p-value of the hypothesis that the claim holds; empty without sampling error")
     paths: int = _whole("paths that were sampled of the cell")
-    run: int = _whole("which run the row is of: 0 for that of run.json, n for the n-th of its earlier ones")
 
     @classmethod
     def from_finding(cls, found: "Finding", result: "CellResult") -> "VerdictRow":

@@ -1,67 +1,49 @@
-"""What a scheme, a problem or a measure is written in: code that is parsed, and versions of libraries.
+"""The code that evidence comes from: what is parsed of a top-level package or file, and versions of libraries.
 
-Code is that of its top-level package, or of the file it is in, and of what that imports from other places where
-nothing is installed, as far as it is reached by name. Installed libraries count by their version, the framework by
-what measures in it.
+A package counts as a whole, whatever of it is reached. Comments, docstrings and layout are no part of parsed code.
 """
 
+import ast
 import hashlib
-import os
 import platform
 import sys
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib import metadata
 from importlib.machinery import EXTENSION_SUFFIXES
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 from ..contracts.measure import JUDGING, Measure
-from ..contracts.opened import Caller, is_library, owners, saved_since_import
-from .statements import INIT, Reached, Space, Statement, parse_statements
+from ..contracts.opened import SINGLE_FILES, home_of, is_library
 
-FRAMEWORK = "sdaeverify"
 ROOT = Path(__file__).parents[1]
 # The rooms of the framework that evidence comes from. What judges and reports is none of them.
 MEASURING = ("arrays.py", "bridges", "conformance", "contracts", "forms", "noise", "numerics", "probe", "simulate")
-# Modules of these rooms that say what is made of evidence.
+MEASURES = ROOT / "measures"
+# Modules of these rooms that say what is made of evidence; and how those are called that judge for a measure.
 SAYING = frozenset({f"{name}.py" for name in ("cases", "coverage", "exhibit", "experiment", "finding")})
+FINDINGS = "findings.py"
 # Packages whose arithmetic the numbers come from.
 ARITHMETIC = ("numpy", "scipy")
-KNOWN = frozenset({*sys.stdlib_module_names, *ARITHMETIC, FRAMEWORK, ""})
-MEASURES = ROOT / "measures"
+KNOWN = frozenset({*sys.stdlib_module_names, ROOT.name})
 # Where a plugin file that was loaded keeps what it held.
 SOURCE = "__source__"
+DEFINITIONS = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
 class Code(NamedTuple):
-    """Code that something is written in.
+    """The code that something is written in.
 
     Attributes
     ----------
     digest : str
     libraries : tuple of str
-        Names and versions of installed ones.
-    homes : tuple of Path
-        Folders of packages, and single files.
-    names : mapping of Path to frozenset of str
-        What it reaches, by file.
-    saved : str
-        Hash of the files as they are, which tells whether they were saved; empty of a plugin file that was loaded:
-        its module is called after what it held.
+        Names and versions of the installed ones that it imports.
     """
 
     digest: str
     libraries: tuple[str, ...]
-    homes: tuple[Path, ...]
-    names: Mapping[Path, frozenset[str]]
-    saved: str
-
-    def reaches(self, caller: Caller) -> bool:
-        """Tell whether running code is part of this: a definition that it reaches, or what its file runs itself."""
-        names = self.names.get(Path(caller.file), frozenset())
-        return caller.name in names or (caller.name.startswith("<") and bool(names))
 
 
 def code_of(thing: Any) -> Code | None:
@@ -72,104 +54,116 @@ def code_of(thing: Any) -> Code | None:
     thing : type or callable
         The class of a scheme or measure, or the function of a problem. What judges in a measure does not count.
     """
-    return _code_of(cast("Hashable", thing))
-
-
-@cache
-def _code_of(thing: Any) -> Code | None:
-    module = sys.modules.get(getattr(thing, "__module__", ""))
-    file = Path(getattr(module, "__file__", None) or "")
-    if module is None or file.suffix != ".py" or module.__name__.partition(".")[0] in sys.stdlib_module_names:
-        return None
-    own = getattr(module, SOURCE, None)
-    if own is None and not file.is_file():
+    homes = homes_of(thing)
+    if None in homes:
         return None
     measuring = isinstance(thing, type) and issubclass(thing, Measure)
-    # What a function has made has parameters that are written down elsewhere.
-    name = "" if "<locals>" in thing.__qualname__ else thing.__qualname__.partition(".")[0]
-    homes = [home_of(file), *([MEASURES] if measuring else [])]
     try:
-        reached = _reach(homes, file, name, own, JUDGING if measuring else frozenset())
-        if own is None and any(map(saved_since_import, reached.names)):
-            return None
-        digest, saved = _digest(reached, homes), contents(tuple(homes)) if own is None else ""
+        parsed = [_parse_home(home, _loaded_source(thing, home), measuring=measuring) for home in homes if home]
     except OSError:
         return None
-    owners().update(map(str, homes))
-    return Code(digest, tuple(sorted(_libraries(reached))), tuple(homes), reached.names, saved)
+    libraries = {version for _, imported in parsed for top in imported - KNOWN for version in _versions(top)}
+    return Code(_hash(digest.encode() for digest, _ in parsed), tuple(sorted(libraries)))
 
 
-def _reach(homes: list[Path], file: Path, name: str, own: bytes | None, without: frozenset[str]) -> Reached:
-    """Return what a name reaches in its home and, as they are found, in those of others that it imports."""
-    while True:
-        reached = _space(tuple(homes), own, without).reach(file, name)
-        found = dict.fromkeys(filter(None, map(_home_of_import, sorted(_imported(reached)))))
-        more = [home for home in found if home not in homes]
-        if not more:
-            return reached
-        homes += more
+def homes_of(thing: Any) -> list[Path | None]:
+    """Return the top-level packages or files of a class and its bases, or of a function; None of one without any."""
+    bases = thing.__mro__[1:] if isinstance(thing, type) else ()
+    modules = [thing.__module__, *(base.__module__ for base in bases if _counts_as_base(base.__module__))]
+    return list(dict.fromkeys(map(_home_of_module, modules)))
+
+
+def _counts_as_base(module: str) -> bool:
+    """Tell whether classes of a module count for those below them: those of libraries count by their version."""
+    top, _, rest = module.partition(".")
+    if top in KNOWN:
+        return top == ROOT.name and rest.partition(".")[0] == MEASURES.name
+    return not is_library(getattr(sys.modules.get(module), "__file__", None) or "")
+
+
+def _home_of_module(name: str) -> Path | None:
+    file = Path(getattr(sys.modules.get(name), "__file__", None) or "")
+    if file.suffix != ".py" or name.partition(".")[0] in sys.stdlib_module_names:
+        return None
+    home = home_of(file)
+    if home == file:
+        SINGLE_FILES.add(str(file))
+    return home
+
+
+def _loaded_source(thing: Any, home: Path) -> bytes | None:
+    """Return what a plugin file held when it was loaded; None of what was imported."""
+    module = sys.modules.get(thing.__module__)
+    source: bytes | None = getattr(module, SOURCE, None)
+    return source if source is not None and Path(module.__file__ or "") == home else None  # type: ignore[union-attr]
 
 
 @cache
-def _space(homes: tuple[Path, ...], own: bytes | None, without: frozenset[str]) -> Space:
-    """Return the statements of some homes, of the first one what it held when it was loaded, where that is known."""
-    first, *others = (_statements(home, own if home == homes[0] else None, without) for home in homes)
-    return Space(sum(others, first))
+def _parse_home(home: Path, source: bytes | None, *, measuring: bool) -> tuple[str, frozenset[str]]:
+    """Return a hash of the code of a package or file, and the top-level names of what it imports from elsewhere."""
+    if source is not None:
+        return _parse([(home.name, source)], frozenset())
+    folder = home if home.is_dir() else home.parent
+    files = [file for file in _files_below(home) if not (measuring and file.name.endswith(FINDINGS))]
+    named = ((file.relative_to(folder).as_posix(), file.read_bytes()) for file in files)
+    return _parse(named, JUDGING if measuring else frozenset())
 
 
-@cache
-def _statements(home: Path, content: bytes | None, without: frozenset[str]) -> tuple[Statement, ...]:
-    if content is not None:
-        return parse_statements(home, home.stem, content, without)
-    return tuple(one for file in files_below(home) if file.suffix == ".py" for one in _parse(home, file, without))
+def _parse(files: Iterable[tuple[str, bytes]], without: frozenset[str]) -> tuple[str, frozenset[str]]:
+    contents, imported = list[bytes](), set[str]()
+    for name, content in files:
+        tree = _tree(content) if name.endswith(".py") else None
+        contents += [name.encode(), content if tree is None else parsed(tree, without)]
+        imported |= set() if tree is None else {*_imports(tree)}
+    return _hash(contents), frozenset(imported)
 
 
-def _parse(home: Path, file: Path, without: frozenset[str]) -> tuple[Statement, ...]:
-    below = file.relative_to(home.parent).with_suffix("").parts
-    module, content = ".".join(below[:-1] if file.name == INIT else below), file.read_bytes()
+def _tree(content: bytes) -> ast.Module | None:
+    """Return parsed code; None where it is for another version of the language, or none of it."""
     try:
-        return parse_statements(file, module, content, without)
+        return ast.parse(content)
     except (SyntaxError, ValueError):
-        # It is for another version of the language, or none of it: all of it counts for everybody.
-        return parse_statements(file, module, f"{content!r}.count".encode(), without)
+        return None
 
 
-def _digest(reached: Reached, homes: Iterable[Path]) -> str:
-    """Return a hash of statements, of compiled modules, and of variables of the environment that texts name."""
-    texts = {text for one in reached.statements for text in one.words.texts if text in os.environ}
-    compiled = (file for home in homes for file in files_below(home) if file.suffix != ".py")
-    return _hash(
-        [
-            *(one.content for one in reached.statements),
-            *(file.read_bytes() for file in compiled),
-            *(f"{text}={os.environ[text]}".encode() for text in sorted(texts)),
-        ]
-    )
+def parsed(tree: ast.Module, without: frozenset[str] = frozenset()) -> bytes:
+    """Return code without docstrings, and without some methods of classes."""
+    for node in ast.walk(tree):
+        if isinstance(node, DEFINITIONS):
+            dropped = without if isinstance(node, ast.ClassDef) else frozenset[str]()
+            node.body = [part for part in node.body if not (_is_text(part) or _bound_name(part) in dropped)]
+    return ast.dump(tree).encode(errors="surrogatepass")
 
 
-def forget() -> None:
-    """Read files again for what nobody has asked for so far."""
-    for function in (_space, _statements, files_below, _home_of_import, _contents):
-        function.cache_clear()
+def parsed_file(content: bytes) -> bytes:
+    """Return what a module holds without comments, docstrings and layout; all of it where it cannot be parsed."""
+    tree = _tree(content)
+    return content if tree is None else parsed(tree)
 
 
-def contents(homes: Iterable[Path]) -> str:
-    """Return a hash of what is in the files of packages, as this process has first read them."""
-    return _hash(_contents(home) for home in homes)
+def _bound_name(node: ast.stmt) -> str:
+    """Return the name of a definition or of an attribute of a class; empty of other statements."""
+    targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", node)]
+    return str(getattr(targets[0], "id", getattr(targets[0], "name", "")))
 
 
-@cache
-def _contents(home: Path) -> bytes:
-    return _hash(f"{file.name} ".encode() + file.read_bytes() for file in files_below(home)).encode()
+def _is_text(node: ast.stmt) -> bool:
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+
+
+def _imports(tree: ast.Module) -> Iterator[str]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            yield (node.module or "").partition(".")[0]
 
 
 @cache
 def framework_code() -> str:
     """Return a hash of what measures in the framework."""
-    homes = [ROOT / room for room in MEASURING]
-    files = [(home, file) for home in homes for file in files_below(home) if file.name not in SAYING]
-    statements = (one for home, file in files for one in _parse(home, file, frozenset()))
-    return _hash(one.content for one in statements)
+    files = (file for room in MEASURING for file in _files_below(ROOT / room) if file.name not in SAYING)
+    return _parse(((file.relative_to(ROOT).as_posix(), file.read_bytes()) for file in files), frozenset())[0]
 
 
 @cache
@@ -178,67 +172,21 @@ def arithmetic() -> tuple[str, ...]:
     return f"Python {_minor(platform.python_version())}", *map(_version, ARITHMETIC)
 
 
-@cache
-def home_of(file: Path) -> Path:
-    """Return the top-level package that a module is in, or itself where there is none; of the framework a room."""
-    if ROOT in file.parents:
-        return ROOT / file.relative_to(ROOT).parts[0]
-    if not (file.parent / INIT).is_file():
-        return file
-    return next(folder for folder in file.parents if not (folder.parent / INIT).is_file())
-
-
-@cache
-def files_below(home: Path) -> tuple[Path, ...]:
+def _files_below(home: Path) -> list[Path]:
     """Return the modules of a package, or a module itself, those that are compiled as well."""
     found = sorted(home.rglob("*")) if home.is_dir() else [home]
-    return tuple(file for file in found if file.name.endswith((".py", *EXTENSION_SUFFIXES)) and file.is_file())
-
-
-def _imported(reached: Reached) -> set[str]:
-    """Return the dotted names of what statements import from elsewhere."""
-    found = (each for one in reached.statements for each in one.words.imports if not each.relative)
-    names = {f"{each.module}.{each.name}".strip(".") for each in found}
-    return {name for name in names if name.partition(".")[0] not in KNOWN}
+    return [file for file in found if file.name.endswith((".py", *EXTENSION_SUFFIXES)) and file.is_file()]
 
 
 @cache
-def _home_of_import(name: str) -> Path | None:
-    """Return where the code of an imported module is, if that is where nothing is installed."""
-    top, *rest = name.split(".")
+def _versions(top: str) -> tuple[str, ...]:
+    """Return the distributions that a module is of, none of what is not installed."""
     try:
-        spec = find_spec(top)
-    except (ImportError, ValueError):
-        return None
-    if spec is None:
-        return None
-    if spec.origin is not None:
-        file = Path(spec.origin)
-        return home_of(file) if file.is_file() and not is_library(str(file)) else None
-    # A folder without __init__.py.
-    folders = [Path(folder) for folder in spec.submodule_search_locations or () if not is_library(folder)]
-    stems = [folder.joinpath(*rest[:length]) for folder in folders for length in range(len(rest), 0, -1)]
-    places = (place for stem in stems for place in (stem.with_suffix(".py"), stem / INIT))
-    return next((home_of(place) for place in places if place.is_file()), None)
-
-
-def _libraries(reached: Reached) -> set[str]:
-    """Return the installed libraries that statements import, by distribution and version."""
-    tops = {name.partition(".")[0] for name in _imported(reached) if _home_of_import(name) is None}
-    return {_version(name) for top in tops for name in _distributions(top)}
-
-
-def _distributions(top: str) -> list[str]:
-    """Return the distributions that a module is of; most are called after it, and the others take long to find."""
-    try:
-        return [metadata.distribution(top).metadata["Name"]]
-    except (metadata.PackageNotFoundError, KeyError):
-        return _owners().get(top, [])
-
-
-@cache
-def _owners() -> dict[str, list[str]]:
-    return {top: list(names) for top, names in metadata.packages_distributions().items()}
+        names = [metadata.distribution(top).metadata["Name"]]
+    except (metadata.PackageNotFoundError, ValueError):
+        # Most are called after their modules: this takes long.
+        names = metadata.packages_distributions().get(top, [])
+    return tuple(map(_version, names))
 
 
 def _version(distribution: str) -> str:

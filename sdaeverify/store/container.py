@@ -6,8 +6,7 @@ trigger nothing is read.
 """
 
 import sqlite3
-import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,7 +14,7 @@ from typing import Any, NamedTuple
 from .lanes import LARGEST, StoredLane, pack_lane, unpack_lane
 
 SUFFIX = ".sqlite"
-TABLE = "CREATE TABLE lanes (name TEXT PRIMARY KEY, used REAL NOT NULL, content BLOB NOT NULL)"
+TABLE = "CREATE TABLE lanes (name TEXT PRIMARY KEY, content BLOB NOT NULL)"
 # Half of a page is lost with each lane.
 PAGE = 1024
 # Seconds to wait for another process that writes.
@@ -32,38 +31,24 @@ class Container(NamedTuple):
 
     path: Path
 
-    def lane(self, name: str) -> StoredLane | None:
-        """Return the evidence of a name; None if there is none, or it is damaged."""
+    def read(self, name: str) -> tuple[StoredLane | None, bool]:
+        """Return the evidence of a name, None if there is none, and whether what is there is damaged."""
         found = self._read("SELECT content FROM lanes WHERE name = ?", name)
-        return unpack_lane(found[0][0]) if found else None
+        if not found:
+            return None, found is None and self.path.exists()
+        lane = unpack_lane(found[0][0])
+        return lane, lane is None
 
     def lanes(self) -> Iterator[tuple[str, StoredLane | None]]:
-        """Yield names and evidence, what was used last in the end; None for what is damaged.
+        """Yield names and evidence; None for what is damaged.
 
         A file that is none of this program is one damaged lane without a name.
         """
-        names = self._read("SELECT name FROM lanes ORDER BY used, name")
+        names = self._read("SELECT name FROM lanes ORDER BY name")
         if names is None:
             yield "", None
         for (name,) in names or ():
-            yield name, self.lane(name)
-
-    def newest(self, start: str) -> tuple[str, StoredLane | None] | None:
-        """Return the lane that was used last of those whose names begin like this; None if there is none."""
-        alike = "SELECT name FROM lanes WHERE substr(name, 1, ?) = ? ORDER BY used DESC"
-        found = self._read(alike, len(start), start)
-        if found is None:
-            return ("", None) if self.path.exists() else None
-        return (found[0][0], self.lane(found[0][0])) if found else None
-
-    def mark_used(self, names: Iterable[str]) -> None:
-        """Note that lanes were used now; a file that cannot be written is left as it is."""
-        now = time.time()
-        try:
-            with _open_database(self.path, "rw") as file:
-                file.executemany("UPDATE lanes SET used = ? WHERE name = ?", [(now, name) for name in names])
-        except (OSError, sqlite3.Error):
-            return
+            yield name, self.read(name)[0]
 
     def write(self, name: str, changed: Callable[[StoredLane | None], StoredLane]) -> None:
         """Write the evidence that something makes of what is there; a damaged file is replaced.
@@ -91,7 +76,7 @@ class Container(NamedTuple):
         with _open_database(self.path, "rwc") as file:
             found = file.execute("SELECT content FROM lanes WHERE name = ?", (name,)).fetchone()
             content = pack_lane(changed(unpack_lane(found[0]) if found else None))
-            file.execute("INSERT OR REPLACE INTO lanes VALUES (?, ?, ?)", (name, time.time(), content))
+            file.execute("INSERT OR REPLACE INTO lanes VALUES (?, ?)", (name, content))
 
     def _read(self, query: str, *values: object) -> list[Any] | None:
         """Return the rows of a query; None if the file is not there, or none of this program."""

@@ -1,16 +1,17 @@
-"""Evidence on a lane as bytes: a header in JSON and numbered arrays; reading them executes nothing.
+"""Evidence on a lane as bytes: a header in JSON and the numbers of all arrays, as numpy saves them.
 
-All is packed as one stream. Arrays of a kind lie one behind the other, and of all their numbers first the first
-bytes, then the second ones, and so on: signs, exponents and digits that are zero pack well, the others do not at all.
-What unpacks to more than any evidence takes is refused, so that a file from elsewhere cannot fill the memory.
+Reading them executes nothing. What unpacks to more than any evidence takes is refused, so that a file from elsewhere
+cannot fill the memory.
 """
 
 import json
 import zlib
 from collections.abc import Mapping, Sequence
 from functools import reduce
+from io import BytesIO
 from math import prod
 from typing import Any, NamedTuple
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
@@ -22,12 +23,10 @@ from ..simulate.ensemble import Entry, LaneEvidence
 from .files import Opened
 from .keys import Ingredients
 
-FORMAT = 4
+FORMAT = 5
 KINDS = ("sums", "maxima", "largest")
-# Kinds of arrays that evidence is made of: truth values, whole numbers, numbers.
-NUMBERS = "biuf"
-# Bytes of the header's length, and of all that is unpacked.
-LENGTH, LARGEST = 8, 2**28
+# Bytes of all that is unpacked.
+LARGEST = 2**28
 
 
 class MeasureRecord(NamedTuple):
@@ -88,33 +87,7 @@ def pack_lane(lane: StoredLane) -> bytes:
         If it is more than could be read.
     """
     arrays: list[Array] = []
-    places = _header(lane, arrays)
-    kinds = list(dict.fromkeys(array.dtype.str for array in arrays))
-    header = json.dumps({**places, "arrays": [[array.dtype.str, *array.shape] for array in arrays]}).encode()
-    planes = [_planes([array for array in arrays if array.dtype.str == kind]) for kind in kinds]
-    whole = b"".join([len(header).to_bytes(LENGTH), header, *planes])
-    if len(whole) > LARGEST:
-        raise OSError(f"evidence of {len(whole):,} bytes on {lane.scheme}, at most {LARGEST:,}")
-    # In half the time of the default level, by a twentieth more: most of it is digits that pack at no level.
-    return zlib.compress(whole, 1)
-
-
-def unpack_lane(content: bytes) -> StoredLane | None:
-    """Return the evidence that was packed; None if it is damaged, or was not packed by this program."""
-    try:
-        stream = zlib.decompressobj()
-        whole = stream.decompress(content, LARGEST)
-        if not stream.eof:
-            raise ValueError("more than any evidence, or cut short")
-        end = LENGTH + int.from_bytes(whole[:LENGTH])
-        header = _read_header(whole[LENGTH:end])
-        return _lane(header, _arrays(header["arrays"], whole[end:]))
-    except (*FAULTS, zlib.error):
-        return None
-
-
-def _header(lane: StoredLane, arrays: list[Array]) -> dict[str, object]:
-    return {
+    told = {
         "format": FORMAT,
         "ingredients": dict(lane.ingredients),
         "behaviour": lane.behaviour._asdict(),
@@ -122,82 +95,76 @@ def _header(lane: StoredLane, arrays: list[Array]) -> dict[str, object]:
         "seconds": lane.seconds,
         "paths": lane.paths,
         "health": _place(lane.health, arrays),
-        "measures": {
-            name: {
-                "ingredients": dict(record.ingredients),
-                "sampled": _place(record.sampled, arrays),
-                "probed": _place(record.probed, arrays),
-            }
-            for name, record in lane.measures.items()
-        },
+        "measures": {name: _place_record(record, arrays) for name, record in lane.measures.items()},
     }
+    header = np.frombuffer(json.dumps(told).encode(), dtype=np.uint8)
+    numbers = np.concatenate([np.zeros(0), *(array.ravel() for array in arrays)])
+    if header.nbytes + numbers.nbytes > LARGEST - 2**12:
+        raise OSError(f"evidence of {numbers.nbytes:,} bytes on {lane.scheme}, at most {LARGEST:,}")
+    packed = BytesIO()
+    np.savez_compressed(packed, header=header, numbers=numbers)
+    return packed.getvalue()
 
 
-def _place(tally: Tally, arrays: list[Array]) -> dict[str, dict[str, int]]:
-    """Put the arrays of a tally into a list and return where they are."""
-    places: dict[str, dict[str, int]] = {}
-    for kind in KINDS:
-        places[kind] = {}
-        for name, value in getattr(tally, kind).items():
-            places[kind][name] = len(arrays)
-            arrays.append(np.asarray(value))
-    return places
+def unpack_lane(content: bytes) -> StoredLane | None:
+    """Return the evidence that was packed; None if it is damaged, or was not packed by this program."""
+    try:
+        with ZipFile(BytesIO(content)) as packed:
+            if sum(part.file_size for part in packed.infolist()) > LARGEST:
+                raise ValueError("more than any evidence")
+        with np.load(BytesIO(content), allow_pickle=False) as arrays:
+            return _lane(json.loads(arrays["header"].tobytes()), arrays["numbers"])
+    except (*FAULTS, BadZipFile, zlib.error):
+        return None
 
 
-def _planes(arrays: Sequence[Array]) -> bytes:
-    """Return arrays of one kind as bytes: the first bytes of all numbers, then the second ones, and so on."""
-    numbers = np.concatenate([array.ravel() for array in arrays])
-    return numbers.view(np.uint8).reshape(-1, numbers.itemsize).T.tobytes()
+def _place_record(record: MeasureRecord, arrays: list[Array]) -> dict[str, object]:
+    sampled, probed = _place(record.sampled, arrays), _place(record.probed, arrays)
+    return {"ingredients": dict(record.ingredients), "sampled": sampled, "probed": probed}
 
 
-def _arrays(told: Sequence[Sequence[Any]], planes: bytes) -> list[Array]:
-    """Return the arrays that were told of, with all bytes used."""
-    kinds = [np.dtype(kind) for kind, *_ in told]
-    if any(kind.kind not in NUMBERS for kind in kinds):
-        raise ValueError("no numbers")
-    shapes = [tuple(int(length) for length in shape) for _, *shape in told]
-    if any(length < 0 for shape in shapes for length in shape):
-        raise ValueError("no shape")
-    found: dict[int, Array] = {}
-    for kind in dict.fromkeys(kinds):
-        chosen = [index for index, other in enumerate(kinds) if other == kind]
-        lengths = [prod(shapes[index]) for index in chosen]
-        size = kind.itemsize * sum(lengths)
-        numbers, planes = _numbers(planes[:size], kind, sum(lengths)), planes[size:]
-        parts = np.split(numbers, np.cumsum(lengths)[:-1])
-        found |= {index: part.reshape(shapes[index]) for index, part in zip(chosen, parts, strict=True)}
-    if planes:
-        raise ValueError("more than was told of")
-    return [found[index] for index in range(len(told))]
+def _place(tally: Tally, arrays: list[Array]) -> dict[str, dict[str, tuple[int, ...]]]:
+    """Put the numbers of a tally into a list and return the shapes of its arrays."""
+    arrays += [np.asarray(value, dtype=float) for kind in KINDS for value in getattr(tally, kind).values()]
+    return {kind: {name: np.shape(value) for name, value in getattr(tally, kind).items()} for kind in KINDS}
 
 
-def _numbers(planes: bytes, kind: np.dtype[Any], count: int) -> Array:
-    columns = np.frombuffer(planes, dtype=np.uint8).reshape(kind.itemsize, count).T
-    return np.ascontiguousarray(columns).view(kind).reshape(count)
+class _Numbers:
+    """Numbers that are taken in the order in which they were put."""
+
+    def __init__(self, numbers: Array) -> None:
+        if numbers.dtype != float:
+            raise ValueError("no numbers")
+        self.numbers, self.taken = numbers, 0
+
+    def take(self, shape: Sequence[int]) -> Array:
+        """Return the next array."""
+        if any(length < 0 for length in shape):
+            raise ValueError("no shape")
+        begin, self.taken = self.taken, self.taken + prod(shape)
+        return self.numbers[begin : self.taken].reshape([int(length) for length in shape])
+
+    def tally(self, told: Mapping[str, Mapping[str, Sequence[int]]]) -> Tally:
+        """Return the next tally."""
+        return Tally(*({str(name): self.take(shape) for name, shape in told[kind].items()} for kind in KINDS))
 
 
-def _read_header(content: bytes) -> dict[str, Any]:
-    header: dict[str, Any] = json.loads(content)
-    if header["format"] != FORMAT:
+def _lane(told: dict[str, Any], found: Array) -> StoredLane:
+    if told["format"] != FORMAT:
         raise ValueError("another format")
-    return header
-
-
-def _lane(header: dict[str, Any], arrays: Sequence[Array]) -> StoredLane:
+    numbers = _Numbers(found)
+    health = numbers.tally(told["health"])
     records = {
         str(name): MeasureRecord(
-            _texts(record["ingredients"]), _tally(record["sampled"], arrays), _tally(record["probed"], arrays)
+            _texts(record["ingredients"]), numbers.tally(record["sampled"]), numbers.tally(record["probed"])
         )
-        for name, record in header["measures"].items()
+        for name, record in told["measures"].items()
     }
-    health, behaviour = _tally(header["health"], arrays), Behaviour(**_texts(header["behaviour"]))
-    seconds, paths = float(header["seconds"]), int(header["paths"])
-    opened = tuple(_texts(header["opened"]).items())
-    return StoredLane(_texts(header["ingredients"]), behaviour, health, seconds, paths, records, opened)
-
-
-def _tally(places: dict[str, dict[str, int]], arrays: Sequence[Array]) -> Tally:
-    return Tally(*({str(name): arrays[int(at)] for name, at in places[kind].items()} for kind in KINDS))
+    if numbers.taken != len(found):
+        raise ValueError("other numbers than were told of")
+    behaviour, opened = Behaviour(**_texts(told["behaviour"])), tuple(_texts(told["opened"]).items())
+    known = behaviour, health, float(told["seconds"]), int(told["paths"]), records, opened
+    return StoredLane(_texts(told["ingredients"]), *known)
 
 
 def _texts(values: dict[str, Any]) -> Ingredients:
@@ -229,7 +196,6 @@ def join_parts(entry: Entry, parts: Sequence[tuple[Entry, LaneEvidence]]) -> Lan
         max(lane.paths for lane in lanes),
         next((lane.violation for lane in lanes if lane.violation), ""),
         did[0] if did else None,
-        opened=tuple(sorted({file for lane in lanes for file in lane.opened})),
     )
 
 

@@ -1,43 +1,30 @@
 """The evidence of a run: what is on disk already, why the rest is not, where it goes, and how runs share it."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from hashlib import blake2b
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from ..arrays import Array
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING
-from ..contracts.specs import ProblemSpec
-from ..contracts.tally import Tally
 from ..errors import UsageError
 from ..simulate.behaviour import Behaviour
 from ..simulate.ensemble import Entry, LaneEvidence, Task, behaviours
-from .code import Code
+from .code import homes_of
 from .container import SUFFIX, Container, containers
-from .files import data_opened, differing_files, opened_by
-from .keys import (
-    Files,
-    Ingredients,
-    describe_changes,
-    differences,
-    key,
-    lane_codes,
-    lane_files,
-    lane_ingredients,
-    measure_codes,
-    measure_ingredients,
-)
+from .files import differing_files, opened_by
+from .keys import Ingredients, asked_for, differences, key, made_with, measure_ingredients
 from .lanes import KINDS, MeasureRecord, StoredLane, fuller
 
 FOLDER = "evidence"
-NEW, DAMAGED, SOURCELESS = "not there yet", "damaged", "code without a source file"
-EARLIER = "in files of an earlier version, which are not read"
+NEW, DAMAGED, SOURCELESS = "not there yet", "damaged or of another version", "code without a source file"
 AFRESH, UNTOLD = "asked for afresh", "of which nobody can tell what it does now"
+ADDED, CHANGED = "to which a measure was added", "of which a measure has changed"
 # Tells what the schemes of a task do on its problem; None where that cannot be told.
 Observe = Callable[[Task], Sequence[Behaviour | None]]
 # Names may be as long as their authors like, names of files may not.
@@ -55,8 +42,6 @@ class Place(NamedTuple):
     lane : mapping of str to str
     measures : mapping of str to (mapping of str to str)
         Without those whose source is unknown.
-    files : mapping of str to (tuple of Path, str)
-        Where the code of scheme and problem is, and a hash of what was read.
     replace : bool
         Whether what is there is replaced rather than added to.
     """
@@ -65,7 +50,6 @@ class Place(NamedTuple):
     name: str
     lane: Ingredients
     measures: Mapping[str, Ingredients]
-    files: Files
     replace: bool = False
 
 
@@ -87,14 +71,6 @@ class Recalled(NamedTuple):
     lane: LaneEvidence | None
     missing: tuple[Measure, ...]
     place: Place | None
-
-
-class _Found(NamedTuple):
-    """Where evidence goes, what is there, and why nothing is."""
-
-    place: Place | None
-    stored: StoredLane | None
-    reason: str = ""
 
 
 @dataclass
@@ -131,14 +107,12 @@ class Store:
         observe : callable, Task -> sequence of (Behaviour or None), optional
             Asked where there is evidence, with its schemes: it is reused if they do the same now.
         """
-        found = [self._look_up(task, block, entry) for entry in task.entries]
-        doubtful = [entry for entry, (_, stored, _) in zip(task.entries, found, strict=True) if stored is not None]
+        places = [self._place(task, block, entry) for entry in task.entries]
+        found = [self._look_up(place, task, entry) for place, entry in zip(places, task.entries, strict=True)]
+        doubtful = [e for e, stored in zip(task.entries, found, strict=True) if isinstance(stored, StoredLane)]
         now = dict(zip(doubtful, observe(replace(task, entries=tuple(doubtful))), strict=True)) if doubtful else {}
-        recalled = [self._recall(entry, *one, now.get(entry)) for entry, one in zip(task.entries, found, strict=True)]
-        if used := [known.place for known in recalled if known.place is not None and not known.missing]:
-            # What was used last counts where there is evidence of several versions: `compare` goes by that.
-            used[0].container.mark_used(place.name for place in used)
-        return recalled
+        known = zip(task.entries, places, found, strict=True)
+        return [self._recall(entry, place, stored, now.get(entry)) for entry, place, stored in known]
 
     def lacking(self, task: Task, blocks: Iterable[int], observe: Observe = behaviours) -> set[tuple[Scheme, str]]:
         """Return of which scheme and measure not all evidence on some blocks is there; nothing is counted.
@@ -167,57 +141,40 @@ class Store:
         computed = f"; computed: {', '.join(words)}" if words else ""
         return f"evidence of {self.reused} of {self.reused + new} blocks of paths was reused{computed}"
 
-    def _look_up(self, task: Task, block: int, entry: Entry) -> "_Found":
-        settings = task.settings if block == SCREENING else task.sampled
-        lane = lane_ingredients(entry.scheme, task.spec, settings, block)
-        if lane is None:
-            return _Found(None, None, SOURCELESS)
+    def _place(self, task: Task, block: int, entry: Entry) -> Place | None:
+        made = made_with(entry.scheme, task.spec)
+        if made is None:
+            return None
+        asked = asked_for(entry.scheme, task.spec, task.settings if block == SCREENING else task.sampled, block)
         known = {measure.name: measure_ingredients(measure, task.settings) for measure in entry.measures}
         measures = {name: given for name, given in known.items() if given}
         container = Container(self.folder / FOLDER / f"{task.spec.name[:LONGEST_NAME]}{SUFFIX}")
-        which = "step" if block == SCREENING else f"{block:04d}{_mark(task.stage)}"
-        start = f"{which}-{_label_key(entry.scheme.label, task.spec.label)}-"
-        files = lane_files(entry.scheme, task.spec)
-        place = Place(container, f"{start}{key(lane)}", lane, measures, files, self.fresh)
-        if self.fresh:
-            return _Found(place, None, AFRESH)
-        stored = container.lane(place.name)
-        if stored is None or stored.ingredients != lane:
-            return _Found(place, None, _why_not(place, start))
-        if stored.opened and (changed := differing_files(stored.opened, _codes(entry, task.spec))):
-            return _Found(place, None, f"with another {', '.join(changed)}")
-        return _Found(place, stored)
+        return Place(container, key(asked), {**asked, **made}, measures, self.fresh)
 
-    def _recall(
-        self, entry: Entry, place: Place | None, stored: StoredLane | None, reason: str, now: Behaviour | None
-    ) -> Recalled:
-        if place is None or stored is None:
-            return self._recall_nothing(entry, place, reason)
-        if now is None:
-            return self._recall_nothing(entry, place, UNTOLD)
-        if now != stored.behaviour:
-            return self._recall_nothing(entry, place, _otherwise(stored.behaviour, now))
-        return self._recall_known(entry, place, stored)
+    def _look_up(self, place: Place | None, task: Task, entry: Entry) -> StoredLane | str:
+        """Return the evidence that is there, or why it is of no use."""
+        if place is None or self.fresh:
+            return SOURCELESS if place is None else AFRESH
+        stored, damaged = place.container.read(place.name)
+        if stored is None:
+            return DAMAGED if damaged else NEW
+        changed = differences(stored.ingredients, place.lane)
+        if not changed and stored.opened:
+            changed = differing_files(stored.opened, _homes(entry, task))
+        return f"with another {', '.join(changed)}" if changed else stored
 
-    def _recall_nothing(self, entry: Entry, place: Place | None, reason: str) -> Recalled:
-        self.reasons[reason] += 1
-        return Recalled(Entry(entry.scheme, ()), None, entry.measures, place)
-
-    def _recall_known(self, entry: Entry, place: Place, stored: StoredLane) -> Recalled:
+    def _recall(self, entry: Entry, place: Place | None, stored: StoredLane | str, now: Behaviour | None) -> Recalled:
+        if isinstance(stored, str) or now != stored.behaviour or place is None:
+            self.reasons[stored if isinstance(stored, str) else _otherwise(stored.behaviour, now)] += 1
+            return Recalled(Entry(entry.scheme, ()), None, entry.measures, place)
         same = {n for n, record in stored.measures.items() if record.ingredients == place.measures.get(n)}
         known = tuple(measure for measure in entry.measures if measure.name in same)
         missing = tuple(measure for measure in entry.measures if measure.name not in same)
         if missing:
-            changed = any(measure.name in stored.measures for measure in missing)
-            self.reasons["of which a measure has changed" if changed else "to which a measure was added"] += 1
+            self.reasons[CHANGED if any(measure.name in stored.measures for measure in missing) else ADDED] += 1
         else:
             self.reused += 1
         return Recalled(Entry(entry.scheme, known), _lane(stored, known), missing, place)
-
-
-def _mark(stage: int) -> str:
-    """Return how the name of evidence tells on which levels it is."""
-    return "g" if stage < 0 else "f" * stage
 
 
 def keep(places: Iterable[Place | None], entries: Sequence[Entry], lanes: Sequence[LaneEvidence]) -> None:
@@ -247,20 +204,14 @@ def keep(places: Iterable[Place | None], entries: Sequence[Entry], lanes: Sequen
 
 def with_opened(lanes: Iterable[LaneEvidence], task: Task) -> tuple[LaneEvidence, ...]:
     """Return the evidence on the entries of a task with the files that their code has opened in this process."""
-    measures = (type(measure) for entry in task.entries for measure in entry.measures)
-    if not data_opened([task.spec.function, *(type(entry.scheme) for entry in task.entries), *measures]):
-        return tuple(lanes)
     pairs = zip(lanes, task.entries, strict=True)
-    return tuple(lane._replace(opened=opened_by(_codes(entry, task.spec))) for lane, entry in pairs)
+    return tuple(lane._replace(opened=opened_by(_homes(entry, task))) for lane, entry in pairs)
 
 
-def _codes(entry: Entry, spec: ProblemSpec) -> list[Code | None]:
-    return [*lane_codes(entry.scheme, spec).values(), *measure_codes(entry.measures)]
-
-
-def describe_saved(place: Place | None) -> str:
-    """Return in words what was saved since evidence was planned, as a worker process finds it; empty if nothing."""
-    return describe_changes(place.files) if place is not None else ""
+def _homes(entry: Entry, task: Task) -> set[Path]:
+    """Return the top-level packages and files that the code of a scheme, its problem and its measures is in."""
+    things = type(entry.scheme), task.spec.function, *map(type, entry.measures)
+    return {home for thing in things for home in homes_of(thing) if home is not None}
 
 
 def _write(place: Place, lane: StoredLane) -> None:
@@ -276,15 +227,16 @@ def _add(before: StoredLane | None, lane: StoredLane) -> StoredLane:
     """Return evidence with that on measures that were kept before, as far as the same code made it."""
     if before is None or (before.ingredients, before.behaviour) != (lane.ingredients, lane.behaviour):
         return lane
-    if {**dict(before.opened), **dict(lane.opened)} != {**dict(lane.opened), **dict(before.opened)}:
+    opened = dict(before.opened) | dict(lane.opened)
+    if opened != dict(lane.opened) | dict(before.opened):
         return lane
     others = {name: record for name, record in before.measures.items() if name not in lane.measures}
     health, seconds = fuller(lane.health, before.health), lane.seconds + before.seconds
-    opened = tuple(sorted({*before.opened, *lane.opened}))
-    return lane._replace(health=health, seconds=seconds, measures={**others, **lane.measures}, opened=opened)
+    measures = {**others, **lane.measures}
+    return lane._replace(health=health, seconds=seconds, measures=measures, opened=tuple(sorted(opened.items())))
 
 
-def _records(place: Place, entry: Entry, lane: LaneEvidence) -> Iterable[tuple[str, MeasureRecord]]:
+def _records(place: Place, entry: Entry, lane: LaneEvidence) -> Iterator[tuple[str, MeasureRecord]]:
     for index, measure in enumerate(entry.measures):
         if measure.name in place.measures and not lane.errors[index]:
             own = place.measures[measure.name]
@@ -300,25 +252,11 @@ def _lane(stored: StoredLane, measures: Sequence[Measure]) -> LaneEvidence | Non
     return lane._replace(behaviour=stored.behaviour, opened=stored.opened)
 
 
-def _otherwise(before: Behaviour, now: Behaviour) -> str:
+def _otherwise(before: Behaviour, now: Behaviour | None) -> str:
+    if now is None:
+        return UNTOLD
     names = [name for name in Behaviour._fields if getattr(before, name) != getattr(now, name)]
     return f"with another behaviour of the {' and of the '.join(names)}"
-
-
-def _why_not(place: Place, start: str) -> str:
-    """Return what differs from the evidence on the same scheme, problem and block that was used last."""
-    found = place.container.newest(start)
-    if found is None:
-        earlier = place.container.path.with_suffix("")
-        return EARLIER if next(earlier.glob("*/*.npz"), None) else NEW
-    name, old = found
-    if old is None or name == place.name:
-        return DAMAGED
-    return f"with another {', '.join(differences(old.ingredients, place.lane))}"
-
-
-def _label_key(scheme: str, problem: str) -> str:
-    return blake2b(f"{scheme}\0{problem}".encode(), digest_size=6).hexdigest()
 
 
 class Copied(NamedTuple):
@@ -361,28 +299,28 @@ def copy_evidence(source: Path, target: Path) -> Copied:
 
 
 def _copy_lane(name: str, lane: StoredLane, place: Container) -> str:
-    there = place.lane(name)
-    if there is None:
+    there, _ = place.read(name)
+    if there is None or there.ingredients != lane.ingredients:
+        # What was made by other code stays in its own run.
         place.write(name, lambda _: lane)
         return "new"
     added = {name: record for name, record in lane.measures.items() if name not in there.measures}
     if added:
         place.write(name, lambda _: there._replace(measures={**there.measures, **added}))
-    return "same" if _agree(lane, there) else "other"
+    shared = [name for name in lane.measures if name in there.measures]
+    return "same" if all(_agree(lane.measures[name], there.measures[name]) for name in shared) else "other"
 
 
-def _agree(one: StoredLane, other: StoredLane) -> bool:
-    pairs = ((one.measures[name], other.measures[name]) for name in one.measures if name in other.measures)
-    return all(_equal(a, b) for a, b in pairs)
+def _agree(a: MeasureRecord, b: MeasureRecord) -> bool:
+    """Tell whether two pieces of evidence have the same numbers, if the same code made them."""
+    same = [np.array_equal(x, y, equal_nan=True) for x, y in zip(_arrays(a), _arrays(b), strict=False)]
+    return a.ingredients != b.ingredients or all(same)
 
 
-def _equal(a: MeasureRecord, b: MeasureRecord) -> bool:
-    return a.ingredients != b.ingredients or (_same(a.sampled, b.sampled) and _same(a.probed, b.probed))
-
-
-def _same(a: Tally, b: Tally) -> bool:
-    return all(
-        getattr(a, kind).keys() == getattr(b, kind).keys()
-        and all(np.array_equal(x, getattr(b, kind)[name], equal_nan=True) for name, x in getattr(a, kind).items())
+def _arrays(record: MeasureRecord) -> list[Array]:
+    return [
+        getattr(tally, kind)[name]
+        for tally in (record.sampled, record.probed)
         for kind in KINDS
-    )
+        for name in sorted(getattr(tally, kind))
+    ]

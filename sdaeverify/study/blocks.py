@@ -8,13 +8,12 @@ from math import ceil, inf
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
-from ..contracts.opened import begin_block
 from ..contracts.scheme import Scheme
 from ..simulate.behaviour import Behaviour
 from ..simulate.ensemble import Entry, LaneEvidence, Task, behaviours, run_block, without_evidence
 from ..simulate.marker import NO_MEASURE, PROBLEM
 from ..store.lanes import join_parts
-from ..store.store import Place, Recalled, Store, describe_saved, keep, with_opened
+from ..store.store import Place, Recalled, Store, keep, with_opened
 from ..workers.calls import Call, Lost, pickle_argument, unpickle_argument
 from ..workers.executors import Crew, Remote
 from ..workers.isolated import Isolated
@@ -86,7 +85,6 @@ Lanes = tuple[LaneEvidence, ...]
 Parts = list[tuple[Entry, LaneEvidence]]
 LATE = "no result within {:g} s on a block of paths (--timeout)"
 AGAIN = ", twice"
-MEANWHILE = "while the run was under way; run it again"
 # Pieces for each worker: each finds out about its problem, draws the noise of its block and makes the truth anew, so
 # that jobs are cut where few are left, down to a scheme where workers are many; and the schemes at most in a piece.
 PIECES, TOGETHER = 2, 16
@@ -116,15 +114,12 @@ def run_parcel(parcel: Parcel, marker: Watchdog | None = None) -> Lanes:
 
 
 def _run(task: Task, block: int, marker: Watchdog | None = None, *, digests: bool) -> Lanes:
-    begin_block()
     lanes = run_block(task, block, marker, digests=digests) if task.entries else ()
     return with_opened(lanes, task) if digests else lanes
 
 
 def run_pickled(given: bytes, mark: Path | None = None, timeout: float = inf) -> Lanes:
     """Run a parcel in a worker process; memory that is short even for reading it is told as such.
-
-    A scheme is not run where this process has read other code than what was planned.
 
     Parameters
     ----------
@@ -136,11 +131,7 @@ def run_pickled(given: bytes, mark: Path | None = None, timeout: float = inf) ->
         Seconds for each scheme.
     """
     parcel: Parcel = unpickle_argument(given, MemoryError)
-    entries, marker = parcel.task.entries, None if mark is None else Watchdog(mark, timeout)
-    saved = {entry: describe_saved(place) for entry, place in zip(entries, parcel.places, strict=True)}
-    sound = parcel.only([entry for entry in entries if not saved[entry]])
-    known = dict(zip(sound.task.entries, run_parcel(sound, marker), strict=True))
-    return tuple(known.get(e) or without_evidence(e, f"{saved[e]} {MEANWHILE}") for e in entries)
+    return run_parcel(parcel, None if mark is None else Watchdog(mark, timeout))
 
 
 def run_elsewhere(given: bytes) -> Lanes:

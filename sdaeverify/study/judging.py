@@ -21,7 +21,6 @@ from ..errors import FAULTS, one_line
 from ..forms.controls import deciding
 from ..simulate.behaviour import Behaviour, differing
 from ..simulate.ensemble import LaneEvidence
-from ..store.files import Opened, saved_between
 from ..verdicts.sound_levels import lost_index
 from ..verdicts.way import SAMPLED, Case, Objection, send
 from .plan import Cell, ControlPlan, ProblemPlan, claims_of
@@ -151,8 +150,6 @@ class CellEvidence:
         Why there is no evidence: what was raised, or which contract is broken; empty if there is some.
     behaviour : Behaviour or None
         What scheme and problem did; None if that is not known.
-    opened : tuple of (str, str)
-        Files that their code had opened, with hashes of what they held.
     lack : Verdict
         What an `error` is: one indeed, or that nothing was run.
     """
@@ -166,7 +163,6 @@ class CellEvidence:
     error: str = ""
     violation: str = ""
     behaviour: Behaviour | None = None
-    opened: Opened = ()
     lack: Verdict = Verdict.ERROR
 
     @cached_property
@@ -193,14 +189,10 @@ class CellEvidence:
             self.seconds + lane.seconds,
             self.path_seconds + (lane.seconds if lane.paths else 0.0),
             self.paths + lane.paths,
-            self.error or lane.errors[index] or self._tell_changes(lane),
+            self.error or lane.errors[index] or differing(self.behaviour, lane.behaviour),
             self.violation or lane.violation,
             self.behaviour or lane.behaviour,
-            tuple(sorted({*self.opened, *lane.opened})),
         )
-
-    def _tell_changes(self, lane: LaneEvidence) -> str:
-        return differing(self.behaviour, lane.behaviour) or saved_between(self.opened, lane.opened)
 
 
 Evidences = Mapping[tuple[Scheme, str], CellEvidence]

@@ -11,7 +11,6 @@ from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
 from ..errors import FAULTS, one_line
 from ..simulate.marker import PROBLEM, Marker
-from ..store.keys import Sources, read_again, read_code
 from ..workers.calls import Call, Lost, pickle_argument, unpickle_argument
 from ..workers.isolated import Isolated
 from ..workers.limits import NOBODY, Mark, StopError, Watchdog
@@ -29,7 +28,7 @@ class CellPlan(NamedTuple):
 
 
 class CellsRequest(NamedTuple):
-    """Schemes and measures whose cells on a problem are to be planned, with the files that they are made of.
+    """Schemes and measures whose cells on a problem are to be planned.
 
     If `claimed`, of each scheme only the cells of measures that its claims name.
     """
@@ -37,7 +36,6 @@ class CellsRequest(NamedTuple):
     spec: ProblemSpec
     schemes: tuple[Scheme, ...]
     measures: tuple[Measure, ...]
-    sources: Sources = ()
     claimed: bool = False
 
     def measures_for(self, scheme: Scheme) -> tuple[Measure, ...]:
@@ -72,12 +70,10 @@ def remote_plan(
     callable or None
         None where there are no isolated workers.
     """
-    if isinstance(executor, Isolated):
-        executor.start(len(specs))
-    sources = read_code(schemes, specs, measures)
     if not isinstance(executor, Isolated):
         return None
-    requests = (CellsRequest(spec, *spec.select(schemes, measures), sources, claimed) for spec in specs)
+    executor.start(len(specs))
+    requests = (CellsRequest(spec, *spec.select(schemes, measures), claimed) for spec in specs)
     pending = {request.spec.label: _submit(executor, request) for request in requests}
     return lambda spec: pending[spec.label].outcome()
 
@@ -90,8 +86,6 @@ def plan_cells(request: CellsRequest, marker: Marker) -> CellPlans | None:
     StopError
         If one of them raises what ends a program: built once more, elsewhere, it would end that.
     """
-    # They are what this process has imported: what it runs later is held against them.
-    read_again(request.sources)
     try:
         with marker.of(PROBLEM):
             problem = request.spec.build()

@@ -1,6 +1,6 @@
 """``merge``: runs of several machines as one."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -39,14 +39,13 @@ def merge(context: click.Context, /, runs: tuple[Path, ...], **options: Any) -> 
     """
     # What runs cells and writes tables takes as long to load as other commands need in all.
     from ...report.files import require_writable  # noqa: PLC0415
-    from ...report.saved import read_earlier, read_run  # noqa: PLC0415
+    from ...report.saved import read_run  # noqa: PLC0415
     from ...store.store import copy_evidence  # noqa: PLC0415
     from ..running import Run, carry_out, workers  # noqa: PLC0415
 
-    latest = [read_run(folder) for folder in runs]
-    _require_same(latest)
-    saved = [*latest, *_runs_like(latest[0], [run for folder in runs for run in read_earlier(folder)])]
-    settings = replace(latest[0].settings, paths=max(run.settings.paths for run in saved))
+    saved = [read_run(folder) for folder in runs]
+    _require_same(saved)
+    settings = replace(saved[0].settings, paths=max(run.settings.paths for run in saved))
     registry = load_and_warn(options["plugins"])
     with workers(*read_limits(None, None, None), registry) as crew:
         todo = _plan(saved, registry, crew.executor)
@@ -70,17 +69,6 @@ def _require_same(saved: "Sequence[SavedRun]") -> None:
         if (name := _first_difference(saved[0], run)) is not None:
             one, other = getattr(saved[0].settings, name), getattr(run.settings, name)
             raise UsageError(f"{saved[0].folder} was run with {name} {one}, {run.folder} with {other}: cannot merge")
-
-
-def _runs_like(latest: "SavedRun", earlier: "Sequence[SavedRun]") -> "Iterator[SavedRun]":
-    """Yield the earlier runs into the same folders that can be merged; the others are told."""
-    for run in earlier:
-        if (name := _first_difference(latest, run)) is None:
-            yield run
-        else:
-            complain(
-                "warning", f"{run.folder}: an earlier run with another {name} is not judged, its evidence is copied"
-            )
 
 
 def _first_difference(one: "SavedRun", other: "SavedRun") -> str | None:

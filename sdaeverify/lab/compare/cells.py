@@ -20,7 +20,7 @@ from ...store.lanes import StoredLane
 from .factors import Factor, factor
 from .runs import Lanes, StoredRun, require_common_noise
 
-PROBLEM, DRAWN = "code of the problem", "paths of the block"
+DRAWN = "paths of the block"
 
 
 class Comparison(NamedTuple):
@@ -101,7 +101,7 @@ def _compare_cell(
     if key not in old.lanes or key not in new.lanes:
         yield Omitted(*key, "", "", f"only in {(old if key in old.lanes else new).folder}")
     elif _sources(old.lanes[key]) != _sources(new.lanes[key]):
-        yield Omitted(*key, "", "", "the problem has changed: its code differs between the runs")
+        yield Omitted(*key, "", "", "the problem has changed: it does something else")
     else:
         try:
             cell = _cell(old, new, registry, key)
@@ -179,4 +179,4 @@ def _measures(lanes: Lanes) -> set[str]:
 
 
 def _sources(lanes: Lanes) -> set[str]:
-    return {lane.ingredients.get(PROBLEM, "") for lane in lanes.values()}
+    return {lane.behaviour.problem for lane in lanes.values()}

@@ -65,8 +65,7 @@ function provenance() {
   return el("div", {}, facts([["command", (run.arguments || []).join(" ")], ["seed", String(run.seed ?? "")], ["steps", steps.length ? `${steps[0]} to ${steps[steps.length - 1]}` : ""],
     ["paths at most", String(told.paths ?? "")], ["confidence", `${short(told.confidence ?? null, 4)}, error level shared among ${told.family ?? "?"} tests and ${told.looks ?? "?"} looks`],
     ["versions", Object.entries(run.versions || {}).map(([name, version]) => `${name} ${version}`).join(", ")], ["system", (run.platform || {}).system],
-    ["fingerprint of the noise", run.stream_fingerprint], ["seconds of steps", short(seconds(FINDINGS), 4)],
-    ["earlier runs", run.earlier ? `${run.earlier} left rows in this folder` : ""]]),
+    ["fingerprint of the noise", run.stream_fingerprint], ["seconds of steps", short(seconds(FINDINGS), 4)]]),
     (run.warnings || []).length ? el("details", {}, el("summary", {}, "warnings"), el("pre", {}, run.warnings.join("\n"))) : null,
     el("details", {}, el("summary", {}, "plugins"), table(["plugin", "distribution", "version", "status", "reason"], (run.plugins || []).map((p) => [p.name, p.distribution, p.version, p.status, p.reason]))));
 }

@@ -41,7 +41,7 @@ WORDS = {"functional"}
 # Columns that begin in the same way and are no cost of a step.
 NO_COST = {"mean_std_error"}
 # Of the verdicts, what no page shows.
-HIDDEN = {"reason_kind", "p_verified", "p_refuted", "run"}
+HIDDEN = {"reason_kind", "p_verified", "p_refuted"}
 SHOWN = [column for column in VERDICTS if column.name not in HIDDEN]
 # Texts and numbers of a finding, from the verdicts and from the details of its measure.
 TEXTS = [column.name for column in SHOWN if column.kind == TEXT]
@@ -105,7 +105,7 @@ def to_json(value: float) -> float | str | None:
 
 def _run(run: Mapping[str, Any]) -> dict[str, Any]:
     names = ("versions", "platform", "arguments", "seed", "stream_fingerprint", "settings", "warnings", "plugins")
-    return {**{name: run[name] for name in names if name in run}, "earlier": len(run.get("earlier", ()))}
+    return {name: run[name] for name in names if name in run}
 
 
 def _findings(tables: SavedTables, texts: _Texts) -> dict[str, list[Any]]:
@@ -123,7 +123,7 @@ def _findings(tables: SavedTables, texts: _Texts) -> dict[str, list[Any]]:
 
 
 def _cell(row: TextRow) -> tuple[str, ...]:
-    return tuple(row.get(name, "") for name in (*CELL, "run"))
+    return tuple(row.get(name, "") for name in CELL)
 
 
 def _by_key(rows: Iterable[TextRow]) -> Mapping[Key, list[TextRow]]:

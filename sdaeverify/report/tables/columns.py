@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 COLUMNS = "columns.csv"
 MEAN = "mean_"
 TIME = "the problem's time"
-NAMES, RUN = VERDICTS[:4], VERDICTS[-1]
-NOT_APPLICABLE = (*NAMES, Column("reason", "why the measure does not apply"), RUN)
+NAMES = VERDICTS[:4]
+NOT_APPLICABLE = (*NAMES, Column("reason", "why the measure does not apply"))
 LEVELS = (
     *NAMES,
     number_column("h", "step size", TIME),

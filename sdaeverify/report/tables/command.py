@@ -1,12 +1,12 @@
 """The command that computes a cell again, to the last bit, from what ``run.json`` tells."""
 
 import shlex
-from collections.abc import Iterable, Mapping, Sequence, Set
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ...contracts.settings import Settings
-from ..cells import Row, number, text
-from ..saved import EARLIER, settings_of
+from ..cells import Row, text
+from ..saved import settings_of
 
 CELL = ("scheme", "problem", "measure")
 
@@ -60,15 +60,6 @@ def commands_of(rows: Iterable[Row], run: Mapping[str, Any]) -> list[str]:
     UsageError
         If these are not as this program writes them.
     """
-    runs = [run, *run.get(EARLIER, ())]
-    known = [(settings_of(own), own.get("files", ()), {*own.get("unnamed", ())}) for own in runs]
-    return [_command(row, *known[place if (place := _place(row)) < len(runs) else 0]) for row in rows]
-
-
-def _command(row: Row, settings: Settings, plugins: Sequence[str], unnamed: Set[str]) -> str:
-    cell = [text(row, name) for name in CELL]
-    return "" if {*cell} & unnamed else reproduce(cell, settings, plugins)
-
-
-def _place(row: Row) -> int:
-    return int(number(row, "run")) if text(row, "run") else 0
+    settings, plugins, unnamed = settings_of(run), run.get("files", ()), {*run.get("unnamed", ())}
+    cells = ([text(row, name) for name in CELL] for row in rows)
+    return ["" if {*cell} & unnamed else reproduce(cell, settings, plugins) for cell in cells]

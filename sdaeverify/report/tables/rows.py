@@ -50,7 +50,7 @@ def rows_of(results: Iterable[CellResult]) -> Rows:
         for finding in result.findings:
             named = _names(result, finding.quantity)
             if finding.verdict is Verdict.NOT_APPLICABLE:
-                rows.absent.append({**named, "reason": str(finding.reason), "run": 0})
+                rows.absent.append({**named, "reason": str(finding.reason)})
                 continue
             rows.verdicts.append(VerdictRow.from_finding(finding, result))
             rows.details.setdefault(result.cell.measure.name, []).append({**named, **_list_details(result, finding)})
