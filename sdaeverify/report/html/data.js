@@ -6,7 +6,7 @@ const VERDICTS = {
   not_run: ["…", "not run"], verified: ["✓", "verified"], out_of_scope: ["○", "no claim"], not_applicable: ["·", "does not apply"],
 };
 const ATTENTION = ["refuted", "diverged", "error", "inconclusive", "not_run"];
-const TEXTS = DATA.text_columns || [];
+const TEXTS = DATA.text_columns || [], LABELS_OF_COLUMNS = DATA.labels || [];
 const value = (given) => (given === "inf" ? Infinity : given === "-inf" ? -Infinity : given);
 
 /** Return the findings as records, each with the columns of its levels. */

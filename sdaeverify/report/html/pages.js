@@ -149,7 +149,7 @@ function command(finding) {
 function card(finding) {
   const along = finding.path_order === null ? "" : interval(finding.path_order, finding.path_low, finding.path_high);
   return el("article", { class: "card" }, el("h3", {}, finding.quantity || finding.measure, " ", badge(finding.verdict)),
-    facts([["claim", claimText(finding)], ["from", finding.claim_source], ["decided by", [finding.decided_by, finding.decided_by && finding.method.split(" (T")[0]].filter(Boolean).join(", ")], ["guarded by", finding.guarded_by], ["resolution", resolution(finding)],
+    facts([["claim", claimText(finding)], ["from", finding.claim_source], ["decided by", [finding.decided_by, finding.decided_by && finding.method.split(" (T")[0]].filter(Boolean).join(", ")], ...LABELS_OF_COLUMNS.map(([name, label]) => [label, typeof finding[name] === "number" ? short(finding[name]) : finding[name]]), ["resolution", resolution(finding)],
       ["local order", finding.local_order === null ? "" : order(finding.local_order)], ["order along paths", along],
       ...["L1/2", "L2", "L4"].map((norm) => [`the same in ${norm}`, finite(finding[`order_${norm}`]) ? order(finding[`order_${norm}`]) : ""]),
       [finding.value_of, finding.value === null ? "" : finding.value_of.includes("order") ? interval(finding.value, finding.value_low, finding.value_high) : short(finding.value)],
