@@ -3,11 +3,13 @@
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
-from math import isinf, isnan
+from math import isinf, isnan, nan
 from typing import Any
 
 from ..cells import TEXT, parse
 from ..folders import Key, SavedTables, TextRow, key_of
+from ..pictures import claimed_slopes, known_order, reach
+from ..saved import settings_of
 from ..sentences import ABSENT, counts_in_words
 from ..tables.columns import MEAN
 from ..tables.command import CELL, commands_of
@@ -46,6 +48,9 @@ TEXTS = [column.name for column in SHOWN if column.kind == TEXT]
 NUMBERS = [column.name for column in SHOWN if column.kind != TEXT]
 DETAILS = ("method", "claim_source", "class", "windows", "heavy_tails")
 MEASURED = ("seconds", "step_seconds", "growth_rate", "growth", "order_L1/2", "order_L2", "order_L4")
+
+
+ORDERS = ("order_value", "order_low", "order_high")
 
 
 class _Texts:
@@ -88,6 +93,7 @@ def payload(tables: SavedTables, passports: Mapping[str, Any] | None = None) -> 
         "passports": dict(passports or {}),
         "texts": list(texts.known),
         "text_columns": [*TEXTS, *DETAILS, "reproduce"],
+        "reach": reach(settings_of(tables.run).confidence),
         "labels": [[column.name, column.label] for column in LABELLED],
     }
 
@@ -117,7 +123,19 @@ def _findings(tables: SavedTables, texts: _Texts) -> dict[str, list[Any]]:
         **{name: [texts(row.get(name, "")) for row in further] for name in DETAILS},
         "reproduce": [texts(commands[_cell(row)]) for row in told],
         **{name: [to_json(getattr(row, name)) for row in rows] for name in NUMBERS},
+        **_drawn(rows),
         **{name: [_read_cell(row.get(name, "")) for row in further] for name in MEASURED},
+    }
+
+
+def _drawn(rows: Sequence[VerdictRow]) -> dict[str, list[Any]]:
+    """Return the columns of what pictures show of rows."""
+    slopes = [{slope.style: slope.order for slope in claimed_slopes(row)} for row in rows]
+    orders = [known_order(row) for row in rows]
+    return {
+        **{style: [to_json(known.get(style, nan)) for known in slopes] for style in ("claimed", "least")},
+        **{end: [to_json(getattr(order, end.removeprefix("order_"))) for order, _ in orders] for end in ORDERS},
+        "sampled": [int(sampled) for _, sampled in orders],
     }
 
 
