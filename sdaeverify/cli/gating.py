@@ -10,7 +10,7 @@ from ..api import Result
 from ..errors import UsageError
 from ..gate.gate_plan import gate_plan, omitted_measures
 from ..gate.gated import Gated, limit_lines
-from ..gate.lock import Claims, Lock, compare, locked_tiers, read_previous_lock, restrict, write_lock
+from ..gate.lock import Claims, Lock, compare, locked_tiers, read_lock, restrict, write_lock
 from ..gate.outcomes import Outcome, idle, outcomes, why_never
 from ..gate.policy import Policy
 from ..gate.tiers import Cover
@@ -84,7 +84,8 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
         If a name is unknown, the lock file is missing or damaged, or a report cannot be written.
     """
     policy = request.policy
-    before = read_previous_lock(policy) if request.write_lock else locked_tiers(policy)
+    # What stands in its place and is no lock file must not be overwritten.
+    before = read_lock(policy.lock_file) if request.write_lock else locked_tiers(policy)
     require_writable(request.folder)
     _remove_report(request.folder / GATE)
     with workers(request.jobs, request.limits, request.registry) as crew:

@@ -120,7 +120,7 @@ class Lock:
 
 def found_claims(outcomes: Iterable[Outcome]) -> Claims:
     """Return the claims that were put to the test, by what they are about."""
-    pairs = ((_key(outcome), outcome.finding.claim) for outcome in outcomes)
+    pairs = ((Key(**outcome.names), outcome.finding.claim) for outcome in outcomes)
     return {key: Locked.of(claim) for key, claim in pairs if claim is not None and key.quantity}
 
 
@@ -140,8 +140,8 @@ def compare(locked: Claims, outcomes: Iterable[Outcome]) -> Lock:
     """
     known = list(outcomes)
     found = found_claims(known)
-    whole = {_key(outcome)[:3] for outcome in known if not outcome.finding.quantity}
-    without = {_key(outcome) for outcome in known if outcome.finding.claim is None}
+    whole = {Key(**outcome.names)[:3] for outcome in known if not outcome.finding.quantity}
+    without = {Key(**outcome.names) for outcome in known if outcome.finding.claim is None}
     missing = [key for key in locked if key not in found and key[:3] not in whole and key not in without]
     changed = [key for key in locked if key in found and found[key] != locked[key]]
     weaker = [key for key in changed if not found[key].implies(locked[key])]
@@ -154,8 +154,8 @@ def compare(locked: Claims, outcomes: Iterable[Outcome]) -> Lock:
     return Lock(tuple(sorted(violations)), tuple(notes))
 
 
-def read_lock(file: Path) -> dict[str, Claims]:
-    """Return the locked claims of each tier.
+def read_lock(file: Path) -> dict[str, Claims] | None:
+    """Return the locked claims of each tier; None where there is no such file.
 
     Raises
     ------
@@ -164,6 +164,8 @@ def read_lock(file: Path) -> dict[str, Claims]:
     """
     try:
         known = msgspec.json.decode(file.read_bytes(), type=LockFile)
+    except FileNotFoundError:
+        return None
     except OSError as error:
         raise UsageError(f"cannot read the lock file {file}: {error.strerror or error}") from error
     # What is nested too deeply for the reader is no ValueError to it.
@@ -193,11 +195,6 @@ def _lines(node: object, depth: int = 0, head: str = "") -> Iterator[str]:
     yield f"{indent}}}"
 
 
-def _key(outcome: Outcome) -> Key:
-    cell = outcome.cell
-    return Key(cell.scheme.label, cell.spec.label, cell.measure.name, outcome.finding.quantity)
-
-
 def _nest_claims(claims: Claims) -> dict[str, Any]:
     nested: dict[str, Any] = {}
     for key, claim in claims.items():
@@ -223,27 +220,11 @@ def locked_tiers(policy: Policy) -> dict[str, Claims] | None:
     UsageError
         If the policy names a file that is not there, or it is no lock file.
     """
-    file = policy.lock_file
-    try:
-        is_there = file.exists()
-    except (OSError, ValueError) as error:
-        raise UsageError(f"cannot read the lock file {file}: {getattr(error, 'strerror', None) or error}") from error
-    if is_there:
-        return read_lock(file)
-    if policy.lock_named:
+    found = read_lock(policy.lock_file)
+    if found is None and policy.lock_named:
+        file = policy.lock_file
         raise UsageError(f"there is no lock file {file}, though the policy names it; write it with gate --write-lock")
-    return None
-
-
-def read_previous_lock(policy: Policy) -> dict[str, Claims]:
-    """Return what the lock file locks before it is written, by tier; nothing where there is none.
-
-    Raises
-    ------
-    UsageError
-        If something else stands in its place, which must not be overwritten.
-    """
-    return read_lock(policy.lock_file) if policy.lock_file.exists() else {}
+    return found
 
 
 def restrict(locked: Claims, registry: Registry, policy: Policy, *, narrowed: bool) -> Claims:
@@ -293,7 +274,7 @@ def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> list[str]:
     if unmeasured or not outcomes:
         why = f"not measured: {len(unmeasured)}" if unmeasured else "no claim was tested"
         return [f"the lock file {file} is not written: {why}"]
-    claims, before = found_claims(outcomes), read_previous_lock(policy)
+    claims, before = found_claims(outcomes), read_lock(file) or {}
     write_text(lock_text({**before, tier: claims}), file)
     gone = compare(before.get(tier, {}), outcomes).violations
     locked = f"{len(claims)} claims of tier {tier} are locked in {file}"

@@ -7,7 +7,6 @@ on the worker that runs it. The lock file is the affair of ``sdaeverify gate``.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import inf
 from typing import TYPE_CHECKING, Any
 
 from msgspec import structs
@@ -27,8 +26,6 @@ from ..gate.writers.messages import command_of, message, title
 from ..registry.load import Registry
 from ..report.plain import visible
 from ..study import Cell, CellResult, Finished, Plan, ProblemPlan, Study
-from ..workers.limits import Limits
-from ..workers.pool import executor_for
 from .subjects import load_plugins
 
 if TYPE_CHECKING:
@@ -58,7 +55,7 @@ class ClaimRun:
     plan: Plan
     policy: Policy
     registry: Registry
-    _known: dict[str, tuple[CellResult, ...]] = field(default_factory=dict)
+    _known: dict[str, list[CellResult]] = field(default_factory=dict)
 
     @property
     def settings(self) -> Settings:
@@ -68,13 +65,19 @@ class ClaimRun:
 
     def outcomes(self, cell: Cell) -> list[Outcome]:
         """Return the outcomes of a cell, worst first."""
-        results = [result for result in self._results(cell) if result.cell == cell]
+        label = cell.spec.label
+        if label not in self._known:
+            (made,) = (problem for problem in self.plan.problems if problem.spec.label == label)
+            # Not the results of the study: those hold for a whole run of cells, and these for each cell by itself.
+            events = Study(Plan((made,)), self.settings).run()
+            self._known[label] = [r for event in events if isinstance(event, Finished) for r in event.results]
+        results = [result for result in self._known[label] if result.cell == cell]
         return sorted(outcomes(results, self.policy), key=lambda outcome: ORDER.index(outcome.status))
 
     def words(self, outcome: Outcome) -> str:
         """Return an outcome in words, with the command that computes it again where its names are registered."""
         named = self.registry.names(outcome.cell.scheme) and self.registry.names(outcome.cell.spec)
-        command = command_of(outcome, self.settings, self.registry.files) if named else ""
+        command = command_of(outcome, self.settings) if named else ""
         return message(outcome, self.settings, command)
 
     def check(self, cell: Cell) -> None:
@@ -94,24 +97,6 @@ class ClaimRun:
         if red:
             raise ClaimError("\n".join(map(self.words, red)))
         _skip_or_xfail(found)
-
-    def _results(self, cell: Cell) -> tuple[CellResult, ...]:
-        label = cell.spec.label
-        if label not in self._known:
-            (made,) = (problem for problem in self.plan.problems if problem.spec.label == label)
-            self._known[label] = self._run(made)
-        return self._known[label]
-
-    def _run(self, made: ProblemPlan) -> tuple[CellResult, ...]:
-        # Not the results of the study: those hold for a whole run of cells, and these for each cell by itself.
-        with executor_for(1, self.registry.files, self._limits, self.registry.modules) as executor:
-            events = Study(Plan((made,)), self.settings).run(executor)
-            return tuple(result for event in events if isinstance(event, Finished) for result in event.results)
-
-    @property
-    def _limits(self) -> Limits | None:
-        timeout, memory = self.policy.timeout, self.policy.memory
-        return Limits(timeout or inf, memory or 0) if timeout or memory else None
 
 
 @dataclass(frozen=True)

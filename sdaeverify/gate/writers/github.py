@@ -11,10 +11,8 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from functools import cache
 from itertools import takewhile
 from pathlib import Path
-from typing import NamedTuple
 
 from ...contracts.scheme import Claim, Scheme
 from ...report.markdown import escape
@@ -29,14 +27,7 @@ from .messages import estimate_text, headline
 LITERAL = ("measure", "value", "source", "quantities", "margin")
 
 
-class SourceLine(NamedTuple):
-    """A line of a file."""
-
-    file: Path
-    line: int
-
-
-def claim_place(scheme: Scheme, claim: Claim | None) -> SourceLine | None:
+def claim_place(scheme: Scheme, claim: Claim | None) -> tuple[Path, int] | None:
     """Return the line of a claim, or that of its scheme's class where it is not written in the same file.
 
     Parameters
@@ -47,8 +38,8 @@ def claim_place(scheme: Scheme, claim: Claim | None) -> SourceLine | None:
 
     Returns
     -------
-    SourceLine or None
-        None where there is no source.
+    (Path, int) or None
+        File and line; None where there is no source.
     """
     kind = type(scheme)
     file = getattr(sys.modules.get(kind.__module__), "__file__", None)
@@ -59,11 +50,10 @@ def claim_place(scheme: Scheme, claim: Claim | None) -> SourceLine | None:
     if claim is not None:
         for part in (*classes, tree):
             if (line := next((call.lineno for call in _calls(part) if _agrees(call, claim)), None)) is not None:
-                return SourceLine(Path(file), line)
-    return SourceLine(Path(file), classes[0].lineno if classes else 1)
+                return Path(file), line
+    return Path(file), classes[0].lineno if classes else 1
 
 
-@cache
 def _parse_module(file: Path) -> ast.Module | None:
     try:
         return ast.parse(file.read_bytes())
@@ -142,8 +132,8 @@ def _annotation(outcome: Outcome, gated: Gated, root: Path) -> str:
     kind = "error" if gated.is_red(outcome) else KINDS[outcome.status]
     place = claim_place(outcome.cell.scheme, finding.claim)
     properties = {"title": f"sdaeverify: {outcome.cell.measure.name} {outcome.status}"}
-    if place is not None and (file := source_in(root, place.file)):
-        properties = {"file": file, "line": str(place.line), **properties}
+    if place is not None and (file := source_in(root, place[0])):
+        properties = {"file": file, "line": str(place[1]), **properties}
     parts = (
         headline(outcome),
         estimate_text(finding, gated.settings.confidence),
