@@ -21,7 +21,7 @@ The way from a claim to a finding is the same for all of them::
     covered = coverage(evidence, self.name, "x")          # the strongest claim about x, or why there is none
     order = order_of(h, sums, counts)                      # a slope with its standard error, by the jackknife
     opinion = judge_claim(covered, lambda claim: decide(order_tests(claim, order, evidence), evidence))
-    found = finding(covered, opinion, estimate=order.value, method="paths (T3)")
+    found = finding(covered, opinion, estimate=order.value, method=Method("paths", 3))
 
 An `Opinion` is a `Verdict` with a `Reason`. A reason is a value: whoever decides by it asks for its `Kind`, never for
 its words. Verdicts of paths are corrected for all tests of a run by their p-values, and need the controls of the
@@ -29,8 +29,9 @@ problem; opinions of one step (`local_opinion`) are guarded by paths (`guard`).
 """
 
 from .arrays import Array, Parts
+from .contracts.claimed import Order, Word
 from .contracts.error_sizes import ErrorSizes
-from .contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
+from .contracts.finding import Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from .contracts.measure import Evidence, Measure, Observer, Snapshot
 from .contracts.tally import Tally, packed, unpacked
 from .numerics.statistics import Estimate, group_sums, jackknife, order_of
@@ -53,15 +54,18 @@ __all__ = [
     "Kind",
     "LevelFinding",
     "Measure",
+    "Method",
     "Observer",
     "OneStep",
     "Opinion",
+    "Order",
     "Parts",
     "PathTests",
     "Reason",
     "Snapshot",
     "Tally",
     "Verdict",
+    "Word",
     "coverage",
     "decide",
     "finding",

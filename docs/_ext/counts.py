@@ -3,7 +3,8 @@
 from collections import Counter
 from pathlib import Path
 
-from sdaeverify import Claim, Settings
+from sdaeverify import Settings
+from sdaeverify.contracts.claimed import MARGIN
 from sdaeverify.measures.strong.findings import TOLERANCE as STRONG_TOLERANCE
 from sdaeverify.measures.weak.probe import TOLERANCE
 from sdaeverify.probe.local.strong_order import LEAST_Q1, LEAST_Q2
@@ -34,7 +35,7 @@ def counts(folder: Path) -> dict[str, str]:
 def constants() -> dict[str, float]:
     """Return what verdicts are held to."""
     return {
-        "margin": Claim(measure="strong", value=1.0, source="default").margin,
+        "margin": MARGIN,
         "strong_tolerance": STRONG_TOLERANCE,
         "weak_tolerance": TOLERANCE,
         "least_q1": LEAST_Q1,

@@ -65,7 +65,7 @@ class UniformlyAccurate(ImplicitLangevin):
         ),
         Claim(measure="limits", value=0.5, source="Laurent 2022, Theorem 2.9"),
         Claim(measure="limits", quantities=STILL, value=1.0, source="Laurent 2022, Theorem 2.9, for sigma = 0"),
-        Claim(measure="effort", value="at most 16 iterations in 90 per cent of the steps", source=CONTRACTION),
+        Claim(measure="effort", value="iterations", bound=16, share=0.9, source=CONTRACTION),
     )
     source: ClassVar[str] = "Laurent 2022, (2.2), (2.4) and Remark 2.11"
 

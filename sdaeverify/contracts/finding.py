@@ -103,6 +103,10 @@ class Reason:
         """Tell whether a part is of a kind."""
         return any(part.kind == kind for part in self.parts)
 
+    def includes(self, other: "Reason") -> bool:
+        """Tell whether a reason of one part is a part of this one, however it is joined."""
+        return any(replace(part, joint=other.joint) == other for part in self.parts)
+
     def before(self, kind: str) -> "Reason":
         """Return the parts before the first one of a kind; all of them if there is none."""
         first, *further = [*takewhile(lambda part: part.kind != kind, self.parts)] or [Reason()]
@@ -156,6 +160,42 @@ class Opinion(NamedTuple):
         return self._replace(reason=self.reason.then(further)) if further else self
 
 
+class Method(NamedTuple):
+    """How a quantity was measured.
+
+    Attributes
+    ----------
+    what : str
+        What was looked at: ``local order``, ``paths``.
+    tier : int or None
+        Of it: 0 contract, 1 local, 2 deterministic and global, 3 sampled; None where nothing could be decided.
+    guard : str
+        What would have shown that the tier errs.
+    reference : str
+        What stands for the truth along paths.
+    """
+
+    what: str
+    tier: int | None = None
+    guard: str = ""
+    reference: str = ""
+
+    @property
+    def guarded_by(self) -> str:
+        """The guard with its reference; empty where there is none."""
+        return _joined(self.guard, self.reference) if self.guard else ""
+
+    def __str__(self) -> str:
+        tier = "" if self.tier is None else f" (T{self.tier})"
+        if self.guard:
+            return f"{self.what}{tier}, guarded by {self.guarded_by}"
+        return f"{_joined(self.what, self.reference)}{tier}"
+
+
+def _joined(*words: str) -> str:
+    return ", ".join(filter(None, words))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Finding:
     """One quantity of a cell: a row of the verdicts.
@@ -172,8 +212,10 @@ class Finding:
     resolution : float
         Largest error of the limit that the evidence leaves possible, as part of the quantity's size: one that is
         larger would have shown. NaN where nothing is said of a limit, infinite where no error would have shown.
-    method : str
-        How it was found.
+    value_of : str
+        What the estimate is where it is neither an order nor what the measure's estimates are.
+    method : Method or None
+        None where nothing was measured.
     details : mapping of str to object
         Further columns.
     """
@@ -186,7 +228,8 @@ class Finding:
     low: float = nan
     high: float = nan
     resolution: float = nan
-    method: str = ""
+    value_of: str = ""
+    method: Method | None = None
     p_verified: float = nan
     p_refuted: float = nan
     tier: int = 3

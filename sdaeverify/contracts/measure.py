@@ -116,12 +116,12 @@ class Evidence:
         """The claims that are judged."""
         return self.scheme.promises if self.claims is None else self.claims
 
-    @cached_property
+    @property
     def paths(self) -> int:
         """Number of paths, which every observer notes by groups under ``paths``; 0 if none was sampled."""
         return int(np.sum(self.tally.sums.get("paths", 0)))
 
-    @cached_property
+    @property
     def step_sizes(self) -> list[float]:
         """Step size h of each level, coarsest first, in the problem's unit of time."""
         return [self.problem.horizon / n for n in self.settings.steps]

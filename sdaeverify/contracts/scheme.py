@@ -5,9 +5,9 @@ time; a step is a pure function that accepts any batch of paths.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass
 from functools import cached_property
-from math import inf, nan
+from math import nan
 from numbers import Real
 from typing import Any, ClassVar, NamedTuple, Self
 
@@ -18,6 +18,7 @@ from ..errors import SchemeError, UsageError, is_blank
 from ..forms import Problem, known_traits, unknown_traits
 from ..noise.brownian import Increment
 from ..noise.laws import GAUSSIAN, Law
+from .claimed import Bound, Exact, Order, Value, Word, as_value
 from .labels import checked_values, dataclass_parameters, make_label
 
 # One array (k, P), or a NamedTuple of arrays with the same P whose field names are component names.
@@ -51,8 +52,6 @@ class Step(NamedTuple):
 
 # Behind the name of a component: its error at the end alone, not at all times.
 AT_T = "@T"
-# In words: of an error of no more than a bound, whatever the step size.
-UNBIASED = "unbiased"
 
 Stepper = Callable[[State, float, Increment], Step]
 
@@ -65,49 +64,39 @@ class Claim:
     ----------
     measure : str
         Name of the measure that can verify it.
-    quantities : tuple of str
-        Components or residuals it is about, at all times unless ``@T`` stands behind the name; empty for all of them.
-    value : float or str
-        Least order, or words that the measure knows: ``round-off``, ``unbiased``.
-    bound : float, optional
-        What words grant: ``unbiased`` means a bias of no more than this in absolute value at every step size that is
-        probed, in the unit of the quantity.
-    when : frozenset of str
-        Traits a problem must have; a claim is only tested where they hold.
-    margin : float
-        How far below `value` an order may be: part of the claim, in units of order.
+    value : Order or Exact or Bound or Word
+        Given as a number, a least order; or as words that the measure knows, such as ``round-off`` or ``unbiased``.
     source : str
         Theorem or equation, or ``measured`` for a conjecture.
+    quantities : tuple of str
+        Components or residuals it is about, at all times unless ``@T`` stands behind the name; empty for all of them.
+    when : frozenset of str
+        Traits a problem must have; a claim is only tested where they hold.
+    margin : float, optional
+        How far below the value an order may be, in units of order; becomes part of it.
+    bound : float, optional
+        What words grant: ``unbiased`` means a bias of no more than this in absolute value at every step size that is
+        probed, in the unit of the quantity; becomes part of the value.
+    share : float, optional
+        Least share of the steps in which the bound holds, all if left out; becomes part of the value.
     """
 
     measure: str
-    value: float | str
+    value: float | str | Value
     source: str
     quantities: tuple[str, ...] = ()
     when: frozenset[str] = frozenset()
-    margin: float = 0.2
-    bound: float | None = None
+    margin: InitVar[float | None] = None
+    bound: InitVar[float | None] = None
+    share: InitVar[float | None] = None
 
-    def __post_init__(self) -> None:
-        self._require_types()
-        if self.bound is not None and not (isinstance(self.value, str) and 0 < self.bound < inf):
-            raise SchemeError(
-                f"a bound is positive, finite and of a claim in words; got {self.value!r}, {self.bound!r}"
-            )
-        if isinstance(self.value, str):
-            if not self.value:
-                raise SchemeError("a claim's value must be an order or words such as round-off, got an empty text")
-            if self.value == UNBIASED and self.bound is None:
-                raise SchemeError("a claim to be unbiased says within which bound")
-        elif not 0 < self.margin < self.value < inf:
-            given = f"value {self.value!r} with margin {self.margin!r}"
-            raise SchemeError(
-                f"a claimed order must be finite and larger than its margin, which is positive; got {given}"
-            )
+    def __post_init__(self, margin: float | None, bound: float | None, share: float | None) -> None:
+        self._require_types({"margin": margin, "bound": bound, "share": share})
+        object.__setattr__(self, "value", as_value(self.value, margin, bound, share))
         if unknown := unknown_traits(self.when):
             raise SchemeError(f"a claim holds for unknown traits {unknown}; known are {sorted(known_traits())}")
 
-    def _require_types(self) -> None:
+    def _require_types(self, numbers: Mapping[str, object]) -> None:
         """Check that each field is of its type, whatever its value.
 
         Raises
@@ -115,18 +104,19 @@ class Claim:
         UsageError
             If one is not.
         """
-        value = self.value
-        for name, expected, fits in (
-            ("measure", "a text that is not blank", is_text(self.measure)),
-            ("value", "an order, or words such as round-off", isinstance(value, str) or is_number(value)),
-            ("source", "a text that is not blank", is_text(self.source)),
-            ("quantities", "a tuple of texts that are not blank", is_tuple_of_texts(self.quantities)),
-            ("when", "a frozenset of texts", isinstance(self.when, frozenset) and all(map(is_text, self.when))),
-            ("margin", "a number", is_number(self.margin)),
-            ("bound", "a number", self.bound is None or is_number(self.bound)),
-        ):
-            if not fits:
-                raise UsageError(f"{name} of a claim expects {expected}, got {getattr(self, name)!r:.200}")
+        known = isinstance(self.value, str | Order | Exact | Bound | Word) or is_number(self.value)
+        fits = {
+            "measure": ("a text that is not blank", is_text(self.measure)),
+            "value": ("an order, or words such as round-off", known),
+            "source": ("a text that is not blank", is_text(self.source)),
+            "quantities": ("a tuple of texts that are not blank", are_texts(self.quantities, tuple)),
+            "when": ("a frozenset of texts", are_texts(self.when, frozenset)),
+            **{name: ("a number", each is None or is_number(each)) for name, each in numbers.items()},
+        }
+        for name, (expected, right) in fits.items():
+            if not right:
+                given = {**vars(self), **numbers}[name]
+                raise UsageError(f"{name} of a claim expects {expected}, got {given!r:.200}")
 
     def covers(self, measure: str, quantity: str) -> bool:
         """Tell whether the claim is about this quantity of this measure: what holds at all times holds at the end."""
@@ -134,9 +124,7 @@ class Claim:
         return measure == self.measure and (not self.quantities or named)
 
     def __str__(self) -> str:
-        if not isinstance(self.value, str):
-            return f"order >= {float(self.value)}"
-        return self.value if self.bound is None else f"{self.value} within {float(self.bound)}"
+        return str(self.value)
 
 
 def is_text(value: object) -> bool:
@@ -144,9 +132,9 @@ def is_text(value: object) -> bool:
     return isinstance(value, str) and not is_blank(value)
 
 
-def is_tuple_of_texts(value: object) -> bool:
-    """Tell whether something is a tuple of texts, and not a text, whose letters would be taken for such."""
-    return isinstance(value, tuple) and all(map(is_text, value))
+def are_texts(value: object, kind: type) -> bool:
+    """Tell whether something is a tuple, say, of texts, and not a text, whose letters would be taken for such."""
+    return isinstance(value, kind) and all(map(is_text, value))  # type: ignore[call-overload]
 
 
 def is_number(value: object) -> bool:

@@ -93,7 +93,7 @@ class Settings:
         """The same with the levels that paths begin with."""
         return self if self.guard_levels >= self.levels else replace(self, levels=self.guard_levels)
 
-    @cached_property
+    @property
     def stages(self) -> tuple[int, ...]:
         """How many levels paths take beyond those of the settings, one stage after the other.
 
@@ -134,7 +134,7 @@ class Settings:
         """Number of blocks."""
         return len(self.sizes)
 
-    @cached_property
+    @property
     def ends(self) -> tuple[int, ...]:
         """Number of blocks at the end of each look: all, before that at most half as many paths, and so on."""
         totals, ends = self.totals, [self.blocks]

@@ -5,6 +5,7 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from ..contracts.claimed import Order
 from ..contracts.scheme import Claim, Scheme
 from ..errors import FAULTS, UsageError
 from ..forms import components
@@ -180,6 +181,7 @@ def _with_asked_controls(made: ProblemPlan, *, controls: bool) -> ProblemPlan:
 
 
 def _deciding(plans: Sequence[ControlPlan], claim: Claim) -> tuple[float, ...]:
-    if isinstance(claim.value, str):
+    if not isinstance(claim.value, Order):
         return ()
-    return deciding((plan.control.order for plan in plans if plan.control.measure == claim.measure), claim.value)
+    orders = (plan.control.order for plan in plans if plan.control.measure == claim.measure)
+    return deciding(orders, claim.value.least)

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 import msgspec
 
+from ..contracts.claimed import MARGIN, Bound, Order, Word
 from ..contracts.scheme import Claim
 from ..errors import UsageError
 from ..registry.load import Registry
@@ -25,7 +26,6 @@ from .outcomes import Outcome, Status
 from .policy import Policy
 
 SCHEMA = 2
-MARGIN = Claim(measure="strong", value=1.0, source="default").margin
 WRITE = "if it is meant to be one, remove it and write it anew with gate --write-lock"
 Positive = Annotated[float, msgspec.Meta(gt=0.0)]
 
@@ -43,6 +43,8 @@ class Locked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         Empty for an order.
     within : float or None
         Bound of what the words claim; None where they name none.
+    share : float
+        Least share of the steps in which the bound holds.
 
     Raises
     ------
@@ -54,6 +56,7 @@ class Locked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     margin: Positive = MARGIN
     words: str = ""
     within: Positive | None = None
+    share: Positive = 1.0
 
     def __post_init__(self) -> None:
         if (self.order is None) is not bool(self.words):
@@ -62,9 +65,12 @@ class Locked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     @classmethod
     def of(cls, claim: Claim) -> "Locked":
         """Return a claim as it is locked."""
-        if isinstance(claim.value, str):
-            return cls(words=claim.value, within=None if claim.bound is None else float(claim.bound))
-        return cls(order=float(claim.value), margin=float(claim.margin))
+        match claim.value:
+            case Order(least, margin):
+                return cls(order=float(least), margin=float(margin))
+            case Bound(words, most, share):
+                return cls(words=words, within=float(most), share=float(share))
+        return cls(words=str(claim.value))
 
     def implies(self, other: "Locked") -> bool:
         """Tell whether a claim is at least as strong as another."""
@@ -72,12 +78,12 @@ class Locked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
             return self.order - self.margin >= other.order - other.margin
         if self.words != other.words or self.within is None or other.within is None:
             return False
-        return self.within <= other.within
+        return self.within <= other.within and self.share >= other.share
 
     def __str__(self) -> str:
         if self.order is not None:
             return f"order >= {self.order}" + (f", margin {self.margin}" if self.margin != MARGIN else "")
-        return self.words if self.within is None else f"{self.words} within {self.within}"
+        return str(Word(self.words) if self.within is None else Bound(self.words, self.within, self.share))
 
 
 class LockFile(msgspec.Struct, frozen=True):

@@ -4,8 +4,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
+from ..contracts.claimed import Order
 from ..contracts.finding import UNMEASURED, Finding, Verdict
 from ..contracts.labels import did_you_mean, matches
+from ..contracts.scheme import Claim
 from ..registry.load import Registry
 from ..study import Cell, CellResult
 from ..study.plan import promises_of
@@ -70,8 +72,11 @@ class Outcome:
         """The claim in words, with its margin; where nothing was measured, all that the cell was to test."""
         claim = self.finding.claim if self.finding.quantity else None
         claims = promises_of(self.cell) if claim is None else (claim,)
-        words = (str(c) if isinstance(c.value, str) else f"{c} up to a margin of {c.margin:g}" for c in claims)
-        return " and ".join(dict.fromkeys(words))
+        return " and ".join(dict.fromkeys(map(_words, claims)))
+
+
+def _words(claim: Claim) -> str:
+    return f"{claim} up to a margin of {claim.value.margin:g}" if isinstance(claim.value, Order) else str(claim)
 
 
 def names_of(cell: Cell, finding: Finding) -> dict[str, str]:

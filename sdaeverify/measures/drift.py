@@ -33,8 +33,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import Array, Parts
+from ..contracts.claimed import ROUND_OFF, Exact, Order
 from ..contracts.error_sizes import ErrorSizes, without_error
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
@@ -55,8 +56,8 @@ from ..numerics.statistics import (
 )
 from ..registry.hookspecs import hookimpl
 from ..simulate.tracks import HELD
-from ..verdicts.coverage import ROUND_OFF, Coverage, coverage
-from ..verdicts.opinions import finding, guard, is_order, no_fit
+from ..verdicts.coverage import Coverage, coverage
+from ..verdicts.opinions import finding, guard, no_fit
 from ..verdicts.path_tests import FEWEST, FITTED, SUSPECT, PathTests, hold_back, order_tests, with_sample
 from ..verdicts.sound_levels import sound_levels_of
 from .path_errors.errors import STATE
@@ -64,8 +65,8 @@ from .slopes import Slopes, once
 from .strong.findings import judge_order, local_orders, probe_strong
 
 METHODS = {
-    1: "local strong order (T1), guarded by the residual along paths",
-    3: "order of the residual along paths (T3)",
+    1: Method("local strong order", 1, guard="the residual along paths"),
+    3: Method("order of the residual along paths", 3),
 }
 TIMES = 64
 # Places in successive stretches are spread evenly by it, whatever period a scheme repeats itself with.
@@ -280,7 +281,7 @@ class Drift(Measure):
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the local defects where an order is claimed, and the one-step map can be probed."""
         asked = (claim for claim in scheme.promises if claim.measure == self.name and claim.when <= view.traits)
-        if view.capability(Delayed) or not any(map(is_order, asked)):
+        if view.capability(Delayed) or not any(isinstance(claim.value, Order) for claim in asked):
             return Tally()
         return probe_strong(scheme, view, settings)
 
@@ -346,13 +347,13 @@ def _finding(evidence: Evidence, defect: Defect) -> Finding:
     beyond = defect.worst > bound
     if not beyond.any():
         found = _round_off(evidence, defect, covered)
-    elif covered.claim is not None and covered.claim.value == ROUND_OFF:
+    elif covered.claim is not None and isinstance(covered.claim.value, Exact):
         # Near paths without root the derivative of the constraint is all but singular: a root is known less well.
         rootless = evidence.health.sums["failed"] > 0
         known = _beyond_round_off(defect, covered, bound)
         found = known if beyond[~rootless].any() else _round_off(evidence, defect, covered, NEAR_ROOTLESS)
     elif len(levels) < FEWEST:
-        return finding(covered, no_fit(evidence, covered, remarks), method="paths")
+        return finding(covered, no_fit(evidence, covered, remarks), method=Method("paths"))
     else:
         found = _of_slope(evidence, defect, levels[-FITTED - 1 :], covered)
     return replace(found, reason=Reason.of(found.reason, remarks, covered.gap))
@@ -376,8 +377,9 @@ def _beyond_round_off(defect: Defect, covered: Coverage, bound: Array) -> Findin
 
 
 def _of_largest(defect: Defect, covered: Coverage, opinion: Opinion, kind: str) -> Finding:
-    largest, method = float(np.fmax.reduce(defect.worst)), "largest residual along paths (T3)"
-    return finding(covered, opinion, estimate=largest, method=method, details={"class": kind})
+    largest, what = float(np.fmax.reduce(defect.worst)), "largest residual"
+    method = Method(f"{what} along paths", 3)
+    return finding(covered, opinion, estimate=largest, value_of=what, method=method, details={"class": kind})
 
 
 def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverage) -> Finding:
@@ -447,9 +449,9 @@ def _tests(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) -> Pa
 def _asymptotic(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) -> PathTests:
     """Compare the order with the claim: on coarse steps a low one refutes only if what it tends to is low, too."""
     tests = order_tests(claim, defect.slope(sound[-FITTED:]), evidence)
-    if isinstance(claim.value, str) or tests.refuted > SUSPECT:
+    if not isinstance(claim.value, Order) or tests.refuted > SUSPECT:
         return tests
-    bound, order = claim.value - claim.margin, defect.corrected_slope(sound)
+    bound, order = claim.value.floor, defect.corrected_slope(sound)
     low, high = order.interval(evidence.settings.confidence)
     reason = tests.reason.then(Reason("{low:.2f} to {high:.2f} as h tends to 0", numbers={"low": low, "high": high}))
     growth = order.growth_to_decide(bound, evidence.level) if order.value < bound else np.inf

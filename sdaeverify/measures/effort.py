@@ -2,10 +2,11 @@
 
 Two claims are known:
 
-``at most N iterations``
-    in every step, whatever eps is (Laurent 2022, Theorem 2.12: a contraction uniformly in eps);
-``at most N iterations in P per cent of the steps``
-    of a run, whatever eps and h are: noise without bound leads to steps of any length.
+``value="iterations", bound=N``
+    at most N in every step, whatever eps is (Laurent 2022, Theorem 2.12: a contraction uniformly in eps);
+``value="iterations", bound=N, share=s``
+    at most N in a share s of the steps of a run, whatever eps and h are: noise without bound leads to steps of any
+    length.
 
 They are put to the costs that a scheme's steps report under names with "iterations": in whole runs at the run's own
 step sizes for eps = 1e-8, ..., 10, and in a few steps of a few hundred paths at one short step size, two eps a
@@ -19,7 +20,6 @@ Step sizes that leave more than one step in a hundred without root for some eps,
 scheme that reports no iterations has not been tested.
 """
 
-import re
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, NamedTuple
 
@@ -27,9 +27,10 @@ import numpy as np
 import scipy
 
 from ..arrays import Array
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.claimed import Bound
+from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure
-from ..contracts.scheme import Claim, Scheme
+from ..contracts.scheme import Scheme
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally, packed, unpacked
 from ..forms import Problem
@@ -37,11 +38,10 @@ from ..probe.stiffness.iterations import MOST, Iterations, RunIterations, counte
 from ..probe.stiffness.members import member, no_family
 from ..registry.hookspecs import hookimpl
 from ..verdicts.coverage import coverage, no_claim
-from ..verdicts.opinions import NOT_PROBED, finding
-from ..verdicts.path_tests import unknown_value
+from ..verdicts.opinions import NOT_PROBED, finding, judge_claim
 
 PROBED, ALONG = "iterations", "run iterations"
-METHOD = "iterations of steps along runs and at fixed h (T3)"
+METHOD = Method("iterations of steps along runs and at fixed h", 3)
 STIFF = 0.01
 # The mean may grow by so much over all eps < STIFF h, beyond so many standard errors.
 GROWTH, ERRORS = 0.5, 4.0
@@ -133,9 +133,7 @@ class _Counter(NamedTuple):
 
 def _finding(evidence: Evidence, counted: _Counter) -> Finding:
     covered = coverage(evidence, Effort.name, counted.name)
-    opinion = Opinion(Verdict.OUT_OF_SCOPE, covered.gap)
-    if covered.claim is not None:
-        opinion = _opinion(evidence, covered.claim, counted)
+    opinion = judge_claim(covered, lambda claim: _opinion(evidence, claim.value, counted), {PROBED})
     return finding(
         covered,
         opinion,
@@ -147,22 +145,19 @@ def _finding(evidence: Evidence, counted: _Counter) -> Finding:
     )
 
 
-def _opinion(evidence: Evidence, claim: Claim, counted: _Counter) -> Opinion:
-    said = re.fullmatch(r"at most (\d+) iterations(?: in (\d+(?:\.\d+)?) per cent of the steps)?", str(claim.value))
-    if said is None:
-        return Opinion(Verdict.INCONCLUSIVE, unknown_value(claim))
+def _opinion(evidence: Evidence, claim: Bound, counted: _Counter) -> Opinion:
     figures = Reason(_figures(counted))
     if refuted := _growth_in_eps(counted):
         return Opinion(Verdict.REFUTED, Reason.of(refuted, figures))
-    most, part = int(said[1]), said[2]
-    if part is None and counted.most > most:
+    always = claim.share == 1.0
+    if always and counted.most > claim.most:
         return Opinion(Verdict.REFUTED, Reason.of(f"{counted.most:.0f} iterations in a step", figures))
     failed = counted.failed
     if failed > FAILED or not np.isfinite(counted.mean).all():
         return Opinion(Verdict.INCONCLUSIVE, Reason(f"{100.0 * failed:.2g} per cent of the steps have no root"))
-    if part is None:
+    if always:
         return Opinion(Verdict.VERIFIED, figures)
-    return _share_opinion(evidence.level, counted, most, 1.0 - 0.01 * float(part))
+    return _share_opinion(evidence.level, counted, int(claim.most), 1.0 - claim.share)
 
 
 def _share_opinion(level: float, counted: _Counter, most: int, allowed: float) -> Opinion:

@@ -12,7 +12,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import Array, Parts
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Verdict
+from ..contracts.claimed import Order
+from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
@@ -149,13 +150,13 @@ def _past_finding(evidence: Evidence) -> Iterator[Finding]:
         return
     covered, order = coverage(evidence, Intervals.name, GIVEN_PAST), consistency_order(record)
     opinion = _opinion(order, covered.claim) if covered.claim else Opinion(Verdict.OUT_OF_SCOPE, covered.gap, 1)
-    yield finding(covered, opinion, estimate=order, method="one step given its past (T1)")
+    yield finding(covered, opinion, estimate=order, method=Method("one step given its past", 1))
 
 
 def _opinion(order: float, claim: Claim) -> Opinion:
-    if isinstance(claim.value, str) or np.isnan(order):
+    if not isinstance(claim.value, Order) or np.isnan(order):
         return local_doubt(f"order {order:.3f} given its past")
-    verdict = Verdict.VERIFIED if order >= claim.value - TOLERANCE else Verdict.REFUTED
+    verdict = Verdict.VERIFIED if order >= claim.value.least - TOLERANCE else Verdict.REFUTED
     return local_opinion(verdict, f"consistent of order {order:.3f} given its past")
 
 

@@ -10,7 +10,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.claimed import Order
+from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
@@ -20,11 +21,11 @@ from ..probe.stiffness.members import member, no_family
 from ..probe.stiffness.stiff_limit import LimitDistances, Slope, limit_distances, limit_slopes
 from ..registry.hookspecs import hookimpl
 from ..verdicts.coverage import coverage, no_claim
-from ..verdicts.opinions import NOT_PROBED, decide, finding, is_order
+from ..verdicts.opinions import NOT_PROBED, decide, finding
 from ..verdicts.path_tests import order_tests
 
 PROBED = "limit"
-METHOD = "distances at fixed h on the same noise (T3)"
+METHOD = Method("distances at fixed h on the same noise", 3)
 STILL = "without noise"
 # No more paths may be left out.
 FAILED = 0.01
@@ -84,7 +85,7 @@ def _opinion(evidence: Evidence, record: LimitDistances, claim: Claim, slope: Sl
         return Opinion(Verdict.INCONCLUSIVE, Reason(share))
     if np.isnan(slope.estimate.value):
         return Opinion(Verdict.INCONCLUSIVE, Reason("distances are not finite, or rounding for many eps"))
-    if np.isinf(slope.estimate.value) and is_order(claim):
+    if np.isinf(slope.estimate.value) and isinstance(claim.value, Order):
         return Opinion(Verdict.VERIFIED, Reason("rounding for every eps"))
     return decide(order_tests(claim, slope.estimate, evidence)._replace(growth=np.inf), evidence)
 

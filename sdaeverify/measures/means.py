@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from operator import eq, gt, lt
 
 import numpy as np
@@ -155,14 +155,14 @@ class Means(Sloped):
         """The slopes of log2 |difference l|, of all observables alike."""
         return self.alike.logarithms
 
-    @cached_property
+    @property
     def size(self) -> float:
         """E |phi| at the finest level; |E phi| where that is not known."""
         if self.sizes is None:
             return abs(self.mean(len(self.h) - 1).value)
         return float(self.sizes.sum() / self.counts.sum())
 
-    @cached_property
+    @property
     def heavy(self) -> bool:
         """Whether the mean at the finest level rests on few paths: little of its square, in few groups of paths."""
         if self.squares is None:

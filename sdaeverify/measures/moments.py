@@ -30,7 +30,7 @@ import numpy as np
 import scipy
 
 from ..arrays import Array, Parts
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Scheme
 from ..contracts.settings import Settings
@@ -93,7 +93,7 @@ QUANTITY, BOUNDED = "moment", "bounded"
 PROBED = "growth"
 # A rate that does not grow has local exponent 0 in 1/h; one that does has 1/2 at least.
 GROWS = 0.25
-METHODS = {1: "growth in one step (T1)", 3: "largest V along paths (T3)"}
+METHODS = {1: Method("growth in one step", 1), 3: Method("largest V along paths", 3)}
 # c = 2^4: a moment is too large where its fourth root is more than twice the solution's.
 FACTOR = 2.0**POWER
 # Octaves above c E V at which shares are compared.

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Verdict
+from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Verdict
 from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Scheme, form_names
 from ..contracts.settings import Settings
@@ -28,7 +28,7 @@ from ..verdicts.coverage import coverage
 from ..verdicts.opinions import NOT_PROBED, finding, judge_claim, local_doubt, local_opinion
 
 PROBED = "multipliers"
-METHOD = "remainders of one step (T1)"
+METHOD = Method("remainders of one step", 1)
 # How far below the claim an order may be, and by how much the next one may differ from a settled one.
 TOLERANCE, SETTLED = 0.1, 0.1
 
@@ -72,7 +72,7 @@ def sdaeverify_measures() -> list[Measure]:
 
 def _finding(evidence: Evidence, record: Multipliers, index: int) -> Finding:
     covered = coverage(evidence, MultiplierExponents.name, QUANTITIES[index])
-    opinion = judge_claim(covered, lambda claim: judge_exponent(record, index, float(claim.value)), tier=1)
+    opinion = judge_claim(covered, lambda claim: judge_exponent(record, index, claim.value.least), tier=1)
     orders = multiplier_orders(record)
     details = {"next_order": float(orders.ahead[index])}
     return finding(covered, opinion, estimate=float(orders.order[index]), method=METHOD, details=details)

@@ -22,6 +22,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..conformance.violation import follows
+from ..contracts.claimed import Order
 from ..contracts.measure import Evidence
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.tally import Tally, packed, unpacked
@@ -41,7 +42,7 @@ LAW = "step law"
 
 def granted_order(claim: Claim) -> float:
     """Return the least order that a verified claim grants."""
-    return LEAST_ORDER if isinstance(claim.value, str) else float(claim.value - claim.margin)
+    return float(claim.value.floor) if isinstance(claim.value, Order) else LEAST_ORDER
 
 
 def bound_limit_error(error: float, change: float, order: float) -> float:
@@ -139,7 +140,7 @@ def stationary_resolution(errors: Array, off: Array, size: float, claim: Claim |
         return nan
     most, steps = np.abs(errors) + off, np.abs(np.diff(errors)) + off[:-1] + off[1:]
     unit, known = size if size > ROUNDING else 1.0, np.isfinite(most)
-    if isinstance(claim.value, str):
+    if not isinstance(claim.value, Order):
         return float(most.max() / unit) if known.all() and len(most) else inf
     bounds = most[1:] + steps / (2.0 ** granted_order(claim) - 1.0)
     return float(np.min(bounds, where=np.isfinite(bounds), initial=inf) / unit)

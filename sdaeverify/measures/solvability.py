@@ -19,7 +19,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ..arrays import Parts
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.settings import Settings
@@ -38,7 +38,7 @@ from ..verdicts.path_tests import PathTests
 ROOT, SHARE = "root", "paths without root"
 EVERY_H = "every h"
 PROBED = "roots"
-METHODS = {1: "roots of one step (T1)", 3: "steps along paths (T3)"}
+METHODS = {1: Method("roots of one step", 1), 3: Method("steps along paths", 3)}
 FEW_STEPS = 64
 
 

@@ -16,7 +16,8 @@ import numpy as np
 import scipy
 
 from ..arrays import Array
-from ..contracts.finding import Finding, Judgement, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.claimed import Word
+from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure
 from ..contracts.scheme import Claim, Scheme, flatten
 from ..contracts.settings import Settings
@@ -39,8 +40,8 @@ QUANTITY = "second moment"
 LIMITS = {UNIT: QUANTITY, SMALL: f"{QUANTITY} at small states", LARGE: f"{QUANTITY} at large states"}
 # Step size of the question whether it is linear, as a part of the delay.
 QUARTER = 0.25
-A_STABLE, CONDITIONAL = "A-stable", "conditional"
-METHOD = "spectral radius (T2)"
+A_STABLE, CONDITIONAL = Word("A-stable"), Word("conditional")
+METHOD = Method("spectral radius", 2)
 
 
 class Stability(Measure):
@@ -115,7 +116,7 @@ def _unasked(scheme: Scheme, view: Problem) -> str:
 
 def _finding(evidence: Evidence, name: str, record: StabilityRecord) -> Finding:
     covered = coverage(evidence, Stability.name, name)
-    opinion = judge_claim(covered, lambda claim: _opinion(claim, record, evidence), {A_STABLE, CONDITIONAL})
+    opinion = judge_claim(covered, lambda claim: _opinion(claim, record, evidence), {A_STABLE.text, CONDITIONAL.text})
     linear = not _nonlinear(record)
     return finding(
         covered,

@@ -4,6 +4,7 @@ import inspect
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from ..contracts.claimed import Order
 from ..contracts.labels import dataclass_parameters, function_parameters
 from ..contracts.measure import Measure
 from ..contracts.scheme import Claim, Scheme, form_names
@@ -108,7 +109,7 @@ def _claim(claim: Claim) -> Passport:
         "claim": str(claim),
         "quantities": list(claim.quantities),
         "when": sorted(claim.when),
-        "margin": claim.margin,
+        "margin": claim.value.margin if isinstance(claim.value, Order) else None,
         "source": claim.source,
     }
 

@@ -76,7 +76,7 @@ def reach(confidence: float) -> float:
 def claimed_slopes(row: VerdictRow) -> Iterator[SlopeLine]:
     """Yield the order that a claim names, and the least that it allows."""
     if not isnan(claim := row.claimed_order):
-        yield SlopeLine("claim", "claimed", claim)
+        yield SlopeLine("claim", "claim", claim)
         yield SlopeLine("claim - margin", "least", claim - row.margin)
 
 

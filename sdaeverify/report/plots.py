@@ -25,7 +25,7 @@ else:
 DENSITY = "density of coordinate"
 MISSING = "result.plot needs matplotlib: pip install 'sdaeverify[plot]'"
 MARKERS = "osD^v<>pP*"
-STYLES = {"line": "-C0", "claimed": "--C2", "least": ":C1"}
+STYLES = {"line": "-C0", "claim": "--C2", "least": ":C1"}
 PointOf = Callable[[VerdictRow, Row], tuple[float, float]]
 COLOURS = {
     "refuted": "#b3261e", "diverged": "#8250df", "error": "#8250df", "inconclusive": "#e3b341",

@@ -113,6 +113,11 @@ def claim_in_words(row: VerdictRow) -> str:
     return row.claim + (f" (margin {row.margin:g})" if not isnan(row.margin) else "")
 
 
+def claim_in_brief(row: VerdictRow) -> str:
+    """Return a claim in the columns of a terminal: an order by its sign and numbers, else its words."""
+    return row.claim if isnan(row.claimed_order) else f">= {row.claimed_order} -{row.margin:g}"
+
+
 def resolution_in_words(row: VerdictRow) -> str:
     """Return which errors of the limit the evidence would have shown; empty where nothing is said of a limit."""
     if isnan(row.resolution):

@@ -10,16 +10,16 @@ from dataclasses import dataclass, field, fields
 from math import inf, isfinite, isnan, nan
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .cells import NUMBER, TEXT, WHOLE, Column, Row, number, parse, text
+from ..contracts.claimed import Order
+from .cells import NUMBER, TEXT, WHOLE, Column, Row, number, text
 
 if TYPE_CHECKING:
     from ..contracts.finding import Finding
     from ..study import CellResult
 
-ORDER, BIAS, RESIDUAL, AT_END = "order", "bias", "largest residual", "weak order at T by moments"
+ORDER, AT_END = "order", "weak order at T by moments"
 # Of verdicts that something decides.
 DECIDED = {"verified", "refuted"}
-GUARDED = "guarded by "
 # Standard errors from which on a mean difference tells something.
 RESOLVED = 3.0
 SAMPLED, AT_ONCE, ONE_STEP, CONTRACT = 3, 2, 1, 0
@@ -65,6 +65,7 @@ class VerdictRow:
     view: str = _text("form in which the scheme gets the problem; empty for the problem as it is")
     verdict: str = _text("verified, refuted, inconclusive, out_of_scope (no claim), diverged, error or not_run")
     claim: str = _text("what is claimed of the quantity; empty where nothing is")
+    claimed_order: float = _number("least order that is claimed; empty where none is")
     margin: float = _number("by which an order may be below the claim")
     local_order: float = _number("order of one step, without sampling error; inf where one step is exact")
     path_order: float = _number("order of the errors along paths, where they tell one")
@@ -119,12 +120,6 @@ class VerdictRow:
         return Interval(self.value, self.value_low, self.value_high)
 
     @property
-    def claimed_order(self) -> float:
-        """The order that the claim names; NaN where it names none."""
-        head, _, value = self.claim.partition(">= ")
-        return parse(value) if head.strip() == ORDER else nan
-
-    @property
     def labelled(self) -> list[str]:
         """What it says in columns that have a label and no words of their own, each behind its label."""
         told = ((column.label, _in_words(getattr(self, column.name))) for column in LABELLED)
@@ -164,35 +159,29 @@ def _jsonable(value: object) -> object:
 
 def _told(found: "Finding", value_of: str) -> dict[str, Any]:
     """Return the columns that a finding tells; `value_of` is what its measure estimates, empty for an order."""
-    kind, claim = _kind(found, value_of), str(found.claim or "")
+    kind, claimed = found.value_of or value_of or ORDER, found.claim and found.claim.value
+    order = claimed if isinstance(claimed, Order) else None
     path, why = _along_paths(found) if kind == ORDER else (Interval(), "")
     value, told = _value(found, kind, path)
     reason = found.reason.then(f"no order along paths: {why}" if why else "")
-    decided = found.method and found.verdict in DECIDED
+    method, decided = found.method, found.verdict in DECIDED
     return {
-        "claim": claim,
-        "margin": found.claim.margin if found.claim and claim.startswith(ORDER) else nan,
+        "claim": str(found.claim or ""),
+        "claimed_order": order.least if order else nan,
+        "margin": order.margin if order else nan,
         "local_order": _local_order(found, kind),
         **dict(zip(("path_order", "path_low", "path_high"), path, strict=True)),
         **dict(zip(("value", "value_low", "value_high"), value, strict=True)),
         "value_of": told,
         "verdict": str(found.verdict),
-        "decided_by": f"T{found.tier}" if decided or (found.method and found.tier == CONTRACT) else "",
-        "guarded_by": found.method.partition(GUARDED)[2] if decided else "",
+        "decided_by": f"T{found.tier}" if method and (decided or found.tier == CONTRACT) else "",
+        "guarded_by": method.guarded_by if method and decided else "",
         "resolution": found.resolution if found.claim else nan,
         "reason": str(reason),
         "reason_kind": ", ".join(found.reason.kinds),
         "p_verified": found.p_verified,
         "p_refuted": found.p_refuted,
     }
-
-
-def _kind(found: "Finding", value_of: str) -> str:
-    if found.details.get("class") == BIAS or str(found.claim or "").startswith("unbiased"):
-        return BIAS
-    if found.method.startswith(RESIDUAL):
-        return RESIDUAL
-    return value_of or ORDER
 
 
 def _detail(found: "Finding", name: str) -> float:
@@ -206,7 +195,7 @@ def _estimate(found: "Finding") -> Interval:
 def _along_paths(found: "Finding") -> tuple[Interval, str]:
     """Return the order along paths, and why there is none although paths were sampled."""
     told = "informative" in found.details
-    sampled = found.method and (found.tier == SAMPLED or GUARDED in found.method)
+    sampled = found.method and (found.tier == SAMPLED or found.method.guard)
     order = Interval(*(_detail(found, f"slope{end}") for end in ("", "_low", "_high"))) if told else Interval()
     order = order if told else _estimate(found) if sampled else Interval()
     if not order.known:
@@ -223,7 +212,7 @@ def _along_paths(found: "Finding") -> tuple[Interval, str]:
 def _local_order(found: "Finding", kind: str) -> float:
     known = _detail(found, "local_order")
     # An estimate that paths guard is theirs, unless the finding tells its order along paths beside it.
-    of_paths = GUARDED in found.method and "informative" not in found.details
+    of_paths = found.method and found.method.guard and "informative" not in found.details
     alone = isnan(known) and kind == ORDER and found.method and found.tier == ONE_STEP and not of_paths
     return found.estimate if alone else known
 

@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..contracts.finding import UNMEASURED, Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
+from ..contracts.claimed import Order
+from ..contracts.finding import UNMEASURED, Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence
 from ..contracts.scheme import AT_T, Claim, Scheme, is_about
 from ..contracts.settings import Settings
@@ -25,7 +26,7 @@ from ..verdicts.sound_levels import lost_index
 from ..verdicts.way import SAMPLED, Case, Objection, send
 from .plan import Cell, ControlPlan, ProblemPlan, claims_of
 
-CONTRACT = "contract and exactness (T0)"
+CONTRACT = Method("contract and exactness", 0)
 
 
 class ControlEvidence(NamedTuple):
@@ -62,12 +63,12 @@ class ControlVerdicts:
             Whose claim it is; it is no evidence against itself.
         """
         claim, by_paths = finding.claim, finding.tier == SAMPLED
-        if claim is None or isinstance(claim.value, str):
+        if claim is None or not isinstance(claim.value, Order):
             return Case()
         if finding.verdict is Verdict.REFUTED:
             return Case(suspicion=self._suspicion(scheme, claim.measure, finding.quantity) if by_paths else "")
         # The margin belongs to the claim that is tested: the controls are put to the same one.
-        return Case(objection=self._objection(claim.measure, claim.value, claim.margin, by_paths))
+        return Case(objection=self._objection(claim.measure, claim.value, by_paths))
 
     def _suspicion(self, scheme: Scheme, measure: str, quantity: str) -> str:
         """Return why paths cannot refute a scheme's claim on a measure in a quantity; empty if they can."""
@@ -76,14 +77,14 @@ class ControlVerdicts:
         wrong = next((plan.control for plan in others if quantity in self._refuted(plan)), None)
         return f"{wrong.positive} is refuted here, too, which has order {wrong.order}" if wrong else ""
 
-    def _find_objection(self, measure: str, order: float, margin: float, by_paths: bool) -> Objection | None:
-        """Return why an order up to a margin cannot be verified, by paths alone or by all tiers; None if it can."""
-        claim = Claim(measure=measure, value=order, margin=margin, source="control")
+    def _find_objection(self, measure: str, order: Order, by_paths: bool) -> Objection | None:
+        """Return why an order up to its margin cannot be verified, by paths alone or by all tiers; None if it can."""
+        claim = Claim(measure=measure, value=order, source="control")
         plans = [plan for plan in reversed(self.plans) if plan.control.measure == measure]
         declared = {plan.control.order: plan for plan in plans}
-        asked = [declared[known] for known in deciding(declared, order)]
+        asked = [declared[known] for known in deciding(declared, order.least)]
         if not asked:
-            reason = f"it declares no control of {claim.measure} order {claim.value} or more"
+            reason = f"it declares no control of {claim.measure} order {order.least} or more"
             return Objection(reason) if declared else None
         if asked[0].missing:
             return Objection(asked[0].missing, Verdict.ERROR if asked[0].failed else Verdict.INCONCLUSIVE)

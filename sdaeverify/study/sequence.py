@@ -8,13 +8,13 @@ Where paths contradict one step on these as well, finer ones are drawn, until bo
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
+from ..contracts.claimed import Exact, Order
 from ..contracts.finding import Finding, Kind, Verdict
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
 from ..errors import FAULTS, one_line
 from ..simulate.ensemble import Entry, LaneEvidence, Task
-from ..verdicts.coverage import ROUND_OFF
 from ..verdicts.way import SAMPLED, Case, send
 from .agreement import agreeing
 from .forecast import LaneKey
@@ -296,8 +296,8 @@ def _shows_claim(finding: Finding) -> bool:
     """Tell whether a few coarse steps show what is verified: rounding, or about the order that one step decides."""
     claim = finding.claim
     if finding.tier == SAMPLED:
-        return claim is not None and claim.value == ROUND_OFF
-    return claim is None or isinstance(claim.value, str) or not finding.estimate < claim.value - claim.margin
+        return claim is not None and isinstance(claim.value, Exact)
+    return claim is None or not isinstance(claim.value, Order) or not finding.estimate < claim.value.floor
 
 
 def _key(cell: Cell) -> tuple[Scheme, str]:

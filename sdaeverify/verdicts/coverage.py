@@ -4,12 +4,11 @@ from collections.abc import Iterable
 from math import inf
 from typing import NamedTuple
 
+from ..contracts.claimed import Bound, Exact, Order
 from ..contracts.finding import Kind, Reason
 from ..contracts.measure import Evidence
 from ..contracts.scheme import Claim, Scheme
 from ..forms import Problem
-
-ROUND_OFF = "round-off"
 
 
 class Coverage(NamedTuple):
@@ -90,6 +89,11 @@ def _strongest(claims: Iterable[Claim], scheme: str, traits: Iterable[str], meas
 
 
 def _strength(claim: Claim) -> float:
-    if isinstance(claim.value, str):
-        return inf if claim.value == ROUND_OFF else -(claim.bound or 0.0)
-    return claim.value
+    match claim.value:
+        case Exact():
+            return inf
+        case Order(least):
+            return least
+        case Bound(most=most):
+            return -most
+    return 0.0

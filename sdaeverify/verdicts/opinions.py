@@ -4,9 +4,9 @@ from collections.abc import Callable, Container
 from math import isfinite
 from typing import Any
 
+from ..contracts.claimed import Bound, Order, Word
 from ..contracts.finding import Finding, Judgement, Kind, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence
-from ..contracts.scheme import Claim
 from ..probe.local.delay_links import remove_delay
 from ..probe.local.smoothness import rough_coefficient
 from .coverage import Coverage
@@ -17,7 +17,7 @@ LIPSCHITZ_ORDER = 0.5
 
 
 def judge_claim(
-    covered: Coverage, judge: Callable[[Claim], Opinion], words: Container[str] = (), tier: int = 3
+    covered: Coverage, judge: Callable[[Any], Opinion], words: Container[str] = (), tier: int = 3
 ) -> Opinion:
     """Return the opinion on a claim; out of scope where there is none, undecided where its value is not known.
 
@@ -25,22 +25,23 @@ def judge_claim(
     ----------
     covered : Coverage
     judge : callable, Claim -> Opinion
+        Of a claim whose value the measure knows.
     words : container of str
-        Values that the measure knows; if left out, it knows orders.
+        Words, bounded or not, that the measure knows; if left out, it knows orders.
     tier : int
         Of an opinion without a judgement.
     """
     claim = covered.claim
     if claim is None:
         return Opinion(Verdict.OUT_OF_SCOPE, covered.gap, tier)
-    if claim.value in words if words else is_order(claim):
-        return judge(claim)
-    return Opinion(Verdict.INCONCLUSIVE, unknown_value(claim), tier)
-
-
-def is_order(claim: Claim) -> bool:
-    """Tell whether a claim is one of an order, and not in words."""
-    return not isinstance(claim.value, str)
+    match claim.value:
+        case Order():
+            known = not words
+        case Word(text) | Bound(text):
+            known = text in words
+        case _:
+            known = False
+    return judge(claim) if known else Opinion(Verdict.INCONCLUSIVE, unknown_value(claim), tier)
 
 
 def leave_open(covered: Coverage, reason: Reason | str) -> Opinion:

@@ -5,12 +5,12 @@ from math import inf, isfinite
 from typing import NamedTuple
 
 from ..arrays import Array
+from ..contracts.claimed import Exact, Order
 from ..contracts.finding import Kind, Reason
 from ..contracts.measure import Evidence
 from ..contracts.scheme import Claim
 from ..numerics.statistics import Estimate
 from ..probe.step.one_step import why_unresolved
-from .coverage import ROUND_OFF
 from .sound_levels import at_levels
 
 # A slope is fitted on so many of the finest levels; fewer than FEWEST tell none.
@@ -92,39 +92,40 @@ def order_tests(claim: Claim, order: Estimate, evidence: Evidence, bias: float =
     -------
     PathTests
     """
-    if claim.value == ROUND_OFF:
+    claimed = claim.value
+    if isinstance(claimed, Exact):
         return PathTests(1.0, 0.0, Reason("claimed exact, and not so to round-off"))
-    if isinstance(claim.value, str):
+    if not isinstance(claimed, Order):
         return PathTests.none(unknown_value(claim))
-    bound = claim.value - claim.margin
+    bound = claimed.floor
     low, high = order.interval(evidence.settings.confidence, bias)
     if not (isfinite(low) and isfinite(high)):
         return PathTests.none("no finite interval")
     growth, half = order.growth_to_decide(bound, evidence.level, bias), 0.5 * (high - low)
-    reason = order_in(order.value, low, high, claim)
+    reason = order_in(order.value, low, high, claimed)
     above = order.p_above(bound, bias)
-    if half > claim.margin and above <= evidence.level:
-        above, growth = 1.0, max(growth, (half / claim.margin) ** 2 if bias < claim.margin else inf)
+    if half > claimed.margin and above <= evidence.level:
+        above, growth = 1.0, max(growth, (half / claimed.margin) ** 2 if bias < claimed.margin else inf)
     return PathTests(above, order.p_below(bound, bias), reason, growth)
 
 
-def order_in(order: float, low: float, high: float, claim: Claim) -> Reason:
+def order_in(order: float, low: float, high: float, claimed: Order) -> Reason:
     """Return an order with its interval, beside what is claimed.
 
     Parameters
     ----------
     order, low, high : float
         Estimate and ends of its interval.
-    claim : Claim
+    claimed : Order
     """
     text = "order {order:.3f}, at least {low:.3f} and at most {high:.3f}; claimed {claimed}"
-    return Reason(text, Kind.ORDER, {"order": order, "low": low, "high": high, "claimed": claim.value})
+    return Reason(text, Kind.ORDER, {"order": order, "low": low, "high": high, "claimed": claimed.least})
 
 
 def unknown_value(claim: Claim) -> Reason:
     """Return that a measure has no test for what is claimed."""
     text = "this measure does not know what {value!r} means"
-    return Reason(text, Kind.UNKNOWN_VALUE, {"value": claim.value})
+    return Reason(text, Kind.UNKNOWN_VALUE, {"value": str(claim)})
 
 
 def with_sample(tests: PathTests, paths: int, *, heavy: bool) -> PathTests:
@@ -152,7 +153,7 @@ def with_sample(tests: PathTests, paths: int, *, heavy: bool) -> PathTests:
     )
 
 
-def unlike(claim: Claim, slope: Estimate, corrected: Estimate, bias: float = 0.0) -> float:
+def unlike(claimed: Order, slope: Estimate, corrected: Estimate, bias: float = 0.0) -> float:
     """Return the p-value of the hypothesis that errors look like a claimed order.
 
     They do not where the slope is below claim - margin; nor where it is nearer to that than to the claim, unless
@@ -160,18 +161,15 @@ def unlike(claim: Claim, slope: Estimate, corrected: Estimate, bias: float = 0.0
 
     Parameters
     ----------
-    claim : Claim
-        Of an order.
+    claimed : Order
     slope, corrected : Estimate
         On the finest levels; with a further term.
     bias : float
         By how much the true slope may be larger than it is found.
     """
-    if isinstance(claim.value, str):
-        return 1.0
-    middle = claim.value - 0.5 * claim.margin
+    middle = claimed.least - 0.5 * claimed.margin
     nearer = max(slope.p_below(middle, bias), corrected.p_below(middle, bias))
-    return min(slope.p_below(claim.value - claim.margin, bias), nearer)
+    return min(slope.p_below(claimed.floor, bias), nearer)
 
 
 def hold_back(

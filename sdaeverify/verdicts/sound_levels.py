@@ -7,7 +7,6 @@ import numpy as np
 from ..arrays import Array, Mask
 from ..contracts.finding import Kind, Reason
 from ..contracts.measure import Evidence
-from ..contracts.tally import Tally
 
 
 def sound_levels(health: Mapping[str, Array]) -> tuple[Array, Reason]:
@@ -37,12 +36,8 @@ def sound_levels(health: Mapping[str, Array]) -> tuple[Array, Reason]:
 
 
 def sound_levels_of(evidence: Evidence) -> tuple[Array, Reason]:
-    """Return the sound levels of a cell, found once for all its quantities; see `sound_levels`."""
-    return evidence.health.read(_read_sound_levels)
-
-
-def _read_sound_levels(health: Tally) -> tuple[Array, Reason]:
-    return sound_levels(health.sums)
+    """Return the sound levels of a cell; see `sound_levels`."""
+    return sound_levels(evidence.health.sums)
 
 
 def lost_index(health: Mapping[str, Array]) -> Reason:

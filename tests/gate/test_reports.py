@@ -5,7 +5,7 @@ import json
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdaeverify.contracts.finding import Verdict
+from sdaeverify.contracts.finding import Method, Verdict
 from sdaeverify.gate.expected import FailingClaim
 from sdaeverify.gate.lock import Lock
 from sdaeverify.gate.policy import Policy
@@ -31,7 +31,7 @@ def test_json_is_strict(everything):
 
 def test_row_of_the_json():
     """A row has the claim, the interval and the command."""
-    found = result(Verdict.REFUTED, estimate=0.5, low=0.4, high=0.6, method="paths", tier=3)
+    found = result(Verdict.REFUTED, estimate=0.5, low=0.4, high=0.6, method=Method("paths"), tier=3)
     (row,) = json_report(gated(found))["outcomes"]
 
     assert (row["scheme"], row["problem"], row["measure"], row["quantity"]) == ("plain", "line", "sharp", "x")
@@ -71,7 +71,7 @@ def test_markdown_of_many(monkeypatch):
 
 def test_words():
     """What fails is told with claim, interval, reason and command, the rest in a line each, then the counts."""
-    found = result(Verdict.REFUTED, estimate=0.5, low=0.4, high=0.6, reason="too low", method="paths")
+    found = result(Verdict.REFUTED, estimate=0.5, low=0.4, high=0.6, reason="too low", method=Method("paths"))
     lines = list(text_report(gated(result(Verdict.VERIFIED), result(Verdict.INCONCLUSIVE), found)))
 
     assert lines[:6] == [
@@ -106,7 +106,7 @@ def test_words_of_what_does_not_fail():
 
 def test_words_without_an_interval():
     """A refutation that took no sampling says that there is no interval."""
-    lines = list(text_report(gated(result(Verdict.REFUTED, method="contract and exactness (T0)", tier=0))))
+    lines = list(text_report(gated(result(Verdict.REFUTED, method=Method("contract and exactness", 0), tier=0))))
 
     assert "  estimate: none, and no interval: no sampling was needed" in lines
 

@@ -25,7 +25,7 @@ LIMITS = (
         measure="limits", quantities=("x without noise", "zeta without noise"), value=1.0, margin=0.02, source="test"
     ),
 )
-EFFORT = Claim(measure="effort", value="at most 5 iterations", source="test")
+EFFORT = Claim(measure="effort", value="iterations", bound=5, source="test")
 CLAIMS = (UNIFORM, *LIMITS, EFFORT)
 
 

@@ -1,6 +1,6 @@
 """A mean claimed to be right within a bound at every step size."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -145,12 +145,12 @@ def test_a_step_that_jumps_has_no_operator():
 
 def test_bounds_are_of_claims_in_words():
     """A bound is positive, and belongs to words; a claim to be unbiased has one."""
-    claim = MALA.claims[0]
+    right = {"measure": "invariant", "value": "unbiased", "bound": 0.08, "source": "test"}
 
-    assert str(claim) == "unbiased within 0.08"
-    for wrong in ({"bound": 0.0}, {"bound": np.inf}, {"bound": None}, {"value": 1.0}):
+    assert str(Claim(**right)) == str(MALA.claims[0]) == "unbiased within 0.08"
+    for wrong in ({"bound": 0.0}, {"bound": np.inf}, {"bound": None}, {"value": 1.0}, {"share": 0.0}):
         with pytest.raises(Exception, match="bound"):
-            replace(claim, **wrong)
+            Claim(**{**right, **wrong})
 
 
 def test_the_step_of_mala_on_ou_is_in_detailed_balance():

@@ -150,7 +150,7 @@ def test_what_is_held_back_stays_suspicious():
 )
 def test_orders_look_like_a_claim_that_they_are_near_or_tend_to(slope, corrected, alike):
     """Below claim - margin an order is unlike the claim; nearer to that than to the claim unless it tends to more."""
-    found = unlike(ONE, Estimate(slope, 0.005), Estimate(corrected, 0.005))
+    found = unlike(ONE.value, Estimate(slope, 0.005), Estimate(corrected, 0.005))
 
     assert (found > 0.01) is alike
 

@@ -29,12 +29,12 @@ MEASURE, NAME = Effort(), "newton_iterations"
 
 def at_most(count):
     """Return the claim of a bound."""
-    return Claim(measure="effort", value=f"at most {count} iterations", source="test")
+    return Claim(measure="effort", value="iterations", bound=count, source="test")
 
 
 def often(most, part):
     """Return the claim of a bound in a part of the steps."""
-    return Claim(measure="effort", value=f"at most {most} iterations in {part} per cent of the steps", source="test")
+    return Claim(measure="effort", value="iterations", bound=most, share=part / 100, source="test")
 
 
 CURVED = {

@@ -52,7 +52,7 @@ def test_a_low_order_up_to_the_first_delay_is_refuted() -> None:
     evidence = Evidence(StochasticTheta(), problem, problem, SETTINGS, noted(0.5, 0.5), health())
     found = {each.quantity: each for each in Intervals().judge(evidence).findings}
     assert found["x up to tau"].claim is not None
-    assert found["x up to tau"].claim.value == 1.0
+    assert found["x up to tau"].claim.value.least == 1.0
     assert found["x up to tau"].verdict is Verdict.REFUTED
 
 

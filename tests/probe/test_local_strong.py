@@ -442,7 +442,7 @@ def test_no_registered_claim_is_refuted() -> None:
         few = cell.problem.noise_dim <= 3
         if few and claim is not None and not no_local_order(cell.scheme, cell.problem):
             order = strong_order(local_strong(cell.scheme, cell.problem))
-            answers[cell.label] = judge_strong(order, float(claim.value), sharp=cell.scheme.sharp_locally)
+            answers[cell.label] = judge_strong(order, claim.value.least, sharp=cell.scheme.sharp_locally)
 
     wrong = {label: str(answer.reason) for label, answer in answers.items() if answer.verdict is not Verdict.VERIFIED}
     assert len(answers) > 50

@@ -12,6 +12,7 @@ VERDICT = {
     "quantity": "x",
     "verdict": "verified",
     "claim": "order >= 0.5",
+    "claimed_order": "0.5",
     "margin": "0.2",
     "local_order": "0.48",
     "path_order": "0.392",

@@ -44,9 +44,9 @@ def test_a_column_has_one_meaning(known):
 
 
 def test_the_verdicts_are_one_small_table():
-    """At most 25 columns and 1.5 MB, no more and no fewer than the dictionary has; read without a warning."""
+    """At most 26 columns and 1.5 MB, no more and no fewer than the dictionary has; read without a warning."""
     file = REFERENCE / "verdicts.csv"
     table = pd.read_csv(file)
     assert tuple(table.columns) == names(VERDICTS)
-    assert len(names(VERDICTS)) <= 25
+    assert len(names(VERDICTS)) <= 26
     assert file.stat().st_size <= 1_500_000

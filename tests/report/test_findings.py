@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from sdaeverify import Claim
-from sdaeverify.contracts.finding import Finding, Kind, Reason, Verdict
+from sdaeverify.contracts.finding import Finding, Kind, Method, Reason, Verdict
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.report.verdict_row import Interval, VerdictRow
 from sdaeverify.study import Cell, CellResult
@@ -28,7 +28,7 @@ def finding(verdict=Verdict.VERIFIED, **changed):
         "low": 0.357,
         "high": 0.428,
         "details": {"local_order": 0.48},
-        "method": "local order (T1), guarded by paths, exact solution",
+        "method": Method("local order", 1, "paths", "exact solution"),
     }
     return Finding(verdict=verdict, **{**told, **changed})
 
@@ -47,7 +47,7 @@ def weak(*, resolved=0.2, informative=False, **changed):
         "low": -22.17,
         "high": -5.93,
         "tier": 3,
-        "method": "successive differences along paths (T3)",
+        "method": Method("successive differences along paths", 3),
         "details": {**WEAK, "resolved": resolved, "informative": informative},
     }
     return finding(Verdict.OUT_OF_SCOPE, **{**told, **changed})
@@ -68,7 +68,7 @@ def test_errors_that_change_sign_tell_no_order():
 
 def test_an_interval_without_end_is_no_order():
     """An estimate whose interval is not finite says nothing."""
-    found = finding(method="paired replicated chains (T3)", tier=3, low=-inf, high=inf, details={})
+    found = finding(method=Method("paired replicated chains", 3), tier=3, low=-inf, high=inf, details={})
     reading = read_finding(found)
     assert not reading.path.known
     assert not reading.estimate.known
@@ -79,7 +79,7 @@ def test_a_claim_decided_by_one_step_keeps_both_orders_apart():
     """The estimate of a weak finding with a claim is its local order; the order along paths is another column."""
     orders = {"slope": 1.1, "slope_low": 0.9, "slope_high": 1.3, "local_order": 0.99}
     found = finding(
-        method="local weak order (T1), guarded by successive differences",
+        method=Method("local weak order", 1, "successive differences"),
         estimate=0.99,
         low=nan,
         high=nan,
@@ -120,10 +120,14 @@ def test_the_kinds_of_a_reason_stand_beside_it():
 @pytest.mark.parametrize(
     ("changed", "value_of", "told"),
     [
-        ({"method": "spectral radius (T2)", "tier": 2}, "largest stable h", "largest stable h"),
-        ({"method": "largest residual along paths (T3)", "tier": 3}, "", "largest residual"),
-        ({"method": "paired replicated chains (T3)", "tier": 3, "details": {"class": "bias"}}, "", "bias"),
-        ({"method": "stationary law of the transition operator (T2)", "tier": 2, "details": {}}, "", "order"),
+        ({"method": Method("spectral radius", 2), "tier": 2}, "largest stable h", "largest stable h"),
+        (
+            {"method": Method("largest residual along paths", 3), "tier": 3, "value_of": "largest residual"},
+            "",
+            "largest residual",
+        ),
+        ({"method": Method("paired replicated chains", 3), "tier": 3, "value_of": "bias"}, "", "bias"),
+        ({"method": Method("stationary law of the transition operator", 2), "tier": 2, "details": {}}, "", "order"),
     ],
 )
 def test_what_is_no_order_along_paths_says_what_it_is(changed, value_of, told):

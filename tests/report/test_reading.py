@@ -29,10 +29,10 @@ def test_a_record_for_programs_has_no_number_that_json_lacks():
     assert (told["local_order"], told["margin"], told["paths"], told["view"]) == ("inf", None, 256.0, None)
 
 
-def test_the_order_of_a_claim_is_read_from_its_text():
-    """Only a claim of an order names one."""
-    assert read_row(verdict(claim="order >= 1.5")).claimed_order == 1.5
-    assert isnan(read_row(verdict(claim="round-off")).claimed_order)
+def test_the_order_of_a_claim_is_a_number_of_its_own():
+    """Nobody reads it from the words of the claim."""
+    assert read_row(verdict(claim="in other words", claimed_order="1.5")).claimed_order == 1.5
+    assert isnan(read_row(verdict(claim="order >= 1.5", claimed_order="")).claimed_order)
 
 
 @pytest.mark.parametrize(("found", "told"), [(1, "in format 1"), (None, "in no known format"), (99, "in format 99")])

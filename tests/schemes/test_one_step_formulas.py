@@ -320,13 +320,13 @@ def test_theta_is_a_share(theta: float) -> None:
 def test_the_promise_of_stability_depends_on_theta() -> None:
     """A-stability is promised from theta = 1/2 on, order 2 in law at theta = 1/2 alone."""
 
-    def promised(theta: float) -> dict[str, object]:
-        return {claim.measure: claim.value for claim in StochasticTheta(theta).promises}
+    def promised(theta: float) -> dict[str, str]:
+        return {claim.measure: str(claim) for claim in StochasticTheta(theta).promises}
 
     assert [promised(theta)["stability"] for theta in (0.0, 0.499, 0.5, 1.0)] == ["conditional"] * 2 + [
         "A-stable"
     ] * 2
-    assert [promised(theta)["weak"] for theta in (0.4, 0.5, 0.6)] == [1.0, 2.0, 1.0]
+    assert [promised(theta)["weak"] for theta in (0.4, 0.5, 0.6)] == ["order >= 1.0", "order >= 2.0", "order >= 1.0"]
 
 
 def test_tamed_euler_divides_by_the_length_of_the_drift() -> None:

@@ -419,11 +419,11 @@ def test_a_projector_that_does_not_exist_is_refused() -> None:
 
 def test_exact_constraints_are_claimed_only_where_every_step_is_projected() -> None:
     """With skipped steps, an order in h is claimed in place of round-off."""
-    promised = {s.label: [c.value for c in s.promises if c.measure == "drift"] for s in (EXPLICIT, OLD, NEW)}
+    promised = {s.label: [str(c) for c in s.promises if c.measure == "drift"] for s in (EXPLICIT, OLD, NEW)}
     (skipped,) = (c for c in ExplicitProjectionEuler(skip=2).promises if c.measure == "drift")
 
     assert set(map(tuple, promised.values())) == {("round-off",)}
-    assert skipped.value == 1.0
+    assert skipped.value.least == 1.0
 
 
 @pytest.mark.parametrize("make", [pendulum, lambda: fibre_clamped(alpha=4.0, N=3)])
@@ -460,7 +460,7 @@ def test_a_tolerance_ends_the_projection_and_the_claim_of_exact_constraints() ->
         assert np.abs(problem.constraint(steps[0].state.r)).max() < 1e-12
         assert np.abs(problem.constraint(steps[1].state.r)).max() > 1e-12
         assert not steps[1].failed.any()
-        assert [any(claim.value == "round-off" for claim in each.promises) for each in (exact, loose)] == [
+        assert [any(str(claim) == "round-off" for claim in each.promises) for each in (exact, loose)] == [
             True,
             False,
         ]

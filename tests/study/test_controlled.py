@@ -24,7 +24,7 @@ class Judge(Measure):
     def judge(self, evidence):
         """Compare the order with what is claimed."""
         (claim,) = evidence.promises
-        verdict = Verdict.VERIFIED if evidence.scheme.order >= claim.value else Verdict.REFUTED
+        verdict = Verdict.VERIFIED if evidence.scheme.order >= claim.value.least else Verdict.REFUTED
         return Judgement((Finding(quantity="x", verdict=verdict, claim=claim),), ())
 
 

@@ -9,7 +9,7 @@ import click
 from ...contracts.settings import Settings
 from ...registry.load import Registry
 from ...report.plain import in_columns, visible, wrap_text
-from ...report.sentences import PlainLine, claim_in_words, counts_of, interval, mark
+from ...report.sentences import PlainLine, claim_in_brief, counts_of, interval, mark
 from ...report.verdict_row import VerdictRow
 from ..console import output, output_to_stderr, print_lines
 from ..exit_codes import ExitCode
@@ -73,7 +73,13 @@ def _show(rows: list[VerdictRow], out: Path) -> None:
 
 
 def _row(row: VerdictRow, *, plain: bool) -> tuple[str, ...]:
-    claim = claim_in_words(row).removeprefix("order ").replace(" (margin ", " -").removesuffix(")")
     local = "" if isnan(row.local_order) else f"{row.local_order:.2f}"
     names = map(visible, (row.scheme, row.problem, row.quantity))
-    return *names, claim, local, interval(row.path), mark(row.verdict, plain=plain), row.decided_by
+    return (
+        *names,
+        claim_in_brief(row) or "no claim",
+        local,
+        interval(row.path),
+        mark(row.verdict, plain=plain),
+        row.decided_by,
+    )

@@ -13,6 +13,7 @@ import numpy as np
 from rich.console import Console
 from rich.text import Text
 
+from ...contracts.claimed import Order
 from ...contracts.labels import REQUIRED, describe_kind, did_you_mean, parse_label
 from ...contracts.scheme import Claim, Scheme, form_names
 from ...errors import FAULTS, ProblemError, SdaeverifyError, UsageError, one_line
@@ -202,7 +203,8 @@ def _scheme(scheme: Scheme) -> list[str]:
 def _claim(claim: Claim) -> str:
     of = f" of {', '.join(claim.quantities)}" if claim.quantities else ""
     when = f" for problems with {', '.join(sorted(claim.when))}" if claim.when else ""
-    return f"{claim}{of}{when}, margin {claim.margin} ({claim.source})"
+    margin = f", margin {claim.value.margin}" if isinstance(claim.value, Order) else ""
+    return f"{claim}{of}{when}{margin} ({claim.source})"
 
 
 def make(label: str, build: Callable[[], Problem], *, given: bool) -> Problem:

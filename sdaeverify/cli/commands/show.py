@@ -14,6 +14,7 @@ from ...report.plain import in_columns, visible, wrap_text
 from ...report.sentences import (
     ATTENTION,
     PlainLine,
+    claim_in_brief,
     counts_of,
     ending,
     interval,
@@ -132,10 +133,8 @@ def _table_lines(lines: Sequence[str], found: Sequence[VerdictRow]) -> Iterator[
 def _row(row: VerdictRow, *, plain: bool) -> tuple[str, ...]:
     local = "" if isnan(row.local_order) else f"{row.local_order:.2f}"
     other = interval(row.path) if row.path.known else other_value(row)
-    claim = row.claim.removeprefix("order ")
-    claim = f"{claim} -{row.margin:g}" if not isnan(row.margin) else claim
     names = visible(f"{row.measure} {row.quantity}")
-    return mark(row.verdict, plain=plain), names, visible(claim), local, other, row.decided_by
+    return mark(row.verdict, plain=plain), names, visible(claim_in_brief(row)), local, other, row.decided_by
 
 
 def _record(row: VerdictRow, tables: SavedTables) -> dict[str, object]:

@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from itertools import takewhile
 from pathlib import Path
 
+from ...contracts.claimed import Bound, Order, Word
 from ...contracts.scheme import Claim, Scheme
 from ...report.markdown import escape
 from ...report.plain import visible
@@ -24,7 +25,7 @@ from .messages import estimate_text, headline
 # Where in the source of a scheme a claim is written.
 
 
-LITERAL = ("measure", "value", "source", "quantities", "margin")
+LITERAL = ("measure", "value", "source", "margin")
 
 
 def claim_place(scheme: Scheme, claim: Claim | None) -> tuple[Path, int] | None:
@@ -73,9 +74,18 @@ def _calls(node: ast.AST) -> Iterator[ast.Call]:
 def _agrees(call: ast.Call, claim: Claim) -> bool:
     given = {keyword.arg: keyword.value for keyword in call.keywords if keyword.arg in LITERAL}
     known = {name: node.value for name, node in given.items() if isinstance(node, ast.Constant)}
-    return known.get("measure") == claim.measure and all(
-        getattr(claim, str(name)) == value for name, value in known.items()
-    )
+    margin = getattr(claim.value, "margin", None)
+    written = {"measure": claim.measure, "value": _as_written(claim), "source": claim.source, "margin": margin}
+    return known.get("measure") == claim.measure and all(written[str(name)] == each for name, each in known.items())
+
+
+def _as_written(claim: Claim) -> float | str:
+    match claim.value:
+        case Order(least):
+            return least
+        case Bound(text) | Word(text):
+            return text
+    return str(claim)
 
 
 MOST = 10

@@ -83,7 +83,7 @@ def message(outcome: Outcome, settings: Settings, command: str = "") -> str:
         "source": source,
         "estimate": estimate_text(finding, settings.confidence) or _without_estimate(finding),
         "reason": str(finding.reason),
-        "method": finding.method,
+        "method": str(finding.method or ""),
         "expected to fail": outcome.expected,
         "reproduce": command,
     }

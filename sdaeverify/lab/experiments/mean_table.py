@@ -273,7 +273,7 @@ class MeanTable(Experiment):
         return nan, ""
 
 
-class Order(NamedTuple):
+class FittedOrder(NamedTuple):
     """The slope of log2 (E e^2)^(1/2) over log2 h.
 
     Attributes
@@ -299,7 +299,7 @@ class Order(NamedTuple):
         return f"{row.scheme} on {row.problem}: order {order} of the {error}, from {self.step_sizes} step sizes"
 
 
-def orders(found: Sequence[MeanLine]) -> list[Order]:
+def orders(found: Sequence[MeanLine]) -> list[FittedOrder]:
     """Return the orders of all rows that differ in nothing but their step size, where there are three or more."""
     fits: dict[tuple[object, ...], list[MeanLine]] = {}
     for line in found:
@@ -309,7 +309,7 @@ def orders(found: Sequence[MeanLine]) -> list[Order]:
     return [_order(lines) for lines in fits.values() if len({line.h for line in lines}) >= FEWEST]
 
 
-def _order(lines: Sequence[MeanLine]) -> Order:
+def _order(lines: Sequence[MeanLine]) -> FittedOrder:
     h = np.array([line.h for line in lines])
     groups = np.array([line.sample.groups for line in lines])
     weights = slope_weights(np.log2(h))
@@ -317,7 +317,7 @@ def _order(lines: Sequence[MeanLine]) -> Order:
     def slope(means: Array) -> float:
         return float(weights @ np.log2(np.sqrt(means)))
 
-    return Order(lines[0].row, len(lines), jackknife(groups[..., 1].T, groups[0, :, 0], slope))
+    return FittedOrder(lines[0].row, len(lines), jackknife(groups[..., 1].T, groups[0, :, 0], slope))
 
 
 def _sample(row: Row, evidence: ExperimentEvidence) -> MeanSample:

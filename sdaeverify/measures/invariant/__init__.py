@@ -14,7 +14,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.error_sizes import ErrorSizes
-from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
+from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import Scheme
 from ...contracts.settings import Settings
@@ -48,7 +48,7 @@ from ..resolution import stationary_resolution
 from .bias import bias_bound, bias_of_operator, with_bias
 from .chain_findings import chain_findings, chain_levels, is_decided
 
-METHOD = "stationary law of the transition operator (T2)"
+METHOD = Method("stationary law of the transition operator", 2)
 # How far an order may be below the claimed one.
 TOLERANCE = 0.15
 NO_ORDER = FunctionalOrder(np.nan, np.nan, np.nan)
@@ -118,7 +118,7 @@ def _finding(covered: Coverage, known: FunctionalOrder | None) -> Finding:
     if covered.claim is not None and known is None:
         opinion = Opinion(Verdict.NOT_APPLICABLE, Reason("it is no function of the problem's chart"))
     else:
-        opinion = judge_claim(covered, lambda claim: _opinion(float(claim.value), known or NO_ORDER))
+        opinion = judge_claim(covered, lambda claim: _opinion(claim.value.least, known or NO_ORDER))
     order = known or NO_ORDER
     return finding(
         covered,

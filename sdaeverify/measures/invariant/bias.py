@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
+from ...contracts.claimed import UNBIASED, Bound
 from ...contracts.finding import Finding, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
-from ...contracts.scheme import UNBIASED, Claim
+from ...contracts.scheme import Claim
 from ...probe.operator.functional_orders import ABOVE_FLOOR, FunctionalOrder
 from ..outweighed import growth, outweighs
 from .chain_order import BiasSample
@@ -37,7 +38,8 @@ class StationaryBias(NamedTuple):
 
 def bias_bound(claim: Claim | None) -> float | None:
     """Return the bound within which a mean is claimed to be unbiased, or None where it is not."""
-    return claim.bound if claim is not None and claim.value == UNBIASED else None
+    value = claim and claim.value
+    return value.most if isinstance(value, Bound) and value.text == UNBIASED else None
 
 
 def with_bias(found: Finding, bias: StationaryBias, opinion: Opinion) -> Finding:
@@ -61,6 +63,7 @@ def with_bias(found: Finding, bias: StationaryBias, opinion: Opinion) -> Finding
         estimate=bias.estimate,
         low=bias.low,
         high=bias.high,
+        value_of="bias",
         details={**found.details, "class": "bias"},
     )
 

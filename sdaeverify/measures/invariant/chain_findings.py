@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.finding import Finding, Kind, LevelFinding, Opinion, Reason, Verdict
+from ...contracts.claimed import Order
+from ...contracts.finding import Finding, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
-from ...contracts.scheme import Claim
 from ...forms.truths import InvariantMean
 from ...simulate.chains import CONTRACTING, GROUPS, MOST_FIRST, ChainPlan, ChainRecord
 from ...verdicts.coverage import Coverage, coverage
-from ...verdicts.opinions import finding, is_order, judge_claim
+from ...verdicts.opinions import finding, judge_claim
 from ...verdicts.path_tests import FEWEST, RESOLVED, order_in
 from ...verdicts.sound_levels import at_levels, sound_levels
 from ...verdicts.way import withhold_in_doubt
@@ -20,7 +20,7 @@ from ..resolution import stationary_resolution
 from .bias import StationaryBias, bias_bound, bias_of_chains, with_bias
 from .chain_order import BiasSample, ChainTests, chain_tests, samples
 
-METHOD = "paired replicated chains (T3)"
+METHOD = Method("paired replicated chains", 3)
 
 # So many verified observables end the run, whatever others may still show.
 ENOUGH = 3
@@ -134,8 +134,10 @@ def _biases(evidence: Evidence, record: ChainRecord, levels: Array) -> list[Obse
     for truth in _truths(evidence):
         looks = samples(record, levels, names.index(truth.observable), truth.value)
         covered = coverage(evidence, "invariant", truth.observable)
-        claim = covered.claim if covered.claim and is_order(covered.claim) and bool(record.stationary) else None
-        tests = chain_tests(looks, claim, float(record.planned), evidence) if claim else None
+        value = covered.claim and covered.claim.value
+        tests = None
+        if isinstance(value, Order) and record.stationary:
+            tests = chain_tests(looks, value, float(record.planned), evidence)
         found.append(ObservableBias(covered, looks, tests))
     return found
 
@@ -148,7 +150,7 @@ def _finding(
     # Of an order nothing is said while a record does not look stationary, which the remarks tell.
     unsettled = Opinion(Verdict.INCONCLUSIVE)
     opinion = judge_claim(
-        one.covered, lambda claim: _opinion(evidence, record, one, claim, others) if one.tests else unsettled
+        one.covered, lambda claim: _opinion(evidence, record, one, claim.value, others) if one.tests else unsettled
     )
     details = _details(record, last)
     found = finding(one.covered, opinion, estimate=last.order, low=low, high=high, method=METHOD, details=details)
@@ -188,14 +190,14 @@ def _opinion(
     evidence: Evidence,
     record: ChainRecord,
     one: ObservableBias,
-    claim: Claim,
+    claim: Order,
     others: Sequence[ObservableBias],
 ) -> Opinion:
     last, tests = one.looks[-1], one.tests
     assert tests is not None
     low, high = last.order_interval(evidence.settings.confidence)
     order = order_in(last.order, low, high, claim)
-    left, se = _mean(last.remainder(float(claim.value)))
+    left, se = _mean(last.remainder(claim.least))
     off = "off by {left:.1g} with standard error {se:.1g}"
     limit, wrong = (
         Reason(text, kind, {"left": left, "se": se})

@@ -23,8 +23,8 @@ import numpy as np
 import scipy
 
 from ...arrays import Array
+from ...contracts.claimed import Order
 from ...contracts.measure import Evidence
-from ...contracts.scheme import Claim
 from ...numerics.statistics import EPS, RISING
 from ...simulate.chains import GROUPS, ChainRecord
 from ...verdicts.path_tests import RESOLVED
@@ -119,22 +119,21 @@ class BiasSample:
         found = self.signals
         return bool((found >= RESOLVED).any() and (found <= -RESOLVED).any())
 
-    def p_falls(self, claim: Claim) -> float:
+    def p_falls(self, claim: Order) -> float:
         """Return the p-value of the hypothesis that a claimed order is not reached, or not towards the exact mean."""
         D, m = self.differences, self.differences.shape[1] - 1
-        order = float(claim.value)
-        faster = exceeds(2.0 ** (-m * (order - claim.margin)) * D[:, 0], D[:, -1])
-        remainder = self.remainder(order)
+        faster = exceeds(2.0 ** (-m * claim.floor) * D[:, 0], D[:, -1])
+        remainder = self.remainder(claim.least)
         return max(faster, exceeds(CONFIRMED * (self.errors[:, 0] - remainder), remainder))
 
     def remainder(self, order: float) -> Array:
         """Return what is left of the finest error if Richardson's tail for an order is taken off, shape (K,)."""
         return np.asarray(self.errors[:, -1] - self.differences[:, -1] / (2.0**order - 1.0))
 
-    def p_slow(self, claim: Claim) -> float:
+    def p_slow(self, claim: Order) -> float:
         """Return the p-value of the hypothesis that the differences fall with a claimed order."""
         D, m = self.differences, self.differences.shape[1] - 1
-        return exceeds(D[:, -1], 2.0 ** (-m * (float(claim.value) - claim.margin)) * D[:, 0])
+        return exceeds(D[:, -1], 2.0 ** (-m * claim.floor) * D[:, 0])
 
     def is_settled(self, confidence: float) -> bool:
         """Tell whether low local orders are no matter of too coarse steps.
@@ -208,14 +207,13 @@ def samples(record: ChainRecord, levels: Array, observable: int, exact: float) -
     return found
 
 
-def chain_tests(found: list[BiasSample], claim: Claim, planned: float, evidence: Evidence) -> ChainTests:
+def chain_tests(found: list[BiasSample], claim: Order, planned: float, evidence: Evidence) -> ChainTests:
     """Return what all looks say of a claimed order, each p-value being shared among the planned looks.
 
     Parameters
     ----------
     found : list of BiasSample
-    claim : Claim
-        Of an order.
+    claim : Order
     planned : float
         Number of looks that were planned.
     evidence : Evidence
@@ -228,7 +226,7 @@ def chain_tests(found: list[BiasSample], claim: Claim, planned: float, evidence:
     steady = found[-1].is_settled(evidence.settings.confidence)
     falls = [sample.p_falls(claim) for sample in found]
     slow = [sample.p_slow(claim) if steady else 1.0 for sample in found]
-    wrong = [sample.p_wrong(float(claim.value)) for sample in found]
+    wrong = [sample.p_wrong(claim.least) for sample in found]
     verified, too_slow, off = (min(1.0, planned * min(looks)) for looks in (falls, slow, wrong))
     return ChainTests(verified, too_slow, off, growth(falls[-1], evidence.level / planned, GROUPS))
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
+from ...contracts.claimed import Order
 from ...contracts.finding import Kind, Reason
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
@@ -177,10 +178,11 @@ def path_tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim
     truth, bias = evidence.problem.pathwise, fitted.bias
     if not np.isfinite(bias.bound):
         return PathTests.none(f"no finite interval: {bias.reference} is too coarse or not finite")
-    if not (truth is None or isinstance(claim.value, str) or truth.order >= claim.value + 0.5):
+    claimed = claim.value
+    if truth is not None and isinstance(claimed, Order) and not truth.order >= claimed.least + 0.5:
         return PathTests.none(f"{bias.reference}: it should be half an order above the claim")
     tests = order_tests(claim, fitted.slope, evidence, bias.bound)
-    low = tests.refuted <= SUSPECT and not isinstance(claim.value, str)
+    low = tests.refuted <= SUSPECT and isinstance(claimed, Order)
     if bias.knows_limit:
         early = _above(evidence, fitted, claim) or _seems_early(quantity, fitted.levels, bias.bound)
         tests = _with_limit(tests, quantity.contrast(fitted.levels), bias.bound, evidence, early=early)
@@ -222,7 +224,7 @@ def _coarse(evidence: Evidence, finest: int) -> str:
 def _on_its_way(quantity: Quantity, levels: Array, claim: Claim) -> str:
     """Return that the local order, if it rises once more as it did last, is what is claimed; empty if it is not."""
     rise, ahead = quantity.rise(levels).value, quantity.ahead(levels).value
-    if isinstance(claim.value, str) or not (rise > RISING and ahead >= claim.value - claim.margin):
+    if not (isinstance(claim.value, Order) and rise > RISING and ahead >= claim.value.floor):
         return ""
     return f"its local orders rise, to {ahead:.2f} at the next step size; add finer levels"
 
@@ -265,7 +267,7 @@ def asymptotic_order(quantity: Quantity, usable: Array, confidence: float) -> tu
 
 def _above(evidence: Evidence, fitted: Fit, claim: Claim) -> bool:
     low, _ = fitted.slope.interval(evidence.settings.confidence, fitted.bias.bound)
-    return not isinstance(claim.value, str) and low > claim.value
+    return isinstance(claim.value, Order) and low > claim.value.least
 
 
 def rises(evidence: Evidence, quantity: Quantity, fitted: Fit) -> bool:

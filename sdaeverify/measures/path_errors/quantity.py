@@ -149,7 +149,7 @@ class Quantity(Sloped):
     place: int
     motion: float = inf
 
-    @cached_property
+    @property
     def paths(self) -> int:
         """Number of paths."""
         return int(self.counts.sum())
@@ -199,12 +199,12 @@ class Quantity(Sloped):
         assert self.blurred is not None
         return self.logarithms.blur(levels)[self.place]
 
-    @cached_property
+    @property
     def relative_errors(self) -> tuple[Estimate, ...]:
         """E |x_l - x|/|x| at T of each level, if it was noted."""
         return () if self.relative is None else estimates(leave_out(np.asfortranarray(self.relative), self.counts))
 
-    @cached_property
+    @property
     def local_orders(self) -> tuple[Estimate, ...]:
         """Order between each level and the one before, but for the coarsest."""
         return self.logarithms.local_orders[self.place]

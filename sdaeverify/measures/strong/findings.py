@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
+from ...contracts.claimed import Order
 from ...contracts.error_sizes import ErrorSizes
-from ...contracts.finding import Finding, Kind, Opinion, Reason, Verdict
+from ...contracts.finding import Finding, Kind, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
@@ -40,9 +41,9 @@ from ..resolution import strong_resolution
 
 # By component.
 Orders = Mapping[str, StrongOrder]
-# By tier, where no slope is fitted.
-EXACT_METHODS = {1: "local order (T1), guarded by paths", 3: "paths (T3)"}
-UNFITTED_METHODS = {1: "local order (T1)", 3: "paths"}
+# By tier; where no slope is fitted, paths guard nothing.
+METHODS = {1: Method("local order", 1, guard="paths"), 3: Method("paths", 3)}
+UNFITTED_METHODS = {1: Method("local order", 1), 3: Method("paths")}
 # How far below its claim an order may be.
 TOLERANCE = 0.1
 # How much the next order may differ from the last one for an order to be missed.
@@ -198,10 +199,10 @@ def judge_order(evidence: Evidence, claim: Claim | None, order: StrongOrder | No
     order : StrongOrder or None
         Of one step, where it was probed.
     """
-    if order is None or claim is None or isinstance(claim.value, str):
+    if order is None or claim is None or not isinstance(claim.value, Order):
         return None
-    found = judge_strong(order, claim.value, margin=claim.margin, sharp=evidence.scheme.sharp_locally)
-    return of_smooth(found, claim.value, evidence)
+    found = judge_strong(order, claim.value.least, margin=claim.value.margin, sharp=evidence.scheme.sharp_locally)
+    return of_smooth(found, claim.value.least, evidence)
 
 
 def strong_finding(
@@ -232,7 +233,7 @@ def strong_finding(
     if is_exact(evidence, quantity):
         opinion = _of_exact(evidence, quantity, local, covered)
         seen = strong_resolution(evidence, quantity, len(quantity.h) - 1, covered.claim)
-        method = EXACT_METHODS[opinion.tier]
+        method = METHODS[opinion.tier]
         return finding(covered, opinion, method=method, details=local.details, resolution=seen)
     levels, left_out = usable
     if len(levels[-FITTED:]) < FEWEST:
@@ -250,23 +251,23 @@ def strong_finding(
         low=low,
         high=high,
         resolution=strong_resolution(evidence, quantity, int(levels[-1]), covered.claim),
-        method=_method(opinion.tier, fitted.bias.reference),
+        method=METHODS[opinion.tier]._replace(reference=fitted.bias.reference),
         details={**local.details, **_details(evidence, quantity, fitted)},
     )
 
 
 def _tests(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, local: _Local) -> PathTests:
     tests = path_tests(evidence, quantity, fitted, claim)
-    if isinstance(claim.value, str):
+    claimed = claim.value
+    if not isinstance(claimed, Order):
         return tests
     if not local.decides:
-        return _put_to_lower(tests, claim, quantity, fitted)
-    bound, confidence = claim.value - claim.margin, evidence.settings.confidence
-    blind = fitted.slope.growth_to_see(bound, confidence, fitted.bias.bound)
-    return _as_guard(evidence, quantity, fitted, claim, tests._replace(blind=blind))
+        return _put_to_lower(tests, claimed, quantity, fitted)
+    blind = fitted.slope.growth_to_see(claimed.floor, evidence.settings.confidence, fitted.bias.bound)
+    return _as_guard(evidence, quantity, fitted, claimed, tests._replace(blind=blind))
 
 
-def _put_to_lower(tests: PathTests, claim: Claim, quantity: Quantity, fitted: Fit) -> PathTests:
+def _put_to_lower(tests: PathTests, claim: Order, quantity: Quantity, fitted: Fit) -> PathTests:
     """Return what paths alone say: the margin is for coarse steps, and no room for an order below the claim."""
     further = unlike(claim, fitted.slope, quantity.corrected_slope(fitted.usable), fitted.bias.above)
     if further > SUSPECT:
@@ -275,23 +276,18 @@ def _put_to_lower(tests: PathTests, claim: Claim, quantity: Quantity, fitted: Fi
     return tests._replace(suspected=min(tests.suspected, further), reason=reason)
 
 
-def _as_guard(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Claim, tests: PathTests) -> PathTests:
+def _as_guard(evidence: Evidence, quantity: Quantity, fitted: Fit, claim: Order, tests: PathTests) -> PathTests:
     """Return what paths say of a claim that one step decides.
 
     The slope of errors on coarse steps refutes a local order only if the asymptotic order is too low, as well; the
     limit that they tend to is not the slope's matter. What does not look like the claim stays suspicious.
     """
-    assert not isinstance(claim.value, str)
     order, half = asymptotic_order(quantity, fitted.usable, evidence.settings.confidence)
     further = unlike(claim, fitted.slope, quantity.corrected_slope(fitted.usable), fitted.bias.above)
     suspected = min(tests.against, further)
-    if order + half < claim.value - claim.margin:
+    if order + half < claim.floor:
         return tests._replace(suspected=suspected)
     return tests._replace(refuted=max(tests.refuted, tests.limit), suspected=suspected)
-
-
-def _method(tier: int, reference: str) -> str:
-    return f"local order (T1), guarded by paths, {reference}" if tier == 1 else f"paths, {reference} (T3)"
 
 
 def _of_exact(evidence: Evidence, quantity: Quantity, local: _Local, covered: Coverage) -> Opinion:
@@ -332,7 +328,7 @@ def unknown_components(evidence: Evidence, measure: str, orders: Orders, known: 
             continue
         covered = coverage(evidence, measure, name)
         local = _local(evidence, covered, orders.get(name))
-        opinion, method = leave_open(covered, f"the problem's truth does not know {name}"), ""
+        opinion, method = leave_open(covered, f"the problem's truth does not know {name}"), None
         if local.opinion is not None and local.opinion.verdict is Verdict.REFUTED:
             opinion, method = local.opinion, UNFITTED_METHODS[1]
         yield finding(covered, opinion, method=method, details=local.details)
@@ -379,19 +375,19 @@ def judge_strong(order: StrongOrder, claim: float, *, margin: float = 0.0, sharp
     Opinion
         Refuted as inconsistent only where most states are, at some time.
     """
-    figures = _figures(order)
+    figures, bound = _figures(order), claim - TOLERANCE
     unknown = isnan(order.q2) or (order.means and isnan(order.q1))
     if not unknown and (not order.consistent or order.inconsistent_share > 0.5):
-        return _inconsistent(order, claim - TOLERANCE, figures, sharp=sharp)
+        return _inconsistent(order, bound, figures, sharp=sharp)
     if unknown or isnan(order.order):
         known = f"; {figures}" if figures else ""
         return local_doubt(f"no local order: the map is not finite or a solver's tolerance hides its defects{known}")
     text = f"local order {order.order:.3f}, claimed {claim}; {figures}"
-    if order.order < claim - TOLERANCE:
+    if order.order < bound:
         within = order.order >= claim - margin
         doubt = local_doubt(f"{text}; within the margin {margin:g}", against=True)
-        return doubt if within else _too_low(order, claim - TOLERANCE, text, sharp=sharp)
-    if order.ahead < claim - TOLERANCE:
+        return doubt if within else _too_low(order, bound, text, sharp=sharp)
+    if order.ahead < bound:
         return local_doubt(f"{text}; still falling, to {order.ahead:.3f}", _kind(order), against=True)
     void = f"; void below h = {order.plateau_h:.2g}" if order.plateau_h else ""
     if not order.means:

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.finding import Finding, Kind, Opinion, Reason, Verdict
+from ...contracts.claimed import Order, Word
+from ...contracts.finding import Finding, Kind, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim
 from ...numerics.statistics import slope_weights
@@ -50,7 +51,7 @@ from ..path_errors.quantity import Quantity
 # such levels may show that errors fall, and refute nothing.
 
 
-CONVERGES = "converges"
+CONVERGES = Word("converges")
 # A slower fall cannot be told from none over a few halvings.
 FALLING = 0.1
 LEVELLED = 0.5
@@ -294,7 +295,7 @@ def _coverage_in_time(evidence: Evidence, quantity: str) -> Coverage:
     """
     covered = coverage(evidence, MEASURE, quantity)
     claim = covered.claim
-    if claim is None or claim.quantities or isinstance(claim.value, str) or claim.value <= ROUGH:
+    if claim is None or claim.quantities or not (isinstance(claim.value, Order) and claim.value.least > ROUGH):
         return covered
     text = f"an order above {ROUGH} that names no quantities is claimed at grid points"
     return Coverage(quantity, None, Reason(text, Kind.NO_CLAIM))
@@ -329,7 +330,7 @@ def _in_continuous_time(subject: _Subject, grid: Grid, finest_error: float) -> J
 
 def _without_fit(subject: _Subject, remarks: Reason) -> JudgedQuantity:
     opinion = no_fit(subject.evidence, subject.covered, remarks)
-    return JudgedQuantity(subject.quantity, finding(subject.covered, opinion, method="paths"))
+    return JudgedQuantity(subject.quantity, finding(subject.covered, opinion, method=Method("paths")))
 
 
 def _of_slope(subject: _Subject, fitted: Fit, tests: PathTests, details: Mapping[str, object]) -> JudgedQuantity:
@@ -342,7 +343,7 @@ def _of_slope(subject: _Subject, fitted: Fit, tests: PathTests, details: Mapping
         estimate=fitted.slope.value,
         low=low,
         high=high,
-        method="local consistency (T1)" if opinion.tier == 1 else f"paths, {bias.reference} (T3)",
+        method=Method("local consistency", 1) if opinion.tier == 1 else Method("paths", 3, reference=bias.reference),
         details={
             "std_error": fitted.slope.se,
             "order_L2": quantity.slope_in(fitted.levels, 2).value,
@@ -372,7 +373,7 @@ def _exact(subject: _Subject) -> tuple[JudgedQuantity, Grid]:
         opinion = Opinion(Verdict.OUT_OF_SCOPE, subject.covered.gap)
     # The limit is known to rounding.
     p_value = 1.0 if still else 0.0
-    judged = JudgedQuantity(subject.quantity, finding(subject.covered, opinion, method="paths (T3)"))
+    judged = JudgedQuantity(subject.quantity, finding(subject.covered, opinion, method=Method("paths", 3)))
     return judged, Grid(PathTests(p_value, 1.0, opinion.reason), p_value)
 
 

@@ -29,7 +29,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
+from ...contracts.claimed import Order
+from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
@@ -55,17 +56,17 @@ from ...probe.stiffness.uniform_errors import (
 )
 from ...registry.hookspecs import hookimpl
 from ...verdicts.coverage import Coverage, coverage, no_claim
-from ...verdicts.opinions import NOT_PROBED, finding, is_order, judge_claim, local_doubt
+from ...verdicts.opinions import NOT_PROBED, finding, judge_claim, local_doubt
 from .paired_findings import STRONG, WEAK, paired_findings
 
 INVARIANT, PAIRED = "invariant", "paired"
 METHODS = {
-    WEAK: "supremum over eps of errors of moments (T2)",
-    STRONG: "supremum over eps of distances by moments (T2)",
-    INVARIANT: "supremum over eps of errors of stationary means by the transition operator (T2)",
+    WEAK: Method("supremum over eps of errors of moments", 2),
+    STRONG: Method("supremum over eps of distances by moments", 2),
+    INVARIANT: Method("supremum over eps of errors of stationary means by the transition operator", 2),
 }
 MEASURE, ONE_STEP = "uniformity", "one step"
-METHOD = "one step against two half steps, supremum over eps (T1)"
+METHOD = Method("one step against two half steps, supremum over eps", 1)
 FEWEST = 3
 
 
@@ -165,7 +166,7 @@ def _finding(evidence: Evidence, name: str, record: UniformErrors) -> Finding:
     named = list(zip(_names(evidence, name), suprema(record), strict=True))
     resolved = [each for each in named if each[1].resolved]
     label, worst = min(resolved, key=lambda each: each[1].order, default=(named[0]))
-    opinion = judge_claim(covered, lambda claim: _opinion(float(claim.value) - claim.margin, record, named))
+    opinion = judge_claim(covered, lambda claim: _opinion(claim.value.floor, record, named))
     return finding(
         covered,
         opinion._replace(tier=2),
@@ -252,10 +253,11 @@ def one_step_finding(covered: Coverage, record: UniformDefects, names: list[str]
     order, ahead = (np.concatenate(parts) for parts in zip(*found, strict=True))
     against = [f"{name} against {what}" for what in ("two half steps", "Euler's step") for name in names]
     worst = int(np.where(np.isnan(order), -np.inf, np.fmax(order, ahead)).argmin())
-    figures = {"order": order[worst], "functional": against[worst], "claimed": covered.claim.value}
+    value = covered.claim.value
+    claimed, joint = (value.least, "; ") if isinstance(value, Order) else (value, ": ")
+    figures = {"order": order[worst], "functional": against[worst], "claimed": claimed}
     text = "local order {order:.3f} in {functional}; claimed {claimed}"
     verdict, remark = _verdict(covered.claim, record, order, ahead)
-    joint = "; " if is_order(covered.claim) else ": "
     opinion = Opinion(verdict, Reason(text, Kind.ORDER, figures).then(remark, joint), 1)
     return finding(
         covered, opinion, estimate=float(order[worst]), method=METHOD, details={"functional": against[worst]}
@@ -280,9 +282,9 @@ def _orders(record: UniformDefects, size: Array, floor: Array) -> tuple[Array, A
 
 def _verdict(claim: Claim, record: UniformDefects, order: Array, ahead: Array) -> tuple[Verdict, str]:
     """Return the verdict, and what is to be said beside the figures."""
-    if isinstance(claim.value, str):
+    if not isinstance(claim.value, Order):
         return Verdict.INCONCLUSIVE, "this measure does not know what that means"
-    bound = claim.value - claim.margin
+    bound = claim.value.floor
     if np.any(np.maximum(order, ahead) < bound):
         return Verdict.REFUTED, ""
     if np.all(np.minimum(order, ahead) >= bound):

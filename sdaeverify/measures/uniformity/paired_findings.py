@@ -20,9 +20,9 @@ import numpy as np
 import scipy
 
 from ...arrays import Array
-from ...contracts.finding import Finding, Kind, LevelFinding, Opinion, Reason, Verdict
+from ...contracts.claimed import Order
+from ...contracts.finding import Finding, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
-from ...contracts.scheme import Claim
 from ...numerics.statistics import GROUPS
 from ...probe.stiffness.paired_members import FAILED, PairedErrors, run_of
 from ...verdicts.coverage import coverage
@@ -32,8 +32,8 @@ from ..outweighed import growth, outweighs
 
 WEAK, STRONG = "weak", "strong"
 METHODS = {
-    WEAK: "supremum over eps of errors of means on the same noise (T3)",
-    STRONG: "supremum over eps of distances on the same noise (T3)",
+    WEAK: Method("supremum over eps of errors of means on the same noise", 3),
+    STRONG: Method("supremum over eps of distances on the same noise", 3),
 }
 MEASURE, LAST = "uniformity", 2
 
@@ -183,13 +183,13 @@ def _finding(evidence: Evidence, record: PairedErrors, name: str, sample: Paired
     if len(sample.eps):
         bands = sample.bands(evidence.settings.confidence)
         order, details = sample.order(bands), sample.place(bands, -1)
-        opinion = judge_claim(covered, lambda claim: _opinion(evidence, record, claim, sample))
+        opinion = judge_claim(covered, lambda claim: _opinion(evidence, record, claim.value, sample))
     value, low, high = map(float, order)
     shown = {"estimate": value, "low": low, "high": high, "method": METHODS[name], "details": details}
     return finding(covered, opinion._replace(settled=True), **shown)
 
 
-def _opinion(evidence: Evidence, record: PairedErrors, claim: Claim, sample: PairedMeans) -> Opinion:
+def _opinion(evidence: Evidence, record: PairedErrors, claim: Order, sample: PairedMeans) -> Opinion:
     paths = int(record.counts.sum())
     lost = record.lost[np.isin(record.eps, sample.eps)].sum(axis=1)
     if lost[:, -1].max() > FAILED * paths:
@@ -197,7 +197,7 @@ def _opinion(evidence: Evidence, record: PairedErrors, claim: Claim, sample: Pai
         return Opinion(Verdict.REFUTED, Reason(f"the error is not bounded: paths are not finite at {where}"))
     if lost.any():
         return Opinion(Verdict.INCONCLUSIVE, Reason("some paths are not finite"))
-    order = float(claim.value) - claim.margin
+    order = claim.floor
     falls, (stays, worst) = sample.falls(order), sample.stays(order)
     shown = sample.of(worst) if stays <= evidence.level else sample
     reason = _order(evidence, claim, shown, paths)
@@ -212,14 +212,14 @@ def _opinion(evidence: Evidence, record: PairedErrors, claim: Claim, sample: Pai
     return opinion
 
 
-def _order(evidence: Evidence, claim: Claim, sample: PairedMeans, paths: int) -> Reason:
+def _order(evidence: Evidence, claim: Order, sample: PairedMeans, paths: int) -> Reason:
     bands = sample.bands(evidence.settings.confidence)
     (order, low, high), at = sample.order(bands), sample.place(bands, -1)
     over = f"{len(sample.eps)} eps from {sample.eps[0]:.3g} to {sample.eps[-1]:.3g}"
     text = (
         "order {order:.3f} of the supremum over {over}, at least {low:.3f} and at most {high:.3f}; claimed {claimed}"
     )
-    figures = {"order": order, "over": over, "low": low, "high": high, "claimed": claim.value}
+    figures = {"order": order, "over": over, "low": low, "high": high, "claimed": claim.least}
     where = f"{at['functional']}, eps = {at['worst_eps']:.3g} at h = {sample.h[-1]:.3g}"
     return Reason(text, Kind.ORDER, figures).then(f"{where}, {paths} paths")
 

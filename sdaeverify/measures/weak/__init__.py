@@ -16,8 +16,9 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ...arrays import Array, Parts
+from ...contracts.claimed import Order
 from ...contracts.error_sizes import ErrorSizes
-from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
+from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import Claim, Scheme
 from ...contracts.settings import Settings
@@ -50,7 +51,10 @@ STATE = "state"
 LOST = Reason("paths are lost at the finest level")
 # Fewer functionals can all be blind to the same error.
 FUNCTIONALS = 3
-TOO_FEW = "fewer than three levels without failures"
+METHODS = {1: Method("local weak order", 1), 2: Method("moments", 2)}
+TOO_FEW = Reason("fewer than three levels without failures")
+ROUNDING = Reason("no error beyond rounding")
+CHANGES_SIGN = Reason("uninformative: its error changes sign between levels")
 # Errors a h^p + b h^(p+1) leave this much more than the last difference over 2^p - 1 at the finest level.
 SLACK = 2.0
 # No scheme converges more slowly in law than it does along paths.
@@ -72,7 +76,7 @@ class MeanOrder(NamedTuple):
     resolved : float
         Least ratio of a difference to its standard error.
     tests : PathTests
-    remark : str
+    remark : Reason
         Why the observable is not used; empty if it is.
     """
 
@@ -80,7 +84,12 @@ class MeanOrder(NamedTuple):
     levels: Array
     resolved: float
     tests: PathTests
-    remark: str = ""
+    remark: Reason = Reason()
+
+    @property
+    def has_few_levels(self) -> bool:
+        """Whether there are too few levels for a slope."""
+        return len(self.levels) < FEWEST
 
 
 def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrder:
@@ -100,18 +109,17 @@ def mean_order(evidence: Evidence, means: Means, claim: Claim | None) -> MeanOrd
     if len(levels) < FEWEST:
         return MeanOrder(unknown, levels, 0.0, PathTests.none(TOO_FEW), TOO_FEW)
     if _without_error(evidence, means, levels):
-        return MeanOrder(unknown, levels, 0.0, PathTests.none("no error beyond rounding"), "no error beyond rounding")
+        return MeanOrder(unknown, levels, 0.0, PathTests.none(ROUNDING), ROUNDING)
     slope = means.slope(levels)
     resolved = means.least_signal(levels)
-    if claim is None or isinstance(claim.value, str):
+    if claim is None or not isinstance(claim.value, Order):
         return MeanOrder(slope, levels, resolved, PathTests.none(""))
     off = _off_limit(evidence, means)
-    limit, blind = _limit(evidence, means, claim.value, off), _blind(evidence, means, levels, off)
+    limit, blind = _limit(evidence, means, claim.value.least, off), _blind(evidence, means, levels, off)
     if resolved >= RESOLVED and not means.one_signed(levels):
-        remark = "uninformative: its error changes sign between levels"
         suspected = min(limit.suspected, _shrinks(means, levels))
         tests = limit._replace(verified=1.0, blind=blind, suspected=suspected, limit=limit.refuted)
-        return MeanOrder(slope, levels, resolved, hold_back(tests, evidence, levels), remark)
+        return MeanOrder(slope, levels, resolved, hold_back(tests, evidence, levels), CHANGES_SIGN)
     tests = _tests(evidence, means, claim, (slope, levels, resolved, limit))
     tests = tests._replace(blind=blind, suspected=min(tests.suspected, limit.suspected))
     return MeanOrder(slope, levels, resolved, hold_back(tests, evidence, levels))
@@ -135,8 +143,8 @@ def _tests(
         tests = PathTests(1.0, limit.refuted, limit.reason.then(unresolved), growth, _shrinks(means, levels))
         return tests._replace(limit=limit.refuted)
     order, corrected = order_tests(claim, slope, evidence), _corrected_slope(means, levels)
-    assert not isinstance(claim.value, str)
-    refuted = max(order.refuted, corrected.p_below(claim.value - claim.margin))
+    assert isinstance(claim.value, Order)
+    refuted = max(order.refuted, corrected.p_below(claim.value.floor))
     rising = means.rise(levels).interval(evidence.settings.confidence)[0] > RISING
     if rising or _coarse(means, int(levels[-1])) or _turns(means, levels):
         refuted = 1.0
@@ -145,7 +153,7 @@ def _tests(
         min(1.0, 2.0 * min(refuted, limit.refuted)),
         limit.reason.then(order.reason),
         order.growth,
-        suspected=unlike(claim, slope, corrected),
+        suspected=unlike(claim.value, slope, corrected),
         limit=min(1.0, 2.0 * limit.refuted),
     )
     return with_sample(tests, evidence.paths, heavy=False)
@@ -309,13 +317,12 @@ def _finding(evidence: Evidence, means: Means, probed: WeakProbe) -> Finding:
     covered = coverage(evidence, Weak.name, means.name)
     sampled = mean_order(evidence, means, covered.claim)
     opinion = _opinion(evidence, sampled, covered)
-    left_out = sound_levels_of(evidence)[1] if sampled.remark == TOO_FEW else Reason()
-    said = sampled.remark in {part.text for part in opinion.reason.parts}
+    left_out = sound_levels_of(evidence)[1] if sampled.has_few_levels else Reason()
     confidence = evidence.settings.confidence
     low, high = sampled.slope.interval(confidence) if opinion.tier == 3 else (float("nan"), float("nan"))
     return finding(
         covered,
-        opinion.plus("" if said else sampled.remark, left_out),
+        opinion.plus(Reason() if opinion.reason.includes(sampled.remark) else sampled.remark, left_out),
         estimate=sampled.slope.value if opinion.tier == 3 else probed.order,
         low=low,
         high=high,
@@ -337,7 +344,7 @@ def _opinion(evidence: Evidence, sampled: MeanOrder, covered: Coverage) -> Opini
         # A difference that is small by accident spoils a slope: finer levels tell, or nobody.
         tests = tests._replace(refuted=tests.limit, suspected=tests.against)
     opinion = guard(local, tests, evidence)
-    if sampled.remark == TOO_FEW and opinion.verdict is Verdict.VERIFIED:
+    if sampled.has_few_levels and opinion.verdict is Verdict.VERIFIED:
         return Opinion(Verdict.INCONCLUSIVE, opinion.reason.then("no paths to guard it", ", but "))
     return opinion
 
@@ -349,7 +356,7 @@ def _of_state(evidence: Evidence, probed: WeakProbe) -> Finding:
     if covered.claim is None or opinion is None or opinion.verdict is Verdict.INCONCLUSIVE:
         open_ = leave_open(covered, "the problem has no observables, and probing does not decide")
         return finding(covered, open_, details=probed.details)
-    method = "local weak order (T1)" if opinion.tier == 1 else "moments (T2)"
+    method = METHODS[opinion.tier]
     sound, remarks = sound_levels_of(evidence)
     if evidence.health.sums["lost"][-1] > 0:
         opinion = Opinion(Verdict.DIVERGED, LOST)
@@ -358,10 +365,9 @@ def _of_state(evidence: Evidence, probed: WeakProbe) -> Finding:
     return finding(covered, opinion, estimate=probed.order, method=method, details=probed.details)
 
 
-def _method(tier: int, means: Means) -> str:
+def _method(tier: int, means: Means) -> Method:
     pairs = "differences to the exact solution" if means.coupled else "successive differences"
-    names = {1: "local weak order (T1), guarded by", 2: "moments (T2), guarded by"}
-    return f"{names[tier]} {pairs}" if tier in names else f"{pairs} along paths (T3)"
+    return METHODS[tier]._replace(guard=pairs) if tier in METHODS else Method(f"{pairs} along paths", 3)
 
 
 def _enough(findings: list[Finding]) -> list[Finding]:

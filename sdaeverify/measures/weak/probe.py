@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...contracts.claimed import Order
 from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Kind, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
@@ -41,7 +42,7 @@ from ...probe.operator.transition_errors import TransitionErrors, chart_observab
 from ...probe.step import test_functions
 from ...probe.step.states import cloud
 from ...verdicts.coverage import claim_for
-from ...verdicts.opinions import is_order, local_doubt, local_opinion, of_smooth
+from ...verdicts.opinions import local_doubt, local_opinion, of_smooth
 from ..error_sizes import of_moments, of_operator, of_step_expectations
 from ..means import known_mean
 
@@ -171,19 +172,20 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
     bool
         Whether the second tier confirms the first one at T, without sampling.
     """
-    if claim is None or isinstance(claim.value, str):
+    if claim is None or not isinstance(claim.value, Order):
         return None, False
+    least = claim.value.least
     known = observable in evidence.view.observables
     if known and (found := smoothness(evidence.view, observable)) is not Smoothness.SMOOTH:
-        return _judge_rough(evidence, claim.value, observable, found), False
-    probed, tolerance = weak_probe(evidence), max(TOLERANCE, claim.margin)
-    opinion = evidence.without_paths.read(_judge_local, evidence.view, claim.value, tolerance)
-    opinion = opinion and of_smooth(opinion, claim.value, evidence)
+        return _judge_rough(evidence, least, observable, found), False
+    probed, tolerance = weak_probe(evidence), max(TOLERANCE, claim.value.margin)
+    opinion = evidence.without_paths.read(_judge_local, evidence.view, least, tolerance)
+    opinion = opinion and of_smooth(opinion, least, evidence)
     if claim.quantities and known:
-        return _judge_named(evidence, claim, observable, opinion)
+        return _judge_named(evidence, claim.value, observable, opinion)
     if opinion is not None and opinion.verdict is Verdict.REFUTED:
         return opinion, False
-    further = _global(probed, claim.value, observable)
+    further = _global(probed, least, observable)
     # What one step speaks against is not verified at T: moments and means on a chart need not pass the states it saw.
     undecided = opinion is None or (opinion.verdict is Verdict.INCONCLUSIVE and not opinion.speaks_against)
     if further is not None and (undecided or further.verdict is Verdict.REFUTED):
@@ -213,11 +215,10 @@ def _judge_rough(evidence: Evidence, claim: float, observable: str, found: Smoot
 
 
 def _judge_named(
-    evidence: Evidence, claim: Claim, observable: str, opinion: Opinion | None
+    evidence: Evidence, claim: Order, observable: str, opinion: Opinion | None
 ) -> tuple[Opinion | None, bool]:
     """Return the same of a claim that names this observable, given what one step says of all test functions."""
-    assert not isinstance(claim.value, str)
-    further = _global_of_one(evidence, claim.value, observable)
+    further = _global_of_one(evidence, claim.least, observable)
     if further is not None:
         both = opinion is not None and {opinion.verdict, further.verdict} == {Verdict.VERIFIED}
         return (opinion if both else further), both
@@ -225,7 +226,7 @@ def _judge_named(
         return opinion, False
     own = evidence.without_paths.read(_read_own, evidence.view, observable)
     if own is not None:
-        judged = judge_weak(own, claim.value, max(TOLERANCE, claim.margin))
+        judged = judge_weak(own, claim.least, max(TOLERANCE, claim.margin))
         if judged.verdict is Verdict.REFUTED:
             return judged, False
     return local_doubt(f"of other functions than {observable}, which may be better: {opinion.reason}"), False
@@ -279,7 +280,7 @@ def _operator(scheme: Scheme, view: Any, settings: Settings) -> TransitionErrors
     record = weak_errors(scheme, view, steps[:FIRST])
     orders = _operator_orders(view, record)
     claims = {name: claim_for(scheme, view.traits, "weak", name).claim for name in orders}
-    least = {name: float(claim.value) for name, claim in claims.items() if claim and is_order(claim)}
+    least = {name: c.value.least for name, c in claims.items() if c and isinstance(c.value, Order)}
     if obstacle(record) or all(orders[name].fixed or orders[name].low >= p - TOLERANCE for name, p in least.items()):
         return record
     return record.extend(weak_errors(scheme, view, steps[FIRST:]))
@@ -298,10 +299,11 @@ def _decides_claims(found: LocalWeak | None, scheme: Scheme) -> bool:
     if found is None:
         return False
     order = weak_order(found)
-    claims = [claim for claim in scheme.promises if claim.measure == "weak" and not isinstance(claim.value, str)]
+    values = [claim.value for claim in scheme.promises if claim.measure == "weak"]
     return all(
-        judge_weak(order, float(c.value), max(TOLERANCE, c.margin)).verdict is not Verdict.INCONCLUSIVE
-        for c in claims
+        judge_weak(order, value.least, max(TOLERANCE, value.margin)).verdict is not Verdict.INCONCLUSIVE
+        for value in values
+        if isinstance(value, Order)
     )
 
 

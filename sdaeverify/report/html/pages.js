@@ -149,7 +149,7 @@ function command(finding) {
 function card(finding) {
   const along = finding.path_order === null ? "" : interval(finding.path_order, finding.path_low, finding.path_high);
   return el("article", { class: "card" }, el("h3", {}, finding.quantity || finding.measure, " ", badge(finding.verdict)),
-    facts([["claim", claimText(finding)], ["from", finding.claim_source], ["decided by", [finding.decided_by, finding.decided_by && finding.method.split(" (T")[0]].filter(Boolean).join(", ")], ...LABELS_OF_COLUMNS.map(([name, label]) => [label, typeof finding[name] === "number" ? short(finding[name]) : finding[name]]), ["resolution", resolution(finding)],
+    facts([["claim", claimText(finding)], ["from", finding.claim_source], ["decided by", finding.decided_by], ...LABELS_OF_COLUMNS.map(([name, label]) => [label, typeof finding[name] === "number" ? short(finding[name]) : finding[name]]), ["method", finding.method], ["resolution", resolution(finding)],
       ["local order", finding.local_order === null ? "" : order(finding.local_order)], ["order along paths", along],
       ...["L1/2", "L2", "L4"].map((norm) => [`the same in ${norm}`, finite(finding[`order_${norm}`]) ? order(finding[`order_${norm}`]) : ""]),
       [finding.value_of, finding.value === null ? "" : finding.value_of.includes("order") ? interval(finding.value, finding.value_low, finding.value_high) : short(finding.value)],
@@ -171,11 +171,11 @@ function cardPicture(finding) {
   if (all.some((point) => point.functional)) return functionals(finding, all, label);
   const fit = finding.path_order, yLabel = axisOf(finding.measure).label;
   const hollow = all.some((point) => !point.filled), seen = finding.levels.f ? "fitted" : "above three standard errors";
-  const caption = [hollow ? `● ${seen}, ○ not` : finding.levels.f ? "● fitted" : "● measured", finite(fit) ? `; line: order along paths ${order(fit)}` : "", finite(finding.claimed) ? "; triangles: claim, and claim − margin (dashed)" : "", all.some((point) => point.s) ? `; band: ${short(100 * (settings.confidence || 0.99), 4)} % intervals` : ""];
+  const caption = [hollow ? `● ${seen}, ○ not` : finding.levels.f ? "● fitted" : "● measured", finite(fit) ? `; line: order along paths ${order(fit)}` : "", finite(finding.claimed_order) ? "; triangles: claim, and claim − margin (dashed)" : "", all.some((point) => point.s) ? `; band: ${short(100 * (settings.confidence || 0.99), 4)} % intervals` : ""];
   return figure(convergence(all, { label, quantiles: DATA.reach, slopes: slopes(finding), fit, yLabel }), caption, head, rows);
 }
 
-const slopes = (finding) => [["claimed", "claim", "claim"], ["least", "least", "least"]].filter(([name]) => finite(finding[name]))
+const slopes = (finding) => [["claimed_order", "claim", "claim"], ["least", "least", "least"]].filter(([name]) => finite(finding[name]))
   .map(([name, kind, label]) => ({ order: finding[name], kind, label }));
 
 function functionals(finding, all, label) {

@@ -21,14 +21,14 @@ function schemePage(_, name) {
 function claims(passport, own) {
   const of = (claim) => own.filter((one) => one.measure === claim.measure && one.claim === claim.claim && (!claim.quantities.length || claim.quantities.includes(one.quantity)));
   const told = (findings) => Object.keys(VERDICTS).map((verdict) => [verdict, findings.filter((one) => one.verdict === verdict).length]).filter(([, count]) => count).map(([verdict, count]) => [badge(verdict), ` ${count} `]);
-  const rows = (passport.claims || []).map((claim) => [claim.measure, claim.claim, claim.claim.startsWith("order") ? claim.margin : null, claim.quantities.length ? listed(claim.quantities) : "all", claim.when.length ? listed(claim.when) : "all", el("span", {}, told(of(claim))), claim.source]);
+  const rows = (passport.claims || []).map((claim) => [claim.measure, claim.claim, claim.margin, claim.quantities.length ? listed(claim.quantities) : "all", claim.when.length ? listed(claim.when) : "all", el("span", {}, told(of(claim))), claim.source]);
   return rows.length ? table(["measure", "claim", "margin", "quantities", "for problems with", "found", "source"], rows) : el("p", { class: "soft" }, "It claims nothing, or its passport is not here.");
 }
 
 /** Return a forest plot of what one measure found of a scheme, or of a problem. */
 function orders(findings, title, measure, name = (one) => one.problem) {
   const rows = findings.map((one) => {
-    return { name: `${name(one)} · ${one.quantity}`, value: one.order_value, low: one.order_low, high: one.order_high, claim: one.claimed, least: one.least, filled: one.sampled, told: `${name(one)}, ${one.quantity}: ${found(one)}; ${VERDICTS[one.verdict][1]}; claim ${claimText(one)}` };
+    return { name: `${name(one)} · ${one.quantity}`, value: one.order_value, low: one.order_low, high: one.order_high, claim: one.claimed_order, least: one.least, filled: one.sampled, told: `${name(one)}, ${one.quantity}: ${found(one)}; ${VERDICTS[one.verdict][1]}; claim ${claimText(one)}` };
   }).filter((row) => finite(row.value));
   return rows.length ? [heading(3, measure), forest(rows, { label: `${measure} orders of ${title}` })] : [];
 }

@@ -3,12 +3,12 @@
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
-from math import isinf, isnan, nan
+from math import isinf, isnan
 from typing import Any
 
 from ..cells import TEXT, parse
 from ..folders import Key, SavedTables, TextRow, key_of
-from ..pictures import claimed_slopes, known_order, reach
+from ..pictures import known_order, reach
 from ..saved import settings_of
 from ..sentences import ABSENT, counts_in_words
 from ..tables.columns import MEAN
@@ -130,10 +130,9 @@ def _findings(tables: SavedTables, texts: _Texts) -> dict[str, list[Any]]:
 
 def _drawn(rows: Sequence[VerdictRow]) -> dict[str, list[Any]]:
     """Return the columns of what pictures show of rows."""
-    slopes = [{slope.style: slope.order for slope in claimed_slopes(row)} for row in rows]
     orders = [known_order(row) for row in rows]
     return {
-        **{style: [to_json(known.get(style, nan)) for known in slopes] for style in ("claimed", "least")},
+        "least": [to_json(row.claimed_order - row.margin) for row in rows],
         **{end: [to_json(getattr(order, end.removeprefix("order_"))) for order, _ in orders] for end in ORDERS},
         "sampled": [int(sampled) for _, sampled in orders],
     }

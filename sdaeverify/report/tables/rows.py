@@ -99,7 +99,7 @@ def _names(result: CellResult, quantity: str) -> Record:
 
 def _list_details(result: CellResult, finding: Finding) -> Record:
     return {
-        "method": finding.method,
+        "method": str(finding.method or ""),
         "claim_source": finding.claim.source if finding.claim else "",
         "seconds": round(result.seconds, 3),
         "step_seconds": float(f"{result.step_seconds:.3g}"),

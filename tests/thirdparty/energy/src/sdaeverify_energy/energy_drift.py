@@ -37,7 +37,9 @@ class EnergyDrift(m.Measure):
             return m.decide(m.with_sample(tests, evidence.paths, heavy=False), evidence)
 
         opinion, figures = m.judge_claim(covered, judge).plus(remarks), {"low": low, "high": high}
-        return m.Judgement((m.finding(covered, opinion, estimate=order.value, method="paths (T3)", **figures),), rows)
+        return m.Judgement(
+            (m.finding(covered, opinion, estimate=order.value, method=m.Method("paths", 3), **figures),), rows
+        )
 
 
 class EnergyObserver:

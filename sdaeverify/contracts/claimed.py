@@ -1,0 +1,137 @@
+"""What can be claimed: a least order, exactness, a bound, or words that a measure knows.
+
+Whoever decides by a claim asks for the type of its value; its text is for readers.
+"""
+
+from dataclasses import dataclass
+from math import inf
+
+from ..errors import SchemeError
+
+# How users write what is exact, and what has no bias beyond a bound.
+ROUND_OFF, UNBIASED = "round-off", "unbiased"
+MARGIN = 0.2
+
+
+@dataclass(frozen=True)
+class Order:
+    """A least order.
+
+    Attributes
+    ----------
+    least : float
+    margin : float
+        How far below `least` an order may be: part of the claim.
+    """
+
+    least: float
+    margin: float = MARGIN
+
+    def __post_init__(self) -> None:
+        if not 0 < self.margin < self.least < inf:
+            given = f"value {self.least!r} with margin {self.margin!r}"
+            raise SchemeError(
+                f"a claimed order must be finite and larger than its margin, which is positive; got {given}"
+            )
+
+    @property
+    def floor(self) -> float:
+        """The least order up to the margin: from here on a claim holds."""
+        return self.least - self.margin
+
+    def __str__(self) -> str:
+        return f"order >= {float(self.least)}"
+
+
+@dataclass(frozen=True)
+class Exact:
+    """No error beyond rounding."""
+
+    def __str__(self) -> str:
+        return ROUND_OFF
+
+
+@dataclass(frozen=True)
+class Bound:
+    """At most a number, whatever the step size.
+
+    Attributes
+    ----------
+    text : str
+        What is bounded: ``unbiased`` of a bias, or a word that a measure knows, such as ``iterations``.
+    most : float
+        The largest absolute value, in the unit of the quantity.
+    share : float
+        Least share of the steps in which it holds.
+    """
+
+    text: str
+    most: float
+    share: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not (0 < self.most < inf and 0 < self.share <= 1):
+            given = f"{self.text!r}, {self.most!r} in a share {self.share!r} of the steps"
+            raise SchemeError(f"a bound is positive and finite, its share positive and at most 1; got {given}")
+
+    def __str__(self) -> str:
+        words = f"{self.text} within {str(float(self.most)).removesuffix('.0')}"
+        return words if self.share == 1 else f"{words} in {100 * self.share:g} per cent of the steps"
+
+
+@dataclass(frozen=True)
+class Word:
+    """What a measure knows by a word.
+
+    Attributes
+    ----------
+    text : str
+    """
+
+    text: str
+
+    def __post_init__(self) -> None:
+        if not self.text:
+            raise SchemeError("a claim's value must be an order or words such as round-off, got an empty text")
+        if self.text == UNBIASED:
+            raise SchemeError("a claim to be unbiased says within which bound")
+
+    def __str__(self) -> str:
+        return self.text
+
+
+Value = Order | Exact | Bound | Word
+
+
+def as_value(given: float | str | Value, margin: float | None, bound: float | None, share: float | None) -> Value:
+    """Return what is claimed as a record.
+
+    Parameters
+    ----------
+    given : float or str or record
+        An order, words, or a record.
+    margin : float or None
+        Of an order; the default if left out.
+    bound : float or None
+        Of what the words name.
+    share : float or None
+        Least share of the steps in which the bound holds; all if left out.
+
+    Raises
+    ------
+    SchemeError
+        If one of them does not go with what is claimed.
+    """
+    if share is not None and bound is None:
+        raise SchemeError(f"a share is of the steps in which a bound holds; got {share!r} without a bound")
+    if isinstance(given, str):
+        if bound is not None:
+            return Bound(given, bound, 1.0 if share is None else share)
+        return Exact() if given == ROUND_OFF else Word(given)
+    if bound is not None:
+        raise SchemeError(f"a bound is of a claim in words; got {given!r}, {bound!r}")
+    if not isinstance(given, Order | Exact | Bound | Word):
+        return Order(given, MARGIN if margin is None else margin)
+    if margin is not None:
+        raise SchemeError(f"a margin is of an order given as a number; got {given!r}, {margin!r}")
+    return given
