@@ -54,7 +54,15 @@ def rows_of(results: Iterable[CellResult]) -> Rows:
 
 
 def tables_of(rows: Rows, results: Sequence[CellResult], settings: Settings) -> dict[str, pd.DataFrame]:
-    """Return the tables of a run by the names of their files, with the dictionary of their columns."""
+    """Return the tables of a run by the names of their files, with the dictionary of their columns.
+
+    Parameters
+    ----------
+    rows : Rows
+        Of the results.
+    results : sequence of CellResult
+    settings : Settings
+    """
     measures = dict.fromkeys(result.cell.measure for result in results)
     levels = [row for result in results for row in _level_rows(result, settings)]
     return {
