@@ -6,7 +6,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, Unpack
+from typing import Any, NamedTuple, TypedDict, Unpack
+
+import pandas as pd
 
 from .cli.limits import read_limits
 from .cli.options import KINDS
@@ -26,18 +28,15 @@ from .report.notebook import CellView, result_html, result_text
 from .report.passports import passports
 from .report.plots import Plots
 from .report.provenance import provenance
-from .report.tables.columns import COLUMNS, details_file, dictionary
+from .report.tables.columns import details_file
 from .report.tables.command import command_of
-from .report.tables.rows import Rows, Table, level_table, rows_of, table_of, tables_of
+from .report.tables.rows import Rows, rows_of, tables_of
 from .store.store import Store
 from .study import CellResult, Plan, Study, plan
 from .study.remote_plan import remote_plan
 from .workers.executors import PROCESSES, Crew, Plugins, open_crew
 from .workers.limits import Limits
 from .workers.pool import BLOCKS_A_WORKER, executor_for
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 Schemes = str | Scheme | Sequence[str | Scheme]
 Problems = str | ProblemSpec | Callable[..., Problem] | Sequence[str | ProblemSpec | Callable[..., Problem]]
@@ -80,27 +79,21 @@ class Result:
         return rows_of(self.results)
 
     @cached_property
-    def files(self) -> dict[str, Table]:
+    def tables(self) -> dict[str, pd.DataFrame]:
         """All tables by the names of their files, with the dictionary of their columns."""
-        columns = table_of([*dictionary(dict.fromkeys(result.cell.measure for result in self.results))])
-        return {**tables_of(self.rows), LEVELS: level_table(self.results, self.settings), COLUMNS: columns}
-
-    @cached_property
-    def tables(self) -> "dict[str, pd.DataFrame]":
-        """The same for pandas."""
-        return {name: table.frame for name, table in self.files.items()}
+        return tables_of(self.rows, self.results, self.settings)
 
     @property
-    def verdicts(self) -> "pd.DataFrame":
+    def verdicts(self) -> pd.DataFrame:
         """One row for each quantity that is claimed or measured: claim, orders, value, verdict, reason."""
         return self.tables[VERDICTS]
 
     @property
-    def not_applicable(self) -> "pd.DataFrame":
+    def not_applicable(self) -> pd.DataFrame:
         """One row for each cell, or quantity of it, to which its measure does not apply, with the reason."""
         return self.tables[NOT_APPLICABLE]
 
-    def details(self, measure: str) -> "pd.DataFrame":
+    def details(self, measure: str) -> pd.DataFrame:
         """Return what else a measure tells of its rows of `verdicts`.
 
         Raises
@@ -124,7 +117,7 @@ class Result:
         return command_of({"scheme": scheme, "problem": problem, "measure": measure}, self.run)
 
     @property
-    def levels(self) -> "pd.DataFrame":
+    def levels(self) -> pd.DataFrame:
         """One row for each quantity of each cell at each step size."""
         return self.tables[LEVELS]
 
@@ -160,7 +153,7 @@ class Result:
         """
         target = Path(folder)
         require_writable(target)
-        save_tables(target, {name: table.columns for name, table in self.files.items()}, self.run)
+        save_tables(target, self.tables, self.run)
 
 
 class RunOptions(SettingsOptions, total=False):
@@ -175,7 +168,7 @@ class RunOptions(SettingsOptions, total=False):
     executor: Executor | str | None
 
 
-def _records(table: "pd.DataFrame") -> list[dict[str, object]]:
+def _records(table: pd.DataFrame) -> list[dict[str, object]]:
     return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
 
 

@@ -22,7 +22,7 @@ HERE = Path(__file__).parent
 COSTLY = ("multiprocessing", "sdaeverify.api", "sdaeverify.cli.program", "sdaeverify.lab", "sdaeverify.workers")
 COSTLY += ("sdaeverify.registry.load", "subprocess")
 # Tests of programs and files, of the lab and of what is shipped: nothing in these folders is quick.
-PROGRAMS = {"benchmarks", "cli", "pytest_plugin", "report", "scaffold", "store", "testing"}
+PROGRAMS = {"benchmarks", "cli", "report", "scaffold", "store", "testing"}
 SHIPPED = {"bridges", "calibration", "experiments", "planted", "problems", "schemes", "selftest", "statistical"}
 LEFT_OUT = PROGRAMS | SHIPPED
 # Of so many cases of a test, one is quick; in rooms of short arithmetic all are.

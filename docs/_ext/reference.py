@@ -121,7 +121,6 @@ GROUPS = {
     "sdaeverify": "Modules with hooks; of a package, each module without underscore is a plugin.",
     "sdaeverify.lab": "Modules whose hooks only `selftest`, `calibrate` and `reproduce` ask for.",
     "sdaeverify.executors": "Functions that make an executor for `--executor NAME`.",
-    "pytest11": "The pytest plugin: `pytest --sdaeverify`.",
     "console_scripts": "The command.",
 }
 

@@ -1,6 +1,5 @@
 """A gate under way: run, judge, compare with the lock file, write and print the reports."""
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,15 +10,15 @@ from ..api import Result
 from ..errors import UsageError
 from ..gate.gate_plan import gate_plan, omitted_measures
 from ..gate.gated import Gated, limit_lines
-from ..gate.lock import Claims, Lock, compare, locked_tiers, read_previous_lock, restrict, write_lock
+from ..gate.lock import Claims, Lock, compare, locked_tiers, read_lock, restrict, write_lock
 from ..gate.outcomes import Outcome, idle, outcomes, why_not_reached
 from ..gate.policy import Policy
 from ..gate.tiers import Cover
 from ..gate.untested import Untested, find_untested
-from ..gate.writers.machine import badge, json_report, junit_xml
-from ..gate.writers.text import markdown_report, text_report
+from ..gate.writers.record import json_report
+from ..gate.writers.text import text_report
 from ..registry.load import Registry
-from ..report.files import require_writable, require_writable_file, write_json, write_text
+from ..report.files import require_writable, write_json
 from ..workers.executors import Crew
 from ..workers.limits import Limits
 from .console import complain, output_to_stderr
@@ -27,7 +26,7 @@ from .exit_codes import ExitCode, code_of_gate
 from .running import ENDINGS, Run, advance, call_report_hooks, halt_of, workers
 
 MOST_UNTESTED = 20
-REPORTS = GATE, SUMMARY, BADGE = "gate.json", "gate.md", "badge.json"
+GATE = "gate.json"
 
 
 @dataclass(frozen=True)
@@ -45,8 +44,7 @@ class Request:
     jobs : int
         Worker processes at most.
     limits : Limits or None
-    progress, report : str
-    junitxml : Path or None
+    progress : str
     write_lock, reuse : bool
     narrowed : bool
         Whether the command line selects schemes, problems or measures: the lock file is not held against the rest.
@@ -61,8 +59,6 @@ class Request:
     jobs: int
     limits: Limits | None
     progress: str
-    junitxml: Path | None
-    report: str
     write_lock: bool
     reuse: bool
     narrowed: bool
@@ -70,7 +66,7 @@ class Request:
 
 
 def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
-    """Run a gate, write its reports and print the one that is asked for.
+    """Run a gate, write ``gate.json`` and print the report.
 
     Parameters
     ----------
@@ -88,11 +84,10 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
         If a name is unknown, the lock file is missing or damaged, or a report cannot be written.
     """
     policy = request.policy
-    before = read_previous_lock(policy) if request.write_lock else locked_tiers(policy)
+    # What stands in its place and is no lock file must not be overwritten.
+    before = read_lock(policy.lock_file) if request.write_lock else locked_tiers(policy)
     require_writable(request.folder)
-    if request.junitxml is not None:
-        require_writable_file(request.junitxml, "--junitxml")
-    _remove_reports(request.folder)
+    _remove_report(request.folder / GATE)
     with workers(request.jobs, request.limits, request.registry) as crew:
         with output_to_stderr():
             plan = gate_plan(request.registry, policy, crew.executor)
@@ -103,9 +98,10 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
     run.write_page()
     call_report_hooks(run, result)
     gated = _judge(run, result, request, {} if request.write_lock else before)
-    _write_reports(gated, request)
-    for line in _report_lines(gated, request.report):
+    for line in (*text_report(gated), gated.words):
         click.echo(line)
+    # Written last: where it is, the gate came to its end.
+    write_json(json_report(gated), request.folder / GATE)
     return gated, ExitCode(gated.code)
 
 
@@ -190,31 +186,9 @@ def _reuse(run: Run) -> list[str]:
     return [store.summary()] if store is not None and store.telling else []
 
 
-def _remove_reports(folder: Path) -> None:
+def _remove_report(file: Path) -> None:
     """Remove what an earlier gate has left: nobody shall take it for this one's where this one does not end."""
-    for name in REPORTS:
-        try:
-            (folder / name).unlink(missing_ok=True)
-        except OSError as error:
-            raise UsageError(
-                f"cannot replace {folder / name}: {error.strerror or error}; choose another --out"
-            ) from error
-
-
-def _write_reports(gated: Gated, request: Request) -> None:
-    write_text(markdown_report(gated), request.folder / SUMMARY)
-    write_json(badge(gated), request.folder / BADGE)
-    if request.junitxml is not None:
-        write_text(junit_xml(gated), request.junitxml)
-    # Written last: where it is, the gate came to its end.
-    write_json(json_report(gated), request.folder / GATE)
-
-
-def _report_lines(gated: Gated, report: str) -> Iterator[str]:
-    if report == "json":
-        yield json.dumps(json_report(gated), indent=2)
-    elif report == "markdown":
-        yield markdown_report(gated)
-    else:
-        yield from text_report(gated)
-        yield gated.words
+    try:
+        file.unlink(missing_ok=True)
+    except OSError as error:
+        raise UsageError(f"cannot replace {file}: {error.strerror or error}; choose another --out") from error

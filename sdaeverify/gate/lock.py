@@ -2,34 +2,95 @@
 
 ::
 
-    {"schema_version": 1, "tiers": {"ci": {"milstein": {"gbm": {"strong": {"x": "order >= 1.0"}}}}}}
+    {"schema_version": 2, "tiers": {"ci": {"milstein": {"gbm": {"strong": {"x": {"order": 1.0}}}}}}}
 
 Schemes, problems, measures and quantities are sorted, each claim on a line of its own.
 """
 
-import json
-import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import inf
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
-from ..contracts.claimed import MARGIN, Order
+import msgspec
+
+from ..contracts.claimed import MARGIN, Bound, Order, Word
 from ..contracts.scheme import Claim
 from ..errors import UsageError
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems
+from ..report.files import write_text
+from .expected import Text
 from .gate_plan import gated_schemes
 from .outcomes import Outcome, Status
 from .policy import Policy
 
-SCHEMA = 1
+SCHEMA = 2
 WRITE = "if it is meant to be one, remove it and write it anew with gate --write-lock"
-ORDER = "order >="
-_NUMBER = r"[0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]{1,3})?"
-_ORDER = re.compile(rf"{ORDER} ({_NUMBER})(?:, margin ({_NUMBER}))?")
-_WITHIN = re.compile(rf"(.+) within ({_NUMBER})")
+Positive = Annotated[float, msgspec.Meta(gt=0.0)]
+
+
+class Locked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A claim as it is locked: an order with its margin, or words with the bound that they name.
+
+    Attributes
+    ----------
+    order : float or None
+        Least order; None for a claim in words.
+    margin : float
+        By which the order may be lower.
+    words : str
+        Empty for an order.
+    within : float or None
+        Bound of what the words claim; None where they name none.
+    share : float
+        Least share of the steps in which the bound holds.
+
+    Raises
+    ------
+    ValueError
+        If it is neither an order nor words, or both.
+    """
+
+    order: Positive | None = None
+    margin: Positive = MARGIN
+    words: str = ""
+    within: Positive | None = None
+    share: Positive = 1.0
+
+    def __post_init__(self) -> None:
+        if (self.order is None) is not bool(self.words):
+            raise ValueError("a locked claim has either an order or words")
+
+    @classmethod
+    def of(cls, claim: Claim) -> "Locked":
+        """Return a claim as it is locked."""
+        match claim.value:
+            case Order(least, margin):
+                return cls(order=float(least), margin=float(margin))
+            case Bound(words, most, share):
+                return cls(words=words, within=float(most), share=float(share))
+        return cls(words=str(claim.value))
+
+    def implies(self, other: "Locked") -> bool:
+        """Tell whether a claim is at least as strong as another."""
+        if self.order is not None and other.order is not None:
+            return self.order - self.margin >= other.order - other.margin
+        if self.words != other.words or self.within is None or other.within is None:
+            return False
+        return self.within <= other.within and self.share >= other.share
+
+    def __str__(self) -> str:
+        if self.order is not None:
+            return f"order >= {self.order}" + (f", margin {self.margin}" if self.margin != MARGIN else "")
+        return str(Word(self.words) if self.within is None else Bound(self.words, self.within, self.share))
+
+
+class LockFile(msgspec.Struct, frozen=True):
+    """The contents of a lock file: claims by tier, scheme, problem, measure and quantity."""
+
+    schema_version: Literal[2]
+    tiers: dict[Text, dict[str, dict[str, dict[str, dict[str, Locked]]]]]
 
 
 class Key(NamedTuple):
@@ -44,7 +105,7 @@ class Key(NamedTuple):
         return f"{self.scheme} on {self.problem}, {self.measure} {self.quantity}".strip()
 
 
-Claims = dict[Key, str]
+Claims = dict[Key, Locked]
 
 
 @dataclass(frozen=True)
@@ -63,18 +124,10 @@ class Lock:
     notes: tuple[str, ...] = ()
 
 
-def claim_words(claim: Claim) -> str:
-    """Return a claim as it is locked: with its margin, unless that is the default."""
-    value = claim.value
-    if not isinstance(value, Order) or value.margin == MARGIN:
-        return str(claim)
-    return f"{claim}, margin {value.margin}"
-
-
 def found_claims(outcomes: Iterable[Outcome]) -> Claims:
     """Return the claims that were put to the test, by what they are about."""
-    pairs = ((_key(outcome), outcome.finding.claim) for outcome in outcomes)
-    return {key: claim_words(claim) for key, claim in pairs if claim is not None and key.quantity}
+    pairs = ((Key(**outcome.names), outcome.finding.claim) for outcome in outcomes)
+    return {key: Locked.of(claim) for key, claim in pairs if claim is not None and key.quantity}
 
 
 def compare(locked: Claims, outcomes: Iterable[Outcome]) -> Lock:
@@ -84,7 +137,7 @@ def compare(locked: Claims, outcomes: Iterable[Outcome]) -> Lock:
 
     Parameters
     ----------
-    locked : dict of Key to str
+    locked : dict of Key to Locked
     outcomes : iterable of Outcome
 
     Returns
@@ -93,11 +146,11 @@ def compare(locked: Claims, outcomes: Iterable[Outcome]) -> Lock:
     """
     known = list(outcomes)
     found = found_claims(known)
-    whole = {_key(outcome)[:3] for outcome in known if not outcome.finding.quantity}
-    without = {_key(outcome) for outcome in known if outcome.finding.claim is None}
+    whole = {Key(**outcome.names)[:3] for outcome in known if not outcome.finding.quantity}
+    without = {Key(**outcome.names) for outcome in known if outcome.finding.claim is None}
     missing = [key for key in locked if key not in found and key[:3] not in whole and key not in without]
     changed = [key for key in locked if key in found and found[key] != locked[key]]
-    weaker = [key for key in changed if not _implies(found[key], locked[key])]
+    weaker = [key for key in changed if not found[key].implies(locked[key])]
     violations = [f"no longer tested: {key}: {locked[key]}" for key in missing]
     violations += [f"claim weakened: {key}: was {locked[key]}, is {found[key]}" for key in weaker]
     notes = [f"claim strengthened: {k}: was {locked[k]}, is {found[k]}" for k in changed if k not in weaker]
@@ -107,8 +160,8 @@ def compare(locked: Claims, outcomes: Iterable[Outcome]) -> Lock:
     return Lock(tuple(sorted(violations)), tuple(notes))
 
 
-def read_lock(file: Path) -> dict[str, Claims]:
-    """Return the locked claims of each tier.
+def read_lock(file: Path) -> dict[str, Claims] | None:
+    """Return the locked claims of each tier; None where there is no such file.
 
     Raises
     ------
@@ -116,66 +169,53 @@ def read_lock(file: Path) -> dict[str, Claims]:
         If it cannot be read, or is no lock file.
     """
     try:
-        data = json.loads(file.read_text(encoding="utf-8"))
+        known = msgspec.json.decode(file.read_bytes(), type=LockFile)
+    except FileNotFoundError:
+        return None
     except OSError as error:
         raise UsageError(f"cannot read the lock file {file}: {error.strerror or error}") from error
     # What is nested too deeply for the reader is no ValueError to it.
     except (ValueError, RecursionError) as error:
-        raise UsageError(f"{file} is no lock file: {error}; {WRITE}") from error
-    version = data.get("schema_version") if isinstance(data, dict) else None
-    if version != SCHEMA or isinstance(version, bool):
-        raise UsageError(f"{file} is no lock file of version {SCHEMA}; {WRITE}")
-    try:
-        return {tier: _flat(nested) for tier, nested in data["tiers"].items()}
-    except (KeyError, AttributeError, TypeError) as error:
-        raise UsageError(f"{file} is damaged; {WRITE}") from error
+        raise UsageError(f"{file} is no lock file of version {SCHEMA}: {error}; {WRITE}") from error
+    return {tier: dict(_flat(nested)) for tier, nested in known.tiers.items()}
 
 
 def lock_text(tiers: Mapping[str, Claims]) -> str:
     """Return the text of a lock file."""
     nested = {tier: _nest_claims(claims) for tier, claims in tiers.items() if claims}
-    return json.dumps({"schema_version": SCHEMA, "tiers": nested}, indent=1, sort_keys=True) + "\n"
+    return "\n".join(_lines({"schema_version": SCHEMA, "tiers": nested})) + "\n"
 
 
-def _key(outcome: Outcome) -> Key:
-    cell = outcome.cell
-    return Key(cell.scheme.label, cell.spec.label, cell.measure.name, outcome.finding.quantity)
+def _lines(node: object, depth: int = 0, head: str = "") -> Iterator[str]:
+    """Yield the lines of JSON in which a claim, and all that is no mapping, stands on one."""
+    indent = " " * depth
+    if not isinstance(node, dict) or not node:
+        yield f"{indent}{head}{msgspec.json.format(msgspec.json.encode(node), indent=0).decode()}"
+        return
+    yield f"{indent}{head}{{"
+    last = max(node)
+    for name in sorted(node):
+        *above, end = _lines(node[name], depth + 1, f"{msgspec.json.encode(name).decode()}: ")
+        yield from above
+        yield end if name == last else f"{end},"
+    yield f"{indent}}}"
 
 
 def _nest_claims(claims: Claims) -> dict[str, Any]:
     nested: dict[str, Any] = {}
-    for key, text in claims.items():
-        nested.setdefault(key.scheme, {}).setdefault(key.problem, {}).setdefault(key.measure, {})[key.quantity] = text
+    for key, claim in claims.items():
+        nested.setdefault(key.scheme, {}).setdefault(key.problem, {}).setdefault(key.measure, {})[key.quantity] = (
+            claim
+        )
     return nested
 
 
-def _flat(nested: Mapping[str, Any]) -> Claims:
-    return {
-        Key(scheme, problem, measure, quantity): _read_claim(text)
-        for scheme, problems in nested.items()
-        for problem, measures in problems.items()
-        for measure, quantities in measures.items()
-        for quantity, text in quantities.items()
-    }
-
-
-def _read_claim(text: object) -> str:
-    """Return the words of a claim, which may be any, unless they look like an order and are none."""
-    if not isinstance(text, str) or (text.startswith(ORDER) and not _ORDER.fullmatch(text)):
-        raise TypeError(f"{text!r} is no claim")
-    return text
-
-
-def _implies(found: str, locked: str) -> bool:
-    words, more = _WITHIN.fullmatch(found), _WITHIN.fullmatch(locked)
-    if words and more:
-        return words[1] == more[1] and float(words[2]) <= float(more[2])
-    return _least_order(found) >= _least_order(locked) > -inf
-
-
-def _least_order(text: str) -> float:
-    match = _ORDER.fullmatch(text)
-    return float(match[1]) - float(match[2] or MARGIN) if match else -inf
+def _flat(nested: Any, names: tuple[str, ...] = ()) -> Iterator[tuple[Key, Locked]]:
+    if isinstance(nested, Locked):
+        yield Key(*names), nested
+        return
+    for name, below in nested.items():
+        yield from _flat(below, (*names, name))
 
 
 def locked_tiers(policy: Policy) -> dict[str, Claims] | None:
@@ -186,27 +226,11 @@ def locked_tiers(policy: Policy) -> dict[str, Claims] | None:
     UsageError
         If the policy names a file that is not there, or it is no lock file.
     """
-    file = policy.lock_file
-    try:
-        is_there = file.exists()
-    except (OSError, ValueError) as error:
-        raise UsageError(f"cannot read the lock file {file}: {getattr(error, 'strerror', None) or error}") from error
-    if is_there:
-        return read_lock(file)
-    if policy.lock_named:
+    found = read_lock(policy.lock_file)
+    if found is None and policy.lock_named:
+        file = policy.lock_file
         raise UsageError(f"there is no lock file {file}, though the policy names it; write it with gate --write-lock")
-    return None
-
-
-def read_previous_lock(policy: Policy) -> dict[str, Claims]:
-    """Return what the lock file locks before it is written, by tier; nothing where there is none.
-
-    Raises
-    ------
-    UsageError
-        If something else stands in its place, which must not be overwritten.
-    """
-    return read_lock(policy.lock_file) if policy.lock_file.exists() else {}
+    return found
 
 
 def restrict(locked: Claims, registry: Registry, policy: Policy, *, narrowed: bool) -> Claims:
@@ -214,7 +238,7 @@ def restrict(locked: Claims, registry: Registry, policy: Policy, *, narrowed: bo
 
     Parameters
     ----------
-    locked : dict of Key to str
+    locked : dict of Key to Locked
     registry : Registry
     policy : Policy
     narrowed : bool
@@ -251,15 +275,12 @@ def write_lock(policy: Policy, outcomes: Sequence[Outcome]) -> list[str]:
     UsageError
         If the file cannot be read or written, or is none that was written by this program: it stays as it is.
     """
-    # Files of a run need pandas, which a run of tests should not have to load to read what is locked.
-    from ..report.files import write_text  # noqa: PLC0415
-
     file, tier = policy.lock_file, policy.tier
     unmeasured = [outcome for outcome in outcomes if outcome.status is Status.UNMEASURED]
     if unmeasured or not outcomes:
         why = f"not measured: {len(unmeasured)}" if unmeasured else "no claim was tested"
         return [f"the lock file {file} is not written: {why}"]
-    claims, before = found_claims(outcomes), read_previous_lock(policy)
+    claims, before = found_claims(outcomes), read_lock(file) or {}
     write_text(lock_text({**before, tier: claims}), file)
     gone = compare(before.get(tier, {}), outcomes).violations
     locked = f"{len(claims)} claims of tier {tier} are locked in {file}"

@@ -12,7 +12,8 @@ from ..registry.load import Registry
 from ..study import Cell, CellResult
 from ..study.plan import promises_of
 from ..verdicts.way import Case, send
-from .policy import ExpectedFailure, Policy, expectation
+from .expected import FailingClaim
+from .policy import Policy
 
 
 class Status(StrEnum):
@@ -43,23 +44,28 @@ class Outcome:
 
     Attributes
     ----------
-    cell : Cell
+    result : CellResult
+        Of its cell.
     finding : Finding
     status : Status
     expected : str
         Reason of the expected failure it matches; empty if none does.
-    paths : int
-        Number of paths the cell took.
-    seconds : float
-        Time of the scheme on this problem, all its measures together.
     """
 
-    cell: Cell
+    result: CellResult
     finding: Finding
     status: Status
     expected: str = ""
-    paths: int = 0
-    seconds: float = 0.0
+
+    @property
+    def cell(self) -> Cell:
+        """The cell that the finding is of."""
+        return self.result.cell
+
+    @property
+    def names(self) -> dict[str, str]:
+        """What an expected failure may name of it."""
+        return names_of(self.cell, self.finding)
 
     @property
     def claim(self) -> str:
@@ -71,6 +77,12 @@ class Outcome:
 
 def _words(claim: Claim) -> str:
     return f"{claim} up to a margin of {claim.value.margin:g}" if isinstance(claim.value, Order) else str(claim)
+
+
+def names_of(cell: Cell, finding: Finding) -> dict[str, str]:
+    """Return what an expected failure may name of a finding in a cell."""
+    labels = {"scheme": cell.scheme.label, "problem": cell.spec.label}
+    return {**labels, "measure": cell.measure.name, "quantity": finding.quantity}
 
 
 def outcomes(results: Iterable[CellResult], policy: Policy) -> list[Outcome]:
@@ -97,18 +109,18 @@ def is_red(outcome: Outcome, policy: Policy) -> bool:
     return outcome.status in {Status.FAILED, Status.UNMEASURED, Status.XPASSED}
 
 
-def idle(found: Iterable[Outcome], policy: Policy) -> list[ExpectedFailure]:
+def idle(found: Iterable[Outcome], policy: Policy) -> list[FailingClaim]:
     """Return the expected failures that no finding matches."""
     known = list(found)
-    return [one for one in policy.expected_failures if not any(one.matches(o.cell, o.finding) for o in known)]
+    return [one for one in policy.expected_failures if not any(one.matches(**o.names) for o in known)]
 
 
-def why_not_reached(one: ExpectedFailure, registry: Registry, found: Iterable[Outcome]) -> str:
+def why_not_reached(one: FailingClaim, registry: Registry, found: Iterable[Outcome]) -> str:
     """Return that an expected failure names what is not there, whatever part of all is run; empty if it does not.
 
     Parameters
     ----------
-    one : ExpectedFailure
+    one : FailingClaim
     registry : Registry
     found : iterable of Outcome
         Of things that are registered, and of others.
@@ -129,12 +141,12 @@ def why_not_reached(one: ExpectedFailure, registry: Registry, found: Iterable[Ou
 def _outcomes(result: CellResult, policy: Policy) -> Iterator[Outcome]:
     for finding in (send(found, Case(resolution=policy.resolution)) for found in result.findings):
         if finding.claim is not None or finding.verdict in UNMEASURED:
-            one = expectation(result.cell, finding, policy.expected_failures)
-            status = _status(finding, one)
-            yield Outcome(result.cell, finding, status, one.reason if one else "", result.paths, result.seconds)
+            names = names_of(result.cell, finding)
+            one = next((one for one in policy.expected_failures if one.matches(**names)), None)
+            yield Outcome(result, finding, _status(finding, one), one.reason if one else "")
 
 
-def _status(finding: Finding, expected: ExpectedFailure | None) -> Status:
+def _status(finding: Finding, expected: FailingClaim | None) -> Status:
     if finding.verdict is Verdict.VERIFIED:
         return Status.XPASSED if expected is not None and expected.strict else Status.PASSED
     # A step that raises, hangs, dies or breaks its contract is no way to fail that anybody expects.

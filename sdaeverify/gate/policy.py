@@ -1,91 +1,46 @@
 """A gate's policy: the table ``[tool.sdaeverify]`` of a project's pyproject.toml, and the failures it expects."""
 
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields, replace
-from math import inf, isfinite
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from math import inf
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from ..contracts.finding import Finding
-from ..contracts.labels import did_you_mean, matches
+import msgspec
+from msgspec import UNSET, UnsetType, structs
+
+from ..contracts.labels import did_you_mean
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import Settings, require
 from ..contracts.specs import ProblemSpec
-from ..errors import UsageError, is_blank
+from ..errors import UsageError
 from ..forms import Problem
-from ..study import Cell
 from .amounts import read_memory
+from .expected import FailingClaim, Text, validate
 from .tiers import TIERS, Tier
 
-
-@dataclass(frozen=True, kw_only=True)
-class ExpectedFailure:
-    """A pattern of findings that are expected to fail.
-
-    A step that raises, hangs, dies or breaks its contract fails all the same.
-
-    Attributes
-    ----------
-    reason : str
-        Why; it is shown with every finding that matches.
-    scheme, problem, measure, quantity : str
-        Globs of labels and names, in which ``*`` and ``?`` alone are special.
-    strict : bool
-        Whether a finding that matches fails the gate once it is verified.
-
-    Raises
-    ------
-    UsageError
-        If there is no reason.
-    """
-
-    reason: str
-    scheme: str = "*"
-    problem: str = "*"
-    measure: str = "*"
-    quantity: str = "*"
-    strict: bool = True
-
-    def __post_init__(self) -> None:
-        if is_blank(self.reason):
-            raise UsageError(f"the expected failure {self} has no reason; say why it is expected")
-
-    def matches(self, cell: Cell, finding: Finding) -> bool:
-        """Tell whether a finding is meant."""
-        pairs = (
-            (self.scheme, cell.scheme.label),
-            (self.problem, cell.spec.label),
-            (self.measure, cell.measure.name),
-            (self.quantity, finding.quantity),
-        )
-        return all(matches(glob, text) for glob, text in pairs)
-
-    def __str__(self) -> str:
-        named = ("scheme", "problem", "measure", "quantity")
-        given = [f"{name}={getattr(self, name)}" for name in named if getattr(self, name) != "*"]
-        return ", ".join(given) or "everything"
+Texts = Annotated[tuple[Text, ...], msgspec.Meta(min_length=1)]
 
 
-def expectation(cell: Cell, finding: Finding, expected: Iterable[ExpectedFailure]) -> ExpectedFailure | None:
-    """Return the first expected failure that a finding matches, or None.
+class PolicyTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, rename="kebab"):
+    """The table ``[tool.sdaeverify]``; see `Policy`."""
 
-    Parameters
-    ----------
-    cell : Cell
-    finding : Finding
-        Of one quantity in the cell.
-    expected : iterable of ExpectedFailure
-        Those of the policy, in its order.
-    """
-    return next((one for one in expected if one.matches(cell, finding)), None)
-
-
-# How the keys of ``[tool.sdaeverify]`` are read: each has one type, and a key that is not known is an error.
-
-
-FAILURES = "expected-failures"
+    schemes: Texts | UnsetType = UNSET
+    problems: Texts | UnsetType = UNSET
+    measures: Texts | UnsetType = UNSET
+    plugins: Texts | UnsetType = UNSET
+    alpha: float | UnsetType = UNSET
+    tier: Text | UnsetType = UNSET
+    seed: int | UnsetType = UNSET
+    inconclusive: Text | UnsetType = UNSET
+    lock: Text | UnsetType = UNSET
+    timeout: float | UnsetType = UNSET
+    memory: Text | UnsetType = UNSET
+    level: int | UnsetType = UNSET
+    resolution: float | UnsetType = UNSET
+    expected_failures: tuple[FailingClaim, ...] | UnsetType = UNSET
 
 
 def read_table(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
@@ -103,104 +58,14 @@ def read_table(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     UsageError
         If a key is unknown or a value has another type.
     """
-    _require_known(table, READERS)
-    values = {key.replace("-", "_"): READERS[key](key, value) for key, value in table.items()}
+    values = {
+        name: value for name, value in structs.asdict(validate(table, PolicyTable)).items() if value is not UNSET
+    }
     if "plugins" in values:
         values["plugins"] = tuple(str(folder.absolute() / file) for file in values["plugins"])
+    if "memory" in values:
+        values["memory"] = 0 if values["memory"] == "0" else read_memory("memory", values["memory"])
     return {**values, "lock_named": "lock" in table}
-
-
-def _require_known(table: Mapping[str, Any], known: Iterable[str]) -> None:
-    for key in table:
-        if key not in known:
-            raise UsageError(f"unknown key {key!r}{did_you_mean(str(key), known)} (known: {', '.join(known)})")
-
-
-def _require_fit(key: str, expected: str, value: object, *, fits: bool) -> None:
-    if not fits:
-        raise UsageError(f"{key} expects {expected}, got {value!r}")
-
-
-def _text(key: str, value: Any) -> str:
-    _require_fit(key, "a text", value, fits=isinstance(value, str) and bool(value.strip()))
-    return str(value)
-
-
-def _texts(key: str, value: Any) -> tuple[str, ...]:
-    fits = isinstance(value, list) and value and all(isinstance(text, str) and text.strip() for text in value)
-    _require_fit(key, "a list of texts", value, fits=bool(fits))
-    return tuple(value)
-
-
-def _number(key: str, value: Any) -> float:
-    fits = isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
-    _require_fit(key, "a number", value, fits=fits)
-    return float(value)
-
-
-def _integer(key: str, value: Any) -> int:
-    _require_fit(key, "a whole number", value, fits=isinstance(value, int) and not isinstance(value, bool))
-    return int(value)
-
-
-def _switch(key: str, value: Any) -> bool:
-    _require_fit(key, "true or false", value, fits=isinstance(value, bool))
-    return bool(value)
-
-
-def _memory(key: str, value: Any) -> int:
-    text = _text(key, value)
-    return 0 if text == "0" else read_memory(key, text)
-
-
-def _failures(key: str, value: Any) -> tuple[ExpectedFailure, ...]:
-    fits = isinstance(value, list) and all(isinstance(entry, dict) for entry in value)
-    _require_fit(key, f"tables [[tool.sdaeverify.{key}]]", value, fits=fits)
-    return tuple(expected_failure(f"{key}[{number}]", entry) for number, entry in enumerate(value, start=1))
-
-
-def expected_failure(where: str, entry: Mapping[str, Any]) -> ExpectedFailure:
-    """Read an expected failure.
-
-    Parameters
-    ----------
-    where : str
-        In which words it is to be found.
-    entry : mapping
-        With the fields of `ExpectedFailure`.
-
-    Raises
-    ------
-    UsageError
-        If it has no reason, an unknown field, or a value that is none of the field.
-    """
-    names = [field.name for field in fields(ExpectedFailure)]
-    try:
-        _require_known(entry, names)
-        if "reason" not in entry:
-            raise UsageError("has no reason; say why the failure is expected")
-        values: dict[str, Any] = {key: (_switch if key == "strict" else _text)(key, entry[key]) for key in entry}
-        return ExpectedFailure(**values)
-    except UsageError as error:
-        raise UsageError(f"{where}: {error}") from error
-
-
-READERS: Mapping[str, Callable[[str, Any], Any]] = {
-    "schemes": _texts,
-    "problems": _texts,
-    "measures": _texts,
-    "plugins": _texts,
-    "alpha": _number,
-    "tier": _text,
-    "seed": _integer,
-    "inconclusive": _text,
-    "lock": _text,
-    "timeout": _number,
-    "memory": _memory,
-    "level": _integer,
-    "resolution": _number,
-    FAILURES: _failures,
-}
 
 
 FILE = "pyproject.toml"
@@ -244,7 +109,7 @@ class Policy:
     resolution : float
         What is verified has to show every error of the limit that is a larger part of the quantity's size; infinite
         to ask for none.
-    expected_failures : tuple of ExpectedFailure
+    expected_failures : tuple of FailingClaim
     file : Path or None
         Where the policy is from; None if there is no file.
     distribution : str
@@ -270,7 +135,7 @@ class Policy:
     memory: int | None = None
     level: int | None = None
     resolution: float = inf
-    expected_failures: tuple[ExpectedFailure, ...] = ()
+    expected_failures: tuple[FailingClaim, ...] = ()
     file: Path | None = None
     distribution: str = ""
 

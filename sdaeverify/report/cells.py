@@ -19,12 +19,18 @@ class Column(NamedTuple):
         Text, number, whole number or truth value; an empty cell says that there is none.
     unit : str
         Empty for what has none.
+    label : str
+        Before its value where all that is known of a quantity is told; empty for what has words of its own there.
+    on_page : bool
+        Whether the page of a run has it.
     """
 
     name: str
     meaning: str
     kind: str = TEXT
     unit: str = ""
+    label: str = ""
+    on_page: bool = True
 
 
 def number_column(name: str, meaning: str, unit: str = "") -> Column:

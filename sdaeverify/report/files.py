@@ -1,24 +1,20 @@
 """Files of a run, each written as a whole or not at all; text only, so that anybody can read them safely."""
 
 import csv
-import io
 import json
 import os
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from errno import EISDIR
 from importlib.util import find_spec
-from itertools import zip_longest
 from pathlib import Path
-from types import NoneType
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO
+
+import pandas as pd
 
 from ..errors import UsageError
 from .plain import visible
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 PARQUET = ".parquet"
 UNFINISHED = ".unfinished-"
@@ -86,58 +82,23 @@ def require_writable_file(file: Path, option: str) -> None:
         raise UsageError(f"cannot write {file}: {os.strerror(EISDIR)}; choose another {option}")
 
 
-def write_table(table: "pd.DataFrame", path: Path) -> None:
-    """Write a table as CSV, as `csv_text` returns it."""
-    known = table.astype(object).where(table.notna(), None)
-    write_text(csv_text({str(name): column.tolist() for name, column in known.items()}), path)
-
-
-def write_csv(text: str, path: Path) -> None:
+def write_table(table: pd.DataFrame, path: Path) -> None:
     """Write a table as CSV, and as Parquet beside it where pyarrow is installed.
+
+    Numbers have all digits, nothing stands for None and NaN, and texts, headings too, are `harmless`.
 
     Raises
     ------
     UsageError
         If it cannot be written.
     """
-    write_text(text, path)
+    texts = table.select_dtypes(exclude=["number", "bool"]).map(harmless)
+    safe = table.assign(**{str(name): column for name, column in texts.items()}).rename(columns=harmless)
+    write_text(safe.to_csv(index=False, lineterminator="\n"), path)
     if find_spec("pyarrow"):
-        import pandas as pd  # noqa: PLC0415 - it takes as long as all the rest of the program
-
-        texts = pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
-        table = texts.apply(_convert_column)
-        try:
-            with write_whole(path.with_suffix(PARQUET)) as file:
-                table.to_parquet(file, index=False)
-        except OSError as error:
-            raise UsageError(f"cannot write {path.with_suffix(PARQUET)}: {error.strerror or error}") from error
-
-
-def _convert_column(column: "pd.Series[Any]") -> "pd.Series[Any]":
-    """Return a column of texts as whole numbers, else as numbers, to the last bit; as it is if it is neither."""
-    import pandas as pd  # noqa: PLC0415
-
-    for number in (int, lambda text: float(text or "nan")):
-        try:
-            return pd.Series([number(text) for text in column], index=column.index)
-        except ValueError:
-            continue
-    return column
-
-
-def csv_text(columns: Mapping[str, Iterable[object]]) -> str:
-    """Return columns as CSV: numbers with all digits, nothing for None and NaN; texts, headings too, are `harmless`.
-
-    Parameters
-    ----------
-    columns : mapping of str to iterable
-        By their headings, all of one length.
-    """
-    told = io.StringIO()
-    writer = csv.writer(told, lineterminator="\n")
-    writer.writerow([harmless(name) for name, _ in columns.items()])
-    writer.writerows(zip(*(_cells(list(values)) for _, values in columns.items()), strict=True))
-    return told.getvalue()
+        # A column of Parquet has one type.
+        mixed = safe.select_dtypes("object").astype("string")
+        _write(lambda file: safe.assign(**mixed).to_parquet(file, index=False), path.with_suffix(PARQUET))
 
 
 def harmless(value: object) -> object:
@@ -151,17 +112,6 @@ def harmless(value: object) -> object:
         return value
     text = visible(value)
     return f"'{text}" if text.lstrip().startswith(FORMULA) and not _number(text) else text
-
-
-def _cells(values: list[object]) -> list[object]:
-    kinds = {*map(type, values)}
-    if any(issubclass(kind, str) for kind in kinds):
-        # Most texts stand in many rows.
-        safe = {text: harmless(text) for text in {value for value in values if isinstance(value, str)}}
-        values = [safe[value] if isinstance(value, str) else value for value in values]
-    if kinds - {str, int, bool, NoneType}:
-        return [None if value != value else value for value in values]  # noqa: PLR0124 - NaN
-    return values
 
 
 def _number(text: str) -> bool:
@@ -181,13 +131,7 @@ def read_rows(file: Path) -> list[dict[str, str]]:
         If it cannot be read.
     """
     with file.open(newline="", encoding="utf-8") as opened:
-        reader = csv.reader(opened, strict=True)
-        head = next(reader, [])
-        return [_read_row(head, line) for line in reader if line]
-
-
-def _read_row(head: list[str], line: list[str]) -> dict[str, str]:
-    return dict(zip(head, line, strict=True) if len(head) == len(line) else zip_longest(head, line, fillvalue=""))
+        return list(csv.DictReader(opened, restkey="", restval="", strict=True))
 
 
 def write_json(values: Mapping[str, object], path: Path) -> None:
@@ -203,8 +147,12 @@ def write_text(text: str, path: Path) -> None:
     UsageError
         If it cannot be written, for example because the disk is full.
     """
+    _write(lambda file: file.write(text.encode()), path)
+
+
+def _write(write: Callable[[IO[bytes]], object], path: Path) -> None:
     try:
         with write_whole(path) as file:
-            file.write(text.encode())
+            write(file)
     except OSError as error:
         raise UsageError(f"cannot write {path}: {error.strerror or error}") from error

@@ -2,12 +2,14 @@
 
 import csv
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import pandas as pd
+
 from ..errors import UsageError
-from .files import PARQUET, csv_text, read_rows, write_csv, write_json
+from .files import PARQUET, read_rows, write_json, write_table
 
 # Of the files of a run: 1 had one table of verdicts for all measures and for what does not apply.
 SCHEMA = 2
@@ -40,21 +42,19 @@ class SavedTables(NamedTuple):
     details: Sequence[TextRow] = ()
 
 
-def save_tables(
-    folder: Path, tables: Mapping[str, Mapping[str, Iterable[object]]], run: Mapping[str, object]
-) -> None:
+def save_tables(folder: Path, tables: Mapping[str, pd.DataFrame], run: Mapping[str, object]) -> None:
     """Write the tables of a run and ``run.json``; those of another run in the folder are replaced.
 
     Parameters
     ----------
     folder : Path
-    tables : mapping of str to (mapping of str to iterable)
-        Columns by the name of the file.
+    tables : mapping of str to DataFrame
+        By the name of the file.
     run : mapping
     """
     (folder / DETAILS).mkdir(exist_ok=True)
-    for name, columns in tables.items():
-        write_csv(csv_text(columns), folder / name)
+    for name, table in tables.items():
+        write_table(table, folder / name)
     for stale in (folder / DETAILS).iterdir():
         if f"{DETAILS}/{stale.stem}.csv" not in tables and stale.suffix in {".csv", PARQUET}:
             stale.unlink()

@@ -1,10 +1,10 @@
 """Pictures of a result for a paper: matplotlib axes, drawn from the numbers of the tables."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import cycle
 from math import isfinite, isnan, nan
-from statistics import NormalDist, fmean
+from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,8 +12,9 @@ import numpy as np
 from ..errors import UsageError
 from .cells import Row, number, text
 from .folders import NAMES
+from .pictures import CLEAR, SlopeLine, axis_of, claimed_slopes, known_order, reach
 from .sentences import ABSENT, SYMBOLS
-from .verdict_row import Interval, VerdictRow
+from .verdict_row import VerdictRow
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,6 +25,8 @@ else:
 DENSITY = "density of coordinate"
 MISSING = "result.plot needs matplotlib: pip install 'sdaeverify[plot]'"
 MARKERS = "osD^v<>pP*"
+STYLES = {"line": "-C0", "claim": "--C2", "least": ":C1"}
+PointOf = Callable[[VerdictRow, Row], tuple[float, float]]
 COLOURS = {
     "refuted": "#b3261e", "diverged": "#8250df", "error": "#8250df", "inconclusive": "#e3b341",
     "not_run": "#d0d7de", "verified": "#1a7f37", "out_of_scope": "#eef1f4", "not_applicable": "#ffffff",
@@ -69,14 +72,15 @@ class Plots:
         if not points:
             raise UsageError(f"nothing to draw: {_name(row)} has no levels")
         h, e, spread, fitted = (np.array(column) for column in zip(*points, strict=True))
-        reach = NormalDist().inv_cdf(0.5 * (1.0 + self.confidence)) * spread
-        ax.errorbar(h, np.abs(e), reach, fmt="none", ecolor="0.6", capsize=2)
+        ax.errorbar(h, np.abs(e), reach(self.confidence) * spread, fmt="none", ecolor="0.6", capsize=2)
         ax.plot(h[fitted], np.abs(e)[fitted], "o", color="C0", label="fitted")
         ax.plot(h[~fitted], np.abs(e)[~fitted], "o", mfc="none", color="C0", label="not fitted")
-        for slope, label, style in _slopes(row):
-            kept = fitted if fitted.any() else np.ones_like(fitted)
-            middle = (fmean(np.log(h[kept])), fmean(np.log(np.abs(e)[kept])))
-            ax.plot(h, np.exp(middle[1] + slope * (np.log(h) - middle[0])), style, label=f"{label} {slope:.2f}")
+        own = [SlopeLine("slope", "line", row.path.value)] if row.path.known else []
+        kept = fitted if fitted.any() else np.ones_like(fitted)
+        middle = (fmean(np.log(h[kept])), fmean(np.log(np.abs(e)[kept])))
+        for label, style, order in (*own, *claimed_slopes(row)):
+            line = np.exp(middle[1] + order * (np.log(h) - middle[0]))
+            ax.plot(h, line, STYLES[style], label=f"{label} {order:.2f}")
         return _label(ax, _name(row), "step size h", "error")
 
     def matrix(self, measure: str = "", ax: Axes | None = None) -> Axes:
@@ -110,20 +114,16 @@ class Plots:
             Where to; a new figure if left out.
         """
         ax = _axes(ax)
-        found = [
-            (row, *_order(row))
-            for row in self._choose(measure=measure, scheme=scheme, problem=problem)
-            if _order(row)[0].known and isfinite(_order(row)[0].value)
-        ]
+        chosen = self._choose(measure=measure, scheme=scheme, problem=problem)
+        found = [(row, *known_order(row)) for row in chosen if isfinite(known_order(row)[0].value)]
         if not found:
             raise UsageError(f"nothing to draw: no {measure} order is known")
         for y, (row, known, sampled) in enumerate(found):
             if isfinite(known.low) and isfinite(known.high):
                 ax.plot([known.low, known.high], [y, y], "-", color="C0")
             ax.plot([known.value], [y], "o", color="C0", mfc="C0" if sampled else "none")
-            if not isnan(claim := row.claimed_order):
-                ax.plot([claim], [y], "|", color="C2", ms=12)
-                ax.plot([claim - row.margin], [y], "|", color="C1", ms=12)
+            for _, style, order in claimed_slopes(row):
+                ax.plot([order], [y], "|", color=STYLES[style][-2:], ms=12)
         ax.set_yticks(range(len(found)), [_name(row) for row, *_ in found], fontsize=7)
         ax.set_ylim(len(found) - 0.5, -0.5)
         ax.set_xlabel("order")
@@ -141,7 +141,7 @@ class Plots:
         ax : matplotlib.axes.Axes, optional
             Where to; a new figure if left out.
         """
-        return self._draw_errors("drift", problem, quantity, "residual", ax)
+        return self._draw_errors("drift", problem, quantity, ax)
 
     def invariant(self, problem: str = "", quantity: str = "", ax: Axes | None = None) -> Axes:
         """Draw errors of a stationary mean against the step size, a line for each scheme.
@@ -155,7 +155,7 @@ class Plots:
         ax : matplotlib.axes.Axes, optional
             Where to; a new figure if left out.
         """
-        return self._draw_errors("invariant", problem, quantity, "|error of the mean|", ax)
+        return self._draw_errors("invariant", problem, quantity, ax)
 
     def work(self, problem: str = "", measure: str = "strong", quantity: str = "", ax: Axes | None = None) -> Axes:
         """Draw errors against the measured time of a path's steps, a line for each scheme: work against precision.
@@ -168,15 +168,13 @@ class Plots:
             Where to; a new figure if left out.
         """
         times = {_key(row): number(row, "step_seconds") for row in self.details}
-        row = self._one(measure=measure, problem=problem, quantity=quantity)
-        ax, names = _axes(ax), {"problem": row.problem, "quantity": row.quantity}
-        for one, marker in zip(self._choose(measure=measure, **names), cycle(MARKERS), strict=False):
-            known = times.get(_key_of(one), nan)
-            points = [(known * number(level, "steps"), abs(number(level, "estimate"))) for level in self._levels(one)]
-            points = sorted(point for point in points if point[0] > 0.0 and point[1] > 0.0)
-            if points:
-                ax.plot(*zip(*points, strict=True), marker=marker, mfc="none", lw=1, label=one.scheme)
-        title = f"{measure} {names['quantity']} on {names['problem']}"
+
+        def time_and_error(row: VerdictRow, level: Row) -> tuple[float, float]:
+            return times.get(_key_of(row), nan) * number(level, "steps"), number(level, "estimate")
+
+        ax, title = self._draw_lines(
+            self._one(measure=measure, problem=problem, quantity=quantity), time_and_error, ax
+        )
         return _label(_require_lines(ax, title), title, "seconds a path", "error")
 
     def density(self, scheme: str = "", problem: str = "", coordinate: int = 1, ax: Axes | None = None) -> Axes:
@@ -207,19 +205,29 @@ class Plots:
 
     def stability(self, problem: str = "", ax: Axes | None = None) -> Axes:
         """Draw spectral radii of second-moment maps against the step size; below 1 a step size is stable."""
-        ax = self._draw_errors("stability", problem, "", "spectral radius", ax)
-        ax.set_yscale("linear")
-        ax.axhline(1.0, color="0.4", ls="--")
+        return self._draw_errors("stability", problem, "", ax)
+
+    def _draw_errors(self, measure: str, problem: str, quantity: str, ax: Axes | None) -> Axes:
+        def size_and_error(_: VerdictRow, level: Row) -> tuple[float, float]:
+            return number(level, "h"), number(level, "estimate")
+
+        row, axis = self._one(measure=measure, problem=problem, quantity=quantity), axis_of(measure)
+        ax, title = self._draw_lines(row, size_and_error, ax)
+        _label(ax, title, "step size h", axis.label)
+        ax.set_yscale("log" if axis.log else "linear")
+        if axis.rule is not None:
+            ax.axhline(axis.rule, color="0.4", ls="--")
         return ax
 
-    def _draw_errors(self, measure: str, problem: str, quantity: str, label: str, ax: Axes | None) -> Axes:
-        row = self._one(measure=measure, problem=problem, quantity=quantity)
-        ax, names = _axes(ax), {"problem": row.problem, "quantity": row.quantity}
-        for one, marker in zip(self._choose(measure=measure, **names), cycle(MARKERS), strict=False):
-            points = sorted((h, abs(e)) for h, e, *_ in self._points(one) if e)
+    def _draw_lines(self, row: VerdictRow, point: PointOf, ax: Axes | None) -> tuple[Axes, str]:
+        """Draw a line for each scheme, of what a row is about; return the axes and their title."""
+        ax, names = _axes(ax), {"measure": row.measure, "problem": row.problem, "quantity": row.quantity}
+        for one, marker in zip(self._choose(**names), cycle(MARKERS), strict=False):
+            found = [point(one, level) for level in self._levels(one)]
+            points = sorted((x, abs(y)) for x, y in found if x > 0.0 and y)
             if points:
                 ax.plot(*zip(*points, strict=True), marker=marker, mfc="none", lw=1, label=one.scheme)
-        return _label(ax, f"{measure} {names['quantity']} on {names['problem']}", "step size h", label)
+        return ax, f"{row.measure} {row.quantity} on {row.problem}"
 
     def _choose(self, **wanted: str) -> list[VerdictRow]:
         return [row for row in self.rows if _fits(row.cells, wanted)]
@@ -235,7 +243,7 @@ class Plots:
         for level in self._levels(row):
             e, spread = number(level, "estimate"), number(level, "std_error")
             told = text(level, "fitted")
-            yield number(level, "h"), e, spread, told == "True" if told else not spread or abs(e) > 3.0 * spread
+            yield number(level, "h"), e, spread, told == "True" if told else not spread or abs(e) > CLEAR * spread
 
     def _levels(self, row: VerdictRow) -> list[Row]:
         own = [level for level in self.levels if _key(level) == _key_of(row)]
@@ -287,20 +295,3 @@ def _label(ax: Axes, title: str, x: str, y: str) -> Axes:
 
 def _name(row: VerdictRow) -> str:
     return f"{row.scheme} on {row.problem}, {row.measure} {row.quantity}"
-
-
-def _order(row: VerdictRow) -> tuple[Interval, bool]:
-    """Return the order that is known, and whether it is of paths."""
-    if row.path.known:
-        return row.path, True
-    if "order" in row.value_of:
-        return row.estimate, False
-    return Interval(row.local_order), False
-
-
-def _slopes(row: VerdictRow) -> Iterator[tuple[float, str, str]]:
-    if row.path.known:
-        yield row.path.value, "slope", "-C0"
-    if not isnan(claim := row.claimed_order):
-        yield claim, "claim", "--C2"
-        yield claim - row.margin, "claim - margin", ":C1"

@@ -153,7 +153,7 @@ def quantity_lines(row: VerdictRow, width: int, *, plain: bool = False, brief: b
         f"order along paths {interval(row.path, 3)}" if row.path.known else "",
         other_value(row),
         f"decided by {row.decided_by}" if row.decided_by else "",
-        f"guarded by {row.guarded_by}" if row.guarded_by else "",
+        *row.labelled,
         resolution_in_words(row),
     ]
     name = f"{row.measure} {row.quantity}" if brief else row.quantity

@@ -1,7 +1,8 @@
 """A row of the verdicts: its columns with their meanings, how a finding becomes one, and how a file is read as one.
 
 A finding is a row as people are told of it: one meaning a column in every measure, and no order of noise. A new
-column is a field here: tables, JSON, the page and the dictionary of columns take theirs from the fields.
+column is a field here and what `VerdictRow.from_finding` gives it: tables, JSON, the page, `show`, notebooks and the
+dictionary of columns take theirs from the fields.
 """
 
 from collections.abc import Callable
@@ -37,16 +38,20 @@ class Interval(NamedTuple):
         return not isnan(self.value)
 
 
-def _text(meaning: str) -> Any:
-    return field(default="", metadata={"meaning": meaning, "kind": TEXT})
+# Of columns that no page shows.
+OFF_PAGE: dict[str, Any] = {"on_page": False}
 
 
-def _number(meaning: str, unit: str = "") -> Any:
-    return field(default=nan, metadata={"meaning": meaning, "kind": NUMBER, "unit": unit})
+def _text(meaning: str, **told: Any) -> Any:
+    return field(default="", metadata={"meaning": meaning, "kind": TEXT, **told})
 
 
-def _whole(meaning: str) -> Any:
-    return field(default=0, metadata={"meaning": meaning, "kind": WHOLE})
+def _number(meaning: str, unit: str = "", **told: Any) -> Any:
+    return field(default=nan, metadata={"meaning": meaning, "kind": NUMBER, "unit": unit, **told})
+
+
+def _whole(meaning: str, **told: Any) -> Any:
+    return field(default=0, metadata={"meaning": meaning, "kind": WHOLE, **told})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,12 +76,18 @@ class VerdictRow:
     value_high: float = _number("upper end of its interval, or of what can be proved", "see value_of")
     value_of: str = _text("what the value is")
     decided_by: str = _text("tier that decides the claim: T0 contract, T1 one step, T2 without sampling, T3 paths")
-    guarded_by: str = _text("what would have shown that the tier errs")
+    guarded_by: str = _text("what would have shown that the tier errs", label="guarded by")
     resolution: float = _number("a larger error of the limit would have shown; inf where none", "the quantity's size")
     reason: str = _text("why the verdict is what it is, and why paths tell no order")
-    reason_kind: str = _text("kinds of the parts of the reason: rows of a kind say the same with other numbers")
-    p_verified: float = _number("p-value of the hypothesis that the claim fails; empty without sampling error")
-    p_refuted: float = _number("p-value of the hypothesis that the claim holds; empty without sampling error")
+    reason_kind: str = _text(
+        "kinds of the parts of the reason: rows of a kind say the same with other numbers", **OFF_PAGE
+    )
+    p_verified: float = _number(
+        "p-value of the hypothesis that the claim fails; empty without sampling error", **OFF_PAGE
+    )
+    p_refuted: float = _number(
+        "p-value of the hypothesis that the claim holds; empty without sampling error", **OFF_PAGE
+    )
     paths: int = _whole("paths that were sampled of the cell")
 
     @classmethod
@@ -109,6 +120,12 @@ class VerdictRow:
         return Interval(self.value, self.value_low, self.value_high)
 
     @property
+    def labelled(self) -> list[str]:
+        """What it says in columns that have a label and no words of their own, each behind its label."""
+        told = ((column.label, _in_words(getattr(self, column.name))) for column in LABELLED)
+        return [f"{label} {words}" for label, words in told if words]
+
+    @property
     def cells(self) -> dict[str, object]:
         """The columns by their names."""
         return dict(vars(self))
@@ -119,14 +136,19 @@ class VerdictRow:
         return {name: _jsonable(value) for name, value in self.cells.items()}
 
 
-VERDICTS = tuple(
-    Column(f.name, f.metadata["meaning"], f.metadata["kind"], f.metadata.get("unit", "")) for f in fields(VerdictRow)
-)
+VERDICTS = tuple(Column(f.name, **f.metadata) for f in fields(VerdictRow))
+LABELLED = tuple(column for column in VERDICTS if column.label)
 READERS: dict[str, Callable[[Row, str], Any]] = {
     TEXT: text,
     NUMBER: number,
     WHOLE: lambda row, name: int(number(row, name)) if text(row, name) else 0,
 }
+
+
+def _in_words(value: object) -> str:
+    if isinstance(value, float):
+        return "" if isnan(value) else f"{value:.4g}"
+    return str(value or "")
 
 
 def _jsonable(value: object) -> object:

@@ -2,13 +2,14 @@
 
 Noise and reference are paid once a problem. What is decided is decided at a level that all tests of the session
 share, whether they are run or not, so that the outcome of a cell depends neither on the selection of the others nor
-on the worker that runs it. The lock file is a test, too: what it demands is held against the cells that have run.
+on the worker that runs it. The lock file is the affair of ``sdaeverify gate``.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import inf
 from typing import TYPE_CHECKING, Any
+
+from msgspec import structs
 
 from ..contracts.finding import Finding, Verdict
 from ..contracts.measure import Measure
@@ -17,26 +18,23 @@ from ..contracts.settings import Settings, whole
 from ..contracts.specs import ProblemSpec
 from ..errors import UsageError
 from ..forms import Problem
+from ..gate.expected import FailingClaim, read_expected, require_matches
 from ..gate.gate_plan import gate_plan
-from ..gate.lock import Claims, compare
-from ..gate.outcomes import ORDER, Outcome, Status, is_red, outcomes
-from ..gate.policy import ExpectedFailure, Policy, expected_failure
+from ..gate.outcomes import ORDER, Outcome, Status, is_red, names_of, outcomes
+from ..gate.policy import Policy
 from ..gate.writers.messages import command_of, message, title
 from ..registry.load import Registry
 from ..report.plain import visible
 from ..study import Cell, CellResult, Finished, Plan, ProblemPlan, Study
-from ..workers.limits import Limits
-from ..workers.pool import executor_for
 from .subjects import load_plugins
 
 if TYPE_CHECKING:
     import pytest
 
-Expected = ExpectedFailure | Mapping[str, Any]
+Expected = FailingClaim | Mapping[str, Any]
 
 # Findings of a cell, and one-sided tests of each, that a session reckons with.
 TESTS_OF_A_CELL = 10
-GATE = "sdaeverify gate holds all of them against the lock file"
 
 
 class ClaimError(AssertionError):
@@ -52,15 +50,12 @@ class ClaimRun:
     plan : Plan
     policy : Policy
     registry : Registry
-    wanted : set of Cell or None
-        The cells that will be asked for; all if None.
     """
 
     plan: Plan
     policy: Policy
     registry: Registry
-    wanted: set[Cell] | None = None
-    _known: dict[str, tuple[CellResult, ...]] = field(default_factory=dict)
+    _known: dict[str, list[CellResult]] = field(default_factory=dict)
 
     @property
     def settings(self) -> Settings:
@@ -68,19 +63,21 @@ class ClaimRun:
         settings = self.policy.settings
         return replace(settings, family=max(settings.family, TESTS_OF_A_CELL * len(self.plan.cells)))
 
-    def has_run(self, cell: Cell) -> bool:
-        """Tell whether there is a result of a cell."""
-        return any(result.cell == cell for result in self._known.get(cell.spec.label, ()))
-
     def outcomes(self, cell: Cell) -> list[Outcome]:
         """Return the outcomes of a cell, worst first."""
-        results = [result for result in self._results(cell) if result.cell == cell]
+        label = cell.spec.label
+        if label not in self._known:
+            (made,) = (problem for problem in self.plan.problems if problem.spec.label == label)
+            # Not the results of the study: those hold for a whole run of cells, and these for each cell by itself.
+            events = Study(Plan((made,)), self.settings).run()
+            self._known[label] = [r for event in events if isinstance(event, Finished) for r in event.results]
+        results = [result for result in self._known[label] if result.cell == cell]
         return sorted(outcomes(results, self.policy), key=lambda outcome: ORDER.index(outcome.status))
 
     def words(self, outcome: Outcome) -> str:
         """Return an outcome in words, with the command that computes it again where its names are registered."""
         named = self.registry.names(outcome.cell.scheme) and self.registry.names(outcome.cell.spec)
-        command = command_of(outcome, self.settings, self.registry.files) if named else ""
+        command = command_of(outcome, self.settings) if named else ""
         return message(outcome, self.settings, command)
 
     def check(self, cell: Cell) -> None:
@@ -100,25 +97,6 @@ class ClaimRun:
         if red:
             raise ClaimError("\n".join(map(self.words, red)))
         _skip_or_xfail(found)
-
-    def _results(self, cell: Cell) -> tuple[CellResult, ...]:
-        label = cell.spec.label
-        if label not in self._known:
-            (made,) = (problem for problem in self.plan.problems if problem.spec.label == label)
-            wanted = tuple(c for c in made.cells if self.wanted is None or c in self.wanted or c == cell)
-            self._known[label] = self._run(replace(made, cells=wanted))
-        return self._known[label]
-
-    def _run(self, made: ProblemPlan) -> tuple[CellResult, ...]:
-        # Not the results of the study: those hold for a whole run of cells, and these for each cell by itself.
-        with executor_for(1, self.registry.files, self._limits, self.registry.modules) as executor:
-            events = Study(Plan((made,)), self.settings).run(executor)
-            return tuple(result for event in events if isinstance(event, Finished) for result in event.results)
-
-    @property
-    def _limits(self) -> Limits | None:
-        timeout, memory = self.policy.timeout, self.policy.memory
-        return Limits(timeout or inf, memory or 0) if timeout or memory else None
 
 
 @dataclass(frozen=True)
@@ -196,7 +174,7 @@ def parametrize_with_claims(
 
     if not schemes:
         raise UsageError("schemes is empty; name the schemes whose claims are to be tested")
-    expected = tuple(map(_read_expected, () if expected_failures is None else _sequence(expected_failures)))
+    expected = read_expected(expected_failures, FailingClaim)
     policy = Policy(
         schemes=_sequence(schemes), problems=_sequence(problems), measures=_sequence(measures), tier=tier,
         seed=Settings().seed if seed is None else whole("seed", seed), expected_failures=expected,
@@ -205,16 +183,6 @@ def parametrize_with_claims(
     _require_cells(run.plan, expected)
     cells = [(problem, cell) for problem in run.plan.problems for cell in problem.cells]
     return pytest.mark.parametrize(("subject", "check"), [_parameters(run, *pair) for pair in cells])
-
-
-def idle(plan: Plan, expected: Iterable[ExpectedFailure]) -> list[str]:
-    """Return a line for each expected failure that matches no cell, whatever its quantities."""
-    anything, cells = Finding(quantity="", verdict=Verdict.NOT_RUN), plan.cells
-    return [
-        f"the expected failure {one} matches no claimed cell"
-        for one in expected
-        if not any(replace(one, quantity="*").matches(cell, anything) for cell in cells)
-    ]
 
 
 def describe_undecided(found: Sequence[Outcome]) -> str:
@@ -245,56 +213,9 @@ def _sequence(given: Any) -> tuple[Any, ...]:
     return (given,) if isinstance(given, str) or not isinstance(given, Iterable) else tuple(given)
 
 
-def _read_expected(given: Expected) -> ExpectedFailure:
-    if isinstance(given, ExpectedFailure):
-        return given
-    if not isinstance(given, Mapping):
-        raise UsageError(f"expected_failures expects a sequence of mappings, each with a reason, got {given!r} in it")
-    return expected_failure(f"the expected failure {dict(given)}", given)
-
-
-def _require_cells(plan: Plan, expected: Iterable[ExpectedFailure]) -> None:
+def _require_cells(plan: Plan, expected: Iterable[FailingClaim]) -> None:
     if not plan.cells:
         raise UsageError("none of these schemes claims anything of these measures on these problems")
-    for text in idle(plan, expected):
-        raise UsageError(text)
-
-
-def check_lock(run: ClaimRun, locked: Claims, workers: int = 1) -> None:
-    """Raise what the lock file demands and no claim gives: nothing if all is there.
-
-    Parameters
-    ----------
-    run : ClaimRun
-        No cell is run again.
-    locked : dict of Key to str
-        Of the tier.
-    workers : int
-        Processes that the tests are spread over.
-
-    Raises
-    ------
-    ClaimError
-        If a claim that is locked is gone or weaker.
-    pytest.skip.Exception
-        If nobody can tell, since locked cells were not run in this process.
-    """
-    __tracebackhide__ = True
-    if why := _why_incomplete(run, locked, workers):
-        import pytest  # noqa: PLC0415 - the kit itself needs no pytest
-
-        raise pytest.skip.Exception(f"{why}; {GATE}", _use_item_location=True)
-    known = (cell for cell in run.plan.cells if run.has_run(cell))
-    lock = compare(locked, (outcome for cell in known for outcome in run.outcomes(cell)))
-    if lock.violations:
-        raise ClaimError("\n".join(f"lock file: {visible(line)}" for line in lock.violations))
-
-
-def _why_incomplete(run: ClaimRun, locked: Claims, workers: int) -> str:
-    # Which process has run what differs from time to time, and a test must not.
-    if workers > 1:
-        return f"the tests are spread over {workers} processes"
-    demanded = {key[:3] for key in locked}
-    cells = [c for c in run.plan.cells if (c.scheme.label, c.spec.label, c.measure.name) in demanded]
-    missing = sum(not run.has_run(cell) for cell in cells)
-    return f"{missing} of {len(cells)} locked cells were not run here" if missing else ""
+    anything = Finding(quantity="", verdict=Verdict.NOT_RUN)
+    cells = [names_of(cell, anything) for cell in plan.cells]
+    require_matches((structs.replace(one, quantity="*") for one in expected), cells, "claimed cell")

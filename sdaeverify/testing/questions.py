@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..contracts.labels import did_you_mean, matches, parse_label
+from ..contracts.labels import parse_label
 from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
-from ..errors import FAULTS, UsageError, is_blank, one_line
+from ..errors import FAULTS, UsageError, one_line
 from ..forms import Problem
+from ..gate.expected import FailingCheck, read_expected, require_matches
 from ..report.plain import visible
 from .check import LEVEL, Check, CheckOutcome, CheckStatus, run_check
 from .checks.declarations import check_usable
@@ -23,57 +24,7 @@ from .checks.problem_declarations import check_usable as check_function
 from .subjects import Problems, ProblemSubject, SchemeSubject, cells_of, load_plugins, problem_of, scheme_of
 from .table import checks
 
-Expected = Mapping[str, str]
-
-
-def expected_reason(expected: Expected, check: str, problem: str = "") -> str:
-    """Return the reason why a check is expected to fail, or an empty string.
-
-    Parameters
-    ----------
-    expected : mapping of str to str
-        Reasons by the name of a check, or by ``check on problem``; ``*`` and ``?`` are wildcards.
-    check : str
-    problem : str
-        Label of the problem a scheme is asked on; empty if there is none.
-    """
-    names = _names(check, problem)
-    return next((reason for pattern, reason in expected.items() if _means(pattern, names)), "")
-
-
-def require_known(expected: Expected, asked: Iterable[tuple[str, str]]) -> None:
-    """Check that each pattern of an expected failure names a check that is asked, and has a reason.
-
-    Parameters
-    ----------
-    expected : mapping of str to str
-    asked : iterable of (str, str)
-        Names of checks and labels of their problems.
-
-    Raises
-    ------
-    UsageError
-        If one does not: a failure that is expected of nothing hides a misspelt name.
-    """
-    if not (isinstance(expected, Mapping) and all(isinstance(pattern, str) for pattern in expected)):
-        raise UsageError(f"expected_failures expects a mapping of names of checks to reasons, got {expected!r}")
-    names = [_names(check, problem) for check, problem in asked]
-    known = sorted({check for check, *_ in names})
-    for pattern, reason in expected.items():
-        if not any(_means(pattern, each) for each in names):
-            hint = did_you_mean(pattern, known)
-            raise UsageError(f"expected failure {pattern!r} matches no check{hint} (known: {', '.join(known)})")
-        if not (isinstance(reason, str) and not is_blank(reason)):
-            raise UsageError(f"expected failure {pattern!r} has no reason; say in words why the check fails")
-
-
-def _names(check: str, problem: str) -> tuple[str, ...]:
-    return (check, f"{check} on {problem}") if problem else (check,)
-
-
-def _means(pattern: str, names: Iterable[str]) -> bool:
-    return any(matches(pattern, name) for name in names)
-
+Expected = FailingCheck | Mapping[str, Any]
 
 # What a problem is asked even if it cannot be built.
 FIRST = ("declaration", "builds", "docstring")
@@ -104,15 +55,25 @@ class Question:
     subject: Any
     skipped: str = ""
 
-    def answer(self, expected: Expected) -> CheckOutcome:
+    @property
+    def names(self) -> dict[str, str]:
+        """What an expected failure may name of it."""
+        scheme, problem = (self.label, self.problem) if self.kind == "scheme" else ("", self.label)
+        return {"check": self.check.name, "scheme": scheme, "problem": problem}
+
+    def expectation(self, expected: Iterable[FailingCheck]) -> FailingCheck | None:
+        """Return the first expected failure that the question matches, or None."""
+        return next((one for one in expected if one.matches(**self.names)), None)
+
+    def answer(self, expected: Iterable[FailingCheck]) -> CheckOutcome:
         """Ask, and compare with the failures that are expected."""
         unasked = (CheckStatus.SKIPPED, self.skipped, 0.0)
         status, reason, seconds = unasked if self.skipped else run_check(self.check, self.subject)
-        why = expected_reason(expected, self.check.name, self.problem)
-        if why and status is CheckStatus.FAILED:
-            status, reason = CheckStatus.XFAILED, f"{why}: {reason}"
-        elif why and status is CheckStatus.PASSED:
-            status, reason = CheckStatus.XPASSED, f"it passes, but was expected to fail: {why}"
+        one = self.expectation(expected)
+        if one and status is CheckStatus.FAILED:
+            status, reason = CheckStatus.XFAILED, f"{one.reason}: {reason}"
+        elif one and one.strict and status is CheckStatus.PASSED:
+            status, reason = CheckStatus.XPASSED, f"it passes, but was expected to fail: {one.reason}"
         check = self.check
         return CheckOutcome(
             self.label, self.kind, check.name, check.category, check.since, self.problem, status, reason, seconds
@@ -166,7 +127,7 @@ def _unbuilt(subject: ProblemSubject) -> str:
         return one_line(error)
 
 
-def answers(questions: list[Question], expected: Expected | None) -> Iterator[CheckOutcome]:
+def answers(questions: list[Question], given: Iterable[Expected] | None) -> Iterator[CheckOutcome]:
     """Yield what becomes of each question.
 
     Raises
@@ -174,9 +135,15 @@ def answers(questions: list[Question], expected: Expected | None) -> Iterator[Ch
     UsageError
         If a failure is expected of a check that is not asked, or without a reason.
     """
-    require_known(expected or {}, [(question.check.name, question.problem) for question in questions])
+    expected = _read(given, questions)
     for question in questions:
-        yield question.answer(expected or {})
+        yield question.answer(expected)
+
+
+def _read(given: Iterable[Expected] | None, questions: Iterable[Question]) -> tuple[FailingCheck, ...]:
+    expected = read_expected(given, FailingCheck)
+    require_matches(expected, (question.names for question in questions), "check")
+    return expected
 
 
 def _why_skipped(check: Check, level: int | None) -> str:
@@ -191,7 +158,7 @@ def check_scheme(
     problems: Problems | None = None,
     *,
     level: int | None = None,
-    expected_failures: Mapping[str, str] | None = None,
+    expected_failures: Iterable[Expected] | None = None,
 ) -> list[dict[str, object]]:
     """Put a scheme to every check of the kit.
 
@@ -205,8 +172,8 @@ def check_scheme(
         three whose states have the fewest components.
     level : int, optional
         Checks that came with a later level of the kit are skipped; by default none is.
-    expected_failures : mapping of str to str, optional
-        Reasons by the name of a check, or by ``check on problem``; ``*`` and ``?`` are wildcards.
+    expected_failures : sequence of mapping, optional
+        Each with a ``reason``, and globs ``check``, ``scheme`` and ``problem`` where it does not hold for all.
 
     Returns
     -------
@@ -229,7 +196,7 @@ def check_problem(
     problem: str | ProblemSpec | Callable[..., Problem],
     *,
     level: int | None = None,
-    expected_failures: Mapping[str, str] | None = None,
+    expected_failures: Iterable[Expected] | None = None,
 ) -> list[dict[str, object]]:
     """Put a problem to every check of the kit.
 
@@ -239,8 +206,8 @@ def check_problem(
         A problem function, uncalled, or the label of a registered one.
     level : int, optional
         Checks that came with a later level of the kit are skipped; by default none is.
-    expected_failures : mapping of str to str, optional
-        Reasons by the name of a check; ``*`` and ``?`` are wildcards.
+    expected_failures : sequence of mapping, optional
+        As for `check_scheme`.
 
     Returns
     -------
@@ -289,7 +256,7 @@ def parametrize_with_checks(
     *,
     problems: Problems | None = None,
     level: int | None = None,
-    expected_failures: Mapping[str, str] | None = None,
+    expected_failures: Iterable[Expected] | None = None,
 ) -> "pytest.MarkDecorator":
     """Return a decorator of a test function of ``subject`` and ``check`` that makes a test of each check.
 
@@ -304,8 +271,8 @@ def parametrize_with_checks(
     subjects : sequence of Scheme, callable, ProblemSpec or str
         Schemes and problem functions, mixed, and labels of registered ones.
     problems, level, expected_failures
-        As for `check_scheme`. Expected failures become strict xfail marks: a check that passes all the same fails the
-        test.
+        As for `check_scheme`. Expected failures become xfail marks: a check that passes all the same fails the test,
+        unless ``strict`` is False.
 
     Returns
     -------
@@ -322,9 +289,8 @@ def parametrize_with_checks(
         raise UsageError("subjects is empty; name the schemes and problems that are to be checked")
     import pytest  # noqa: PLC0415 - the kit itself needs no pytest
 
-    expected = expected_failures or {}
     asked = [(subject, question) for subject in subjects for question in _questions(subject, problems, level)]
-    require_known(expected, [(question.check.name, question.problem) for _, question in asked])
+    expected = _read(expected_failures, (question for _, question in asked))
     return pytest.mark.parametrize(("subject", "check"), [_parameters(*pair, expected) for pair in asked])
 
 
@@ -337,11 +303,12 @@ def _questions(subject: Any, problems: Problems | None, level: int | None) -> It
         yield from problem_questions(ProblemSubject(problem_of(subject, registry), registry), level)
 
 
-def _parameters(subject: Any, question: Question, expected: Expected) -> Any:
+def _parameters(subject: Any, question: Question, expected: Iterable[FailingCheck]) -> Any:
     import pytest  # noqa: PLC0415
 
-    why = expected_reason(expected, question.check.name, question.problem)
-    marks = [pytest.mark.xfail(reason=visible(why), raises=AssertionError, strict=True)] if why else []
+    one = question.expectation(expected)
+    strict = bool(one and one.strict)
+    marks = [pytest.mark.xfail(reason=visible(one.reason), raises=AssertionError, strict=strict)] if one else []
     where = f"{question.label}-{question.check.name}"
     name = f"{where}-on-{question.problem}" if question.problem else where
     return pytest.param(subject, BoundCheck(question), id=visible(name), marks=marks)

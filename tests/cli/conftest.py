@@ -79,7 +79,13 @@ def call(
     """Run a command line in an empty folder, 80 columns wide."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
-    for name in ("FORCE_COLOR", "NO_COLOR", "SDAEVERIFY_DISABLED_PLUGINS", "SDAEVERIFY_STRICT_PLUGINS"):
+    for name in (
+        "FORCE_COLOR",
+        "NO_COLOR",
+        "SDAEVERIFY_DISABLED_PLUGINS",
+        "SDAEVERIFY_STRICT_PLUGINS",
+        "GITHUB_ACTIONS",
+    ):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(load, "_from_entry_point", remembered)
     monkeypatch.setattr("sdaeverify.cli.commands.matrix.options_of", _options_of)

@@ -91,7 +91,7 @@ def test_wrong_words(call, tmp_path, arguments, words):
         (["list", "--jsno"], "no such option --jsno; did you mean --json?"),
         (["new-plugin", ""], "invalid value for 'DIR': expected a path, got an empty text"),
         (["merge", ""], "invalid value for 'RUNS...': expected a path, got an empty text"),
-        (["gate", "--junitxml", ""], "invalid value for '--junitxml': expected a path, got an empty text"),
+        (["gate", "--out", ""], "invalid value for '--out': expected a path, got an empty text"),
         (["info"], "missing argument"),
         (["info", "milstien"], "no scheme, problem, measure or plugin is named 'milstien'; did you mean milstein?"),
         (["info", "pendulum[x=1]"], "problem 'pendulum' has no parameter 'x'"),

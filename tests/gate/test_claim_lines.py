@@ -13,8 +13,9 @@ SOURCE = inspect.getsource(conftest).splitlines()
 
 
 def text_at(place):
-    assert place.file == Path(conftest.__file__)
-    return SOURCE[place.line - 1]
+    file, line = place
+    assert file == Path(conftest.__file__)
+    return SOURCE[line - 1]
 
 
 def test_claim_of_the_module():

@@ -6,13 +6,14 @@ import pytest
 
 from sdaeverify.cli.exit_codes import ExitCode, code_of_gate
 from sdaeverify.contracts.finding import Verdict
+from sdaeverify.gate.expected import FailingClaim
 from sdaeverify.gate.outcomes import Status, idle, is_red, outcomes
-from sdaeverify.gate.policy import ExpectedFailure, Policy
+from sdaeverify.gate.policy import Policy
 
 from .conftest import result
 
-ANY = (ExpectedFailure(reason="known"),)
-LAX = (ExpectedFailure(reason="known", strict=False),)
+ANY = (FailingClaim(reason="known"),)
+LAX = (FailingClaim(reason="known", strict=False),)
 
 
 @pytest.mark.parametrize(
@@ -84,7 +85,7 @@ def test_a_pass_that_was_not_expected_is_red():
 
 def test_idle_expectations():
     """An expected failure that no finding matches is told."""
-    entries = (ExpectedFailure(reason="a", quantity="x"), ExpectedFailure(reason="b", quantity="y"))
+    entries = (FailingClaim(reason="a", quantity="x"), FailingClaim(reason="b", quantity="y"))
     policy = Policy(expected_failures=entries)
 
     assert idle(outcomes([result(Verdict.REFUTED)], policy), policy) == [entries[1]]
@@ -120,7 +121,7 @@ def test_code(verdicts, options, locked, code):
 
 def test_unexpected_before_undecided():
     """An unexpected pass is worse than an undecided claim, and an unmeasured cell is worse than both."""
-    policy = Policy(inconclusive="fail", expected_failures=(ExpectedFailure(reason="known", quantity="y"),))
+    policy = Policy(inconclusive="fail", expected_failures=(FailingClaim(reason="known", quantity="y"),))
     results = [result(Verdict.INCONCLUSIVE), result(Verdict.VERIFIED, quantity="y")]
 
     assert code_of_gate(outcomes(results, policy), policy, complete=True) is ExitCode.UNEXPECTED

@@ -1,16 +1,17 @@
-"""Reports: JSON, Markdown, badge and words."""
+"""Reports: JSON, Markdown and words."""
 
 import json
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from sdaeverify.contracts.finding import Method, Verdict
+from sdaeverify.gate.expected import FailingClaim
 from sdaeverify.gate.lock import Lock
-from sdaeverify.gate.policy import ExpectedFailure, Policy
-from sdaeverify.gate.writers.machine import badge, json_report
-from sdaeverify.gate.writers.text import markdown_report, text_report
+from sdaeverify.gate.policy import Policy
+from sdaeverify.gate.writers.github import markdown_report
+from sdaeverify.gate.writers.record import json_report
+from sdaeverify.gate.writers.text import text_report
 
 from .conftest import NASTY, Plain, gated, result
 
@@ -30,12 +31,12 @@ def test_json_is_strict(everything):
 
 def test_row_of_the_json():
     """A row has the claim, the interval and the command."""
-    found = result(Verdict.REFUTED, estimate=0.5, low=0.4, high=0.6)
+    found = result(Verdict.REFUTED, estimate=0.5, low=0.4, high=0.6, method=Method("paths"), tier=3)
     (row,) = json_report(gated(found))["outcomes"]
 
     assert (row["scheme"], row["problem"], row["measure"], row["quantity"]) == ("plain", "line", "sharp", "x")
-    assert (row["estimate"], row["ci_low"], row["ci_high"], row["red"]) == (0.5, 0.4, 0.6, True)
-    assert row["claim"] == "order >= 1.0 up to a margin of 0.2"
+    assert (row["path_order"], row["path_low"], row["path_high"], row["red"]) == (0.5, 0.4, 0.6, True)
+    assert (row["claim"], row["margin"]) == ("order >= 1.0", 0.2)
     assert row["reproduce"].startswith("python -m sdaeverify matrix -s plain -p line -m sharp")
 
 
@@ -60,37 +61,12 @@ def test_markdown_stays_in_its_cells(reason, kind, line):
 
 def test_markdown_of_many(monkeypatch):
     """A long list is cut, and says so."""
-    monkeypatch.setattr("sdaeverify.gate.writers.text.MOST_ROWS", 2)
+    monkeypatch.setattr("sdaeverify.gate.writers.github.MOST_ROWS", 2)
     text = markdown_report(gated(*(result(Verdict.REFUTED, quantity=f"x{n}") for n in range(5))))
 
     assert "and 3 more, see verdicts.csv" in text
     assert "x1" in text
     assert "x2" not in text
-
-
-@pytest.mark.parametrize(
-    ("verdicts", "policy", "message", "colour"),
-    [
-        ([Verdict.VERIFIED], Policy(), "verified 1/1", "brightgreen"),
-        ([Verdict.VERIFIED, Verdict.INCONCLUSIVE], Policy(), "verified 1/2, 1 undecided", "yellow"),
-        (
-            [Verdict.REFUTED],
-            Policy(expected_failures=(ExpectedFailure(reason="known"),)),
-            "verified 0/1, 1 failing as expected",
-            "yellow",
-        ),
-    ],
-)
-def test_badge(verdicts, policy, message, colour):
-    """A badge is green only if everything is verified."""
-    made = badge(gated(*map(result, verdicts), policy=policy))
-
-    assert made == {"schemaVersion": 1, "label": "sdaeverify", "message": message, "color": colour}
-
-
-def test_red_badge():
-    """A badge is red where the gate is."""
-    assert badge(gated(result(Verdict.REFUTED), code=1))["color"] == "red"
 
 
 def test_words():
@@ -113,7 +89,7 @@ def test_words():
 
 def test_words_of_what_does_not_fail():
     """What is undecided says why, what fails as expected why that is expected; a long reason is cut."""
-    policy = Policy(expected_failures=(ExpectedFailure(reason="issue 12", quantity="y"),))
+    policy = Policy(expected_failures=(FailingClaim(reason="issue 12", quantity="y"),))
     found = (
         result(Verdict.INCONCLUSIVE, reason="too few paths"),
         result(Verdict.INCONCLUSIVE, quantity="z", reason="long " * 200),

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdaeverify.report.files import FORMULA, csv_text, harmless, write_csv, write_table
+from sdaeverify.report.files import FORMULA, harmless, write_table
 
 ANY = st.text(st.characters(), max_size=12)
 # What is looked for is rare in texts made of all letters.
@@ -79,5 +79,5 @@ def test_a_table_is_parquet_too_where_that_can_be_written(tmp_path):
     """The same rows, numbers as numbers to the last bit."""
     pytest.importorskip("pyarrow", reason="Parquet needs pyarrow")
     table = pd.DataFrame({"name": ["a", "b"], "number": [1.0 / 3.0, float("inf")]})
-    write_csv(csv_text(table), tmp_path / "t.csv")
+    write_table(table, tmp_path / "t.csv")
     assert pd.read_parquet(tmp_path / "t.parquet").to_dict("list") == table.to_dict("list")

@@ -74,7 +74,8 @@ def test_a_scheme_is_put_to_a_few_small_problems_of_its_form():
 
 def test_an_expected_failure_is_no_failure():
     """A check that fails as it is expected to is xfailed with both reasons; one that passes is xpassed."""
-    expected = {"sou*": "it was a present", "paths-alone on ou": "neighbours talk"}
+    talk = {"check": "paths-alone", "problem": "ou", "reason": "neighbours talk"}
+    expected = [{"check": "sou*", "reason": "it was a present"}, talk]
     rows = check_scheme(Nameless(), ["ou", "gbm"], expected_failures=expected)
     by_place = {(row["check"], row["problem"]): row for row in rows}
 
@@ -87,15 +88,16 @@ def test_an_expected_failure_is_no_failure():
 @pytest.mark.parametrize(
     ("expected", "text"),
     [
-        ({"sauce": "it was a present"}, "did you mean source"),
-        ({"paths-alone on gbm": "another problem"}, "matches no check"),
-        ({"source": " "}, "has no reason"),
+        ({"check": "sauce", "reason": "it was a present"}, "did you mean source"),
+        ({"check": "paths-alone", "problem": "gbm", "reason": "another problem"}, "matches no check"),
+        ({"check": "source", "reason": " "}, "has no reason"),
+        ({"measure": "strong", "reason": "of a claim"}, "unknown field `measure`"),
     ],
 )
 def test_an_expected_failure_must_name_a_check_and_a_reason(expected, text):
     """A name that matches nothing would hide a failure for ever."""
     with pytest.raises(UsageError, match=text):
-        check_scheme(Nameless(), [ou], expected_failures=expected)
+        check_scheme(Nameless(), [ou], expected_failures=[expected])
 
 
 @pytest.mark.parametrize("level", [0, LEVEL + 1, "1"])

@@ -14,6 +14,8 @@ from sdaeverify.testing import parametrize_with_checks
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_problems.gbm import gbm
 
+EXPECTED = [{"check": "source", "reason": "a present"}, {"check": "label", "reason": "why?"}]
+
 @dataclass(frozen=True)
 class Anonymous(EulerMaruyama):
     '''A scheme from nowhere.'''
@@ -25,7 +27,7 @@ class Anonymous(EulerMaruyama):
 def test_conformance(subject, check):
     check(subject)
 
-@parametrize_with_checks([Anonymous()], problems=["ou"], expected_failures={"source": "a present", "label": "why?"})
+@parametrize_with_checks([Anonymous()], problems=["ou"], expected_failures=EXPECTED)
 def test_expected(subject, check):
     check(subject)
 """
@@ -67,17 +69,19 @@ def test_what_has_nothing_to_ask_is_skipped():
 
 def test_a_misspelt_expected_failure_is_an_error():
     """A reason for a check that there is not is refused when the tests are collected."""
-    with pytest.raises(UsageError, match="matches no check"):
-        parametrize_with_checks(["gbm"], expected_failures={"derivativ": "hm"})
+    with pytest.raises(UsageError, match=r"check=sauce matches no check; did you mean source\?"):
+        parametrize_with_checks(["gbm"], expected_failures=[{"check": "sauce", "reason": "hm"}])
 
 
-@pytest.mark.parametrize("expected", [["finite"], "finite", 5, {5: "five"}])
+@pytest.mark.parametrize("expected", [["finite"], "finite", 5, {5: "five"}, {"finite": "why"}])
 @pytest.mark.parametrize(
     "asked", [parametrize_with_checks, lambda names, **options: check_problem(*names, **options)]
 )
-def test_expected_failures_that_are_no_mapping(asked, expected):
+def test_expected_failures_that_are_no_mappings(asked, expected):
     """Whatever they are, it is one line that says what is expected."""
-    with pytest.raises(UsageError, match="expected_failures expects a mapping of names of checks to reasons, got "):
+    with pytest.raises(
+        UsageError, match="expected_failures expects a sequence of mappings, each with a reason, got "
+    ):
         asked(["gbm"], expected_failures=expected)
 
 

@@ -210,7 +210,9 @@ def test_the_scheme_in_which_faults_are_planted_is_sound(problem):
 
 def test_a_drift_that_is_remembered_elsewhere_is_found_by_no_other_check():
     """Memory that is found again by the state is no violation of purity: only a copied state shows it."""
-    rows = check_scheme(prepared(two_steps), ["double-well"], expected_failures={"pickle": "the class is local"})
+    rows = check_scheme(
+        prepared(two_steps), ["double-well"], expected_failures=[{"check": "pickle", "reason": "the class is local"}]
+    )
 
     assert {row["check"] for row in rows if row["status"] == "failed"} == {"state-is-whole"}
 

@@ -28,7 +28,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from sdaeverify import Array, Claim, Problem, Scheme, Settings, hookimpl
+from sdaeverify import Array, Problem, Scheme, Settings, hookimpl
 from sdaeverify.measuring import (
     NOT_PROBED,
     Coverage,

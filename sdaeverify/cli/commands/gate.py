@@ -5,30 +5,27 @@ from contextlib import nullcontext
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from ...errors import UsageError
+from ...gate.gated import Gated
 from ...gate.policy import Policy, read_policy
 from ...gate.tiers import TIERS, seed_of
-from ...gate.writers.github import annotations, fence
-from ...gate.writers.text import markdown_report
+from ...gate.writers.github import annotations, fence, markdown_report
 from ...registry.discovery import absolute
+from ...registry.load import Registry
 from ..console import complain
 from ..exit_codes import ExitCode, codes_in_words
+from ..gating import Request, carry_out_gate
 from ..limits import limits, read_limits
 from ..loading import load_and_warn
 from ..options import PLACE, jobs, once, plugins, progress_of_cells, selection
 
-if TYPE_CHECKING:
-    from ...gate.gated import Gated
-    from ...registry.load import Registry
-
 FOLDER = Path("reports", "gate")
-GITHUB = "github"
-REPORTS = ("text", "json", "markdown", GITHUB)
-SUMMARY, WORKSPACE = "GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE"
+# What GitHub's runner sets.
+GITHUB, SUMMARY, WORKSPACE = "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE"
 SEEDS = ("fixed", "date")
 
 
@@ -40,11 +37,9 @@ SEEDS = ("fixed", "date")
 @once("--alpha", type=float, help="Probability of any false alarm in a run.  [default: that of the policy, 0.01]")
 @once("--seed", type=int, help="Seed of all noise.  [default: that of the policy]")
 @once("--seed-from", type=click.Choice(SEEDS), help="The seed of the policy, or one made of today's date (UTC).")
-@once("--out", type=PLACE, default=FOLDER, help="Folder of the reports.")
+@once("--out", type=PLACE, default=FOLDER, help="Folder of gate.json and of the run.")
 @jobs
 @progress_of_cells
-@once("--junitxml", type=PLACE, metavar="FILE", help="JUnit XML, of the family xunit2.")
-@once("--report", type=click.Choice(REPORTS), default=REPORTS[0], help="What is printed on stdout.")
 @click.option("--write-lock", is_flag=True, help="Write the claims that are found into the lock file.")
 @limits
 @click.option("--reuse/--fresh", help="Reuse evidence in the folder where code is the same and does the same.")
@@ -54,12 +49,13 @@ def gate(context: click.Context, /, **options: Any) -> ExitCode:
 
     What is gated is said by [tool.sdaeverify] in pyproject.toml; options come before it. Fails on claims that are
     refuted beyond their margin, on cells that cannot be measured, on claims that are locked and gone, and on verified
-    claims that were expected to fail; never on time.
+    claims that were expected to fail; never on time. On GitHub it annotates the lines of claims, too, and writes a
+    summary of the job.
     """
     policy = policy_of(options)
     if options["write_lock"] and _is_narrowed(options):
         raise UsageError("--write-lock needs all that the policy selects: leave out -s, -p and -m")
-    on_github = options["report"] == GITHUB
+    on_github = os.environ.get(GITHUB) == "true"
     with fence(click.echo) if on_github else nullcontext():
         gated, code = _run_gate(policy, tuple(context.obj), options)
     if on_github and gated is not None:
@@ -67,10 +63,7 @@ def gate(context: click.Context, /, **options: Any) -> ExitCode:
     return code
 
 
-def _run_gate(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any]) -> "tuple[Gated | None, ExitCode]":
-    # What runs cells and writes tables takes as long to load as other commands need in all.
-    from ..gating import Request, carry_out_gate  # noqa: PLC0415
-
+def _run_gate(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any]) -> tuple[Gated | None, ExitCode]:
     registry = load_and_warn(policy.plugins)
     if not _own_plugins_work(registry, policy):
         return None, ExitCode.PLUGIN
@@ -79,7 +72,7 @@ def _run_gate(policy: Policy, arguments: tuple[str, ...], options: dict[str, Any
         str(policy.memory) if options["memory"] is None and policy.memory is not None else options["memory"],
         options["jobs"],
     )
-    asked = {name: options[name] for name in ("progress", "junitxml", "report", "write_lock", "reuse")}
+    asked = {name: options[name] for name in ("progress", "write_lock", "reuse")}
     narrowed, partial = _is_narrowed(options), bool(options["problems"] or options["measures"])
     return carry_out_gate(
         Request(
@@ -111,7 +104,7 @@ def _is_narrowed(options: dict[str, Any]) -> bool:
     return any(options[name] for name in ("schemes", "problems", "measures"))
 
 
-def _own_plugins_work(registry: "Registry", policy: Policy) -> bool:
+def _own_plugins_work(registry: Registry, policy: Policy) -> bool:
     """Complain where a plugin of the project itself is broken: its claims would be missed."""
     own = [row for row in registry.plugins if policy.distribution and row.distribution == policy.distribution]
     broken = [row for row in own if row.status == "broken"]
@@ -120,7 +113,7 @@ def _own_plugins_work(registry: "Registry", policy: Policy) -> bool:
     return not broken
 
 
-def _annotate(gated: "Gated") -> None:
+def _annotate(gated: Gated) -> None:
     for line in annotations(gated, Path(os.environ.get(WORKSPACE) or Path.cwd())):
         click.echo(line)
     if summary := os.environ.get(SUMMARY):

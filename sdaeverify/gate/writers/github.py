@@ -1,4 +1,4 @@
-"""A gate as GitHub reads it: annotations at the lines of claims, all other output fenced off from commands.
+"""A gate as GitHub reads it: a summary, annotations at the lines of claims, other output fenced off from commands.
 
 The runner takes a line that begins with ``::`` for a command. All that plugins may print is printed between
 ``::stop-commands::TOKEN`` and ``::TOKEN::``, with a token that nobody can guess; in annotations it is escaped.
@@ -8,18 +8,18 @@ import ast
 import os
 import secrets
 import sys
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from functools import cache
 from itertools import takewhile
 from pathlib import Path
-from typing import NamedTuple
 
 from ...contracts.claimed import Bound, Order, Word
 from ...contracts.scheme import Claim, Scheme
+from ...report.markdown import escape
 from ...report.plain import visible
-from ..gated import Gated
-from ..outcomes import Outcome, Status
+from ..gated import WORDS, Gated, limit_lines
+from ..outcomes import ORDER, Outcome, Status
 from .messages import estimate_text, headline
 
 # Where in the source of a scheme a claim is written.
@@ -28,14 +28,7 @@ from .messages import estimate_text, headline
 LITERAL = ("measure", "value", "source", "margin")
 
 
-class SourceLine(NamedTuple):
-    """A line of a file."""
-
-    file: Path
-    line: int
-
-
-def claim_place(scheme: Scheme, claim: Claim | None) -> SourceLine | None:
+def claim_place(scheme: Scheme, claim: Claim | None) -> tuple[Path, int] | None:
     """Return the line of a claim, or that of its scheme's class where it is not written in the same file.
 
     Parameters
@@ -46,8 +39,8 @@ def claim_place(scheme: Scheme, claim: Claim | None) -> SourceLine | None:
 
     Returns
     -------
-    SourceLine or None
-        None where there is no source.
+    (Path, int) or None
+        File and line; None where there is no source.
     """
     kind = type(scheme)
     file = getattr(sys.modules.get(kind.__module__), "__file__", None)
@@ -58,11 +51,10 @@ def claim_place(scheme: Scheme, claim: Claim | None) -> SourceLine | None:
     if claim is not None:
         for part in (*classes, tree):
             if (line := next((call.lineno for call in _calls(part) if _agrees(call, claim)), None)) is not None:
-                return SourceLine(Path(file), line)
-    return SourceLine(Path(file), classes[0].lineno if classes else 1)
+                return Path(file), line
+    return Path(file), classes[0].lineno if classes else 1
 
 
-@cache
 def _parse_module(file: Path) -> ast.Module | None:
     try:
         return ast.parse(file.read_bytes())
@@ -150,8 +142,8 @@ def _annotation(outcome: Outcome, gated: Gated, root: Path) -> str:
     kind = "error" if gated.is_red(outcome) else KINDS[outcome.status]
     place = claim_place(outcome.cell.scheme, finding.claim)
     properties = {"title": f"sdaeverify: {outcome.cell.measure.name} {outcome.status}"}
-    if place is not None and (file := source_in(root, place.file)):
-        properties = {"file": file, "line": str(place.line), **properties}
+    if place is not None and (file := source_in(root, place[0])):
+        properties = {"file": file, "line": str(place[1]), **properties}
     parts = (
         headline(outcome),
         estimate_text(finding, gated.settings.confidence),
@@ -199,3 +191,82 @@ def _common_end(one: Path, other: Path) -> int:
     """Return in how many names two paths end alike."""
     pairs = zip(reversed(one.parts), reversed(other.parts), strict=False)
     return len(list(takewhile(lambda pair: pair[0] == pair[1], pairs)))
+
+
+# The summary of a job, in Markdown.
+
+
+# A step summary may hold 1 MiB; a row rarely takes more than 2 KiB.
+MOST_ROWS = 200
+
+
+def markdown_report(gated: Gated) -> str:
+    """Return the summary.
+
+    Parameters
+    ----------
+    gated : Gated
+
+    Returns
+    -------
+    str
+        Names and texts of plugins stay in their cells and are shown as they are.
+    """
+    sign = "❌" if gated.code else "✅"
+    lines = [
+        f"## {sign} sdaeverify gate: {escape(gated.words)}",
+        "",
+        f"{gated.summary}.",
+        "",
+        f"{gated.budget}.",
+        "",
+    ]
+    lines += _bullets("Lock file", gated.lock.violations)
+    for status in ORDER:
+        if status is not Status.PASSED:
+            lines += _section(status, gated)
+    lines += _bullets("Warnings", gated.warnings)
+    lines += _bullets("Notes", (*gated.lock.notes, *gated.notes))
+    return "\n".join([*lines, *_schemes(gated.outcomes)]) + "\n"
+
+
+def _bullets(title: str, lines: Iterable[str]) -> list[str]:
+    items = [f"- {escape(line)}" for line in limit_lines(list(lines), MOST_ROWS)]
+    return [f"### {title}", "", *items, ""] if items else []
+
+
+def _section(status: Status, gated: Gated) -> list[str]:
+    chosen = [outcome for outcome in gated.outcomes if outcome.status is status]
+    if not chosen:
+        return []
+    head = [f"### {WORDS[status].capitalize()}", "", "| scheme | problem | what | claim | estimate | why | command |"]
+    rows = [_row(outcome, gated) for outcome in chosen[:MOST_ROWS]]
+    more = [f"and {len(chosen) - MOST_ROWS} more, see verdicts.csv", ""] if len(chosen) > MOST_ROWS else []
+    return [*head, "|---|---|---|---|---|---|---|", *rows, "", *more]
+
+
+def _row(outcome: Outcome, gated: Gated) -> str:
+    cell, finding = outcome.cell, outcome.finding
+    why = f"{finding.reason} (expected: {outcome.expected})" if outcome.expected else str(finding.reason)
+    texts = (
+        cell.scheme.label,
+        cell.spec.label,
+        f"{cell.measure.name} {finding.quantity}".strip(),
+        outcome.claim,
+        estimate_text(finding, gated.settings.confidence),
+        why,
+        gated.command(outcome),
+    )
+    return f"| {' | '.join(map(escape, texts))} |"
+
+
+def _schemes(outcomes: Iterable[Outcome]) -> Iterator[str]:
+    counts: dict[str, Counter[Status]] = {}
+    for outcome in outcomes:
+        counts.setdefault(outcome.cell.scheme.label, Counter())[outcome.status] += 1
+    used = [status for status in ORDER[::-1] if any(count[status] for count in counts.values())]
+    if used:
+        yield f"| scheme | {' | '.join(WORDS[status] for status in used)} |"
+        yield f"|---|{'---|' * len(used)}"
+        for scheme, count in sorted(counts.items()):
+            yield f"| {escape(scheme)} | {' | '.join(str(count[status]) for status in used)} |"

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from ...errors import UsageError
 from ..files import write_text
 from ..folders import read_tables
+from ..pictures import description
 from ..tables.columns import COLUMNS
 from .payload import payload, to_json
 from .verifier import read_csv, verifier
@@ -115,7 +116,9 @@ def page_text(data: Mapping[str, Any]) -> str:
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'; img-src data:; {NOWHERE}"
     # Within a script element, only this could end it.
-    numbers = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    numbers = json.dumps({**data, "pictures": description()}, separators=(",", ":"), allow_nan=False).replace(
+        "<", "\\u003c"
+    )
     parts = {
         "policy": escape(policy),
         "style": _asset("page.css"),

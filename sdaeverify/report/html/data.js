@@ -1,12 +1,9 @@
 // The numbers of the run as records, and how they are found.
 
 const DATA = JSON.parse(document.getElementById("data").textContent);
-const VERDICTS = {
-  refuted: ["✗", "refuted"], diverged: ["!", "failed"], error: ["!", "in error"], inconclusive: ["?", "undecided"],
-  not_run: ["…", "not run"], verified: ["✓", "verified"], out_of_scope: ["○", "no claim"], not_applicable: ["·", "does not apply"],
-};
-const ATTENTION = ["refuted", "diverged", "error", "inconclusive", "not_run"];
-const TEXTS = DATA.text_columns || [];
+const { verdicts: VERDICTS, attention: ATTENTION, axes: AXES, clear: CLEAR } = DATA.pictures;
+const axisOf = (measure) => AXES[measure] || AXES[""];
+const TEXTS = DATA.text_columns || [], LABELS_OF_COLUMNS = DATA.labels || [];
 const value = (given) => (given === "inf" ? Infinity : given === "-inf" ? -Infinity : given);
 
 /** Return the findings as records, each with the columns of its levels. */
@@ -46,26 +43,12 @@ const PROBLEMS = unique([...FINDINGS, ...ABSENT].map((one) => one.problem)).sort
 const MEASURES = unique(FINDINGS.map((one) => one.measure)).sort();
 const settings = DATA.run.settings || {};
 
-/** Return by how many standard errors an interval at the run's confidence reaches: the normal quantile. */
-function quantile(confidence) {
-  const p = (1 + (confidence || 0.99)) / 2;
-  let low = 0, high = 10;
-  const phi = (x) => { let sum = x, term = x; for (let n = 1; n < 200; n++) { term *= (x * x) / (2 * n + 1); sum += term; } return 0.5 + sum * Math.exp(-x * x / 2) / Math.sqrt(2 * Math.PI); };
-  for (let n = 0; n < 60; n++) { const middle = (low + high) / 2; if (phi(middle) < p) low = middle; else high = middle; }
-  return (low + high) / 2;
-}
-const Z = quantile(settings.confidence);
-
-const claimed = (finding) => (finite(finding.claimed_order) ? finding.claimed_order : null);
-
-const least = (finding) => (claimed(finding) === null || !finite(finding.margin) ? null : +(claimed(finding) - finding.margin).toFixed(10));
-
 /** Return the levels of a finding as points; where it is not recorded which are fitted, those that differ from 0. */
 function points(finding) {
   const levels = finding.levels, count = (levels.h || []).length;
   return Array.from({ length: count }, (_, n) => {
     const of = (name) => (levels[name] ? value(levels[name][n]) : null), error = of("e"), spread = of("s") || 0;
-    const seen = levels.f ? of("f") === 1 : !spread || Math.abs(error) > 3 * spread;
+    const seen = levels.f ? of("f") === 1 : !spread || Math.abs(error) > CLEAR * spread;
     return { h: of("h"), e: error, s: spread, eps: of("eps"), functional: levels.u ? DATA.texts[levels.u[n]] : "", filled: seen, why: seen ? "" : reasonHollow(levels, of) };
   });
 }

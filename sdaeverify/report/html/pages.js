@@ -149,7 +149,7 @@ function command(finding) {
 function card(finding) {
   const along = finding.path_order === null ? "" : interval(finding.path_order, finding.path_low, finding.path_high);
   return el("article", { class: "card" }, el("h3", {}, finding.quantity || finding.measure, " ", badge(finding.verdict)),
-    facts([["claim", claimText(finding)], ["from", finding.claim_source], ["decided by", finding.decided_by], ["guarded by", finding.guarded_by], ["method", finding.method], ["resolution", resolution(finding)],
+    facts([["claim", claimText(finding)], ["from", finding.claim_source], ["decided by", finding.decided_by], ...LABELS_OF_COLUMNS.map(([name, label]) => [label, typeof finding[name] === "number" ? short(finding[name]) : finding[name]]), ["method", finding.method], ["resolution", resolution(finding)],
       ["local order", finding.local_order === null ? "" : order(finding.local_order)], ["order along paths", along],
       ...["L1/2", "L2", "L4"].map((norm) => [`the same in ${norm}`, finite(finding[`order_${norm}`]) ? order(finding[`order_${norm}`]) : ""]),
       [finding.value_of, finding.value === null ? "" : finding.value_of.includes("order") ? interval(finding.value, finding.value_low, finding.value_high) : short(finding.value)],
@@ -166,21 +166,17 @@ function cardPicture(finding) {
   if (all.some((point) => point.eps !== null) && finding.measure === "effort") return heat(all, { label, caption: "Mean number of iterations a step." });
   if (all.some((point) => point.eps !== null) && unique(all.map((point) => point.h)).length === 1) {
     const over = all.map((point) => ({ ...point, h: point.eps }));
-    return figure(convergence(over, { label, quantiles: Z, slopes: slopes(finding), xLabel: "eps" }), ["Distance from the limit against eps."], ["eps", ...head.slice(1)], over.map((point) => [point.h, point.e, point.s, "yes"]));
+    return figure(convergence(over, { label, quantiles: DATA.reach, slopes: slopes(finding), xLabel: "eps" }), ["Distance from the limit against eps."], ["eps", ...head.slice(1)], over.map((point) => [point.h, point.e, point.s, "yes"]));
   }
   if (all.some((point) => point.functional)) return functionals(finding, all, label);
-  const fit = finding.path_order, yLabel = LABELS[finding.measure] || "error";
+  const fit = finding.path_order, yLabel = axisOf(finding.measure).label;
   const hollow = all.some((point) => !point.filled), seen = finding.levels.f ? "fitted" : "above three standard errors";
-  const caption = [hollow ? `● ${seen}, ○ not` : finding.levels.f ? "● fitted" : "● measured", finite(fit) ? `; line: order along paths ${order(fit)}` : "", claimed(finding) !== null ? "; triangles: claim, and claim − margin (dashed)" : "", all.some((point) => point.s) ? `; band: ${short(100 * (settings.confidence || 0.99), 4)} % intervals` : ""];
-  return figure(convergence(all, { label, quantiles: Z, slopes: slopes(finding), fit, yLabel }), caption, head, rows);
+  const caption = [hollow ? `● ${seen}, ○ not` : finding.levels.f ? "● fitted" : "● measured", finite(fit) ? `; line: order along paths ${order(fit)}` : "", finite(finding.claimed_order) ? "; triangles: claim, and claim − margin (dashed)" : "", all.some((point) => point.s) ? `; band: ${short(100 * (settings.confidence || 0.99), 4)} % intervals` : ""];
+  return figure(convergence(all, { label, quantiles: DATA.reach, slopes: slopes(finding), fit, yLabel }), caption, head, rows);
 }
 
-const LABELS = { weak: "|error of the mean|", invariant: "|error of the mean|", drift: "residual", moments: "moment", solvability: "share of paths" };
-
-function slopes(finding) {
-  const claim = claimed(finding), lowest = least(finding);
-  return claim === null ? [] : [{ order: claim, kind: "claim", label: "claim" }, ...(lowest === null ? [] : [{ order: lowest, kind: "least", label: "least" }])];
-}
+const slopes = (finding) => [["claimed_order", "claim", "claim"], ["least", "least", "least"]].filter(([name]) => finite(finding[name]))
+  .map(([name, kind, label]) => ({ order: finding[name], kind, label }));
 
 function functionals(finding, all, label) {
   const series = [...grouped(all, (point) => point.functional)].map(([name, list]) => ({ name, points: list }));

@@ -28,10 +28,7 @@ function claims(passport, own) {
 /** Return a forest plot of what one measure found of a scheme, or of a problem. */
 function orders(findings, title, measure, name = (one) => one.problem) {
   const rows = findings.map((one) => {
-    const sampled = finite(one.path_order), byMoments = one.value_of.includes("order") && finite(one.value);
-    const estimate = sampled ? one.path_order : byMoments ? one.value : finite(one.local_order) ? one.local_order : null;
-    const low = sampled ? one.path_low : byMoments ? one.value_low : null, high = sampled ? one.path_high : byMoments ? one.value_high : null;
-    return { name: `${name(one)} · ${one.quantity}`, value: estimate, low, high, claim: claimed(one), least: least(one), filled: sampled, told: `${name(one)}, ${one.quantity}: ${found(one)}; ${VERDICTS[one.verdict][1]}; claim ${claimText(one)}` };
+    return { name: `${name(one)} · ${one.quantity}`, value: one.order_value, low: one.order_low, high: one.order_high, claim: one.claimed_order, least: one.least, filled: one.sampled, told: `${name(one)}, ${one.quantity}: ${found(one)}; ${VERDICTS[one.verdict][1]}; claim ${claimText(one)}` };
   }).filter((row) => finite(row.value));
   return rows.length ? [heading(3, measure), forest(rows, { label: `${measure} orders of ${title}` })] : [];
 }
@@ -72,8 +69,8 @@ function sameNoise(problem, first = "", measure = "strong") {
   return [picker(quantities, "quantity", (quantity) => {
     const series = here.filter((one) => one.quantity === quantity).map((one) => ({ name: one.scheme, points: points(one) }));
     series.sort((a, b) => (b.name === first) - (a.name === first));
-    const told = { strong: "Errors", weak: "Absolute errors of means", invariant: "Absolute errors of stationary means", drift: "Residuals", stability: "Spectral radii" }[measure] || "Values";
-    return [comparison(series, { label: `${measure} ${quantity} of all schemes on ${problem}`, caption: `${told} of ${quantity} on ${problem}${measure === "strong" ? ", on the same noise" : ""}.`, yLabel: measure === "stability" ? "spectral radius" : LABELS[measure] || "error", rule: measure === "stability" ? 1 : null, log: measure !== "stability" }),
+    const { told, label: yLabel, rule, log } = axisOf(measure);
+    return [comparison(series, { label: `${measure} ${quantity} of all schemes on ${problem}`, caption: `${told} of ${quantity} on ${problem}${measure === "strong" ? ", on the same noise" : ""}.`, yLabel, rule, log }),
       ...(["strong", "weak"].includes(measure) ? [work(here.filter((one) => one.quantity === quantity), `${measure} ${quantity}`, problem, first)] : [])].flat();
   })];
 }
@@ -83,7 +80,7 @@ function work(findings, told, problem, first) {
   const timed = findings.filter((one) => finite(one.step_seconds) && one.levels.n);
   const series = timed.map((one) => ({ name: one.scheme, points: points(one).map((point, place) => ({ ...point, h: value(one.levels.n[place]) * one.step_seconds })) }));
   series.sort((a, b) => (b.name === first) - (a.name === first));
-  return series.length ? comparison(series, { label: `work and precision, ${told} on ${problem}`, xLabel: "seconds a path", yLabel: LABELS[findings[0].measure] || "error",
+  return series.length ? comparison(series, { label: `work and precision, ${told} on ${problem}`, xLabel: "seconds a path", yLabel: axisOf(findings[0].measure).label,
     caption: `Work against precision: errors on ${problem} against the measured time of a path's steps. Further left and below is better.` }) : null;
 }
 

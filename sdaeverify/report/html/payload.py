@@ -8,10 +8,12 @@ from typing import Any
 
 from ..cells import TEXT, parse
 from ..folders import Key, SavedTables, TextRow, key_of
+from ..pictures import known_order, reach
+from ..saved import settings_of
 from ..sentences import ABSENT, counts_in_words
 from ..tables.columns import MEAN
 from ..tables.command import CELL, commands_of
-from ..verdict_row import VERDICTS
+from ..verdict_row import LABELLED, VERDICTS, VerdictRow
 
 SCHEMA = 2
 # Columns of a level, under the name that the page has for them.
@@ -40,14 +42,15 @@ TRUTHS = {"True": 1, "False": 0}
 WORDS = {"functional"}
 # Columns that begin in the same way and are no cost of a step.
 NO_COST = {"mean_std_error"}
-# Of the verdicts, what no page shows.
-HIDDEN = {"reason_kind", "p_verified", "p_refuted"}
-SHOWN = [column for column in VERDICTS if column.name not in HIDDEN]
+SHOWN = [column for column in VERDICTS if column.on_page]
 # Texts and numbers of a finding, from the verdicts and from the details of its measure.
 TEXTS = [column.name for column in SHOWN if column.kind == TEXT]
 NUMBERS = [column.name for column in SHOWN if column.kind != TEXT]
 DETAILS = ("method", "claim_source", "class", "windows", "heavy_tails")
 MEASURED = ("seconds", "step_seconds", "growth_rate", "growth", "order_L1/2", "order_L2", "order_L4")
+
+
+ORDERS = ("order_value", "order_low", "order_high")
 
 
 class _Texts:
@@ -90,6 +93,8 @@ def payload(tables: SavedTables, passports: Mapping[str, Any] | None = None) -> 
         "passports": dict(passports or {}),
         "texts": list(texts.known),
         "text_columns": [*TEXTS, *DETAILS, "reproduce"],
+        "reach": reach(settings_of(tables.run).confidence),
+        "labels": [[column.name, column.label] for column in LABELLED],
     }
 
 
@@ -109,16 +114,27 @@ def _run(run: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _findings(tables: SavedTables, texts: _Texts) -> dict[str, list[Any]]:
-    rows, details = tables.verdicts, {key_of(row): row for row in tables.details}
-    further = [details.get(key_of(row), {}) for row in rows]
-    cells = {_cell(row): row for row in rows}
+    told, details = tables.verdicts, {key_of(row): row for row in tables.details}
+    rows, further = [VerdictRow.from_row(row) for row in told], [details.get(key_of(row), {}) for row in told]
+    cells = {_cell(row): row for row in told}
     commands = dict(zip(cells, commands_of(cells.values(), tables.run), strict=True))
     return {
-        **{name: [texts(row.get(name, "")) for row in rows] for name in TEXTS},
+        **{name: [texts(getattr(row, name)) for row in rows] for name in TEXTS},
         **{name: [texts(row.get(name, "")) for row in further] for name in DETAILS},
-        "reproduce": [texts(commands[_cell(row)]) for row in rows],
-        **{name: [_read_cell(row.get(name, "")) for row in rows] for name in NUMBERS},
+        "reproduce": [texts(commands[_cell(row)]) for row in told],
+        **{name: [to_json(getattr(row, name)) for row in rows] for name in NUMBERS},
+        **_drawn(rows),
         **{name: [_read_cell(row.get(name, "")) for row in further] for name in MEASURED},
+    }
+
+
+def _drawn(rows: Sequence[VerdictRow]) -> dict[str, list[Any]]:
+    """Return the columns of what pictures show of rows."""
+    orders = [known_order(row) for row in rows]
+    return {
+        "least": [to_json(row.claimed_order - row.margin) for row in rows],
+        **{end: [to_json(getattr(order, end.removeprefix("order_"))) for order, _ in orders] for end in ORDERS},
+        "sampled": [int(sampled) for _, sampled in orders],
     }
 
 

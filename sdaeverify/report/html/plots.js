@@ -197,42 +197,41 @@ function distance({ at, own, exact }) {
   return at.slice(1).reduce((sum, right, place) => sum + (right - at[place]) * (gaps[place] + gaps[place + 1]) / 4, 0);
 }
 
+/** Draw a row for each name, its marks in the middle of the row, over one axis; return the picture. */
+function rowPicture(rows, line, domain, { label, xLabel, marks, ...scale }) {
+  const wide = 16 + 6.4 * Math.min(60, Math.max(...rows.map((row) => row.name.length))), width = wide + 380, height = TOP + BOTTOM + line * rows.length, bottom = height - BOTTOM;
+  const x = scaleOf(domain, wide + 8, width - RIGHT, scale);
+  const grid = x.ticks.map((tick) => [el("line", { class: "grid", x1: x.at(tick), x2: x.at(tick), y1: TOP, y2: bottom }),
+    el("text", { class: "soft", x: x.at(tick), y: bottom + 15, "text-anchor": "middle" }, tickText(tick, x.log))]);
+  const drawn = rows.map((row, place) => {
+    const at = TOP + line * (place + 0.5), name = row.name.length > 60 ? row.name.slice(0, 59) + "…" : row.name;
+    return el("g", {}, el("title", {}, row.told), el("text", { x: wide, y: at + 4, "text-anchor": "end" }, name), marks(row, at, x, wide, width));
+  });
+  return picture(label, height, [...grid.flat(), ...drawn, el("text", { x: (wide + width) / 2, y: height - 6, "text-anchor": "middle" }, xLabel)], width);
+}
+
 /** Draw estimates with intervals, a row each: a forest plot. */
 function forest(rows, { label, xLabel = "order", caption }) {
   if (!rows.length) return null;
-  const wide = 16 + 6.4 * Math.min(60, Math.max(...rows.map((row) => row.name.length))), width = wide + 380, line = 19, height = TOP + BOTTOM + line * rows.length;
   const values = rows.flatMap((row) => [row.value, row.low, row.high, row.claim, row.least].filter(finite));
-  const x = scaleOf(values, wide + 8, width - RIGHT, { log: false, least: 0.5 }), bottom = height - BOTTOM;
-  const grid = x.ticks.map((tick) => [el("line", { class: "grid", x1: x.at(tick), x2: x.at(tick), y1: TOP, y2: bottom }),
-    el("text", { class: "soft", x: x.at(tick), y: bottom + 15, "text-anchor": "middle" }, short(tick, 4))]);
-  const drawn = rows.map((row, place) => {
-    const at = TOP + line * (place + 0.5), name = row.name.length > 60 ? row.name.slice(0, 59) + "…" : row.name;
-    return el("g", {}, el("title", {}, row.told), el("text", { x: wide, y: at + 4, "text-anchor": "end" }, name),
-      finite(row.low) && finite(row.high) && el("line", { class: "bar", x1: x.at(row.low), x2: x.at(row.high), y1: at, y2: at }),
-      finite(row.claim) && el("line", { class: "claim", x1: x.at(row.claim), x2: x.at(row.claim), y1: at - 7, y2: at + 7 }),
-      finite(row.least) && el("line", { class: "least", x1: x.at(row.least), x2: x.at(row.least), y1: at - 7, y2: at + 7 }),
-      finite(row.value) && el("circle", { class: `dot${row.filled ? "" : " hollow"}`, cx: x.at(row.value), cy: at, r: 4, "data-value": row.value }));
-  });
-  const svg = picture(label, height, [...grid.flat(), ...drawn, el("text", { x: (wide + width) / 2, y: height - 6, "text-anchor": "middle" }, xLabel)].filter(Boolean), width);
-  return figure(svg, caption, ["", xLabel, "from", "to", "claimed"], rows.map((row) => [row.name, row.value, row.low ?? null, row.high ?? null, row.claim ?? null]));
+  const across = (kind, value, at, x) => finite(value) && el("line", { class: kind, x1: x.at(value), x2: x.at(value), y1: at - 7, y2: at + 7 });
+  const marks = (row, at, x) => [finite(row.low) && finite(row.high) && el("line", { class: "bar", x1: x.at(row.low), x2: x.at(row.high), y1: at, y2: at }),
+    across("claim", row.claim, at, x), across("least", row.least, at, x),
+    finite(row.value) && el("circle", { class: `dot${row.filled ? "" : " hollow"}`, cx: x.at(row.value), cy: at, r: 4, "data-value": row.value })].filter(Boolean);
+  return figure(rowPicture(rows, 19, values, { label, xLabel, marks, log: false, least: 0.5 }), caption, ["", xLabel, "from", "to", "claimed"], rows.map((row) => [row.name, row.value, row.low ?? null, row.high ?? null, row.claim ?? null]));
 }
 
 /** Draw sets of stable step sizes as bars over a logarithmic axis of h. */
 function windows(rows, { label, caption }) {
   const ends = rows.flatMap((row) => row.windows.flat()).filter((h) => finite(h) && h > 0);
-  const wide = 16 + 6.4 * Math.min(60, Math.max(...rows.map((row) => row.name.length))), width = wide + 380, line = 20, height = TOP + BOTTOM + line * rows.length;
-  const x = scaleOf(ends.length ? [...ends, Math.min(...ends) / 4, Math.max(...ends) * 4] : [0.01, 10], wide + 8, width - RIGHT), bottom = height - BOTTOM;
-  const clamp = (h) => Math.max(wide + 8, Math.min(width - RIGHT, h > 0 ? (finite(h) ? x.at(h) : width - RIGHT) : wide + 8));
-  const grid = x.ticks.map((tick) => [el("line", { class: "grid", x1: x.at(tick), x2: x.at(tick), y1: TOP, y2: bottom }),
-    el("text", { class: "soft", x: x.at(tick), y: bottom + 15, "text-anchor": "middle" }, tickText(tick, true))]);
-  const drawn = rows.map((row, place) => {
-    const at = TOP + line * place, name = row.name.length > 60 ? row.name.slice(0, 59) + "…" : row.name;
-    return el("g", {}, el("title", {}, `${row.name}: ${row.text}`), el("text", { x: wide, y: at + 14, "text-anchor": "end" }, name),
-      row.windows.map(([from, to]) => el("rect", { class: "stable", x: clamp(from), y: at + 4, height: line - 8, width: Math.max(2, clamp(to) - clamp(from)), "data-from": from, "data-to": to })),
-      !row.windows.length && el("text", { class: "soft", x: wide + 14, y: at + 14 }, "none"));
-  });
-  const svg = picture(label, height, [...grid.flat(), ...drawn, el("text", { x: (wide + width) / 2, y: height - 6, "text-anchor": "middle" }, "stable step sizes h")], width);
-  return figure(svg, caption, ["", "stable for"], rows.map((row) => [row.name, row.text]));
+  const domain = ends.length ? [...ends, Math.min(...ends) / 4, Math.max(...ends) * 4] : [0.01, 10];
+  const clamp = (h, x, wide, width) => Math.max(wide + 8, Math.min(width - RIGHT, h > 0 ? (finite(h) ? x.at(h) : width - RIGHT) : wide + 8));
+  const marks = (row, at, x, wide, width) => (!row.windows.length ? el("text", { class: "soft", x: wide + 14, y: at + 4 }, "none") : row.windows.map(([from, to]) => {
+    const [left, right] = [from, to].map((h) => clamp(h, x, wide, width));
+    return el("rect", { class: "stable", x: left, y: at - 6, height: 12, width: Math.max(2, right - left), "data-from": from, "data-to": to });
+  }));
+  const told = rows.map((row) => ({ ...row, told: `${row.name}: ${row.text}` }));
+  return figure(rowPicture(told, 20, domain, { label, xLabel: "stable step sizes h", marks }), caption, ["", "stable for"], rows.map((row) => [row.name, row.text]));
 }
 
 /** Draw a number over eps and h as a map of shaded fields with the number in each. */

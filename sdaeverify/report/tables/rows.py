@@ -1,12 +1,12 @@
-"""Results as rows: one a quantity, one a quantity and step size, and one for what does not apply."""
+"""Results as tables: one row a quantity, one a quantity and step size, and one for what does not apply."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from math import nan
 from types import NoneType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
-import numpy as np
+import pandas as pd
 
 from ...arrays import Array
 from ...contracts.finding import Finding, Verdict
@@ -16,12 +16,8 @@ from ...study import CellResult
 from .. import folders
 from ..cells import WHOLE, Column, names
 from ..verdict_row import VERDICTS, VerdictRow
-from .columns import DETAILS, LEVELS, MEAN, NOT_APPLICABLE, details_file
+from .columns import COLUMNS, DETAILS, LEVELS, MEAN, NOT_APPLICABLE, details_file, dictionary
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-INTEGER, REAL = (int, np.integer), (float, np.floating)
 Record = dict[str, object]
 
 
@@ -57,82 +53,46 @@ def rows_of(results: Iterable[CellResult]) -> Rows:
     return rows
 
 
-class Table(NamedTuple):
-    """Columns of equal length.
-
-    Attributes
-    ----------
-    columns : dict of str to list
-        None where a row has no such value.
-    whole : frozenset of str
-        Columns of whole numbers.
-    """
-
-    columns: dict[str, list[object]]
-    whole: frozenset[str]
-
-    @property
-    def frame(self) -> "pd.DataFrame":
-        """The table for pandas."""
-        import pandas as pd  # noqa: PLC0415 - whoever asks for files alone need not wait for it
-
-        told = {name: [nan if v is None else v for v in column] for name, column in self.columns.items()}
-        whole = (name for name in self.whole if all(v is None or _is_whole(v) for v in self.columns[name]))
-        # A column of whole numbers reads the same whether or not other rows leave it empty.
-        return pd.DataFrame(told).astype(dict.fromkeys(whole, "Int64"))
-
-
-def tables_of(rows: Rows) -> dict[str, Table]:
-    """Return rows as tables, by the names of their files."""
-    told = [row.cells for row in rows.verdicts]
-    found = {folders.VERDICTS: (told, VERDICTS), folders.NOT_APPLICABLE: (rows.absent, NOT_APPLICABLE)}
-    found |= {details_file(measure): (details, DETAILS) for measure, details in rows.details.items()}
-    return {file: table_of(listed, columns) for file, (listed, columns) in found.items()}
-
-
-def level_table(results: Iterable[CellResult], settings: Settings) -> Table:
-    """Return one row for each quantity of each cell at each step size.
+def tables_of(rows: Rows, results: Sequence[CellResult], settings: Settings) -> dict[str, pd.DataFrame]:
+    """Return the tables of a run by the names of their files, with the dictionary of their columns.
 
     Parameters
     ----------
-    results : iterable of CellResult
+    rows : Rows
+        Of the results.
+    results : sequence of CellResult
     settings : Settings
-
-    Returns
-    -------
-    Table
-        The columns of all measures first, then those of some.
     """
-    return table_of([row for result in results for row in _level_rows(result, settings)], LEVELS)
+    measures = dict.fromkeys(result.cell.measure for result in results)
+    levels = [row for result in results for row in _level_rows(result, settings)]
+    return {
+        folders.VERDICTS: table_of([row.cells for row in rows.verdicts], VERDICTS),
+        folders.NOT_APPLICABLE: table_of(rows.absent, NOT_APPLICABLE),
+        **{details_file(measure): table_of(details, DETAILS) for measure, details in rows.details.items()},
+        folders.LEVELS: table_of(levels, LEVELS),
+        COLUMNS: table_of(list(dictionary(measures))),
+    }
 
 
-def table_of(rows: Sequence[Mapping[str, object]], columns: Sequence[Column] = ()) -> Table:
+def table_of(rows: Sequence[Mapping[str, object]], columns: Sequence[Column] = ()) -> pd.DataFrame:
     """Return rows as a table: the columns that are known first, then whatever else the rows have."""
     known = names(columns)
     every = dict.fromkeys(chain(known, *rows))
     whole = {column.name for column in columns if column.kind == WHOLE} | (every.keys() - {*known})
-    told: dict[str, list[object]] = {name: [None] * len(rows) for name in every}
+    told: dict[str, list[Any]] = {name: [None] * len(rows) for name in every}
     for place, row in enumerate(rows):
         for name, value in row.items():
             told[name][place] = value
-    return Table({name: _column(values, whole=name in whole) for name, values in told.items()}, frozenset(whole))
+    return pd.DataFrame({name: _column(values, whole=name in whole) for name, values in told.items()})
 
 
-def _column(values: list[Any], *, whole: bool) -> list[object]:
-    """Return numbers of one kind: whole ones become floats where others are not whole, or where some are missing."""
-    kinds = {*map(type, values)}
-    integers = {kind for kind in kinds if issubclass(kind, INTEGER)}
-    others = kinds - integers
-    if not integers or not others or (whole and integers == {int} and others == {NoneType}):
-        return values
-    if bool in kinds or not all(issubclass(kind, (*REAL, NoneType)) for kind in others):
-        return values
-    return [None if value is None else float(value) for value in values]
-
-
-def _is_whole(value: object) -> bool:
+def _column(values: list[Any], *, whole: bool) -> "pd.Series[Any]":
+    """Return a column; one of whole numbers reads the same whether or not other rows leave it empty."""
+    kinds = {*map(type, values)} - {NoneType}
     # Evidence from elsewhere may count to any number.
-    return type(value) is int and abs(value) < 2**63
+    if whole and kinds == {int} and all(value is None or abs(value) < 2**63 for value in values):
+        return pd.Series(values, dtype="Int64")
+    return pd.Series(values) if kinds else pd.Series(values, dtype=float)
 
 
 def _names(result: CellResult, quantity: str) -> Record:
