@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-
 from sdaeverify.report.earlier import read_runs, save_tables
+
 from sdaeverify.report.files import csv_text
 from sdaeverify.report.folders import SCHEMA
 
