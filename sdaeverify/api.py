@@ -8,9 +8,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, Unpack
 
-from .cli.limits import read_limits
-from .cli.options import KINDS
-from .cli.progress import progress as shown_progress
 from .contracts.measure import Measure
 from .contracts.scheme import Scheme
 from .contracts.settings import Settings, number, read_levels, whole
@@ -25,6 +22,8 @@ from .report.html import write_page
 from .report.notebook import CellView, result_html, result_text
 from .report.passports import passports
 from .report.plots import Plots
+from .report.progress import KINDS
+from .report.progress import progress as shown_progress
 from .report.provenance import provenance
 from .report.tables.columns import COLUMNS, details_file, dictionary
 from .report.tables.command import command_of
@@ -35,6 +34,7 @@ from .study.remote_plan import remote_plan
 from .workers.executors import PROCESSES, Crew, Plugins, open_crew
 from .workers.limits import Limits
 from .workers.pool import BLOCKS_A_WORKER, executor_for
+from .workers.requested import read_limits
 
 if TYPE_CHECKING:
     import pandas as pd

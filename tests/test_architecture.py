@@ -39,11 +39,11 @@ LAYERS = {
     "report": 6,
     "gate": 6,
     "testing": 7,
-    "cli": 7,
     "api": 7,
-    "pytest_plugin": 7,
-    "__main__": 7,
-    "__init__": 7,
+    "cli": 8,
+    "pytest_plugin": 8,
+    "__main__": 8,
+    "__init__": 8,
 }
 # Beside the layers: the registry and what it is made of. It knows forms and schemes, and is known from the study on.
 SIDE = {"registry"}

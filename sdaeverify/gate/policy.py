@@ -16,7 +16,7 @@ from ..contracts.specs import ProblemSpec
 from ..errors import UsageError, is_blank
 from ..forms import Problem
 from ..study import Cell
-from .amounts import read_memory
+from ..workers.amounts import read_memory
 from .tiers import TIERS, Tier
 
 
