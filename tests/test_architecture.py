@@ -387,6 +387,18 @@ def test_imports_are_read_from_the_source():
     assert {"sdaeverify/errors.py", "sdaeverify/cli/gating.py"} <= at_run_time
 
 
+def asking_for_subclasses(path):
+    """Return the lines of a file that ask which subclasses this process happens to have loaded."""
+    found = (node for node in nodes(parsed(path)) if isinstance(node, ast.Attribute))
+    return {node.lineno for node in found if node.attr == "__subclasses__"}
+
+
+def test_nothing_depends_on_what_a_process_has_loaded():
+    """Nobody asks for the subclasses of a class."""
+    # Which measures' claims say that short steps follow the equation: see `measures_following`.
+    assert set(guilty(asking_for_subclasses, FRAMEWORK)) == {"sdaeverify/contracts/measure.py"}
+
+
 def subclasses(of):
     """Return the names of all classes below a class."""
     return {kind.__name__ for kind in of.__subclasses__()} | {

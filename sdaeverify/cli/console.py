@@ -9,8 +9,7 @@ from rich.console import Console
 from rich.text import Text
 
 from ..registry.foreign_code import printed_to_stderr
-from ..report.consoles import errors, output, silence
-from ..report.plain import visible
+from ..report.plain import errors, output, silence, visible
 from ..report.sentences import SYMBOLS, PlainLine
 from .exit_codes import ExitCode
 

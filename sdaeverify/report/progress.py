@@ -14,8 +14,7 @@ from rich.text import Text
 
 from ..contracts.finding import Verdict
 from ..study import Advanced, CellResult, Event, Finished, Screened
-from .consoles import errors
-from .plain import empty_table, visible
+from .plain import empty_table, errors, visible
 from .sentences import SYMBOLS, mark
 
 # How progress is shown.
