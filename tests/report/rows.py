@@ -22,7 +22,6 @@ VERDICT = {
     "reason": "local order 0.480",
     "p_refuted": "1.0",
     "paths": "256",
-    "run": "0",
 }
 DETAIL = {
     "scheme": "some-euler",
