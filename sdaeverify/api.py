@@ -10,9 +10,6 @@ from typing import Any, NamedTuple, TypedDict, Unpack
 
 import pandas as pd
 
-from .cli.limits import read_limits
-from .cli.options import KINDS
-from .cli.progress import progress as shown_progress
 from .contracts.measure import Measure
 from .contracts.scheme import Scheme
 from .contracts.settings import Settings, number, read_levels, whole
@@ -27,6 +24,8 @@ from .report.html import write_page
 from .report.notebook import CellView, result_html, result_text
 from .report.passports import passports
 from .report.plots import Plots
+from .report.progress import KINDS
+from .report.progress import progress as shown_progress
 from .report.provenance import provenance
 from .report.tables.columns import details_file
 from .report.tables.command import command_of
@@ -37,6 +36,7 @@ from .study.remote_plan import remote_plan
 from .workers.executors import PROCESSES, Crew, Plugins, open_crew
 from .workers.limits import Limits
 from .workers.pool import BLOCKS_A_WORKER, executor_for
+from .workers.requested import read_limits
 
 Schemes = str | Scheme | Sequence[str | Scheme]
 Problems = str | ProblemSpec | Callable[..., Problem] | Sequence[str | ProblemSpec | Callable[..., Problem]]

@@ -1,6 +1,5 @@
 """Digests of what schemes and problems do: blind to rounding, and to nothing else."""
 
-import pickle
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import ClassVar
@@ -8,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from evidence import files_in, lanes_in
+from evidence import lanes_in
 from sdaeverify import Settings
 from sdaeverify.contracts.scheme import Step
 from sdaeverify.contracts.specs import problem_spec
@@ -16,7 +15,7 @@ from sdaeverify.measures.strong import Strong
 from sdaeverify.simulate.behaviour import Behaviour, differing, problem_digest, steps_digest
 from sdaeverify.simulate.ensemble import Entry, Task, behaviours, run_block
 from sdaeverify.store.store import Store
-from sdaeverify.study.blocks import Parcel, run_parcel, run_pickled
+from sdaeverify.study.blocks import Parcel, run_parcel
 from sdaeverify.study.judging import CellEvidence
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm
@@ -155,29 +154,6 @@ def test_blocks_of_two_versions_do_not_go_together():
     assert known.merge(second, 0).error == ""
     assert known.merge(other, 0).error.startswith("what the scheme does has changed during the run")
     assert differing(None, second.behaviour) == ""
-
-
-def test_blocks_before_and_after_a_table_was_saved_do_not_go_together():
-    """Evidence of one block is not added to that of another for which a file held something else."""
-    task = Task(problem_spec(gbm), (Entry(EulerMaruyama(), (Strong(),)),), replace(SETTINGS, paths=80))
-    (first,), (second,) = (run_block(task, block, digests=True) for block in range(2))
-    known = CellEvidence().merge(first._replace(opened=(("table.csv", "12"), ("cache", "not there"))), 0)
-
-    assert known.merge(second._replace(opened=(("table.csv", "12"), ("cache", "34"))), 0).error == ""
-    assert known.merge(second._replace(opened=(("table.csv", "56"),)), 0).error.startswith("table.csv changed")
-
-
-def test_a_file_that_is_saved_while_a_run_plans(tmp_path):
-    """A worker that has read another file than the process that planned computes nothing, and says so."""
-    task = Task(problem_spec(gbm), (Entry(EulerMaruyama(), (Strong(),)),), SETTINGS)
-    (recalled,) = Store(tmp_path).recall(task, 0)
-    homes, _ = recalled.place.files["scheme"]
-    place = recalled.place._replace(files={**recalled.place.files, "scheme": (homes, "before")})
-
-    (lane,) = run_pickled(pickle.dumps(Parcel(task, 0, (place,))))
-
-    assert lane.errors == ("the source of the scheme was saved while the run was under way; run it again",)
-    assert not files_in(tmp_path)
 
 
 def test_what_digests_cost():

@@ -4,50 +4,21 @@ import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from typing import IO
 
 from rich.console import Console
 from rich.text import Text
 
-from ..registry.foreign_code import printed_to_stderr, unbounded
-from ..report.plain import visible
+from ..registry.foreign_code import printed_to_stderr
+from ..report.plain import errors, output, silence, visible
 from ..report.sentences import SYMBOLS, PlainLine
 from .exit_codes import ExitCode
 
+__all__ = ["complain", "conclude", "errors", "output", "output_to_stderr", "print_lines", "print_texts", "silence"]
+
 PROGRAM = "sdaeverify"
-# Wider than any table: a line that is piped into another program is not broken.
-UNBROKEN = 10_000
 STDOUT, STDERR = 1, 2
 # Letters of a message.
 LONGEST = 1600
-
-
-class _Output(Console):
-    """A console that ends quietly where nobody reads on."""
-
-    def on_broken_pipe(self) -> None:
-        self.quiet = True
-        silence(self.file)
-
-
-def output(*, unbroken: bool = False) -> Console:
-    """Return the console on stdout: plain text where it is no terminal or ``NO_COLOR`` is set.
-
-    Parameters
-    ----------
-    unbroken : bool
-        Whether a table may be wider than 80 columns where it is no terminal.
-    """
-    console = _Output(highlight=False, markup=False, emoji=False)
-    if unbroken and not console.is_terminal:
-        console.width = UNBROKEN
-    return console
-
-
-def errors() -> Console:
-    """Return the console on stderr."""
-    file = None if sys.stderr is None else unbounded(sys.stderr)
-    return _Output(file=file, stderr=True, highlight=False, markup=False, emoji=False)
 
 
 def complain(kind: str, message: str) -> None:
@@ -119,8 +90,3 @@ def conclude(code: ExitCode, words: Mapping[ExitCode, str], seconds: float | Non
     style = "green" if code is ExitCode.OK else "red"
     output().print(f"{taken}exit code {code.value}: {words[code]}", style=style, soft_wrap=True)
     return code
-
-
-def silence(stream: IO[str]) -> None:
-    """Let whatever is still written to a stream vanish, at the end of the process too."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

@@ -10,9 +10,8 @@ import click
 from ..contracts.settings import Settings
 from ..contracts.settings import read_levels as levels_from
 from ..errors import UsageError, is_blank
+from ..report.progress import KINDS
 
-# How progress is shown.
-KINDS = ("auto", "plain", "none")
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 SELECTION = (

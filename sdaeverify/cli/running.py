@@ -26,6 +26,7 @@ from ..report.folders import LEVELS, VERDICTS
 from ..report.html import PAGE, remove_page, write_page
 from ..report.passports import passports
 from ..report.plain import wrap_text
+from ..report.progress import progress
 from ..report.sentences import PlainLine, counts_of, ending
 from ..report.tables.columns import COLUMNS
 from ..report.terminal import drifts, legend, summary_tables, windows
@@ -38,7 +39,6 @@ from ..workers.pool import BLOCKS_A_WORKER, executor_for
 from ..workers.room import NoWorkersError
 from .console import complain, output, output_to_stderr, print_lines
 from .exit_codes import ExitCode, code_of_results
-from .progress import progress
 
 # Evidence is safe as it is: between two savings of the tables lies so many times what one takes. Before the first
 # that is taken to be so many seconds a cell.

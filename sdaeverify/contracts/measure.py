@@ -1,6 +1,6 @@
 """The contract of a measure: what it notes while a scheme runs, and how it judges what was noted."""
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple, Protocol
@@ -9,7 +9,6 @@ import numpy as np
 
 from ..arrays import Parts
 from ..forms import Problem
-from ..forms.problem import subclasses
 from .error_sizes import ErrorSizes
 from .finding import Judgement
 from .scheme import Claim, Scheme
@@ -192,4 +191,10 @@ class Measure:
 
 def measures_following(*what: str) -> frozenset[str]:
     """Return the names of the loaded measures whose claims say that short steps follow ``paths`` or their ``law``."""
-    return frozenset(kind.name for kind in subclasses(Measure) if kind.follows in what)
+    return frozenset(kind.name for kind in _below(Measure) if kind.follows in what)
+
+
+def _below(kind: type[Measure]) -> Iterator[type[Measure]]:
+    for below in kind.__subclasses__():
+        yield below
+        yield from _below(below)

@@ -25,8 +25,6 @@ ROOT = Path(__file__).parents[1]
 OWN = str(ROOT) + os.sep
 # Frames of a library that may lie between a plugin and what it opens.
 DEEPEST = 24
-# Files that schemes, problems and measures are defined in; another module without a package may be anybody's.
-SINGLE_FILES: set[str] = set()
 
 
 class Opening(NamedTuple):

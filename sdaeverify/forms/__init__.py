@@ -16,8 +16,9 @@ from .mechanics.multiplied import Multiplied
 from .mechanics.structure import Structure
 from .overdamped.constrained_langevin import ConstrainedLangevin, ConstraintGeometry
 from .overdamped.stiffness_family import Penalised, StiffnessFamily
-from .problem import Problem, Residual, components, known_traits, unknown_traits
+from .problem import Problem, Residual, components
 from .sde.sde import SDE, as_sde
+from .traits import known_traits, unknown_traits
 
 __all__ = [
     "BROWNIAN",

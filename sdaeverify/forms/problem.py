@@ -1,6 +1,6 @@
 """What problems of every form have in common."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from inspect import Signature, signature
 from typing import Any, NamedTuple, TypeVar
@@ -15,7 +15,7 @@ from ..noise.records import NoiseRecord
 from .chart import Chart
 from .controls import Control
 from .equation import Equation
-from .traits import GENERAL, Trait
+from .traits import GENERAL, known_traits, unknown_traits
 from .trivial import Trivials
 from .truths import InvariantMean, Moment, Pathwise, Truth
 
@@ -114,8 +114,8 @@ class Problem:
 
     def _all_traits(self) -> frozenset[str]:
         traits = frozenset(self.traits) | ({"scalar-noise"} if self.noise_dim == 1 else frozenset())
-        if unknown := unknown_traits(traits):
-            raise ProblemError(f"unknown traits {unknown}; known are {sorted(known_traits())}")
+        if unknown := unknown_traits(traits, type(self)):
+            raise ProblemError(f"unknown traits {unknown}; known are {sorted(known_traits(type(self)))}")
         if not (self.has_constraints or self.seen_as):
             traits |= {"unconstrained"}
         if self.has_constraints:
@@ -317,25 +317,6 @@ def briefly_signed(form: Form) -> Form:
         [each.replace(annotation=each.empty) for each in signature(init).parameters.values()]
     )
     return form
-
-
-def known_traits() -> dict[str, Trait]:
-    """Return the traits of all forms there are, by their names."""
-    forms: list[type[Problem]] = [Problem, *subclasses(Problem)]
-    return {str(trait): trait for form in forms for trait in form.declared_traits}
-
-
-def subclasses(kind: type[K]) -> Iterator[type[K]]:
-    """Yield all classes below a class."""
-    for below in kind.__subclasses__():
-        yield below
-        yield from subclasses(below)
-
-
-def unknown_traits(given: Iterable[str]) -> list[str]:
-    """Return the names among some traits that no form declares; a `Trait` declares itself."""
-    bare = [trait for trait in given if not isinstance(trait, Trait)]
-    return sorted(set(bare) - known_traits().keys()) if bare else []
 
 
 def components(problem: Any) -> int:

@@ -1,6 +1,6 @@
 """Facts of problems that a claim may ask for, declared by those who need them: a form, a scheme, a measure."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 
@@ -57,3 +57,28 @@ GENERAL: tuple[Trait, ...] = (
     Trait("constrained", "It has constraints, eliminated or not (set by the form itself)."),
     Trait("no-delay", "No coefficient depends on the past (set by the form itself)."),
 )
+INDEX_ONE: tuple[Trait, ...] = (
+    Trait(
+        "algebraic",
+        "Its constraint determines algebraic components that a step solves for: index 1 (set by the form itself).",
+    ),
+    Trait(
+        "dissipative",
+        "It satisfies the sufficient condition (4.1) of Qu, Huang & Liu (2010) for mean-square stability, as it is "
+        "or with y eliminated (set by the form).",
+    ),
+    Trait("delayed-noise", "The diffusion of a delay equation depends on time and the delayed state alone."),
+)
+DECLARED = {str(trait): trait for trait in (*GENERAL, *INDEX_ONE)}
+
+
+def known_traits(form: type = object) -> dict[str, Trait]:
+    """Return by name the traits of the framework, and those that a form and its bases declare."""
+    own = (trait for base in form.__mro__ for trait in vars(base).get("declared_traits", ()))
+    return {**DECLARED, **{str(trait): trait for trait in own}}
+
+
+def unknown_traits(given: Iterable[str], form: type = object) -> list[str]:
+    """Return the names among some traits that nobody declares; a `Trait` declares itself."""
+    bare = {trait for trait in given if not isinstance(trait, Trait)}
+    return sorted(bare - known_traits(form).keys()) if bare else []

@@ -15,15 +15,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..contracts.measure import JUDGING, Measure
-from ..contracts.opened import SINGLE_FILES, home_of, is_library
+from ..contracts.opened import home_of, is_library
 
 ROOT = Path(__file__).parents[1]
 # The rooms of the framework that evidence comes from. What judges and reports is none of them.
 MEASURING = ("arrays.py", "bridges", "conformance", "contracts", "forms", "noise", "numerics", "probe", "simulate")
 MEASURES = ROOT / "measures"
-# Modules of these rooms that say what is made of evidence; and how those are called that judge for a measure.
+# Modules of these rooms that say what is made of evidence.
 SAYING = frozenset({f"{name}.py" for name in ("cases", "coverage", "exhibit", "experiment", "finding")})
-FINDINGS = "findings.py"
 # Packages whose arithmetic the numbers come from.
 ARITHMETIC = ("numpy", "scipy")
 KNOWN = frozenset({*sys.stdlib_module_names, ROOT.name})
@@ -85,10 +84,7 @@ def _home_of_module(name: str) -> Path | None:
     file = Path(getattr(sys.modules.get(name), "__file__", None) or "")
     if file.suffix != ".py" or name.partition(".")[0] in sys.stdlib_module_names:
         return None
-    home = home_of(file)
-    if home == file:
-        SINGLE_FILES.add(str(file))
-    return home
+    return home_of(file)
 
 
 def _loaded_source(thing: Any, home: Path) -> bytes | None:
@@ -104,8 +100,7 @@ def _parse_home(home: Path, source: bytes | None, *, measuring: bool) -> tuple[s
     if source is not None:
         return _parse([(home.name, source)], frozenset())
     folder = home if home.is_dir() else home.parent
-    files = [file for file in _files_below(home) if not (measuring and file.name.endswith(FINDINGS))]
-    named = ((file.relative_to(folder).as_posix(), file.read_bytes()) for file in files)
+    named = ((file.relative_to(folder).as_posix(), file.read_bytes()) for file in _files_below(home))
     return _parse(named, JUDGING if measuring else frozenset())
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from .lanes import LARGEST, StoredLane, pack_lane, unpack_lane
 
 SUFFIX = ".sqlite"
-TABLE = "CREATE TABLE lanes (name TEXT PRIMARY KEY, content BLOB NOT NULL)"
+TABLE = "CREATE TABLE lanes (name TEXT PRIMARY KEY, content BLOB NOT NULL) WITHOUT ROWID"
 # Half of a page is lost with each lane.
 PAGE = 1024
 # Seconds to wait for another process that writes.

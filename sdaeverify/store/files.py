@@ -9,7 +9,7 @@ import stat
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from ..contracts.opened import SINGLE_FILES, Opening, home_of, is_library, openings, signature
+from ..contracts.opened import Opening, home_of, openings, signature
 from .code import parsed_file
 
 # Paths with hashes of what the files hold.
@@ -28,8 +28,9 @@ def opened_by(homes: Iterable[Path]) -> Opened:
         The top-level packages and single files of the code.
     """
     known, heard = frozenset(homes), list(openings().items())
-    written = {opening.path for opening, _ in heard if opening.written}
-    own = [(o.path, was) for o, was in heard if o.path not in written and _counts(o, known) and _is_file(o.path)]
+    written = {opening.path for opening, _ in heard if opening.written and _runs(opening, known)}
+    read = [(o, was) for o, was in heard if not o.written and o.path not in written and _is_file(o.path)]
+    own = [(opening.path, was) for opening, was in read if _counts(opening, known)]
     found = {_told(path, known): digest_of_file(path) for path, _ in own}
     # Of a file that was opened more than once, what was saved meanwhile at any time counts.
     mixed = {_told(path, known): MIXED for path, was in own if was != signature(path)}
@@ -73,17 +74,21 @@ def _is_file(path: str) -> bool:
 
 
 def _counts(opening: Opening, homes: frozenset[Path]) -> bool:
-    """Tell whether a file is part of what code does: it was running, or a module that anybody may have imported."""
-    if opening.path.endswith(".py") and home_of(Path(opening.path)) in homes:
+    """Tell whether a file is part of what code does: it was running, or may have found a module imported."""
+    module = opening.path.endswith(".py")
+    if module and home_of(Path(opening.path)) in homes:
         return False
-    callers = {home_of(Path(file)) for file in opening.callers}
-    return bool(callers & homes) or _is_loose(opening.path) or _is_loose(opening.callers[0])
+    return _runs(opening, homes) or (module and _lies_beside(Path(opening.path), homes))
 
 
-def _is_loose(path: str) -> bool:
-    """Tell whether a file is a module that is in no package, nor one that schemes, problems or measures are of."""
-    loose = path.endswith(".py") and path not in SINGLE_FILES and not is_library(path)
-    return loose and home_of(Path(path)) == Path(path)
+def _runs(opening: Opening, homes: frozenset[Path]) -> bool:
+    """Tell whether some code was running when a file was opened."""
+    return not homes.isdisjoint(home_of(Path(file)) for file in opening.callers)
+
+
+def _lies_beside(module: Path, homes: frozenset[Path]) -> bool:
+    """Tell whether a module is in no package but in the folder of one, or of a plugin file."""
+    return home_of(module) == module and module.parent in {home.parent for home in homes}
 
 
 def _folders(homes: Iterable[Path]) -> Iterator[tuple[str, Path]]:

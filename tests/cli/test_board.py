@@ -3,10 +3,10 @@
 import pytest
 from rich.console import Console
 
-from sdaeverify.cli.progress import Board
 from sdaeverify.contracts.finding import Finding, Verdict
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_measures, select_problems, select_schemes
+from sdaeverify.report.progress import Board
 from sdaeverify.study import Advanced, Cell, CellResult, Finished, Screened
 
 SCHEMES = "euler-maruyama,heun,milstein"

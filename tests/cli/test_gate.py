@@ -8,11 +8,11 @@ import pytest
 
 from sdaeverify.cli.commands.gate import gate, policy_of
 from sdaeverify.cli.exit_codes import ExitCode
-from sdaeverify.cli.limits import read_limits
 from sdaeverify.errors import UsageError
 from sdaeverify.gate.tiers import seed_of
 from sdaeverify.registry.load import PluginRow, Registry
 from sdaeverify.study import Finished, Study
+from sdaeverify.workers.requested import read_limits
 
 PLUGIN = """
 @dataclass(frozen=True)

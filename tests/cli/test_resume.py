@@ -1,7 +1,6 @@
 """Runs that are killed, resumed, extended and begun afresh."""
 
 import csv
-import json
 import os
 import signal
 import sqlite3
@@ -17,7 +16,6 @@ import pytest
 from evidence import lanes_in
 from sdaeverify.report.cells import names
 from sdaeverify.report.tables.columns import LEVELS
-from sdaeverify.report.tables.command import command_of
 
 PROGRAM = (sys.executable, "-m", "sdaeverify", "matrix", "-p", "gbm,ou,pendulum", "-m", "strong,weak,drift")
 CHOSEN = ("-s", "milstein,euler-maruyama,half-explicit-euler", "--paths", "1024", "--looks", "3", "-j", "2")
@@ -125,6 +123,17 @@ def test_a_repeated_run_reuses_everything(small, tmp_path):
     assert said == [f"evidence of {len(files)} of {len(files)} blocks of paths was reused"]
 
 
+def test_another_selection_into_the_same_folder(small, tmp_path):
+    """Its tables replace those that were there, and evidence of both selections is reused."""
+    _, before = small("out", *TWO)
+    small("out", "-s", "euler-maruyama", "-p", "ou", "-m", "weak")
+
+    assert {row["problem"] for row in tables(tmp_path / "out")[1]} == {"ou"}
+    outcome, after = small("out", *TWO)
+    assert after == before
+    assert "computed" not in outcome.out
+
+
 def test_afresh(small, tmp_path):
     """With --fresh everything is computed again, to the same numbers."""
     _, before = small("out", *TWO)
@@ -138,16 +147,6 @@ def test_afresh(small, tmp_path):
     assert (
         f"evidence of 0 of {len(files)} blocks of paths was reused; computed: {len(files)} asked for" in outcome.out
     )
-
-
-def test_what_a_run_says_of_another_seed(small, tmp_path):
-    """The reason why nothing was reused names what is different."""
-    small("out", *TWO)
-
-    outcome, _ = small("out", *TWO, "--seed", "7")
-
-    count = len(evidence(tmp_path / "out")) // 2
-    assert f"evidence of 0 of {count} blocks of paths was reused; computed: {count} with another seed" in outcome.out
 
 
 def measured(rows):
@@ -249,18 +248,6 @@ def test_damaged_evidence_on_a_lane(small, tmp_path):
     assert "computed: 1 damaged" in outcome.out
 
 
-def test_evidence_of_an_earlier_version(small, tmp_path):
-    """Files of the format before are left as they are, and said to be what is not read."""
-    old = tmp_path / "out" / "evidence" / "gbm" / "milstein" / "0000-old.npz"
-    old.parent.mkdir(parents=True)
-    old.write_bytes(b"PK")
-
-    outcome, _ = small("out", *TWO)
-
-    assert "in files of an earlier version, which are not read" in " ".join(outcome.out.split())
-    assert old.read_bytes() == b"PK"
-
-
 def test_a_folder_that_holds_no_evidence(small, tmp_path):
     """A file in the place of the evidence is told in one line."""
     (tmp_path / "out").mkdir()
@@ -284,36 +271,6 @@ def levels(both):
     """Return the rows of the levels, as far as all measures have the same columns."""
     rows = csv.DictReader(both[0].splitlines())
     return {tuple(row[name] for name in names(LEVELS)) for row in rows}
-
-
-def test_another_selection_into_the_same_folder(small, tmp_path):
-    """Rows of the cells of both runs are in both tables, each with its seed; it is said that some are kept."""
-    first, before = small("out", "-s", "milstein", "-p", "gbm", "-m", "strong", "--seed", "3")
-
-    second, after = small("out", "-s", "euler-maruyama", "-p", "gbm,ou", "-m", "weak")
-
-    run = json.loads((tmp_path / "out" / "run.json").read_text())
-    seeds = [one["seed"] for one in (run, *run["earlier"])]
-    rows = {(row["scheme"], row["measure"], seeds[int(row["run"])]) for row in after[1]}
-    assert rows == {("milstein", "strong", 3), ("euler-maruyama", "weak", 20170601)}
-    assert "--seed 3" in command_of(next(row for row in after[1] if row["scheme"] == "milstein"), run)
-    assert [row["reason"] for row in after[1] if row["scheme"] == "milstein"] == [r["reason"] for r in before[1]]
-    assert levels(before) <= levels(after)
-    assert "2 rows of verdicts on other cells are kept of earlier runs into the same folder" in second.out
-    assert "kept of earlier runs" not in first.out
-
-
-def test_runs_into_one_folder_are_merged(call, small, tmp_path):
-    """Runs of two selections into one folder are judged by merge as those into two folders."""
-    small("one", "-s", "milstein", "-p", "gbm", "-m", "strong")
-    small("one", "-s", "euler-maruyama", "-p", "gbm", "-m", "strong")
-    small("other", "-s", "milstein,euler-maruyama", "-p", "gbm", "-m", "strong", "--seed", "20170601")
-
-    call("merge", "one", "--out", "merged")
-
-    ours, theirs = tables(tmp_path / "merged"), tables(tmp_path / "other")
-    assert sorted(row["scheme"] for row in ours[1]) == sorted(row["scheme"] for row in theirs[1])
-    assert [row["local_order"] for row in ours[1]] == [row["local_order"] for row in theirs[1]]
 
 
 FILE = """
@@ -346,21 +303,6 @@ def test_another_behaviour(small, write, monkeypatch):
     assert [right.code, again.code, wrong.code] == [0, 0, 1]
     assert "computed" not in again.out
     assert "with another behaviour of the scheme" in " ".join(wrong.out.split())
-
-
-def test_tables_of_another_version(small, tmp_path):
-    """Tables in another format are moved aside, and one line says so; they are what they were."""
-    small("out", *TWO)
-    about = tmp_path / "out" / "run.json"
-    about.write_text(json.dumps({**json.loads(about.read_text()), "schema_version": 1}))
-    before = (tmp_path / "out" / "verdicts.csv").read_bytes()
-
-    outcome, _ = small("out", "-s", "heun", "-p", "gbm", "-m", "strong")
-
-    moved = Path("out", "other-version-1")
-    told = f"out held tables of another version of sdaeverify, which are moved into {moved}"
-    assert outcome.err == f"sdaeverify: warning: {told}\n"
-    assert (tmp_path / moved / "verdicts.csv").read_bytes() == before
 
 
 def test_one_file_a_problem(small, tmp_path):

@@ -89,11 +89,10 @@ def test_kit_asks_the_evidence_of_a_trait(sign, text):
 
 def test_form_declares_its_traits():
     """What a class of a form declares can be stated by name; all that is traits_hold has a meaning."""
-    before = set(known_traits())
 
     class Charged(Problem):
         declared_traits = (Trait("charged", "It has a charge."),)
 
-    assert set(known_traits()) - before == {"charged"}
+    assert set(known_traits(Charged)) - set(known_traits()) == {"charged"}
     assert "charged" in Charged(horizon=1.0, noise_dim=1, source="a test", traits=frozenset({"charged"})).traits
-    assert all(trait.meaning.endswith(".") for trait in known_traits().values())
+    assert all(trait.meaning.endswith(".") for trait in known_traits(Charged).values())

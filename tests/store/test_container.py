@@ -23,7 +23,7 @@ def lane(seconds=0.5):
 
 
 def seconds_in(container):
-    """Return how long each lane took, in the order in which they were used."""
+    """Return how long each lane took."""
     return {name: one if one is None else one.seconds for name, one in container.lanes()}
 
 
@@ -39,20 +39,8 @@ def test_what_was_written_last_counts(container):
     container.write("b", lambda _: lane(2.0))
     container.write("a", lambda before: lane(before.seconds + 2.0))
 
-    assert seconds_in(container) == {"b": 2.0, "a": 3.0}
-    assert container.lane("c") is None
-
-
-def test_what_was_used_last_is_the_newest(container):
-    """Of lanes with the same beginning of a name, the one that was used last is told."""
-    for name in ("a-1", "a-2", "b-3"):
-        container.write(name, lambda _: lane())
-    container.mark_used(["a-1"])
-
-    assert container.newest("a-")[0] == "a-1"
-    assert [name for name, _ in container.lanes()] == ["a-2", "b-3", "a-1"]
-    assert container.newest("c-") is None
-    assert Container(container.path.with_name("other.sqlite")).newest("a-") is None
+    assert seconds_in(container) == {"a": 3.0, "b": 2.0}
+    assert container.read("c") == (None, False)
 
 
 def test_many_write_at_once(container):
@@ -112,8 +100,8 @@ class Planted:
 
 
 FOREIGN = {
-    "view": "CREATE VIEW lanes AS SELECT 'a' AS name, 0.0 AS used, zeroblob(900000000) AS content",
-    "generated": "CREATE TABLE lanes (name TEXT, used REAL, content BLOB AS (zeroblob(900000000)))",
+    "view": "CREATE VIEW lanes AS SELECT 'a' AS name, zeroblob(900000000) AS content",
+    "generated": "CREATE TABLE lanes (name TEXT, content BLOB AS (zeroblob(900000000)))",
     "trigger": f"{TABLE}; CREATE TABLE more (x); "
     "CREATE TRIGGER t AFTER INSERT ON lanes BEGIN INSERT INTO more VALUES (zeroblob(900000000)); END",
     "columns": "CREATE TABLE lanes (name TEXT PRIMARY KEY)",
@@ -129,7 +117,7 @@ def test_databases_from_elsewhere(container, script):
         rows.executescript(script)
 
     assert seconds_in(container) == {"": None}
-    assert container.lane("a") is None
+    assert container.read("a") == (None, True)
     container.write("a", lambda _: lane(1.0))
     assert seconds_in(container) == {"a": 1.0}
 

@@ -3,7 +3,7 @@
 import json
 import os
 import pickle
-import zlib
+from io import BytesIO
 
 import numpy as np
 import pytest
@@ -14,10 +14,9 @@ from hypothesis.extra import numpy as npst
 from sdaeverify.contracts.tally import Tally
 from sdaeverify.simulate.behaviour import Behaviour
 from sdaeverify.store import lanes
-from sdaeverify.store.lanes import LENGTH, MeasureRecord, StoredLane, pack_lane, unpack_lane
+from sdaeverify.store.lanes import MeasureRecord, StoredLane, pack_lane, unpack_lane
 
-KINDS = st.sampled_from([np.float64, np.float32, np.int64, np.uint8, np.bool_])
-ARRAYS = npst.arrays(dtype=KINDS, shape=npst.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=3))
+ARRAYS = npst.arrays(dtype=np.float64, shape=npst.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=3))
 # Half of a surrogate pair is no text that any file can hold.
 NAMES = st.text(st.characters(exclude_categories=["Cs"]), max_size=8)
 TALLIES = st.builds(Tally, *(st.dictionaries(NAMES, ARRAYS, max_size=3) for _ in range(3)))
@@ -58,7 +57,7 @@ def same_tally(a, b):
 @settings(max_examples=40)
 @given(written=LANES)
 def test_what_is_unpacked_is_what_was_packed(written):
-    """Numbers of any kind, shape and value come back bit by bit, names of any letters too."""
+    """Numbers of any shape and value come back bit by bit, names of any letters too."""
     read = unpack_lane(pack_lane(written))
 
     assert (read.ingredients, read.seconds, read.paths) == (written.ingredients, written.seconds, written.paths)
@@ -77,17 +76,6 @@ def test_what_evidence_is_about():
     assert (read.scheme, read.problem, read.block) == ("milstein", "gbm", 3)
 
 
-def test_numbers_with_few_digits_pack_well():
-    """Of digits that are zero in all numbers little is left: that is what evidence is rounded for."""
-    numbers = np.random.default_rng(1).normal(size=10_000)
-    rounded = lane()._replace(health=Tally({"x": numbers.astype(np.float32).astype(float)}))
-
-    whole, few = (len(pack_lane(one)) for one in (lane()._replace(health=Tally({"x": numbers})), rounded))
-
-    assert whole > 0.85 * numbers.nbytes
-    assert few < 0.5 * numbers.nbytes
-
-
 def test_evidence_cut_short_is_damaged():
     """What was cut anywhere is not read at all."""
     whole = pack_lane(lane())
@@ -103,7 +91,6 @@ def test_a_flipped_bit_is_noticed():
     read = [unpack_lane(content) for content in flipped]
 
     assert all(one is None or pack_lane(one) == whole for one in read)
-    assert sum(one is None for one in read) > 0.9 * len(whole)
 
 
 def test_what_fills_the_memory_is_refused(monkeypatch):
@@ -133,58 +120,47 @@ def test_objects_are_never_unpickled(tmp_path):
     planted = pickle.dumps(Planted(tmp_path / "executed"))
 
     assert unpack_lane(planted) is None
-    assert unpack_lane(zlib.compress(planted)) is None
+    assert unpack_lane(saved(header=np.array([Planted(tmp_path / "executed")]), numbers=np.zeros(1))) is None
     assert not (tmp_path / "executed").exists()
+
+
+def saved(**arrays):
+    """Return arrays as numpy saves them."""
+    file = BytesIO()
+    np.savez_compressed(file, **arrays)
+    return file.getvalue()
+
+
+def read_arrays():
+    """Return the header of some evidence, and its numbers."""
+    with np.load(BytesIO(pack_lane(lane()))) as arrays:
+        return json.loads(arrays["header"].tobytes()), arrays["numbers"]
 
 
 def with_header(text, numbers=None):
-    """Return some evidence with another header."""
-    whole = zlib.decompress(pack_lane(lane()))
-    end = LENGTH + int.from_bytes(whole[:LENGTH])
-    return zlib.compress(len(text).to_bytes(LENGTH) + text + (whole[end:] if numbers is None else numbers))
+    """Return some evidence with another header, or with other numbers."""
+    return saved(header=np.frombuffer(text, dtype=np.uint8), numbers=read_arrays()[1] if numbers is None else numbers)
 
 
-def header():
-    """Return the header of some evidence."""
-    whole = zlib.decompress(pack_lane(lane()))
-    return json.loads(whole[LENGTH : LENGTH + int.from_bytes(whole[:LENGTH])])
-
-
-@pytest.mark.parametrize(
-    "told",
-    [
-        ["<f8", 10**15],
-        ["<f8", 10**30],
-        ["<f8", -1],
-        ["<f8", -1, -4],
-        ["<f8", "four"],
-        ["<f8", 4.5, 4.5],
-        ["<U3", 4],
-        ["<c16", 2],
-        ["<M8[s]", 4],
-        ["O", 4],
-        ["V8", 4],
-        ["f8,f8", 2],
-        ["__import__('os').mkdir('executed')", 4],
-        [],
-        None,
-    ],
-    ids=str,
-)
-def test_arrays_that_are_none_are_refused(tmp_path, monkeypatch, told):
-    """What claims to be an array and is none, or none of numbers, costs neither memory nor a traceback."""
-    monkeypatch.chdir(tmp_path)
-    hostile = header()
-    hostile["arrays"][0] = told
+@pytest.mark.parametrize("shape", [[10**15], [10**30], [-1], [-1, -4], ["four"], [4.5, 4.5], [], None, "4"], ids=str)
+def test_shapes_that_are_none_are_refused(shape):
+    """What claims to be the shape of an array and is none costs neither memory nor a traceback."""
+    hostile, _ = read_arrays()
+    hostile["health"]["sums"]["paths"] = shape
 
     assert unpack_lane(with_header(json.dumps(hostile).encode())) is None
-    assert not (tmp_path / "executed").exists()
 
 
-def test_numbers_that_nothing_tells_of_are_refused():
-    """Evidence with more bytes than its arrays have was not written by this program."""
-    assert unpack_lane(with_header(json.dumps(header()).encode())) is not None
-    assert unpack_lane(with_header(json.dumps(header()).encode(), bytes(10**4))) is None
+KINDS = [np.zeros(7, dtype=kind) for kind in ("<U3", "<c16", "<M8[s]", "V8", "f8,f8", "<f4")]
+
+
+@pytest.mark.parametrize("numbers", [*KINDS, np.zeros(10**4), np.zeros(2)], ids=lambda given: str(given.dtype))
+def test_numbers_that_are_none_are_refused(numbers):
+    """Evidence with other numbers than its arrays have was not written by this program."""
+    header, own = read_arrays()
+
+    assert unpack_lane(with_header(json.dumps(header).encode(), own)) is not None
+    assert unpack_lane(with_header(json.dumps(header).encode(), numbers)) is None
 
 
 JSON = st.recursive(
@@ -196,7 +172,6 @@ WHERE = st.sampled_from(
     [
         (),
         ("format",),
-        ("arrays",),
         ("ingredients",),
         ("seconds",),
         ("paths",),
@@ -216,7 +191,7 @@ WHERE = st.sampled_from(
 @given(where=WHERE, value=JSON)
 def test_headers_from_elsewhere(where, value):
     """Whatever a header holds in place of what belongs there, evidence is read or refused without an error."""
-    inside = whole = {"whole": header()}
+    inside = whole = {"whole": read_arrays()[0]}
     for key in ("whole", *where)[:-1]:
         inside = inside[key]
     inside[("whole", *where)[-1]] = value

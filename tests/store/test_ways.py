@@ -7,11 +7,14 @@ from importlib import import_module, invalidate_caches
 import pytest
 
 from sdaeverify import Settings
+from sdaeverify.contracts.opened import home_of
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.forms.sde import sde
 from sdaeverify.simulate.ensemble import Entry, Task, behaviours
 from sdaeverify.store import code
-from sdaeverify.store.keys import lane_ingredients
+from sdaeverify.store.code import homes_of
+from sdaeverify.store.files import opened_by
+from sdaeverify.store.keys import made_with
 from store.ways import PROBLEMS, SCHEMES, of_problem, of_scheme
 
 SETTINGS = Settings(paths=40, block=40, levels=3)
@@ -51,8 +54,8 @@ def forget():
     invalidate_caches()
     for name in [name for name in sys.modules if name.partition(".")[0] in OWN]:
         del sys.modules[name]
-    code.forget()
-    code._code_of.cache_clear()
+    for remembered in (code._parse_home, code._versions, home_of):
+        remembered.cache_clear()
 
 
 def determined():
@@ -60,10 +63,11 @@ def determined():
     forget()
     register = import_module("mine.register")
     spec = problem_spec(register.PROBLEM)
-    said = lane_ingredients(register.SCHEME, spec, SETTINGS, 0)
+    said = made_with(register.SCHEME, spec)
     (done,) = behaviours(Task(spec, (Entry(register.SCHEME, ()),), SETTINGS))
     assert done is not None
-    return said, done
+    homes = {*homes_of(type(register.SCHEME)), *homes_of(register.PROBLEM)} - {None}
+    return said, done, opened_by(homes)
 
 
 @pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)

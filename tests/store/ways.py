@@ -201,8 +201,6 @@ SCHEMES = {
     "environment in each step": of_scheme(VARIABLE, factor=ENVIRONMENT),
     "environment by a composed name": of_scheme(VARIABLE, factor='float(os.environ.get("WEI" + "GHT"[:3], "1.0"))'),
     "environment late in a run": of_scheme(VARIABLE, factor=f"{ENVIRONMENT} if t > 0.97 else 1.0"),
-    "environment far out": of_scheme(VARIABLE, factor=f"{ENVIRONMENT} if state.max() > 99.0 else 1.0"),
-    "environment in rare steps": of_scheme(VARIABLE, factor=f"{ENVIRONMENT} if round(t / h) % 97 == 96 else 1.0"),
     "global of its module": registering(
         "from . import scheme\nscheme.weight = {}", head="weight = 1.0", factor="weight"
     ),

@@ -14,8 +14,8 @@ from ...report.plain import empty_table, visible
 from ..console import PROGRAM, conclude, output, print_texts
 from ..exit_codes import ExitCode
 from ..loading import load_quietly
+from ..on_workers import run_on_workers
 from ..options import PLACE, jobs, once, plugins, progress_bar, seed
-from ..progress import run_on_workers
 
 if TYPE_CHECKING:
     from ...lab.calibration.calibration_plan import Calibration, CalibrationPlan

@@ -11,9 +11,9 @@ from ...registry.load import Registry
 from ...report.plain import in_columns, visible, wrap_text
 from ...report.sentences import PlainLine, claim_in_brief, counts_of, interval, mark
 from ...report.verdict_row import VerdictRow
+from ...workers.requested import read_limits
 from ..console import output, output_to_stderr, print_lines
 from ..exit_codes import ExitCode
-from ..limits import read_limits
 from ..loading import load_and_warn
 from ..options import PLACE, once
 

@@ -13,13 +13,13 @@ import numpy as np
 from rich.console import Console
 from rich.text import Text
 
+from ... import forms
 from ...contracts.claimed import Order
 from ...contracts.labels import REQUIRED, describe_kind, did_you_mean, parse_label
 from ...contracts.scheme import Claim, Scheme, form_names
 from ...errors import FAULTS, ProblemError, SdaeverifyError, UsageError, one_line
 from ...forms import Delayed, Dissipation, Problem, known_traits
 from ...forms.controls import Control
-from ...forms.problem import subclasses
 from ...noise.brownian import Increment
 from ...noise.records import NoiseRecord
 from ...probe.linear.delay_equation import LARGE, SMALL, at_rest, is_autonomous, is_scalar, linear_delay
@@ -275,9 +275,9 @@ def describe_concept(name: str, registry: Registry) -> list[str]:
 
 def _forms(registry: Registry) -> dict[str, type[Problem]]:
     """Return the forms that have a name of their own: those of the package, and those that a plugin uses."""
-    used = {form for scheme in _schemes(registry) for form in scheme.forms}
-    forms = (f for f in subclasses(Problem) if f in used or f.__module__.startswith("sdaeverify."))
-    return {form.__name__: form for form in forms}
+    used = (form for scheme in _schemes(registry) for form in scheme.forms)
+    own = (each for each in vars(forms).values() if isinstance(each, type) and issubclass(each, Problem))
+    return {form.__name__: form for form in (*own, *used) if form is not Problem}
 
 
 def _schemes(registry: Registry) -> list[Scheme]:
@@ -295,7 +295,8 @@ def _form(form: type[Problem], registry: Registry) -> Iterator[str]:
 
 
 def _traits(registry: Registry) -> Iterator[str]:
-    for name, trait in sorted(known_traits().items()):
+    declared = {name: trait for form in _forms(registry).values() for name, trait in known_traits(form).items()}
+    for name, trait in sorted(declared.items()):
         asking = (
             scheme.name for scheme in _schemes(registry) if any(name in claim.when for claim in scheme.promises)
         )

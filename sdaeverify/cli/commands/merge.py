@@ -11,9 +11,9 @@ from ...contracts.settings import Settings
 from ...errors import SdaeverifyError, UsageError
 from ...registry.load import Registry
 from ...registry.selection import select_measures, select_problems, select_schemes
+from ...workers.requested import read_limits
 from ..console import complain
 from ..exit_codes import ExitCode
-from ..limits import read_limits
 from ..loading import load_and_warn
 from ..options import PLACE, once, plugins
 

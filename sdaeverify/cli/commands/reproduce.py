@@ -17,8 +17,8 @@ from ...report.plain import visible
 from ..console import conclude, output, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
+from ..on_workers import run_on_workers
 from ..options import PLACE, jobs, once, plugins, progress_bar, seed
-from ..progress import run_on_workers
 
 if TYPE_CHECKING:
     from ...contracts.exhibit import Exhibit

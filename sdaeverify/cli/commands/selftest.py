@@ -12,8 +12,8 @@ from ...study import Study
 from ..console import conclude, output, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
+from ..on_workers import run_on_workers
 from ..options import PLACE, jobs, once, plugins, progress_of_cells, seed
-from ..progress import run_on_workers
 
 if TYPE_CHECKING:
     from ...lab.selftest import KillMatrix

@@ -9,23 +9,10 @@ import numpy as np
 from ...arrays import Array, Parts
 from ...noise.brownian import Increment
 from ..problem import Problem
-from ..traits import Trait
+from ..traits import INDEX_ONE
 from .dissipation import Dissipation
 from .mesh import Lag, Mesh
 from .partials import Partials
-
-INDEX_ONE: tuple[Trait, ...] = (
-    Trait(
-        "algebraic",
-        "Its constraint determines algebraic components that a step solves for: index 1 (set by the form itself).",
-    ),
-    Trait(
-        "dissipative",
-        "It satisfies the sufficient condition (4.1) of Qu, Huang & Liu (2010) for mean-square stability, as it is "
-        "or with y eliminated (set by the form).",
-    ),
-    Trait("delayed-noise", "The diffusion of a delay equation depends on time and the delayed state alone."),
-)
 
 
 class IndexOne(Problem):

@@ -12,7 +12,7 @@ from ...contracts.scheme import Claim, is_text
 from ...contracts.settings import Settings
 from ...contracts.specs import ProblemSpec, check_scheme
 from ...errors import FAULTS
-from ...forms import components, unknown_traits
+from ...forms import components
 from ...gate.untested import known_quantities, unknown_quantities
 from ...study import Study, plan
 from ..check import Inapplicable, error_text
@@ -82,8 +82,6 @@ def check_claims(subject: SchemeSubject) -> str:
     for claim in scheme.promises:
         if claim.measure not in measures:
             return f"a claim is about measure {claim.measure!r}, unknown{did_you_mean(claim.measure, measures)}"
-        if unknown := unknown_traits(claim.when):
-            return f"its claim of {claim.measure} holds for unknown traits {', '.join(unknown)}"
     return ""
 
 

@@ -100,7 +100,7 @@ def _evidence_against(subject: ProblemSubject, name: str) -> str:
     if name in EVIDENCE:
         return EVIDENCE[name](subject)
     stated = next(trait for trait in subject.problem.traits if trait == name)
-    trait = stated if isinstance(stated, Trait) else known_traits()[name]
+    trait = stated if isinstance(stated, Trait) else known_traits(type(subject.problem))[name]
     return trait.against(subject.problem) if trait.against else ""
 
 

@@ -3,10 +3,8 @@
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
 
 from rich.console import Group
 from rich.live import Live
@@ -15,14 +13,12 @@ from rich.table import Table
 from rich.text import Text
 
 from ..contracts.finding import Verdict
-from ..registry.load import Registry
-from ..report.plain import empty_table, visible
-from ..report.sentences import SYMBOLS, mark
 from ..study import Advanced, CellResult, Event, Finished, Screened
-from ..workers.pool import BLOCKS_A_WORKER, available_cores, executor_for
-from .console import complain, errors
-from .exit_codes import ExitCode
+from .plain import empty_table, errors, visible
+from .sentences import SYMBOLS, mark
 
+# How progress is shown.
+KINDS = ("auto", "plain", "none")
 # Lines of a terminal that the table leaves free: its head, the bar, and the line of the cursor.
 BELOW = 5
 
@@ -36,7 +32,7 @@ def progress(kind: str, total: int) -> Iterator[Show]:
     Parameters
     ----------
     kind : str
-        One of `options.KINDS`; ``auto`` is a table and a bar where stderr is a terminal and plain lines elsewhere.
+        One of `KINDS`; ``auto`` is a table and a bar where stderr is a terminal and plain lines elsewhere.
     total : int
         Number of blocks.
     """
@@ -46,32 +42,6 @@ def progress(kind: str, total: int) -> Iterator[Show]:
         yield lambda _: None
     else:
         yield _lines
-
-
-def run_on_workers(work: Any, jobs: int | None, registry: Registry, kind: str) -> ExitCode:
-    """Do some work on processes of its own, and show how far it is.
-
-    Parameters
-    ----------
-    work : Study, Calibration or ExperimentRun
-        With its number of jobs, and the events of doing them on workers, so many sent ahead.
-    jobs : int or None
-        Number of processes at most; all cores by default.
-    registry : Registry
-        With the plugins that they load.
-    kind : str
-        Of progress.
-    """
-    processes = max(1, min(jobs or available_cores(), work.total))
-    workers = executor_for(processes, registry.files, modules=registry.modules)
-    try:
-        with workers as executor, progress(kind, work.total) as show:
-            for event in work.run(executor, BLOCKS_A_WORKER * processes):
-                show(event)
-    except BrokenExecutor:
-        complain("error", "a worker process died, perhaps for want of memory; try fewer --jobs")
-        return ExitCode.NOT_MEASURED
-    return ExitCode.OK
 
 
 def line(result: CellResult) -> str:
