@@ -29,23 +29,24 @@ problem; opinions of one step (`local_opinion`) are guarded by paths (`guard`).
 """
 
 from .arrays import Array, Parts
-from .contracts.error_sizes import ErrorSizes
-from .contracts.finding import Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
+from .contracts.finding import UNMEASURED, Finding, Judgement, Kind, LevelFinding, Opinion, Reason, Verdict
 from .contracts.measure import Evidence, Measure, Observer, Snapshot
 from .contracts.tally import Tally, packed, unpacked
 from .numerics.statistics import Estimate, group_sums, jackknife, order_of
 from .probe.step.one_step import OneStep
 from .verdicts.coverage import Coverage, coverage
 from .verdicts.opinions import decide, finding, guard, judge_claim, leave_open, local_opinion, no_fit
-from .verdicts.path_tests import FEWEST, FITTED, PathTests, order_tests, with_sample
+from .verdicts.path_tests import DEEP_PATHS, FEWEST, FITTED, RESOLVED, PathTests, order_tests, with_sample
 from .verdicts.sound_levels import sound_levels
 
 __all__ = [
+    "DEEP_PATHS",
     "FEWEST",
     "FITTED",
+    "RESOLVED",
+    "UNMEASURED",
     "Array",
     "Coverage",
-    "ErrorSizes",
     "Estimate",
     "Evidence",
     "Finding",

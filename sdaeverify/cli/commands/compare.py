@@ -12,8 +12,8 @@ from ..loading import load_and_warn
 from ..options import PLACE, once, plugins
 
 if TYPE_CHECKING:
-    from ...lab.compare.cells import Omitted
-    from ...lab.compare.changes import Rows
+    from ...report.compare.cells import Omitted
+    from ...report.compare.changes import Rows
 
 MARGIN, ALPHA = 1.1, 0.01
 WORDS = {
@@ -42,9 +42,9 @@ def compare(**options: Any) -> ExitCode:
     what may differ. Components are named by what is installed now.
     """
     # Evidence is read with numpy, which the other commands do without until they run.
-    from ...lab.compare.cells import compare as compared  # noqa: PLC0415
-    from ...lab.compare.changes import changes  # noqa: PLC0415
-    from ...lab.compare.runs import damages, read_run  # noqa: PLC0415
+    from ...report.compare.cells import compare as compared  # noqa: PLC0415
+    from ...report.compare.changes import changes  # noqa: PLC0415
+    from ...report.compare.runs import damages, read_run  # noqa: PLC0415
 
     changes([], options["factor"], options["alpha"])
     old, new = read_run(options["old"]), read_run(options["new"])
@@ -67,7 +67,7 @@ def compare(**options: Any) -> ExitCode:
 
 
 def _write_page(rows: "Rows", file: Path) -> None:
-    from ...lab.compare.changes import counts, records  # noqa: PLC0415
+    from ...report.compare.changes import counts, records  # noqa: PLC0415
     from ...report.files import require_writable_file  # noqa: PLC0415
     from ...report.html import TablePage, write_tables  # noqa: PLC0415
 
@@ -85,7 +85,7 @@ def _code(rows: "Rows") -> ExitCode:
 
 
 def _json(rows: "Rows", omitted: "list[Omitted]", options: dict[str, Any], code: ExitCode) -> str:
-    from ...lab.compare.changes import records  # noqa: PLC0415
+    from ...report.compare.changes import records  # noqa: PLC0415
 
     about = {"old": str(options["old"]), "new": str(options["new"])}
     about |= {name: options[name] for name in ("factor", "alpha")}
@@ -94,7 +94,7 @@ def _json(rows: "Rows", omitted: "list[Omitted]", options: dict[str, Any], code:
 
 
 def _show(rows: "Rows", omitted: "list[Omitted]", *, every: bool) -> None:
-    from ...lab.compare.changes import comparison_table, counts, list_omissions  # noqa: PLC0415
+    from ...report.compare.changes import comparison_table, counts, list_omissions  # noqa: PLC0415
 
     console = output(unbroken=True)
     if shown := [row for row in rows if every or row[1].change != "same"]:
