@@ -1,4 +1,4 @@
-"""Two runs compared: by which factor errors have grown or shrunk, on the noise that both runs share.
+"""Runs compared: verdicts that changed; orders and errors that moved, on the noise that two runs share.
 
 ::
 

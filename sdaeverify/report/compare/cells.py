@@ -18,7 +18,7 @@ from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
 from ...store.lanes import StoredLane
 from .factors import Factor, factor
-from .runs import Lanes, StoredRun, require_common_noise
+from .runs import Lanes, StoredRun, why_not_on_common_noise
 
 PROBLEM, DRAWN = "code of the problem", "paths of the block"
 
@@ -85,12 +85,14 @@ def compare(old: StoredRun, new: StoredRun, registry: Registry) -> tuple[list[Co
         Tells how evidence is to be read: names of components, views and measures are those of the schemes that are
         registered here.
 
-    Raises
-    ------
-    UsageError
-        If the runs do not share noise and step sizes.
+    Returns
+    -------
+    list of Comparison
+    list of Omitted
+        All with one reason where the runs do not share noise and step sizes.
     """
-    require_common_noise(old, new)
+    if different := why_not_on_common_noise(old, new):
+        return [], [Omitted("", "", "", "", different)]
     rows = [row for key in sorted({*old.lanes, *new.lanes}) for row in _compare_cell(old, new, registry, key)]
     return [row for row in rows if isinstance(row, Comparison)], [row for row in rows if isinstance(row, Omitted)]
 

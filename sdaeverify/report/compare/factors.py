@@ -2,7 +2,9 @@
 
 With the mean errors e_l of the old run and e'_l of the new one at the finest step sizes that both could fit,
 
-    log2 F = mean_l log2(e'_l/e_l).
+    log2 F = mean_l log2(e'_l/e_l),
+
+and the order has changed by the slope of log2(e'_l/e_l) against log2 h_l.
 
 Both runs leave the same groups of paths out of the jackknife. What their errors have in common, which is nearly all
 that is random in them where a scheme has changed little, cancels in the ratio.
@@ -15,7 +17,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.error_sizes import ErrorSizes
-from ...numerics.statistics import GROUPS, Estimate
+from ...numerics.statistics import GROUPS, Estimate, slope_weights
 from ...verdicts.path_tests import CALIBRATED_PATHS, FITTED
 
 BOTH_EXACT, WAS_EXACT, IS_EXACT = "exact in both runs", "it was exact", "it is exact now"
@@ -35,12 +37,15 @@ class Factor(NamedTuple):
     sampled : bool
     reason : str
         Why there is none, or what is special about it.
+    order : Estimate
+        New order minus old order; NaN where fewer than two step sizes are common.
     """
 
     log2: Estimate
     levels: int = 0
     sampled: bool = False
     reason: str = ""
+    order: Estimate = Estimate(nan, nan)
 
     @property
     def known(self) -> bool:
@@ -68,11 +73,18 @@ def factor(old: ErrorSizes, new: ErrorSizes) -> Factor:
     mine, others = _common(old, new)
     if not len(mine):
         return _no_factor("; ".join(["no step size at which both errors can be told", *_remarks(old, new)]))
+    mean = np.full(len(mine), 1.0 / len(mine))
+    slope = slope_weights(np.log2(old.h[mine])) if len(mine) > 1 else np.full(1, nan)
     if old.replicates is None or new.replicates is None:
-        return Factor(Estimate(float((new.log2[others] - old.log2[mine]).mean()), 0.0), len(mine))
-    pseudo = (new.replicates[:, others] - old.replicates[:, mine]).mean(axis=1)
-    found = Estimate(float(pseudo.mean()), float(pseudo.std(ddof=1) / np.sqrt(GROUPS)))
-    return Factor(found, len(mine), sampled=True)
+        moved = new.log2[others] - old.log2[mine]
+        size, order = (Estimate(float(weights @ moved), 0.0) for weights in (mean, slope))
+        return Factor(size, len(mine), order=order)
+    size, order = (_estimate((new.replicates[:, others] - old.replicates[:, mine]) @ w) for w in (mean, slope))
+    return Factor(size, len(mine), sampled=True, order=order)
+
+
+def _estimate(pseudo: Array) -> Estimate:
+    return Estimate(float(pseudo.mean()), float(pseudo.std(ddof=1) / np.sqrt(GROUPS)))
 
 
 def _with_exact(old: ErrorSizes, new: ErrorSizes) -> Factor:

@@ -4,13 +4,14 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 from ...contracts.settings import SCREENING, Settings
 from ...errors import UsageError
 from ...store.container import containers
 from ...store.lanes import StoredLane
 from ...store.store import FOLDER
-from ..folders import read_verdicts, run_of
+from ..folders import key_of, read_verdicts, run_of
 from ..saved import SavedRun
 from ..saved import read_run as read_saved
 
@@ -89,19 +90,30 @@ def read_run(folder: Path) -> StoredRun:
     return StoredRun(saved, str(run_of(folder).get(FINGERPRINT, "")), lanes[every], lanes[few], damaged)
 
 
-def require_common_noise(old: StoredRun, new: StoredRun) -> None:
-    """Check that two runs share their noise and their step sizes.
+class VerdictChange(NamedTuple):
+    """A verdict that is another one in the later of two runs."""
 
-    Raises
-    ------
-    UsageError
-        If they do not; it names what differs.
-    """
+    scheme: str
+    problem: str
+    measure: str
+    quantity: str
+    before: str
+    after: str
+
+
+def verdict_changes(old: Path, new: Path) -> list[VerdictChange]:
+    """Return the verdicts that changed between the runs in two folders, of what both judged."""
+    known = {key_of(row): row["verdict"] for row in read_verdicts(old).verdicts}
+    both = ((key_of(row), row["verdict"]) for row in read_verdicts(new).verdicts)
+    return [VerdictChange(*key, known[key], after) for key, after in both if known.get(key, after) != after]
+
+
+def why_not_on_common_noise(old: StoredRun, new: StoredRun) -> str:
+    """Return what differs of noise or step sizes between two runs; empty if they share both."""
     pairs = {name: (getattr(old.settings, name), getattr(new.settings, name)) for name in COMMON}
     pairs["stream of noise"] = (old.fingerprint, new.fingerprint)
     different = [f"{name} {a} in {old.folder} and {b} in {new.folder}" for name, (a, b) in pairs.items() if a != b]
-    if different:
-        raise UsageError(f"compare needs runs on common noise, with the same settings: {'; '.join(different)}")
+    return f"errors are compared on common noise, with the same settings: {'; '.join(different)}" if different else ""
 
 
 def _is_of(lane: StoredLane, saved: SavedRun) -> bool:
