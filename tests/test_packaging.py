@@ -59,6 +59,6 @@ def test_wheel_holds_no_tests(installed):
     """Only the six packages, their metadata and nothing else are in the wheel."""
     tops = {path.name for path in installed.iterdir()}
 
-    packages = {f"sdaeverify_{part}" for part in ("bridges", "experiments", "planted", "problems", "schemes")}
+    packages = {f"sdaeverify_{part}" for part in ("bridges", "lab", "papers", "planted", "problems", "schemes")}
     assert tops - {"sdaeverify", *packages} == {name for name in tops if name.endswith(".dist-info")}
     assert (installed / "sdaeverify" / "py.typed").is_file()
