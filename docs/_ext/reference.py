@@ -158,6 +158,8 @@ def _entry(name: str, thing: Any) -> str:
         methods = [m for m in vars(thing) if not m.startswith("_") and inspect.isfunction(vars(thing)[m])]
         members = f"   :members: {', '.join(methods)}\n" if methods else ""
         return f"{name}\n{underline}\n\n.. autoclass:: {name}\n{members}"
+    if inspect.ismodule(thing):
+        return f"{name}\n{underline}\n\n{(thing.__doc__ or '').strip()}\n"
     if inspect.isfunction(thing):
         return f"{name}\n{underline}\n\n.. autofunction:: {name}\n"
     return f"{name}\n{underline}\n\n::\n\n    {' '.join(repr(thing).split()):.300}\n"
