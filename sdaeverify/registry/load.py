@@ -280,9 +280,9 @@ def _reject(origin: Origin, error: BaseException) -> LoadedPlugin:
 def _load_plugin(plugin: object, origin: Origin, before: Sequence[LoadedPlugin]) -> LoadedPlugin:
     part = collect(plugin, origin)
     _refuse_taken(part, [outcome.contribution for outcome in before], origin)
-    counts = (len(getattr(part, kind)) for kind in KINDS)
+    schemes, problems, measures = (len(getattr(part, kind)) for kind in KINDS)
     further = tuple((hook, len(things)) for hook, things in part.further.items())
-    return LoadedPlugin(PluginRow(*origin, "loaded", "", *counts)._replace(further=further), part)
+    return LoadedPlugin(PluginRow(*origin, "loaded", "", schemes, problems, measures, further), part)
 
 
 def _refuse_taken(part: Contribution, before: Sequence[Contribution], origin: Origin) -> None:
