@@ -1,28 +1,6 @@
 # The public names, each with the module that has it: for type checkers, and for the package when it is asked for one.
 from .api import Result as Result, verify as verify
 from .arrays import Array as Array, Mask as Mask, Parts as Parts
-from .contracts.cases import CalibrationCase as CalibrationCase
-from .contracts.exhibit import (
-    Curve as Curve,
-    Exhibit as Exhibit,
-    Panel as Panel,
-    Printed as Printed,
-    Range as Range,
-    TableEntry as TableEntry,
-)
-from .contracts.experiment import (
-    Budget as Budget,
-    Experiment as Experiment,
-    ExperimentEvidence as ExperimentEvidence,
-    Note as Note,
-    Probe as Probe,
-    SchemeRun as SchemeRun,
-    SharedNoise as SharedNoise,
-    Work as Work,
-)
-from .lab.experiments.mean_sample import MeanSample as MeanSample
-from .lab.experiments.mean_table import FineRun as FineRun, MeanLine as MeanLine, MeanTable as MeanTable, Row as Row
-from .contracts.cases import Planted as Planted
 from .contracts.scheme import Claim as Claim, Scheme as Scheme, Step as Step
 from .contracts.settings import Settings as Settings
 from .contracts.specs import in_matrix as in_matrix, on_request as on_request
@@ -64,7 +42,7 @@ from .forms.truths import (
     Pathwise as Pathwise,
     Truth as Truth,
 )
-from .lab.sampling import Paths as Paths, sample as sample
+from .report.sampling import Paths as Paths, sample as sample
 from .noise.brownian import Increment as Increment
 from .noise.laws import (
     GAUSSIAN as GAUSSIAN,

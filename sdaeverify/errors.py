@@ -46,6 +46,18 @@ class MissingLibraryError(PluginError):
     """The library that a plugin is made for is not installed: it is left out, and nothing is wrong with it."""
 
 
+__all__ = [
+    "FAULTS",
+    "MissingLibraryError",
+    "ParameterError",
+    "PluginError",
+    "ProblemError",
+    "SchemeError",
+    "SdaeverifyError",
+    "UsageError",
+    "one_line",
+]
+
 # What a plugin may raise without ending the run: sys.exit() included, an interrupt of the user not.
 FAULTS = (Exception, SystemExit, GeneratorExit)
 

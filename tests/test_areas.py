@@ -5,8 +5,9 @@ import pytest
 
 from joined_noise import aggregate
 from sdaeverify.errors import ProblemError, SchemeError
-from sdaeverify.noise.areas import antisymmetric, known_part, outer, pairs
+from sdaeverify.noise.areas import known_part, outer, pairs
 from sdaeverify.noise.brownian import Brownian, Increment, LevelNoise, Source, brownian_steps, refine
+from sdaeverify.numerics import antisymmetric
 from sdaeverify_problems.noncommuting import noncommuting
 
 SOURCE = Source(20261122, "areas", 0, 40000)

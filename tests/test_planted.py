@@ -6,13 +6,15 @@ from typing import ClassVar
 
 import pytest
 
-from sdaeverify import SDE, Claim, Planted, PluginError, Scheme, SchemeError
+from sdaeverify import SDE, Claim, PluginError, Scheme, SchemeError
 from sdaeverify.registry.load import load_registry
+from sdaeverify_lab import Planted
 
 PLUGIN = """
 from dataclasses import dataclass, field
 from typing import ClassVar
-from sdaeverify import SDE, Claim, Planted, Scheme, hookimpl
+from sdaeverify import SDE, Claim, Scheme, hookimpl
+from sdaeverify_lab import Planted
 
 @dataclass(frozen=True)
 class Wrong(Scheme):
@@ -79,18 +81,18 @@ def test_registered_by_label_and_not_among_the_schemes(load):
     """A planted bug is found under its scheme's and its problem's label, and is no scheme to choose from."""
     registry = load(PLUGIN)
 
-    entry = registry.planted["planted-wrong[factor=2] on gbm[a=-1]"]
-    assert entry.planted.bug == "wrong"
+    planted = registry.things("sdaeverify_planted")
+    assert planted["planted-wrong[factor=2] on gbm[a=-1]"].bug == "wrong"
     assert "planted-wrong" not in registry.schemes
-    assert (registry.plugins[-1].schemes, registry.plugins[-1].planted) == (0, 1)
-    assert list(registry.planted) == sorted(registry.planted)
+    assert (registry.plugins[-1].schemes, registry.plugins[-1].further) == (0, (("sdaeverify_planted", 1),))
+    assert list(planted) == sorted(planted)
 
 
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        (("return [", "return [Wrong(), "), "expected a planted bug, got an object of type Wrong"),
-        (("return [", "return [Planted, "), "expected a planted bug, got the class Planted"),
+        (("return [", "return [Wrong(), "), "to be Planted, got an object of type Wrong"),
+        (("return [", "return [Planted, "), "to be Planted, got the class Planted"),
         (("return [", "return None and ["), "returned None, expected an iterable"),
         (('problem="gbm[a=-1]"', 'problem="gbm[a"'), "cannot read 'gbm\\[a'"),
         (("factor: float = 1.0", "factor: float"), "has no default"),

@@ -27,7 +27,12 @@ ROOMS = {
     "sdaeverify.probing": "sdaeverify.probing: for authors of measures that probe one step",
     "sdaeverify.testing": "sdaeverify.testing: checks and claims as tests",
     "sdaeverify.numerics": "sdaeverify.numerics: small numerical tools",
-    "sdaeverify.bridges": "sdaeverify.bridges: steps of other libraries",
+    "sdaeverify.commands": "sdaeverify.commands: for authors of commands",
+    "sdaeverify.studying": "sdaeverify.studying: plans, noise and the time loop",
+    "sdaeverify.errors": "sdaeverify.errors: what is raised",
+    "sdaeverify_bridges.kit": "sdaeverify_bridges.kit: steps of other libraries",
+    "sdaeverify_papers": "sdaeverify_papers: experiments of papers",
+    "sdaeverify_lab": "sdaeverify_lab: planted bugs and calibration cases",
 }
 
 
@@ -119,7 +124,9 @@ def entry_points() -> str:
 
 GROUPS = {
     "sdaeverify": "Modules with hooks; of a package, each module without underscore is a plugin.",
-    "sdaeverify.lab": "Modules whose hooks only `selftest`, `calibrate` and `reproduce` ask for.",
+    "sdaeverify.lab": "Modules whose hooks only some commands ask for.",
+    "sdaeverify.hooks": "Hooks that a plugin brings, each with the class of what it returns.",
+    "sdaeverify.commands": "Commands: objects of click.",
     "sdaeverify.executors": "Functions that make an executor for `--executor NAME`.",
     "console_scripts": "The command.",
 }
@@ -151,6 +158,8 @@ def _entry(name: str, thing: Any) -> str:
         methods = [m for m in vars(thing) if not m.startswith("_") and inspect.isfunction(vars(thing)[m])]
         members = f"   :members: {', '.join(methods)}\n" if methods else ""
         return f"{name}\n{underline}\n\n.. autoclass:: {name}\n{members}"
+    if inspect.ismodule(thing):
+        return f"{name}\n{underline}\n\n{(thing.__doc__ or '').strip()}\n"
     if inspect.isfunction(inspect.unwrap(thing)):
         return f"{name}\n{underline}\n\n.. autofunction:: {name}\n"
     return f"{name}\n{underline}\n\n::\n\n    {' '.join(repr(thing).split()):.300}\n"

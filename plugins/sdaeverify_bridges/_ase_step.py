@@ -12,7 +12,7 @@ from ase.md.langevinbaoab import LangevinBAOAB
 from ase.md.md import MolecularDynamics
 
 from sdaeverify import Array, Langevin
-from sdaeverify.bridges import Compiled
+from sdaeverify_bridges.kit import Compiled
 
 
 class Known(np.random.Generator):

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from sdaeverify import SDE, Langevin
-from sdaeverify.bridges import Coefficients, Compiled, Foreign, vectorised
+from sdaeverify_bridges.kit import Coefficients, Compiled, Foreign, vectorised
 
 from ._reversible import split_memory
 

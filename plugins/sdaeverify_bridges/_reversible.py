@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdaeverify import SDE, Array
-from sdaeverify.bridges import Coefficients
+from sdaeverify_bridges.kit import Coefficients
 
 
 def begin_memory(problem: SDE, x: Array, t: float) -> Array:

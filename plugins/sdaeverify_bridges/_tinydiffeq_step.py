@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import tinydiffeq
 
 from sdaeverify import SDE, DelaySDAE
-from sdaeverify.bridges import Coefficients, Compiled, Foreign, vectorised
+from sdaeverify_bridges.kit import Coefficients, Compiled, Foreign, vectorised
 
 
 def sde_step(solver: str, problem: SDE) -> Compiled:

@@ -10,7 +10,8 @@ import torch
 import torchsde
 
 from sdaeverify import SDE, Array
-from sdaeverify.bridges import Coefficients, Compiled, TorchFunctions, area_matrices
+from sdaeverify.numerics import antisymmetric
+from sdaeverify_bridges.kit import Coefficients, Compiled, TorchFunctions
 
 from ._reversible import split_memory
 
@@ -100,7 +101,7 @@ def sde_step(problem: SDE, calculus: str, method: str, options: dict[str, Any]) 
         if more is None:
             return KnownStep(first(dW))
         if method == "log_ode":
-            return KnownStep(first(dW), A=first(area_matrices(more, len(dW))))
+            return KnownStep(first(dW), A=first(antisymmetric(more, len(dW))))
         return KnownStep(first(dW), first(h * (more + 0.5 * dW)))
 
     def step(x: Array, t: float, h: float, dW: Array, more: Array | None = None) -> Array:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import Claim, Langevin, Scheme, hookimpl
-from sdaeverify.bridges import Bridge, Compiled, Library, why_not_temperature
+from sdaeverify_bridges.kit import Bridge, Compiled, Library, why_not_temperature
 
 LIBRARY = Library.find("ase")
 # The papers whose propagators the classes name as theirs, and the orders that these state.

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from sdaeverify import SDE, Array, Claim, Langevin, Parts, Scheme, hookimpl
-from sdaeverify.bridges import Bridge, Compiled, Library, why_not_bridged, why_not_temperature
+from sdaeverify_bridges.kit import Bridge, Compiled, Library, why_not_bridged, why_not_temperature
 
 from ._reversible import begin_memory
 

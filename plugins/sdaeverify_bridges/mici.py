@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from sdaeverify import Array, Claim, HolonomicSDAE, HolonomicState, Increment, ParameterError, Scheme, Step, hookimpl
-from sdaeverify.bridges import Bridge, Library
+from sdaeverify_bridges.kit import Bridge, Library
 
 LIBRARY = Library.find("mici")
 SOURCE = "documentation of mici, ConstrainedLeapfrogIntegrator"

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sdaeverify import SDE, Array, Claim, Scheme, hookimpl
-from sdaeverify.bridges import (
+from sdaeverify_bridges.kit import (
     Bridge,
     Compiled,
     Library,

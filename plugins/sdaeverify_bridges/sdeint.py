@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sdaeverify import SDE, Array, Claim, Increment, ParameterError, Scheme, hookimpl
-from sdaeverify.bridges import Bridge, Coefficients, Compiled, Library, why_not_without_areas
+from sdaeverify_bridges.kit import Bridge, Coefficients, Compiled, Library, why_not_without_areas
 
 LIBRARY = Library.find("sdeint")
 # Strong orders that README and docstrings state. stratKP2iS is a two-step method that begins anew in each call.

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sdaeverify import SDE, Claim, DelaySDAE, DelayState, Increment, Scheme, Step, hookimpl
-from sdaeverify.bridges import Bridge, Compiled, Foreign, Library, why_not_run
+from sdaeverify_bridges.kit import Bridge, Compiled, Foreign, Library, why_not_run
 
 LIBRARY = Library.find("tinydiffeq")
 # Strong orders that the docstrings of the solvers state.

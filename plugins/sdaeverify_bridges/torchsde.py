@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from sdaeverify import SDE, Array, Claim, ParameterError, Parts, Scheme, hookimpl
-from sdaeverify.bridges import SEPARATE, Bridge, Compiled, Library, why_not_without_areas
+from sdaeverify_bridges.kit import SEPARATE, Bridge, Compiled, Library, why_not_without_areas
 
 from ._reversible import begin_memory
 

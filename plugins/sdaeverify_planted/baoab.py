@@ -5,7 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Claim, Increment, Langevin, Planted, Scheme, Step, hookimpl
+from sdaeverify import SDE, Array, Claim, Increment, Langevin, Scheme, Step, hookimpl
+from sdaeverify_lab import Planted
 from sdaeverify_schemes.baoab import BAOAB
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.heun import HeunAdditive

@@ -5,8 +5,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Claim, Increment, Planted, Scheme, Step, hookimpl
+from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
 from sdaeverify.numerics import apply, apply_transposed, product_transposed, solve
+from sdaeverify_lab import Planted
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.heun import Heun
 from sdaeverify_schemes.projected_euler import ProjectedEuler

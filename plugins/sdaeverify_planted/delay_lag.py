@@ -7,7 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import Array, DelaySDAE, DelayState, Increment, Lag, Planted, Problem, Step, hookimpl
+from sdaeverify import Array, DelaySDAE, DelayState, Increment, Lag, Problem, Step, hookimpl
+from sdaeverify_lab import Planted
 from sdaeverify_schemes._delay_root import hold_failed
 from sdaeverify_schemes._delay_theta import begin_step, solve_coupled
 from sdaeverify_schemes.stochastic_theta import StochasticTheta

@@ -5,7 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import DelaySDAE, DelayState, Increment, Planted, Problem, Step, hookimpl
+from sdaeverify import DelaySDAE, DelayState, Increment, Problem, Step, hookimpl
+from sdaeverify_lab import Planted
 from sdaeverify_schemes._delay_root import hold_failed
 from sdaeverify_schemes._delay_theta import algebraic
 from sdaeverify_schemes.stochastic_theta import StochasticTheta

@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from sdaeverify import Claim, DelaySDAE, DelayState, Increment, Lag, Planted, Problem, Step, hookimpl
+from sdaeverify import Claim, DelaySDAE, DelayState, Increment, Lag, Problem, Step, hookimpl
 from sdaeverify.numerics import solve
+from sdaeverify_lab import Planted
 from sdaeverify_schemes._delay_root import hold_failed
 from sdaeverify_schemes._delay_theta import algebraic
 from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta

@@ -5,8 +5,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Increment, Planted, Step, hookimpl
+from sdaeverify import SDE, Array, Increment, Step, hookimpl
 from sdaeverify.numerics import apply, apply_transposed, product_transposed, second_directional, solve
+from sdaeverify_lab import Planted
 from sdaeverify_schemes.projected_euler import ProjectedEuler
 
 from ._projection import project_step

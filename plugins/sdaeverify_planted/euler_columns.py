@@ -5,8 +5,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Claim, Increment, Planted, Step, hookimpl
+from sdaeverify import SDE, Array, Claim, Increment, Step, hookimpl
 from sdaeverify.numerics import apply
+from sdaeverify_lab import Planted
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama, TamedEuler
 
 ORDER_ONE = (Claim(measure="strong", value=1.0, source="planted"), Claim(measure="weak", value=1.0, source="planted"))

@@ -5,7 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Increment, Planted, Step, hookimpl
+from sdaeverify import SDE, Array, Increment, Step, hookimpl
+from sdaeverify_lab import Planted
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 
 

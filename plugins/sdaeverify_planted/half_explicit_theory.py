@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from sdaeverify import Claim, HolonomicSDAE, HolonomicState, Increment, Planted, Step, hookimpl
+from sdaeverify import Claim, HolonomicSDAE, HolonomicState, Increment, Step, hookimpl
+from sdaeverify_lab import Planted
 from sdaeverify_schemes.half_explicit_euler import BOUNDED, EVERY_H, HalfExplicitEuler
 
 

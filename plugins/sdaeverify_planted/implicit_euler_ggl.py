@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from sdaeverify import Array, Claim, HolonomicSDAE, HolonomicState, Increment, Planted, Scheme, Step, hookimpl
+from sdaeverify import Array, Claim, HolonomicSDAE, HolonomicState, Increment, Scheme, Step, hookimpl
+from sdaeverify_lab import Planted
 from sdaeverify_schemes.implicit_euler_ggl import TO_ROUNDING, ImplicitEulerGGL
 
 

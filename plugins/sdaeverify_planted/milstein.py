@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from sdaeverify import SDE, Array, Increment, Planted, Step, hookimpl
+from sdaeverify import SDE, Array, Increment, Step, hookimpl
 from sdaeverify.numerics import apply
+from sdaeverify_lab import Planted
 from sdaeverify_schemes.milstein import Milstein
 
 

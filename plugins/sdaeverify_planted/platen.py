@@ -5,8 +5,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import SDE, TWO_POINT, Array, Increment, Law, Planted, Step, hookimpl
+from sdaeverify import SDE, TWO_POINT, Array, Increment, Law, Step, hookimpl
 from sdaeverify.numerics import apply
+from sdaeverify_lab import Planted
 from sdaeverify_schemes.platen_weak_2 import PlatenWeak2
 
 # P(|N| <= QUANTILE) = 3/4 for a standard normal N.

@@ -5,7 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import HolonomicSDAE, HolonomicState, Increment, Planted, Scheme, Step, hookimpl
+from sdaeverify import HolonomicSDAE, HolonomicState, Increment, Scheme, Step, hookimpl
+from sdaeverify_lab import Planted
 from sdaeverify_schemes._new_normals import onto_constraint
 from sdaeverify_schemes._position_projection import Projection
 from sdaeverify_schemes._skipping import SkippingState, inherent_euler, projections

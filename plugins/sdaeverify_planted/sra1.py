@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from sdaeverify import SDE, Array, Increment, Planted, Step, hookimpl
+from sdaeverify import SDE, Array, Increment, Step, hookimpl
+from sdaeverify_lab import Planted
 from sdaeverify_schemes.sra1 import SRA1
 
 

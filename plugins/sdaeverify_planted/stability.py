@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from sdaeverify import SDE, Claim, Planted, Problem, Scheme, hookimpl
+from sdaeverify import SDE, Claim, Problem, Scheme, hookimpl
+from sdaeverify_lab import Planted
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
 from sdaeverify_schemes.stochastic_theta import StochasticTheta

@@ -5,7 +5,8 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from sdaeverify import SDE, Array, DelaySDAE, DelayState, Increment, Parts, Planted, Problem, Step, hookimpl
+from sdaeverify import SDE, Array, DelaySDAE, DelayState, Increment, Parts, Problem, Step, hookimpl
+from sdaeverify_lab import Planted
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta
 from sdaeverify_schemes.stochastic_theta import StochasticTheta

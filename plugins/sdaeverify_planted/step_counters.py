@@ -3,7 +3,8 @@
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from sdaeverify import SDE, Array, Increment, Planted, Scheme, Step, hookimpl
+from sdaeverify import SDE, Array, Increment, Scheme, Step, hookimpl
+from sdaeverify_lab import Planted
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
 

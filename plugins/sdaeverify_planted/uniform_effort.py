@@ -5,7 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import Array, ConstraintGeometry, Planted, Step, hookimpl
+from sdaeverify import Array, ConstraintGeometry, Step, hookimpl
+from sdaeverify_lab import Planted
 from sdaeverify_schemes._multiplier import OldNormals
 from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
 

@@ -8,7 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import ConstrainedLangevin, Planted, hookimpl
+from sdaeverify import ConstrainedLangevin, hookimpl
+from sdaeverify_lab import Planted
 from sdaeverify_schemes.uniform_expansion import ExpansionWeights, UniformExpansion
 
 

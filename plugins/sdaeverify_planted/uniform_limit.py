@@ -6,7 +6,8 @@ For a fixed eps all of them converge as the right one does.
 from dataclasses import dataclass
 from typing import ClassVar
 
-from sdaeverify import Claim, ConstrainedLangevin, Planted, hookimpl
+from sdaeverify import Claim, ConstrainedLangevin, hookimpl
+from sdaeverify_lab import Planted
 from sdaeverify_schemes._uniform_weights import Weights
 from sdaeverify_schemes.uniform_expansion import UniformExpansion
 from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate

@@ -10,7 +10,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import Array, Claim, ConstrainedLangevin, ConstraintGeometry, Gram, Planted, hookimpl
+from sdaeverify import Array, Claim, ConstrainedLangevin, ConstraintGeometry, Gram, hookimpl
+from sdaeverify_lab import Planted
 from sdaeverify_schemes._uniform_weights import Weights
 from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
 

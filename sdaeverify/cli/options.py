@@ -47,9 +47,8 @@ plugins = click.option(
 seed = once("--seed", type=int, default=Settings().seed, help="Seed of all noise.")
 jobs = once("-j", "--jobs", type=click.IntRange(min=1), help="Worker processes.  [default: all available cores]")
 progress_of_cells = once(
-    "--progress", type=click.Choice(KINDS), default=KINDS[0], help="On stderr: a bar, a line for each cell, nothing."
+    "--progress", type=click.Choice(KINDS), default=KINDS[0], help="On stderr: a bar, plain lines, nothing."
 )
-progress_bar = once("--progress", type=click.Choice(KINDS), default=KINDS[0], help="On stderr: a bar, or nothing.")
 
 
 class _NamedPath(click.Path):

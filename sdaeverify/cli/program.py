@@ -5,6 +5,7 @@ import sys
 import traceback
 from collections.abc import Sequence
 from importlib import import_module
+from importlib.metadata import EntryPoint
 from io import TextIOWrapper
 
 import click
@@ -12,25 +13,21 @@ from click.shell_completion import shell_complete
 
 from .. import __version__
 from ..contracts.labels import did_you_mean
-from ..errors import SdaeverifyError, UsageError, one_line
+from ..errors import FAULTS, PluginError, SdaeverifyError, UsageError, one_line
+from ..registry.discovery import COMMANDS, entry_points, is_disabled, origin_of, read_settings
 from .console import PROGRAM, complain, silence
 from .exit_codes import ExitCode, code_of_error
 
-# Where each command is: it is imported when it is asked for.
-COMMANDS = {
-    "calibrate": "calibrate:calibrate",
+# Where each shipped command is: it is imported when it is asked for.
+OWN = {
     "check": "check:check",
     "compare": "compare:compare",
     "demo": "demo:demo",
     "gate": "gate:gate",
-    "history": "history:history",
     "info": "info:info",
     "list": "listing:listing",
     "matrix": "matrix:matrix",
     "merge": "merge:merge",
-    "new-plugin": "new_plugin:new_plugin",
-    "reproduce": "reproduce:reproduce",
-    "selftest": "selftest:selftest",
     "show": "show:show",
 }
 COMPLETION = "_SDAEVERIFY_COMPLETE"
@@ -40,22 +37,52 @@ class _Commands(click.Group):
     """A group that imports a command when it is asked for, and knows what a misspelt one was meant to be."""
 
     def list_commands(self, _: click.Context) -> list[str]:
-        return list(COMMANDS)
+        return sorted({*OWN, *_of_plugins()})
 
     def get_command(self, _: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in COMMANDS:
+        try:
+            return _command(cmd_name)
+        except PluginError as error:
+            complain("warning", str(error))
             return None
-        module, name = COMMANDS[cmd_name].split(":")
-        command: click.Command = getattr(import_module(f".commands.{module}", __package__), name)
-        return command
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        if args[0] not in COMMANDS:
-            hint, known = did_you_mean(args[0], COMMANDS), ", ".join(COMMANDS)
-            raise UsageError(f"unknown command {args[0]!r}{hint} (known: {known})")
+        if _command(args[0]) is None:
+            every = self.list_commands(ctx)
+            raise UsageError(f"unknown command {args[0]!r}{did_you_mean(args[0], every)} (known: {', '.join(every)})")
         return super().resolve_command(ctx, args)
+
+
+def _of_plugins() -> dict[str, EntryPoint]:
+    disabled = read_settings(os.environ).disabled
+    return {entry.name: entry for entry in entry_points(COMMANDS) if not is_disabled(origin_of(entry), disabled)}
+
+
+def _command(name: str) -> click.Command | None:
+    """Return a command, or None if there is none of this name.
+
+    Raises
+    ------
+    PluginError
+        If its plugin cannot be loaded.
+    """
+    if name in OWN:
+        module, function = OWN[name].split(":")
+        own: click.Command = getattr(import_module(f".commands.{module}", __package__), function)
+        return own
+    entry = _of_plugins().get(name)
+    if entry is None:
+        return None
+    where = f"command {name} of {origin_of(entry)}"
+    try:
+        command = entry.load()
+    except FAULTS as error:
+        raise PluginError(f"{where} is broken: {one_line(error)}") from error
+    if not isinstance(command, click.Command):
+        raise PluginError(f"{where} is broken: expected a click command, got {type(command).__name__}")
+    return command
 
 
 @click.group(

@@ -54,11 +54,3 @@ def join_areas(A: Array, dW: Array) -> Array:
     """Return the areas of the steps that neighbours make, by Chen's relation; shape (2 n, m, P) -> (n, m, P)."""
     whole: Array = A[0::2] + A[1::2] + 0.5 * outer(dW[0::2], dW[1::2])
     return whole
-
-
-def antisymmetric(A: Array, l: int) -> Array:
-    """Return the areas of pairs, shape (l (l - 1)/2, P), as matrices, shape (l, l, P)."""
-    i, j = pairs(l)
-    matrix = np.zeros((l, l, *A.shape[1:]))
-    matrix[i, j], matrix[j, i] = A, -A
-    return matrix

@@ -24,7 +24,8 @@ import scipy
 
 from ..arrays import Array, arrays, each, join_batches
 from ..errors import SchemeError
-from .areas import REST, antisymmetric, join_areas, known_part
+from ..numerics import antisymmetric
+from .areas import REST, join_areas, known_part
 from .records import NoiseRecord
 
 # Steps of a level that are held at a time.

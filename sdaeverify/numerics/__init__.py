@@ -15,6 +15,7 @@ from .linalg import (
     Elimination,
     Tridiagonal,
     all_finite,
+    antisymmetric,
     apply,
     apply_transposed,
     determinant,
@@ -26,9 +27,10 @@ from .linalg import (
 )
 from .newton import Root, newton, update_tolerance
 from .outweighed import outweighs, sample_growth
-from .statistics import Tail, clopper_pearson, slope_weights, tail
+from .statistics import GROUPS, Tail, clopper_pearson, log_norms, pseudo_values, slope_weights, tail
 
 __all__ = [
+    "GROUPS",
     "BlockBanded",
     "Dense",
     "Elimination",
@@ -36,6 +38,7 @@ __all__ = [
     "Tail",
     "Tridiagonal",
     "all_finite",
+    "antisymmetric",
     "apply",
     "apply_transposed",
     "clopper_pearson",
@@ -48,12 +51,14 @@ __all__ = [
     "jacobian_at_once",
     "lambert_of_log",
     "largest",
+    "log_norms",
     "matches_differences",
     "newton",
     "norm",
     "outweighs",
     "overlap",
     "product_transposed",
+    "pseudo_values",
     "sample_growth",
     "second_directional",
     "slope_weights",

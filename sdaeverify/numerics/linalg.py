@@ -266,3 +266,11 @@ class Dense:
     @cached_property
     def _factors(self) -> Elimination:
         return eliminated(self.matrix)
+
+
+def antisymmetric(A: Array, l: int) -> Array:
+    """Return the areas of pairs, shape (l (l - 1)/2, P), as matrices, shape (l, l, P)."""
+    i, j = np.triu_indices(l, k=1)
+    matrix = np.zeros((l, l, *A.shape[1:]))
+    matrix[i, j], matrix[j, i] = A, -A
+    return matrix

@@ -8,15 +8,15 @@ import pickle
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
+from functools import cache
+from importlib.metadata import EntryPoint
 from inspect import isroutine
 from types import ModuleType, SimpleNamespace
 from typing import Any, NamedTuple
 
 import pluggy
 
-from ..contracts.cases import CalibrationCase, Planted
-from ..contracts.experiment import Experiment
-from ..contracts.labels import dataclass_parameters, did_you_mean, parse_label, read_values
+from ..contracts.labels import dataclass_parameters, did_you_mean, read_values
 from ..contracts.scheme import Scheme
 from ..contracts.specs import (
     ProblemSpec,
@@ -31,7 +31,7 @@ from ..contracts.specs import (
 from ..errors import FAULTS, ParameterError, PluginError, one_line
 from ..forms import Problem
 from . import hookspecs
-from .discovery import Origin
+from .discovery import FURTHER, Origin, entry_points
 
 # From this likeness on, a name of a function is taken for a misspelt hook.
 ALIKE = 0.82
@@ -114,20 +114,11 @@ class MeasureEntry:
 
 
 @dataclass(frozen=True)
-class PlantedEntry:
-    """A registered planted bug."""
+class FurtherEntry:
+    """What is registered by the hook of a plugin, such as an experiment."""
 
     name: str
-    planted: Planted
-    origin: Origin
-
-
-@dataclass(frozen=True)
-class ExperimentEntry:
-    """A registered experiment."""
-
-    name: str
-    experiment: Experiment
+    thing: Any
     origin: Origin
 
 
@@ -136,21 +127,17 @@ KINDS = {
     "schemes": "scheme",
     "problems": "problem",
     "measures": "measure",
-    "planted": "planted bug",
-    "experiments": "experiment",
 }
 
 
 class Contribution(NamedTuple):
-    """What one plugin registers: entries by name, its report hook, and its cases for the calibration."""
+    """What one plugin registers: entries by name, its report hook, and by hook what hooks of plugins register."""
 
     schemes: Mapping[str, SchemeEntry] = {}
     problems: Mapping[str, ProblemEntry] = {}
     measures: Mapping[str, MeasureEntry] = {}
     report: Callable[..., object] | None = None
-    planted: Mapping[str, PlantedEntry] = {}
-    cases: Mapping[str, CalibrationCase] = {}
-    experiments: Mapping[str, ExperimentEntry] = {}
+    further: Mapping[str, Mapping[str, FurtherEntry]] = {}
 
 
 def collect(plugin: object, origin: Origin) -> Contribution:
@@ -166,22 +153,32 @@ def collect(plugin: object, origin: Origin) -> Contribution:
     PluginError, UsageError
         If a hook is misspelt, not marked or returns something unusable; errors of the hooks pass through.
     """
-    manager = _manager(plugin, _check_hooks(plugin), origin.plugin)
+    hooks = _check_hooks(plugin)
+    manager = _manager(plugin, hooks, origin.plugin)
     schemes = _variants(_call(manager, "sdaeverify_schemes"))
     functions = _by_name("problem", _call(manager, "sdaeverify_problems"), _problem_name)
     measures = _by_name("measure", _call(manager, "sdaeverify_measures"), _measure_name)
-    planted = _by_name("planted bug", _call(manager, "sdaeverify_planted"), _planted_name)
-    cases = _by_name("calibration case", _call(manager, "sdaeverify_calibration"), _case_name)
-    experiments = _by_name("experiment", _call(manager, "sdaeverify_experiments"), _experiment_name)
     return Contribution(
         {name: SchemeEntry(name, variants, origin) for name, variants in schemes.items()},
         {name: ProblemEntry(name, function, origin) for name, function in functions.items()},
         {name: MeasureEntry(name, measure, origin) for name, measure in measures.items()},
         getattr(manager.hook, "sdaeverify_report", None),
-        {name: PlantedEntry(name, bug, origin) for name, bug in planted.items()},
-        cases,
-        {name: ExperimentEntry(name, experiment, origin) for name, experiment in experiments.items()},
+        {hook: _further(manager, hook, origin) for hook in sorted(set(hooks.values()) - set(HOOKS))},
     )
+
+
+def _further(manager: pluggy.PluginManager, hook: str, origin: Origin) -> dict[str, FurtherEntry]:
+    kind = further_hooks()[hook].load()
+
+    def name_of(thing: Any) -> str:
+        if not isinstance(thing, kind):
+            raise PluginError(f"{hook} expects each to be {kind.__name__}, got {describe(thing)}")
+        name = str(getattr(thing, "label", None) or thing.name)
+        _check_pickles(f"{kind.__name__} {name!r}", thing)
+        return name
+
+    things = _by_name(kind.__name__, _call(manager, hook), name_of)
+    return {name: FurtherEntry(name, thing, origin) for name, thing in things.items()}
 
 
 class _Hooks(SimpleNamespace):
@@ -194,8 +191,9 @@ class _Hooks(SimpleNamespace):
 def _manager(plugin: object, hooks: Mapping[str, str], name: str) -> pluggy.PluginManager:
     """Return a manager of the hooks of one plugin alone."""
     manager = pluggy.PluginManager(hookspecs.PROJECT)
-    specs = _Hooks(**{hook: getattr(hookspecs, hook) for hook in hooks.values()})
-    manager.add_hookspecs(specs)  # type: ignore[arg-type] # any object with functions will do
+    specs = _Hooks(**{hook: getattr(hookspecs, hook) for hook in hooks.values() if hook in HOOKS})
+    if vars(specs):
+        manager.add_hookspecs(specs)  # type: ignore[arg-type] # any object with functions will do
     manager.register(_Hooks(**{function: getattr(plugin, function) for function in hooks}), name)
     return manager
 
@@ -230,19 +228,29 @@ def _may_be_a_hook(name: str, value: object) -> bool:
 def _names_a_hook(name: str) -> bool:
     """Tell whether a name is that of a hook, or one of it with a letter or two wrong."""
     prefix, _, rest = name.partition("_")
-    likeness = (SequenceMatcher(None, rest, hook.partition("_")[2]).ratio() for hook in HOOKS)
+    likeness = (SequenceMatcher(None, rest, hook.partition("_")[2]).ratio() for hook in _known_hooks())
     return prefix == hookspecs.PROJECT and max(likeness) >= ALIKE
+
+
+@cache
+def further_hooks() -> Mapping[str, EntryPoint]:
+    """Return the hooks that plugins bring, each with the entry point of the class of what it returns."""
+    return {entry.name: entry for entry in entry_points(FURTHER)}
+
+
+def _known_hooks() -> list[str]:
+    return sorted({*HOOKS, *further_hooks()})
 
 
 def _check_hooks(plugin: object) -> dict[str, str]:
     hooks, checked = hooks_of(plugin), dict[str, str]()
     if not hooks:
-        raise PluginError(f"implements no hook; expected one of {', '.join(HOOKS)}, marked @hookimpl")
+        raise PluginError(f"implements no hook; expected one of {', '.join(_known_hooks())}, marked @hookimpl")
     for name, hook in hooks.items():
         if hook is None:
             raise PluginError(f"function {name} is not marked as a hook; put @hookimpl above it")
-        if hook not in HOOKS:
-            raise PluginError(f"unknown hook {hook}{did_you_mean(hook, HOOKS)} (known: {', '.join(HOOKS)})")
+        if hook not in (known := _known_hooks()):
+            raise PluginError(f"unknown hook {hook}{did_you_mean(hook, known)} (known: {', '.join(known)})")
         checked[name] = hook
     return checked
 
@@ -295,28 +303,6 @@ def _measure_name(measure: Any) -> str:
         raise PluginError(f"expected a measure, got the class {measure.__name__}; write {measure.__name__}()")
     check_name("measure", getattr(measure, "name", None))
     return str(measure.name)
-
-
-def _planted_name(planted: Any) -> str:
-    if not isinstance(planted, Planted):
-        raise PluginError(f"expected a planted bug, got {describe(planted)}")
-    check_scheme(planted.scheme)
-    _check_pickles(f"planted scheme {planted.scheme.label!r}", planted.scheme)
-    parse_label(planted.problem)
-    return planted.label
-
-
-def _case_name(case: Any) -> str:
-    if not isinstance(case, CalibrationCase):
-        raise PluginError(f"expected a calibration case, got {describe(case)}")
-    return case.label
-
-
-def _experiment_name(experiment: Any) -> str:
-    if not isinstance(experiment, Experiment):
-        raise PluginError(f"expected an experiment, got {describe(experiment)}")
-    check_name("experiment", experiment.name)
-    return experiment.name
 
 
 def _check_pickles(what: str, thing: object) -> None:

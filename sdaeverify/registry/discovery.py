@@ -16,8 +16,10 @@ from ..contracts.labels import did_you_mean
 from ..errors import FAULTS, PluginError, UsageError, one_line
 
 GROUP = "sdaeverify"
-# Plugins of programs about the verifier: planted bugs, calibration cases and experiments.
+# Plugins that only some commands ask for: planted bugs, calibration cases and experiments.
 LAB = "sdaeverify.lab"
+# Hooks that plugins bring, and their commands.
+FURTHER, COMMANDS = "sdaeverify.hooks", "sdaeverify.commands"
 OWN_DISTRIBUTION = "sdaeverify"
 PREFIX = "SDAEVERIFY_"
 # Of the names of modules that are plugin files.

@@ -8,7 +8,10 @@ names marked `hookimpl`::
     my-schemes = "my_schemes"           # a module, or a package whose modules are one plugin each
 
     [project.entry-points."sdaeverify.lab"]
-    my-bugs = "my_planted_bugs"         # planted bugs, calibration cases, experiments: imported when asked for
+    my-bugs = "my_planted_bugs"         # what only some commands need: imported when they ask for it
+
+    [project.entry-points."sdaeverify.hooks"]
+    sdaeverify_tables = "my_tables:Table"   # a hook of your own, and the class of what it returns
 
     # my_schemes.py, or: sdaeverify matrix --plugin my_schemes.py
     from sdaeverify import hookimpl
@@ -27,8 +30,6 @@ from typing import Any
 
 import pluggy
 
-from ..contracts.cases import CalibrationCase, Planted
-from ..contracts.experiment import Experiment
 from ..contracts.scheme import Scheme
 from ..forms import Problem
 
@@ -80,50 +81,6 @@ def sdaeverify_measures() -> Iterable[Any]:  # type: ignore[empty-body]
     -------
     iterable of measures
         Instances of subclasses of `sdaeverify.measuring.Measure`.
-    """
-
-
-@hookspec
-def sdaeverify_planted() -> Iterable[Planted]:  # type: ignore[empty-body]
-    """Return planted bugs: wrong schemes that `selftest` has to refute, and that are no schemes to choose from.
-
-    When: once, as the registry is loaded.
-    Given: nothing.
-
-    Returns
-    -------
-    iterable of Planted
-        Their schemes are instances of frozen dataclasses like those of `sdaeverify_schemes`, their problems labels
-        of problems that this or another plugin registers.
-    """
-
-
-@hookspec
-def sdaeverify_calibration() -> Iterable[CalibrationCase]:  # type: ignore[empty-body]
-    """Return cells of known order, on which `calibrate` tries out intervals and tests.
-
-    When: once, as the registry is loaded.
-    Given: nothing.
-
-    Returns
-    -------
-    iterable of CalibrationCase
-        Their schemes and problems are labels of what this or another plugin registers.
-    """
-
-
-@hookspec
-def sdaeverify_experiments() -> Iterable[Experiment]:  # type: ignore[empty-body]
-    """Return experiments of papers, which `reproduce` runs by name.
-
-    When: once, as the registry is loaded.
-    Given: nothing.
-
-    Returns
-    -------
-    iterable of Experiment
-        Instances of its subclasses, of `MeanTable` for one. Their schemes and problems are labels of what this or
-        another plugin registers.
     """
 
 

@@ -10,9 +10,8 @@ from importlib import import_module
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
-from ..contracts.cases import CalibrationCase
 from ..contracts.labels import did_you_mean
 from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
@@ -20,12 +19,12 @@ from ..errors import FAULTS, MissingLibraryError, PluginError, UsageError, one_l
 from .contributions import (
     KINDS,
     Contribution,
-    ExperimentEntry,
+    FurtherEntry,
     MeasureEntry,
-    PlantedEntry,
     ProblemEntry,
     SchemeEntry,
     collect,
+    further_hooks,
     hooks_of,
 )
 from .discovery import (
@@ -46,7 +45,7 @@ from .discovery import (
 from .foreign_code import printed_to_stderr, same_folder
 
 Entry = TypeVar("Entry")
-ON_REQUEST, WHO_ASKS = "on request", "loaded by calibrate, reproduce and selftest"
+ON_REQUEST, WHO_ASKS = "on request", "loaded by the commands that need it"
 
 
 class PluginRow(NamedTuple):
@@ -61,8 +60,10 @@ class PluginRow(NamedTuple):
         ``on request`` where nobody has asked for it.
     reason : str
         Why it is not loaded, in one line.
-    schemes, problems, measures, planted, experiments : int
+    schemes, problems, measures : int
         How many names it registers.
+    further : tuple of (str, int)
+        Hooks that plugins bring, and how many names it registers by each.
     """
 
     name: str
@@ -74,8 +75,7 @@ class PluginRow(NamedTuple):
     schemes: int = 0
     problems: int = 0
     measures: int = 0
-    planted: int = 0
-    experiments: int = 0
+    further: tuple[tuple[str, int], ...] = ()
 
 
 class LoadedPlugin(NamedTuple):
@@ -102,11 +102,8 @@ class Registry:
         Plugin files, absolute: a worker process loads them by `load_file` before it unpickles anything.
     reports : tuple of (str, callable)
         Plugins with a report hook.
-    planted : mapping of str to PlantedEntry
-        Planted bugs by their label; their schemes are not among `schemes`.
-    cases : mapping of str to CalibrationCase
-        Cells of known order by their label; where two plugins name one, the later one counts.
-    experiments : mapping of str to ExperimentEntry
+    further : mapping of str to (mapping of str to FurtherEntry)
+        By hook, what is registered by the hooks that plugins bring.
     """
 
     schemes: Mapping[str, SchemeEntry]
@@ -116,9 +113,7 @@ class Registry:
     warnings: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
     reports: tuple[tuple[str, Callable[..., object]], ...] = ()
-    planted: Mapping[str, PlantedEntry] = field(default_factory=dict)
-    cases: Mapping[str, CalibrationCase] = field(default_factory=dict)
-    experiments: Mapping[str, ExperimentEntry] = field(default_factory=dict)
+    further: Mapping[str, Mapping[str, FurtherEntry]] = field(default_factory=dict)
 
     @property
     def modules(self) -> tuple[str, ...]:
@@ -135,6 +130,10 @@ class Registry:
             return scheme is not None and type(scheme.variants[0]) is type(given)
         problem = self.problems.get(given.name)
         return problem is not None and problem.function is given.function
+
+    def things(self, hook: str) -> dict[str, Any]:
+        """Return what the hook of a plugin registers, by name."""
+        return {name: entry.thing for name, entry in self.further.get(hook, {}).items()}
 
     def report(self, folder: Path, result: object) -> tuple[str, ...]:
         """Let each plugin write beside the report of a result; return one line for each that failed."""
@@ -160,8 +159,7 @@ def load_registry(
         By default that of the process. ``SDAEVERIFY_DISABLED_PLUGINS`` names plugins, entry points or
         distributions that are left out; with ``SDAEVERIFY_STRICT_PLUGINS`` no plugin may be broken.
     lab : bool
-        Whether the plugins of the group ``sdaeverify.lab`` are loaded, too: planted bugs, calibration cases and
-        experiments of which a run needs none.
+        Whether the plugins of the group ``sdaeverify.lab`` are loaded, too, of which a run needs none.
 
     Raises
     ------
@@ -206,9 +204,7 @@ def _assemble(outcomes: Sequence[LoadedPlugin], warnings: tuple[str, ...], files
         (*warnings, *_idle_claims(schemes, measures)),
         files,
         tuple((row.name, part.report) for row, part in outcomes if part.report),
-        merge_maps(part.planted for part in parts),
-        merge_maps(part.cases for part in parts),
-        merge_maps(part.experiments for part in parts),
+        {hook: merge_maps(part.further.get(hook, {}) for part in parts) for hook in further_hooks()},
     )
 
 
@@ -284,13 +280,20 @@ def _reject(origin: Origin, error: BaseException) -> LoadedPlugin:
 def _load_plugin(plugin: object, origin: Origin, before: Sequence[LoadedPlugin]) -> LoadedPlugin:
     part = collect(plugin, origin)
     _refuse_taken(part, [outcome.contribution for outcome in before], origin)
-    counts = (len(getattr(part, kind)) for kind in KINDS)
-    return LoadedPlugin(PluginRow(*origin, "loaded", "", *counts), part)
+    schemes, problems, measures = (len(getattr(part, kind)) for kind in KINDS)
+    further = tuple((hook, len(things)) for hook, things in part.further.items())
+    return LoadedPlugin(PluginRow(*origin, "loaded", "", schemes, problems, measures, further), part)
 
 
 def _refuse_taken(part: Contribution, before: Sequence[Contribution], origin: Origin) -> None:
-    for kind, word in KINDS.items():
-        own = getattr(part, kind)
-        for known in (getattr(other, kind) for other in (before if own else ())):
+    for kind, own in _entries(part).items():
+        for known in (_entries(other).get(kind, {}) for other in (before if own else ())):
             for name in sorted(own.keys() & known.keys()):
-                raise PluginError(f"{word} {name!r} of {origin} is already registered by {known[name].origin}")
+                raise PluginError(f"{kind} {name!r} of {origin} is already registered by {known[name].origin}")
+
+
+def _entries(part: Contribution) -> Mapping[str, Mapping[str, Any]]:
+    """Return what a plugin registers by the word for one of each."""
+    return {word: getattr(part, kind) for kind, word in KINDS.items()} | {
+        hook.partition("_")[2]: things for hook, things in part.further.items()
+    }

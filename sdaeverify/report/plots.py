@@ -68,7 +68,7 @@ class Plots:
             If there is nothing to draw, or no matplotlib.
         """
         row = self._one(scheme=scheme, problem=problem, measure=measure, quantity=quantity)
-        ax, points = _axes(ax), list(self._points(row))
+        ax, points = axes_of(ax), list(self._points(row))
         if not points:
             raise UsageError(f"nothing to draw: {_name(row)} has no levels")
         h, e, spread, fitted = (np.array(column) for column in zip(*points, strict=True))
@@ -85,7 +85,7 @@ class Plots:
 
     def matrix(self, measure: str = "", ax: Axes | None = None) -> Axes:
         """Draw schemes against problems: the worst verdict of each cell, with its symbol and how many there are."""
-        ax, found = _axes(ax), self._choose(measure=measure)
+        ax, found = axes_of(ax), self._choose(measure=measure)
         schemes, problems = sorted({row.scheme for row in found}), sorted({row.problem for row in found})
         for y, scheme in enumerate(schemes):
             for x, problem in enumerate(problems):
@@ -113,7 +113,7 @@ class Plots:
         ax : matplotlib.axes.Axes, optional
             Where to; a new figure if left out.
         """
-        ax = _axes(ax)
+        ax = axes_of(ax)
         chosen = self._choose(measure=measure, scheme=scheme, problem=problem)
         found = [(row, *known_order(row)) for row in chosen if isfinite(known_order(row)[0].value)]
         if not found:
@@ -195,7 +195,7 @@ class Plots:
             raise UsageError(f"nothing to draw: no {wanted['quantity']} is known")
         points = [row for row in found if _key(row) == _key(found[0])]
         at, own, exact = ([number(row, name) for row in points] for name in ("at", "estimate", "exact"))
-        ax = _axes(ax)
+        ax = axes_of(ax)
         ax.plot(at, own, "-", color="C0", label=f"scheme, h = {number(points[0], 'h'):.3g}")
         ax.plot(at, exact, "--", color="0.3", label="equation")
         title = f"{text(points[0], 'scheme')} on {text(points[0], 'problem')}"
@@ -221,7 +221,7 @@ class Plots:
 
     def _draw_lines(self, row: VerdictRow, point: PointOf, ax: Axes | None) -> tuple[Axes, str]:
         """Draw a line for each scheme, of what a row is about; return the axes and their title."""
-        ax, names = _axes(ax), {"measure": row.measure, "problem": row.problem, "quantity": row.quantity}
+        ax, names = axes_of(ax), {"measure": row.measure, "problem": row.problem, "quantity": row.quantity}
         for one, marker in zip(self._choose(**names), cycle(MARKERS), strict=False):
             found = [point(one, level) for level in self._levels(one)]
             points = sorted((x, abs(y)) for x, y in found if x > 0.0 and y)
@@ -253,7 +253,14 @@ class Plots:
 FULL = {"refuted", "diverged", "error", "verified"}
 
 
-def _axes(ax: Axes | None) -> Axes:
+def axes_of(ax: Axes | None) -> Axes:
+    """Return some axes, new ones where there are none.
+
+    Raises
+    ------
+    UsageError
+        If there is no matplotlib.
+    """
     if ax is not None:
         return ax
     try:

@@ -1,4 +1,4 @@
-"""The only time loop: all schemes and step sizes of a problem in lockstep on the same noise, block by block.
+"""All schemes and step sizes of a problem in lockstep on the same noise, block by block.
 
 Noise lives for a few steps, states for one: memory depends neither on the number of steps nor on the number of paths.
 """
@@ -28,7 +28,7 @@ from ..noise.brownian import Brownian, Piece, Source
 from .behaviour import CHANGED, Behaviour, problem_digest, steps_digest
 from .marker import PROBLEM, Marker
 from .reference import Reference
-from .tracks import Lane
+from .tracks import Lane, follow
 
 # Bytes, just below the largest block whose return teaches glibc to keep smaller ones.
 LARGE_BLOCK = 2**25 - 2**16
@@ -245,14 +245,18 @@ def _simulate(place: _Place, runs: "Sequence[_Run]", source: Source) -> None:
     extra = source.stream("truth", reference.level)
     h = problem.horizon / coarsest
     brownian = Brownian(source, problem.noise_dim, h, reference.finest, problem.noise, problem.records)
-    for _, pieces in zip(range(coarsest), brownian.pieces(), strict=False):
-        for piece in pieces:
-            with place.marker.of(PROBLEM):
-                reference.advance(piece, extra)
-            for run in runs:
-                run.advance(piece)
+
+    def advance(piece: Piece) -> None:
+        with place.marker.of(PROBLEM):
+            reference.advance(piece, extra)
+        for run in runs:
+            run.advance(piece)
+
+    def note() -> None:
         for run in runs:
             run.note()
+
+    follow(brownian, coarsest, advance, note)
 
 
 class _Watch:

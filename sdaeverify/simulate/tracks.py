@@ -1,6 +1,6 @@
 """One scheme on one problem at all step sizes: advanced over a coarsest step at a time, watched by measures."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..errors import SchemeError
 from ..forms import Problem
-from ..noise.brownian import Increment, LevelNoise, Piece
+from ..noise.brownian import Brownian, Increment, LevelNoise, Piece
 from ..numerics import all_finite
 
 # A finite state this much larger than the initial one is a moment explosion on its way to overflow.
@@ -19,6 +19,10 @@ BLOW_UP = 1e8
 COST, COUNTED = "cost ", "counted "
 # Among the components that constraints are shown: 1 on paths that found no root, else 0.
 HELD = "held"
+
+
+def _nothing() -> None:
+    """Note nothing."""
 
 
 class Track:
@@ -119,6 +123,27 @@ class Track:
         if not np.array_equal(flatten(result.state), flatten(again.state), equal_nan=True):
             raise SchemeError("the same step gave another result when it was repeated: it depends on hidden state")
         return result
+
+
+def follow(
+    brownian: Brownian, steps: int, advance: Callable[[Piece], None], note: Callable[[], None] = _nothing
+) -> None:
+    """Give noise piece by piece, level by level: the only loop over time.
+
+    Parameters
+    ----------
+    brownian : Brownian
+    steps : int
+        Coarsest ones.
+    advance : callable, Piece -> None
+        Makes the steps of a piece.
+    note : callable
+        Called at the end of each coarsest step.
+    """
+    for _, pieces in zip(range(steps), brownian.pieces(), strict=False):
+        for piece in pieces:
+            advance(piece)
+        note()
 
 
 class Lane:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify.bridges import in_batches
+from sdaeverify_bridges.kit import in_batches
 
 
 @pytest.mark.parametrize("paths", [1, 3, 1024, 1025, 2500])

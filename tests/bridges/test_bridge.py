@@ -8,8 +8,8 @@ import pytest
 
 from bridges.equations import curved
 from sdaeverify import SDE, Increment
-from sdaeverify.bridges import Bridge, Coefficients, Library, stratonovich_drift, why_not_bridged
 from sdaeverify.errors import MissingLibraryError
+from sdaeverify_bridges.kit import Bridge, Coefficients, Library, stratonovich_drift, why_not_bridged
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.ou import ou

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify.bridges import Foreign
+from sdaeverify_bridges.kit import Foreign
 
 X = np.array([[1.0, 2.0, 3.0], [0.5, -1.0, 4.0]])
 A = np.array([[0.0, 1.0], [-1.0, 0.0]])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bridges.equations import curved
-from sdaeverify.bridges import Formulas
+from sdaeverify_bridges.kit import Formulas
 from sdaeverify_problems.angle_pendulum import angle_pendulum
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou

@@ -9,7 +9,7 @@ import pytest
 import sdaeverify
 from bridges.equations import curved, drawn
 from sdaeverify import SDE, Increment, ParameterError
-from sdaeverify.bridges import Coefficients, stratonovich_drift
+from sdaeverify_bridges.kit import Coefficients, stratonovich_drift
 from sdaeverify_bridges.sdeint import ORDERS, SDEInt
 from sdaeverify_problems.angle_pendulum import angle_pendulum
 from sdaeverify_problems.gbm import gbm

@@ -6,11 +6,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from sdaeverify import CalibrationCase
 from sdaeverify.contracts.tally import Tally
-from sdaeverify.lab.calibration.repeated import POOLED, UNIT
-from sdaeverify.lab.calibration.samples import Sample
 from sdaeverify.numerics.statistics import group_sums
+from sdaeverify_lab import CalibrationCase
+from sdaeverify_lab.calibration.repeated import POOLED, UNIT
+from sdaeverify_lab.calibration.samples import Sample
 
 H = 1.0 / 2.0 ** np.arange(3, 9)
 CASE = CalibrationCase(scheme="some-scheme", problem="some-problem", order=1.0, weak=("x",))

@@ -2,11 +2,12 @@
 
 import pytest
 
-from sdaeverify import CalibrationCase, ProblemError, Settings, UsageError
+from sdaeverify import ProblemError, Settings, UsageError
 from sdaeverify.contracts.scheme import Claim
-from sdaeverify.lab.calibration.calibration_plan import STUDIES, calibration_plan
-from sdaeverify.lab.calibration.samples import SEQUENCE, SEQUENCES_A_BLOCK, ChainJob, PathJob, path_settings
 from sdaeverify.registry.load import load_registry
+from sdaeverify_lab import CalibrationCase
+from sdaeverify_lab.calibration.calibration_plan import STUDIES, calibration_plan
+from sdaeverify_lab.calibration.samples import SEQUENCE, SEQUENCES_A_BLOCK, ChainJob, PathJob, path_settings
 
 CONSTRAINED = "half-explicit-euler[truncation=none]"
 OF_STRONG = set(STUDIES) - {"mean differences"}
@@ -15,14 +16,14 @@ OF_STRONG = set(STUDIES) - {"mean differences"}
 @pytest.fixture(scope="module")
 def registry():
     """Return what is installed."""
-    return load_registry()
+    return load_registry(lab=True)
 
 
 def test_everything_is_done_by_default(registry):
     """Without patterns every case has all studies it is for, and the families are simulated."""
     plan = calibration_plan(registry, seed=1, repetitions=400)
 
-    assert {placed.case.label for placed in plan.placed} == set(registry.cases)
+    assert {placed.case.label for placed in plan.placed} == set(registry.things("sdaeverify_calibration"))
     assert {study for placed in plan.placed for study in placed.studies} == {*STUDIES, "chains"}
     assert plan.families
 
@@ -87,7 +88,7 @@ def test_what_makes_no_sense_is_refused(registry, repetitions, only, words):
 
 def test_orders_of_the_cases_are_claimed(registry):
     """The order of each registered case is one that its scheme claims: nothing is taken from a measurement."""
-    for case in registry.cases.values():
+    for case in registry.things("sdaeverify_calibration").values():
         scheme = registry.schemes[case.scheme.partition("[")[0]].variants[0]
         claims = [claim for claim in scheme.promises if isinstance(claim, Claim) and claim.measure == "strong"]
         assert case.order in {claim.value.least for claim in claims}, case.label
@@ -104,10 +105,11 @@ def test_a_plugin_file_adds_its_own_case(tmp_path):
     """Who writes a problem can have the intervals tried out on it."""
     file = tmp_path / "mine.py"
     file.write_text(
-        "from sdaeverify import CalibrationCase, hookimpl\n\n\n@hookimpl\ndef sdaeverify_calibration():\n"
+        "from sdaeverify import hookimpl\nfrom sdaeverify_lab import CalibrationCase\n\n\n"
+        "@hookimpl\ndef sdaeverify_calibration():\n"
         "    return [CalibrationCase(scheme='tamed-euler', problem='ou', order=1.0)]\n"
     )
 
-    plan = calibration_plan(load_registry([file]), 1, 40, ["tamed-euler on ou"])
+    plan = calibration_plan(load_registry([file], lab=True), 1, 40, ["tamed-euler on ou"])
 
     assert [placed.case.label for placed in plan.placed] == ["tamed-euler on ou"]

@@ -2,15 +2,15 @@
 
 import pytest
 
-from sdaeverify.lab.calibration.calibration_plan import calibration_plan
-from sdaeverify.lab.calibration.rates import offending
 from sdaeverify.registry.load import load_registry
+from sdaeverify_lab.calibration.calibration_plan import calibration_plan
+from sdaeverify_lab.calibration.rates import offending
 
 
 @pytest.fixture
 def job():
     """Return the chains of one case, few of them."""
-    (job,) = calibration_plan(load_registry(), 1, 200, ["chains*on ou"]).jobs()
+    (job,) = calibration_plan(load_registry(lab=True), 1, 200, ["chains*on ou"]).jobs()
     return job
 
 

@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 from sdaeverify import Settings
-from sdaeverify.lab.calibration.calibration_plan import Calibration, calibration_plan
-from sdaeverify.lab.calibration.rate_tables import rate_table
 from sdaeverify.registry.load import load_registry
+from sdaeverify_lab.calibration.calibration_plan import Calibration, calibration_plan
+from sdaeverify_lab.calibration.rate_tables import rate_table
 
 FOLDER = Path(__file__).parents[2] / "reports" / "calibration"
 
@@ -33,12 +33,14 @@ def test_report_covers_the_registered_cases(committed):
     """Every registered case is in it."""
     cases = {case.rpartition(", ")[0] or case for case in committed.case}
 
-    assert set(load_registry(environ={}).cases) <= cases
+    assert set(load_registry(environ={}, lab=True).things("sdaeverify_calibration")) <= cases
 
 
 def test_rates_can_be_computed_again(committed):
     """A study gives the committed rates, up to a trial or two that another build's last bits may turn."""
-    calibration = Calibration(calibration_plan(load_registry(environ={}), Settings().seed, 1000, ["families"]))
+    calibration = Calibration(
+        calibration_plan(load_registry(environ={}, lab=True), Settings().seed, 1000, ["families"])
+    )
     for _ in calibration.run():
         pass
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from sdaeverify.lab.calibration import studies
-from sdaeverify.lab.calibration.rates import offending
-from sdaeverify.lab.calibration.studies import family_rates
+from sdaeverify_lab.calibration import studies
+from sdaeverify_lab.calibration.rates import offending
+from sdaeverify_lab.calibration.studies import family_rates
 
 
 def test_holm_keeps_its_promise():

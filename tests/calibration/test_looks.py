@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from sdaeverify.lab.calibration import studies
-from sdaeverify.lab.calibration.rates import offending
-from sdaeverify.lab.calibration.studies import first_decision, look_rates
+from sdaeverify_lab.calibration import studies
+from sdaeverify_lab.calibration.rates import offending
+from sdaeverify_lab.calibration.studies import first_decision, look_rates
 
 
 def test_first_decision_stands():

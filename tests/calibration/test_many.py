@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from sdaeverify.lab.calibration.repeated import estimates, opposite
 from sdaeverify.numerics.statistics import GROUPS, jackknife
+from sdaeverify_lab.calibration.repeated import estimates, opposite
 
 
 def test_estimates_are_those_of_the_jackknife():

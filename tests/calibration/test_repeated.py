@@ -5,13 +5,13 @@ import pytest
 
 from sdaeverify import Settings
 from sdaeverify.contracts.tally import Tally
-from sdaeverify.lab.calibration.repeated import UNIT, Repeated, append_tallies, one, pool, stack_tallies
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
 from sdaeverify.numerics.digits import SAMPLED
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_problems, select_schemes
 from sdaeverify.simulate.ensemble import Entry, Task, run_block
+from sdaeverify_lab.calibration.repeated import UNIT, Repeated, append_tallies, one, pool, stack_tallies
 
 
 def tally(seed: int) -> Tally:
@@ -58,7 +58,7 @@ def test_stacks_are_appended():
 @pytest.mark.parametrize("measure", [Strong(), Weak()], ids=["strong", "weak"])
 def test_repetitions_of_a_block_make_up_its_tally(measure):
     """What is noted for the repetitions of a block adds up to what the measure notes for the whole of it."""
-    registry = load_registry()
+    registry = load_registry(lab=True)
     (spec,), schemes = select_problems(registry, ["gbm"]), select_schemes(registry, ["euler-maruyama"])
     settings = Settings(paths=2 * UNIT, block=2 * UNIT, levels=3)
     task = Task(spec, (Entry(schemes[0], (measure, Repeated(measure))),), settings)

@@ -4,16 +4,18 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from sdaeverify.lab.calibration.calibration_plan import Calibration, calibration_plan
-from sdaeverify.lab.calibration.rate_tables import markdown, rate_table, sections, summary
-from sdaeverify.lab.calibration.rates import ExpectedRate, Rate
 from sdaeverify.registry.load import load_registry
+from sdaeverify_lab.calibration.calibration_plan import Calibration, calibration_plan
+from sdaeverify_lab.calibration.rate_tables import markdown, rate_table, sections, summary
+from sdaeverify_lab.calibration.rates import ExpectedRate, Rate
+
+MAKING = {"stream_fingerprint": "abc", "versions": {"numpy": "2.0"}}
 
 
 @pytest.fixture(scope="module")
 def plan():
     """Return the smallest plan with paths, chains and families."""
-    return calibration_plan(load_registry(), 1, 40, ["slope milstein on gbm", "chains*on ou", "families"])
+    return calibration_plan(load_registry(lab=True), 1, 40, ["slope milstein on gbm", "chains*on ou", "families"])
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +65,7 @@ def test_a_rate_that_disagrees_is_named(plan, rates):
     """What disagrees has a star in the table and a line in the summary; the others have not."""
     wrong = Rate("slope", "a|b", "L1 interval", 100.0, 670, 1000, ExpectedRate(0.93, 0.97, "0.95 within 0.02"))
 
-    text = markdown([*rates, wrong], plan, "the command")
+    text = markdown([*rates, wrong], plan, "the command", MAKING)
     table = rate_table([*rates, wrong], plan)
 
     assert [line for line in text.splitlines() if " *" in line and line.startswith("|")] == [
@@ -78,7 +80,7 @@ def test_a_rate_that_disagrees_is_named(plan, rates):
 
 def test_report_says_how_it_was_made(plan, rates):
     """The report for readers gives command, seed, repetitions and versions."""
-    head = markdown(rates, plan, "python -m sdaeverify calibrate").split("##")[0]
+    head = markdown(rates, plan, "python -m sdaeverify calibrate", MAKING).split("##")[0]
 
     for words in ("`python -m sdaeverify calibrate`", "seed 1", "about 40 trials", "numpy 2", "none of"):
         assert words in head

@@ -1,21 +1,24 @@
 """Blocks of repetitions on a real cell, and what the strong measure says of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sdaeverify.contracts.measure import Evidence
-from sdaeverify.lab.calibration import judged
-from sdaeverify.lab.calibration.calibration_plan import calibration_plan
-from sdaeverify.lab.calibration.repeated import POOLED
-from sdaeverify.lab.calibration.samples import SEQUENCES_A_BLOCK, join_samples
-from sdaeverify.lab.calibration.studies import published_rates, verdict_rates
+from sdaeverify.measures.strong import Strong
+from sdaeverify.measures.weak import Weak
 from sdaeverify.registry.load import load_registry
+from sdaeverify_lab.calibration.calibration_plan import calibration_plan
+from sdaeverify_lab.calibration.repeated import POOLED
+from sdaeverify_lab.calibration.samples import SEQUENCES_A_BLOCK, join_samples
+from sdaeverify_lab.calibration.studies import published_rates, verdict_rates
 
 
 @pytest.fixture(scope="module")
 def sample():
     """Return one block of Euler-Maruyama on gbm, judged."""
-    job, *_ = calibration_plan(load_registry(), 1, 40, ["verdicts euler-maruyama on gbm"]).jobs()
+    job, *_ = calibration_plan(load_registry(lab=True), 1, 40, ["verdicts euler-maruyama on gbm"]).jobs()
     return next(sample for sample in job.run() if sample.case.problem == "gbm")
 
 
@@ -70,17 +73,16 @@ def test_samples_are_joined_in_order(sample):
     np.testing.assert_array_equal(both.errors[: len(sample.errors)], sample.errors)
 
 
-def test_a_sequence_is_judged_at_its_own_level(monkeypatch):
+def test_a_sequence_is_judged_at_its_own_level():
     """Every test at every look has the level 0.01/5: only the looks of one sequence share it."""
     levels = []
 
-    class Recording(judged.Strong):
+    class Recording(Strong):
         def judge(self, evidence: Evidence):
             levels.append(evidence.level)
             return super().judge(evidence)
 
-    monkeypatch.setattr(judged, "Strong", Recording)
-    job, *_ = calibration_plan(load_registry(), 1, 40, ["verdicts milstein on gbm"]).jobs()
-    job.run()
+    job, *_ = calibration_plan(load_registry(lab=True), 1, 40, ["verdicts milstein on gbm"]).jobs()
+    replace(job, measures=(Recording(), Weak())).run()
 
     assert levels == pytest.approx([0.01 / 5] * len(levels))

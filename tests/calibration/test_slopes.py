@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from sdaeverify.lab.calibration import studies
-from sdaeverify.lab.calibration.rates import NOTHING, offending
-from sdaeverify.lab.calibration.studies import mean_difference_rates, slope_rates
+from sdaeverify_lab.calibration import studies
+from sdaeverify_lab.calibration.rates import NOTHING, offending
+from sdaeverify_lab.calibration.studies import mean_difference_rates, slope_rates
 
 
 def widened(factor):

@@ -7,7 +7,7 @@ import pytest
 KEYS = {"kind", "name", "parameters", "summary", "plugin", "distribution", "version"}
 PLUGIN_KEYS = {
     "kind", "name", "distribution", "version", "module", "status", "reason", "schemes", "problems", "measures",
-    "planted", "experiments",
+    "further",
 }  # fmt: skip
 
 

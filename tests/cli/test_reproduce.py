@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from sdaeverify.lab.experiments import ExperimentRun
-from sdaeverify.report.entries import with_error
+from sdaeverify_papers.entries import with_error
+from sdaeverify_papers.run import ExperimentRun
 
 ROWS = """
-from sdaeverify import FineRun, MeanTable, Printed, Row
+from sdaeverify_papers import FineRun, MeanTable, Printed, Row
 
 def row(steps, digits="1.5625", **other):
     return Row(**{{"problem": "gbm[b=0]", "scheme": "euler-maruyama", "steps": steps, "observable": "x",
@@ -223,7 +223,7 @@ def test_no_matplotlib(reproduce, monkeypatch):
 
 
 BROKEN = """
-from sdaeverify import Experiment, SchemeRun
+from sdaeverify_papers import Experiment, SchemeRun
 
 class Broken(Experiment):
     def work(self, budget):
@@ -326,7 +326,7 @@ def test_interrupt(reproduce, mine, monkeypatch):
     [
         (
             "\nsdaeverify_experiments = hookimpl(lambda: ['mine'])",
-            "expected an experiment, got an object of type str",
+            "expects each to be Experiment, got an object of type str",
         ),
         ("\nsdaeverify_experiments = hookimpl(lambda: None)", "expected an iterable"),
         ("\nrow(2, digits='many')", "a printed number must be a number, got 'many'"),
@@ -350,5 +350,5 @@ def test_name_that_is_taken(reproduce, mine, tmp_path):
     outcome = reproduce("--list", "--plugin", str(plugin), "--plugin", str(other))
 
     assert outcome.code == 6
-    assert "experiment 'mine' of plugin other" in outcome.err
+    assert "experiments 'mine' of plugin other" in outcome.err
     assert "is already registered by plugin odd_plugin" in outcome.err

@@ -29,7 +29,7 @@ def odd_bug(write):
     """Write a plugin with the planted bug ``planted-odd``, noise times a factor."""
 
     def put(factor="1.0", problem="gbm", equivalent=""):
-        return write("from sdaeverify import Planted\n" + BUG.format(**locals()))
+        return write("from sdaeverify_lab import Planted\n" + BUG.format(**locals()))
 
     return put
 
@@ -133,7 +133,7 @@ def test_planted_schemes_are_no_schemes(call):
     plugins = [line.split() for line in call("list", "plugins").out.splitlines() if "planted.milstein" in line]
 
     assert "planted" not in "".join(line.split()[0] for line in listed.splitlines() if line.strip())
-    assert plugins[0][-4:] == ["loaded", "5", "planted", "bugs"]
+    assert plugins[0][-3:] == ["loaded", "5", "planted"]
     assert call("matrix", "-s", "planted-*", "--dry-run").code == 2
 
 

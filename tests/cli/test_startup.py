@@ -8,7 +8,7 @@ import pytest
 
 # Each takes longer to load than all that a list needs.
 HEAVY = ("pandas", "scipy.linalg", "scipy.optimize", "scipy.sparse", "scipy.special", "scipy.stats")
-LAB = ("sdaeverify_experiments", "sdaeverify_planted")
+LAB = ("sdaeverify_lab", "sdaeverify_papers", "sdaeverify_planted")
 PROGRAM = """
 import json, sys
 from contextlib import redirect_stdout

@@ -6,9 +6,9 @@ from scipy.stats import binom
 
 from sdaeverify import UsageError
 from sdaeverify.contracts.error_sizes import ErrorSizes, deterministic, estimate_sizes, without_error
-from sdaeverify.lab.compare.changes import Change, changes
-from sdaeverify.lab.compare.factors import BOTH_EXACT, IS_EXACT, WAS_EXACT, factor
 from sdaeverify.numerics.statistics import group_sums
+from sdaeverify.report.compare.changes import Change, changes
+from sdaeverify.report.compare.factors import BOTH_EXACT, IS_EXACT, WAS_EXACT, factor
 
 H = 2.0 ** -np.arange(3.0, 9.0)
 PATHS = 256
@@ -36,7 +36,7 @@ def test_identical_errors_have_the_factor_one(errors):
     found = factor(sizes(errors), sizes(errors))
 
     assert found.log2 == (0.0, 0.0)
-    assert changes([found]) == [(1.0, 1.0, 1.0, Change.SAME)]
+    assert changes([found]) == [(1.0, 1.0, 1.0, Change.SAME, False)]
 
 
 def test_doubled_errors_are_worse_and_halved_ones_better(errors):
@@ -167,3 +167,13 @@ def test_false_alarms_stay_at_the_level(alpha, tests, paths):
 def test_the_level_is_used():
     """The test is not idle: at the margin it errs nearly as often as it may."""
     assert false_alarms(4000, 0.05) >= binom.ppf(1e-4, 4000, 0.035)
+
+
+def test_an_order_that_falls_has_moved(errors):
+    """Errors that are the same at the coarsest step and fall more slowly have another order, without scatter."""
+    slower = errors * (H / H[0])[:, None] ** -0.25
+    found = factor(sizes(errors), sizes(slower))
+    (changed,) = changes([found])
+
+    assert found.order == pytest.approx((-0.25, 0.0), abs=1e-10)
+    assert changed.order_moved

@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 from sdaeverify.conformance.trial import Trial
-from sdaeverify.contracts.cases import Planted
 from sdaeverify.contracts.matching import match
 from sdaeverify.contracts.scheme import Scheme
 from sdaeverify.contracts.specs import ProblemSpec
@@ -15,6 +14,7 @@ from sdaeverify.registry.load import Registry
 from sdaeverify.testing.questions import Question, problem_questions
 from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubject
 from sdaeverify.testing.table import checks
+from sdaeverify_lab.cases import Planted
 
 # Parameters that switch truths or terms on which the defaults leave off.
 VARIANTS = {
@@ -109,7 +109,8 @@ def in_turn(registry: Registry, *, chosen: bool) -> Iterator[Cell]:
 def breaches(registry: Registry) -> list[Planted]:
     """Return the planted bugs that break a contract or are inexact."""
     modules = {"contract", "exactness"}
-    return [entry.planted for entry in registry.planted.values() if entry.origin.module.split(".")[-1] in modules]
+    entries = registry.further["sdaeverify_planted"].values()
+    return [entry.thing for entry in entries if entry.origin.module.split(".")[-1] in modules]
 
 
 class Inquiry(NamedTuple):

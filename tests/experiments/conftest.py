@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import pytest
 
-from sdaeverify import Budget, MeanTable, Row
-from sdaeverify.lab.experiments import ExperimentRun, experiment_plan
-from sdaeverify.registry.contributions import ExperimentEntry
+from sdaeverify.registry.contributions import FurtherEntry
 from sdaeverify.registry.discovery import Origin
 from sdaeverify.registry.load import Registry, load_registry
+from sdaeverify_papers import Budget, MeanTable, Row
+from sdaeverify_papers.experiment_plan import EXPERIMENTS, experiment_plan
+from sdaeverify_papers.run import ExperimentRun
 
 
 @pytest.fixture(scope="session")
@@ -24,9 +25,14 @@ def planned(registry: Registry) -> Callable[..., ExperimentRun]:
 
     def plan(*rows: Row, paths: int = 10, budget: Budget = Budget.SMOKE, **attributes: object) -> ExperimentRun:
         experiment = MeanTable(name="mine", title="made up", source="nowhere", rows=rows, **attributes)
-        entry = ExperimentEntry("mine", experiment, Origin("mine", "", "", "mine.py"))
+        entry = FurtherEntry("mine", experiment, Origin("mine", "", "", "mine.py"))
         return ExperimentRun(
-            experiment_plan(replace(registry, experiments={"mine": entry}), "mine", paths=paths, budget=budget)
+            experiment_plan(
+                replace(registry, further={EXPERIMENTS: {"mine": entry}}),
+                "mine",
+                paths=paths,
+                budget=budget,
+            )
         )
 
     return plan

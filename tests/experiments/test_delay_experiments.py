@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from experiments.euler_errors import lines_of
-from sdaeverify.lab.experiments import ExperimentRun, experiment_plan
-from sdaeverify.lab.experiments.mean_table import orders
+from sdaeverify_papers.experiment_plan import EXPERIMENTS, experiment_plan
+from sdaeverify_papers.mean_table import orders
+from sdaeverify_papers.run import ExperimentRun
 
 TABLE, FIGURES = "qu-2010-table-1", "qu-2010-figures-1-6"
 # Mean squares of x with a reference at 1/8192 or finer, by 1/h, from an independent program.
@@ -17,10 +18,10 @@ MEASURED = {8: 2.962e-4, 16: 1.476e-4, 32: 7.22e-5, 64: 3.581e-5, 128: 1.751e-5}
 
 def changed(registry, name, change, paths):
     """Plan an experiment whose rows are changed, or left out where the change is None."""
-    entry = registry.experiments[name]
-    rows = tuple(row for row in map(change, entry.experiment.rows) if row is not None)
-    other = replace(entry, experiment=replace(entry.experiment, rows=rows, block=paths))
-    run = ExperimentRun(experiment_plan(replace(registry, experiments={name: other}), name, paths=paths))
+    entry = registry.further[EXPERIMENTS][name]
+    rows = tuple(row for row in map(change, entry.thing.rows) if row is not None)
+    other = replace(entry, thing=replace(entry.thing, rows=rows, block=paths))
+    run = ExperimentRun(experiment_plan(replace(registry, further={EXPERIMENTS: {name: other}}), name, paths=paths))
     list(run.run())
     return lines_of(run)
 

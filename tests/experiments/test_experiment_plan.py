@@ -4,10 +4,11 @@ from dataclasses import dataclass, replace
 
 import pytest
 
-from sdaeverify import Budget, Exhibit, Experiment, Row, SchemeRun, SharedNoise, UsageError
-from sdaeverify.lab.experiments import experiment_plan
-from sdaeverify.registry.contributions import ExperimentEntry
+from sdaeverify import UsageError
+from sdaeverify.registry.contributions import FurtherEntry
 from sdaeverify.registry.discovery import Origin
+from sdaeverify_papers import Budget, Exhibit, Experiment, Row, SchemeRun, SharedNoise
+from sdaeverify_papers.experiment_plan import experiment_plan
 
 
 def row(problem="gbm", scheme="milstein", steps=4, **attributes):
@@ -89,10 +90,10 @@ class OnOneNoise(Experiment):
 def test_runs_on_a_shared_noise(registry):
     """Runs on one noise are planned together, whatever their problems, with steps that fit."""
     for steps, fits in (((4, 8), True), ((4, 12), False)):
-        entry = ExperimentEntry(
+        entry = FurtherEntry(
             "mine", OnOneNoise(name="mine", title="t", source="s", steps=steps), Origin("mine", "", "", "mine.py")
         )
-        changed = replace(registry, experiments={"mine": entry})
+        changed = replace(registry, further={"sdaeverify_experiments": {"mine": entry}})
         if fits:
             ((task, keys),) = experiment_plan(changed, "mine").groups
             assert (task.label, keys) == ("common", ("gbm", "ou"))

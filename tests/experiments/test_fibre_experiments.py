@@ -5,22 +5,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdaeverify import Budget, SharedNoise
-from sdaeverify.lab.experiments import ExperimentRun, experiment_plan
 from sdaeverify.noise.brownian import Source, brownian_steps
-from sdaeverify_experiments import lindner_2018_figure_4_2 as convergence
-from sdaeverify_experiments import lindner_2018_figure_4_3 as skipping
-from sdaeverify_experiments import lindner_2018_figure_5_1 as refinement
-from sdaeverify_experiments._estimates import mean, order
-from sdaeverify_experiments._fibres import A, B, differences, edges, spacing
+from sdaeverify_papers import Budget, SharedNoise
+from sdaeverify_papers.experiment_plan import EXPERIMENTS, experiment_plan
+from sdaeverify_papers.experiments import lindner_2018_figure_4_2 as convergence
+from sdaeverify_papers.experiments import lindner_2018_figure_4_3 as skipping
+from sdaeverify_papers.experiments import lindner_2018_figure_5_1 as refinement
+from sdaeverify_papers.experiments._estimates import mean, order
+from sdaeverify_papers.experiments._fibres import A, B, differences, edges, spacing
+from sdaeverify_papers.run import ExperimentRun
 from sdaeverify_problems._chain import clamped_chain
 from sdaeverify_problems.fibre_clamped import fibre_clamped
 
 
 def evidence_of(registry, name, experiment=None, paths=4):
     """Run an experiment, changed or not, in this process."""
-    entry = registry.experiments[name]
-    changed = replace(registry, experiments={name: replace(entry, experiment=experiment or entry.experiment)})
+    entry = registry.further[EXPERIMENTS][name]
+    changed = replace(registry, further={EXPERIMENTS: {name: replace(entry, thing=experiment or entry.thing)}})
     run = ExperimentRun(experiment_plan(changed, name, paths=paths))
     list(run.run())
     assert run.evidence.failures == []
@@ -97,7 +98,7 @@ def test_cells_keep_their_place():
 
 def test_fibres_of_different_grids_on_one_noise(registry):
     """Two fibres on one white noise move together, and their tips have the law of the linear equation."""
-    experiment = registry.experiments["lindner-2018-figure-5-1"].experiment
+    experiment = registry.things(EXPERIMENTS)["lindner-2018-figure-5-1"]
     law = Law(**{name: getattr(experiment, name) for name in ("name", "title", "source", "block")})
     evidence = evidence_of(registry, experiment.name, law, paths=40)
 
@@ -127,7 +128,7 @@ class Short(convergence.Convergence):
 @pytest.mark.slow
 def test_schemes_converge_on_the_fibre(registry):
     """(A), (B) and (B') have order 1 at alpha = 4 and little noise, and an error is told from one of order 1/2."""
-    experiment = registry.experiments["lindner-2018-figure-4-2"].experiment
+    experiment = registry.things(EXPERIMENTS)["lindner-2018-figure-4-2"]
     short = Short(**{name: getattr(experiment, name) for name in ("name", "title", "source", "block")})
     evidence = evidence_of(registry, experiment.name, short, paths=4)
     (case,) = short.cases(Budget.SMOKE)
@@ -152,7 +153,7 @@ class Few(skipping.Skipping):
 
 def test_defects_grow_with_the_skipped_steps(registry):
     """With every projection the constraints hold to rounding; between projections they are left, more with more."""
-    experiment = registry.experiments["lindner-2018-figure-4-3"].experiment
+    experiment = registry.things(EXPERIMENTS)["lindner-2018-figure-4-3"]
     few = Few(**{name: getattr(experiment, name) for name in ("name", "title", "source", "block")})
     evidence = evidence_of(registry, experiment.name, few, paths=3)
     at = few.setting(Budget.SMOKE)
@@ -184,7 +185,7 @@ def test_defects_are_tested_on_the_position_that_is_to_be_projected():
 
 def test_runs_share_what_the_experiment_says(registry):
     """Grids of one turbulence have one noise; stiffnesses and turbulences have their own."""
-    work = registry.experiments["lindner-2018-figure-5-1"].experiment.work(Budget.SMOKE)
+    work = registry.things(EXPERIMENTS)["lindner-2018-figure-5-1"].work(Budget.SMOKE)
     noises = {key: run.noise for key, run in work.items()}
 
     assert len({noise for key, noise in noises.items() if key[0] == "0.1"}) == 1

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from experiments.euler_errors import lines_of, mean_square
-from sdaeverify import FineRun, MeanLine, MeanSample, Row
-from sdaeverify.lab.experiments.mean_table import orders
+from sdaeverify_papers import FineRun, MeanLine, MeanSample, Row
+from sdaeverify_papers.mean_table import orders
 
 REFERENCE = FineRun("s", 1024)
 

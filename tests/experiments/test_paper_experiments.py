@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from sdaeverify import Budget, Curve, Exhibit, Panel, Range, SchemeRun
-from sdaeverify.lab.experiments import ExperimentRun, experiment_plan
-from sdaeverify.lab.experiments.picture import draw
-from sdaeverify.report.entries import entry_tables
-from sdaeverify_experiments import laurent_2022_figure_1 as torus
-from sdaeverify_experiments import lindner_2017_multipliers as multipliers
-from sdaeverify_experiments import lindner_2017_roots as roots
+from sdaeverify_papers import Budget, Curve, Exhibit, Panel, Range, SchemeRun
+from sdaeverify_papers.entries import entry_tables
+from sdaeverify_papers.experiment_plan import EXPERIMENTS, experiment_plan
+from sdaeverify_papers.experiments import laurent_2022_figure_1 as torus
+from sdaeverify_papers.experiments import lindner_2017_multipliers as multipliers
+from sdaeverify_papers.experiments import lindner_2017_roots as roots
+from sdaeverify_papers.picture import draw
+from sdaeverify_papers.run import ExperimentRun
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 
@@ -28,8 +29,8 @@ QUICK = (
 
 def ran(registry, name, paths=None, experiment=None):
     """Run an experiment, changed or not, in this process, and return its exhibit."""
-    entry = registry.experiments[name]
-    changed = replace(registry, experiments={name: replace(entry, experiment=experiment or entry.experiment)})
+    entry = registry.further[EXPERIMENTS][name]
+    changed = replace(registry, further={EXPERIMENTS: {name: replace(entry, thing=experiment or entry.thing)}})
     run = ExperimentRun(experiment_plan(changed, name, paths=paths))
     list(run.run())
     assert run.evidence.failures == []
@@ -39,8 +40,8 @@ def ran(registry, name, paths=None, experiment=None):
 def test_every_paper_is_there(registry):
     """Each of the four papers has experiments, and their labels name what is registered, at both budgets."""
     for paper in PAPERS:
-        assert any(name.startswith(paper) for name in registry.experiments)
-    for name in registry.experiments:
+        assert any(name.startswith(paper) for name in registry.things(EXPERIMENTS))
+    for name in registry.things(EXPERIMENTS):
         for budget in Budget:
             assert experiment_plan(registry, name, budget=budget).keys
 
@@ -175,7 +176,7 @@ class OneTorus(torus.StationaryErrors):
 
 def test_stationary_errors(registry):
     """Time averages on the torus see the scheme's bias at eps = 0.001 as measured before, 0.0452 at h = 10/2^9."""
-    experiment = registry.experiments["laurent-2022-figure-1"].experiment
+    experiment = registry.things(EXPERIMENTS)["laurent-2022-figure-1"]
     run = experiment.work(Budget.SMOKE)["uniformly-accurate[xi=three-point]", "0.001", 9]
     other = OneTorus(**{name: getattr(experiment, name) for name in ("name", "title", "source")}, run=run)
     (entry,) = ran(registry, experiment.name, paths=60, experiment=other).entries

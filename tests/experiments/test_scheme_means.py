@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sdaeverify.contracts.experiment import SchemeValue
-from sdaeverify.lab.experiments.scheme_means import scheme_means
+from sdaeverify_papers.experiment import SchemeValue
+from sdaeverify_papers.scheme_means import scheme_means
 from sdaeverify_problems.delay_test import SETS, Coefficients, problem
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama

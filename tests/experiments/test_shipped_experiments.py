@@ -6,8 +6,9 @@ from dataclasses import replace
 import pytest
 
 from experiments.euler_errors import lines_of
-from sdaeverify import Budget
-from sdaeverify.lab.experiments import ExperimentRun, experiment_plan
+from sdaeverify_papers import Budget
+from sdaeverify_papers.experiment_plan import EXPERIMENTS, experiment_plan
+from sdaeverify_papers.run import ExperimentRun
 
 TABLE = "laurent-2022-table-1"
 UNIFORM, EULER = "uniformly-accurate[xi=three-point]", "constrained-euler[xi=three-point]"
@@ -24,11 +25,13 @@ MEASURED = {
 
 def changed(registry, name, change, paths, budget=Budget.SMOKE):
     """Plan an experiment whose rows are changed, or left out where the change is None."""
-    entry = registry.experiments[name]
-    rows = tuple(row for row in map(change, entry.experiment.rows) if row is not None)
-    other = replace(entry, experiment=replace(entry.experiment, rows=rows))
+    entry = registry.further[EXPERIMENTS][name]
+    rows = tuple(row for row in map(change, entry.thing.rows) if row is not None)
+    other = replace(entry, thing=replace(entry.thing, rows=rows))
     return ExperimentRun(
-        experiment_plan(replace(registry, experiments={name: other}), name, paths=paths, budget=budget)
+        experiment_plan(
+            replace(registry, further={"sdaeverify_experiments": {name: other}}), name, paths=paths, budget=budget
+        )
     )
 
 

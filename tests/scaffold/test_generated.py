@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from sdaeverify.cli.exit_codes import ExitCode
-from sdaeverify.lab.scaffold import names_of, write_plugin
 from sdaeverify.registry.contributions import collect
 from sdaeverify.registry.discovery import Origin, load_file
 from sdaeverify.testing import check_problem, check_scheme
+from sdaeverify_lab.scaffold import names_of, write_plugin
 
 NAMES = names_of(Path(), "rodeo")
 # What is right, what is wrong, and the problem on which it shows.

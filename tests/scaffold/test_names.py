@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from sdaeverify.errors import UsageError
-from sdaeverify.lab.scaffold import names_of
+from sdaeverify_lab.scaffold import names_of
 
 
 @pytest.mark.parametrize("given", ["my-schemes", "My_Schemes", "my.schemes", "MY--schemes"])

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from sdaeverify.errors import UsageError
-from sdaeverify.lab import scaffold
-from sdaeverify.lab.scaffold import names_of, write_plugin
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_problems
+from sdaeverify_lab import scaffold
+from sdaeverify_lab.scaffold import names_of, write_plugin
 
 NAMES = names_of(Path(), "rodeo")
 

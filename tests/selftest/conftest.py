@@ -1,19 +1,19 @@
 """Findings and cells of planted bugs and of correct schemes, made by hand."""
 
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import ClassVar
 
 import pytest
 
-from sdaeverify import SDE, Claim, Planted, Scheme
+from sdaeverify import SDE, Claim, Scheme
 from sdaeverify.contracts.finding import Finding, Reason, Verdict
 from sdaeverify.contracts.measure import Measure
 from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.registry.contributions import MeasureEntry, PlantedEntry, ProblemEntry, SchemeEntry
+from sdaeverify.registry.contributions import FurtherEntry, MeasureEntry, ProblemEntry, SchemeEntry
 from sdaeverify.registry.discovery import Origin
 from sdaeverify.registry.load import Registry
 from sdaeverify.study import Cell, CellResult
+from sdaeverify_lab import Planted
 
 HERE = Origin("test", "", "", __file__)
 CLAIM = Claim(measure="sharp", value=1.0, source="made up")
@@ -69,7 +69,7 @@ def registry_of():
             {"good": SchemeEntry("good", (Good(),), HERE)},
             {name: ProblemEntry(name, family, HERE) for name, family in {"line": line, "curve": curve}.items()},
             {measure.name: MeasureEntry(measure.name, measure, HERE) for measure in (Blunt(), Sharp())},
-            planted=MappingProxyType({b.label: PlantedEntry(b.label, b, HERE) for b in bugs}),
+            further={"sdaeverify_planted": {b.label: FurtherEntry(b.label, b, HERE) for b in bugs}},
         )
 
     return make

@@ -3,7 +3,7 @@
 import pytest
 
 from sdaeverify.contracts.finding import Verdict
-from sdaeverify.lab.selftest import Refuter, kill_matrix, selftest_trial
+from sdaeverify_lab.selftest import Refuter, kill_matrix, selftest_trial
 
 from .conftest import Bad, Blunt, Good, bug, curve
 

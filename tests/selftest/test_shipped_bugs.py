@@ -3,10 +3,10 @@
 import pytest
 
 from sdaeverify import Settings
-from sdaeverify.lab.selftest import kill_matrix, selftest_trial
 from sdaeverify.registry.load import load_registry
 from sdaeverify.simulate import ensemble
 from sdaeverify.study import Study
+from sdaeverify_lab.selftest import kill_matrix, selftest_trial
 
 SETTINGS = Settings(paths=1024, looks=3)
 # Of these, only the contract and exactness tell.
@@ -54,7 +54,7 @@ def test_without_the_contract_the_measures_refute_what_they_can_see(monkeypatch)
 
 def test_table_of_planted_bugs_is_complete():
     """At least the planted bugs of the reference table are there, two equivalent changes among them."""
-    bugs = [entry.planted for entry in load_registry(environ={}, lab=True).planted.values()]
+    bugs = load_registry(environ={}, lab=True).things("sdaeverify_planted").values()
 
     assert sum(not bug.equivalent for bug in bugs) >= 41 + 8
     assert sum(bool(bug.equivalent) for bug in bugs) >= 2

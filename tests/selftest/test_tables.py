@@ -6,8 +6,8 @@ import pytest
 from rich.console import Console
 
 from sdaeverify.contracts.finding import Verdict
-from sdaeverify.lab.selftest import kill_matrix, selftest_trial
-from sdaeverify.lab.selftest.kills import counts, in_words, kill_table, terminal_table
+from sdaeverify_lab.selftest import kill_matrix, selftest_trial
+from sdaeverify_lab.selftest.kills import counts, in_words, kill_table, terminal_table
 
 from .conftest import Bad, Good, bug
 

@@ -3,7 +3,7 @@
 import pytest
 
 from sdaeverify.errors import UsageError
-from sdaeverify.lab.selftest import selftest_trial
+from sdaeverify_lab.selftest import selftest_trial
 
 from .conftest import Bad, Good, bug
 

@@ -2,11 +2,11 @@
 
 import pytest
 
-from sdaeverify.lab.calibration.calibration_plan import Calibration, calibration_plan
-from sdaeverify.lab.calibration.rate_tables import summary
-from sdaeverify.lab.calibration.rates import offending
 from sdaeverify.registry.load import load_registry
 from sdaeverify.workers.pool import available_cores, worker_pool
+from sdaeverify_lab.calibration.calibration_plan import Calibration, calibration_plan
+from sdaeverify_lab.calibration.rate_tables import summary
+from sdaeverify_lab.calibration.rates import offending
 
 SEED = 2
 

@@ -8,19 +8,19 @@ from sdaeverify import Claim, Settings
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.scheme import with_claims
 from sdaeverify.contracts.tally import Tally
-from sdaeverify.lab.calibration.calibration_plan import Calibration, calibration_plan
-from sdaeverify.lab.calibration.rates import Rate
 from sdaeverify.measures.strong import Strong
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_problems, select_schemes
 from sdaeverify.study import Study, plan
 from sdaeverify.workers.pool import available_cores, worker_pool
+from sdaeverify_lab.calibration.calibration_plan import Calibration, calibration_plan
+from sdaeverify_lab.calibration.rates import Rate
 
 # A case with half a share has this many sequences, the others twice as many.
 SEQUENCES = 200
 SEEDS = 10
-REGISTRY = load_registry()
-CASES = [case for case in REGISTRY.cases.values() if case.strong]
+REGISTRY = load_registry(lab=True)
+CASES = [case for case in REGISTRY.things("sdaeverify_calibration").values() if case.strong]
 
 
 class PathsAlone(Strong):

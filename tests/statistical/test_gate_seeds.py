@@ -17,10 +17,10 @@ from sdaeverify.gate.gate_plan import gate_plan
 from sdaeverify.gate.outcomes import Status, outcomes
 from sdaeverify.gate.policy import Policy
 from sdaeverify.gate.tiers import TIERS
-from sdaeverify.lab.selftest import selftest_trial
 from sdaeverify.registry.load import Registry, load_registry
 from sdaeverify.study import Plan, Study
 from sdaeverify.workers.pool import available_cores
+from sdaeverify_lab.selftest import selftest_trial
 
 pytestmark = pytest.mark.slow
 

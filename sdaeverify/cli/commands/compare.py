@@ -1,103 +1,112 @@
-"""``compare``: whether errors have grown from one run to another, order kept or not."""
+"""``compare``: what changed from one run to the next: verdicts, orders and sizes of errors."""
 
 import json
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
+import pandas as pd
 
+from ...errors import UsageError
+from ...registry.load import Registry
+from ...report.compare.cells import compare as compared
+from ...report.compare.changes import RunPair, changes, counts, list_omissions, pair_in_words, records
+from ...report.compare.runs import StoredRun, damages, read_run, verdict_changes
+from ...report.files import require_writable_file
+from ...report.html import TablePage, write_tables
+from ...report.plain import visible, wrap_text
 from ..console import complain, conclude, output, output_to_stderr, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 from ..options import PLACE, once, plugins
 
-if TYPE_CHECKING:
-    from ...lab.compare.cells import Omitted
-    from ...lab.compare.changes import Rows
-
 MARGIN, ALPHA = 1.1, 0.01
 WORDS = {
-    ExitCode.OK: "no error has grown by more than the factor, as far as can be told",
-    ExitCode.REFUTED: "an error has grown by more than the factor",
-    ExitCode.USAGE: "the command line is wrong, or the runs share no noise",
+    ExitCode.OK: "no error has grown beyond the factor, no claim is newly refuted",
+    ExitCode.REFUTED: "an error has grown beyond the factor, or a claim is newly refuted",
+    ExitCode.USAGE: "the command line is wrong, or a folder holds no run",
     ExitCode.NOTHING: "the runs have nothing in common that could be compared",
     ExitCode.PLUGIN: "a requested plugin failed to load",
 }
 
 
-@click.command(epilog=codes_in_words(WORDS), short_help="Tell whether errors have grown from one run to another.")
-@click.argument("old", type=PLACE)
-@click.argument("new", type=PLACE)
+@click.command(epilog=codes_in_words(WORDS), short_help="Tell what changed from one run to the next.")
+@click.argument("runs", nargs=-1, required=True, type=PLACE)
 @once("--factor", type=float, default=MARGIN, help="By how much an error may grow.")
-@once("--alpha", type=float, default=ALPHA, help="Probability of any false alarm in the comparison.")
+@once("--alpha", type=float, default=ALPHA, help="Probability of any false alarm in a comparison.")
 @click.option("--all", "every", is_flag=True, help="Show what is the same, too.")
 @once("--html", type=PLACE, help="File for a page with all quantities.")
 @click.option("--json", "as_json", is_flag=True, help="For programs: an object with all quantities.")
 @plugins
 def compare(**options: Any) -> ExitCode:
-    """Compare the errors of two runs, folders OLD and NEW that matrix or gate wrote with --out, on common noise.
+    """Compare RUNS, folders that matrix or gate wrote with --out, oldest first, each with the one before.
 
-    An order may be kept while errors double. On the same paths the ratio of errors is known far better than errors
-    are, so that this shows with few paths. Both runs need the same seed, step sizes and problems; their schemes are
-    what may differ. Components are named by what is installed now.
+    Tells which verdicts changed, and which orders and errors moved by more than chance explains. An order may be kept
+    while errors double: on the same paths the ratio of errors is known far better than errors are, so that this shows
+    with few paths. Errors are compared where both runs have the same seed, step sizes and problem.
     """
-    # Evidence is read with numpy, which the other commands do without until they run.
-    from ...lab.compare.cells import compare as compared  # noqa: PLC0415
-    from ...lab.compare.changes import changes  # noqa: PLC0415
-    from ...lab.compare.runs import damages, read_run  # noqa: PLC0415
-
+    if len(options["runs"]) < 2:
+        raise UsageError("compare needs two runs or more")
     changes([], options["factor"], options["alpha"])
-    old, new = read_run(options["old"]), read_run(options["new"])
-    for run in (run for run in (old, new) if run.damaged):
+    if options["html"] is not None:
+        require_writable_file(options["html"], "--html")
+    runs = [read_run(folder) for folder in options["runs"]]
+    for run in (run for run in runs if run.damaged):
         complain("warning", f"{damages(run.folder, run.damaged)} and left out")
     registry = load_and_warn(options["plugins"])
     with output_to_stderr():
-        found, omitted = compared(old, new, registry)
-    judged = changes([each.found for each in found], options["factor"], options["alpha"])
-    rows = list(zip(found, judged, strict=True))
-    code = _code(rows)
+        pairs = [_compare(old, new, registry, options) for old, new in pairwise(runs)]
+    code = _code(pairs)
     if options["html"] is not None:
-        _write_page(rows, options["html"])
+        _write_page(pairs, options["html"])
     if options["as_json"]:
-        click.echo(_json(rows, omitted, options, code))
+        click.echo(_json(pairs, options, code))
     else:
-        _show(rows, omitted, every=options["every"])
+        _show(pairs, every=options["every"])
         conclude(code, WORDS)
     return code
 
 
-def _write_page(rows: "Rows", file: Path) -> None:
-    from ...lab.compare.changes import counts, records  # noqa: PLC0415
-    from ...report.files import require_writable_file  # noqa: PLC0415
-    from ...report.html import TablePage, write_tables  # noqa: PLC0415
-
-    require_writable_file(file, "--html")
-    told = records(rows)
-    table = [["" if cell is None else str(cell) for cell in record.values()] for record in told]
-    write_tables(file, counts(rows), [TablePage("Comparison", list(told[0]) if told else [], table)])
+def _compare(old: StoredRun, new: StoredRun, registry: Registry, options: dict[str, Any]) -> RunPair:
+    found, omitted = compared(old, new, registry)
+    judged = changes([each.found for each in found], options["factor"], options["alpha"])
+    verdicts = verdict_changes(old.folder, new.folder)
+    return RunPair(old.folder, new.folder, verdicts, list(zip(found, judged, strict=True)), omitted)
 
 
-def _code(rows: "Rows") -> ExitCode:
-    if not rows:
+def _code(pairs: Sequence[RunPair]) -> ExitCode:
+    if any(pair.is_worse for pair in pairs):
+        return ExitCode.REFUTED
+    if not any(pair.rows or pair.verdicts or pair.on_other_noise for pair in pairs):
         complain("error", "nothing to compare: the runs have no quantity in common")
         return ExitCode.NOTHING
-    return ExitCode.REFUTED if any(changed.change == "worse" for _, changed in rows) else ExitCode.OK
+    return ExitCode.OK
 
 
-def _json(rows: "Rows", omitted: "list[Omitted]", options: dict[str, Any], code: ExitCode) -> str:
-    from ...lab.compare.changes import records  # noqa: PLC0415
+def _write_page(pairs: Sequence[RunPair], file: Path) -> None:
+    def table(name: str) -> TablePage:
+        told = [
+            {"from": pair["old"], "to": pair["new"], **each} for pair in map(records, pairs) for each in pair[name]
+        ]
+        return TablePage.of(name.capitalize(), pd.DataFrame(told))
 
-    about = {"old": str(options["old"]), "new": str(options["new"])}
-    about |= {name: options[name] for name in ("factor", "alpha")}
-    found = {"quantities": records(rows), "omitted": [each._asdict() for each in omitted]}
-    return json.dumps({**about, "exit_code": code.value, **found}, indent=2)
+    write_tables(file, "; ".join(map(counts, pairs)), [table("verdicts"), table("quantities")])
 
 
-def _show(rows: "Rows", omitted: "list[Omitted]", *, every: bool) -> None:
-    from ...lab.compare.changes import comparison_table, counts, list_omissions  # noqa: PLC0415
+def _json(pairs: Sequence[RunPair], options: dict[str, Any], code: ExitCode) -> str:
+    about = {name: options[name] for name in ("factor", "alpha")}
+    return json.dumps({**about, "exit_code": code.value, "pairs": [records(pair) for pair in pairs]}, indent=2)
 
-    console = output(unbroken=True)
-    if shown := [row for row in rows if every or row[1].change != "same"]:
-        console.print(comparison_table(shown))
-        console.print()
-    print_texts(console, (*list_omissions(omitted), counts(rows)))
+
+def _show(pairs: Sequence[RunPair], *, every: bool) -> None:
+    console = output()
+
+    def texts() -> Iterator[str]:
+        for pair in pairs:
+            yield f"{pair.old} -> {pair.new}"
+            yield from pair_in_words(pair, every=every)
+            yield from (*list_omissions(pair.omitted), counts(pair))
+
+    print_texts(console, (line for text in texts() for line in wrap_text(visible(text), console.width, "    ")))

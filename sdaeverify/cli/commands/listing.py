@@ -54,8 +54,9 @@ def _text(record: Record, column: str) -> str:
     if column == "parameters":
         return ", ".join(f"{name}={_word(default)}" for name, default in record["parameters"].items())
     if column == "registers":
-        counts = ((record[kind], word) for kind, word in contributions.KINDS.items())
-        return ", ".join(f"{count} {word}{'s' * (count > 1)}" for count, word in counts if count)
+        counts = [(record[kind], f"{word}{'s' * (record[kind] > 1)}") for kind, word in contributions.KINDS.items()]
+        counts += [(count, hook.partition("_")[2]) for hook, count in record["further"]]
+        return ", ".join(f"{count} {word}" for count, word in counts if count)
     if column == "summary" and record.get("on_request"):
         return f"{record[column]} (run on request)"
     return str(record[column])

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...errors import UsageError
 from ..files import write_text
@@ -16,6 +16,9 @@ from ..pictures import description
 from ..tables.columns import COLUMNS
 from .payload import payload, to_json
 from .verifier import read_csv, verifier
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = [
     "PAGE",
@@ -44,6 +47,12 @@ class TablePage(NamedTuple):
     head: Sequence[str]
     rows: Sequence[Sequence[str | float | None]]
     text: Sequence[str] = ()
+
+    @classmethod
+    def of(cls, title: str, table: "pd.DataFrame") -> "TablePage":
+        """Return the page of a table, what is missing being empty."""
+        rows = [["" if cell != cell else str(cell) for cell in row] for row in table.itertuples(index=False)]  # noqa: PLR0124 - NaN
+        return cls(title, list(table.columns), rows)
 
 
 def write_page(folder: Path, passports: Mapping[str, Any] | None = None) -> Path:

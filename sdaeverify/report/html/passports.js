@@ -131,28 +131,6 @@ function uniformityPage() {
     ...[...grouped(here, place).values()].map((group) => [el("h2", {}, cellLink(group[0], `${group[0].scheme} on ${group[0].problem}`)), el("div", { class: "cards" }, group.map(card))]).flat()];
 }
 
-/** Return the page over several runs: counts of verdicts, then orders and constants of errors, steps marked. */
-function historyPage() {
-  const { runs, counts, orders: found, constants } = DATA.history, numbered = el("ol", {}, runs.map((name) => el("li", {}, name)));
-  const series = (name, values, steps = []) => ({ name, points: values.map((one, place) => ({ h: place + 1, e: one, filled: !steps[place] })) });
-  const drawn = (list, yLabel, log) => [...grouped(list, (one) => one.measure)].map(([measure, own]) => [heading(3, measure), overRuns(own, series, yLabel, log)]).flat();
-  return ["History", heading(1, "Runs in a row"), el("p", {}, DATA.sentence), numbered,
-    heading(2, "Verdicts"), comparison(Object.entries(counts).map(([name, values]) => series(VERDICTS[name][1], values)),
-      { label: "verdicts of each run", xLabel: "run", yLabel: "quantities", log: false, logX: false, caption: "How many quantities have which verdict." }),
-    heading(2, "Orders"), drawn(found, "order", false), heading(2, "Error constants"), drawn(constants, "C of C h^p", true)].flat();
-}
-
-/** Draw what the quantities of a cell were run by run; cells with a significant step come first. */
-function overRuns(list, series, yLabel, log) {
-  const cells = [...grouped(list, (one) => one.cell)].map(([cell, own]) => [cell, own, own.some((one) => one.steps.includes(1))]);
-  cells.sort((a, b) => b[2] - a[2]);
-  const names = new Map(cells.map(([cell, own, stepped]) => [`${stepped ? "▲ " : ""}${cell}`, own]));
-  const stepped = list.filter((one) => one.steps.includes(1)).length;
-  return [el("p", { class: "soft" }, `${stepped} of ${list.length} made a significant step; ▲ marks where.`),
-    picker([...names.keys()], "cell", (name) => comparison(names.get(name).map((one) => series(one.quantity, one.values, one.steps)),
-      { label: `${yLabel} of ${name} in each run`, xLabel: "run", yLabel, log, logX: false, caption: "○ a step led to it that chance does not explain." }))];
-}
-
 function verifierPage() {
   const { kills, calibration } = DATA.verifier;
   return ["Verifier", heading(1, "Is the verifier right?"),

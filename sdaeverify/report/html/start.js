@@ -5,9 +5,9 @@ const ROUTES = { summary: summaryPage, matrix: matrixPage, cell: cellPage, schem
   schemes: () => indexPage("Schemes", SCHEMES, schemeLink, "scheme"), problems: () => indexPage("Problems", PROBLEMS, problemLink, "problem"),
   drift: measurePage("Constraint drift", "drift", "How far constraints are violated along paths, against the step size, and how that grows in time."),
   stability: measurePage("Stability", "stability", "Mean-square stability: sets of stable step sizes, and the spectral radius of the second-moment map against h."),
-  invariant: measurePage("Invariant law", "invariant", "Errors of stationary means against the step size."), uniformity: uniformityPage, verifier: verifierPage, history: historyPage, table: tablePage };
+  invariant: measurePage("Invariant law", "invariant", "Errors of stationary means against the step size."), uniformity: uniformityPage, verifier: verifierPage, table: tablePage };
 const NAVIGATION = [["summary", "Summary", FINDINGS.length], ["matrix", "Matrix", FINDINGS.length], ["schemes", "Schemes", FINDINGS.length], ["problems", "Problems", FINDINGS.length], ["drift", "Drift", has("drift")],
-  ["stability", "Stability", has("stability")], ["invariant", "Invariant", has("invariant")], ["uniformity", "Uniformity", has("uniformity", "limits", "effort")], ["verifier", "Verifier", DATA.verifier], ["history", "History", DATA.history],
+  ["stability", "Stability", has("stability")], ["invariant", "Invariant", has("invariant")], ["uniformity", "Uniformity", has("uniformity", "limits", "effort")], ["verifier", "Verifier", DATA.verifier],
   ...(DATA.tables || []).map((each, number) => [`table/${number}`, each.title, true])];
 // Pages of things, and what their names may be.
 const OF_THINGS = { cell: [SCHEMES, PROBLEMS], scheme: [SCHEMES], problem: [PROBLEMS], table: [(DATA.tables || []).map((_, number) => String(number))] };

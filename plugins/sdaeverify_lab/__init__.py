@@ -1,0 +1,10 @@
+"""Programs about the verifier itself: `selftest`, `calibrate` and `new-plugin`, and what the first two are tried on.
+
+A plugin registers planted bugs by the hook ``sdaeverify_planted`` and calibration cases by
+``sdaeverify_calibration``, each a function without arguments that returns a list of them, marked `hookimpl`, in a
+module that an entry point of the group ``sdaeverify.lab`` names.
+"""
+
+from .cases import CalibrationCase, Planted
+
+__all__ = ["CalibrationCase", "Planted"]

@@ -1,0 +1,25 @@
+"""The shipped calibration set: cells whose strong order is known, of all kinds of errors."""
+
+from sdaeverify import hookimpl
+from sdaeverify_lab import CalibrationCase
+
+CASES = [
+    # Errors without correlation between steps, in the mean of size h^(1/2), and coherent ones of size h.
+    CalibrationCase(scheme="euler-maruyama", problem="gbm", order=0.5, weak=("x", "x^2")),
+    CalibrationCase(scheme="milstein", problem="gbm", order=1.0),
+    CalibrationCase(scheme="euler-maruyama", problem="ou", order=1.0, weak=("x", "x^2"), stationary=("x", "x^2")),
+    # The same with a mean that rests on few paths.
+    CalibrationCase(scheme="euler-maruyama", problem="gbm-heavy", order=0.5, heavy=True),
+    CalibrationCase(scheme="milstein", problem="gbm-heavy", order=1.0, heavy=True),
+    # Constraints: slow to reach the asymptotic order, and with a truth that has an error of its own.
+    CalibrationCase(scheme="projected-euler", problem="circle", order=1.0, share=0.5),
+    CalibrationCase(scheme="half-explicit-euler[truncation=none]", problem="pendulum", order=1.0, share=0.5),
+    # Two wells, that chains change seldom.
+    CalibrationCase(scheme="euler-maruyama", problem="double-well", order=1.0, strong=False, stationary=("x", "x^2")),
+]
+
+
+@hookimpl
+def sdaeverify_calibration() -> list[CalibrationCase]:
+    """Register the cases."""
+    return CASES

@@ -1,0 +1,86 @@
+"""``selftest``: whether the program refutes what is known to be wrong, and nothing else."""
+
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import click
+
+from sdaeverify import Settings
+from sdaeverify.commands import (
+    PAGE,
+    ExitCode,
+    TablePage,
+    codes_in_words,
+    conclude,
+    load_and_warn,
+    options,
+    output,
+    print_texts,
+    require_writable,
+    run_on_workers,
+    write_table,
+    write_tables,
+)
+from sdaeverify.studying import Study
+
+from ..selftest import KillMatrix, kill_matrix, selftest_trial
+from ..selftest.kills import counts, in_words, kill_table, terminal_table
+
+# Most bugs are found out without sampling; a refutation on paths takes 800 of them at least.
+DEFAULTS = Settings(paths=1024, looks=3)
+WORDS = {
+    ExitCode.OK: "every planted bug is refuted, and nothing else",
+    ExitCode.REFUTED: "a planted bug survives, or what is right is refuted",
+    ExitCode.NOT_MEASURED: "something could not be measured",
+}
+FILE = "kill.csv"
+
+
+@click.command(epilog=codes_in_words(WORDS), short_help="Refute planted bugs, and nothing else.")
+@options.once(
+    "--only", metavar="PATTERN", default="*", help="Schemes or problems, planted or not, whose names match a glob."
+)
+@options.plugins
+@options.once("--paths", type=int, default=DEFAULTS.paths, help="Number of paths at most.")
+@options.seed
+@options.once("--out", type=options.PLACE, help=f"Folder for {FILE}; nothing is written if left out.")
+@options.jobs
+@options.progress_of_cells
+def selftest(**asked: Any) -> ExitCode:
+    """Run every planted bug on its problem, and every scheme where it claims something.
+
+    Prints which check refutes which bug. Succeeds if every bug is refuted, changes that are no bugs are not, and no
+    claim of a registered scheme is.
+    """
+    begun, folder = time.monotonic(), asked["out"]
+    settings = replace(DEFAULTS, paths=asked["paths"], seed=asked["seed"])
+    registry = load_and_warn(asked["plugins"], lab=True)
+    trial = selftest_trial(registry, asked["only"])
+    if folder is not None:
+        require_writable(folder)
+    study = Study(trial.plan, settings)
+    code = run_on_workers(study, asked["jobs"], registry, asked["progress"])
+    return code if code is not ExitCode.OK else _show(kill_matrix(trial, study.results()), folder, begun)
+
+
+def _show(matrix: KillMatrix, folder: Path | None, begun: float) -> ExitCode:
+    console = output(unbroken=True)
+    if matrix.bugs:
+        console.print(terminal_table(matrix, plain=console.options.ascii_only))
+        console.print()
+    for line in in_words(matrix):
+        console.print(line, soft_wrap=True)
+    if folder is not None:
+        table = kill_table(matrix)
+        write_table(table, folder / FILE)
+        write_tables(folder / PAGE, counts(matrix), [TablePage.of("Planted bugs", table)])
+        print_texts(console, [f"{FILE} and {PAGE} are in {folder}"])
+    return conclude(_code(matrix), WORDS, time.monotonic() - begun)
+
+
+def _code(matrix: KillMatrix) -> ExitCode:
+    if not matrix.passed:
+        return ExitCode.REFUTED
+    return ExitCode.NOT_MEASURED if matrix.unmeasured else ExitCode.OK

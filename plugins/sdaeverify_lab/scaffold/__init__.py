@@ -1,0 +1,186 @@
+"""A plugin to begin with: a package with one scheme, one problem, their claims, tests, lock file and workflow.
+
+Its files are filled in beside the folder, and moved into it when all of them are there.
+"""
+
+import json
+import keyword
+import os
+import re
+import shutil
+import sys
+from collections.abc import Mapping
+from importlib.metadata import version
+from importlib.resources import files
+from importlib.util import find_spec
+from pathlib import Path
+from string import Template
+from tempfile import mkdtemp
+from typing import NamedTuple
+
+from sdaeverify import UsageError
+
+# Modules that a plugin needs itself, or that pip would put beside it: their name is no name for another one.
+TAKEN = frozenset({"sdaeverify", "numpy", "scipy", "pandas", "pluggy", "pytest", "click", "rich", "test", "tests"})
+LONGEST = 60
+
+_DISTRIBUTION = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
+# Where each file of the template goes. The template's own names have no dots in front and no .py behind, so that no
+# tool takes it for a project.
+LOCK = "sdaeverify.lock"
+FILES = {
+    ".github/workflows/verify.yml": "workflow",
+    ".gitignore": "gitignore",
+    "LICENSE": "license",
+    "README.md": "readme",
+    "pyproject.toml": "pyproject",
+    LOCK: "lock",
+    "src/$module/__init__.py": "package",
+    "src/$module/platen.py": "scheme",
+    "src/$module/sinh.py": "problem",
+    # A name that no module of a distribution can have: beside its tests, "test-plugin" is imported as well.
+    "tests/test_$module.py": "tests",
+}
+
+
+class Names(NamedTuple):
+    """What is filled into the template.
+
+    Attributes
+    ----------
+    distribution : str
+        Lower case with hyphens.
+    module : str
+        The same with underscores.
+    """
+
+    distribution: str
+    module: str
+
+    @property
+    def scheme(self) -> str:
+        """Registered name of the scheme: no two plugins made in this way share it."""
+        return f"{self.distribution}-platen"
+
+    @property
+    def problem(self) -> str:
+        """Registered name of the problem."""
+        return f"{self.distribution}-sinh"
+
+
+def names_of(folder: Path, name: str | None = None) -> Names:
+    """Return the names of the plugin in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Its last part is the name if none is given.
+    name : str, optional
+        Any spelling that package indexes take for the same: ``My_Schemes`` is ``my-schemes``.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be the name of a distribution and of a module.
+    """
+    given = Path(os.path.realpath(folder)).name if name is None else name
+    distribution = re.sub(r"[-_.]+", "-", given).lower()
+    module = distribution.replace("-", "_")
+    where = "; choose another with --name" if name is None else ""
+    if not _DISTRIBUTION.fullmatch(distribution) or len(distribution) > LONGEST:
+        expected = f"at most {LONGEST} letters a to z, digits and hyphens, beginning with a letter"
+        raise UsageError(f"{given!r} cannot be the name of a plugin: expected {expected}{where}")
+    if keyword.iskeyword(module) or module in sys.stdlib_module_names or module in TAKEN:
+        raise UsageError(f"{given!r} cannot be the name of a plugin: {module} is a name of Python's or ours{where}")
+    if _is_installed(module):
+        raise UsageError(f"{given!r} cannot be the name of a plugin: a module {module} is installed already{where}")
+    return Names(distribution, module)
+
+
+def _is_installed(module: str) -> bool:
+    """Tell whether a module of this name can be imported; a mere folder of that name is none."""
+    try:
+        found = find_spec(module)
+    except (ImportError, ValueError):
+        return True
+    return found is not None and found.origin is not None
+
+
+def write_plugin(folder: Path, names: Names) -> tuple[str, ...]:
+    """Write a plugin into a folder that is new or empty.
+
+    Parameters
+    ----------
+    folder : Path
+    names : Names
+
+    Returns
+    -------
+    tuple of str
+        The files, relative to the folder.
+
+    Raises
+    ------
+    UsageError
+        If the folder holds something, or cannot be written. Nothing is left in it then.
+    """
+    texts = fill_in(names)
+    try:
+        _require_empty(folder)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        # On the same disk, where a move is one step.
+        beside = Path(mkdtemp(prefix=f".{names.distribution}-", dir=folder.resolve().parent))
+        try:
+            _write(beside, texts)
+            _move(beside, folder)
+        finally:
+            shutil.rmtree(beside, ignore_errors=True)
+    except (OSError, RuntimeError) as error:
+        # A loop of links is the one or the other.
+        why = getattr(error, "strerror", None) or error
+        raise UsageError(f"cannot write the plugin into {folder}: {why}") from error
+    return tuple(texts)
+
+
+def fill_in(names: Names) -> Mapping[str, str]:
+    """Return the text of each file by its path, relative to the folder of the plugin."""
+    values = {**names._asdict(), "scheme": names.scheme, "problem": names.problem, "version": version("sdaeverify")}
+    template = files(__package__) / "template"
+
+    def fill(text: str) -> str:
+        return Template(text).substitute(values)
+
+    texts = {fill(path): fill((template / f"{name}.txt").read_text(encoding="utf-8")) for path, name in FILES.items()}
+    # Sorted as the gate would write it: where the names of this plugin belong depends on them.
+    texts[LOCK] = json.dumps(json.loads(texts[LOCK]), indent=1, sort_keys=True) + "\n"
+    return texts
+
+
+def _require_empty(folder: Path) -> None:
+    if not folder.is_dir() and (folder.exists() or folder.is_symlink()):
+        raise UsageError(f"{folder} is no folder; new-plugin expects one that is new or empty")
+    if folder.exists() and any(folder.iterdir()):
+        raise UsageError(f"{folder} is not empty; new-plugin expects a folder that is new or empty")
+
+
+def _write(root: Path, texts: Mapping[str, str]) -> None:
+    for path, text in texts.items():
+        target = root / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(text, encoding="utf-8")
+
+
+def _move(source: Path, folder: Path) -> None:
+    if not folder.exists():
+        # mkdtemp made it for its owner alone.
+        source.chmod(folder.resolve().parent.stat().st_mode & 0o777)
+        source.rename(folder)
+        return
+    moved: list[Path] = []
+    try:
+        for child in sorted(source.iterdir()):
+            moved.append(child.rename(folder / child.name))
+    except OSError:
+        for child in moved:
+            child.rename(source / child.name)
+        raise

@@ -1,0 +1,236 @@
+"""The kill matrix: which check refutes which planted bug, and what is refuted that is right; as a table, too."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import pandas as pd
+from rich.table import Table
+from rich.text import Text
+
+from sdaeverify.commands import empty_table, visible
+from sdaeverify.measuring import UNMEASURED, Finding, Verdict
+from sdaeverify.studying import Cell, CellResult
+
+from ..cases import Planted
+from .trial import SelfTest
+
+CONTRACT = "contract"
+MARKS = {True: ("✓", "x"), False: ("·", ".")}
+
+
+class Refuter(NamedTuple):
+    """What can refute a claim: a measure by one of its tiers, or the contract that comes before all measures."""
+
+    tier: int
+    measure: str
+
+    def __str__(self) -> str:
+        return f"{self.measure} T{self.tier}"
+
+
+@dataclass(frozen=True)
+class BugResult:
+    """What became of a planted bug.
+
+    Attributes
+    ----------
+    planted : Planted
+    kills : frozenset of Refuter
+        The checks that refute one of its claims.
+    reason : str
+        Of the first refutation, or why there is none.
+    seconds : float
+    """
+
+    planted: Planted
+    kills: frozenset[Refuter]
+    reason: str
+    seconds: float = 0.0
+
+    @property
+    def as_expected(self) -> bool:
+        """Whether a bug is refuted, and an equivalent change is not."""
+        return bool(self.kills) != bool(self.planted.equivalent)
+
+
+class JudgedCell(NamedTuple):
+    """A finding on a registered scheme, and its cell."""
+
+    cell: Cell
+    finding: Finding
+
+
+@dataclass(frozen=True)
+class KillMatrix:
+    """What a self-test came to.
+
+    Attributes
+    ----------
+    bugs : tuple of BugResult
+        In the order of their labels.
+    correct : tuple of JudgedCell
+        All findings on claims of registered schemes.
+    checks : tuple of Refuter
+        All that judged a claim, the contract first.
+    """
+
+    bugs: tuple[BugResult, ...]
+    correct: tuple[JudgedCell, ...]
+    checks: tuple[Refuter, ...]
+
+    @property
+    def survivors(self) -> list[BugResult]:
+        """The bugs that no check refutes."""
+        return [bug for bug in self.bugs if not (bug.as_expected or bug.planted.equivalent)]
+
+    @property
+    def equivalents(self) -> list[BugResult]:
+        """The changes that are no bugs."""
+        return [bug for bug in self.bugs if bug.planted.equivalent]
+
+    @property
+    def false_alarms(self) -> list[JudgedCell]:
+        """The claims of registered schemes that are refuted."""
+        return [judged for judged in self.correct if judged.finding.verdict is Verdict.REFUTED]
+
+    @property
+    def unmeasured(self) -> list[JudgedCell]:
+        """What of the registered schemes could not be measured."""
+        return [judged for judged in self.correct if judged.finding.verdict in UNMEASURED]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every bug is refuted, and nothing else."""
+        return not self.false_alarms and all(bug.as_expected for bug in self.bugs)
+
+
+def kill_matrix(trial: SelfTest, results: Sequence[CellResult]) -> KillMatrix:
+    """Sort the results of a trial by planted bug and check.
+
+    Parameters
+    ----------
+    trial : SelfTest
+    results : sequence of CellResult
+        Of its plan.
+
+    Returns
+    -------
+    KillMatrix
+    """
+    places = {(bug.scheme, spec.label): bug for bug, spec in trial.placed.items()}
+    found: dict[Planted, list[CellResult]] = {bug: [] for bug in trial.placed}
+    correct: list[JudgedCell] = []
+    for result in results:
+        bug = places.get((result.cell.scheme, result.cell.spec.label))
+        if bug is not None:
+            found[bug].append(result)
+        else:
+            correct += (JudgedCell(result.cell, finding) for finding in result.findings if _counts(finding))
+    bugs = [_result(bug, own) for bug, own in found.items()]
+    bugs += (BugResult(bug, frozenset(), f"not run: {why}") for bug, why in trial.missing.items())
+    bugs.sort(key=lambda bug: bug.planted.label)
+    return KillMatrix(tuple(bugs), tuple(correct), tuple(sorted(_checks(results))))
+
+
+def check_of(measure: str, finding: Finding) -> Refuter:
+    """Return the check that a finding is by."""
+    return Refuter(finding.tier, measure if finding.tier else CONTRACT)
+
+
+def _counts(finding: Finding) -> bool:
+    return finding.claim is not None or finding.verdict in UNMEASURED
+
+
+def _checks(results: Iterable[CellResult]) -> set[Refuter]:
+    return {
+        check_of(result.cell.measure.name, finding)
+        for result in results
+        for finding in result.findings
+        if finding.claim is not None and finding.verdict not in UNMEASURED
+    }
+
+
+def _result(bug: Planted, results: Sequence[CellResult]) -> BugResult:
+    pairs = [(result.cell.measure.name, finding) for result in results for finding in result.findings]
+    refuted = [(measure, finding) for measure, finding in pairs if finding.verdict is Verdict.REFUTED]
+    kills = frozenset(check_of(measure, finding) for measure, finding in refuted)
+    return BugResult(bug, kills, _reason(refuted or pairs), max((result.seconds for result in results), default=0.0))
+
+
+def _reason(pairs: Sequence[tuple[str, Finding]]) -> str:
+    """Return the finding of the lowest tier on a claim; where there is none, why nothing could be found."""
+    if not pairs:
+        return "it claims nothing that is measured"
+    measure, finding = min(pairs, key=lambda pair: (pair[1].claim is None, pair[1].tier))
+    return f"{measure} {finding.quantity} {finding.verdict}: {finding.reason}"
+
+
+def kill_table(matrix: KillMatrix) -> pd.DataFrame:
+    """Return a row for each planted bug, with 1 under each check that refutes it."""
+    rows = []
+    for bug in matrix.bugs:
+        planted = bug.planted
+        named = {"bug": planted.bug, "scheme": planted.scheme.label, "problem": planted.problem}
+        marks = {str(check): int(check in bug.kills) for check in matrix.checks}
+        rows.append({**named, **marks, "outcome": outcome(bug), "reason": bug.reason, "seconds": bug.seconds})
+    return pd.DataFrame(rows)
+
+
+def outcome(bug: BugResult) -> str:
+    """Return what became of a bug in words."""
+    if bug.planted.equivalent:
+        return "refuted though equivalent" if bug.kills else "equivalent"
+    return "refuted" if bug.kills else "survives"
+
+
+def terminal_table(matrix: KillMatrix, *, plain: bool = False) -> Table:
+    """Return the kill matrix with a mark for each check that refutes a bug.
+
+    Parameters
+    ----------
+    matrix : KillMatrix
+    plain : bool
+        Whether only ASCII can be shown.
+    """
+    table = empty_table("bug", "scheme", "problem")
+    for check in matrix.checks:
+        table.add_column(f"{check.measure}\nT{check.tier}", no_wrap=True, justify="center")
+    for bug in matrix.bugs:
+        planted, style = bug.planted, "" if bug.as_expected else "bold red"
+        names = (planted.bug, planted.scheme.label, planted.problem)
+        marks = (Text(MARKS[check in bug.kills][plain]) for check in matrix.checks)
+        table.add_row(*(Text(visible(name), style=style) for name in names), *marks)
+    return table
+
+
+def in_words(matrix: KillMatrix) -> Iterator[Text]:
+    """Give what did not come out as it must, the equivalent changes, and the counts, a line each."""
+    for bug in matrix.survivors:
+        yield _line("survives", "bold red", f"{bug.planted.bug} ({bug.planted.label}): {bug.reason}")
+    for bug in matrix.equivalents:
+        wrong, why = bool(bug.kills), bug.reason if bug.kills else bug.planted.equivalent
+        yield _line(outcome(bug), "bold red" if wrong else "green", f"{bug.planted.bug}: {why}")
+    for cell, finding in matrix.false_alarms:
+        where = f"{cell.scheme.label} on {cell.spec.label}, {cell.measure.name} {finding.quantity}".rstrip()
+        yield _line("false alarm", "bold red", f"{where}: {finding.reason}")
+    for cell, finding in matrix.unmeasured:
+        where = f"{cell.scheme.label} on {cell.spec.label}, {cell.measure.name}"
+        yield _line(finding.verdict, "bold magenta", f"{where}: {finding.reason}")
+    yield Text(counts(matrix), style="bold")
+
+
+def counts(matrix: KillMatrix) -> str:
+    """Return in one sentence how many bugs were refuted, and how many correct claims."""
+    equivalents = len(matrix.equivalents)
+    bugs = len(matrix.bugs) - equivalents
+    refuted, survived = bugs - len(matrix.survivors), equivalents - sum(bool(b.kills) for b in matrix.equivalents)
+    alarms = len(matrix.false_alarms) or "none"
+    return (
+        f"{refuted} of {bugs} planted bugs are refuted, {survived} of {equivalents} equivalent changes are not; "
+        f"of {len(matrix.correct)} findings on claims of registered schemes, {alarms} refuted"
+    )
+
+
+def _line(kind: str, style: str, words: str) -> Text:
+    return Text.assemble((kind, style), f": {visible(' '.join(words.split()))}")

@@ -1,0 +1,174 @@
+"""The constants C_g, C_eta and C_kappa of Lindner & Stroot (2017), (2.7) and (3.11), over the problem family."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from sdaeverify import Array, Problem, Scheme, hookimpl
+from sdaeverify_papers import (
+    Budget,
+    Curve,
+    Exhibit,
+    Experiment,
+    ExperimentEvidence,
+    Panel,
+    Printed,
+    Probe,
+    Range,
+    TableEntry,
+    Work,
+)
+
+# Of the neighbourhoods of the shipped problems: the unit circle and sphere, and in parts of ds a fibre.
+EPS = 0.01
+MASSES = ((1.0, 1.0, 1.0), (1.0, 2.0, 4.0))
+POINTS = (3, 7, 15)
+
+
+def labels() -> dict[str, str]:
+    """Return the problems by what they are called in the table."""
+    spheres = {
+        f"sphere, M = diag{mass}": "sphere-langevin[" + ",".join(f"m_{i}={m}" for i, m in enumerate(mass, 1)) + "]"
+        for mass in MASSES
+    }
+    fibres = {f"fibre at rest, N = {N}": f"fibre-clamped[N={N}]" for N in POINTS}
+    return {"pendulum": "pendulum", **spheres, **fibres}
+
+
+def constants(problems: tuple[Problem, ...], schemes: tuple[Scheme, ...]) -> Mapping[str, Array]:
+    """Return C_g as declared, and the largest of the five norms of (2.7) at points around the start.
+
+    On circle and sphere the points are x = s r, r over directions and |s - 1| <= eps; of a fibre the start itself.
+    """
+    return {
+        "declared": np.array([problem.constraint_bound for problem in problems]),
+        "found": np.array([_largest(problem) for problem in problems]),
+    }
+
+
+def _points(problem: Problem) -> Array:
+    n = problem.dimension
+    if n > 3:
+        return problem.initial(1).r
+    rng = np.random.Generator(np.random.Philox(key=27))
+    directions = np.concatenate([np.eye(n), rng.standard_normal((200, n))])
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return np.concatenate([s * directions for s in (1.0 - EPS, 1.0, 1.0 + EPS)]).T
+
+
+def _largest(problem: Problem) -> float:
+    x = _points(problem)
+    n, m = problem.dimension, problem.constraints
+    largest = 0.0
+    for p in range(x.shape[1]):
+        at = x[:, p : p + 1]
+        J = problem.dg(at)[:, :, 0]
+        push = problem.inverse_mass(np.broadcast_to(J.T, (n, m)).copy())
+        G = J @ push
+        units = np.eye(n)
+        D2 = np.array([[problem.d2g(at, a[:, None], b[:, None])[:, 0] for a in units] for b in units])
+        sizes = (float(np.linalg.norm(each, 2)) for each in (push, G, np.linalg.inv(G)))
+        largest = max(largest, *sizes, _second(D2))
+    return largest
+
+
+def _second(D2: Array) -> float:
+    """Return a lower bound of sup |D^2 g(y, z)| over unit vectors: over the columns of each Hessian."""
+    return float(max(np.linalg.norm(D2[:, :, k], 2) for k in range(D2.shape[2])))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Constants(Experiment):
+    """What the theory's constants are, and what the paper says they are."""
+
+    def work(self, budget: Budget) -> Work:
+        """Return one probe of all problems."""
+        return {"constants": Probe(of=constants, problems=tuple(labels().values()))}
+
+    def exhibit(self, evidence: ExperimentEvidence) -> Exhibit:
+        """Return the constants beside their closed forms, and C_g against eps."""
+        found = evidence.probe("constants")
+        entries = [
+            entry
+            for row, name in enumerate(labels())
+            for entry in _entries(name, float(found["declared"][row]), float(found["found"][row]))
+        ]
+        entries += [_quoted_entry(name, *ends) for name, ends in QUOTED.items()]
+        return Exhibit(tuple(entries), (_panel(),))
+
+
+def closed_form(name: str) -> float:
+    """Return C_g on the neighbourhood of the shipped problem; of a fibre |G| or |G^{-1}| of the straight one."""
+    if name == "pendulum":
+        return (1.0 - EPS) ** -2
+    if name.startswith("sphere"):
+        mass = next(mass for mass in MASSES if name.endswith(f"diag{mass}"))
+        return max((1.0 + EPS) ** 2 / min(mass), max(mass) / (1.0 - EPS) ** 2, 1.0)
+    N = next(N for N in POINTS if name.endswith(f"N = {N}"))
+    return (2.0 + 2.0 * np.cos(2.0 * np.pi / (2 * N + 1))) * (N + 1) ** 2
+
+
+def _entries(name: str, declared: float, found: float) -> list[TableEntry]:
+    straight = name.startswith("fibre")
+    what = "|G| of the straight fibre, at most C_g" if straight else "largest norm of (2.7) around it"
+    return [
+        TableEntry(group=name, at={"of": what}, value=found, exact=closed_form(name), exact_source="closed form"),
+        TableEntry(group=name, at={"of": "C_g as the problem declares it"}, value=declared),
+        TableEntry(group=name, at={"of": "C_eta = 1/(4 C_g^3)"}, value=0.25 * declared**-3),
+        TableEntry(group=name, at={"of": "C_kappa = 1/(8 C_g^4)"}, value=0.125 * declared**-4),
+    ]
+
+
+# Section 5.1 quotes the ends of intervals for eps from 0 to 1; printed end and right one, as eps tends to 1.
+QUOTED = {
+    "C_g": ("2", np.inf),
+    "C_eta": ("0.03125", 0.0),
+    "C_kappa": ("0.0078125", 0.0),
+}
+
+
+def _quoted_entry(name: str, printed: str, right: float) -> TableEntry:
+    at_half = {"C_g": 4.0, "C_eta": 0.25 / 64.0, "C_kappa": 0.125 / 256.0}[name]
+    return TableEntry(
+        group="pendulum at eps = 1/2, beside the end of the interval that section 5.1 quotes for all eps",
+        at={"of": name, "eps -> 1": right},
+        value=at_half,
+        exact=at_half,
+        exact_source="C_g = 1/(1 - eps)^2",
+        printed=Printed(printed),
+    )
+
+
+def _panel() -> Panel:
+    eps = np.linspace(0.0, 0.9, 181)
+    C_g = (1.0 - eps) ** -2
+    curves = (
+        Curve("C_g = 1/(1 - eps)^2", eps, C_g, kind="line"),
+        Curve("C_eta = 1/(4 C_g^3)", eps, 0.25 * C_g**-3, kind="line"),
+        Curve("C_kappa = 1/(8 C_g^4)", eps, 0.125 * C_g**-4, kind="line"),
+    )
+    quoted = Range(0.0, 1.0 - 0.5**0.5, "C_g in (1, 2), as quoted for all eps")
+    return Panel("the pendulum's constants", "eps of the neighbourhood", "constant", curves, "y", (quoted,))
+
+
+NOTES = (
+    "Norms are those of M^{-1} grad g, G, G^{-1} and D^2 g over the neighbourhood; g is quadratic, and D^3 g = 0.",
+    "C_g depends on eps, the masses and the scaling of g. On a fibre it is about 4/ds^2 and C_eta of size 1e-8: the "
+    "truncation of the theory cannot be used there.",
+    "Printed: the end of the interval that section 5.1 quotes. It is reached at eps = 0.293, and C_g is unbounded.",
+)
+
+
+@hookimpl
+def sdaeverify_experiments() -> list[Experiment]:
+    """Register the constants."""
+    return [
+        Constants(
+            name="lindner-2017-constants",
+            title="C_g, C_eta and C_kappa of pendulum, spheres and fibres",
+            source="Lindner & Stroot 2017, (2.7), (3.11) and section 5.1",
+            paths=2,
+            notes=NOTES,
+        )
+    ]

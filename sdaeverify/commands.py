@@ -1,0 +1,50 @@
+"""The public names for authors of commands: what options, words and endings of all commands have in common.
+
+A command is a `click` command that an entry point names::
+
+    [project.entry-points."sdaeverify.commands"]
+    count = "my_package.commands:count"
+
+    @click.command(short_help="Count the schemes.")
+    @options.plugins
+    def count(plugins: tuple[str, ...]) -> ExitCode:
+        print_texts(output(), [f"{len(load_and_warn(plugins).schemes)} schemes"])
+        return ExitCode.OK
+
+It returns an `ExitCode`; errors meant for the user are `SdaeverifyError`, and end the program with one line. Of the
+module `options` a command takes what it needs: ``once``, ``PLACE``, ``plugins``, ``seed``, ``jobs``, ``selection``
+and ``progress_of_cells``. Work that has a ``total`` and a ``run`` is done by `run_on_workers`.
+"""
+
+from .cli import options
+from .cli.console import conclude, output, print_texts
+from .cli.exit_codes import ExitCode, codes_in_words
+from .cli.loading import load_and_warn
+from .cli.on_workers import run_on_workers
+from .report.files import require_writable, write_json, write_table, write_text
+from .report.html import PAGE, TablePage, write_tables
+from .report.markdown import escape
+from .report.plain import empty_table, visible
+from .report.provenance import describe_making
+
+__all__ = [
+    "PAGE",
+    "ExitCode",
+    "TablePage",
+    "codes_in_words",
+    "conclude",
+    "describe_making",
+    "empty_table",
+    "escape",
+    "load_and_warn",
+    "options",
+    "output",
+    "print_texts",
+    "require_writable",
+    "run_on_workers",
+    "visible",
+    "write_json",
+    "write_table",
+    "write_tables",
+    "write_text",
+]

@@ -1,1 +1,0 @@
-"""Programs about the verifier: self-test, calibration, comparison, experiments of papers, plugin templates."""

@@ -1,0 +1,184 @@
+"""Two runs cell by cell: the factors of all quantities that both know, and why the others have none."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import reduce
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...contracts.error_sizes import ErrorSizes
+from ...contracts.matching import match
+from ...contracts.measure import Evidence, Measure
+from ...contracts.scheme import Scheme
+from ...contracts.tally import Tally
+from ...errors import FAULTS, SdaeverifyError, one_line
+from ...forms import Problem
+from ...registry.load import Registry
+from ...registry.selection import select_problems, select_schemes
+from ...store.lanes import StoredLane
+from .factors import Factor, factor
+from .runs import Lanes, StoredRun, why_not_on_common_noise
+
+DRAWN = "paths of the block"
+
+
+class Comparison(NamedTuple):
+    """A quantity that both runs know.
+
+    Attributes
+    ----------
+    scheme, problem, measure, quantity : str
+    paths : int
+        Common ones; 0 where nothing is sampled.
+    found : Factor
+    """
+
+    scheme: str
+    problem: str
+    measure: str
+    quantity: str
+    paths: int
+    found: Factor
+
+
+class Omitted(NamedTuple):
+    """What cannot be compared, and why; without measure or quantity where it concerns all of them."""
+
+    scheme: str
+    problem: str
+    measure: str
+    quantity: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class _Cell:
+    """A pair of runs of a scheme on a problem, by what is registered here."""
+
+    scheme: Scheme
+    problem: Problem
+    view: Any
+    old: StoredRun
+    new: StoredRun
+    key: tuple[str, str]
+
+    def sizes(self, measure: Measure, run: StoredRun, blocks: list[int]) -> Mapping[str, ErrorSizes]:
+        """Return the sizes of the errors of a run on some blocks."""
+        lanes = [run.lanes[self.key][block] for block in blocks]
+        records = [lane.measures[measure.name] for lane in lanes]
+        tally = reduce(Tally.merge, [record.sampled for record in records])
+        tally = tally.merge(reduce(Tally.merge, [record.probed for record in records]))
+        health, level = reduce(Tally.merge, [lane.health for lane in lanes]), run.settings.level
+        evidence = Evidence(self.scheme, self.problem, self.view, run.settings, tally, health, level)
+        with np.errstate(all="ignore"):
+            return measure.error_sizes(evidence)
+
+
+def compare(old: StoredRun, new: StoredRun, registry: Registry) -> tuple[list[Comparison], list[Omitted]]:
+    """Compare two runs on common noise.
+
+    Parameters
+    ----------
+    old, new : StoredRun
+    registry : Registry
+        Tells how evidence is to be read: names of components, views and measures are those of the schemes that are
+        registered here.
+
+    Returns
+    -------
+    list of Comparison
+    list of Omitted
+        All with one reason where the runs do not share noise and step sizes.
+    """
+    if different := why_not_on_common_noise(old, new):
+        return [], [Omitted("", "", "", "", different)]
+    rows = [row for key in sorted({*old.lanes, *new.lanes}) for row in _compare_cell(old, new, registry, key)]
+    return [row for row in rows if isinstance(row, Comparison)], [row for row in rows if isinstance(row, Omitted)]
+
+
+def _compare_cell(
+    old: StoredRun, new: StoredRun, registry: Registry, key: tuple[str, str]
+) -> Iterator[Comparison | Omitted]:
+    if key not in old.lanes or key not in new.lanes:
+        yield Omitted(*key, "", "", f"only in {(old if key in old.lanes else new).folder}")
+    elif _sources(old.lanes[key]) != _sources(new.lanes[key]):
+        yield Omitted(*key, "", "", "the problem has changed: it does something else")
+    else:
+        try:
+            cell = _cell(old, new, registry, key)
+        except FAULTS as error:
+            yield Omitted(*key, "", "", f"it cannot be made here: {one_line(error)}")
+            return
+        for name in sorted({*_measures(old.lanes[key]), *_measures(new.lanes[key])}):
+            yield from _of_measure(cell, registry, name)
+
+
+def _cell(old: StoredRun, new: StoredRun, registry: Registry, key: tuple[str, str]) -> _Cell:
+    scheme, problem = key
+    (made,), (spec,) = select_schemes(registry, scheme), select_problems(registry, problem)
+    with np.errstate(all="ignore"):
+        built = spec.build()
+        matched = match(made, built)
+    if matched.problem is None:
+        raise SdaeverifyError(matched.reason)
+    return _Cell(made, built, matched.problem, old, new, key)
+
+
+def _of_measure(cell: _Cell, registry: Registry, name: str) -> Iterator[Comparison | Omitted]:
+    a, b = cell.old.lanes[cell.key], cell.new.lanes[cell.key]
+    runs, blocks = _common(cell, name)
+    if name not in registry.measures:
+        yield Omitted(*cell.key, name, "", f"measure {name} is not registered here")
+    elif not (name in _measures(a) and name in _measures(b)):
+        yield Omitted(*cell.key, name, "", f"only in {(cell.old if name in _measures(a) else cell.new).folder}")
+    elif 0 not in blocks:
+        yield Omitted(*cell.key, name, "", "the first block of paths is not in both runs on as many levels")
+    else:
+        measure = registry.measures[name].measure
+        try:
+            sizes = [cell.sizes(measure, run, blocks) for run in runs]
+        except FAULTS as error:
+            yield Omitted(*cell.key, name, "", f"its evidence cannot be read: {one_line(error)}")
+            return
+        yield from _of_quantities(cell, name, *sizes)
+
+
+def _of_quantities(
+    cell: _Cell, measure: str, old: Mapping[str, ErrorSizes], new: Mapping[str, ErrorSizes]
+) -> Iterator[Comparison | Omitted]:
+    if not (old or new):
+        yield Omitted(*cell.key, measure, "", f"measure {measure} keeps no sizes of errors here")
+    for quantity in dict.fromkeys((*old, *new)):
+        where = (*cell.key, measure, quantity)
+        if quantity not in old or quantity not in new:
+            yield Omitted(*where, f"only in {(cell.old if quantity in old else cell.new).folder}")
+            continue
+        found = factor(old[quantity], new[quantity])
+        counts = old[quantity].counts
+        paths = 0 if counts is None else int(counts.sum())
+        yield Comparison(*where, paths, found) if found.known else Omitted(*where, found.reason)
+
+
+def _common(cell: _Cell, measure: str) -> tuple[tuple[StoredRun, StoredRun], list[int]]:
+    """Return the runs with the blocks that both have on all levels or, where they were enough, of guards."""
+    whole, guards = (cell.old, cell.new), (cell.old.guarding, cell.new.guarding)
+    for runs in (whole, guards) if guards[0].settings.levels == guards[1].settings.levels else (whole,):
+        a, b = (run.lanes.get(cell.key, {}) for run in runs)
+        blocks = [block for block in sorted(a.keys() & b.keys()) if _is_in_both(a[block], b[block], measure)]
+        if 0 in blocks:
+            return runs, blocks
+    return whole, []
+
+
+def _is_in_both(a: StoredLane, b: StoredLane, measure: str) -> bool:
+    drawn = a.ingredients.get(DRAWN) == b.ingredients.get(DRAWN)
+    return drawn and measure in a.measures and measure in b.measures
+
+
+def _measures(lanes: Lanes) -> set[str]:
+    return {name for lane in lanes.values() for name in lane.measures}
+
+
+def _sources(lanes: Lanes) -> set[str]:
+    return {lane.behaviour.problem for lane in lanes.values()}

@@ -1,0 +1,209 @@
+"""What a factor says: errors are the same, worse, better, or it cannot be told; as records, table and words."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from enum import StrEnum
+from math import isfinite
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...errors import UsageError
+from ...study.holm import holm
+from ..folders import NAMES
+from .cells import Comparison, Omitted
+from .factors import Factor
+from .runs import VerdictChange
+
+# An order that changes by less has not moved.
+ORDER = 0.01
+MOST_TOLD = 20
+
+
+class Change(StrEnum):
+    """What became of the errors of a quantity."""
+
+    SAME = "same"
+    WORSE = "worse"
+    BETTER = "better"
+    UNDECIDED = "undecided"
+
+
+class Changed(NamedTuple):
+    """A factor with its interval, and what it says.
+
+    Attributes
+    ----------
+    factor, low, high : float
+        New error over old error, with an interval of level 1 - alpha, alike where nothing is sampled.
+    change : Change
+    order_moved : bool
+        Whether the order has changed by more than `ORDER`, and by more than chance explains.
+    """
+
+    factor: float
+    low: float
+    high: float
+    change: Change
+    order_moved: bool = False
+
+
+def changes(factors: Sequence[Factor], margin: float = 1.1, alpha: float = 0.01) -> list[Changed]:
+    """Return what factors say, the errors of all tests together being bounded.
+
+    Worse is what is significantly larger than the margin, better what is significantly smaller than its inverse: by
+    Holm's procedure, the probability that any of them is wrong is at most alpha for either. The same is what has all
+    of its interval between the two. Where nothing is sampled the factor itself is compared.
+
+    Parameters
+    ----------
+    factors : sequence of Factor
+        Known ones.
+    margin : float, optional
+        Above 1.
+    alpha : float, optional
+
+    Raises
+    ------
+    UsageError
+        If the margin or alpha is out of its range.
+    """
+    if not 1.0 < margin < float("inf"):
+        raise UsageError(f"the factor must be above 1, got {margin}")
+    if not 0.0 < alpha <= 0.5:
+        raise UsageError(f"alpha must be above 0 and at most 0.5, got {alpha}")
+    bound = float(np.log2(margin))
+    tested = {(i, 0): each.log2 for i, each in enumerate(factors) if each.sampled}
+    worse = holm({place: log2.p_above(bound) for place, log2 in tested.items()}, alpha)
+    better = holm({place: log2.p_below(-bound) for place, log2 in tested.items()}, alpha)
+    signs = [((i, 0) in worse) - ((i, 0) in better) for i in range(len(factors))]
+    moved = _moved_orders(factors, alpha)
+    return [
+        _judge_change(each, bound, alpha, sign)._replace(order_moved=i in moved)
+        for i, (each, sign) in enumerate(zip(factors, signs, strict=True))
+    ]
+
+
+def _moved_orders(factors: Sequence[Factor], alpha: float) -> set[int]:
+    """Return the places of the factors whose order has moved, all tests together being wrong at most at alpha."""
+    sides = {(i, 0): (each.order.p_above(ORDER), each.order.p_below(-ORDER)) for i, each in enumerate(factors)}
+    return {i for i, _ in holm({place: min(1.0, 2.0 * min(pair)) for place, pair in sides.items()}, alpha)}
+
+
+def _judge_change(found: Factor, bound: float, alpha: float, significant: int) -> Changed:
+    value = found.log2.value
+    low, high = found.log2.interval(1.0 - alpha) if found.sampled else (value, value)
+    if not found.sampled:
+        significant = int(value > bound) - int(value < -bound)
+    change = Change.SAME if -bound <= low and high <= bound else Change.UNDECIDED
+    if significant:
+        change = Change.WORSE if significant > 0 else Change.BETTER
+    return Changed(float(np.exp2(value)), float(np.exp2(low)), float(np.exp2(high)), change)
+
+
+Rows = Sequence[tuple[Comparison, Changed]]
+WORDS = {
+    Change.WORSE: "worse",
+    Change.BETTER: "better",
+    Change.SAME: "the same",
+    Change.UNDECIDED: "undecided",
+}
+REFUTED = "refuted"
+
+
+class RunPair(NamedTuple):
+    """What changed from one run to the next.
+
+    Attributes
+    ----------
+    old, new : Path
+        Their folders.
+    verdicts : list of VerdictChange
+    rows : sequence of (Comparison, Changed)
+        Of each quantity whose errors both runs know.
+    omitted : list of Omitted
+        What could not be compared.
+    """
+
+    old: Path
+    new: Path
+    verdicts: list[VerdictChange]
+    rows: Rows
+    omitted: list[Omitted]
+
+    @property
+    def is_worse(self) -> bool:
+        """Whether an error has grown, or a claim is newly refuted."""
+        grown = any(changed.change is Change.WORSE for _, changed in self.rows)
+        return grown or any(verdict.after == REFUTED for verdict in self.verdicts)
+
+    @property
+    def on_other_noise(self) -> bool:
+        """Whether the runs have no noise in common, so that verdicts alone are compared."""
+        return any(not each.scheme for each in self.omitted)
+
+
+def records(pair: RunPair) -> dict[str, Any]:
+    """Return a pair for programs; a number that is not finite is none in JSON."""
+    return {
+        "old": str(pair.old),
+        "new": str(pair.new),
+        "verdicts": [change._asdict() for change in pair.verdicts],
+        "quantities": [_record(*row) for row in pair.rows],
+        "omitted": [each._asdict() for each in pair.omitted],
+    }
+
+
+def _record(compared: Comparison, changed: Changed) -> dict[str, object]:
+    numbers = {"factor": changed.factor, "ci_low": changed.low, "ci_high": changed.high}
+    numbers |= {"order_change": compared.found.order.value, "order_std_error": compared.found.order.se}
+    return {
+        **dict(zip(NAMES, compared, strict=False)),
+        **{name: value if isfinite(value) else None for name, value in numbers.items()},
+        "verdict": str(changed.change),
+        "order_moved": changed.order_moved,
+        "levels": compared.found.levels,
+        "paths": compared.paths,
+        "reason": compared.found.reason,
+    }
+
+
+def pair_in_words(pair: RunPair, *, every: bool) -> Iterator[str]:
+    """Yield what changed, a line each: verdicts, then errors, the worst and the largest factors first."""
+    for change in pair.verdicts:
+        yield "{} on {}, {} {}: {} -> {}".format(*change)
+    order = list(WORDS)
+    for compared, changed in sorted(pair.rows, key=lambda row: (order.index(row[1].change), -row[1].factor)):
+        if every or changed.change is not Change.SAME or changed.order_moved:
+            what = "{} on {}, {} {}".format(*compared[:4])
+            yield f"{what}: {changed.change}, {_in_words(compared.found, changed)}"
+
+
+def _in_words(found: Factor, changed: Changed) -> str:
+    interval = f" ({changed.low:.3f} to {changed.high:.3f})" if found.sampled else ""
+    order = f", order {found.order.value:+.3f}" if changed.order_moved else ""
+    return f"error x {changed.factor:.3f}{interval}{order}" + (f"; {found.reason}" if found.reason else "")
+
+
+def counts(pair: RunPair) -> str:
+    """Return in one sentence how many verdicts changed, and how many quantities became what."""
+    found = Counter(changed.change for _, changed in pair.rows)
+    parts = ", ".join(f"{found[change] or 'none'} {words}" for change, words in WORDS.items())
+    moved = sum(changed.order_moved for _, changed in pair.rows)
+    many = f"{len(pair.rows)} {'quantity' if len(pair.rows) == 1 else 'quantities'} compared"
+    return f"{len(pair.verdicts)} verdicts changed; {many}: {parts}; {moved} orders moved"
+
+
+def list_omissions(omitted: Sequence[Omitted]) -> Iterator[str]:
+    """Yield what is not compared, a line for each reason."""
+    grouped: dict[str, list[Omitted]] = {}
+    for each in omitted:
+        grouped.setdefault(each.reason, []).append(each)
+    for reason, cells in list(grouped.items())[:MOST_TOLD]:
+        first = cells[0]
+        what = f"{first.scheme} on {first.problem}, {first.measure} {first.quantity}".rstrip(", ")
+        more = f" and {len(cells) - 1} more" if len(cells) > 1 else ""
+        yield f"not compared: {what}{more}: {reason}" if first.scheme else reason
+    if len(grouped) > MOST_TOLD:
+        yield f"and {len(grouped) - MOST_TOLD} more reasons, see --json"

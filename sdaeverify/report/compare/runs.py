@@ -1,0 +1,167 @@
+"""The evidence of a run as it was stored, with the settings it was drawn with, or why there is none to compare."""
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple
+
+from ...contracts.settings import SCREENING, Settings
+from ...errors import UsageError
+from ...store.container import containers
+from ...store.lanes import StoredLane
+from ...store.store import FOLDER
+from ..folders import key_of, read_verdicts, run_of
+from ..saved import SavedRun
+from ..saved import read_run as read_saved
+
+# What has to agree for the noise to be the same, and the step sizes.
+COMMON = ("seed", "coarsest", "levels", "block")
+FINGERPRINT = "stream_fingerprint"
+
+Lanes = Mapping[int, StoredLane]
+
+
+@dataclass(frozen=True)
+class StoredRun:
+    """A run.
+
+    Attributes
+    ----------
+    saved : SavedRun
+    fingerprint : str
+        Of the stream of noise.
+    lanes : mapping of (str, str) to (mapping of int to StoredLane)
+        By labels of scheme and problem, block by block.
+    guards : mapping of (str, str) to (mapping of int to StoredLane)
+        The same with paths on the levels of guards.
+    damaged : int
+        Pieces of evidence that cannot be read.
+    """
+
+    saved: SavedRun
+    fingerprint: str
+    lanes: Mapping[tuple[str, str], Lanes]
+    guards: Mapping[tuple[str, str], Lanes]
+    damaged: int = 0
+
+    @property
+    def folder(self) -> Path:
+        """Where it is."""
+        return self.saved.folder
+
+    @property
+    def settings(self) -> Settings:
+        """With which it was run."""
+        return self.saved.settings
+
+    @property
+    def guarding(self) -> "StoredRun":
+        """The run on the levels of guards."""
+        return replace(self, saved=replace(self.saved, settings=self.settings.guards), lanes=self.guards)
+
+
+def read_run(folder: Path) -> StoredRun:
+    """Read a run; nothing of it is executed.
+
+    Parameters
+    ----------
+    folder : Path
+        Written by ``matrix`` or ``gate``.
+
+    Raises
+    ------
+    UsageError
+        If it is no such folder, or holds no evidence: it says why, as far as the folder tells.
+    """
+    saved = read_saved(folder)
+    # By the number of levels.
+    lanes: dict[str, dict[tuple[str, str], dict[int, StoredLane]]] = defaultdict(lambda: defaultdict(dict))
+    every, few = str(saved.settings.levels), str(saved.settings.guards.levels)
+    damaged = 0
+    for lane in (lane for container in containers(folder / FOLDER) for _, lane in container.lanes()):
+        damaged += lane is None
+        if lane is not None and _is_of(lane, saved):
+            # Evidence of an earlier version stays where it was: what was used last counts.
+            for levels in {every, few} if lane.block == SCREENING else {lane.ingredients["levels"]}:
+                lanes[levels][lane.scheme, lane.problem][lane.block] = lane
+    if not lanes:
+        raise UsageError(why_absent(folder, damaged))
+    return StoredRun(saved, str(run_of(folder).get(FINGERPRINT, "")), lanes[every], lanes[few], damaged)
+
+
+class VerdictChange(NamedTuple):
+    """A verdict that is another one in the later of two runs."""
+
+    scheme: str
+    problem: str
+    measure: str
+    quantity: str
+    before: str
+    after: str
+
+
+def verdict_changes(old: Path, new: Path) -> list[VerdictChange]:
+    """Return the verdicts that changed between the runs in two folders, of what both judged."""
+    known = {key_of(row): row["verdict"] for row in read_verdicts(old).verdicts}
+    both = ((key_of(row), row["verdict"]) for row in read_verdicts(new).verdicts)
+    return [VerdictChange(*key, known[key], after) for key, after in both if known.get(key, after) != after]
+
+
+def why_not_on_common_noise(old: StoredRun, new: StoredRun) -> str:
+    """Return what differs of noise or step sizes between two runs; empty if they share both."""
+    pairs = {name: (getattr(old.settings, name), getattr(new.settings, name)) for name in COMMON}
+    pairs["stream of noise"] = (old.fingerprint, new.fingerprint)
+    different = [f"{name} {a} in {old.folder} and {b} in {new.folder}" for name, (a, b) in pairs.items() if a != b]
+    return f"errors are compared on common noise, with the same settings: {'; '.join(different)}" if different else ""
+
+
+def _is_of(lane: StoredLane, saved: SavedRun) -> bool:
+    # Evidence on controls and of earlier runs lies in the same folder.
+    given = lane.ingredients
+    named = given.get("scheme") in saved.schemes and given.get("problem") in saved.problems
+    numbers = any(
+        all(given.get(name) == str(getattr(settings, name)) for name in COMMON)
+        for settings in (saved.settings, saved.settings.guards)
+    )
+    return named and numbers and given.get("index", "").removeprefix("-").isdecimal()
+
+
+# Where the contract of a scheme is broken, nothing is simulated.
+BEFORE_ANY_PATH = "T0"
+
+
+def why_absent(folder: Path, damaged: int) -> str:
+    """Return in one line why there is no evidence of the run, and what to do about it where that is known.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the run.
+    damaged : int
+        Pieces of evidence that cannot be read.
+    """
+    if damaged:
+        return f"{damages(folder, damaged)}; run matrix or gate with --out {folder}"
+    reasons = list(_reasons(folder))
+    more = f" (and {len(reasons) - 1} more cells)" if len(reasons) > 1 else ""
+    cause = f"{reasons[0]}{more}" if reasons else f"run matrix or gate with --out {folder}"
+    return f"{folder} holds no evidence of the run in it; {cause}"
+
+
+def damages(folder: Path, damaged: int) -> str:
+    """Return how many pieces of evidence are damaged, in words."""
+    one = damaged == 1
+    return f"{damaged} {'piece' if one else 'pieces'} of evidence in {folder} {'is' if one else 'are'} damaged"
+
+
+def _reasons(folder: Path) -> Iterator[str]:
+    try:
+        rows = read_verdicts(folder).verdicts
+    except UsageError:
+        return
+    for told in rows:
+        early = " before any path" if told.get("decided_by") == BEFORE_ANY_PATH else ""
+        if told.get("reason"):
+            cell = f"{told.get('scheme')} on {told.get('problem')}, {told.get('measure')}"
+            yield f"{cell}: {told.get('verdict')}{early}: {told['reason']}"

@@ -1,0 +1,187 @@
+"""Paths of a scheme on a problem, to look at: `sample` makes them, on the same noise as a run."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..arrays import Array, Mask, Parts
+from ..contracts.matching import match
+from ..contracts.measure import Snapshot
+from ..contracts.scheme import Scheme
+from ..contracts.settings import FIRST_BLOCK, Settings, whole
+from ..contracts.specs import ProblemSpec
+from ..contracts.tally import Tally
+from ..errors import SchemeError, UsageError
+from ..forms import Problem
+from ..noise.brownian import Brownian, Piece, Source
+from ..registry.load import load_registry
+from ..registry.selection import only, select_problems, select_schemes
+from ..simulate.ensemble import one_thread
+from ..simulate.tracks import Track, follow
+from .plots import axes_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+DEFAULT = Settings()
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Paths of one scheme on one problem.
+
+    Attributes
+    ----------
+    scheme, problem : str
+        Labels.
+    times : ndarray, shape (steps + 1,)
+    components : mapping of str to ndarray, shape (steps + 1, k, P)
+        The parts of the state, ``x`` of an SDE, ``r``, ``v`` and ``mu`` of constrained mechanics.
+    without_root, lost : ndarray of bool, shape (P,)
+        Paths on which a step found no root; and which are not finite or blew up.
+    """
+
+    scheme: str
+    problem: str
+    times: Array
+    components: Mapping[str, Array]
+    without_root: Mask
+    lost: Mask
+
+    def __getitem__(self, name: str) -> Array:
+        """Return a component, shape (steps + 1, k, P)."""
+        if name not in self.components:
+            raise UsageError(f"no component {name!r}; there are {', '.join(self.components)}")
+        return self.components[name]
+
+    def frame(self) -> "pd.DataFrame":
+        """Return a table: a row for each time, columns (component, index, path)."""
+        import pandas as pd  # noqa: PLC0415 - whoever wants no table need not wait for it
+
+        columns = [
+            (name, i, p)
+            for name, values in self.components.items()
+            for i in range(values.shape[1])
+            for p in range(values.shape[2])
+        ]
+        values = np.concatenate([part.reshape(len(self.times), -1) for part in self.components.values()], axis=1)
+        names = pd.MultiIndex.from_tuples(columns, names=["component", "index", "path"])
+        return pd.DataFrame(values, index=pd.Index(self.times, name="time"), columns=names)
+
+    def plot(self, component: str | None = None, index: int = 0, ax: Any = None) -> Any:
+        """Draw a component of every path against time, and return the axes.
+
+        Parameters
+        ----------
+        component : str, optional
+            The first one if left out.
+        index : int
+            Which entry of it.
+        ax : matplotlib Axes, optional
+
+        Raises
+        ------
+        UsageError
+            If there is no such entry, or no matplotlib.
+        """
+        name = next(iter(self.components)) if component is None else component
+        values = self[name]
+        if not 0 <= index < values.shape[1]:
+            raise UsageError(f"index must be from 0 to {values.shape[1] - 1} for {name}, got {index!r}")
+        ax = axes_of(ax)
+        ax.plot(self.times, values[:, index], lw=0.8)
+        ax.set(xlabel="t", ylabel=f"{name}_{index + 1}", title=f"{self.scheme} on {self.problem}")
+        return ax
+
+
+def sample(
+    scheme: str | Scheme,
+    problem: str | ProblemSpec | Callable[..., Problem],
+    *,
+    steps: int = DEFAULT.coarsest * 2 ** (DEFAULT.levels - 1),
+    paths: int = 10,
+    seed: int = DEFAULT.seed,
+    plugins: Sequence[str | PathLike[str]] = (),
+) -> Paths:
+    """Return paths of a scheme on a problem.
+
+    They are the first paths of a run with the same seed: with so many steps, a level of ``--levels 8..N``.
+
+    Parameters
+    ----------
+    scheme : str or Scheme
+        A label, or a scheme.
+    problem : str, recipe or function
+        A label, or a problem function.
+    steps : int
+        Up to the final time, 8 times a power of 2.
+    paths : int
+        From 1 to 256.
+    seed : int
+    plugins : sequence of str or path
+        Plugin files.
+
+    Raises
+    ------
+    UsageError
+        If an argument is wrong, or names more or less than one scheme or problem.
+    SchemeError
+        If the scheme cannot solve the problem.
+    """
+    steps, paths = whole("steps", steps), whole("paths", paths)
+    seed, coarsest = Settings(seed=seed).seed, DEFAULT.coarsest
+    level = (steps // coarsest).bit_length() - 1
+    if steps < coarsest or coarsest * 2**level != steps:
+        raise UsageError(f"steps must be {coarsest} times a power of 2, got {steps}")
+    if not 1 <= paths <= FIRST_BLOCK:
+        raise UsageError(f"paths must be from 1 to {FIRST_BLOCK}, got {paths}")
+    registry = load_registry([str(path) for path in plugins])
+    one = only("scheme", scheme, select_schemes(registry, [scheme]))
+    spec = only("problem", problem, select_problems(registry, [problem]))
+    source = Source(seed, spec.label, 0, FIRST_BLOCK, paths)
+    with np.errstate(all="ignore"), one_thread():
+        return _simulate(one, spec, source, level)
+
+
+def _simulate(scheme: Scheme, spec: ProblemSpec, source: Source, level: int) -> Paths:
+    problem = spec.build()
+    matched = match(scheme, problem)
+    if matched.problem is None:
+        raise SchemeError(f"scheme {scheme.label} on {spec.label}: {matched.reason}")
+    h = problem.horizon / DEFAULT.coarsest
+    track = Track(scheme, matched.problem, level, h / 2**level, source.used or 0)
+    book = _Book(track, DEFAULT.coarsest * 2**level)
+    brownian = Brownian(source, problem.noise_dim, h, level, problem.noise, problem.records)
+
+    def advance(piece: Piece) -> None:
+        if piece.level == level:
+            track.advance(piece.noise, (book,))
+
+    follow(brownian, DEFAULT.coarsest, advance)
+    track.find_lost(0.0)
+    times = np.linspace(0.0, problem.horizon, len(book.parts))
+    components = {name: np.stack([parts[name] for parts in book.parts]) for name in book.parts[0]}
+    return Paths(scheme.label, spec.label, times, components, track.failed, track.lost)
+
+
+class _Book:
+    """The observer that keeps everything."""
+
+    def __init__(self, track: Track, steps: int) -> None:
+        self.track = track
+        self.wanted: list[Sequence[int]] = [()] * track.level + [range(1, steps + 1)]
+        self.parts: list[Parts] = [track.parts()]
+
+    def after_step(self, level: int, step: int, parts: Parts) -> None:  # noqa: ARG002 - there is one level
+        """Keep the components."""
+        self.parts.append(self.track.parts())
+
+    def after_coarsest_step(self, snapshot: Snapshot) -> None:
+        """Note nothing: a track has one level."""
+
+    def tally(self) -> Tally:
+        """Return nothing."""
+        return Tally()

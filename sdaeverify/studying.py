@@ -1,0 +1,58 @@
+"""The public names for programs that plan and run studies of their own: labels, plans, noise and the time loop.
+
+Labels are resolved by the `Registry` that a command loads::
+
+    schemes, problems = select_schemes(registry, "euler-*"), select_problems(registry, "gbm")
+    study = Study(plan(schemes, problems, select_measures(registry)), Settings(paths=1000))
+    results = [*study.run()] and study.results()
+
+What is no study of measures follows a scheme by itself: a `Track` is one step size on one block of paths, moved by
+the pieces of noise that `follow` gives in their order, which a `Source` determines by seed, label and block.
+"""
+
+from .contracts.labels import parse_label
+from .contracts.matching import match
+from .contracts.specs import ProblemSpec, check_scheme, unknown
+from .noise.brownian import Brownian, LevelNoise, Piece, Source
+from .registry.load import Registry
+from .registry.selection import only, select_measures, select_problems, select_schemes
+from .simulate.chains import Chains
+from .simulate.ensemble import Entry, LaneEvidence, Task, one_thread, run_block
+from .simulate.tracks import Track, follow
+from .study import Advanced, Cell, CellResult, Plan, ProblemPlan, Study, plan
+from .study.holm import holm
+from .workers.pool import in_turn
+
+__all__ = [
+    "Advanced",
+    "Brownian",
+    "Cell",
+    "CellResult",
+    "Chains",
+    "Entry",
+    "LaneEvidence",
+    "LevelNoise",
+    "Piece",
+    "Plan",
+    "ProblemPlan",
+    "ProblemSpec",
+    "Registry",
+    "Source",
+    "Study",
+    "Task",
+    "Track",
+    "check_scheme",
+    "follow",
+    "holm",
+    "in_turn",
+    "match",
+    "one_thread",
+    "only",
+    "parse_label",
+    "plan",
+    "run_block",
+    "select_measures",
+    "select_problems",
+    "select_schemes",
+    "unknown",
+]
