@@ -1,6 +1,5 @@
 """Digests of what schemes and problems do: blind to rounding, and to nothing else."""
 
-import pickle
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import ClassVar
@@ -13,10 +12,10 @@ from sdaeverify import Settings
 from sdaeverify.contracts.scheme import Step
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.measures.strong import Strong
-from sdaeverify.simulate.behaviour import Behaviour, differing, problem_digest, steps_digest
-from sdaeverify.simulate.ensemble import Entry, Task, behaviours, run_block
+from sdaeverify.simulate.ensemble import Behaviour, Entry, Marker, Task
+from sdaeverify.store.behaviour import behaviours, differing, problem_digest, run_observed, steps_digest
 from sdaeverify.store.store import Store
-from sdaeverify.study.blocks import Parcel, run_parcel, run_pickled
+from sdaeverify.study.blocks import BlockBatch, simulate_batch
 from sdaeverify.study.judging import CellEvidence
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm
@@ -137,7 +136,7 @@ def test_what_changes_during_a_run_is_no_evidence(tmp_path):
     task = Task(problem_spec(gbm), tuple(Entry(scheme, (Strong(),)) for scheme in schemes), settings)
     places = tuple(recalled.place for recalled in Store(tmp_path).recall(task, 1))
 
-    turned, right = run_parcel(Parcel(task, 1, places))
+    turned, right = simulate_batch(BlockBatch(task, 1, places), Marker())
 
     assert "what the scheme does has changed during the run" in turned.errors[0]
     assert right.errors == ("",)
@@ -147,7 +146,7 @@ def test_what_changes_during_a_run_is_no_evidence(tmp_path):
 def test_blocks_of_two_versions_do_not_go_together():
     """Evidence of one block is not added to that of another in which something else was done."""
     task = Task(problem_spec(gbm), (Entry(EulerMaruyama(), (Strong(),)),), replace(SETTINGS, paths=80))
-    (first,), (second,) = (run_block(task, block, digests=True) for block in range(2))
+    (first,), (second,) = (run_observed(task, block) for block in range(2))
     other = second._replace(behaviour=Behaviour("something", second.behaviour.problem))
 
     known = CellEvidence().merge(first, 0)
@@ -160,7 +159,7 @@ def test_blocks_of_two_versions_do_not_go_together():
 def test_blocks_before_and_after_a_table_was_saved_do_not_go_together():
     """Evidence of one block is not added to that of another for which a file held something else."""
     task = Task(problem_spec(gbm), (Entry(EulerMaruyama(), (Strong(),)),), replace(SETTINGS, paths=80))
-    (first,), (second,) = (run_block(task, block, digests=True) for block in range(2))
+    (first,), (second,) = (run_observed(task, block) for block in range(2))
     known = CellEvidence().merge(first._replace(opened=(("table.csv", "12"), ("cache", "not there"))), 0)
 
     assert known.merge(second._replace(opened=(("table.csv", "12"), ("cache", "34"))), 0).error == ""
@@ -174,7 +173,7 @@ def test_a_file_that_is_saved_while_a_run_plans(tmp_path):
     homes, _ = recalled.place.files["scheme"]
     place = recalled.place._replace(files={**recalled.place.files, "scheme": (homes, "before")})
 
-    (lane,) = run_pickled(pickle.dumps(Parcel(task, 0, (place,))))
+    (lane,) = simulate_batch(BlockBatch(task, 0, (place,)), Marker())
 
     assert lane.errors == ("the source of the scheme was saved while the run was under way; run it again",)
     assert not files_in(tmp_path)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ..contracts.opened import Caller, Opening, Signature, is_library, openings, owners, signature
-from ..simulate.behaviour import CHANGED
+from .behaviour import CHANGED
 from .code import Code, home_of
 from .statements import parse_statements
 

@@ -9,8 +9,9 @@ import pytest
 from sdaeverify import Settings
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.forms.sde import sde
-from sdaeverify.simulate.ensemble import Entry, Task, behaviours
+from sdaeverify.simulate.ensemble import Entry, Task
 from sdaeverify.store import code
+from sdaeverify.store.behaviour import behaviours
 from sdaeverify.store.keys import lane_ingredients
 from store.ways import PROBLEMS, SCHEMES, of_problem, of_scheme
 

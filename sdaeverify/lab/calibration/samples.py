@@ -23,7 +23,7 @@ from ...measures.strong import Strong
 from ...measures.weak import Weak
 from ...noise.brownian import Source
 from ...simulate.chains import Chains
-from ...simulate.ensemble import Entry, LaneEvidence, Task, run_block
+from ...simulate.ensemble import Entry, SchemeEvidence, Task, run_block
 from .judged import JudgedSequences, judge_sequences
 from .rates import COVERED, Rate, Trials
 from .repeated import POOLED, UNIT, Repeated, append_tallies, opposite
@@ -99,7 +99,7 @@ class PathJob:
         lanes = run_block(task, self.block)
         return [self._sample(*case, lane) for case, lane in zip(self.cases, lanes, strict=True)]
 
-    def _sample(self, case: CalibrationCase, scheme: Scheme, lane: LaneEvidence) -> Sample:
+    def _sample(self, case: CalibrationCase, scheme: Scheme, lane: SchemeEvidence) -> Sample:
         if reason := "; ".join(filter(None, [*lane.errors, lane.violation])):
             raise SchemeError(f"calibration of {case.label}: {reason}")
         problem = self.spec.build()
