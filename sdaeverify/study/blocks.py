@@ -23,7 +23,7 @@ from ..store.behaviour import behaviours, run_observed
 from ..store.lanes import join_parts
 from ..store.store import Place, Recalled, Store, describe_saved, keep, with_opened
 from ..workers.batches import Batches, Sent
-from ..workers.calls import Lost, wait_for_any
+from ..workers.calls import Lost
 from ..workers.executors import Workers
 from ..workers.pool import Processes
 
@@ -180,7 +180,7 @@ class Blocks:
                 job = jobs.popleft()
                 waiting.append((job, *self._begin(job, 1 + len(jobs) + len(waiting))))
             job, recalled, sent = waiting.popleft()
-            parts = [part for each in sent for part in self._parts(each, [s for *_, later in waiting for s in later])]
+            parts = [part for each in sent for part in self._parts(each)]
             yield job, _join(job.task, recalled, parts)
 
     def _begin(self, job: Job, left: int) -> tuple[list[Recalled], list[SentBatch]]:
@@ -200,9 +200,8 @@ class Blocks:
         size = min(max(1, ceil(len(entries) / batches)), TOGETHER)
         return [self.batches.send(batch.only(entries[n : n + size])) for n in range(0, len(entries), size)]
 
-    def _parts(self, sent: SentBatch, later: Sequence[SentBatch]) -> Iterator[Part]:
+    def _parts(self, sent: SentBatch) -> Iterator[Part]:
         """Yield the evidence of a batch; who ran out of memory is tried by itself, in a new process."""
-        self._wait(sent, later)
         for entry, found in _ask(self.batches, sent):
             alone = sent.batch.only([entry])
             if found.starved and self.processes is not None:
@@ -211,13 +210,6 @@ class Blocks:
                 if not self.shared:
                     keep(alone.places, alone.entries, [found])
                 yield entry, found
-
-    def _wait(self, sent: SentBatch, later: Sequence[SentBatch]) -> None:
-        """Wait for a batch, and end who takes too long in others meanwhile."""
-        while sent.call is not None and not sent.call.done:
-            wait_for_any(
-                [each.call for each in (sent, *later) if each.call is not None and not each.call.future.done()]
-            )
 
     def _try_afresh(self, batch: BlockBatch, processes: Processes) -> Iterator[Part]:
         with processes.afresh() as fresh:

@@ -2,9 +2,8 @@
 
 import pickle
 import signal
-import time
-from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
+from collections.abc import Callable
+from concurrent.futures import BrokenExecutor, CancelledError, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
@@ -61,15 +60,13 @@ class Call(Generic[Value]):
     def __init__(self, processes: Processes, function: Function[Value], argument: bytes) -> None:
         self._processes, self._mark = processes, processes.new_mark()
         self._arguments = function, argument, self._mark, processes.limits
-        self.future = processes.submit(call_marked, *self._arguments)
+        self.future = self._send()
 
     @property
     def done(self) -> bool:
-        """Whether there is an outcome; a process whose time is over is ended."""
-        if time.monotonic() > read_mark(self._mark).deadline:
-            self.future.cancel()
-        elif not (self.future.done() or self._processes.active):
-            self.future.cancel()
+        """Whether there is an outcome; meanwhile whoever takes too long is ended, in this call or in others."""
+        self._processes.end_late()
+        if not (self.future.done() or self._processes.active):
             raise BrokenExecutor("the threads that manage worker processes have died")
         return self.future.done()
 
@@ -79,13 +76,19 @@ class Call(Generic[Value]):
             return self._outcome()
         except BrokenProcessPool:
             # One died between two calls, and no other was busy: pebble gives up the pool then.
-            self.future = self._processes.submit(call_marked, *self._arguments)
+            self.future = self._send()
             return self._outcome()
         finally:
             self._mark.unlink(missing_ok=True)
 
+    def _send(self) -> "Future[bytes]":
+        future = self._processes.submit(call_marked, *self._arguments)
+        self._processes.watch(self._mark, future)
+        return future
+
     def _outcome(self) -> Value | Lost:
-        wait_for_any([self])
+        while not self.done:
+            wait([self.future], PERIOD)
         try:
             value: Value = pickle.loads(self.future.result())
             return value
@@ -110,11 +113,6 @@ class RemoteCall(Generic[Value]):
     def __init__(self, workers: Workers, function: Function[Value], argument: bytes) -> None:
         self._workers, self._function, self._argument = workers, function, argument
         self.future = self._send()
-
-    @property
-    def done(self) -> bool:
-        """Whether there is an outcome."""
-        return self.future.done()
 
     def outcome(self) -> Value | Lost:
         """Wait for the value and return it.
@@ -145,12 +143,6 @@ class RemoteCall(Generic[Value]):
             return self._workers.executor.submit(call_anywhere, self._function, self._argument, self._workers.plugins)
         except Exception as error:
             raise LostExecutorError(self._workers.why_lost() or f"{GONE}: {one_line(error)}") from error
-
-
-def wait_for_any(calls: Sequence[Call[Any] | RemoteCall[Any]]) -> None:
-    """Wait until one of some calls is done, and end those that take too long."""
-    while not [call for call in calls if call.done]:
-        wait([call.future for call in calls], PERIOD, FIRST_COMPLETED)
 
 
 def call_marked(function: Function[Any], argument: bytes, mark: Path, limits: Limits) -> bytes:

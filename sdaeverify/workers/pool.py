@@ -7,6 +7,7 @@ import signal
 import sys
 import tempfile
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future
@@ -20,7 +21,7 @@ from pebble import ProcessPool
 
 from ..registry.discovery import load_file
 from ..registry.foreign_code import MOST_PRINTED, BoundedText
-from .limits import Limits, address_space
+from .limits import Limits, address_space, read_mark
 from .room import NoWorkersError, why_no_room
 
 Key = TypeVar("Key")
@@ -52,6 +53,7 @@ class Processes(Executor):
     def __init__(self, jobs: int, plugins: tuple[str, ...], limits: Limits, marks: Path) -> None:
         self.jobs, self.limits = jobs, limits
         self._plugins, self._marks, self._numbers = plugins, marks, count()
+        self._watched: dict[Path, Future[Any]] = {}
         self._pool: ProcessPool | None = None
 
     @property
@@ -89,6 +91,17 @@ class Processes(Executor):
         """Return a place for a mark that no other call has."""
         self._marks.mkdir(exist_ok=True)
         return self._marks / str(next(self._numbers))
+
+    def watch(self, mark: Path, future: "Future[Any]") -> None:
+        """End the process of a call when the time of whose code it runs is over."""
+        self._watched[mark] = future
+
+    def end_late(self) -> None:
+        """End the processes whose time is over: pebble does that, safely, where their calls are cancelled."""
+        self._watched = {mark: future for mark, future in self._watched.items() if not future.done()}
+        for mark, future in self._watched.items():
+            if time.monotonic() > read_mark(mark).deadline:
+                future.cancel()
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = True) -> None:  # noqa: ARG002
         """End the workers, whatever they do; calls that wait are given up."""

@@ -107,6 +107,15 @@ def test_no_way_out(tmp_path, call, limit, late):
 
 
 @POSIX
+def test_a_call_that_waits_for_one_that_hangs(tmp_path):
+    """Who waits for a call ends those before it in the queue that take too long."""
+    with worker_pool(1, limits=Limits(2.0)) as pool:
+        first = Call(pool, hangs, pickle.dumps(str(tmp_path / "child")))
+        assert Call(pool, ends, pickle.dumps(("none", 2))).outcome() == 2
+        assert first.outcome().late
+
+
+@POSIX
 def test_a_worker_that_dies_while_idle():
     """The next call is made in a new one."""
     with worker_pool(1) as pool:
