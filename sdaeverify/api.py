@@ -32,8 +32,8 @@ from .report.tables.command import command_of
 from .report.tables.rows import Rows, rows_of, tables_of
 from .store.store import Store
 from .study import CellResult, Plan, Study, plan
-from .study.remote_plan import remote_plan
-from .workers.executors import PROCESSES, Crew, Plugins, open_crew
+from .study.trial import trial_of
+from .workers.executors import PROCESSES, Plugins, Workers, open_workers
 from .workers.limits import Limits
 from .workers.pool import BLOCKS_A_WORKER, executor_for
 from .workers.requested import read_limits
@@ -188,7 +188,7 @@ def verify(
         Of an executor that is given, how many workers it is taken to have.
     executor : Executor or str, optional
         Anything with the interface of `concurrent.futures.Executor`, or the name of one as on the command line
-        (``processes``, ``serial``, ``dask``, ``dask://HOST:PORT``, ``loky``, ``mpi``, or one of the entry points
+        (``processes``, ``serial``, ``dask``, ``dask://HOST:PORT``, or one of the entry points
         `sdaeverify.executors`). What one step tells of each scheme, and blocks of paths, are found there, in about
         2 `jobs` pieces of a problem, one scheme on one problem at least. The result is the same to the last bit.
         Workers need this package and see no folder of this machine: plugin files go there with each call, evidence
@@ -228,7 +228,7 @@ def verify(
     with _crew(run, registry) as crew:
         todo = plan_of(registry, schemes, problems, measures, crew.executor if run.limits else None)
         study = Study(todo, run.settings, None if folder is None else Store(folder))
-        with shown_progress(run.progress, study.total) as show:
+        with shown_progress(run.progress) as show:
             for event in study.run(crew, BLOCKS_A_WORKER * crew.jobs):
                 show(event)
     result = result_of(study, registry, ["sdaeverify.verify"])
@@ -281,15 +281,15 @@ def _executor(given: object) -> Any:
 
 
 @contextmanager
-def _crew(run: _Requested, registry: Registry) -> Iterator[Crew]:
+def _crew(run: _Requested, registry: Registry) -> Iterator[Workers]:
     if run.executor is None:
         with executor_for(run.jobs, registry.files, run.limits, registry.modules) as own:
-            yield Crew(own, run.jobs)
+            yield Workers(own, run.jobs)
     elif isinstance(run.executor, str):
-        with open_crew(run.executor, run.jobs, registry) as crew:
+        with open_workers(run.executor, run.jobs, registry) as crew:
             yield crew
     else:
-        yield Crew(run.executor, run.jobs, Plugins.of(registry))
+        yield Workers(run.executor, run.jobs, Plugins.of(registry))
 
 
 def settings_from(**settings: Unpack[SettingsOptions]) -> Settings:
@@ -333,7 +333,7 @@ def plan_of(
         select_problems(registry, problems),
         select_measures(registry, measures),
     )
-    return plan(*chosen, lambda label: select_schemes(registry, label)[0], remote_plan(executor, *chosen))
+    return plan(*chosen, lambda label: select_schemes(registry, label)[0], trial_of(executor, *chosen))
 
 
 def result_of(study: Study, registry: Registry, arguments: Sequence[str]) -> Result:

@@ -17,7 +17,7 @@ from .noise.brownian import Brownian, LevelNoise, Piece, Source
 from .registry.load import Registry
 from .registry.selection import only, select_measures, select_problems, select_schemes
 from .simulate.chains import Chains
-from .simulate.ensemble import Entry, LaneEvidence, Task, one_thread, run_block
+from .simulate.ensemble import Entry, SchemeEvidence, Task, one_thread, run_block
 from .simulate.tracks import Track, follow
 from .study import Advanced, Cell, CellResult, Plan, ProblemPlan, Study, plan
 from .study.holm import holm
@@ -30,13 +30,13 @@ __all__ = [
     "CellResult",
     "Chains",
     "Entry",
-    "LaneEvidence",
     "LevelNoise",
     "Piece",
     "Plan",
     "ProblemPlan",
     "ProblemSpec",
     "Registry",
+    "SchemeEvidence",
     "Source",
     "Study",
     "Task",

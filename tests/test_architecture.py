@@ -535,7 +535,9 @@ def test_a_cell_keeps_its_match():
     # The rest plans cells of its own: the lab, the kit, and the search for a problem that is run on request.
     rooms = {"sdaeverify/report", "sdaeverify/testing"}
     own = {caller for caller in callers if "/".join(caller.split("/")[:2]) in rooms}
-    assert callers - own == {f"sdaeverify/{file}.py" for file in ("gate/untested", "simulate/ensemble", "study/plan")}
+    assert callers - own == {
+        f"sdaeverify/{file}.py" for file in ("gate/untested", "simulate/ensemble", "store/behaviour", "study/plan")
+    }
 
 
 def test_parts_of_scipy_are_loaded_when_they_are_used():

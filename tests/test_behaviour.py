@@ -12,10 +12,10 @@ from sdaeverify import Settings
 from sdaeverify.contracts.scheme import Step
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.measures.strong import Strong
-from sdaeverify.simulate.behaviour import Behaviour, differing, problem_digest, steps_digest
-from sdaeverify.simulate.ensemble import Entry, Task, behaviours, run_block
+from sdaeverify.simulate.ensemble import Behaviour, Entry, Marker, Task
+from sdaeverify.store.behaviour import behaviours, differing, problem_digest, run_observed, steps_digest
 from sdaeverify.store.store import Store
-from sdaeverify.study.blocks import Parcel, run_parcel
+from sdaeverify.study.blocks import BlockBatch, simulate_batch
 from sdaeverify.study.judging import CellEvidence
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm
@@ -136,7 +136,7 @@ def test_what_changes_during_a_run_is_no_evidence(tmp_path):
     task = Task(problem_spec(gbm), tuple(Entry(scheme, (Strong(),)) for scheme in schemes), settings)
     places = tuple(recalled.place for recalled in Store(tmp_path).recall(task, 1))
 
-    turned, right = run_parcel(Parcel(task, 1, places))
+    turned, right = simulate_batch(BlockBatch(task, 1, places), Marker())
 
     assert "what the scheme does has changed during the run" in turned.errors[0]
     assert right.errors == ("",)
@@ -146,7 +146,7 @@ def test_what_changes_during_a_run_is_no_evidence(tmp_path):
 def test_blocks_of_two_versions_do_not_go_together():
     """Evidence of one block is not added to that of another in which something else was done."""
     task = Task(problem_spec(gbm), (Entry(EulerMaruyama(), (Strong(),)),), replace(SETTINGS, paths=80))
-    (first,), (second,) = (run_block(task, block, digests=True) for block in range(2))
+    (first,), (second,) = (run_observed(task, block) for block in range(2))
     other = second._replace(behaviour=Behaviour("something", second.behaviour.problem))
 
     known = CellEvidence().merge(first, 0)

@@ -19,7 +19,7 @@ from ..gate.writers.record import json_report
 from ..gate.writers.text import text_report
 from ..registry.load import Registry
 from ..report.files import require_writable, write_json
-from ..workers.executors import Crew
+from ..workers.executors import Workers
 from ..workers.limits import Limits
 from .console import complain, output_to_stderr
 from .exit_codes import ExitCode, code_of_gate
@@ -105,7 +105,7 @@ def carry_out_gate(request: Request) -> tuple[Gated | None, ExitCode]:
     return gated, ExitCode(gated.code)
 
 
-def _run_to_its_end(run: Run, crew: Crew, kind: str) -> tuple[Result | None, ExitCode]:
+def _run_to_its_end(run: Run, crew: Workers, kind: str) -> tuple[Result | None, ExitCode]:
     """Return what a run came to; None and why not if it did not come to its end."""
     try:
         return advance(run, crew, kind), ExitCode.OK

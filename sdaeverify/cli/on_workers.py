@@ -27,7 +27,7 @@ def run_on_workers(work: Any, jobs: int | None, registry: Registry, kind: str) -
     processes = max(1, min(jobs or available_cores(), work.total))
     workers = executor_for(processes, registry.files, modules=registry.modules)
     try:
-        with workers as executor, progress(kind, work.total) as show:
+        with workers as executor, progress(kind) as show:
             for event in work.run(executor, BLOCKS_A_WORKER * processes):
                 show(event)
     except BrokenExecutor:

@@ -33,7 +33,7 @@ from ..report.terminal import drifts, legend, summary_tables, windows
 from ..report.verdict_row import VerdictRow
 from ..store.store import Store
 from ..study import CellResult, Finished, Plan, Study
-from ..workers.executors import PROCESSES, Crew, LostExecutorError, open_crew
+from ..workers.executors import PROCESSES, LostExecutorError, Workers, open_workers
 from ..workers.limits import Limits
 from ..workers.pool import BLOCKS_A_WORKER, executor_for
 from ..workers.room import NoWorkersError
@@ -149,13 +149,13 @@ class Run:
             remove_page(self.folder)
 
 
-def carry_out(run: Run, crew: Crew, kind: str) -> ExitCode:
+def carry_out(run: Run, crew: Workers, kind: str) -> ExitCode:
     """Run the study, save and show its results.
 
     Parameters
     ----------
     run : Run
-    crew : Crew
+    crew : Workers
     kind : str
         Of progress.
 
@@ -199,8 +199,8 @@ def halt_of(error: BaseException) -> Halt:
 
 
 @contextmanager
-def workers(jobs: int, limits: Limits | None, registry: Registry, executor: str = PROCESSES) -> Iterator[Crew]:
-    """Give the workers of a run, as `executor_for`, or as `open_crew` where they are those of another executor.
+def workers(jobs: int, limits: Limits | None, registry: Registry, executor: str = PROCESSES) -> Iterator[Workers]:
+    """Give the workers of a run, as `executor_for`, or as `open_workers` where they are those of another executor.
 
     Parameters
     ----------
@@ -216,27 +216,27 @@ def workers(jobs: int, limits: Limits | None, registry: Registry, executor: str 
     if executor != PROCESSES:
         if limits is not None:
             complain("warning", f"no limits of time and memory hold on executor {executor}")
-        with open_crew(executor, jobs, registry) as crew:
+        with open_workers(executor, jobs, registry) as crew:
             yield crew
         return
     with executor_for(jobs, registry.files, limits, registry.modules) as own:
-        yield Crew(own, jobs)
+        yield Workers(own, jobs)
 
 
-def advance(run: Run, crew: Crew, kind: str) -> Result:
+def advance(run: Run, crew: Workers, kind: str) -> Result:
     """Run the study, show its progress, save and return what it comes to; see `carry_out` for the parameters.
 
     Parameters
     ----------
     run : Run
         The study, and where its tables go.
-    crew : Crew
+    crew : Workers
         Who computes.
     kind : str
         Of progress: "auto", "plain" or "none".
     """
     due = time.monotonic() + APART * ROW * len(run.plan.cells)
-    with output_to_stderr(), progress(kind, run.study.total) as show:
+    with output_to_stderr(), progress(kind) as show:
         for event in run.study.run(crew, BLOCKS_A_WORKER * crew.jobs):
             begun = time.monotonic()
             if run.first_only and isinstance(event, Finished) and _has_refuted(event):

@@ -16,7 +16,7 @@ from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems, select_schemes
 from ..study import Cell, Plan, ProblemPlan, plan
 from ..study.plan import ControlPlan, claims_of
-from ..study.remote_plan import remote_plan
+from ..study.trial import trial_of
 from ..verdicts.coverage import claim_for
 from .policy import Policy
 from .tiers import Cover
@@ -122,7 +122,7 @@ def gate_plan(registry: Registry, policy: Policy, executor: Executor | None = No
         [m for m in select_measures(registry, policy.measures) if m.name not in omitted_measures(registry, policy)],
     )
     resolve = (lambda label: select_schemes(registry, label)[0]) if tier.controls else None
-    made = plan(*chosen, resolve, remote_plan(executor, *chosen, claimed=True))
+    made = plan(*chosen, resolve, trial_of(executor, *chosen))
     claimed = [_claimed_part(problem) for problem in made.problems]
     kept = every_claim_once(claimed) if tier.cover is Cover.EVERY_CLAIM_ONCE else claimed
     ready = [_with_asked_controls(problem, controls=tier.controls) for problem in kept if problem.cells]

@@ -3,10 +3,11 @@
 Noise lives for a few steps, states for one: memory depends neither on the number of steps nor on the number of paths.
 """
 
+import os
 import time
 from collections.abc import Container, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
 from typing import NamedTuple
@@ -22,16 +23,52 @@ from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
 from ..contracts.specs import ProblemSpec
 from ..contracts.tally import Tally
-from ..errors import FAULTS, ProblemError, SchemeError, is_out_of_memory, one_line
+from ..errors import FAULTS, SchemeError, is_out_of_memory, one_line
 from ..forms import Problem
 from ..noise.brownian import Brownian, Piece, Source
-from .behaviour import CHANGED, Behaviour, problem_digest, steps_digest
-from .marker import PROBLEM, Marker
 from .reference import Reference
-from .tracks import Lane, follow
+from .tracks import SchemeTracks, follow
 
 # Bytes, just below the largest block whose return teaches glibc to keep smaller ones.
 LARGE_BLOCK = 2**25 - 2**16
+
+# In place of the index of a scheme: the problem itself, with its truth.
+PROBLEM = -1
+# In place of the index of a measure: none of them, but the scheme.
+NO_MEASURE = -1
+
+
+@contextmanager
+def alone() -> Iterator[None]:
+    """End a copy of this process that the code inside has made by ``fork``: one alone comes back."""
+    process = os.getpid()
+    try:
+        yield
+    finally:
+        if os.getpid() != process:
+            os._exit(1)
+
+
+class Marker:
+    """Is told whose code runs, so that a process that hangs or dies can be blamed on somebody; it sets no limits."""
+
+    @contextmanager
+    def of(self, scheme: int) -> Iterator[None]:  # noqa: ARG002 - nobody is watched here
+        """Run code of a scheme, by its index among those of the block, or of the problem."""
+        with alone():
+            yield
+
+    @contextmanager
+    def measure(self, index: int) -> Iterator[None]:  # noqa: ARG002
+        """Run code of a measure, by its index among those put to the scheme."""
+        yield
+
+
+class Behaviour(NamedTuple):
+    """What a scheme and a problem do, as digests of their results at fixed arguments."""
+
+    scheme: str
+    problem: str
 
 
 @dataclass(frozen=True)
@@ -64,12 +101,21 @@ class Task:
     stage: int = 0
 
     @property
+    def label(self) -> str:
+        """Label of the problem."""
+        return self.spec.label
+
+    def only(self, entries: Sequence[Entry]) -> "Task":
+        """Return the task with some of its entries, or with some of their measures."""
+        return replace(self, entries=tuple(entries))
+
+    @property
     def sampled(self) -> Settings:
         """The settings that paths are drawn with; one step is looked at with those of the whole run."""
         return self.settings.at(self.stage)
 
 
-class LaneEvidence(NamedTuple):
+class SchemeEvidence(NamedTuple):
     """Evidence on one scheme.
 
     Attributes
@@ -106,9 +152,7 @@ class LaneEvidence(NamedTuple):
     opened: tuple[tuple[str, str], ...] = ()
 
 
-def run_block(
-    task: Task, block: int, marker: Marker | None = None, *, digests: bool = False
-) -> tuple[LaneEvidence, ...]:
+def run_block(task: Task, block: int, marker: Marker | None = None) -> tuple[SchemeEvidence, ...]:
     """Simulate one block of paths, in a worker process or in this one.
 
     Parameters
@@ -118,47 +162,21 @@ def run_block(
         Index of the block, or `SCREENING` for what needs no paths.
     marker : Marker, optional
         Is told whose code runs.
-    digests : bool, optional
-        Whether it is noted what schemes and problem do, so that the evidence can be kept: it is none if they do
-        something else in the end.
 
     Returns
     -------
-    tuple of LaneEvidence
+    tuple of SchemeEvidence
         One for each entry of the task.
     """
     try:
         _keep_freed_memory()
         # Non-finite numbers are evidence here: they are counted, not warned about.
         with np.errstate(all="ignore"), one_thread():
-            return _run_block(task, block, marker or Marker(), digests=digests)
+            return _run_block(task, block, marker or Marker())
     except FAULTS as error:
         reason = f"problem {task.spec.label}: {one_line(error)}"
         starved = is_out_of_memory(error)
         return tuple(without_evidence(entry, reason, starved=starved) for entry in task.entries)
-
-
-def behaviours(task: Task, marker: Marker | None = None) -> tuple[Behaviour | None, ...]:
-    """Return what the schemes of a task do on its problem, as `run_block` notes it; None where nobody can tell."""
-    marker = marker or Marker()
-    with np.errstate(all="ignore"), one_thread():
-        try:
-            with marker.of(PROBLEM):
-                problem = task.spec.build()
-                did = problem_digest(problem)
-        except FAULTS:
-            return tuple(None for _ in task.entries)
-        return tuple(_behaviour(task, index, problem, did, marker) for index in range(len(task.entries)))
-
-
-def _behaviour(task: Task, index: int, problem: Problem, did: str, marker: Marker) -> Behaviour | None:
-    scheme = task.entries[index].scheme
-    try:
-        with marker.of(index):
-            view = match(scheme, problem).problem
-            return None if view is None else Behaviour(steps_digest(scheme, view, task.settings.steps), did)
-    except FAULTS:
-        return None
 
 
 def one_thread() -> AbstractContextManager[object]:
@@ -180,24 +198,18 @@ def _keep_freed_memory() -> None:
     np.empty(LARGE_BLOCK, dtype=np.uint8)
 
 
-def _run_block(task: Task, block: int, marker: Marker, *, digests: bool) -> tuple[LaneEvidence, ...]:
+def _run_block(task: Task, block: int, marker: Marker) -> tuple[SchemeEvidence, ...]:
     with marker.of(PROBLEM):
         problem = task.spec.build()
         asked_for = any(_needs_truth(entry, problem) for entry in task.entries)
         reference = Reference(problem, task.sampled, max(block, 0), asked_for=asked_for)
-        did = problem_digest(problem) if digests else ""
     first = block == (SCREENING if task.screened else 0)
-    place = _Place(problem, reference, task, marker, did, first=first, sampled=block != SCREENING)
+    place = _Place(problem, reference, task, marker, first=first, sampled=block != SCREENING)
     runs = [_Run(entry, index, place) for index, entry in enumerate(task.entries)]
     if any(run.sampled for run in runs):
         source = Source(task.settings.seed, task.spec.label, block, reference.drawn, reference.paths)
         _simulate(place, runs, source)
-    lanes = tuple(run.evidence() for run in runs)
-    if did:
-        with marker.of(PROBLEM):
-            if problem_digest(problem) != did:
-                raise ProblemError(f"what it does has {CHANGED}")
-    return lanes
+    return tuple(run.evidence() for run in runs)
 
 
 def _needs_truth(entry: Entry, problem: Problem) -> bool:
@@ -207,7 +219,7 @@ def _needs_truth(entry: Entry, problem: Problem) -> bool:
 
 def without_evidence(
     entry: Entry, error: str, seconds: float = 0.0, violation: str = "", *, starved: bool = False
-) -> LaneEvidence:
+) -> SchemeEvidence:
     """Return that nothing is known of a scheme, and why.
 
     Parameters
@@ -225,7 +237,9 @@ def without_evidence(
     """
     nothing = tuple(Tally() for _ in entry.measures)
     errors, measures = tuple(error for _ in entry.measures), range(len(entry.measures) if starved else 0)
-    return LaneEvidence(nothing, nothing, Tally(), seconds, errors, violation=violation, starved=frozenset(measures))
+    return SchemeEvidence(
+        nothing, nothing, Tally(), seconds, errors, violation=violation, starved=frozenset(measures)
+    )
 
 
 class _Place(NamedTuple):
@@ -235,7 +249,6 @@ class _Place(NamedTuple):
     reference: Reference
     task: Task
     marker: Marker
-    did: str
     first: bool
     sampled: bool
 
@@ -260,7 +273,7 @@ def _simulate(place: _Place, runs: "Sequence[_Run]", source: Source) -> None:
 
 
 class _Watch:
-    """One measure on one lane; what goes wrong in it costs this measure only."""
+    """One measure on one scheme; what goes wrong in it costs this measure only."""
 
     def __init__(self, measure: Measure, index: int, place: _Place, parts: Parts | None) -> None:
         problem, settings = place.problem, place.task.sampled
@@ -315,7 +328,6 @@ class _Run:
         self.reference, self.settings = place.reference, place.task.settings
         self.error, self.starved, self.violation, self.seconds = "", False, "", 0.0
         self.watches: list[_Watch] = []
-        self.did = ""
         with self._catch_errors():
             self._begin()
 
@@ -324,15 +336,15 @@ class _Run:
         matched = match(scheme, self.place.problem)
         if matched.problem is None:
             raise SchemeError(matched.reason)
-        self.view, self.did = matched.problem, self._digest(matched.problem)
+        self.view = matched.problem
         self.violation = violation(scheme, self.view) if self.place.first else ""
         if self.violation:
             return
         parts = None
         if self.place.sampled:
             own = self.reference.own if _needs_truth(self.entry, self.place.problem) else None
-            self.lane = Lane(scheme, self.view, self.place.task.sampled, paths, own)
-            parts = self.lane.tracks[0].constraint_arguments()
+            self.tracks = SchemeTracks(scheme, self.view, self.place.task.sampled, paths, own)
+            parts = self.tracks.tracks[0].constraint_arguments()
         self.watches = [_Watch(m, index, self.place, parts) for index, m in enumerate(self.entry.measures)]
 
     @property
@@ -344,18 +356,18 @@ class _Run:
         """Make the steps of a piece of noise."""
         if self.sampled:
             with self._catch_errors():
-                self.lane.advance(piece, self.watches)
+                self.tracks.advance(piece, self.watches)
 
     def note(self) -> None:
-        """Show the observers where the lane and the truth are at the end of a coarsest step."""
+        """Show the observers where the scheme and the truth are at the end of a coarsest step."""
         if self.sampled:
             with self._catch_errors():
-                self.lane.find_ended(self.place.problem)
-                snapshot = self.lane.snapshot(self.reference.parts())
+                self.tracks.find_ended(self.place.problem)
+                snapshot = self.tracks.snapshot(self.reference.parts())
                 for watch in self.watches:
                     watch.after_coarsest_step(snapshot)
 
-    def evidence(self) -> LaneEvidence:
+    def evidence(self) -> SchemeEvidence:
         """Return what was noted, and what the one-step map tells where a measure asks for it before all paths."""
         tallies: list[Tally] = []
         probes: list[Tally] = []
@@ -363,25 +375,18 @@ class _Run:
             with self._catch_errors():
                 tallies = [watch.tally() for watch in self.watches]
                 probes = [self._probe(watch) for watch in self.watches]
-                if self._digest(self.view) != self.did:
-                    raise SchemeError(f"what the scheme does has {CHANGED}")
         if self.error or self.violation:
             return without_evidence(self.entry, self.error, self.seconds, self.violation, starved=self.starved)
         errors = tuple(watch.error for watch in self.watches)
-        behaviour = Behaviour(self.did, self.place.did) if self.did else None
-        return LaneEvidence(
+        return SchemeEvidence(
             tuple(tallies),
             tuple(probes),
-            self.lane.health() if self.place.sampled else Tally(),
+            self.tracks.health() if self.place.sampled else Tally(),
             self.seconds,
             errors,
             self.reference.paths if self.place.sampled else 0,
-            behaviour=behaviour,
             starved=frozenset(index for index, watch in enumerate(self.watches) if watch.starved),
         )
-
-    def _digest(self, view: Problem) -> str:
-        return steps_digest(self.entry.scheme, view, self.settings.steps) if self.place.did else ""
 
     def _probe(self, watch: _Watch) -> Tally:
         probed = Tally()

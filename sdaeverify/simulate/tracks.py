@@ -146,7 +146,7 @@ def follow(
         note()
 
 
-class Lane:
+class SchemeTracks:
     """A scheme on one block of paths: one track a level, and one more where it has to be its own reference."""
 
     def __init__(self, scheme: Scheme, problem: Problem, settings: Settings, paths: int, own: int | None) -> None:
@@ -169,13 +169,13 @@ class Lane:
                 each.find_ended(problem)
 
     def snapshot(self, truths: Sequence[Parts]) -> Snapshot:
-        """Return where the lane and the truth are, and note the paths that are lost.
+        """Return where the scheme and the truth are, and note the paths that are lost.
 
         Parameters
         ----------
         truths : sequence of mapping
-            The truth at full and, if it has an error, at half resolution; empty where the lane is its own, and where
-            nobody asks for it.
+            The truth at full and, if it has an error, at half resolution; empty where the scheme is its own, and
+            where nobody asks for it.
         """
         levels = [self.tracks[level].parts() for level in range(self.levels)]
         known = (truths or levels[-1:]) if self.own is None else [self.tracks[self.own].parts()]

@@ -18,8 +18,8 @@ import numpy as np
 from ..arrays import Array
 from ..contracts.tally import Tally
 from ..errors import FAULTS
-from ..simulate.behaviour import Behaviour, differing
-from ..simulate.ensemble import Entry, LaneEvidence
+from ..simulate.ensemble import Behaviour, Entry, SchemeEvidence
+from .behaviour import differing
 from .files import Opened
 from .keys import Ingredients
 
@@ -174,20 +174,20 @@ def _texts(values: dict[str, Any]) -> Ingredients:
 # Evidence on some measures of a scheme put together with that on its others.
 
 
-def join_parts(entry: Entry, parts: Sequence[tuple[Entry, LaneEvidence]]) -> LaneEvidence:
+def join_parts(entry: Entry, parts: Sequence[tuple[Entry, SchemeEvidence]]) -> SchemeEvidence:
     """Return the evidence on an entry from parts of its measures.
 
     Parameters
     ----------
     entry : Entry
-    parts : sequence of (Entry, LaneEvidence)
+    parts : sequence of (Entry, SchemeEvidence)
         Of the same scheme; together they have all its measures.
     """
     where = {m.name: (lane, index) for part, lane in parts for index, m in enumerate(part.measures)}
     found = [where[measure.name] for measure in entry.measures]
     lanes = [lane for _, lane in parts]
     did = list(dict.fromkeys(lane.behaviour for lane in lanes if lane.behaviour))
-    return LaneEvidence(
+    return SchemeEvidence(
         tuple(lane.tallies[index] for lane, index in found),
         tuple(lane.probes[index] for lane, index in found),
         reduce(fuller, (lane.health for lane in lanes)),

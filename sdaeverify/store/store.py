@@ -13,8 +13,8 @@ from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING
 from ..errors import UsageError
-from ..simulate.behaviour import Behaviour
-from ..simulate.ensemble import Entry, LaneEvidence, Task, behaviours
+from ..simulate.ensemble import Behaviour, Entry, SchemeEvidence, Task
+from .behaviour import behaviours
 from .code import homes_of
 from .container import SUFFIX, Container, containers
 from .files import differing_files, opened_by
@@ -60,7 +60,7 @@ class Recalled(NamedTuple):
     ----------
     entry : Entry
         With the measures that `lane` is about.
-    lane : LaneEvidence or None
+    lane : SchemeEvidence or None
         None if nothing is known.
     missing : tuple of Measure
     place : Place or None
@@ -68,7 +68,7 @@ class Recalled(NamedTuple):
     """
 
     entry: Entry
-    lane: LaneEvidence | None
+    lane: SchemeEvidence | None
     missing: tuple[Measure, ...]
     place: Place | None
 
@@ -177,7 +177,7 @@ class Store:
         return Recalled(Entry(entry.scheme, known), _lane(stored, known), missing, place)
 
 
-def keep(places: Iterable[Place | None], entries: Sequence[Entry], lanes: Sequence[LaneEvidence]) -> None:
+def keep(places: Iterable[Place | None], entries: Sequence[Entry], lanes: Sequence[SchemeEvidence]) -> None:
     """Write the evidence of a block; what failed is not kept, so that it is tried again.
 
     Parameters
@@ -186,7 +186,7 @@ def keep(places: Iterable[Place | None], entries: Sequence[Entry], lanes: Sequen
         Where each scheme's evidence goes; None where it is not kept.
     entries : sequence of Entry
         The schemes, in the same order.
-    lanes : sequence of LaneEvidence
+    lanes : sequence of SchemeEvidence
         What was found of them.
 
     Raises
@@ -202,7 +202,7 @@ def keep(places: Iterable[Place | None], entries: Sequence[Entry], lanes: Sequen
                 _write(place, StoredLane(*known))
 
 
-def with_opened(lanes: Iterable[LaneEvidence], task: Task) -> tuple[LaneEvidence, ...]:
+def with_opened(lanes: Iterable[SchemeEvidence], task: Task) -> tuple[SchemeEvidence, ...]:
     """Return the evidence on the entries of a task with the files that their code has opened in this process."""
     pairs = zip(lanes, task.entries, strict=True)
     return tuple(lane._replace(opened=opened_by(_homes(entry, task))) for lane, entry in pairs)
@@ -236,19 +236,19 @@ def _add(before: StoredLane | None, lane: StoredLane) -> StoredLane:
     return lane._replace(health=health, seconds=seconds, measures=measures, opened=tuple(sorted(opened.items())))
 
 
-def _records(place: Place, entry: Entry, lane: LaneEvidence) -> Iterator[tuple[str, MeasureRecord]]:
+def _records(place: Place, entry: Entry, lane: SchemeEvidence) -> Iterator[tuple[str, MeasureRecord]]:
     for index, measure in enumerate(entry.measures):
         if measure.name in place.measures and not lane.errors[index]:
             own = place.measures[measure.name]
             yield measure.name, MeasureRecord(own, lane.tallies[index], lane.probes[index])
 
 
-def _lane(stored: StoredLane, measures: Sequence[Measure]) -> LaneEvidence | None:
+def _lane(stored: StoredLane, measures: Sequence[Measure]) -> SchemeEvidence | None:
     if not measures:
         return None
     records = [stored.measures[measure.name] for measure in measures]
     sampled, probed = tuple(r.sampled for r in records), tuple(r.probed for r in records)
-    lane = LaneEvidence(sampled, probed, stored.health, stored.seconds, tuple("" for _ in records), stored.paths)
+    lane = SchemeEvidence(sampled, probed, stored.health, stored.seconds, tuple("" for _ in records), stored.paths)
     return lane._replace(behaviour=stored.behaviour, opened=stored.opened)
 
 

@@ -2,7 +2,7 @@
 
 from .judging import CellResult
 from .plan import Cell, Plan, ProblemPlan, plan
-from .run import Advanced, Event, Finished, Screened, Study
+from .run import Advanced, Event, Finished, Study
 
 __all__ = [
     "Advanced",
@@ -12,7 +12,6 @@ __all__ = [
     "Finished",
     "Plan",
     "ProblemPlan",
-    "Screened",
     "Study",
     "plan",
 ]

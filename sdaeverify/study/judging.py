@@ -20,8 +20,8 @@ from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..errors import FAULTS, one_line
 from ..forms.controls import deciding
-from ..simulate.behaviour import Behaviour, differing
-from ..simulate.ensemble import LaneEvidence
+from ..simulate.ensemble import Behaviour, SchemeEvidence
+from ..store.behaviour import differing
 from ..verdicts.sound_levels import lost_index
 from ..verdicts.way import SAMPLED, Case, Objection, send
 from .plan import Cell, ControlPlan, ProblemPlan, claims_of
@@ -181,18 +181,18 @@ class CellEvidence:
         """What is known without sampling; the time that paths took stays spent."""
         return replace(self, sampled=Tally(), health=Tally(), path_seconds=0.0, paths=0)
 
-    def merge(self, lane: LaneEvidence, index: int) -> "CellEvidence":
+    def merge(self, found: SchemeEvidence, index: int) -> "CellEvidence":
         """Return the evidence with that of one more block; the first error stays."""
         return CellEvidence(
-            self.sampled.merge(lane.tallies[index]),
-            self.probed.merge(lane.probes[index]),
-            self.health.merge(lane.health),
-            self.seconds + lane.seconds,
-            self.path_seconds + (lane.seconds if lane.paths else 0.0),
-            self.paths + lane.paths,
-            self.error or lane.errors[index] or differing(self.behaviour, lane.behaviour),
-            self.violation or lane.violation,
-            self.behaviour or lane.behaviour,
+            self.sampled.merge(found.tallies[index]),
+            self.probed.merge(found.probes[index]),
+            self.health.merge(found.health),
+            self.seconds + found.seconds,
+            self.path_seconds + (found.seconds if found.paths else 0.0),
+            self.paths + found.paths,
+            self.error or found.errors[index] or differing(self.behaviour, found.behaviour),
+            self.violation or found.violation,
+            self.behaviour or found.behaviour,
         )
 
 

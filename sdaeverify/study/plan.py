@@ -1,8 +1,7 @@
 """The product schemes x problems x measures, split into cells that can be run and reasons why not."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,8 +15,8 @@ from ..forms import Problem
 from ..forms.controls import Control
 
 Resolve = Callable[[str], Scheme]
-# Plans the cells of a problem elsewhere.
-Planner = Callable[[ProblemSpec], "RemoteCells"]
+# Tells of which schemes on a problem a process has died, and why; None stands for the problem itself.
+Trial = Callable[[ProblemSpec], Mapping[Scheme | None, str]]
 
 
 @dataclass(frozen=True)
@@ -45,24 +44,6 @@ class Cell:
     verdict: Verdict | None = None
     reason: str = ""
     seen: Problem | None = field(default=None, compare=False, repr=False)
-
-
-class RemoteCells(NamedTuple):
-    """The cells of a problem as another process has planned them.
-
-    Attributes
-    ----------
-    cells : tuple of Cell
-        In any order; without those of schemes that it says nothing about.
-    builds : bool
-        Whether it is safe to build the problem.
-    complete : bool
-        Whether schemes that it says nothing about have no cells; they are asked here otherwise.
-    """
-
-    cells: tuple[Cell, ...]
-    builds: bool = True
-    complete: bool = False
 
 
 @dataclass(frozen=True)
@@ -139,7 +120,7 @@ def plan(
     specs: Sequence[ProblemSpec],
     measures: Sequence[Measure],
     resolve: Resolve | None = None,
-    planner: Planner | None = None,
+    trial: Trial | None = None,
 ) -> Plan:
     """Cross schemes, problems and measures.
 
@@ -150,8 +131,8 @@ def plan(
     measures : sequence of Measure
     resolve : callable, str -> Scheme, optional
         Finds the scheme of a label, for the controls that problems name; without it no control can be run.
-    planner : callable, ProblemSpec -> RemoteCells, optional
-        Finds out what can be run of a problem where that can do no harm; by default it is found out here.
+    trial : callable, ProblemSpec -> mapping of (Scheme or None) to str, optional
+        Tells who cannot be asked here what can be run, since a process has died of it or taken too long.
 
     Returns
     -------
@@ -162,44 +143,39 @@ def plan(
     UsageError
         If a problem does not accept the parameters that were asked for.
     """
-    plans = [_problem_plan(spec, schemes, measures, planner) for spec in specs]
+    plans = [_problem_plan(spec, schemes, measures, trial(spec) if trial else {}) for spec in specs]
     return Plan(tuple(replace(made, controls=tuple(_controls(made, measures, resolve))) for made in plans))
 
 
 def _problem_plan(
-    spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure], planner: Planner | None
+    spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure], fatal: Mapping[Scheme | None, str]
 ) -> ProblemPlan:
     schemes, measures = spec.select(schemes, measures)
-    remote = planner(spec) if planner else RemoteCells(())
-    if not remote.builds:
-        return ProblemPlan(spec, None, remote.cells)
+    if None in fatal:
+        return _unbuilt_plan(spec, schemes, measures, fatal[None])
     try:
         problem = spec.build()
     except FAULTS as error:
         if spec.parameters and isinstance(error, UsageError):
             raise
-        reason = f"problem {spec.label} cannot be built: {one_line(error)}"
-        cells = [Cell(s, spec, m, "", Verdict.ERROR, reason) for s in schemes for m in measures]
-        return ProblemPlan(spec, None, tuple(cells))
-    known: dict[Scheme, list[Cell]] = {}
-    for cell in remote.cells:
-        known.setdefault(cell.scheme, []).append(cell)
+        return _unbuilt_plan(spec, schemes, measures, one_line(error))
     found = (
-        _attach_views(known[scheme], problem) if scheme in known else scheme_cells(scheme, spec, problem, measures)
+        _failed_cells(scheme, spec, measures, fatal[scheme])
+        if scheme in fatal
+        else scheme_cells(scheme, spec, problem, measures)
         for scheme in schemes
-        if scheme in known or not remote.complete
     )
     return ProblemPlan(spec, problem, tuple(cell for cells in found for cell in cells))
 
 
-def _attach_views(cells: Sequence[Cell], problem: Problem) -> Iterator[Cell]:
-    """Yield the cells of a scheme that another process has planned, with the problem as the scheme sees it."""
-    matched = _try_to_match(cells[0].scheme, problem) if any(cell.verdict is None for cell in cells) else Match(None)
-    for cell in cells:
-        if cell.verdict is None and matched.problem is None:
-            yield replace(cell, verdict=Verdict.ERROR, reason=matched.reason)
-        else:
-            yield cell if cell.verdict is not None else replace(cell, seen=matched.problem)
+def _unbuilt_plan(spec: ProblemSpec, schemes: Sequence[Scheme], measures: Sequence[Measure], why: str) -> ProblemPlan:
+    reason = f"problem {spec.label} cannot be built: {why}"
+    cells = (cell for scheme in schemes for cell in _failed_cells(scheme, spec, measures, reason))
+    return ProblemPlan(spec, None, tuple(cells))
+
+
+def _failed_cells(scheme: Scheme, spec: ProblemSpec, measures: Sequence[Measure], reason: str) -> list[Cell]:
+    return [Cell(scheme, spec, measure, "", Verdict.ERROR, reason) for measure in measures]
 
 
 def _try_to_match(scheme: Scheme, problem: Problem) -> Match:
@@ -225,7 +201,7 @@ def scheme_cells(scheme: Scheme, spec: ProblemSpec, problem: Problem, measures: 
     """
     matched = _try_to_match(scheme, problem)
     if matched.failed:
-        return [Cell(scheme, spec, m, "", Verdict.ERROR, matched.reason) for m in measures]
+        return _failed_cells(scheme, spec, measures, matched.reason)
     return [_cell(scheme, spec, problem, measure, matched) for measure in measures]
 
 

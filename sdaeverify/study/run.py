@@ -1,17 +1,16 @@
 """Blocks over an executor: evidence merged in block order, so that the result does not depend on the workers."""
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from ..contracts.settings import SCREENING, Settings
 from ..simulate.ensemble import Task
 from ..store.store import Store
-from ..workers.executors import Crew
-from .blocks import Blocks, Lanes, Portion
-from .forecast import Forecast, LaneKey, breadth, weight
+from ..workers.executors import Workers
+from .blocks import Blocks
+from .cost import breadth, weight
 from .holm import family_wise
 from .judging import CellResult
 from .plan import Plan
@@ -21,47 +20,20 @@ HALTED = "no further evidence is in the folder; matrix with the same --out compu
 
 
 class Advanced(NamedTuple):
-    """A piece of work is done.
+    """Some of the work is done.
 
     Attributes
     ----------
     done, total : int
-        Of a study, the schemes on problems that need nothing more, and all; of other work, its jobs.
+        Of a study, the schemes on problems that need nothing more, and all, those whose single steps are looked at
+        counted as well; of other work, its jobs.
     problem : str
-        Label of the problem the piece belongs to.
-    spent, left : float or None
-        Seconds of work that are done, and that are left as far as can be told, those of all workers together; None
-        where the time of pieces is not measured.
+        Label of the problem it belongs to.
     """
 
     done: int
     total: int
     problem: str
-    spent: float | None = None
-    left: float = 0.0
-
-
-class Screened(NamedTuple):
-    """All that a problem's schemes tell without paths is found; no path of any problem has been drawn yet.
-
-    Attributes
-    ----------
-    problem : str
-        Label.
-    judge : callable, () -> tuple of CellResult
-        Of the cells that need no paths: judged where somebody wants to see them so early.
-    waiting : int
-        Cells whose verdicts do.
-    """
-
-    problem: str
-    judge: Callable[[], tuple[CellResult, ...]]
-    waiting: int
-
-    @property
-    def results(self) -> tuple[CellResult, ...]:
-        """Of the cells that need no paths."""
-        return self.judge()
 
 
 class Finished(NamedTuple):
@@ -70,7 +42,7 @@ class Finished(NamedTuple):
     results: tuple[CellResult, ...]
 
 
-Event = Advanced | Screened | Finished
+Event = Advanced | Finished
 
 
 class Study:
@@ -106,64 +78,60 @@ class Study:
         """Largest number of blocks, what is found without paths being one of each problem."""
         return (1 + self.settings.blocks) * sum(problem.open for problem in self.problems)
 
-    def run(self, executor: Crew | Executor | None = None, window: int = 1) -> Iterator[Event]:
+    def run(self, workers: Workers | Executor | None = None, window: int = 1) -> Iterator[Event]:
         """Find all that needs no paths; then take look after look at every problem that is not decided, and judge it.
 
         Parameters
         ----------
-        executor : Crew or Executor, optional
+        workers : Workers or Executor, optional
             Anything with the interface of `concurrent.futures`; blocks run in this process if left out.
         window : int, optional
             Blocks in flight: bounds the memory of results that wait for their turn.
 
         Yields
         ------
-        Advanced, Screened or Finished
+        Advanced or Finished
         """
-        blocks = Blocks(executor, self.store)
+        blocks = Blocks(workers, self.store)
         yield from self._finish(problem for problem in self.problems if not problem.open)
         waiting = [problem for problem in self.problems if problem.open]
         yield from self._finish(problem for problem in waiting if not self._goes_on(problem, blocks))
         waiting = [problem for problem in waiting if problem.open]
-        state = _Progress(self.problems, Forecast(self.settings))
-        for problem in waiting:
-            pieces = [*problem.screening, *problem.expected_pieces]
-            state.forecast.expect(problem.plan.spec.label, pieces, breadth(problem.plan))
-        yield from self._screen(waiting, blocks, window, state)
-        yield from self._look(waiting, blocks, window, state)
+        yield from self._screen(waiting, blocks, window)
+        yield from self._look(waiting, blocks, window)
 
-    def _screen(
-        self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int, state: "_Progress"
-    ) -> Iterator[Event]:
+    def _screen(self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int) -> Iterator[Event]:
         """Find what needs no paths, of the problems with the most of it first."""
         widest = sorted(waiting, key=lambda problem: -breadth(problem.plan))
         for job, found in blocks.results(deque(_screening(problem) for problem in widest), window):
-            yield state.heard(job, found)
-            if not isinstance(found, Portion):
-                job.problem.absorb(job.task, found)
-                waiting_cells = len(job.problem.runs) - len(job.problem.screened)
-                yield Screened(job.problem.plan.spec.label, job.problem.judge_screened, waiting_cells)
+            job.problem.absorb(job.task, found)
+            job.problem.screened = True
+            yield self._advanced(job)
 
-    def _look(
-        self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int, state: "_Progress"
-    ) -> Iterator[Event]:
+    def _look(self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int) -> Iterator[Event]:
         """Draw paths, of the problems that take longest first."""
         longest = sorted(waiting, key=lambda problem: -weight(problem.plan, self.settings))
         jobs = deque(job for problem in longest for job in _jobs(problem))
         for job, found in blocks.results(jobs, window):
-            if isinstance(found, Portion):
-                yield state.heard(job, found)
-                continue
             job.problem.absorb(job.task, found)
-            yield state.heard(job, found)
             if job.block == job.last:
                 job.problem.judge()
                 goes_on = job.problem.open and self._goes_on(job.problem, blocks)
-                state.forecast.expect(job.task.spec.label, job.problem.expected_pieces if goes_on else ())
                 # Looks in a row are not left to the end, where one worker would be busy with them alone.
                 jobs.extendleft(reversed([*_jobs(job.problem)] if goes_on else []))
                 if not goes_on:
                     yield from self._finish([job.problem])
+            yield self._advanced(job)
+
+    def _advanced(self, job: "_Job") -> Advanced:
+        done = sum(self._count_done(problem) for problem in self.problems)
+        return Advanced(done, sum(2 * problem.pairs[0] for problem in self.problems), job.task.label)
+
+    def _count_done(self, problem: ProblemRun) -> int:
+        schemes, decided = problem.pairs
+        if problem.plan.spec.label in self.finished:
+            return 2 * schemes
+        return schemes + decided if problem.screened else 0
 
     def results(self) -> list[CellResult]:
         """Return the results of all cells as they are, family-wise errors corrected; see `stopped` for the others."""
@@ -173,7 +141,7 @@ class Study:
     def _goes_on(self, problem: ProblemRun, blocks: Blocks) -> bool:
         """Return whether a problem takes its next look; if nothing is computed, cells without evidence are halted."""
         if self.store is not None and self.stored_only:
-            problem.halt(blocks.lacking(problem.task(), problem.next_pieces), HALTED)
+            problem.halt(blocks.lacking(problem.task(), problem.next_blocks), HALTED)
         return problem.open
 
     def _finish(self, problems: Iterable[ProblemRun]) -> Iterator[Finished]:
@@ -181,24 +149,6 @@ class Study:
             results = problem.results("")
             self.finished[problem.plan.spec.label] = results
             yield Finished(results)
-
-
-@dataclass
-class _Progress:
-    """How far a study is: schemes on problems, and the seconds that are left."""
-
-    problems: Sequence[ProblemRun]
-    forecast: Forecast
-
-    def heard(self, job: "_Job", found: Lanes | Portion) -> Advanced:
-        """Take note of what is done, and return the event."""
-        label, stage = job.task.spec.label, job.task.stage
-        if isinstance(found, Portion):
-            self.forecast.heard(label, [(LaneKey(scheme, job.block, stage), each) for scheme, each in found])
-        else:
-            self.forecast.over(label, job.block, stage)
-        pairs, decided = (sum(counts) for counts in zip(*(problem.pairs for problem in self.problems), strict=True))
-        return Advanced(decided, pairs, label, self.forecast.spent, self.forecast.left)
 
 
 class _Job(NamedTuple):

@@ -14,10 +14,9 @@ from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
 from ..contracts.settings import SCREENING, Settings
 from ..errors import FAULTS, one_line
-from ..simulate.ensemble import Entry, LaneEvidence, Task
+from ..simulate.ensemble import Entry, SchemeEvidence, Task
 from ..verdicts.way import SAMPLED, Case, send
 from .agreement import agreeing
-from .forecast import LaneKey
 from .judging import CellEvidence, CellResult, control_verdicts, excluded_cells, judge_cell, without_evidence
 from .plan import Cell, ProblemPlan
 
@@ -81,12 +80,6 @@ class CellRun:
         """Whether paths tell nothing about it."""
         return self.evidence.refused or _draws_none(self.cell.measure)
 
-    @property
-    def paths_to_decide(self) -> float:
-        """Number of paths that would decide, as far as the findings say."""
-        open_ = [finding for finding in self.result.findings if not finding.settled] if self.result else []
-        return max((finding.reason.paths for finding in open_), default=0.0)
-
 
 class ProblemRun:
     """All cells of a problem, with those of its controls.
@@ -106,6 +99,8 @@ class ProblemRun:
         How many looks were taken on it.
     pairs : (int, int)
         Number of schemes, and how many of them need nothing more.
+    screened : bool
+        Whether it is found what they tell without paths.
     """
 
     def __init__(self, plan: ProblemPlan, settings: Settings) -> None:
@@ -114,7 +109,7 @@ class ProblemRun:
         known = {_key(run.cell) for run in self.runs}
         self.controls = [CellRun(cell) for cell in plan.control_cells if _key(cell) not in known]
         self.excluded = excluded_cells(plan)
-        self.stages = list(settings.stages)
+        self.screened, self.stages = False, list(settings.stages)
         self._begin_stage()
         for run in (*self.runs, *self.controls):
             run.stage = self.stage
@@ -126,26 +121,7 @@ class ProblemRun:
         return self.look < len(self.sampled.ends) and not all(run.settled for run in self.runs)
 
     @property
-    def screening(self) -> set[LaneKey]:
-        """What is found without paths."""
-        return {LaneKey(run.cell.scheme.label, SCREENING, self.stage) for run in self._running()}
-
-    @property
-    def expected_pieces(self) -> set[LaneKey]:
-        """What is run from the next look on if as many paths decide as the findings say; before them, that look."""
-        longest = max((self._find_last_look(run) for run in self.runs if run.asking), default=self.look)
-        begin, ends, kept = self.blocks.start, self.sampled.ends, self._control_keys
-        lasts = ((run, longest if _key(run.cell) in kept else self._find_last_look(run)) for run in self._running())
-        pieces = {
-            LaneKey(run.cell.scheme.label, block, self.stage)
-            for run, look in lasts
-            for block in range(begin, ends[look])
-        }
-        waiting = [run.cell.scheme.label for run in self.runs if run.finer]
-        return pieces | {LaneKey(label, block, self.stages[0]) for label in waiting for block in range(ends[0])}
-
-    @property
-    def next_pieces(self) -> tuple[int, ...]:
+    def next_blocks(self) -> tuple[int, ...]:
         """What the next look needs: its blocks, and what one step tells."""
         return (*self.blocks, SCREENING)
 
@@ -169,22 +145,13 @@ class ProblemRun:
         made = (Entry(scheme, tuple(run.cell.measure for run in runs)) for scheme, runs in entries.items())
         return Task(self.plan.spec, tuple(made), self.settings, screened=True, stage=self.stage)
 
-    def absorb(self, task: Task, lanes: Iterable[LaneEvidence]) -> None:
+    def absorb(self, task: Task, evidence: Iterable[SchemeEvidence]) -> None:
         """Merge the evidence of one more block."""
         runs = {_key(run.cell): run for run in (*self.runs, *self.controls)}
-        for entry, lane in zip(task.entries, lanes, strict=True):
+        for entry, found in zip(task.entries, evidence, strict=True):
             for index, measure in enumerate(entry.measures):
                 run = runs[entry.scheme, measure.name]
-                run.evidence = _merge_lane(run.evidence, lane, index)
-
-    def judge_screened(self) -> tuple[CellResult, ...]:
-        """Return what is known of the cells about which paths tell nothing; they are judged once more with all."""
-        return tuple(self._judge_runs(self.screened))
-
-    @property
-    def screened(self) -> list[CellRun]:
-        """The cells about which paths tell nothing."""
-        return [run for run in self.runs if run.pathless and not run.halted]
+                run.evidence = _merge(run.evidence, found, index)
 
     def judge(self) -> None:
         """Judge the open cells at the end of a look."""
@@ -259,12 +226,6 @@ class ProblemRun:
         asked = {run.cell.measure.name for run in self.runs if run.asking} if self.stage <= 0 else set()
         return {_key(cell) for cell in self.plan.control_cells if cell.measure.name in asked}
 
-    def _find_last_look(self, run: CellRun) -> int:
-        """Return the look at which a cell is decided, as far as is known; the last but one where none decides it."""
-        totals = [self.sampled.totals[end - 1] for end in self.sampled.ends]
-        enough = (look for look, total in enumerate(totals) if total >= run.paths_to_decide)
-        return max(self.look, next(enough, len(totals) - 2))
-
 
 def _asks_for_finer(finding: Finding, stage: int, look: int, *, last: bool) -> bool:
     """Tell whether a finding needs finer levels.
@@ -308,9 +269,9 @@ def _draws_none(measure: Measure) -> bool:
     return type(measure).observer is Measure.observer
 
 
-def _merge_lane(known: CellEvidence, lane: LaneEvidence, index: int) -> CellEvidence:
+def _merge(known: CellEvidence, found: SchemeEvidence, index: int) -> CellEvidence:
     try:
-        return known.merge(lane, index)
+        return known.merge(found, index)
     except FAULTS as error:
         # Only of files that were not written by this program.
         return replace(known, error=f"evidence of two blocks does not go together: {one_line(error)}")

@@ -1,20 +1,30 @@
-"""Calls in isolated workers: what one returns or, if its process dies of it, whose code that was, and why."""
+"""Calls on workers: what one returns or, if its process dies of it, whose code that was, and why."""
 
 import pickle
 import signal
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import BrokenExecutor, CancelledError, Future, wait
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
+from pebble import ProcessExpired
+
 from ..errors import FAULTS, UsageError, one_line
 from ..registry.discovery import FILE_PREFIX
-from .isolated import Died, Isolated
-from .limits import Mark, read_mark
+from ..simulate.ensemble import Marker
+from .executors import LostExecutorError, Plugins, Workers
+from .limits import Limits, Mark, Watchdog, limited_memory, read_mark
+from .pool import ENDED, Processes
 
 Value = TypeVar("Value")
+# Of the framework, at the top level of a module: what it is called with, and who is told whose code it runs.
+Function = Callable[[Any, Marker], Value]
 ELSE = "define it at the top level of a module, or use one job"
 DIED = "its worker process died"
+GONE = "the executor takes no more work"
+# How often the marks of workers are read.
+PERIOD = 0.1
 
 
 class Lost(NamedTuple):
@@ -24,89 +34,150 @@ class Lost(NamedTuple):
     ----------
     mark : Mark
         Whose code ran.
+    why : str
     late : bool
         Whether the process was ended because it took too long.
-    timeout : float
-        Seconds that it had.
-    code : int or None
-        As in `Died`.
     """
 
     mark: Mark
-    late: bool
-    timeout: float
-    code: int | None = None
-
-    def why(self, late: str) -> str:
-        """Return the reason in words; those for a process that was late have a place for the limit."""
-        return late.format(self.timeout) if self.late else f"{DIED}{_describe_end(self.code)}"
+    why: str
+    late: bool = False
 
 
 class Call(Generic[Value]):
-    """A call in an isolated worker.
+    """A call in a worker process of this machine.
+
+    pebble ends a process safely, and alone, when its call is cancelled. Its own deadline is one for a whole call, in
+    which many schemes share the paths of a block: each has a time of its own, which its process marks.
 
     Parameters
     ----------
-    executor : Isolated
-    function : callable, (argument, mark, timeout) -> value
-        Marks in the file `mark` whose code it runs, as `Watchdog` does.
+    processes : Processes
+    function : callable, (argument, Marker) -> Value
     argument : bytes
-    fresh : bool, optional
-        Whether it is made in a new process.
-
-    Attributes
-    ----------
-    fresh : bool
-        Whether it was in the end, since the first process had died before it began.
     """
 
-    def __init__(
-        self,
-        executor: Isolated,
-        function: Callable[[bytes, Path, float], Value],
-        argument: bytes,
-        *,
-        fresh: bool = False,
-    ) -> None:
-        self.fresh = fresh
-        self._executor, self._function, self._argument = executor, function, argument
-        self._mark = executor.new_mark()
-        self._future = self._send()
+    def __init__(self, processes: Processes, function: Function[Value], argument: bytes) -> None:
+        self._processes, self._mark = processes, processes.new_mark()
+        self._arguments = function, argument, self._mark, processes.limits
+        self.future = self._send()
 
     @property
-    def future(self) -> "Future[Value]":
-        """What is waited for."""
-        return self._future
+    def done(self) -> bool:
+        """Whether there is an outcome; meanwhile whoever takes too long is ended, in this call or in others."""
+        self._processes.end_late()
+        if not (self.future.done() or self._processes.active):
+            raise BrokenExecutor("the threads that manage worker processes have died")
+        return self.future.done()
 
     def outcome(self) -> Value | Lost:
         """Wait for the value and return it, or what is left if the process died of the call."""
         try:
-            return self._future.result()
-        except Died as death:
-            if self._mark.is_file() or self.fresh:
-                return self._explain_death(death)
+            return self._outcome()
+        except BrokenProcessPool:
+            # One died between two calls, and no other was busy: pebble gives up the pool then.
+            self.future = self._send()
+            return self._outcome()
         finally:
             self._mark.unlink(missing_ok=True)
-        # It died before it began with this, of something else.
-        self.fresh = True
-        self._future = self._send()
-        return self.outcome()
 
-    def _send(self) -> "Future[Value]":
-        submit = self._executor.submit_afresh if self.fresh else self._executor.submit
-        return submit(self._function, self._argument, self._mark, self._executor.limits.timeout)
+    def _send(self) -> "Future[bytes]":
+        future = self._processes.submit(call_marked, *self._arguments)
+        self._processes.watch(self._mark, future)
+        return future
 
-    def _explain_death(self, death: Died) -> Lost:
-        mark = read_mark(self._mark) if self._mark.is_file() else Mark()
-        late = death.late or mark.timed_out(death.when)
-        return Lost(mark, late, self._executor.limits.timeout, death.code)
+    def _outcome(self) -> Value | Lost:
+        while not self.done:
+            wait([self.future], PERIOD)
+        try:
+            value: Value = pickle.loads(self.future.result())
+            return value
+        except CancelledError:
+            return Lost(read_mark(self._mark), "", late=True)
+        except ProcessExpired as death:
+            return Lost(read_mark(self._mark), f"{DIED}{_describe_end(death.exitcode)}")
 
 
-def _describe_end(code: int | None) -> str:
-    if code is None:
-        return ", perhaps for want of memory"
+class RemoteCall(Generic[Value]):
+    """A call in a worker of any executor: bytes go there, and bytes come home.
+
+    A worker that dies, or whose machine leaves, costs one more call; what fails twice is the caller's error.
+
+    Parameters
+    ----------
+    workers : Workers
+    function : callable, (argument, Marker) -> Value
+    argument : bytes
+    """
+
+    def __init__(self, workers: Workers, function: Function[Value], argument: bytes) -> None:
+        self._workers, self._function, self._argument = workers, function, argument
+        self.future = self._send()
+
+    def outcome(self) -> Value | Lost:
+        """Wait for the value and return it.
+
+        Raises
+        ------
+        LostExecutorError
+            If the executor fails twice, takes no more calls, or is gone.
+        """
+        for last in (False, True):
+            try:
+                value: Value = pickle.loads(self.future.result())
+                return value
+            except UsageError:
+                raise
+            except Exception as error:
+                # Whatever the function could raise it returns: this is of the executor.
+                if why := self._workers.why_lost():
+                    raise LostExecutorError(why) from error
+                if last:
+                    raise LostExecutorError(f"a worker of the executor was lost twice: {one_line(error)}") from error
+                self.future = self._send()
+        raise AssertionError
+
+    def _send(self) -> "Future[bytes]":
+        assert self._workers.executor is not None
+        try:
+            return self._workers.executor.submit(call_anywhere, self._function, self._argument, self._workers.plugins)
+        except Exception as error:
+            raise LostExecutorError(self._workers.why_lost() or f"{GONE}: {one_line(error)}") from error
+
+
+def call_marked(function: Function[Any], argument: bytes, mark: Path, limits: Limits) -> bytes:
+    """Make a call in a worker process that is held to limits, and return its value as bytes.
+
+    Parameters
+    ----------
+    function : callable, (argument, Marker) -> object
+    argument : bytes
+    mark : Path
+        File that tells the parent whose code runs, and until when it may.
+    limits : Limits
+    """
+    with limited_memory(limits.memory):
+        value = function(unpickle_argument(argument, MemoryError), Watchdog(mark, limits.timeout))
+    return pickle.dumps(value)
+
+
+def call_anywhere(function: Function[Any], argument: bytes, plugins: Plugins) -> bytes:
+    """Make a call in a worker that has never seen the plugin files, and return its value as bytes.
+
+    Parameters
+    ----------
+    function : callable, (argument, Marker) -> object
+    argument : bytes
+    plugins : Plugins
+        Files that have to be loaded first.
+    """
+    plugins.load()
+    return pickle.dumps(function(unpickle_argument(argument), Marker()))
+
+
+def _describe_end(code: int) -> str:
     if code >= 0:
-        return f" with exit code {code}"
+        return f" with exit code {code % ENDED}"
     name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
     return f" of {name}{', perhaps for want of memory' if name == 'SIGKILL' else ''}"
 

@@ -1,4 +1,4 @@
-"""What a scheme may take on one block of paths, and how a worker process marks what it has taken."""
+"""What a scheme may take on one block of paths, and how a worker process marks whose code it runs."""
 
 import mmap
 import os
@@ -8,12 +8,18 @@ from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
 from ..errors import FAULTS, SdaeverifyError, UsageError
-from ..simulate.marker import NO_MEASURE, PROBLEM, Marker, alone
+from ..simulate.ensemble import NO_MEASURE, PROBLEM, Marker, alone
+
+try:
+    import resource
+except ImportError:  # not on every platform
+    resource = None  # type: ignore[assignment]
 
 NOBODY = PROBLEM - 1
 FORMAT = struct.Struct("<qqd")
@@ -42,7 +48,7 @@ class Limits:
     def __post_init__(self) -> None:
         if not self.timeout > 0.0:
             raise UsageError(f"timeout must be a positive number of seconds, got {self.timeout:g}")
-        if self.memory and not _has_resource():
+        if self.memory and resource is None:
             raise UsageError("this platform cannot limit the memory of a process; leave out --memory")
 
 
@@ -51,46 +57,31 @@ class Mark(NamedTuple):
 
     Attributes
     ----------
-    lane : int
-        Index of the scheme, `marker.PROBLEM`, or `NOBODY`.
+    scheme : int
+        Index of the scheme, `PROBLEM`, or `NOBODY`.
     measure : int
-        Index of the measure or `marker.NO_MEASURE`.
+        Index of the measure or `NO_MEASURE`.
     deadline : float
         Of the monotonic clock, from which on the process may be ended.
     """
 
-    lane: int = NOBODY
+    scheme: int = NOBODY
     measure: int = NO_MEASURE
     deadline: float = inf
 
-    def timed_out(self, when: float) -> bool:
-        """Tell whether a process that died at a time of the monotonic clock had run out of its own."""
-        return when >= self.deadline
-
 
 class StopError(SdaeverifyError):
-    """Code that is watched raised what is meant to end a program, such as KeyboardInterrupt.
-
-    Parameters
-    ----------
-    reason : str
-    lane : int
-        Whose code it was, as in `Mark`.
-    """
-
-    def __init__(self, reason: str, lane: int = NOBODY) -> None:
-        super().__init__(reason)
-        self.lane = lane
+    """Code that is watched raised what is meant to end a program, such as KeyboardInterrupt."""
 
 
 def read_mark(path: Path) -> Mark:
-    """Return the mark in a file."""
-    data = path.read_bytes()
+    """Return the mark in a file; nobody's if there is none."""
+    data = path.read_bytes() if path.is_file() else b""
     return Mark(*FORMAT.unpack(data)) if len(data) == FORMAT.size else Mark()
 
 
 class Watchdog(Marker):
-    """Marks in a file whose code runs, and until when it may: a `Timekeeper` ends the process after that.
+    """Marks in a file whose code runs, and until when it may: who waits for the call ends the process after that.
 
     Nothing here keeps the time: code that never comes back, ignores signals or turns off alarms would not let it.
 
@@ -110,16 +101,16 @@ class Watchdog(Marker):
         self.spent: dict[int, float] = defaultdict(float)
 
     @contextmanager
-    def of(self, lane: int) -> Iterator[None]:
+    def of(self, scheme: int) -> Iterator[None]:
         """Run code of a scheme or of the problem against its time."""
         begun = time.monotonic()
-        left = max(self.timeout - self.spent[lane], 1e-3)
-        self._write(Mark(lane, NO_MEASURE, begun + left))
+        left = max(self.timeout - self.spent[scheme], 1e-3)
+        self._write(Mark(scheme, NO_MEASURE, begun + left))
         try:
             with self._alive():
                 yield
         finally:
-            self.spent[lane] += time.monotonic() - begun
+            self.spent[scheme] += time.monotonic() - begun
             self._write(Mark())
 
     @contextmanager
@@ -142,31 +133,33 @@ class Watchdog(Marker):
             raise
         except BaseException as error:
             # Workers hear no interrupt of the user's: whatever ends a program is the plugin's own.
-            raise StopError(f"{type(error).__name__}: raised by the plugin", self.mark.lane) from error
+            raise StopError(f"{type(error).__name__}: raised by the plugin") from error
 
     def _write(self, mark: Mark) -> None:
         self.mark = mark
         self.memory[:] = FORMAT.pack(*mark)
 
 
-def limit_memory(extra: int) -> None:
-    """Let this process have so many bytes of address space beyond what it has."""
-    if extra:
-        import resource  # noqa: PLC0415 - not on every platform
+@contextmanager
+def limited_memory(extra: int) -> Iterator[None]:
+    """Let this process have so many bytes of address space beyond what it had when this was asked first.
 
-        _, hard = resource.getrlimit(resource.RLIMIT_AS)
-        wanted = _address_space() + extra
-        resource.setrlimit(resource.RLIMIT_AS, (wanted if hard < 0 else min(wanted, hard), hard))
+    What sends results and takes calls is not held to it: a call that it could not read for want of memory is lost.
+    """
+    if not extra or resource is None:
+        yield
+        return
+    before, hard = resource.getrlimit(resource.RLIMIT_AS)
+    wanted = address_space() + extra
+    resource.setrlimit(resource.RLIMIT_AS, (wanted if hard < 0 else min(wanted, hard), hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (before, hard))
 
 
-def _address_space() -> int:
+@cache
+def address_space() -> int:
+    """Return how many bytes of address space this process had when it was asked first."""
     statm = Path("/proc/self/statm")
     return int(statm.read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE") if statm.is_file() else 0
-
-
-def _has_resource() -> bool:
-    try:
-        import resource  # noqa: F401, PLC0415
-    except ImportError:
-        return False
-    return True

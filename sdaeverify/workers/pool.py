@@ -1,7 +1,4 @@
-"""A pool of worker processes on this machine, and who ends those that take too long.
-
-That is done from outside: nothing that their code does to signals and alarms helps it.
-"""
+"""Worker processes on this machine: a pool of pebble's, each with its plugins loaded, all ended in the end."""
 
 import importlib
 import multiprocessing
@@ -12,25 +9,21 @@ import tempfile
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from contextlib import contextmanager
-from math import inf
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor, Future
+from contextlib import contextmanager, suppress
+from itertools import count
 from multiprocessing.context import SpawnContext, SpawnProcess
-from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any, TypeVar
 
+from pebble import ProcessPool
+
 from ..registry.discovery import load_file
 from ..registry.foreign_code import MOST_PRINTED, BoundedText
-from .isolated import Isolated, Turn, end_process
-from .limits import Limits, limit_memory, read_mark
+from .limits import Limits, address_space, read_mark
 from .room import NoWorkersError, why_no_room
 
-# How often the marks of workers are read.
-PERIOD = 0.05
-# What a process may take beside its time until it begins with a call: to start, to load plugins, to read the call.
-BEGINNING = 60.0
 Key = TypeVar("Key")
 Result = TypeVar("Result")
 # Enough blocks in flight to keep every worker busy while one result waits for its turn.
@@ -38,75 +31,83 @@ BLOCKS_A_WORKER = 3
 NONE = Limits()
 # What the framework itself needs, sooner or later: it is loaded before the memory of a worker is limited.
 FRAMEWORK = ("sdaeverify.study.blocks", "scipy.linalg", "scipy.optimize", "scipy.sparse.linalg", "scipy.special")
+# pebble takes the exit code 0 for that of a worker that has nothing left to do, which none of ours comes to.
+ENDED = 256
 
 
-class Timekeeper:
-    """A thread that reads the marks of busy workers and ends those whose time is over.
-
-    A worker that is dead while something it has started lives on, and holds its pipes, is buried, too: whoever waits
-    for its result would not hear of its death.
+class Processes(Executor):
+    """Worker processes, started with the first call; one that dies takes its own call with it and no other.
 
     Parameters
     ----------
-    pool : Isolated
+    jobs : int
+        Number of workers at most.
+    plugins : tuple of str
+        Modules and plugin files that each of them loads.
+    limits : Limits
+        What the code of plugins is held to in them.
+    marks : Path
+        Folder in which they mark whose code runs.
     """
 
-    def __init__(self, pool: Isolated) -> None:
-        self._pool, self._over = pool, threading.Event()
-        self._thread = threading.Thread(target=self._watch, name="sdaeverify-timekeeper", daemon=True)
+    def __init__(self, jobs: int, plugins: tuple[str, ...], limits: Limits, marks: Path) -> None:
+        self.jobs, self.limits = jobs, limits
+        self._plugins, self._marks, self._numbers = plugins, marks, count()
+        self._watched: dict[Path, Future[Any]] = {}
+        self._pool: ProcessPool | None = None
 
-    def __enter__(self) -> "Timekeeper":
+    @property
+    def active(self) -> bool:
+        """Whether calls are made; they are none if the threads that manage them have died."""
+        return self._pool is not None and self._pool.active
+
+    def expect(self, calls: int) -> None:
+        """Start no more workers than there will be calls side by side."""
+        self.jobs = max(1, min(self.jobs, calls))
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
+        """Make a call in the next worker that is free."""
         try:
-            self._thread.start()
-        except RuntimeError as error:
-            raise NoWorkersError.of(error) from error
-        return self
+            if not self.active:
+                # Broken since a worker died while none had a call, or never made.
+                self.shutdown()
+                printed = MOST_PRINTED // self.jobs
+                self._pool = ProcessPool(
+                    self.jobs, initializer=_begin, initargs=(self._plugins, printed), context=_Context()
+                )
+            assert self._pool is not None
+            return self._pool.schedule(fn, args, kwargs)
+        except (OSError, RuntimeError, MemoryError) as error:
+            # No semaphore, no thread or no process is to be had, of which no scheme is the cause.
+            raise NoWorkersError.of(error.__cause__ or error) from error
 
-    def __exit__(self, *_: object) -> None:
-        self._over.set()
-        self._thread.join()
+    @contextmanager
+    def afresh(self) -> Iterator["Processes"]:
+        """Give a worker in which nobody has used up anything."""
+        with _ended(Processes(1, self._plugins, self.limits, self._marks / f"fresh-{next(self._numbers)}")) as fresh:
+            yield fresh
 
-    def _watch(self) -> None:
-        while not self._over.wait(PERIOD):
-            for worker, turn in self._pool.turns().items():
-                self.look(worker, turn)
+    def new_mark(self) -> Path:
+        """Return a place for a mark that no other call has."""
+        self._marks.mkdir(exist_ok=True)
+        return self._marks / str(next(self._numbers))
 
-    def look(self, worker: int, turn: Turn) -> None:
-        """End a worker that is out of time, and what a dead one has left."""
-        if time.monotonic() > deadline(turn, self._pool.limits.timeout):
-            self._pool.end(worker, turn)
-            return
-        self._pool.give_up(worker, turn)
-        for process in self._pool.processes(worker):
-            if is_dead(process):
-                end_process(process)
+    def watch(self, mark: Path, future: "Future[Any]") -> None:
+        """End the process of a call when the time of whose code it runs is over."""
+        self._watched[mark] = future
 
+    def end_late(self) -> None:
+        """End the processes whose time is over: pebble does that, safely, where their calls are cancelled."""
+        self._watched = {mark: future for mark, future in self._watched.items() if not future.done()}
+        for mark, future in self._watched.items():
+            if time.monotonic() > read_mark(mark).deadline:
+                future.cancel()
 
-def deadline(turn: Turn, timeout: float) -> float:
-    """Return the time of the monotonic clock until which a worker may be busy as it is.
-
-    Parameters
-    ----------
-    turn : Turn
-    timeout : float
-        Seconds, of the limits.
-    """
-    if turn.mark is None:
-        return inf
-    try:
-        return read_mark(turn.mark).deadline
-    except FileNotFoundError:
-        return turn.begun + timeout + BEGINNING
-
-
-def is_dead(process: BaseProcess) -> bool:
-    """Tell whether a process has ended, without burying it: that is for whoever waits for it."""
-    if process.pid is None or not hasattr(os, "waitid"):
-        return False
-    try:
-        return os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
-    except ChildProcessError:
-        return False
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = True) -> None:  # noqa: ARG002
+        """End the workers, whatever they do; calls that wait are given up."""
+        if self._pool is not None:
+            self._pool.stop()  # type: ignore[no-untyped-call]
+            self._pool.join()
 
 
 def available_cores() -> int:
@@ -119,7 +120,7 @@ def available_cores() -> int:
 @contextmanager
 def worker_pool(
     jobs: int, files: Sequence[str] = (), limits: Limits = NONE, modules: Sequence[str] = ()
-) -> Iterator[Executor]:
+) -> Iterator[Processes]:
     """Give an executor of fresh processes, and end them at once when the block is left, whatever they do.
 
     Workers are started anew rather than forked, so that they behave alike on every platform and inherit no
@@ -143,22 +144,19 @@ def worker_pool(
     """
     if why := why_no_room(jobs):
         raise NoWorkersError(why)
+    with (
+        tempfile.TemporaryDirectory(prefix="sdaeverify-") as marks,
+        _ended(Processes(jobs, (*modules, *files), limits, Path(marks))) as pool,
+    ):
+        yield pool
 
-    def make() -> ProcessPoolExecutor:
-        return _Pool((*modules, *files), limits.memory, MOST_PRINTED // jobs)
 
-    before = set(multiprocessing.active_children())
-    with tempfile.TemporaryDirectory(prefix="sdaeverify-") as marks:
-        pool = Isolated(make, jobs, limits, Path(marks))
-        try:
-            with Timekeeper(pool):
-                yield pool
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
-            _end(set(multiprocessing.active_children()) - before)
-            # One may have been about to start.
-            pool.shutdown(wait=True)
-            _end(set(multiprocessing.active_children()) - before)
+@contextmanager
+def _ended(pool: Processes) -> Iterator[Processes]:
+    try:
+        yield pool
+    finally:
+        pool.shutdown()
 
 
 @contextmanager
@@ -183,13 +181,6 @@ def executor_for(
         return
     with worker_pool(jobs, files, limits or NONE, modules) as pool:
         yield pool
-
-
-def _end(workers: Collection[BaseProcess]) -> None:
-    for worker in workers:
-        end_process(worker)
-    for worker in workers:
-        worker.join()
 
 
 def in_turn(
@@ -218,7 +209,9 @@ def in_turn(
 
 
 class _Worker(SpawnProcess):
-    """A process that never hears an interrupt: it is for the process that collects the results."""
+    """A process that ends with all that it has started, and never hears an interrupt, which is for its parent."""
+
+    _seen_dead = False
 
     def start(self) -> None:
         if not hasattr(signal, "pthread_sigmask"):
@@ -231,32 +224,37 @@ class _Worker(SpawnProcess):
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
+    def terminate(self) -> None:
+        """End the process at once, whatever it does with signals."""
+        self._end_group()
+        self.kill()
+
+    def is_alive(self) -> bool:
+        """Return whether it runs. A death is told at the second look: pebble reads meanwhile which call it took."""
+        if super().is_alive():
+            return True
+        self._end_group()
+        self._seen_dead, seen = True, self._seen_dead
+        return not seen
+
+    @property
+    def exitcode(self) -> int | None:
+        """The exit code, for pebble another one than 0."""
+        code = super().exitcode
+        return ENDED if code == 0 else code
+
+    def _end_group(self) -> None:
+        # A worker leads a session of its own; until it does, and where there are none, it is ended alone.
+        if self.pid is not None and hasattr(os, "killpg"):
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(self.pid, signal.SIGKILL)
+
 
 class _Context(SpawnContext):
     Process = _Worker
 
 
-class _Pool(ProcessPoolExecutor):
-    """A pool of one process that is known, so that it can be ended.
-
-    Attributes
-    ----------
-    processes : list of Process
-        What was started: one in the end.
-    """
-
-    def __init__(self, plugins: tuple[str, ...], memory: int, printed: int) -> None:
-        self.processes: list[BaseProcess] = []
-        context = _Context()
-        context.Process = self._make_process  # type: ignore[assignment, misc]
-        super().__init__(1, mp_context=context, initializer=_begin, initargs=(plugins, memory, printed))
-
-    def _make_process(self, *arguments: Any, **options: Any) -> BaseProcess:
-        self.processes.append(_Worker(*arguments, **options))
-        return self.processes[-1]
-
-
-def _begin(plugins: Sequence[str], memory: int, printed: int) -> None:
+def _begin(plugins: Sequence[str], printed: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "setsid"):
         # All that the code of plugins starts can be ended together.
@@ -273,7 +271,7 @@ def _begin(plugins: Sequence[str], memory: int, printed: int) -> None:
             importlib.import_module(plugin)
     for module in FRAMEWORK:
         importlib.import_module(module)
-    limit_memory(memory)
+    address_space()
 
 
 def _end_with_parent() -> None:

@@ -12,7 +12,7 @@ from contextlib import closing
 import pytest
 
 from sdaeverify.contracts.tally import Tally
-from sdaeverify.simulate.behaviour import Behaviour
+from sdaeverify.simulate.ensemble import Behaviour
 from sdaeverify.store.container import TABLE, Container, containers
 from sdaeverify.store.lanes import StoredLane
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
 from sdaeverify.contracts.tally import Tally
-from sdaeverify.simulate.behaviour import Behaviour
+from sdaeverify.simulate.ensemble import Behaviour
 from sdaeverify.store import lanes
 from sdaeverify.store.lanes import MeasureRecord, StoredLane, pack_lane, unpack_lane
 

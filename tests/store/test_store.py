@@ -19,8 +19,9 @@ from sdaeverify.errors import UsageError
 from sdaeverify.measures.drift import Drift
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
-from sdaeverify.simulate.ensemble import Entry, LaneEvidence, Task, behaviours, run_block, without_evidence
+from sdaeverify.simulate.ensemble import Entry, SchemeEvidence, Task, run_block, without_evidence
 from sdaeverify.store import keys as keys_module
+from sdaeverify.store.behaviour import behaviours
 from sdaeverify.store.code import arithmetic
 from sdaeverify.store.container import Container
 from sdaeverify.store.files import digest_of_file
@@ -56,7 +57,7 @@ def made_up(entry, **changes):
     """Return evidence that nobody simulated."""
     nothing = tuple("" for _ in entry.measures)
     tallies, probes = tuple(TALLY for _ in nothing), tuple(Tally() for _ in nothing)
-    return LaneEvidence(tallies, probes, STEPS, 0.5, nothing, 40)._replace(**changes)
+    return SchemeEvidence(tallies, probes, STEPS, 0.5, nothing, 40)._replace(**changes)
 
 
 def filled(folder, given=None, block=0, **changes):

@@ -10,8 +10,9 @@ from sdaeverify import Settings
 from sdaeverify.contracts.opened import home_of
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.forms.sde import sde
-from sdaeverify.simulate.ensemble import Entry, Task, behaviours
+from sdaeverify.simulate.ensemble import Entry, Task
 from sdaeverify.store import code
+from sdaeverify.store.behaviour import behaviours
 from sdaeverify.store.code import homes_of
 from sdaeverify.store.files import opened_by
 from sdaeverify.store.keys import made_with

@@ -1,24 +1,25 @@
 """Blocks over an executor whose workers die: evidence is that of the scheme it is about."""
 
 import pickle
+import time
 from collections import deque
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import replace
 from typing import NamedTuple
 
 import pytest
+from pebble import ProcessExpired
 
 from sdaeverify import Settings
 from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
-from sdaeverify.simulate.ensemble import Entry, Task, run_block
-from sdaeverify.simulate.marker import NO_MEASURE, PROBLEM
-from sdaeverify.study.blocks import Blocks, Portion
-from sdaeverify.workers.calls import DIED, Lost
-from sdaeverify.workers.executors import Crew
-from sdaeverify.workers.isolated import Died, Isolated
-from sdaeverify.workers.limits import FORMAT, NOBODY, Limits, Mark
+from sdaeverify.simulate.ensemble import NO_MEASURE, PROBLEM, Entry, Task, run_block
+from sdaeverify.study.blocks import Blocks
+from sdaeverify.workers.calls import DIED
+from sdaeverify.workers.executors import Workers
+from sdaeverify.workers.limits import FORMAT, NOBODY, Limits
+from sdaeverify.workers.pool import Processes
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
@@ -37,39 +38,41 @@ class Given(NamedTuple):
     block: int
 
 
-class Here(Executor):
-    """Makes calls in this process."""
+class Fragile(Processes):
+    """Dies where a batch holds a scheme and a measure, with a mark of who is said to have done it."""
 
-    def submit(self, call):
-        """Make a call at once."""
-        future = Future()
-        try:
-            future.set_result(call())
-        except Died as error:
-            future.set_exception(error)
-        return future
-
-
-class Fragile(Isolated):
-    """Dies where a parcel holds a scheme and a measure, with a mark of who is said to have done it."""
+    active = True
 
     def __init__(self, folder, guilty, blamed, deadline=float("inf")):
-        super().__init__(Here, 1, Limits(5.0), folder)
-        self.guilty, self.blamed, self.deadline, self.parcels = guilty, blamed, deadline, []
+        super().__init__(1, (), Limits(5.0), folder)
+        self.guilty, self.blamed, self.deadline, self.batches = guilty, blamed, deadline, []
 
     def submit(self, fn, /, *args):
-        """Make a call, or die of it."""
-        parcel, mark, _ = args
-        loaded = pickle.loads(parcel)
-        names = [(e.scheme.name, m.name) for e in loaded.task.entries for m in e.measures]
-        self.parcels.append(names)
+        """Make a call, or die of it or never come back."""
+        _, argument, mark, _ = args
+        batch = pickle.loads(argument)
+        names = [(e.scheme.name, m.name) for e in batch.entries for m in e.measures]
+        self.batches.append(names)
         future = Future()
         if any(pair in names for pair in self.guilty):
-            mark.write_bytes(FORMAT.pack(*self.blamed(loaded.task.entries), self.deadline))
-            future.set_exception(Died("it died", 100.0))
+            mark.write_bytes(FORMAT.pack(*self.blamed(batch.entries), self.deadline))
+            if self.deadline > time.monotonic():
+                future.set_exception(ProcessExpired("it died", code=-9))
         else:
-            future.set_result(run_block(loaded.task, loaded.block))
+            future.set_result(pickle.dumps(run_block(batch.task, batch.block)))
         return future
+
+
+class Counting(Executor):
+    """Notes how many schemes there are in each call."""
+
+    def __init__(self, executor):
+        self.executor, self.schemes = executor, []
+
+    def submit(self, fn, /, *args):
+        """Make a call."""
+        self.schemes.append(len(pickle.loads(args[1]).entries))
+        return self.executor.submit(fn, *args)
 
 
 def blaming(name, measure=NO_MEASURE):
@@ -86,17 +89,16 @@ def blaming(name, measure=NO_MEASURE):
 
 def errors(executor):
     """Return what became of the schemes, and check that every good one has its own numbers."""
-    found = [found for _, found in Blocks(executor, None).results(deque([Given(TASK, 0)]), 1)]
-    (lanes,) = [one for one in found if not isinstance(one, Portion)]
-    for lane, whole in zip(lanes, run_block(TASK, 0), strict=True):
-        for index, error in enumerate(lane.errors):
+    ((_, evidence),) = Blocks(executor, None).results(deque([Given(TASK, 0)]), 1)
+    for found, whole in zip(evidence, run_block(TASK, 0), strict=True):
+        for index, error in enumerate(found.errors):
             if not error:
-                one, other = lane.tallies[index], whole.tallies[index]
+                one, other = found.tallies[index], whole.tallies[index]
                 assert {n: v.tolist() for n, v in one.sums.items()} == {n: v.tolist() for n, v in other.sums.items()}
-    return [lane.errors for lane in lanes]
+    return [found.errors for found in evidence]
 
 
-TWICE = f"{DIED}, perhaps for want of memory, twice"
+TWICE = f"{DIED} of SIGKILL, perhaps for want of memory, twice"
 BOTH = {("milstein", "strong"), ("milstein", "weak")}
 
 
@@ -105,7 +107,7 @@ def test_nobody_dies(tmp_path):
     executor = Fragile(tmp_path, set(), blaming(""))
 
     assert errors(executor) == [("", "")] * 3
-    assert len(executor.parcels) == 1
+    assert len(executor.batches) == 1
 
 
 @pytest.mark.parametrize("blamed", ["milstein", "nobody"], ids=["marked", "unmarked"])
@@ -140,18 +142,18 @@ def test_a_block_is_cut_where_there_are_fewer_than_workers_can_take():
     task = replace(TASK, settings=Settings(paths=160, block=40, levels=3, coarsest=2))
     for blocks, schemes in {1: [1, 1, 1], 4: [3, 3, 3, 3]}.items():
         with ThreadPoolExecutor(2) as executor:
-            jobs = deque(Given(task, block) for block in range(blocks))
-            found = [one for _, one in Blocks(Crew(executor, 2), None).results(jobs, 4) if isinstance(one, Portion)]
-        assert [len(portion) for portion in found] == schemes
+            jobs, counting = deque(Given(task, block) for block in range(blocks)), Counting(executor)
+            assert len(list(Blocks(Workers(counting, 2), None).results(jobs, 4))) == blocks
+        assert counting.schemes == schemes
 
 
 def test_who_takes_too_long_is_not_tried_again(tmp_path):
     """The alarm blames the right one; its reason names the limit."""
-    executor = Fragile(tmp_path, BOTH, blaming("milstein"), deadline=100.0)
+    executor = Fragile(tmp_path, BOTH, blaming("milstein"), deadline=0.0)
     late = "no result within 5 s on a block of paths (--timeout)"
 
     assert errors(executor) == [("", ""), (late, late), ("", "")]
-    assert [len(names) for names in executor.parcels] == [6, 4]
+    assert [len(names) for names in executor.batches] == [6, 4]
 
 
 def test_a_measure_costs_its_own_evidence(tmp_path):
@@ -166,7 +168,7 @@ def test_a_problem_costs_all_its_evidence(tmp_path):
     executor = Fragile(tmp_path, BOTH, lambda _: (PROBLEM, NO_MEASURE))
 
     assert errors(executor) == [(f"problem gbm: {TWICE}",) * 2] * 3
-    assert [len(names) for names in executor.parcels] == [6, 6]
+    assert [len(names) for names in executor.batches] == [6, 6]
 
 
 def test_a_problem_that_is_killed_once(tmp_path):
@@ -175,31 +177,16 @@ def test_a_problem_that_is_killed_once(tmp_path):
     executor.guilty = set(BOTH)
 
     assert errors(executor) == [("", "")] * 3
-    assert [len(names) for names in executor.parcels] == [6, 6]
+    assert [len(names) for names in executor.batches] == [6, 6]
 
 
 def test_a_single_scheme_that_is_killed_once(tmp_path):
-    """A scheme that is alone in its parcel is tried once more, too."""
+    """A scheme that is alone in its batch is tried once more, too."""
     alone = replace(TASK, entries=TASK.entries[1:2])
     executor = Fragile(tmp_path, BOTH, lambda _: executor.guilty.clear() or (0, NO_MEASURE))
     executor.guilty = set(BOTH)
 
-    *_, (_, (lane,)) = Blocks(executor, None).results(deque([Given(alone, 0)]), 1)
+    ((_, (found,)),) = Blocks(executor, None).results(deque([Given(alone, 0)]), 1)
 
-    assert lane.errors == ("", "")
-    assert len(executor.parcels) == 2
-
-
-@pytest.mark.parametrize(
-    ("code", "words"),
-    [
-        (3, "its worker process died with exit code 3"),
-        (-9, "its worker process died of SIGKILL, perhaps for want of memory"),
-        (-11, "its worker process died of SIGSEGV"),
-        (-63, "its worker process died of signal 63"),
-        (None, "its worker process died, perhaps for want of memory"),
-    ],
-)
-def test_what_died_is_said(code, words):
-    """The reason names the exit code or the signal, as far as they are known."""
-    assert Lost(Mark(), False, 5.0, code).why("late") == words
+    assert found.errors == ("", "")
+    assert len(executor.batches) == 2

@@ -3,7 +3,6 @@
 import os
 import sys
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
-from importlib.util import find_spec
 
 import pandas as pd
 import pytest
@@ -12,7 +11,8 @@ import sdaeverify
 from evidence import lanes_in
 from sdaeverify import UsageError
 from sdaeverify.cli.program import execute
-from sdaeverify.workers.executors import Crew, LostExecutorError, Remote, Serial
+from sdaeverify.workers.calls import RemoteCall
+from sdaeverify.workers.executors import LostExecutorError, Serial, Workers
 
 ASKED = ("euler-maruyama,milstein", "gbm", "strong,weak")
 SMALL = {"paths": 512, "levels": 3}
@@ -122,10 +122,10 @@ def test_an_executor_that_is_gone(executor, why):
 def test_a_scheduler_that_is_gone_is_told_at_once():
     """Where who gives out the calls is known to be gone, that is told, and no call is made again."""
     executor = Failing(*range(1, 99))
-    crew = Crew(executor, 1, why_lost=lambda: "the scheduler is dead")
+    workers = Workers(executor, 1, why_lost=lambda: "the scheduler is dead")
 
     with pytest.raises(LostExecutorError, match=r"^the scheduler is dead$"):
-        Remote(crew, len, b"").outcome()
+        RemoteCall(workers, max, b"").outcome()
 
     assert executor.calls == 1
 
@@ -152,27 +152,14 @@ def test_evidence_comes_home(tmp_path, capsys):
     assert "evidence of 6 of 6 blocks of paths was reused" in capsys.readouterr().out
 
 
-def test_loky_processes_that_have_never_seen_a_plugin(here, tmp_path):
-    """A plugin file reaches processes of loky, and all is the same to the last bit."""
-    pytest.importorskip("loky", reason="loky is not installed (extra cluster)")
-    file = tmp_path / "brought.py"
-    file.write_text(PLUGIN)
-    asked = ("brought-euler", "gbm", "strong")
-
-    there = sdaeverify.verify(*asked, **SMALL, plugins=[file], executor="loky", jobs=2)
-
-    same(sdaeverify.verify(*asked, **SMALL, plugins=[file]), there)
-
-
-@pytest.mark.parametrize("executor", ["dask", "loky"])
-def test_a_worker_that_is_killed(tmp_path, executor):
+def test_a_worker_that_is_killed(tmp_path):
     """A process of a cluster that dies in the middle of a block costs that call only: the tables are the same."""
-    pytest.importorskip({"dask": "distributed", "loky": "loky"}[executor], reason="not installed (extra cluster)")
+    pytest.importorskip("distributed", reason="dask is not installed (extra cluster)")
     file, died = tmp_path / "mortal.py", tmp_path / "died"
     file.write_text(mortal(died))
     asked = ("mortal-euler,milstein", "gbm", "strong")
 
-    there = sdaeverify.verify(*asked, **SMALL, plugins=[file], executor=executor, jobs=2)
+    there = sdaeverify.verify(*asked, **SMALL, plugins=[file], executor="dask", jobs=2)
 
     assert died.exists()
     same(sdaeverify.verify(*asked, **SMALL, plugins=[file]), there)
@@ -190,20 +177,6 @@ def test_dask_cluster(here):
     """Two workers of a Dask cluster on this machine lead to the same bits."""
     pytest.importorskip("distributed", reason="dask is not installed (extra cluster)")
     same(here, sdaeverify.verify(*ASKED, **SMALL, executor="dask", jobs=2))
-
-
-def test_processes_of_mpi(here):
-    """Processes that MPI starts lead to the same bits; where it is missing, one line says so."""
-    pytest.importorskip("mpi4py", reason="mpi4py is not installed")
-    same(here, sdaeverify.verify(*ASKED, **SMALL, executor="mpi", jobs=2))
-
-
-def test_mpi_is_missing():
-    """What the executor needs is said in one line."""
-    if find_spec("mpi4py") is not None:
-        pytest.skip("mpi4py is installed")
-    with pytest.raises(UsageError, match=r"executor mpi needs a library that is not installed: .*mpi4py"):
-        sdaeverify.verify(*ASKED, **SMALL, executor="mpi")
 
 
 def test_the_script_of_a_slurm_job():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, Claim, Control, Scheme, Settings, Step
-from sdaeverify.contracts.finding import Finding, Judgement, Kind, Reason, Verdict
+from sdaeverify.contracts.finding import Finding, Judgement, Verdict
 from sdaeverify.contracts.measure import Evidence, Measure
 from sdaeverify.contracts.scheme import with_claims
 from sdaeverify.contracts.specs import problem_spec
@@ -16,8 +16,7 @@ from sdaeverify.measures.stability import Stability
 from sdaeverify.measures.strong import Strong
 from sdaeverify.measures.weak import Weak
 from sdaeverify.numerics.statistics import group_sums
-from sdaeverify.study import CellResult, Finished, Screened, Study, plan
-from sdaeverify.study.forecast import LaneKey
+from sdaeverify.study import Advanced, CellResult, Finished, Study, plan
 from sdaeverify.study.sequence import ProblemRun
 from sdaeverify.verdicts.way import forbid, withhold
 from sdaeverify_problems.gbm import gbm
@@ -121,18 +120,6 @@ def test_controls_go_on_with_the_cells_they_are_for():
     assert after == {("milstein", "patient")}
 
 
-@pytest.mark.parametrize(("said", "blocks"), [({"paths": "1900"}, 2), ({"paths": "1e+06"}, 3), ({}, 1)])
-def test_the_looks_ahead_are_those_that_findings_ask_for(said, blocks):
-    """Up to so many paths as would decide; to the last but one where all are too few; one where nothing is said."""
-    problem = ProblemRun(plan([EulerMaruyama()], [problem_spec(gbm)], [Patient()]).problems[0], SETTINGS)
-    label = EulerMaruyama().label
-    assert problem.expected_pieces == {LaneKey(label, 0)}
-    reason = Reason("about {paths} paths would decide", Kind.MORE_PATHS, said) if said else Reason("nobody knows")
-    found = Finding(quantity="x", verdict=Verdict.INCONCLUSIVE, reason=reason, settled=False)
-    problem.look, problem.runs[0].result = 1, CellResult(problem.runs[0].cell, (found,))
-    assert problem.expected_pieces == {LaneKey(label, 1 + block) for block in range(blocks)}
-
-
 def test_p_values_are_of_all_looks():
     """The p-value of a sequence is the least of its looks times their number."""
     (result,), _ = run([EulerMaruyama()], [Patient(p=1e-5)])
@@ -157,32 +144,26 @@ def test_a_problem_is_finished_when_its_last_cell_is():
 
 
 def test_everything_is_screened_before_any_path():
-    """Of all problems it is told first what needs no paths, and that stays; the rest waits for them."""
+    """One step of each scheme on all problems is looked at first, and counts for half of the work."""
     specs, measures = [problem_spec(gbm), problem_spec(ou)], [Stability(), Patient(wants=1)]
     study = Study(plan([EulerMaruyama()], specs, measures), SETTINGS)
     told = []
     for event in study.run():
-        if isinstance(event, Screened):
-            told.append(event)
-            assert not any(run.evidence.paths for problem in study.problems for run in problem.runs)
+        if isinstance(event, Advanced):
+            told.append((event.done, event.total))
+            sampled = any(run.evidence.paths for problem in study.problems for run in problem.runs)
+            assert sampled == (len(told) > 2)
 
-    assert {event.problem for event in told} == {"gbm", "ou"}
-    assert [event.waiting for event in told] == [1, 1]
-    final = {(r.cell.spec.label, r.cell.measure.name): r.findings for r in study.results()}
-    for event in told:
-        (early,) = event.results
-        late = final[event.problem, "stability"]
-        assert [(f.quantity, f.verdict, f.reason) for f in early.findings] == [
-            (f.quantity, f.verdict, f.reason) for f in late
-        ]
+    assert told[:2] == [(1, 4), (2, 4)]
+    assert told[-1] == (4, 4)
 
 
 def test_interrupted_studies_keep_what_they_know():
     """Cells that were judged are reported with the paths they had, and why they got no more."""
     study = Study(plan([EulerMaruyama()], [problem_spec(gbm)], [Patient(wants=10**6)]), SETTINGS)
     events = study.run()
-    # One step and a block of paths are computed and taken in, and the next block is computed.
-    for _ in range(6):
+    # One step and a block of paths are computed and taken in.
+    for _ in range(2):
         next(events)
     study.stopped = "interrupted"
 

@@ -5,9 +5,8 @@ from functools import partial
 
 import pytest
 
-from sdaeverify.workers.isolated import Isolated
 from sdaeverify.workers.limits import Limits
-from sdaeverify.workers.pool import executor_for, in_turn
+from sdaeverify.workers.pool import Processes, executor_for, in_turn
 
 
 class Backwards(Executor):
@@ -57,7 +56,7 @@ def test_no_executor():
 
 @pytest.mark.parametrize(
     ("jobs", "limits", "kind"),
-    [(0, None, type(None)), (1, None, type(None)), (2, None, Isolated), (1, Limits(memory=2**30), Isolated)],
+    [(0, None, type(None)), (1, None, type(None)), (2, None, Processes), (1, Limits(memory=2**30), Processes)],
 )
 def test_processes_only_where_they_are_needed(jobs, limits, kind):
     """One job runs in this process unless it is held to limits."""

@@ -13,7 +13,7 @@ import scipy
 
 from sdaeverify import Array, Scheme, SchemeError, Settings
 from sdaeverify.measuring import Measure, Tally
-from sdaeverify.studying import Chains, Entry, LaneEvidence, ProblemSpec, Source, Task, match, run_block
+from sdaeverify.studying import Chains, Entry, ProblemSpec, SchemeEvidence, Source, Task, match, run_block
 
 from ..cases import CalibrationCase
 from .judged import JudgedSequences, judge_sequences
@@ -95,7 +95,7 @@ class PathJob:
         lanes = run_block(task, self.block)
         return [self._sample(*case, lane) for case, lane in zip(self.cases, lanes, strict=True)]
 
-    def _sample(self, case: CalibrationCase, scheme: Scheme, lane: LaneEvidence) -> Sample:
+    def _sample(self, case: CalibrationCase, scheme: Scheme, lane: SchemeEvidence) -> Sample:
         if reason := "; ".join(filter(None, [*lane.errors, lane.violation])):
             raise SchemeError(f"calibration of {case.label}: {reason}")
         problem = self.spec.build()

@@ -67,7 +67,7 @@ NUMBERS = ("paths", "seed", "confidence", "block", "looks", "family")
     "--executor",
     metavar="NAME[:ADDRESS]",
     default="processes",
-    help="Who runs blocks: processes, serial, dask, dask://HOST:PORT, loky, mpi, or one that a plugin brings.",
+    help="Who runs blocks: processes, serial, dask, dask://HOST:PORT, or one that a plugin brings.",
 )
 @once("--shard", metavar="I/N", help="Run the I-th of N parts of all pairs of a scheme and a problem, for merge.")
 @progress_of_cells

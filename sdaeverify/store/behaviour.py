@@ -12,11 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
+from ..contracts.matching import match
 from ..contracts.scheme import Scheme, State, Step, flatten
 from ..errors import FAULTS
 from ..forms import Problem
 from ..forms.truths import Moment, Pathwise, Truth
 from ..noise.brownian import Increment
+from ..simulate.ensemble import PROBLEM, Behaviour, Marker, SchemeEvidence, Task, one_thread, run_block
 
 PATHS = 16
 SEED = 20170601
@@ -37,17 +39,54 @@ CHANGED = "changed during the run, which is about neither version; run it again"
 Result = Any
 
 
-class Behaviour(NamedTuple):
-    """What a scheme and a problem do.
+def behaviours(task: Task, marker: Marker | None = None) -> tuple[Behaviour | None, ...]:
+    """Return what the schemes of a task do on its problem; None where nobody can tell."""
+    marker = marker or Marker()
+    with np.errstate(all="ignore"), one_thread():
+        try:
+            with marker.of(PROBLEM):
+                problem = task.spec.build()
+                did = problem_digest(problem)
+        except FAULTS:
+            return tuple(None for _ in task.entries)
+        return tuple(_behaviour(task, index, problem, did, marker) for index in range(len(task.entries)))
 
-    Attributes
+
+def _behaviour(task: Task, index: int, problem: Problem, did: str, marker: Marker) -> Behaviour | None:
+    scheme = task.entries[index].scheme
+    try:
+        with marker.of(index):
+            view = match(scheme, problem).problem
+            return None if view is None else Behaviour(steps_digest(scheme, view, task.settings.steps), did)
+    except FAULTS:
+        return None
+
+
+def run_observed(task: Task, block: int, marker: Marker | None = None) -> tuple[SchemeEvidence, ...]:
+    """Simulate one block of paths, and note what schemes and problem do before and after: evidence that can be kept.
+
+    Parameters
     ----------
-    scheme, problem : str
-        Digests as `steps_digest` and `problem_digest` give them.
-    """
+    task : Task
+    block : int
+    marker : Marker, optional
+        As `run_block` takes them.
 
-    scheme: str
-    problem: str
+    Returns
+    -------
+    tuple of SchemeEvidence
+        None is evidence on a scheme that does something else in the end.
+    """
+    before = behaviours(task, marker)
+    evidence = run_block(task, block, marker)
+    after = behaviours(task, marker)
+    return tuple(_with_behaviour(*each) for each in zip(evidence, before, after, strict=True))
+
+
+def _with_behaviour(known: SchemeEvidence, before: Behaviour | None, after: Behaviour | None) -> SchemeEvidence:
+    if changed := differing(before, after):
+        return known._replace(errors=tuple(error or changed for error in known.errors))
+    return known._replace(behaviour=before if before == after else None)
 
 
 def steps_digest(scheme: Scheme, view: Problem, numbers: Sequence[int]) -> str:

@@ -1,0 +1,208 @@
+"""Worker processes of this machine: one that dies or takes too long takes its own call with it, and none is left."""
+
+import os
+import pickle
+import signal
+import sys
+import time
+from multiprocessing import active_children
+from pathlib import Path
+
+import pytest
+
+from sdaeverify.errors import UsageError
+from sdaeverify.workers.calls import DIED, Call, Lost, pickle_argument, unpickle_argument
+from sdaeverify.workers.limits import Limits
+from sdaeverify.workers.pool import worker_pool
+from sdaeverify.workers.room import NoWorkersError
+
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="processes that fork are a matter of POSIX")
+PATIENCE = 200.0
+
+
+def ends(argument, marker):
+    """End the process in a way that is asked for."""
+    kind, number = argument
+    with marker.of(3):
+        if kind == "exit":
+            os._exit(number)
+        if kind == "kill":
+            os.kill(os.getpid(), number)
+    return number
+
+
+def hangs(file, marker):
+    """Do all that there is against being ended, and write down what lives on."""
+    signal.signal(signal.SIGALRM, signal.SIG_IGN)
+    with marker.of(3):
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        if child := os.fork():
+            Path(file).write_text(str(child))
+        time.sleep(300.0)
+
+
+def dies(file, marker):
+    """Die, and leave behind what holds the pipes of the process."""
+    with marker.of(3):
+        if child := os.fork():
+            Path(file).write_text(str(child))
+            os._exit(0)
+        time.sleep(300.0)
+
+
+def is_alive(process):
+    """Tell whether a process runs; one that is dead and not buried by its new parent does not."""
+    status = Path(f"/proc/{process}/stat")
+    if status.parent.parent.joinpath("self").exists():
+        return status.is_file() and status.read_text().rpartition(")")[2].split()[0] not in "ZX"
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def refuse(*_):
+    """Start no thread."""
+    raise RuntimeError("can't start new thread")
+
+
+@POSIX
+def test_who_dies_takes_its_own_call():
+    """The exit code or the signal is told, and whose code ran; the calls beside it and after it are made."""
+    asked = [("exit", 0), ("none", 1), ("exit", 3), ("kill", 11), ("none", 2), ("kill", 9)]
+    with worker_pool(2, limits=Limits(PATIENCE)) as pool:
+        calls = [Call(pool, ends, pickle.dumps(each)) for each in asked]
+        found = [call.outcome() for call in calls]
+
+    told = [each.why if isinstance(each, Lost) else each for each in found]
+    assert told == [
+        f"{DIED} with exit code 0",
+        1,
+        f"{DIED} with exit code 3",
+        f"{DIED} of SIGSEGV",
+        2,
+        f"{DIED} of SIGKILL, perhaps for want of memory",
+    ]
+    assert {each.mark.scheme for each in found if isinstance(each, Lost)} == {3}
+    assert not active_children()
+
+
+@POSIX
+@pytest.mark.parametrize(("call", "limit", "late"), [(hangs, 2.0, True), (dies, PATIENCE, False)])
+def test_no_way_out(tmp_path, call, limit, late):
+    """A call that ignores alarms, or dies with a copy of itself left, is lost within its time, and the copy ends."""
+    file = tmp_path / "child"
+    with worker_pool(1, limits=Limits(limit)) as pool:
+        begun = time.monotonic()
+        lost = Call(pool, call, pickle.dumps(str(file))).outcome()
+
+    child, until = int(file.read_text()), time.monotonic() + PATIENCE
+    assert isinstance(lost, Lost)
+    assert (lost.mark.scheme, lost.late) == (3, late)
+    assert time.monotonic() - begun < PATIENCE
+    while is_alive(child) and time.monotonic() < until:
+        time.sleep(0.01)
+    assert not is_alive(child)
+
+
+@POSIX
+def test_a_call_that_waits_for_one_that_hangs(tmp_path):
+    """Who waits for a call ends those before it in the queue that take too long."""
+    with worker_pool(1, limits=Limits(2.0)) as pool:
+        first = Call(pool, hangs, pickle.dumps(str(tmp_path / "child")))
+        assert Call(pool, ends, pickle.dumps(("none", 2))).outcome() == 2
+        assert first.outcome().late
+
+
+@POSIX
+def test_a_worker_that_dies_while_idle():
+    """The next call is made in a new one."""
+    with worker_pool(1) as pool:
+        assert Call(pool, ends, pickle.dumps(("none", 1))).outcome() == 1
+        (worker,) = active_children()
+        os.kill(worker.pid, signal.SIGKILL)
+        worker.join()
+        assert Call(pool, ends, pickle.dumps(("none", 2))).outcome() == 2
+
+
+def test_a_new_process():
+    """A call may be made in a process in which nobody was, which ends with it."""
+    with worker_pool(1) as pool:
+        first = pool.submit(os.getpid).result(PATIENCE)
+        with pool.afresh() as fresh:
+            assert fresh.submit(os.getpid).result(PATIENCE) != first
+        assert pool.submit(os.getpid).result(PATIENCE) == first
+        assert len(active_children()) == 1
+
+
+def test_no_more_workers_than_calls():
+    """Of many workers as many are started as there will be calls side by side."""
+    with worker_pool(8) as pool:
+        pool.expect(2)
+        pool.submit(os.getpid).result(PATIENCE)
+        assert len(active_children()) == 2
+
+
+def test_workers_end_where_the_block_is_left_by_an_error():
+    """Whatever they are doing, they are ended at once."""
+    begun = time.monotonic()
+
+    def leave():
+        with worker_pool(2) as pool:
+            pool.submit(pow, 2, 3).result(PATIENCE)
+            pool.submit(time.sleep, 300.0)
+            raise KeyError
+
+    with pytest.raises(KeyError):
+        leave()
+
+    assert time.monotonic() - begun < PATIENCE
+    assert not active_children()
+
+
+def test_a_pool_that_cannot_be_made(monkeypatch):
+    """What the system refuses as a pool is made is told as that, with what may help."""
+    with worker_pool(1) as pool:
+        monkeypatch.setattr("threading.Thread.start", refuse)
+        with pytest.raises(NoWorkersError, match=r"^worker processes cannot be started: .*new thread.*; try fewer"):
+            pool.submit(os.getpid)
+
+
+class Unreadable:
+    """What cannot be read where it is sent to."""
+
+    def __init__(self, error):
+        self.error = error
+
+    def __reduce__(self):
+        return raising, (self.error,)
+
+
+def raising(error):
+    """Raise an error."""
+    raise error("no such thing")
+
+
+def test_what_cannot_be_read():
+    """It is told in one line what to do, except for errors that the caller knows better about."""
+    told = r"cannot be read in a worker process: MemoryError: no such thing .*; define it at the top level of a mod"
+    with pytest.raises(UsageError, match=told):
+        unpickle_argument(pickle_argument(Unreadable(MemoryError), "it"))
+    with pytest.raises(MemoryError):
+        unpickle_argument(pickle_argument(Unreadable(MemoryError), "it"), MemoryError)
+    with pytest.raises(UsageError, match="cannot be read in a worker process: KeyError"):
+        unpickle_argument(pickle_argument(Unreadable(KeyError), "it"), MemoryError)
+
+
+def test_what_cannot_be_sent():
+    """It is told in one line who is to blame."""
+    with pytest.raises(UsageError, match=r"^scheme x cannot be sent to worker processes: .*top level of a module"):
+        pickle_argument(lambda: None, "scheme x")
+    assert unpickle_argument(pickle_argument((1, "a"), "scheme x")) == (1, "a")
+
+
+def test_a_plugin_file_that_was_saved_meanwhile():
+    """A worker that has loaded another version of a plugin file says so, and not that something is badly defined."""
+    with pytest.raises(UsageError, match="a plugin file was saved while the run was under way; run it again"):
+        unpickle_argument(b"csdaeverify_file_odd_0123456789\nOdd\n.")
