@@ -201,7 +201,7 @@ def judge_order(evidence: Evidence, claim: Claim | None, order: StrongOrder | No
     if order is None or claim is None or isinstance(claim.value, str):
         return None
     found = judge_strong(order, claim.value, margin=claim.margin, sharp=evidence.scheme.sharp_locally)
-    return of_smooth(found, claim.value, evidence)
+    return of_smooth(found, claim.value, evidence, at_few=order.typical >= claim.value - TOLERANCE)
 
 
 def strong_finding(
