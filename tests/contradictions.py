@@ -10,6 +10,7 @@ from sdaeverify.arrays import Parts
 from sdaeverify.numerics import apply
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.milstein import Milstein
+from sdaeverify_schemes.sra1 import SRA1
 
 HALF, ONE = (Claim(measure="strong", value=order, source="planted") for order in (0.5, 1.0))
 WEAK_ONE = Claim(measure="weak", value=1.0, source="planted")
@@ -101,6 +102,14 @@ class Clipped(EulerMaruyama):
         return EULER.step(problem, np.clip(state, -2.0, 2.0), t, h, noise)
 
 
+@dataclass(frozen=True)
+class ModestSRA1(SRA1):
+    """SRA1 of which the order 1 is claimed, which it has where the drift has a kink."""
+
+    name: ClassVar[str] = "modest-sra1"
+    claims: ClassVar[tuple[Claim, ...]] = (ONE,)
+
+
 def kinked() -> SDE:
     """Multiplicative noise with a kink: dx = (1 + |x|/2) dW, x(0) = 1/2."""
     return SDE(
@@ -130,12 +139,12 @@ def squared_motion() -> SDE:
     )
 
 
-def bent_drift() -> SDE:
+def bent_drift(start: float = 0.1) -> SDE:
     """Additive noise with a kink in the drift: dx = (1/2 - 4 max(x, 0)) dt + 0.8 dW."""
     return SDE(
         drift=lambda t, x: 0.5 - 4.0 * np.maximum(x, 0.0),
         diffusion=lambda t, x: (0.8 + 0.0 * x)[:, None],
-        start=[0.1],
+        start=[start],
         noise_dim=1,
         horizon=1.0,
         noise=frozenset({"dW", "H"}),
@@ -143,6 +152,11 @@ def bent_drift() -> SDE:
         observables={"x": lambda t, s: s["x"][0]},
         source="planted",
     )
+
+
+def bent_at_start() -> SDE:
+    """Return the same that starts on the kink."""
+    return bent_drift(0.0)
 
 
 def waves() -> SDE:

@@ -11,9 +11,10 @@ their intervals the right side bounds every error of the limit that the evidence
 have shown.
 
 Where nothing but the scheme itself knows the limit along paths, single steps tell: they were compared with the
-equation at n points of runs, and drift and noise are off by no more than e of the solution's motion there. A share s
-of all runs is missed by all n points with the probability (1 - s)^n, which is at most alpha for s >= -log(alpha)/n;
-steps that are off there by all of their motion move the limit by s of the solution's, where errors do not grow.
+equation at n random times, one in each part of the run, and drift and noise are off by no more than e of the
+solution's motion there. A share s of a run is missed by all n times with at most the probability (1 - s)^n, which is
+at most alpha for s >= -log(alpha)/n; steps that are off there by all of their motion move the limit by s of the
+solution's, where errors do not grow. That many states are looked at at each time is no help against a window of time.
 """
 
 from math import inf, isfinite, log, nan
@@ -169,7 +170,7 @@ def _upper(sums: Array, counts: Array, confidence: float) -> float:
 
 
 def probe_resolution(scheme: Scheme, view: Problem) -> Tally:
-    """Return at how many points steps were compared with the equation, and the largest error that may be left there.
+    """Return at how many times steps were compared with the equation, and the largest error that may be left there.
 
     Nothing where the scheme does not claim to follow the equation in all quantities: then nobody compared.
 
@@ -188,5 +189,5 @@ def step_resolution(evidence: Evidence) -> float:
     found = unpacked(LAW, LawResolution, evidence.without_paths)
     if found is None:
         return inf
-    missed = -log(1.0 - evidence.settings.confidence) / float(found.points)
+    missed = -log(1.0 - evidence.settings.confidence) / float(found.times)
     return max(float(found.rate_error), min(1.0, missed))

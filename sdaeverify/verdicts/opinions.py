@@ -80,10 +80,11 @@ def local_doubt(text: str, kind: str = Kind.PLAIN, *, against: bool = False) -> 
     return found._replace(excluded=frozenset({Verdict.VERIFIED})) if against else found
 
 
-def of_smooth(opinion: Opinion, claim: float, evidence: Evidence) -> Opinion:
+def of_smooth(opinion: Opinion, claim: float, evidence: Evidence, *, at_few: bool = False) -> Opinion:
     """Return what a local order says of a claim: nothing for it where a coefficient is not smooth enough.
 
-    Order 1/2 needs Lipschitz coefficients alone (Milstein 1988, Theorem 1).
+    Order 1/2 needs Lipschitz coefficients alone (Milstein 1988, Theorem 1). Nor does the low order of steps that
+    begin on a kink say anything against a claim, where other steps have the order: hardly any step begins there.
 
     Parameters
     ----------
@@ -93,11 +94,14 @@ def of_smooth(opinion: Opinion, claim: float, evidence: Evidence) -> Opinion:
         The order that is claimed.
     evidence : Evidence
         Of its cell.
+    at_few : bool
+        Whether what refutes the claim is the order at few states alone.
     """
-    if opinion.verdict is not Verdict.VERIFIED:
+    verified = opinion.verdict is Verdict.VERIFIED
+    if not (verified or (at_few and opinion.verdict is Verdict.REFUTED)):
         return opinion
     rough = rough_coefficient(remove_delay(evidence.scheme, evidence.view)[1])
-    if rough is None or (rough.lipschitz and claim <= LIPSCHITZ_ORDER):
+    if rough is None or (verified and rough.lipschitz and claim <= LIPSCHITZ_ORDER):
         return opinion
     return local_doubt(f"{opinion.reason}, if coefficients are smooth: {rough} where solutions go")
 

@@ -12,6 +12,8 @@ from contradictions import (
     EulerInStrip,
     HalfTheState,
     LateDrift,
+    ModestSRA1,
+    bent_at_start,
     bent_drift,
     kinked,
     squared_motion,
@@ -88,6 +90,11 @@ def verdicts(result):
 def test_paths_that_contradict_one_step_are_not_overruled(scheme, family, settings, verdict):
     """Where errors stay, grow or fall more slowly than one step says, the claim is refuted or left open."""
     assert verdicts(run(scheme, family, settings=settings)) == {verdict}
+
+
+def test_a_start_on_a_kink_refutes_no_order_that_all_other_states_have():
+    """Local orders are low at one state, where hardly any step begins: paths decide, which know no truth here."""
+    assert verdicts(run(ModestSRA1(), bent_at_start)) == {Verdict.INCONCLUSIVE}
 
 
 def test_a_law_that_drifts_away_late_is_not_verified():

@@ -127,9 +127,9 @@ def test_a_bias_without_order_is_bounded_where_it_is_largest():
 
 
 def test_where_only_the_scheme_knows_the_limit_single_steps_tell():
-    """A share of runs that n points miss with a probability of 1 per cent may be wrong by all of its motion."""
-    problem, seen = gbm(), packed(LAW, LawResolution(512.0, 1e-3))
+    """A share of a run that n times miss with a probability of 1 per cent may be wrong by all of its motion."""
+    problem, seen = gbm(), packed(LAW, LawResolution(32.0, 1e-3))
     evidence = Evidence(Claimant(), problem, problem, SETTINGS, seen, Tally())
-    assert step_resolution(evidence) == pytest.approx(-np.log(0.01) / 512.0)
-    assert step_resolution(replace(evidence, tally=packed(LAW, LawResolution(512.0, 0.2)))) == 0.2
+    assert step_resolution(evidence) == pytest.approx(-np.log(0.01) / 32.0)
+    assert step_resolution(replace(evidence, tally=packed(LAW, LawResolution(32.0, 0.2)))) == 0.2
     assert isinf(step_resolution(replace(evidence, tally=Tally())))

@@ -201,8 +201,9 @@ def judge_order(evidence: Evidence, claim: Claim | None, order: StrongOrder | No
     """
     if order is None or claim is None or not isinstance(claim.value, Order):
         return None
-    found = judge_strong(order, claim.value.least, margin=claim.value.margin, sharp=evidence.scheme.sharp_locally)
-    return of_smooth(found, claim.value.least, evidence)
+    least = claim.value.least
+    found = judge_strong(order, least, margin=claim.value.margin, sharp=evidence.scheme.sharp_locally)
+    return of_smooth(found, least, evidence, at_few=order.typical >= least - TOLERANCE)
 
 
 def strong_finding(

@@ -105,20 +105,20 @@ class LawResolution(NamedTuple):
 
     Attributes
     ----------
-    points : float
-        How many points (t, x) were looked at: a region that a smaller share of runs goes through may be missed.
+    times : float
+        At how many times, one in each part of the run, states were looked at: a smaller share of a run may be missed.
     rate_error : float
         How far drift or noise may be off at these at most, in parts of the solution's motion; see `StepLaw`.
     """
 
-    points: float
+    times: float
     rate_error: float
 
 
 def law_resolution(scheme: Scheme, view: Problem) -> LawResolution | None:
     """Return what was looked at and what would have been seen, or None where steps cannot be compared."""
     law = step_law(scheme, view)
-    return None if law is None or not law.points else LawResolution(float(law.points), law.rate_error)
+    return None if law is None or not law.points else LawResolution(float(np.unique(law.t).size), law.rate_error)
 
 
 def law_departure(scheme: Scheme, view: Problem) -> str:
