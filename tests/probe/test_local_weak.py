@@ -7,7 +7,6 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from faulty import NoiseTooStrong
 from probe.weak_cells import CORRECT, PLANTED, PROBLEMS, SIGMA, A, B, equation, euler, order, reference, scheme
 from sdaeverify import THREE_POINT, HolonomicSDAE, HolonomicState, ProblemError, Scheme, Step
 from sdaeverify.contracts.finding import Kind, Verdict
@@ -17,6 +16,7 @@ from sdaeverify.numerics import apply
 from sdaeverify.probe.local.weak_defects import local_weak, refusal, weak_reference
 from sdaeverify.probe.local.weak_order import LocalWeak, weak_order
 from sdaeverify.probe.step.states import WHEN
+from sdaeverify_planted.euler_noise import WrongVariance
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 
@@ -100,8 +100,8 @@ def test_a_wrong_pure_output_is_found():
 
 def test_a_wrong_variance_is_found_on_the_inherent_equation():
     """A constrained problem seen as an SDE is probed like any other."""
-    view = pendulum().view(NoiseTooStrong.form)
-    assert judge_weak(weak_order(local_weak(NoiseTooStrong(), view)), 1.0).reason.has(Kind.INCONSISTENT)
+    view = pendulum().view(WrongVariance.form)
+    assert judge_weak(weak_order(local_weak(WrongVariance(0.05), view)), 1.0).reason.has(Kind.INCONSISTENT)
 
 
 def test_orders_do_not_depend_on_units():
