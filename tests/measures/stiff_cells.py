@@ -68,17 +68,6 @@ class HalfRoot(Right):
 
 
 @dataclass(frozen=True)
-class Without(Right):
-    """One coefficient is 0."""
-
-    term: str = "fixman"
-
-    def weights(self, problem, h):
-        """Return the coefficients."""
-        return super().weights(problem, h)._replace(**{self.term: 0.0})
-
-
-@dataclass(frozen=True)
 class Climbing(Right):
     """It reports iterations that grow by `slope` in each decade of 1/eps, or `more` of them on one path in 256."""
 

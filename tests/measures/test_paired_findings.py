@@ -15,7 +15,6 @@ from sdaeverify.measures.uniformity import PAIRED, Uniformity
 from sdaeverify.measures.uniformity.paired_findings import PairedMeans
 from sdaeverify.numerics.statistics import GROUPS
 from sdaeverify.probe.stiffness.paired_members import SHARE, PairedErrors
-from sdaeverify_planted.uniformly_accurate import HalfRoot, ScaledTerms
 from sdaeverify_problems.penalised_sphere import penalised_sphere
 from sdaeverify_problems.torus import torus
 
@@ -194,17 +193,3 @@ def test_tests_keep_their_level_at_the_bound(noise):
     most = binom.ppf(1.0 - 1e-4, samples, 0.05)
     assert sum(sample.falls(order) <= 0.05 for sample in found) <= most
     assert sum(sample.stays(order)[0] <= 0.05 for sample in found) <= most
-
-
-@pytest.mark.slow
-def test_the_torus_verifies_the_right_scheme_and_refutes_wrong_ones():
-    """Nothing is exact there: half of the root's argument and a missing div g are refuted, the right step is not."""
-    problem, settings = torus(), Settings(paths=8192)
-    verdicts = {}
-    for scheme in (Right(), HalfRoot(), ScaledTerms(divergence=0.0)):
-        tally = Uniformity().probe(scheme, problem, settings)
-        evidence = Evidence(scheme, problem, problem, settings, tally, Tally(), level=settings.level)
-        found = {finding.quantity: finding.verdict for finding in Uniformity().judge(evidence).findings}
-        verdicts[scheme.name, getattr(scheme, "divergence", None)] = found["weak"]
-
-    assert list(verdicts.values()) == [Verdict.VERIFIED, Verdict.REFUTED, Verdict.REFUTED]

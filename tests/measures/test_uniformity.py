@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from measures.stiff_cells import AFFINE, SETTINGS, Explicit, HalfRoot, Ignorant, Right, Without, judged, whole
+from measures.stiff_cells import AFFINE, SETTINGS, HalfRoot, Right, judged, whole
 from sdaeverify import Claim, Increment, Moment
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.measure import Evidence
@@ -68,25 +68,6 @@ def test_half_a_root_is_refuted_on_the_affine_problem():
 
     assert {finding.verdict for finding in found.values()} == {Verdict.REFUTED}
     assert abs(found["weak"].estimate) < 0.05
-
-
-@pytest.mark.slow
-def test_schemes_that_are_not_uniform_are_refuted_on_the_affine_problem():
-    """Explicit Euler is unstable for h > eps, and constrained Euler ignores eps."""
-    explicit, ignorant = (judged(MEASURE, scheme, AFFINE) for scheme in (Explicit(), Ignorant()))
-
-    assert {f.verdict for found in (explicit, ignorant) for f in found.values()} == {Verdict.REFUTED}
-    assert "not bounded: infinite" in str(explicit["weak"].reason)
-    assert abs(ignorant["weak"].estimate) < 0.05
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("term", ["fixman", "quadratic", "divergence"])
-def test_missing_terms_are_refuted_on_the_strip(term):
-    """Stationary means of the exponential strip see every term of the predictor and of the level."""
-    found = judged(MEASURE, Without(term=term, xi="three-point"), exponential_strip())
-
-    assert found["invariant"].verdict is Verdict.REFUTED
 
 
 @pytest.mark.slow
