@@ -60,11 +60,6 @@ def test_rows_that_cannot_be_taken(steps, other, message):
         row(steps, **other)
 
 
-def test_when_a_mean_is_taken():
-    """It is taken after all steps unless fewer are named."""
-    assert (row(8).steps_made, row(8, at=3).steps_made) == (8, 3)
-
-
 def test_no_rows():
     """An experiment without rows is refused."""
     with pytest.raises(ProblemError, match="experiment 'mine' has no rows"):
@@ -102,11 +97,6 @@ def test_runs_that_cannot_be_made(steps, at, message):
     """A run makes a step, and its notes are taken on the way."""
     with pytest.raises(ProblemError, match=f"^{message}$"):
         SchemeRun(problem="gbm", scheme="milstein", steps=steps, notes=(Note("n", "x", at),))
-
-
-def test_when_a_note_is_taken():
-    """It is taken after the last step unless steps are named."""
-    assert (Note("n", "x").steps(7), Note("n", "x", (2, 3)).steps(7)) == ((7,), (2, 3))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,6 @@ import json
 import os
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -13,7 +12,7 @@ import pytest
 from sdaeverify.cli.exit_codes import ExitCode
 
 THIRDPARTY = Path(__file__).parent / "thirdparty"
-DISTRIBUTIONS = ("broken", "energy", "geodesic", "jump_diffusion", "torchsde_wrapper")
+DISTRIBUTIONS = ("broken", "energy", "geodesic", "jump_diffusion")
 BROKEN = {
     "broken-duplicate": "scheme 'euler-maruyama' of plugin broken-duplicate (sdaeverify-broken 0.1.0) is already",
     "broken-hook": "RuntimeError: no schemes today",
@@ -73,7 +72,6 @@ def test_plugins_are_listed_with_distribution_and_version(listed):
     for name, distribution in {
         "geodesic-baoab": "sdaeverify-geodesic",
         "ellipse-langevin": "sdaeverify-geodesic",
-        "torchsde": "sdaeverify-torchsde",
         "jump-euler": "sdaeverify-jumps",
         "sound-euler": "sdaeverify-broken",
     }.items():
@@ -162,29 +160,6 @@ def test_geodesic_scheme_is_verified(run, tmp_path):
     assert verdicts(tmp_path, "geodesic-baoab")[0] == {"verified"}
     orders = [float(row["value"]) for row in rows(tmp_path)]
     assert orders == pytest.approx([2.0] * 4, abs=0.01)
-
-
-@pytest.mark.skipif(find_spec("torchsde") is not None, reason="torchsde is installed")
-def test_wrapper_without_its_library_says_so(run):
-    """Without torchsde, its schemes are listed and every cell tells what to install."""
-    words = ["-s", "torchsde", "-p", "ou", "-m", "strong", "-j", "1"]
-
-    ended = run("sdaeverify", "matrix", *words, disabled="sdaeverify-broken")
-
-    assert ended.returncode == ExitCode.NOTHING
-    assert "torchsde is not installed; pip install 'sdaeverify-torchsde[torch]'" in ended.stderr
-
-
-@pytest.mark.skipif(find_spec("torchsde") is None, reason="torchsde is not installed")
-def test_wrapper_is_verified(run, tmp_path):
-    """With torchsde, each of its methods has the order it is known for on an Ornstein-Uhlenbeck process."""
-    words = ["-s", "torchsde*", "-p", "ou", "-m", "strong", "--paths", "500", "--looks", "1", "-j", "1"]
-
-    ended = run("sdaeverify", "matrix", *words, "--out", str(tmp_path), disabled="sdaeverify-broken")
-
-    assert ended.returncode == ExitCode.OK, ended.stdout + ended.stderr
-    found = {row["scheme"]: row["verdict"] for row in rows(tmp_path)}
-    assert found == dict.fromkeys(("torchsde", "torchsde[method=milstein]", "torchsde[method=euler]"), "verified")
 
 
 def test_measure_of_others_tells_a_right_claim_from_a_wrong_one(run, tmp_path):

@@ -28,11 +28,18 @@ VARIANTS = {
     "gbm-algebraic": ({"tau": "0.3"},),
     "nonlinear-constraint": ({"tau": "0.0"},),
     "ou": ({"a": "-0.8"},),
+    "penalised-sphere": ({"damping": "0.7", "spin": "1.3"}, {"eps": "0.0", "spin": "1.3"}),
     "pendulum": ({"c_g": "0.0"}, {"c_g": "0.0", "omega_0": "-1.5", "theta_0": "2.0"}),
     "pendulum-velocity-noise": ({"gamma": "0.7", "sigma": "0.3"}, {"gamma": "0.5", "sigma": "1.0"}),
 }
 # Matrices take long where steps are so long that roots have to be followed: they still are on the orthogonal group.
-SHORTER = {"orthogonal-group": {"horizon": "0.25"}, "stiefel": {"horizon": "0.0625"}}
+# So do chains of many points, whose formulas are those of a few.
+SHORTER = {
+    "fibre-clamped": {"N": "3"},
+    "fibre-free": {"N": "3"},
+    "orthogonal-group": {"horizon": "0.25"},
+    "stiefel": {"horizon": "0.0625"},
+}
 # So many views of each form are tried, and each with its own schemes everywhere.
 VIEWS = 1
 # What takes seconds: controls everywhere, and these on long problems.

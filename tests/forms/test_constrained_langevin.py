@@ -42,19 +42,6 @@ def columns(f, x: Array) -> Array:
     return np.stack([derivative(f, x, unit[:, None]) for unit in np.eye(len(x))])
 
 
-def log_det(problem: ConstrainedLangevin, x: Array) -> Array:
-    Dg = np.moveaxis(problem.dg(x), -1, 0)
-    return np.linalg.slogdet(Dg @ Dg.swapaxes(1, 2))[1]
-
-
-@pytest.mark.parametrize("q", [1, 2, 3])
-def test_the_gradient_of_the_gram_determinant(q):
-    """At points off the manifold, too, `fixman` is the gradient of ln det G."""
-    problem = make(q)
-    expected = columns(partial(log_det, problem), POINTS)
-    assert np.abs(problem.near(POINTS).fixman - expected).max() < DIFFERENCE * 10
-
-
 @pytest.mark.parametrize("q", [1, 2, 3])
 def test_second_derivatives(q):
     """The quadratic term, the traces and the traces over the normal space follow from dense Hessians."""
@@ -85,24 +72,6 @@ def test_the_limit_in_itos_form(q):
     assert np.abs(view.drift(0.0, x) - expected + correction).max() > 1e-2
 
 
-def test_the_penalised_equation():
-    """(1.4) term by term; noise is sigma Id."""
-    problem = make(2, eps=0.05)
-    view, at = problem.view(SDE), problem.near(POINTS)
-    expected = problem.drift(POINTS) + SIGMA**2 / 4.0 * at.fixman - at.relaxation / 0.05
-    assert np.allclose(view.drift(0.0, POINTS), expected, rtol=1e-14)
-    assert np.array_equal(view.diffusion(0.0, POINTS)[..., 0], SIGMA * np.eye(4))
-    assert not problem.has_constraints
-    assert make(2, eps=0.0).has_constraints
-
-
-@pytest.mark.parametrize("eps", [1e-300, 1e300])
-def test_extreme_stiffness_gives_finite_drifts_on_the_manifold(eps):
-    """At the start the penalty vanishes, whatever its strength."""
-    problem = make(2, eps=eps)
-    assert np.isfinite(problem.ito().drift(0.0, problem.initial(2))).all()
-
-
 def quadric(x: Array, axes: Array) -> Array:
     return 0.5 * np.einsum("kij,ip,jp->kp", axes, x, x) - 0.5
 
@@ -128,15 +97,6 @@ def test_constant_hessians_closed_contractions_and_complex_steps_agree():
     for name in ("fixman", "quadratic", "divergence", "normal_traces"):
         first, *others = (getattr(way.near(x), name) for way in ways)
         assert all(np.allclose(first, other, rtol=1e-9, atol=1e-12) for other in others)
-
-
-def test_mixing_the_constraints_changes_nothing():
-    """With A zeta in place of zeta, A a constant regular matrix, both equations stay as they are."""
-    A = np.array([[2.0, 0.5], [-0.3, 1.5]])
-    for eps in (0.0, 0.1):
-        one, mixed = make(2, eps), make(2, eps, constraint=lambda x: A @ zeta(2, x))
-        x = one.admissible(POINTS)
-        assert np.allclose(one.ito().drift(0.0, x), mixed.ito().drift(0.0, x), rtol=1e-8, atol=1e-10)
 
 
 @pytest.mark.parametrize(

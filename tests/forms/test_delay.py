@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sdaeverify import SDE, DelaySDAE, DelayState, HolonomicSDAE, Increment, ParameterError, Partials, ProblemError
+from sdaeverify import SDE, DelaySDAE, HolonomicSDAE, ParameterError, Partials, ProblemError
 from sdaeverify.arrays import Array
 from sdaeverify_problems.delay_linear import delay_linear
 from sdaeverify_problems.delay_martingale import delay_martingale
@@ -240,24 +240,6 @@ def test_the_residual_needs_the_past() -> None:
     residual = problem.residuals({**parts, "lagged": v, "t": np.full((1, 1), 0.3)})["u"]
     assert np.array_equal(residual.value, constraint(0.3, x, v, y))
     assert np.all(residual.scale > 0.0)
-
-
-def test_the_first_step_is_driven_by_the_history() -> None:
-    """At time 0 the lagged value is phi(-tau), at the end of the first step phi(h - tau)."""
-    noise = make().add_past(0.125, Increment(np.zeros((2, 4)), None))
-
-    assert noise.lagged is not None
-    assert noise.ahead is not None
-    assert noise.lagged.tolist() == [[0.5] * 4, [1.0] * 4]
-    assert noise.ahead.tolist() == [[0.625] * 4, [0.875] * 4]
-
-
-def test_components_are_named() -> None:
-    """Y is a component only where there is one."""
-    x, _, y = states()
-
-    assert list(make().parts(DelayState(x, y))) == ["x", "y"]
-    assert list(delay_ou().parts(DelayState(x[:1], y[:0]))) == ["x"]
 
 
 def test_a_wrong_closed_form_of_y_is_refused_beside_the_start() -> None:

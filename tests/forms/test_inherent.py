@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from sdaeverify import SDE, HolonomicSDAE
-from sdaeverify.forms.mechanics.holonomic import project
 
 EPS = np.finfo(float).eps
 PATHS = 6
@@ -77,12 +76,6 @@ def gradients(x):
     return np.stack([np.stack(first), np.stack([x[1], x[0], np.exp(x[2])])])
 
 
-def second_derivatives(x, y):
-    """Return their second derivatives in the direction (y, y), shape (2, P)."""
-    first = 2.0 * y[0] ** 2 + x[2] * y[1] ** 2 + 2.0 * x[1] * y[1] * y[2] - np.sin(x[2]) * y[2] ** 2
-    return np.stack([first, 2.0 * y[0] * y[1] + np.exp(x[2]) * y[2] ** 2])
-
-
 def force(t, r, v):
     """Return a force that depends on everything."""
     return np.stack([np.sin(r[1]) - v[0], r[0] * v[2], -1.0 + v[1] ** 2 + t])
@@ -122,106 +115,11 @@ def points():
     return START[:, None] + 0.2 * wave[:3], wave[3:]
 
 
-def hidden_acceleration(m, r, v, dv):
-    """Return d(Dg v)/dt = Dg dv + D^2 g(v, v), shape (m, P), and a bound of its rounding errors."""
-    Dg = gradients(r)[:m]
-    value = np.einsum("mnp,np->mp", Dg, dv) + second_derivatives(r, v)[:m]
-    return value, rounding(m, r) * (1.0 + np.abs(dv).max())
-
-
 def rounding(m, r):
     """Return 64 eps times the condition numbers of mass and Gram matrix, the size of all errors below."""
     Dg = gradients(r)[:m]
     grams = [Dg[..., p] @ np.linalg.solve(MASS, Dg[..., p].T) for p in range(r.shape[-1])]
     return 64 * EPS * np.linalg.cond(MASS) * max(np.linalg.cond(G) for G in grams)
-
-
-both = pytest.mark.parametrize("m", [1, 2])
-
-
-@both
-def test_the_drift_keeps_the_hidden_constraint(m):
-    """Dg M^{-1} (M drift_v) + D^2 g(v, v) = 0 at every point, with derivatives written by hand."""
-    r, v = points()
-    x = np.concatenate([r, v])
-    value, bound = hidden_acceleration(m, r, v, general(m).view(SDE).drift(0.3, x)[3:])
-    assert np.abs(value).max() <= bound
-
-
-@both
-def test_the_wrong_sign_of_the_curvature_is_noticed(m):
-    """With + grad g G^{-1} D^2 g(v, v) the same check finds 2 D^2 g(v, v)."""
-    r, v = points()
-    problem = general(m)
-    a = force(0.3, r, v)
-    J = problem.linearised(r)
-    lam = problem.inherent_multiplier(J, r, v, a)
-    curvature = lam - problem.inherent_multiplier(J, r, 0.0 * v, a)
-    planted = lam - 2.0 * curvature
-    dv = problem.inverse_mass(a + np.einsum("mnp,mp->np", gradients(r)[:m], planted))
-    value, bound = hidden_acceleration(m, r, v, dv)
-    assert np.abs(value - 2.0 * second_derivatives(r, v)[:m]).max() <= 2 * bound
-    assert np.abs(value).max() > 0.1
-
-
-@both
-def test_the_drift_differs_from_the_free_motion_by_a_constraint_force(m):
-    """M drift_v - a lies in the range of grad g, with the multiplier of (2.8) as its coefficients."""
-    r, v = points()
-    problem = general(m)
-    drift = problem.view(SDE).drift(0.3, np.concatenate([r, v]))
-    reaction = MASS @ drift[3:] - force(0.3, r, v)
-    lam = problem.inherent_multiplier(problem.linearised(r), r, v, force(0.3, r, v))
-    expected = np.einsum("mnp,mp->np", gradients(r)[:m], lam)
-    assert np.array_equal(drift[:3], v)
-    assert np.abs(reaction - expected).max() <= rounding(m, r) * (1.0 + np.abs(expected).max())
-
-
-@both
-def test_the_noise_is_tangential(m):
-    """Dg B_v = 0, and the positions have no noise."""
-    r, v = points()
-    B = general(m).view(SDE).diffusion(0.3, np.concatenate([r, v]))
-    assert np.array_equal(B[:3], np.zeros((3, 3, PATHS)))
-    assert np.abs(np.einsum("mnp,nlp->mlp", gradients(r)[:m], B[3:])).max() <= rounding(m, r)
-
-
-@both
-def test_the_projector_is_a_projector(m):
-    """P^2 = P, P grad g = 0, Dg M^{-1} P = 0, and P has rank n - m."""
-    r, _ = points()
-    problem, Dg = general(m), gradients(r)[:m]
-    P, _ = project(problem, problem.linearised(r), np.repeat(np.eye(3)[..., None], PATHS, axis=2))
-    bound = rounding(m, r)
-    assert np.abs(np.einsum("ijp,jkp->ikp", P, P) - P).max() <= bound
-    assert np.abs(np.einsum("ijp,mjp->imp", P, Dg)).max() <= bound
-    assert np.abs(np.einsum("mip,ijp->mjp", Dg, problem.inverse_mass(P))).max() <= bound
-    assert np.abs(np.einsum("iip->p", P) - (3 - m)).max() <= bound
-
-
-@both
-def test_noise_is_projected_along_the_constraint_forces(m):
-    """P_M B is B less grad g G_M^{-1} Dg M^{-1} B, computed on every path with dense matrices."""
-    r, _ = points()
-    B = np.sin(np.arange(3.0 * 2 * PATHS)).reshape(3, 2, PATHS)
-    (result, _), Dg = project(general(m), general(m).linearised(r), B), gradients(r)[:m]
-    for p, (D, b) in enumerate(paths(Dg, B)):
-        G = D @ np.linalg.solve(MASS, D.T)
-        expected = b - D.T @ np.linalg.solve(G, D @ np.linalg.solve(MASS, b))
-        assert np.abs(result[..., p] - expected).max() <= rounding(m, r)
-
-
-@both
-def test_constraint_forces_do_no_work(m):
-    """For tangential v the energy v^T M v/2 has drift <v, a> + tr(B_v^T M B_v)/2, the trace being sigma^2 (n - m)."""
-    r, w = points()
-    v = tangent(m, r, w)
-    sde, x = general(m).view(SDE), np.concatenate([r, v])
-    power = np.einsum("np,np->p", v, MASS @ sde.drift(0.3, x)[3:])
-    assert np.abs(power - (v * force(0.3, r, v)).sum(axis=0)).max() <= rounding(m, r) * 10
-    B = sde.diffusion(0.3, x)[3:]
-    trace = np.einsum("nlp,nk,klp->p", B, MASS, B)
-    assert np.abs(trace - SIGMA**2 * (3 - m)).max() <= rounding(m, r)
 
 
 # ---------------------------------------------------------------- what the view takes over

@@ -1,15 +1,11 @@
 """The Langevin form: its first-order system, what it passes on, and what it refuses."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
 from sdaeverify import SDE, Angle, Chart, HolonomicSDAE, Langevin, Line, Moment, Pathwise, ProblemError
 
-EPS = np.finfo(float).eps
 GAMMA, SIGMA = 0.3, 0.8
-Q, P = np.array([[0.5, -1.0], [2.0, 0.1]]), np.array([[1.5, 0.3], [-0.7, 4.0]])
 
 
 def force(q):
@@ -21,16 +17,6 @@ def make(**changes):
     """Return a valid problem with some of its arguments changed."""
     valid = {"force": force, "friction": GAMMA, "strength": SIGMA, "position": [0.5, -1.0], "momentum": [0.0, 2.0]}
     return Langevin(**{**valid, "horizon": 1.0, "source": "made up", **changes})
-
-
-def test_the_first_order_system_is_written_out():
-    """The drift is p over F(q) - gamma p, and the noise enters each momentum alone."""
-    view, x = make().view(SDE), np.concatenate([Q, P])
-    acceleration = [[-np.sin(2.0) * 0.5, np.sin(0.1)], [-np.sin(0.5) * 2.0, np.sin(1.0) * 0.1]] - GAMMA * P
-
-    assert np.abs(view.drift(0.2, x) - np.concatenate([P, acceleration])).max() <= 8 * EPS
-    assert np.array_equal(view.diffusion(0.2, x)[..., 0], [[0, 0], [0, 0], [SIGMA, 0], [0, SIGMA]])
-    assert not view.derivative_of_diffusion(0.2, x, x).any()
 
 
 def test_components_have_the_same_names_in_both_views():
@@ -72,11 +58,6 @@ def test_views_are_itself_and_the_system():
     assert isinstance(problem.ito(), SDE)
     assert problem.view(HolonomicSDAE) is None
     assert not problem.has_constraints
-
-
-def test_a_changed_copy_counts_its_positions_again():
-    """The number of noises is that of the positions, also of a copy."""
-    assert dataclasses.replace(make(), position=[1.0], momentum=[0.0]).noise_dim == 1
 
 
 @pytest.mark.parametrize(

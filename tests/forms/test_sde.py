@@ -127,17 +127,6 @@ def test_a_diffusion_without_derivative_says_so():
     assert make().why_not_derivative_of_diffusion() == ""
 
 
-def test_a_kink_at_the_start_is_noticed():
-    """At x = 0 both derivatives of |x| vanish, and still it is not analytic."""
-    assert make(diffusion=absolute, noise_dim=1, start=[0.0, 0.0]).why_not_derivative_of_diffusion()
-
-
-def test_the_initial_state_is_repeated_on_every_path():
-    """The start (d,) becomes the columns of (d, P)."""
-    assert make().initial(3).tolist() == [[0.5] * 3, [-0.3] * 3]
-    assert make().dimension == 2
-
-
 def test_the_start_is_a_read_only_copy():
     """Neither the caller's array nor the problem's can change the problem later."""
     mine = np.array([0.5, -0.3])
@@ -153,11 +142,6 @@ def test_components_have_names():
     assert np.array_equal(make().parts(x)["x"], x)
     named = make(names={"q": slice(0, 1), "p": slice(1, 2)}).parts(x)
     assert {name: rows.tolist() for name, rows in named.items()} == {"q": [[0, 1, 2]], "p": [[3, 4, 5]]}
-
-
-def test_constant_diffusions_may_have_one_column_of_paths():
-    """A value that is the same on every path may have a last axis of length 1."""
-    assert make(diffusion=lambda t, x: np.eye(2)[..., None]).noise_dim == 2
 
 
 CONSTANT = {"diffusion": lambda t, x: np.eye(2)[..., None]}
@@ -255,13 +239,6 @@ def test_a_constraint_is_a_residual():
     assert np.abs(value - [[0.0, 1.0]]).max() <= 8 * EPS
     expected = np.hypot(0.5 * x[0], 2.0 * x[1]) * np.hypot(*x)
     assert np.abs(scale - expected).max() <= 16 * EPS * expected.max()
-
-
-def test_a_constraint_sees_the_components_in_their_order():
-    """Named components are put together again before g is taken."""
-    named = on_the_ellipse(names={"u": slice(0, 1), "w": slice(1, 2)})
-    (value, _) = named.residuals({"u": np.array([[2.0]]), "w": np.array([[0.5]])})["g"]
-    assert value.tolist() == [[0.25]]
 
 
 def test_the_jacobian_of_the_constraint_is_its_derivative():

@@ -73,15 +73,6 @@ def state(P=3):
     return rng.standard_normal((2 * N, P)), rng.standard_normal((2 * N, P)), rng.standard_normal((5, P))
 
 
-def test_derivatives_by_nodes_are_those_of_the_whole():
-    """Along unit vectors of many nodes at once, all derivatives are the same as along one after the other."""
-    problem = make()
-    whole = Unstructured(nodes=1, owners=(0,) * 5)
-
-    for by_nodes, at_once in zip(blocks(problem, STRUCTURE, *state()), blocks(problem, whole, *state()), strict=True):
-        assert by_nodes == pytest.approx(at_once, rel=1e-9, abs=1e-9)
-
-
 def test_derivatives_of_the_whole_are_the_closed_forms():
     """Of a force with known derivatives and a quadratic constraint."""
     A = np.random.default_rng(1).standard_normal((2, 3, 3))
@@ -128,16 +119,6 @@ def test_a_force_without_derivative_is_told():
     assert "force is not analytic" in problem.why_not_derivative_of_force()
     assert "give force_derivatives" in problem.why_not_derivative_of_force()
     assert make().why_not_derivative_of_force() == ""
-
-
-def test_slots_keep_what_belongs_to_constraints():
-    """Constraints go to the slots of their owners in order, and come back; empty slots are zero."""
-    c = np.arange(1.0, 6.0)[:, None]
-
-    spread = STRUCTURE.by_slot(c)
-
-    assert spread[..., 0].tolist() == [[0, 0], [1, 0], [2, 0], [3, 4], [5, 0]]
-    assert np.array_equal(STRUCTURE.by_constraint(spread), c)
 
 
 def test_a_mass_has_blocks_where_it_couples_no_nodes():

@@ -381,30 +381,6 @@ def test_euler_on_ou_by_chains(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("problem", [ou(), double_well()], ids=["ou", "double well"])
-@pytest.mark.parametrize("seed", range(3))
-def test_planted_schemes_are_refuted_by_chains(problem, seed):
-    """Five per cent too much variance tends to the wrong limit, and Euler's scheme does not have order 2."""
-    wrong = probed(Euler(excess=0.05), problem, seed)[1].values()
-    slow = probed(Euler(order=2.0), problem, seed)[1].values()
-
-    assert any(f.verdict is Verdict.REFUTED and str(f.reason).startswith("wrong limit") for f in wrong)
-    assert any(f.verdict is Verdict.REFUTED and str(f.reason).startswith("order 1.") for f in slow)
-    assert not any(f.verdict is Verdict.VERIFIED for f in (*wrong, *slow))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(3))
-def test_order_two_is_told_from_one_by_chains(seed):
-    """On the double well Heun's scheme verifies order 2 and refutes order 3."""
-    two, three = (probed(Heun(order=order), double_well(), seed)[1] for order in (2.0, 3.0))
-
-    assert two["x^4"].verdict is Verdict.VERIFIED
-    assert three["x^4"].verdict is Verdict.REFUTED
-    assert not any(f.verdict is Verdict.REFUTED for f in two.values())
-
-
-@pytest.mark.slow
 def test_heun_on_ou_by_chains():
     """A bias of 0.4 per cent is found to be of order 2, within its interval of the known differences."""
     tally, found = probed(Heun(order=2.0), ou())

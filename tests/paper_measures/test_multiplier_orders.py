@@ -47,20 +47,6 @@ class Altered(HalfExplicitEuler):
         return result._replace(outputs=dict(zip(("kappa", "lambda"), given, strict=True)))
 
 
-@dataclass(frozen=True)
-class Changed(Scheme):
-    """The half-explicit scheme on another problem than the one it is told of."""
-
-    change: Callable[[HolonomicSDAE], HolonomicSDAE]
-
-    name: ClassVar[str] = "changed"
-    form: ClassVar[type[HolonomicSDAE]] = HolonomicSDAE
-
-    def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        return NONE.step(self.change(problem), state, t, h, noise)
-
-
 def found(scheme: Scheme, problem: HolonomicSDAE) -> Multipliers:
     """Return the sizes, from evidence that was stored in between."""
     record = unpacked("kept", Multipliers, packed("kept", multipliers(scheme, problem)))
@@ -135,49 +121,6 @@ def test_exponents_with_a_full_mass_matrix_and_two_constraints() -> None:
     )
 
     assert multiplier_orders(found(NONE, rods)).order == pytest.approx((2.0, 2.0, 1.0), abs=5e-3)
-
-
-def without_curvature(problem: HolonomicSDAE, state: HolonomicState, h: float, *given: Array) -> tuple[Array, Array]:
-    _, kappa, lam = given
-    J = problem.linearised(state.r)
-    return kappa, lam + h * J.gram(J).solve(problem.d2g(state.r, state.v, state.v))
-
-
-def quadratic(problem: HolonomicSDAE, state: HolonomicState, h: float, *given: Array) -> tuple[Array, Array]:
-    w, kappa, lam = given
-    return kappa, lam + 0.1 * w[:1] ** 2
-
-
-# What is wrong, and which of kappa, lambda^re and Lambda^re it refutes.
-WRONG: dict[str, tuple[Scheme, set[int]]] = {
-    "sign of lambda": (Altered(change=lambda p, s, h, w, kappa, lam: (kappa, -lam)), {FREE, NOISE}),
-    "no curvature": (Altered(change=without_curvature), {FREE}),
-    "half a per cent more noise along one axis": (
-        Altered(change=lambda p, s, h, w, kappa, lam: (kappa, lam + 0.005 * s.r[:1] * w[:1])),
-        {NOISE},
-    ),
-    "a term w^2": (Altered(change=quadratic), {NOISE}),
-    "kappa of a position that noise moves": (
-        Altered(change=lambda p, s, h, w, kappa, lam: (kappa + h * apply(p.dg(s.r), w), lam)),
-        {KAPPA},
-    ),
-    "kappa of first order": (Altered(change=lambda p, s, h, w, kappa, lam: (kappa + 1e-3 * h, lam)), {KAPPA}),
-}
-
-
-@pytest.mark.parametrize("bug", WRONG)
-def test_wrong_multipliers_are_refuted(bug: str) -> None:
-    """Each error in what a scheme gives out is refuted where it belongs, and nowhere else."""
-    scheme, refuted = WRONG[bug]
-
-    assert {index for index, verdict in enumerate(verdicts(scheme)) if verdict is Verdict.REFUTED} == refuted
-
-
-def test_force_of_another_problem_is_refuted() -> None:
-    """A scheme that uses 99 % of gravity has a lambda^re of order 1."""
-    weaker = pendulum(c_g=0.99)
-
-    assert verdicts(Changed(lambda problem: weaker)) == [Verdict.VERIFIED, Verdict.REFUTED, Verdict.VERIFIED]
 
 
 def test_normals_at_the_new_point_have_the_same_exponents() -> None:

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import pytest
 
-from sdaeverify import Claim, HolonomicSDAE, HolonomicState, Increment, Scheme, Settings, Step
+from sdaeverify import Claim, Scheme, Settings
 from sdaeverify.contracts.finding import Finding, Verdict
 from sdaeverify.contracts.measure import Evidence
 from sdaeverify.contracts.tally import Tally
@@ -30,18 +30,6 @@ def judged(scheme: Scheme, problem: Problem) -> dict[str, Finding]:
 
 
 @dataclass(frozen=True)
-class WrongSign(HalfExplicitEuler):
-    """The scheme that gives out -lambda, and no kappa."""
-
-    name: ClassVar[str] = "wrong-sign"
-
-    def step(self, problem: HolonomicSDAE, state: HolonomicState, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        result = super().step(problem, state, t, h, noise)
-        return result._replace(outputs={"lambda": -result.outputs["lambda"]})
-
-
-@dataclass(frozen=True)
 class Immodest(HalfExplicitEuler):
     """The scheme that claims more than it keeps, and something in words."""
 
@@ -61,16 +49,6 @@ def test_exponents_of_the_theory_are_verified() -> None:
     )
     assert found["kappa"].estimate == pytest.approx(2.0, abs=1e-3)
     assert {finding.tier for finding in found.values()} == {1}
-
-
-def test_wrong_multipliers_are_refuted() -> None:
-    """Multipliers of the wrong sign break both claims about lambda; of kappa nothing is said."""
-    found = judged(WrongSign(), pendulum())
-
-    assert {name: finding.verdict for name, finding in found.items()} == dict.fromkeys(
-        ("lambda remainder", "Lambda remainder"), Verdict.REFUTED
-    )
-    assert str(found["lambda remainder"].reason) == "local order 1.000, claimed 2.0"
 
 
 def test_claims_that_are_too_high_unknown_or_not_made() -> None:

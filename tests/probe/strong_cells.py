@@ -77,11 +77,6 @@ def milstein(factor: float, shift: float = 1.0, clip: float = np.inf) -> Rule:
     return rule
 
 
-def no_derivative(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
-    """Return Milstein's step with B in place of DB B."""
-    return euler(problem, x, h, noise) + 0.5 * problem.diffusion(0.0, x)[:, 0] * (noise.dW**2 - h)
-
-
 def no_correction(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
     """Return the Euler step of the Stratonovich equation with the same coefficients."""
     B = problem.diffusion(0.0, x)
@@ -124,11 +119,6 @@ def along_an_axis(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
     y = euler(problem, x, h, noise)
     height = np.sqrt(np.maximum(1.0 - y[0] ** 2, 0.0))
     return np.stack([y[0], np.where(x[1] < 0.0, -height, height)])
-
-
-def straight(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
-    """Return x + J x dW: neither curvature nor projection."""
-    return x + rotated(x) * noise.dW
 
 
 def cayley(problem: SDE, x: Array, h: float, noise: Increment) -> Array:

@@ -70,20 +70,3 @@ def test_at_most_four_lags_have_coefficients() -> None:
     step = SETS["VI"].step(0.3, 1.0 / 99.5)
     assert as_recursion(step, SETS["VI"].mesh(1.0 / 99.5)).lags.tolist() == [0, 98, 99, 100]
     assert as_recursion(step, Mesh(1, 0.5)).lags.tolist() == [0, 1]
-
-
-@pytest.mark.parametrize("theta", [0.0, 0.2, 0.5, 1.0])
-@pytest.mark.parametrize("h", [0.25, 0.3, 0.6, 1.0, 1.7])
-def test_the_theta_step_of_these_tests_solves_its_equations(theta: float, h: float) -> None:
-    """(2.10) and the constraint hold to rounding in a step with random data, also where the lag is within it."""
-    cell = SETS["VI"]
-    a, b, c, d, l, q, _ = cell
-    x, v, known, xi = np.random.default_rng(3).standard_normal(4)
-    y, weight, step = l * v + q * x, cell.mesh(h).weight, cell.step(theta, h)
-    arguments = np.array([x, y, v, known])
-    new, new_y = step.drift @ arguments + step.noise[0] @ arguments * xi
-    ahead = known + weight * new
-
-    drift = theta * (a * new + b * ahead + new_y) + (1.0 - theta) * (a * x + b * v + y)
-    assert new == pytest.approx(x + h * drift + (c * x + d * v) * np.sqrt(h) * xi, abs=1e-14)
-    assert new_y == pytest.approx(l * ahead + q * new, abs=1e-14)

@@ -24,21 +24,17 @@ from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.fibre_clamped import fibre_clamped
 from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.levy_area import levy_area
-from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.ou import ou
 from sdaeverify_problems.pendulum import pendulum
-from sdaeverify_problems.pendulum_tangential import pendulum_tangential
 from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise
 from sdaeverify_problems.sphere import sphere
-from sdaeverify_schemes.balanced_euler import BalancedEuler
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
-from sdaeverify_schemes.heun import Heun, HeunAdditive
+from sdaeverify_schemes.heun import Heun
 from sdaeverify_schemes.milstein_areas import MilsteinAreas
 from sdaeverify_schemes.projected_euler import ProjectedEuler
 from sdaeverify_schemes.semi_implicit_projection_euler import SemiImplicitProjectionEuler
 from sdaeverify_schemes.sra1 import SRA1
-from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
 INF = float("inf")
 R, V, MU = range(3)
@@ -72,23 +68,15 @@ def tamed(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
 
 
 CORRECT: dict[str, tuple[Scheme, Problem, float]] = {
-    "theta 1/2 on gbm": (StochasticTheta(), gbm(), 0.5),
     "exact gbm": (s.OneFormula(exact_gbm), gbm(), INF),
     "exact in law on ou": (s.OneFormula(exact_law_ou), ou(), 1.0),
-    "balanced on gbm": (BalancedEuler(), gbm(), 0.493),
     "heun on gbm": (Heun(), gbm(), 1.0),
-    "tamed on the double well": (s.OneFormula(tamed), double_well(), 1.0),
     "cayley on the circle": (s.OneFormula(s.cayley), circle(), 1.0),
-    "euler with two noises that do not commute": (EulerMaruyama(), noncommuting(), 0.5),
-    "heun with additive noise": (HeunAdditive(), ou(), 1.0),
     "sra1 on the pendulum": (SRA1(), angle_pendulum(), 2.0),
     "sra1 with noise in a position": (SRA1(), double_well(), 1.5),
-    "projected euler on the circle": (ProjectedEuler(), circle(), 1.0),
     "projected euler on the sphere": (ProjectedEuler(), sphere(), 0.5),
     "half-explicit on the pendulum": (HalfExplicitEuler(), pendulum(), 1.0),
-    "half-explicit with tangential noise": (HalfExplicitEuler(), pendulum_tangential(), 1.0),
     "half-explicit with velocity noise": (HalfExplicitEuler(), pendulum_velocity_noise(), 0.5),
-    "euler with small noise": (EulerMaruyama(), gbm(b=0.1), 0.5),
 }
 
 
@@ -109,13 +97,8 @@ def test_the_order_of_a_correct_scheme_is_found(cell: str) -> None:
 
 INCONSISTENT: dict[str, tuple[Scheme, Problem]] = {
     "euler without Ito correction": (s.OneFormula(s.no_correction), gbm()),
-    "euler, variance + 5 %": (s.OneFormula(lambda p, x, h, n: s.euler(p, x, h, n, strength=1.05**0.5)), gbm()),
     "euler, variance + 1 %": (s.OneFormula(lambda p, x, h, n: s.euler(p, x, h, n, strength=1.01**0.5)), gbm()),
-    "euler, noise of size h": (s.OneFormula(lambda p, x, h, n: s.euler(p, x, h, n, strength=h**0.5)), gbm()),
     "euler, drift x 0.98": (s.OneFormula(lambda p, x, h, n: s.euler(p, x, h, n, drift=0.98)), gbm()),
-    "milstein without -h": (s.OneFormula(s.milstein(0.5, shift=0.0)), gbm()),
-    "straight on the circle": (s.OneFormula(s.straight), circle()),
-    "radius 1 + h": (s.OneFormula(s.too_wide), circle()),
     "half-explicit, variance + 1 %": (s.Altered(HalfExplicitEuler(), s.velocity_noise), pendulum()),
 }
 
@@ -134,13 +117,8 @@ def test_a_step_of_another_equation_is_inconsistent(cell: str) -> None:
 
 TOO_LOW: dict[str, tuple[Scheme, Problem, float, float]] = {
     "milstein, sign": (s.OneFormula(s.milstein(-0.5)), gbm(), 1.0, 0.5),
-    "milstein, factor 1": (s.OneFormula(s.milstein(1.0)), gbm(), 1.0, 0.5),
     "milstein, factor .45": (s.OneFormula(s.milstein(0.45)), gbm(), 1.0, 0.5),
-    "milstein, b in place of b b'": (s.OneFormula(s.no_derivative), gbm(), 1.0, 0.5),
-    "sra1, H in place of Z/h": (s.WithAreas(s.sra1(1.0, 0.0)), angle_pendulum().view(SDE), 1.5, 1.0),
     "sra1, H doubled": (s.WithAreas(s.sra1(2.0)), angle_pendulum().view(SDE), 1.5, 1.0),
-    "sra1, sign of H": (s.WithAreas(s.sra1(-1.0)), angle_pendulum().view(SDE), 1.5, 1.0),
-    "circle, no projection": (EulerMaruyama(), circle(), 1.0, 0.5),
     "euler with small noise": (EulerMaruyama(), gbm(b=0.1), 1.0, 0.5),
 }
 
@@ -155,15 +133,6 @@ def test_a_lower_order_than_claimed_is_refuted(cell: str) -> None:
     assert order.order == pytest.approx(expected, abs=0.02)
     assert answer.verdict is Verdict.REFUTED
     assert not answer.reason.has(Kind.INCONSISTENT)
-
-
-@pytest.mark.parametrize(("rule", "order"), [(s.sra1(1.0), 2.0), (s.milstein(0.5), 1.0)], ids=["sra1", "milstein"])
-def test_the_formula_that_was_broken_has_its_order(rule: s.Rule, order: float) -> None:
-    """The same formulas without fault are verified."""
-    scheme = s.WithAreas(rule) if order == 2.0 else s.OneFormula(rule)
-    problem = angle_pendulum() if order == 2.0 else gbm()
-
-    assert opinion(scheme, problem, order).verdict is Verdict.VERIFIED
 
 
 def test_a_fixed_direction_of_projection_is_refuted() -> None:
@@ -262,11 +231,6 @@ def test_the_tolerance_of_a_solver_is_seen_and_left_out(tolerance: float) -> Non
 def test_no_tolerance_of_a_solver_is_taken_for_a_wrong_equation(exponent: float) -> None:
     """Wherever the plateau begins, below 1e-6 the scheme is not refuted."""
     assert opinion(stops_early(10.0**exponent), ou(), 1.0).verdict is not Verdict.REFUTED
-
-
-def test_a_larger_error_is_no_tolerance() -> None:
-    """A plateau of 1e-5 is refuted like any other wrong step."""
-    assert opinion(stops_early(1e-5), ou(), 1.0).reason.has(Kind.INCONSISTENT)
 
 
 def test_newtons_method_with_a_loose_tolerance_keeps_its_order() -> None:

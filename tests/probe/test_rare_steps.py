@@ -2,16 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import count
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import pytest
 
 from sdaeverify import SDE, Array, Increment, Step
-from sdaeverify.conformance.contract import contract_violation
-from sdaeverify.contracts.finding import Kind, Verdict
-from sdaeverify.contracts.scheme import Stepper
+from sdaeverify.contracts.finding import Verdict
 from sdaeverify.measures.strong.findings import judge_strong
 from sdaeverify.measures.weak.probe import judge_weak
 from sdaeverify.probe.linear.moments import why_not_moments
@@ -22,13 +19,10 @@ from sdaeverify.probe.local.weak_order import weak_order
 from sdaeverify.probe.operator.transition import why_not_operator
 from sdaeverify.probe.step.one_step import OneStep
 from sdaeverify.probe.step.times import DIFFERENT, odd_step
-from sdaeverify_planted.rare_steps import LateDrift, RareCorrection
 from sdaeverify_problems.double_well import double_well
 from sdaeverify_problems.forced_ou import forced_ou
-from sdaeverify_problems.gbm import gbm
 from sdaeverify_problems.ou import ou
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
-from sdaeverify_schemes.milstein import Milstein
 
 WELL, FORCED = double_well(), forced_ou()
 # Whether a step n of size h at time t of a run up to T is wrong.
@@ -70,18 +64,6 @@ RIGHT: dict[str, When] = {
 }
 
 
-@pytest.mark.parametrize(
-    ("wrong", "problem"),
-    [*((each, WELL) for each in WRONG), *((each, FORCED) for each in ("every 2", "every 16", "the last tenth"))],
-)
-def test_rare_and_late_steps_are_refuted(wrong: str, problem: SDE) -> None:
-    """A drift forgotten in some of the steps is no step of the equation, in strong and in weak order."""
-    scheme = Sometimes(WRONG[wrong])
-
-    assert judge_strong(strong_order(local_strong(scheme, problem)), 1.0).verdict is Verdict.REFUTED
-    assert judge_weak(weak_order(local_weak(scheme, problem)), 1.0).verdict is Verdict.REFUTED
-
-
 @pytest.mark.parametrize("problem", [WELL, FORCED], ids=["autonomous", "moving"])
 @pytest.mark.parametrize("right", RIGHT)
 def test_single_steps_cost_no_order(right: str, problem: SDE) -> None:
@@ -93,14 +75,6 @@ def test_single_steps_cost_no_order(right: str, problem: SDE) -> None:
     assert judge_weak(weak_order(local_weak(scheme, problem)), 1.0).verdict is Verdict.VERIFIED
 
 
-def test_a_lower_order_in_every_16th_step_is_the_scheme_s() -> None:
-    """Milstein's scheme that is Euler's now and then has Euler's order."""
-    assert judge_strong(strong_order(local_strong(Milstein(), gbm())), 1.0).verdict is Verdict.VERIFIED
-    found = judge_strong(strong_order(local_strong(RareCorrection(), gbm())), 1.0)
-    assert found.verdict is Verdict.REFUTED
-    assert not found.reason.has(Kind.INCONSISTENT)
-
-
 @pytest.mark.parametrize("wrong", ["every 16", "every 100", "the last tenth"])
 def test_one_step_s_moments_or_law_are_not_those_of_all(wrong: str) -> None:
     """Neither moments nor the transition operator speak for a scheme whose steps differ."""
@@ -108,39 +82,6 @@ def test_one_step_s_moments_or_law_are_not_those_of_all(wrong: str) -> None:
 
     assert why_not_moments(EulerMaruyama(), ou()) == why_not_operator(EulerMaruyama(), WELL) == ""
     assert why_not_moments(scheme, ou()) == why_not_operator(scheme, WELL) == DIFFERENT
-
-
-def test_a_drift_that_is_lost_in_between_is_refuted() -> None:
-    """Between half and six tenths of the horizon."""
-    found = judge_strong(strong_order(local_strong(LateDrift(0.5, 0.6), WELL)), 1.0)
-    assert found.verdict is Verdict.REFUTED
-
-
-@dataclass(frozen=True)
-class CountsCalls(EulerMaruyama):
-    """Each prepared step counts how often it is made, and forgets the drift now and then."""
-
-    period: int = 16
-    since: int = 0
-
-    name: ClassVar[str] = "counts-calls"
-
-    def prepare(self, problem: Any, h: float) -> Stepper:
-        calls = count()
-
-        def step(state: Array, t: float, noise: Increment) -> Step:
-            n = next(calls)
-            wrong = n >= self.since and n % self.period == self.period - 1
-            drift = 0.0 if wrong else problem.drift(t, state)
-            return Step(state + h * drift + problem.diffused(t, state, noise.dW))
-
-        return step
-
-
-@pytest.mark.parametrize("scheme", [CountsCalls(16), CountsCalls(100), CountsCalls(2, 90)], ids=lambda s: s.label)
-def test_a_step_that_counts_its_calls_breaks_the_contract(scheme: CountsCalls) -> None:
-    """However rarely it uses the number: the same step made once more gives other numbers."""
-    assert "other numbers" in contract_violation(scheme, WELL)
 
 
 class Counted(NamedTuple):
@@ -167,12 +108,6 @@ class CountsSteps(EulerMaruyama):
         x, n = state
         drift = np.where(n % self.period == self.period - 1, 0.0, problem.drift(t, x))
         return Step(Counted(x + h * drift + problem.diffused(t, x, noise.dW), n + 1.0))
-
-
-def test_a_step_that_its_state_tells_from_others_is_refuted() -> None:
-    """Where the number of steps can be set, steps at all numbers are probed."""
-    found = judge_strong(strong_order(local_strong(CountsSteps(entered=True), WELL)), 1.0)
-    assert found.verdict is Verdict.REFUTED
 
 
 @pytest.mark.parametrize("period", [7, 16, 100])

@@ -14,7 +14,6 @@ from sdaeverify.probe.local.weak_order import WeakOrder, weak_order
 Formula = Callable[..., Array]
 A, B = 0.5, 0.6
 SIGMA, GAMMA = 0.7, 0.5
-J = np.array([[0.0, -1.0], [1.0, 0.0]])
 # The four values +-sqrt(2) and 0 twice: variance 1, fourth moment 2 in place of 3.
 FLAT = Law("flat", lambda x: x, (-(2.0**0.5), 0.0, 2.0**0.5), (0.25, 0.5, 0.25))
 
@@ -83,35 +82,14 @@ def euler(p: SDE, x: Array, t: float, h: float, n: Increment, *, variance: float
     return x + drift * h * p.drift(t, x) + np.sqrt(variance) * apply(p.diffusion(t, x), n.dW)
 
 
-def in_proportion(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
-    return x + h * p.drift(t, x) + np.sqrt(h) * apply(p.diffusion(t, x), n.dW)
-
-
 def correction(p: SDE, t: float, x: Array) -> Array:
     """Return DB B of a scalar noise."""
     b = np.broadcast_to(p.diffusion(t, x), (len(x), 1, x.shape[1]))[:, 0]
     return p.derivative_of_diffusion(t, x, b)[:, 0]
 
 
-def without_ito(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
-    return euler(p, x, t, h, n) - 0.5 * h * correction(p, t, x)
-
-
-def milstein(
-    p: SDE, x: Array, t: float, h: float, n: Increment, *, centred: bool = True, clip: float = np.inf
-) -> Array:
-    bound = clip * np.sqrt(2.0 * h * abs(np.log(h)))
-    dW = np.clip(n.dW, -bound, bound)
-    return euler(p, x, t, h, Increment(dW, None)) + 0.5 * correction(p, t, x) * (dW**2 - (h if centred else 0.0))
-
-
 def balanced(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
     return x + (euler(p, x, t, h, n) - x) / (1.0 + np.abs(n.dW).sum(axis=0))
-
-
-def tamed(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
-    f = p.drift(t, x)
-    return x + h * f / (1.0 + h * np.abs(f)) + apply(p.diffusion(t, x), n.dW)
 
 
 def trapezoidal_gbm(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
@@ -131,12 +109,6 @@ def heun_stratonovich(p: SDE, x: Array, t: float, h: float, n: Increment) -> Arr
         return h * (p.drift(s, y) - 0.5 * correction(p, s, y)) + apply(p.diffusion(s, y), n.dW)
 
     return x + 0.5 * (change(t, x) + change(t + h, x + change(t, x)))
-
-
-def cayley(p: SDE, x: Array, t: float, h: float, n: Increment) -> Array:
-    tangent = 0.5 * n.dW[0]
-    cosine, sine = (1.0 - tangent**2) / (1.0 + tangent**2), 2.0 * tangent / (1.0 + tangent**2)
-    return cosine * x + sine * (J @ x)
 
 
 def projected(p: SDE, x: Array, t: float, h: float, n: Increment, radius: float = 0.0) -> Array:
@@ -194,16 +166,11 @@ CORRECT: Mapping[str, tuple[Scheme, str, float]] = {
     "exact": (scheme(exact_gbm), "gbm", np.inf),
     "exact in law": (scheme(exact_ou), "ou", np.inf),
     "balanced, |dW|": (scheme(balanced), "gbm", 0.5),
-    "Milstein, clipped noise": (scheme(milstein, clip=1.4), "gbm", 1.0),
     "Heun, Stratonovich": (scheme(heun_stratonovich), "gbm", 1.0),
-    "tamed Euler-Maruyama": (scheme(tamed), "cubic", 1.0),
-    "Cayley": (scheme(cayley), "circle", 1.0),
-    "projected Euler-Maruyama, circle": (scheme(projected), "circle", 1.0),
     # Euler-Maruyama leaves the circle by (dW^2 - h)/2, of mean 0: in law any direction leads back equally well.
     "Euler-Maruyama, projected along an axis": (scheme(projected_along_an_axis), "circle", 1.0),
     "projected Euler-Maruyama, sphere": (scheme(projected), "sphere", 1.0),
     "Heun, additive noise": (scheme(heun), "forced", 2.0),
-    "Heun, both stages at the middle of the step": (scheme(heun, times=(0.5, 0.5)), "forced", 2.0),
     "SRA1": (scheme(sra1, noise=("dW", "H")), "pendulum", 2.0),
     "Platen": (scheme(platen, THREE_POINT), "gbm", 2.0),
     "BAOAB": (scheme(baoab), "pendulum", 2.0),
@@ -211,28 +178,11 @@ CORRECT: Mapping[str, tuple[Scheme, str, float]] = {
 
 # Scheme, problem, what it claims and whether it has no order at all.
 PLANTED: Mapping[str, tuple[Scheme, str, float, bool]] = {
-    "Euler-Maruyama: variance + 5 %": (scheme(euler, variance=1.05), "gbm", 1.0, True),
-    "Euler-Maruyama: variance + 1 %": (scheme(euler, variance=1.01), "gbm", 1.0, True),
     "Euler-Maruyama: variance + 1e-4": (scheme(euler, variance=1.0001), "gbm", 1.0, True),
     "Euler-Maruyama: variance - 1e-4": (scheme(euler, variance=0.9999), "gbm", 1.0, True),
-    "Euler-Maruyama: drift x 0.98": (scheme(euler, drift=0.98), "gbm", 1.0, True),
-    "Euler-Maruyama: h in place of sqrt(h)": (scheme(in_proportion), "gbm", 1.0, True),
-    "Euler-Maruyama: missing Ito correction": (scheme(without_ito), "gbm", 1.0, True),
-    "Milstein: without -h": (scheme(milstein, centred=False), "gbm", 1.0, True),
     "balanced, |dW|": (scheme(balanced), "gbm", 1.0, False),
-    "circle: radius 1 + h": (scheme(projected, radius=1.0), "circle", 1.0, True),
     "Heun: variance + 1e-7": (scheme(heun, variance=1.0 + 1e-7), "forced", 2.0, False),
     "Heun: variance - 1e-7": (scheme(heun, variance=1.0 - 1e-7), "forced", 2.0, False),
-    "Heun: stage at the wrong time": (scheme(heun, times=(0.0, 0.0)), "forced", 2.0, False),
-    "Heun: predictor without noise": (scheme(heun, noisy=0.0), "forced", 2.0, False),
-    "Heun: weights .55/.45": (scheme(heun, weight=0.45), "forced", 2.0, False),
-    "Platen: support + 5 %": (scheme(platen, THREE_POINT, support=1.05), "gbm", 2.0, False),
     "Platen: wrong fourth moment": (scheme(platen, FLAT), "gbm", 2.0, False),
-    "Platen: two-point noise": (scheme(platen, TWO_POINT), "gbm", 2.0, False),
-    "Platen: predictor without drift": (scheme(platen, THREE_POINT, drift=0.0), "gbm", 2.0, False),
-    "BAOAB: c = 1 - gamma h": (scheme(baoab, linear=True), "pendulum", 2.0, False),
-    "BAOAB: variance + 5 %": (scheme(baoab, variance=1.05), "pendulum", 2.0, True),
     "BAOAB: variance + 1 %": (scheme(baoab, variance=1.01), "pendulum", 2.0, True),
-    "BAOAB: missing last kick": (scheme(baoab, last=0.0), "pendulum", 2.0, True),
-    "BAOAB: stale force": (scheme(baoab, stale=True), "pendulum", 2.0, False),
 }

@@ -21,14 +21,6 @@ def curved(chain: Chain, paths: int, seed: int = 0) -> Array:
     return (start + np.cumsum(steps, axis=0)).reshape(-1, paths)
 
 
-def tangent(chain: Chain, r: Array, seed: int = 1) -> Array:
-    """Return velocities that keep the lengths of the edges, shape (n, P)."""
-    v = np.random.default_rng(seed).standard_normal(r.shape)
-    Dg = np.moveaxis(derivative(lambda x: defects(chain, x), r), -1, 0)
-    normal = np.linalg.pinv(Dg) @ Dg
-    return v - np.einsum("pij,jp->ip", normal, v)
-
-
 def defects(chain: Chain, r: Array) -> Array:
     """Return g with a loop over the points."""
     points = list(r.reshape(chain.N, chain.d, -1))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from sdaeverify import InvariantMean, Moment, ParameterError, Scheme
+from sdaeverify import Moment, Scheme
 from sdaeverify.arrays import Array
 from sdaeverify.probe.linear.second_moments import smat, svec
 from sdaeverify.probe.linear.step_moments import step_moments
@@ -52,33 +52,6 @@ def test_moments_solve_their_equations(eps: float, d: int, q: int) -> None:
     assert known["x_1 x_2"] == pytest.approx(second[0, 1], rel=1e-9)
 
 
-@pytest.mark.parametrize(("d", "q"), SIZES)
-@pytest.mark.parametrize("eps", [0.0, 1e-3, 0.25])
-def test_invariant_means_are_those_of_a_late_time(eps: float, d: int, q: int) -> None:
-    """After forty relaxation times nothing is left of the start."""
-    problem = affine_constraint(eps, d, q)
-    late = {t.observable: t.value(40.0 * problem.relaxation) for t in problem.truths if isinstance(t, Moment)}
-    for truth in problem.truths:
-        if isinstance(truth, InvariantMean):
-            assert truth.value == pytest.approx(late[truth.observable], abs=64 * EPS)
-
-
-def test_stationary_variances_without_coupling() -> None:
-    """They are sigma^2/2 along and sigma^2/(2 (1 + 1/eps)) across; those of the scheme are closed forms, too."""
-    eps, h, sigma = 0.1, 0.05, 0.7
-    given = affine_langevin(eps, 3, 1, 0.0, sigma)
-    n = given.normals[:, 0]
-    along = np.linalg.svd(given.B)[0][:, 1]
-    C = given.law().covariance()
-    assert along @ C @ along == pytest.approx(sigma**2 / 2, rel=1e-14)
-    assert n @ C @ n == pytest.approx(sigma**2 / (2 * (1 + 1 / eps)), rel=1e-14)
-
-    _, discrete = given.uniformly_accurate(h).moments(np.zeros(3), 2000)
-    e, factor = np.exp(-h / eps), np.exp(-h / eps) - eps * (1 - np.exp(-h / eps))
-    assert along @ discrete @ along == pytest.approx(sigma**2 / (2 - h), rel=1e-12)
-    assert n @ discrete @ n == pytest.approx(sigma**2 * eps / 2 * (1 - e**2) / (1 - factor**2), rel=1e-12)
-
-
 SCHEMES: dict[str, tuple[Scheme, Callable[[AffineLangevin, float], Recursion]]] = {
     "explicit": (PenalisedEuler(), AffineLangevin.explicit_euler),
     "constrained": (ConstrainedEuler(), AffineLangevin.constrained_euler),
@@ -117,53 +90,3 @@ def test_schemes_have_the_moments_of_their_recursions(name: str, eps: float, d: 
     growth = max(1.0, np.linalg.norm(recursion(given, 0.5 / 8).M, 2) ** 16)
     assert np.abs(m - mean).max() <= 256 * EPS * growth
     assert np.abs(C - covariance).max() <= 256 * EPS * growth
-
-
-@pytest.mark.parametrize("name", ["constrained", "explicit"])
-def test_another_scheme_has_other_moments(name: str) -> None:
-    """The comparison tells the schemes from each other."""
-    scheme, _ = SCHEMES[name]
-    given = affine_langevin(0.25, 2, 1, 0.5, 0.7)
-    _, C = propagated(scheme, 0.25, 2, 1)
-    _, covariance = given.uniformly_accurate(0.5 / 8).moments(np.zeros(2), 8)
-
-    assert np.abs(C - covariance).max() > 1e-3
-
-
-@pytest.mark.parametrize("eps", [1e-300, 1e-12, 1e300])
-def test_extreme_stiffness_has_finite_truths(eps: float) -> None:
-    """Nothing overflows, and for small eps the limit is there."""
-    known = {t.observable: t.value(0.4) for t in affine_constraint(eps).truths if isinstance(t, Moment)}
-    limit = {t.observable: t.value(0.4) for t in affine_constraint(0.0).truths if isinstance(t, Moment)}
-
-    assert np.isfinite(list(known.values())).all()
-    if eps < 1.0:
-        assert all(abs(known[name] - limit[name]) <= 64 * EPS + 10 * eps for name in limit)
-
-
-def test_the_family_is_the_same_problem() -> None:
-    """Only eps and what follows from it are changed."""
-    problem, other = affine_constraint(0.25, 3, 2, coupling=0.3), affine_constraint(0.01, 3, 2, coupling=0.3)
-    x = problem.initial(2) + 0.1
-
-    assert problem.family is not None
-    again = problem.family(0.01)
-    assert np.array_equal(again.ito().drift(0.0, x), other.ito().drift(0.0, x))
-    assert [t.value for t in again.truths if isinstance(t, InvariantMean)] == [
-        t.value for t in other.truths if isinstance(t, InvariantMean)
-    ]
-
-
-@pytest.mark.parametrize(
-    ("parameters", "message"),
-    [
-        ({"eps": -1.0}, "eps must be finite and not negative, got -1.0"),
-        ({"eps": float("nan")}, "eps must be finite and not negative, got nan"),
-        ({"d": 2, "q": 2}, "q must be between 1 and d - 1, got q = 2 and d = 2"),
-        ({"coupling": -5.0}, "the symmetric part of K is not positive definite for coupling = -5.0"),
-    ],
-)
-def test_bad_parameters_are_named(parameters: dict[str, float], message: str) -> None:
-    """One line says which parameter it is."""
-    with pytest.raises(ParameterError, match=message):
-        affine_constraint(**parameters)

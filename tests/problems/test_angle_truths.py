@@ -6,10 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from joined_noise import aggregate
 from sdaeverify import HolonomicSDAE, Increment
 from sdaeverify.arrays import Array
-from sdaeverify.forms import SDE
 from sdaeverify.noise.brownian import LevelNoise, Source, brownian_steps
 from sdaeverify.numerics.statistics import Estimate, group_sums, jackknife, log_norms, slope_weights
 from sdaeverify_problems import _circle as circle
@@ -18,7 +16,6 @@ from sdaeverify_problems.damped_pendulum import damped_pendulum
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_problems.pendulum_tangential import pendulum_tangential
 
-EPS = np.finfo(float).eps
 PATHS, COARSEST, LEVELS, DEPTH, HORIZON = 240, 4, 4, 10, 0.5
 # Halfway between order 3/2 and order 1, which is what any one missing term of the step would leave.
 BETWEEN = 1.25
@@ -187,76 +184,3 @@ def test_angle_solutions_converge_at_order_three_halves(orders: dict[str, dict[s
     """What is not exact approaches the solution of the angle form nearer to order 3/2 than to order 1."""
     for row in ROWS.keys() - set(CASES[name]().exact):
         assert orders[name][row].interval(CONFIDENCE)[0] > BETWEEN, (row, orders[name][row])
-
-
-@pytest.mark.parametrize("fault", PLANTED)
-def test_a_missing_term_of_the_angle_solution_is_noticed(orders: dict[str, dict[str, Estimate]], fault: str) -> None:
-    """A step that lacks one term of size h^(3/2), or of size h^2 and of one sign, is of order 1."""
-    for row in PLANTED[fault][2]:
-        assert orders[fault][row].interval(CONFIDENCE)[1] < BETWEEN, (row, orders[fault][row])
-
-
-@pytest.mark.parametrize("name", [name for name, make in CASES.items() if make().exact])
-def test_exact_rows_compose(name: str) -> None:
-    """Two steps on refined noise give the exact rows of one step on the joined noise."""
-    case = CASES[name]()
-    truth, h = case.problem.pathwise, HORIZON / COARSEST
-    assert truth is not None
-    *_, halves = next(brownian_steps(Source(2, name, 0, 50), 1, h, 1))
-
-    once = truth.advance(truth.start(50), 0.0, h, aggregate(halves).increment(0))
-    twice = truth.advance(truth.start(50), 0.0, h / 2, halves.increment(0))
-    twice = truth.advance(twice, h / 2, h / 2, halves.increment(1))
-
-    for row in case.exact:
-        assert np.abs(once - twice)[ROWS[row]].max() <= 16 * EPS
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_the_angle_form_is_the_inherent_equation(name: str) -> None:
-    """With r = n(theta), v = omega t(theta), Ito's formula turns the angle form into the inherent SDE and multiplier.
-
-    dr = omega t dt, dv = t o domega - omega r dtheta, since dt/dtheta = -r; dmu is the multiplier's equation.
-    """
-    case = CASES[name]()
-    rng = np.random.default_rng(8)
-    z = rng.standard_normal((3, 20))
-    r, t, omega = circle.normal(z[0]), circle.tangent(z[0]), z[1]
-    x, l = np.concatenate([r, omega * t]), case.problem.noise_dim
-    units = np.eye(l)[:, :, None] * np.ones(20)
-    kicks = np.stack([case.noise(z, unit) for unit in units])
-    # From Stratonovich's sense to Ito's: half of Db b, a difference because b is linear in omega.
-    turns = [case.noise(z + b, unit) - b for b, unit in zip(kicks, units, strict=True)]
-    rate = case.drift(z) + 0.5 * sum(turns)
-    view = case.problem.view(SDE)
-    assert isinstance(view, SDE)
-    force = case.problem.force(0.0, r, omega * t)
-    multiplier = case.problem.inherent_multiplier(case.problem.linearised(r), r, omega * t, force)
-    B = np.broadcast_to(view.diffusion(0.0, x), (4, l, 20))
-
-    size = 64 * EPS * (1.0 + np.abs(z).max() ** 2)
-    assert np.abs(view.drift(0.0, x) - np.concatenate([omega * t, rate[1] * t - omega**2 * r])).max() <= size
-    assert np.abs(B[2:] - np.stack([kick[1] * t for kick in kicks], axis=1)).max() <= size
-    assert np.abs(multiplier[0] - rate[2]).max() <= size
-
-
-def test_the_square_of_noise_is_expected_from_its_increments() -> None:
-    """The expectation of int W^2 given dW and H agrees with regression on the Gaussian vector (W(s), dW, int W).
-
-    Cov(W(s), dW) = s, Cov(W(s), int W) = s h - s^2/2, Var int W = h^3/3, Cov(dW, int W) = h^2/2; the integrand
-    of degree four in s is integrated exactly.
-    """
-    h = 0.3
-    nodes, weights = np.polynomial.legendre.leggauss(5)
-    s, weights = 0.5 * h * (1.0 + nodes), 0.5 * h * weights
-    covariance = np.array([[h, h**2 / 2], [h**2 / 2, h**3 / 3]])
-    with_them = np.stack([s, s * h - s**2 / 2], axis=1)
-    regression = np.linalg.solve(covariance, with_them.T).T
-    rest = s - np.einsum("ij,ij->i", regression, with_them)
-    noise = Increment(np.array([[0.4, -1.3, 0.0]]), np.array([[0.2, 0.1, -0.3]]))
-    known = np.concatenate([noise.dW, noise.time_integral(h)])
-
-    expected = weights @ ((regression @ known) ** 2 + rest[:, None])
-
-    # The covariance matrix has a condition number below 200.
-    assert np.abs(circle.square_integral(h, noise)[0] - expected).max() <= 200 * 8 * EPS

@@ -5,14 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import dblquad, quad
+from scipy.integrate import dblquad
 
-import sdaeverify_problems
 from problems.tangent_law import Law, canonical_nodes, images, monomials
 from sdaeverify import HolonomicSDAE, ParameterError, ProblemError
 from sdaeverify.arrays import Array
 from sdaeverify.numerics import product_transposed
-from sdaeverify_problems import _circle as circle
 from sdaeverify_problems import _unit_sphere as unit_sphere
 from sdaeverify_problems._bath import Bath
 from sdaeverify_problems._canonical_law import Canonical, circle_nodes, invariant_means, sphere_nodes
@@ -85,14 +83,6 @@ def test_noise_and_friction_are_in_balance(name: str) -> None:
     assert np.abs(problem.force(0.0, r, 0.0 * v) + gradient(r)).max() == 0.0
 
 
-def test_noise_is_called_additive_only_where_it_is() -> None:
-    """A constant friction has additive noise; one that depends on the position has no Milstein term."""
-    for name, bath in BATHS.items():
-        traits = langevin(bath).traits
-        assert "vanishing-milstein-term" in traits
-        assert ("additive-noise" in traits) == (name in {"number", "matrix"})
-
-
 @pytest.fixture(scope="module")
 def law() -> Law:
     return canonical_nodes(MASS, KT, potential)
@@ -109,31 +99,6 @@ def drift_of_means(problem: HolonomicSDAE, law: Law) -> float:
 def test_the_invariant_law_does_not_depend_on_friction(law: Law, name: str) -> None:
     """Under the law with the factor sqrt(r^T M^{-1} r), means of monomials of degree (1, 2) stay as they are."""
     assert drift_of_means(langevin(BATHS[name]), law) <= 1.0
-
-
-def test_another_law_is_noticed(law: Law) -> None:
-    """Without the factor, with another temperature, mass matrix or noise, means change."""
-    problem, unbalanced = langevin(BATHS["number"]), langevin(Bath(friction=0.9, kT=1.01 * KT))
-
-    assert drift_of_means(problem, canonical_nodes(MASS, KT, potential, power=0.0)) > 1e9
-    assert drift_of_means(langevin(BATHS["number"], mass=None), law) > 1e9
-    assert drift_of_means(unbalanced, law) > 1e9
-
-
-NAMES = ("r_1", "r_2", "r_3", "r_1^2", "r_2^2", "r_3^2", "v_1", "v_2", "v_3", "|v|^2", "|v|^4", "v^T M v")
-
-
-def test_means_are_those_of_the_law(law: Law) -> None:
-    """Quadrature by the problems and on the tangent bundle agree, for a mass matrix without structure."""
-    r, v = law.x[:3], law.x[3:]
-    speed, energy = (v * v).sum(axis=0), np.einsum("ip,ij,jp->p", v, MASS, v)
-    values = [*r, *r**2, *v, speed, speed**2, energy]
-
-    known = invariant_means(Canonical(potential, MASS, KT), sphere_nodes, NAMES)
-
-    assert tuple(truth.observable for truth in known) == NAMES
-    for truth, row in zip(known, values, strict=True):
-        assert truth.value == pytest.approx(row @ law.weights, abs=1e-13), truth.observable
 
 
 def test_means_on_the_sphere_agree_with_adaptive_quadrature() -> None:
@@ -155,40 +120,6 @@ def test_means_on_the_sphere_agree_with_adaptive_quadrature() -> None:
     assert known["r_1^2"] == pytest.approx(integral(lambda x, y, z: x * x) / total, abs=1e-9)
 
 
-@pytest.mark.parametrize("k", [0.2, 2.0, 30.0])
-def test_means_of_unit_mass_are_von_mises_and_fisher(k: float) -> None:
-    """E r_3 = -(coth k - 1/k), E r_3^2 = 1 - 2 (coth k - 1/k)/k and E |v|^4 = 8 kT^2, k = c_g/kT."""
-    law = Canonical(lambda x: x[2], np.eye(3), 1.0 / k)
-    known = {t.observable: t.value for t in invariant_means(law, sphere_nodes, NAMES)}
-    mean = 1.0 / np.tanh(k) - 1.0 / k
-
-    assert known["r_3"] == pytest.approx(-mean, abs=1e-14)
-    assert known["r_3^2"] == pytest.approx(1.0 - 2.0 * mean / k, abs=1e-13)
-    assert known["|v|^4"] == pytest.approx(8.0 / k**2, rel=1e-14)
-
-
-@pytest.mark.parametrize("mass", [1.0, 0.4, 3.0])
-def test_means_on_the_circle_are_those_of_the_angle(mass: float) -> None:
-    """Theta has the density exp(k cos theta) sqrt(<t, M t>), and omega the variance kT/<t, M t>."""
-
-    def inertia(theta: float) -> float:
-        return float(np.cos(theta) ** 2 + mass * np.sin(theta) ** 2)
-
-    def integral(q: Callable[[float], float]) -> float:
-        def density(theta: float) -> float:
-            return q(theta) * np.exp(np.cos(theta) / KT) * np.sqrt(inertia(theta))
-
-        return float(quad(density, 0.0, 2 * np.pi, epsabs=1e-13, epsrel=1e-13)[0])
-
-    law, total = Canonical(lambda x: x[1], np.diag([1.0, mass]), KT), integral(lambda theta: 1.0)
-    known = {t.observable: t.value for t in invariant_means(law, circle_nodes, ("r_2", "r_1^2", "|v|^2", "|v|^4"))}
-
-    assert known["r_2"] == pytest.approx(integral(lambda theta: -np.cos(theta)) / total, rel=1e-11)
-    assert known["r_1^2"] == pytest.approx(integral(lambda theta: np.sin(theta) ** 2) / total, rel=1e-11)
-    assert known["|v|^2"] == pytest.approx(integral(lambda theta: KT / inertia(theta)) / total, rel=1e-11)
-    assert known["|v|^4"] == pytest.approx(integral(lambda theta: 3 * (KT / inertia(theta)) ** 2) / total, rel=1e-11)
-
-
 def test_a_law_that_is_too_narrow_is_refused() -> None:
     """Where the finest nodes do not resolve the law, no mean is given."""
     with pytest.raises(ParameterError, match=r"too narrow for \d+ nodes with kT = 1e-09"):
@@ -207,11 +138,6 @@ def test_the_bound_of_the_sphere_is_the_largest_of_its_norms(mass: Array) -> Non
     bound = unit_sphere.constraint_bound(mass, eps)
 
     assert norms.max() == pytest.approx(bound, rel=16 * EPS)
-
-
-def test_the_bound_of_the_circle_is_that_of_unit_mass() -> None:
-    """The pendulums' constant is the same formula."""
-    assert unit_sphere.constraint_bound(np.eye(2)) == circle.CONSTRAINT_BOUND
 
 
 BAD: dict[str, tuple[dict[str, Any], type[Exception], str]] = {
@@ -252,10 +178,3 @@ def test_a_start_or_a_gradient_that_is_not_there_is_refused() -> None:
         constrained_langevin(lambda r: r, bath)
     with pytest.raises(ProblemError, match=r"^grad V returned shape \(1,\) for positions of shape \(3, 1\)$"):
         constrained_langevin(lambda r: r[0], bath, position=[1.0, 0.0, 0.0])
-
-
-def test_builders_are_public() -> None:
-    """The package gives its builders by name, and no other."""
-    assert all(callable(getattr(sdaeverify_problems, name)) for name in sdaeverify_problems.__all__)
-    with pytest.raises(AttributeError, match="no attribute 'fibre_solver'"):
-        sdaeverify_problems.fibre_solver  # noqa: B018

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 from sdaeverify import InvariantMean, MeanSquareStability
 from sdaeverify.probe.linear.delay_equation import LinearDelay
@@ -21,15 +20,6 @@ def test_a_truth_of_stability_survives_where_the_exponential_overflows(parameter
     """By Hayes' criterion r decays for |B| < -A whatever tau is, and little noise leaves E x^2 stable."""
     (truth,) = (truth for truth in delay_linear(**parameters).truths if isinstance(truth, MeanSquareStability))
     assert truth.stable
-
-
-@pytest.mark.parametrize(("A", "B", "tau"), [(-800.0, 1.0, 1.0), (-2.0, 1.0, 400.0), (-800.0, 799.0, 2.0)])
-def test_the_rate_is_the_only_real_root_of_a_positive_delayed_force(A: float, B: float, tau: float) -> None:
-    """For B > 0, s - A - B e^(-s tau) increases, and its root is the rightmost: found by bisection."""
-    found = equilibrium.rate(equation(A, B, tau))
-
-    root = brentq(lambda s: s - A - B * np.exp(-s * tau), -700.0 / tau, 0.0, xtol=1e-300, rtol=1e-14)
-    assert found == pytest.approx(root, rel=1e-9)
 
 
 def test_the_sign_of_the_rate_is_hayes_criterion() -> None:
@@ -53,26 +43,6 @@ def decays(A: np.ndarray, B: np.ndarray, tau: np.ndarray) -> np.ndarray:
     turned = tau * np.sqrt(np.maximum(B * B - A * A, 0.0))
     oscillating = turned < np.arccos(np.clip(-A / np.where(B == 0.0, 1.0, B), -1.0, 1.0))
     return np.asarray((A + B < 0.0) & ((A <= B) | oscillating))
-
-
-def test_the_rate_is_that_of_the_rightmost_root_of_20000_random_equations() -> None:
-    """Shifted by a little more than its rate each decays, by a little less none does, by Hayes' criterion."""
-    rng = np.random.default_rng(17)
-    A, B, tau = rng.uniform([[-3.0], [-3.0], [0.05]], [[3.0], [3.0], [3.0]], (3, 20_000))
-    # A double root, where two real ones meet, is known to half the digits.
-    shift = 1e-6 * (1.0 + np.abs(A) + np.abs(B))
-
-    roots = [
-        np.array([equilibrium.rate(equation(*each)) for each in zip(A, B, tau, strict=True)]),
-        np.array(
-            [LinearDelay(*each, 0.0, 0.0, lag).rightmost_root.real for *each, lag in zip(A, B, tau, strict=True)]
-        ),
-    ]
-
-    for rate in roots:
-        above, below = (decays(A - moved, B * np.exp(-moved * tau), tau) for moved in (rate + shift, rate - shift))
-        assert above.all()
-        assert not below.any()
 
 
 def test_no_law_is_declared_where_two_real_roots_are_positive_or_one_is() -> None:

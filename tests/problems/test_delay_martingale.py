@@ -63,24 +63,3 @@ def test_the_error_is_the_closed_form(steps: int) -> None:
     assert off(values, expected) <= 4.0
     assert off(values, 2.0 * expected) > 4.0
     assert off(values, expected / D**2) > 4.0
-
-
-def test_on_other_meshes_the_interpolation_shows() -> None:
-    """With tau = 5/2 h the error is that of interpolated values, and not that of a constrained mesh."""
-    h, tau, steps = 0.25, 0.625, 5
-    values = squares(delay_martingale(D, tau, horizon=steps * h), h, steps)
-    expected = mean_square(h, tau, steps)
-    # The finer path's error is not orthogonal to an interpolation that reaches ahead; it is small.
-    own = mean_square(h / 2**FINEST, tau, steps * 2**FINEST)
-    bound = 4.0 * values.std() / np.sqrt(PATHS) + 2.0 * own
-
-    assert abs(values.mean() - expected) <= bound
-    assert abs(values.mean() - D**4 * h * (steps * h - tau) / 2.0) > bound
-
-
-def test_there_is_no_error_before_the_first_delay() -> None:
-    """Up to tau the noise is additive with a known coefficient: steps of any length agree, and none do after it."""
-    problem, h = delay_martingale(D), 0.5
-
-    assert squares(problem, h, 2).max() <= 1e-28
-    assert squares(problem, h, 3).max() > 1e-4

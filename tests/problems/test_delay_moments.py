@@ -6,19 +6,15 @@ from math import factorial
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
-from sdaeverify import DelaySDAE, InvariantMean, MeanSquareStability, Moment, ParameterError
+from sdaeverify import DelaySDAE, InvariantMean, MeanSquareStability, Moment
 from sdaeverify.arrays import Array
 from sdaeverify.probe.linear.delay_equation import LinearDelay
 from sdaeverify.probe.linear.delay_step import probe_step, run_moments, run_start
 from sdaeverify_problems import _delay_equilibrium as equilibrium
-from sdaeverify_problems import _delay_test_moments as of_test
-from sdaeverify_problems._delay_coefficients import SETS
 from sdaeverify_problems._renewal_equation import mean, second, size
 from sdaeverify_problems._scalar_delay import ScalarDelay
 from sdaeverify_problems.delay_linear import delay_linear
-from sdaeverify_problems.delay_martingale import delay_martingale
 from sdaeverify_problems.delay_ou import delay_ou
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
@@ -70,30 +66,6 @@ def test_moments_are_the_limit_of_eulers(name: str, delays: float) -> None:
     assert [mean(equation, t), second(equation, t)] == pytest.approx(expected, rel=1e-7)
 
 
-def test_another_coefficient_would_be_noticed() -> None:
-    """A change of 1e-4 in any coefficient moves E x^2 by ten times the agreement."""
-    at = EQUATIONS["all"]
-    exact = second(at, 1.5)
-    for field in ("A", "B", "c", "d", "s", "x_0", "slope"):
-        changed = second(at._replace(**{field: getattr(at, field) + 1e-4}), 1.5)
-        assert abs(changed / exact - 1.0) > 1e-6, field
-
-
-# Dissipative with |A| tau from 100 to 100000, and with a delayed force of nearly the same size.
-STIFF = [(-100.0, 1.0), (-1000.0, 8.0), (-1000.0, -990.0), (-1000.0, 999.5), (-1e5, 1.0)]
-
-
-@pytest.mark.parametrize(("A", "B"), STIFF)
-def test_stiff_moments_of_the_first_interval_are_an_exponential(A: float, B: float) -> None:
-    """There v = x_0, and 1, m and S obey a linear equation: in the layer and past it."""
-    c, d, x_0 = 0.5, 0.7, 1.3
-    equation = ScalarDelay(A, B, c, d, 0.0, 1.0, x_0, 0.0)
-    rates = np.array([[0.0, 0.0, 0.0], [B * x_0, A, 0.0], [(d * x_0) ** 2, 2.0 * (B + c * d) * x_0, 2.0 * A + c * c]])
-    for t in (0.3 / -A, 2.0 / -A, 30.0 / -A, 0.7, 1.0):
-        expected = expm(rates * t) @ [1.0, x_0, x_0**2]
-        assert (mean(equation, t), second(equation, t)) == pytest.approx(tuple(expected[1:]), rel=1e-11)
-
-
 @pytest.mark.parametrize(
     ("A", "B", "tau", "t", "meshes"),
     [
@@ -126,51 +98,8 @@ def test_unknowns_grow_with_the_logarithm_of_the_stiffness(rate: float, unknowns
     assert size(ScalarDelay(-rate, 1.0, 0.5, 0.5, 0.0, 1.0, 1.0, 0.0), 2.0) < unknowns
 
 
-@pytest.mark.parametrize("t", [0.3, 1.0, 3.7])
-def test_without_delay_in_the_coefficients_it_is_geometric_brownian_motion(t: float) -> None:
-    """Set I has E x = E x^2 = e^{-t}."""
-    equation = ScalarDelay(-1.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0)
-
-    assert mean(equation, t) == pytest.approx(np.exp(-t), rel=1e-13)
-    assert second(equation, t) == pytest.approx(np.exp(-t), rel=1e-13)
-
-
-def test_the_martingales_second_moment_is_a_polynomial() -> None:
-    """On the first intervals it is 1 + e t, and further integrals of its own past, e = d^2."""
-    e = 0.8**2
-    value = next(m.value for m in moments_of(delay_martingale(horizon=3.0)) if m.observable == "x^2")
-
-    for u in (0.0, 0.25, 0.9):
-        one = 1.0 + e
-        two = one + e * (1.0 + e / 2.0)
-        assert value(u) == pytest.approx(1.0 + e * u, rel=1e-14)
-        assert value(1.0 + u) == pytest.approx(one + e * (u + e * u**2 / 2.0), rel=1e-14)
-        assert value(2.0 + u) == pytest.approx(two + e * (one * u + e * (u**2 / 2 + e * u**3 / 6)), rel=1e-14)
-
-
 def moments_of(problem: DelaySDAE) -> list[Moment]:
     return [truth for truth in problem.truths if isinstance(truth, Moment)]
-
-
-@pytest.mark.parametrize("name", ["II", "III", "V", "VI"])
-def test_both_ways_to_the_moments_of_the_first_interval_agree(name: str) -> None:
-    """Where l = 0, up to the first delay, the moment equations with a known past give the renewal equation's."""
-    at = SETS[name]._replace(l=0.0)
-    for one, other in zip(of_test.moments(at, 4.0), of_test._first_interval(at), strict=True):
-        for t in (0.0, 0.4, 1.0):
-            assert one.value(t) == pytest.approx(other.value(t), rel=1e-11, abs=1e-13)
-
-
-@pytest.mark.parametrize("name", ["III", "IV", "V", "VI"])
-def test_the_mean_on_the_first_interval_has_its_closed_form(name: str) -> None:
-    """m(t) = e^{At} + b (e^{At} - 1 - At)/A^2 + l (e^{At} - cos t - A sin t)/(1 + A^2), E y = l sin t + q m."""
-    a, b, _, _, l, q = SETS[name]
-    A, known = a + q, {m.observable: m for m in moments_of(delay_test(name, horizon=1.0))}
-    for t in (0.2, 0.7, 1.0):
-        e = np.exp(A * t)
-        m = e + b * (e - 1.0 - A * t) / A**2 + l * (e - np.cos(t) - A * np.sin(t)) / (1.0 + A**2)
-        assert known["x"].value(t) == pytest.approx(m, rel=1e-11)
-        assert known["y"].value(t) == pytest.approx(l * np.sin(t) + q * m, rel=1e-11)
 
 
 @pytest.mark.parametrize(
@@ -218,28 +147,6 @@ def test_covariances_are_integrals_of_the_fundamental_solution(A: float, B: floa
     assert tuple(found) == pytest.approx(LinearDelay(A, B, 0.0, 0.0, tau).covariances, rel=1e-7)
 
 
-@pytest.mark.parametrize(("A", "B"), STATIONARY)
-def test_the_rate_is_that_of_a_root(A: float, B: float) -> None:
-    """It is the rightmost root's real part, as another solver finds it."""
-    equation = ScalarDelay(A, B, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0)
-
-    assert equilibrium.rate(equation) == pytest.approx(
-        LinearDelay(A, B, 0.0, 0.0, 1.0).rightmost_root.real, abs=1e-12
-    )
-
-
-def test_delay_ou_settles_at_its_invariant_law() -> None:
-    """After many relaxation times the variance is the stationary one, to the part that is left."""
-    problem = delay_ou(horizon=8.0)
-    limits = {truth.observable: truth.value for truth in problem.truths if isinstance(truth, InvariantMean)}
-    known = {moment.observable: moment.value for moment in moments_of(problem)}
-
-    left = np.exp(-2.0 * 8.0 / problem.relaxation)
-    assert known["x^2"](8.0) == pytest.approx(limits["x^2"], abs=4.0 * left)
-    assert abs(known["x^2"](1.0) - limits["x^2"]) > 0.05
-    assert left < 1e-2
-
-
 def test_an_unstable_delay_ou_has_no_invariant_law() -> None:
     """Where the mean grows there is none, and no relaxation time."""
     problem = delay_ou(B=-4.0)
@@ -265,10 +172,3 @@ def test_mean_square_stability_agrees_with_the_frameworks() -> None:
         assert stable == LinearDelay(A, B, c, d, 1.0).stable
         found.add(stable)
     assert found == {True, False}
-
-
-@pytest.mark.parametrize("odd", [{"A": 1e300}, {"B": 1e11}, {"c": -1e11}, {"d": float("nan")}, {"c": float("inf")}])
-def test_what_no_panel_resolves_is_refused(odd):
-    """Coefficients that are not finite, or let a solution grow beyond all numbers, are a message and no long wait."""
-    with pytest.raises(ParameterError, match="must be finite and grow by no more than"):
-        delay_linear(**odd)

@@ -3,14 +3,10 @@
 import numpy as np
 import pytest
 
-from problems.fibre_chains import CHAINS, curved, derivative
-from sdaeverify.numerics import is_analytic
+from problems.fibre_chains import CHAINS, curved
 from sdaeverify_problems._chain import clamped_chain, free_chain
-from sdaeverify_problems._chain_matrices import scalar_matrices
-from sdaeverify_problems._fibre import Fibre, rotation
+from sdaeverify_problems._fibre import Fibre
 from sdaeverify_problems._fibre_noise import FibreNoise
-from sdaeverify_problems._fibre_observables import potential
-from sdaeverify_problems._fibre_problem import fibre_problem
 
 EPS = np.finfo(float).eps
 PATHS = 3
@@ -102,113 +98,6 @@ def test_force_and_noise_are_those_of_the_paper(chain, name):
     )
     kick = np.einsum("nlp,lp->np", B, w)
     np.testing.assert_allclose(noise.product(T, r, v, w), kick, rtol=0.0, atol=256 * EPS * np.abs(kick).max())
-
-
-@pytest.mark.parametrize("name", FIBRES)
-def test_force_and_noise_can_be_differentiated_by_complex_steps(chain, name):
-    """Nothing in them takes a real part."""
-    fibre = Fibre(chain=chain, **FIBRES[name])
-    noise, r = FibreNoise(fibre), curved(chain, 1)
-    n, v = len(r), np.random.default_rng(2).standard_normal(r.shape)
-    x = np.concatenate([r, v])
-
-    assert is_analytic(lambda z: fibre.force(T, z[:n], z[n:]), x)
-    assert is_analytic(lambda z: noise.product(T, z[:n], z[n:], v) + 0.0 * z[:n], x)
-    assert is_analytic(lambda z: noise.matrix(T, z[:n], z[n:]) + 0.0 * z[:n], x)
-
-
-@pytest.mark.parametrize("d", [2, 3])
-def test_hanging_fibre_is_at_rest_without_flow(d):
-    """The multiplier takes all of gravity: accelerations vanish, and its rate is Fr^{-2} (1 - s)."""
-    problem = fibre_problem(Fibre(chain=clamped_chain(7, d), flow=rotation(0.0), Fr=0.8), 0.01)
-    r, v, _ = problem.initial(1)
-    J, a = problem.linearised(r), problem.force(0.0, r, v)
-    rate = problem.inherent_multiplier(J, r, v, a)
-
-    np.testing.assert_allclose(rate[:, 0], (1.0 - np.arange(1, 8) / 8) / 0.8**2, rtol=1e-12)
-    np.testing.assert_allclose(a + J.transposed(rate), 0.0, atol=1e-12 * np.abs(a).max())
-
-
-def still(chain, **others):
-    """Return a fibre in air that does not drag it."""
-    return Fibre(
-        chain=chain, flow=lambda r, t: 0.0 * r, C=lambda r, tau, t: np.zeros((chain.d, chain.d, 1, 1)), **others
-    )
-
-
-def test_bending_and_gravity_are_a_potential_force(chain):
-    """The force at rest in still air is -1/ds times the gradient of the potential energy."""
-    fibre, r = still(chain, alpha=0.9, Fr=0.7), curved(chain, PATHS)
-    gradient = derivative(lambda x: potential(fibre, x)[None], r)[0]
-    force = fibre.force(0.0, r, 0.0 * r)
-
-    np.testing.assert_allclose(chain.ds * force, -gradient, rtol=0.0, atol=256 * EPS * np.abs(gradient).max())
-
-
-@pytest.mark.parametrize("d", [2, 3])
-def test_nothing_inside_a_free_fibre_moves_or_turns_it(d):
-    """Without gravity and drag, bending forces and multipliers have no resultant and no moment."""
-    fibre = still(free_chain(6, d), Fr=np.inf)
-    problem = fibre_problem(fibre, 0.01)
-    r = curved(fibre.chain, PATHS)
-    c = np.random.default_rng(4).standard_normal((problem.constraints, PATHS))
-    x = r.reshape(6, d, PATHS)
-    for impulse in (fibre.force(0.0, r, 0.0 * r), problem.linearised(r).transposed(c)):
-        pull = impulse.reshape(6, d, PATHS)
-        moment = np.einsum("iap,ibp->abp", x, pull)
-        size = np.abs(pull).max() * np.abs(x).max()
-        np.testing.assert_allclose(pull.sum(axis=0), 0.0, atol=256 * EPS * np.abs(pull).max())
-        np.testing.assert_allclose(moment - np.swapaxes(moment, 0, 1), 0.0, atol=256 * EPS * size)
-
-
-def test_free_fibre_moves_with_what_it_is_seen_from():
-    """Without gravity and flow, its force turns with it, and does not notice where it is."""
-    fibre = Fibre(chain=free_chain(5, 2), Fr=np.inf, flow=rotation(0.0))
-    r = curved(fibre.chain, PATHS)
-    v = np.random.default_rng(5).standard_normal(r.shape)
-    turn = np.array([[0.6, -0.8], [0.8, 0.6]])
-
-    def turned(x):
-        return np.einsum("ab,ibp->iap", turn, x.reshape(5, 2, PATHS)).reshape(r.shape)
-
-    force = fibre.force(0.0, r, v)
-    moved = fibre.force(0.0, turned(r) + 3.0, turned(v))
-    np.testing.assert_allclose(moved, turned(force), rtol=0.0, atol=1024 * EPS * np.abs(force).max())
-
-
-def test_clamped_fibre_is_held_by_its_clamp():
-    """The same is not true of it: its clamp pulls and turns it back."""
-    fibre = still(clamped_chain(6, 2), Fr=np.inf)
-    r = curved(fibre.chain, PATHS)
-    force = fibre.force(0.0, r, 0.0 * r)
-
-    assert np.abs(force.reshape(6, 2, PATHS).sum(axis=0)).min() > 1e-3 * np.abs(force).max()
-
-
-@pytest.mark.parametrize("make", [clamped_chain, free_chain])
-def test_bending_matrix_is_the_one_with_stress_free_ends(make):
-    """It is symmetric, its last rows are (1, -4, 5, -2) and (1, -2, 1), and only rigid motions have no energy."""
-    chain = make(6, 2)
-    S, _ = scalar_matrices(chain)
-    s = chain.arc_lengths
-    rigid = [] if chain.root is not None else [np.ones(6), s]
-
-    np.testing.assert_array_equal(S, S.T)
-    np.testing.assert_array_equal(S[-2, -4:], [1, -4, 5, -2])
-    np.testing.assert_array_equal(S[-1, -4:], [0, 1, -2, 1])
-    assert sum(np.linalg.eigvalsh(S) < 1e-9) == len(rigid)
-    for motion in rigid:
-        np.testing.assert_allclose(S @ motion, 0.0, atol=64 * EPS)
-
-
-def test_drag_on_points_is_the_mean_over_two_edges():
-    """Where C is the identity, it is -Dr^{-2} (v_{i+1} + 2 v_i + v_{i-1})/4, and -Dr^{-2} v_N at the end."""
-    _, W = scalar_matrices(clamped_chain(5, 2))
-    drag = 0.5 * (W[1:] + W[:-1])
-    expected = (2 * np.eye(5) + np.eye(5, k=1) + np.eye(5, k=-1)) / 4
-    expected[-1] = np.eye(5)[-1]
-
-    np.testing.assert_array_equal(drag, expected)
 
 
 @pytest.mark.parametrize("make", [clamped_chain, free_chain])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from problems.fibre_chains import CHAINS, curved, defects, derivative
-from problems.test_fibre_force import FIBRES
 from sdaeverify.forms import Structure
 from sdaeverify_problems._chain import clamped_chain
 from sdaeverify_problems._fibre import Fibre
@@ -27,20 +26,6 @@ def dense(structure, blocks, columns):
 
 def close(given, expected):
     np.testing.assert_allclose(given, expected, rtol=0.0, atol=256 * EPS * max(1.0, np.abs(expected).max()))
-
-
-@pytest.mark.parametrize("chain", NAMES)
-@pytest.mark.parametrize("name", FIBRES)
-def test_force_blocks_are_the_derivatives_of_the_force(chain, name):
-    """Those by r and by v agree with all columns, in closed form and where C is given."""
-    chain = CHAINS[chain]
-    problem = fibre_problem(Fibre(chain=chain, **FIBRES[name]), 0.01)
-    r = curved(chain, PATHS)
-    v = np.random.default_rng(2).standard_normal(r.shape)
-    by_r, by_v = problem.structure.force_blocks(problem, T, r, v)
-
-    close(dense(problem.structure, by_r, chain.d), derivative(lambda x: problem.force(T, x, v), r))
-    close(dense(problem.structure, by_v, chain.d), derivative(lambda x: problem.force(T, r, x), v))
 
 
 @pytest.mark.parametrize("chain", NAMES)

@@ -5,14 +5,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from problems.fibre_chains import derivative
-from sdaeverify.contracts.specs import matrix_specs
 from sdaeverify.forms import SDE, HolonomicState
-from sdaeverify.noise.brownian import Increment, Source, brownian_steps
+from sdaeverify.noise.brownian import Increment
 from sdaeverify_problems._chain import clamped_chain
 from sdaeverify_problems._fibre import Fibre, rotation
 from sdaeverify_problems._fibre_problem import fibre_problem
 from sdaeverify_problems._hanging_fibre import hanging_fibre
-from sdaeverify_problems.fibre_clamped import fibre_clamped
 from sdaeverify_schemes.explicit_projection_euler import ExplicitProjectionEuler
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 from sdaeverify_schemes.semi_implicit_projection_euler import SemiImplicitProjectionEuler
@@ -46,16 +44,6 @@ def test_matrices_are_derivatives_of_the_inherent_drift(alpha):
     assert not np.delete(A, rows, axis=1)[rows].any()
 
 
-def test_flow_and_noise_are_those_of_the_fibre():
-    """F is the force across the fibre at rest, and sigma the noise on each point."""
-    problem = clamped(beta=0.3, flow=0.7)
-    r, v, _ = problem.initial(1)
-    fibre = hanging(beta=0.3, flow=0.7)
-
-    np.testing.assert_allclose(across(problem.force(0.0, r, v))[:, 0], fibre.F, rtol=1e-12)
-    np.testing.assert_allclose(problem.diffusion(0.0, r, v)[..., 0], fibre.sigma * np.eye(2 * N), rtol=1e-14)
-
-
 @pytest.mark.parametrize("alpha", [0.4, 4.0])
 def test_mean_and_covariance_solve_their_equations(alpha):
     """They are m' = A m + (0, F) and C' = A C + C A^T + (0, sigma^2), integrated numerically."""
@@ -72,18 +60,6 @@ def test_mean_and_covariance_solve_their_equations(alpha):
     np.testing.assert_allclose(fibre.mean(0.05), end[:n], rtol=1e-7)
     difference = (fibre.covariance(0.05) - end[n:].reshape(n, n)) / np.outer(scale, scale)
     assert np.abs(difference).max() < 1e-7
-
-
-@pytest.mark.parametrize("t", [1e-6, 0.01, 0.25, 3.0])
-def test_covariance_is_that_of_two_halves(t):
-    """C(t) = C(s) + e^{sA} C(t - s) e^{sA^T}, for times short and long, in every component."""
-    fibre, s = hanging(0.4), 0.3 * t
-    values, vectors = np.linalg.eig(fibre.generator)
-    flow = ((vectors * np.exp(s * values)) @ np.linalg.inv(vectors)).real
-    expected = fibre.covariance(s) + flow @ fibre.covariance(t - s) @ flow.T
-    scale = np.sqrt(np.diag(expected))
-
-    assert np.abs((fibre.covariance(t) - expected) / np.outer(scale, scale)).max() < 1e-9
 
 
 def step_matrix(fibre, h, semi_implicit):
@@ -111,18 +87,6 @@ def test_limits_are_where_the_spectral_radius_passes_one(points, alpha, semi_imp
 
     assert max(radius(fibre, share * limit, semi_implicit) for share in np.linspace(0.01, 0.999, 60)) < 1.0
     assert radius(fibre, 1.001 * limit, semi_implicit) > 1.0
-
-
-def test_limits_go_with_the_distance_of_points_as_they_should():
-    """(B) loses stability like ds^6, (B') like ds^2, where bending is stiff: (B') near 2/K_max^{1/2}."""
-    coarse, fine = (hanging(0.4, N=points) for points in (15, 31))
-    explicit = np.log2(coarse.explicit_limit() / fine.explicit_limit())
-    semi_implicit = np.log2(coarse.semi_implicit_limit() / fine.semi_implicit_limit())
-    stiffest = 2.0 / np.sqrt(np.linalg.eigvalsh(fine.K)[-1])
-
-    assert explicit == pytest.approx(6.0, abs=0.2)
-    assert semi_implicit == pytest.approx(2.0, abs=0.05)
-    assert fine.semi_implicit_limit() == pytest.approx(stiffest, rel=0.01)
 
 
 def growth(scheme, alpha, h, semi_implicit):
@@ -174,62 +138,3 @@ def test_schemes_gain_and_lose_stability_at_their_limits(name, alpha):
     assert below < 1.0 < above
     # Amplitudes of 1e-6 leave relative errors of 1e-10 for rounding and 1e-12 for what is not linear.
     assert (below, above) == pytest.approx((expected_below, expected_above), abs=1e-9)
-
-
-def test_another_scheme_is_refuted():
-    """Just above the explicit limit, the semi-implicit scheme does not amplify what the explicit matrix does."""
-    limit = hanging().explicit_limit()
-    found, expected = growth(SemiImplicitProjectionEuler(), 4.0, 1.01 * limit, semi_implicit=False)
-
-    assert found < 0.999
-    assert expected > 1.0
-
-
-@pytest.mark.parametrize("parameters", [spec.parameters for spec in matrix_specs(fibre_clamped)])
-def test_steps_in_the_matrix_are_stable_for_explicit_schemes(parameters):
-    """The coarsest of the default levels, 8 steps up to the horizon, is below the explicit limit."""
-    given = dict(parameters)
-
-    assert given["horizon"] / 8 < hanging(N=given["N"], alpha=given["alpha"]).explicit_limit()
-
-
-def noise_free(flow, steps=400, horizon=0.25):
-    """Return the tip at the horizon by the fine reference."""
-    problem = clamped(beta=0.0, flow=flow, horizon=horizon)
-    h, z, still = horizon / steps, problem.pathwise.start(1), np.zeros((problem.noise_dim, 1))
-    for n in range(steps):
-        z = problem.pathwise.advance(z, n * h, h, Increment(still, still))
-    return z[2 * N - 2, 0]
-
-
-def test_mean_tip_position_is_that_of_the_linear_fibre():
-    """At flow 0.1 and time 1/4 they differ by 0.012 per cent, and a hundred times as much at flow 1."""
-    errors = [noise_free(flow) / hanging(flow=flow).mean(0.25)[N - 1] - 1.0 for flow in (0.1, 1.0)]
-
-    assert abs(errors[0]) < 2e-4
-    assert errors[1] / errors[0] == pytest.approx(100.0, rel=0.05)
-
-
-def test_mean_of_a_stiffer_fibre_is_refuted():
-    """The comparison of means tells another bending number, drag or flow."""
-    tip = noise_free(0.1)
-    for others in ({"alpha": 0.4}, {"Dr": 0.101}, {"flow": 0.1001}, {"N": 8}):
-        wrong = hanging(**{"flow": 0.1, **others})
-        assert abs(tip / wrong.mean(0.25)[len(wrong.F) - 1] - 1.0) > 2e-4
-
-
-@pytest.mark.slow
-def test_sampled_tip_has_the_mean_and_the_variance_of_the_linear_fibre():
-    """With little noise, 4000 paths of (B') agree with both within four standard errors and the errors they have."""
-    horizon, steps, paths, beta, flow = 0.25, 512, 4000, 2e-3, 0.1
-    problem = clamped(beta=beta, flow=flow, horizon=horizon)
-    scheme, state, h = SemiImplicitProjectionEuler(), problem.initial(paths), horizon / steps
-    noise = next(brownian_steps(Source(5, "fibre", 0, paths), 2 * N, horizon, 9))[-1]
-    for n in range(steps):
-        state = scheme.step(problem, state, n * h, h, noise.increment(n)).state
-    tip, fibre = across(state.r)[-1], hanging(beta=beta, flow=flow)
-    mean, variance = fibre.mean(horizon)[N - 1], fibre.covariance(horizon)[N - 1, N - 1]
-
-    # One step of (B) or (B') has a relative error of some h/horizon.
-    assert tip.mean() == pytest.approx(mean, abs=4 * np.sqrt(variance / paths) + (2e-4 + h / horizon) * abs(mean))
-    assert tip.var() == pytest.approx(variance, rel=4 * np.sqrt(2 / paths) + 3 * h / horizon)

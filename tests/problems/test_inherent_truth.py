@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from sdaeverify import DenseJacobian, HolonomicSDAE, Increment, ProblemError
+from sdaeverify import HolonomicSDAE, Increment, ProblemError
 from sdaeverify.arrays import Array
 from sdaeverify.noise.brownian import LevelNoise, Source, brownian_steps
 from sdaeverify.numerics.statistics import Estimate, group_sums, jackknife, log_norms, slope_weights
@@ -17,7 +17,6 @@ from sdaeverify_problems.damped_pendulum import damped_pendulum
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_problems.pendulum_tangential import pendulum_tangential
 from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise
-from sdaeverify_schemes.sra1 import SRA1
 
 PATHS, HORIZON, FITTED, FINE, FINEST = 240, 0.5, range(2, 6), 9, 11
 # Halfway between order 3/2 and order 1, which is what a noise coefficient taken once a step would leave.
@@ -117,37 +116,6 @@ def test_the_reference_is_of_order_three_halves(name: str) -> None:
 
     for component, order in orders(case, inherent_truth(case.problem).advance).items():
         assert order.interval(CONFIDENCE)[0] > BETWEEN, (component, order)
-
-
-@pytest.mark.parametrize("name", ["tangential", "masses, noise that grows"])
-def test_the_scheme_for_additive_noise_would_not_do(name: str) -> None:
-    """SRA1 as it is takes the noise coefficient of the inherent SDE at one position a step, and is of order 1."""
-    case = CASES[name]()
-    equation = case.problem.ito()
-
-    def advance(z: Array, t: float, h: float, noise: Increment) -> Array:
-        return np.asarray(SRA1().step(equation, z, t, h, noise).state)
-
-    assert orders(case, advance)["v"].interval(CONFIDENCE)[1] < BETWEEN
-
-
-def test_products_and_gram_systems_are_all_it_needs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Neither the matrix of the noise nor that of Dg is made by a step where the problem has products instead."""
-    armed: list[bool] = []
-
-    def diffusion(t: float, r: Array, v: Array) -> Array:
-        assert not armed
-        return np.eye(2)[..., None]
-
-    problem = replace(pendulum(), diffusion=diffusion, diffusion_product=lambda t, r, v, w: w + 0.0 * r)
-    truth, usual = inherent_truth(problem), inherent_truth(pendulum())
-    noise = Increment(np.full((2, 3), 0.1), np.full((2, 3), -0.02))
-    expected = usual.advance(usual.start(3), 0.0, 0.125, noise)
-    armed.append(True)
-    monkeypatch.setattr(HolonomicSDAE, "dg", None)
-    monkeypatch.setattr(HolonomicSDAE, "linearised", lambda self, r: DenseJacobian(-r[None]))
-
-    assert np.array_equal(truth.advance(truth.start(3), 0.0, 0.125, noise), expected)
 
 
 def test_noise_that_depends_on_velocities_is_refused() -> None:

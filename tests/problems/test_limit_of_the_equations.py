@@ -4,7 +4,6 @@ Affine problems are solved exactly, both equations on one Brownian path. Elsewhe
 on the same noise, (1.2) with a projection after each step, that are fine enough for either: eps is at least 16 steps.
 """
 
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -13,11 +12,7 @@ import pytest
 from sdaeverify.noise.brownian import Source, brownian_steps
 from sdaeverify.numerics.statistics import group_sums, jackknife, slope_weights
 from sdaeverify_problems.affine_constraint import affine_constraint
-from sdaeverify_problems.exponential_strip import exponential_strip
-from sdaeverify_problems.penalised_sphere import penalised_sphere
-from sdaeverify_problems.torus import torus
 
-CLAIMED, MARGIN, ALPHA = 1.0, 0.2, 1e-4
 PATHS, STEPS = 1000, 2048
 T = 0.125
 EPS = 16.0 * T / STEPS * 2.0 ** np.arange(4.0)
@@ -102,12 +97,6 @@ def test_affine_families_with_another_limit_have_another_exponent(wrong, exponen
     assert slope(affine_squares(wrong)) == pytest.approx(exponent, abs=0.01)
 
 
-def penalised(problem, x, *, fixman=1.0, power=1.0):
-    """Return the drift of (1.4), a part of Fixman's term left out or with another power of eps."""
-    at = problem.near(x)
-    return problem.drift(x) + fixman * 0.25 * problem.strength**2 * at.fixman - at.relaxation / problem.eps**power
-
-
 def distances(family, drift) -> np.ndarray:
     """Return |X^eps(T) - X^0(T)|^2 for each eps on every path, shape (E, P)."""
     limit, members = family(0.0), [family(eps) for eps in EPS]
@@ -127,26 +116,3 @@ def exponent(family, drift):
     weights = slope_weights(np.log(EPS))
     counts = group_sums(np.ones(PATHS))
     return jackknife(group_sums(distances(family, drift)), counts, lambda means: float(weights @ np.log(means)))
-
-
-FAMILIES = {
-    "strip": exponential_strip,
-    "torus": torus,
-    "sphere": partial(penalised_sphere, d=3),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", FAMILIES)
-def test_curved_problems_tend_to_their_limit_with_the_first_power_of_eps(name):
-    """An exponent of at most 0.8 of eps in E |X^eps - X^0|^2 is rejected."""
-    assert exponent(FAMILIES[name], penalised).p_above(CLAIMED - MARGIN) < ALPHA
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "wrong"), [("strip", {"fixman": 0.0}), ("torus", {"power": 0.5}), ("sphere", {"power": 0.5})]
-)
-def test_curved_families_with_another_limit_are_refuted(name, wrong):
-    """Without Fixman's term the strip has another limit; with 1/sqrt(eps) the exponent is less: 0.8 is rejected."""
-    assert exponent(FAMILIES[name], partial(penalised, **wrong)).p_below(CLAIMED - MARGIN) < ALPHA

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from problems.generator import generator, observed
 from sdaeverify.arrays import Array
 from sdaeverify.forms import Problem
-from sdaeverify.forms.truths import MeanSquareStability, Moment
+from sdaeverify.forms.truths import Moment
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.noncommuting import noncommuting
 from sdaeverify_problems.sphere import sphere
@@ -57,24 +57,3 @@ def test_moments_solve_the_equations_of_the_generator(name: str, t: float) -> No
 
     for value, moment in zip(solved(problem, list(known), t), known.values(), strict=True):
         assert moment.value(t) == pytest.approx(value, rel=1e-7, abs=1e-8), moment.observable
-
-
-def test_the_linear_system_does_not_commute() -> None:
-    """B_1 B_2 x and B_2 B_1 x differ, so that no increments alone give order 1."""
-    problem, x = noncommuting(), np.array([[1.0], [0.5]])
-    B = problem.diffusion(0.0, x)
-    mixed = (
-        problem.derivative_of_diffusion(0.0, x, B[:, 1])[:, 0]
-        - problem.derivative_of_diffusion(0.0, x, B[:, 0])[:, 1]
-    )
-
-    assert np.abs(mixed).max() > 0.1
-
-
-def test_the_linear_system_is_stable_in_mean_square() -> None:
-    """Its second moments decay, as it says."""
-    problem = noncommuting()
-    (truth,) = [truth for truth in problem.truths if isinstance(truth, MeanSquareStability)]
-
-    assert truth.stable
-    assert abs(moments(problem)["x_1^2"].value(60.0)) < 1e-8

@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from sdaeverify.arrays import Array
-from sdaeverify_problems import _stiff_linear
 from sdaeverify_problems._stiff_linear import StiffLinear
 from sdaeverify_problems._stiff_modes import modes
 
@@ -18,18 +16,6 @@ SIGMA = 0.6
 
 def law(eps: float) -> StiffLinear:
     return StiffLinear(modes(K, N, eps), np.zeros(4), SIGMA)
-
-
-@pytest.mark.parametrize("eps", [1e-8, 1e-3, 0.02, 0.1, 1.0, 1e6])
-def test_the_parts_make_up_the_matrix(eps: float) -> None:
-    """E_i A_i F_i add up to K + P/eps, with F_i E_j = delta_ij Id, to rounding of the matrix."""
-    parts = modes(K, N, eps)
-    E, F = np.concatenate([part.E for part in parts], axis=1), np.concatenate([part.F for part in parts])
-    total = sum(part.E @ part.matrix @ part.F for part in parts)
-
-    assert len(parts) == (2 if eps < 0.05 else 1)
-    assert np.abs(F @ E - np.eye(4)).max() <= 16 * EPS
-    assert np.abs(total - K - P / eps).max() <= 32 * EPS * np.abs(K + P / eps).max()
 
 
 @pytest.mark.parametrize("eps", [0.005, 0.02, 0.1, 1.0])
@@ -67,37 +53,3 @@ def test_a_step_has_the_covariance_of_the_equation(eps: float) -> None:
 
     assert np.abs(SIGMA**2 * made - law(eps).covariance(h)).max() <= 64 * EPS
     assert not law(eps).change(0.0).any()
-
-
-def test_a_quadrature_that_does_not_shrink_misses_the_covariance(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Sixteen nodes on the whole step do not see a kernel e^{-q h/eps} with h/eps = 1000."""
-    graded = _stiff_linear._graded_rule
-    monkeypatch.setattr(_stiff_linear, "_graded_rule", lambda z: graded(1.0))
-    with pytest.raises(AssertionError):
-        test_a_step_has_the_covariance_of_the_equation(1e-4)
-
-
-def joint_covariance(eps: float, h: float) -> Array:
-    """Return the covariance of (dW, H, Y), Y being the step's integral."""
-    step, zero, one = law(eps).step(h), np.zeros((4, 4)), np.eye(4)
-    root = np.block([[one, zero, zero], [zero, one, zero], [step.of_dW, step.of_H, step.of_xi]])
-    return root @ np.diag(np.repeat([h, h / 12, 1.0], 4)) @ root.T
-
-
-@pytest.mark.parametrize("eps", [0.0, 1e-4, 0.01, 0.3])
-def test_steps_compose(eps: float) -> None:
-    """The law of (dW, H, Y) over a step is that of two halves joined, Y = e^{-Ah/2} Y_1 + Y_2."""
-    h, one, zero = 0.4, np.eye(4), np.zeros((4, 4))
-    (part, *_) = modes(K, N, eps)
-    idle = np.eye(4) - part.E @ part.F if eps == 0.0 else zero
-    half = np.eye(4) - idle + law(eps).change(h / 2)
-    halves = np.kron(np.eye(2), joint_covariance(eps, h / 2))
-    join = np.block(
-        [
-            [one, zero, zero, one, zero, zero],
-            [0.25 * one, 0.5 * one, zero, -0.25 * one, 0.5 * one, zero],
-            [zero, zero, half, zero, zero, one],
-        ]
-    )
-
-    assert np.abs(join @ halves @ join.T - joint_covariance(eps, h)).max() <= 64 * EPS

@@ -5,20 +5,14 @@ import pytest
 from scipy.optimize import root
 
 from schemes.rough_constraints import SIGMA, D, drift, langevin, points, rough
-from sdaeverify import ConstrainedLangevin, Increment, ParameterError
+from sdaeverify import ConstrainedLangevin, Increment
 from sdaeverify.arrays import Array
-from sdaeverify.measures.strong.findings import judge_strong
 from sdaeverify.numerics import norm
-from sdaeverify.probe.local.strong_defects import local_strong
-from sdaeverify.probe.local.strong_order import strong_order
-from sdaeverify_problems._affine_langevin import AffineLangevin
-from sdaeverify_problems.affine_constraint import affine_constraint, affine_langevin
 from sdaeverify_schemes._multiplier import OldNormals
 from sdaeverify_schemes.constrained_euler import ConstrainedEuler
 
 EPS = float(np.finfo(float).eps)
 H = 0.02
-THETA = {"old": 0.0, "new": 1.0}
 
 
 def increments(x: Array, h: float = H) -> Increment:
@@ -44,35 +38,6 @@ def test_a_step_solves_the_printed_equations(q: int, direction: str) -> None:
 
         expected = root(defects, np.concatenate([y, np.zeros(q)]), tol=1e-13).x[:D]
         assert np.abs(result.state[:, p] - expected).max() < 1e-11
-
-
-@pytest.mark.parametrize("solver", ["newton", "frozen"])
-@pytest.mark.parametrize("q", [1, 2, 3])
-def test_the_constraint_holds_to_rounding(q: int, solver: str) -> None:
-    """After 50 steps zeta is a rounding error of one step."""
-    problem, scheme = langevin(q, 0.0), ConstrainedEuler(solver=solver)
-    x = problem.initial(40)
-    for n in range(50):
-        dW = 0.05 * np.random.default_rng(n).standard_normal(x.shape)
-        x = scheme.step(problem, x, 0.0, 0.005, Increment(dW, None)).state
-
-    ((value, scale),) = problem.residuals({"x": x}).values()
-    assert np.abs(x).max() > 0.1
-    assert np.all(np.abs(value) <= 16 * EPS * np.maximum(1.0, scale))
-
-
-@pytest.mark.parametrize("direction", ["old", "new"])
-@pytest.mark.parametrize("q", [1, 2, 3])
-def test_a_step_on_a_flat_is_the_closed_recursion(q: int, direction: str) -> None:
-    """A step is Pi (Id - h K) x + ... to rounding in both directions; eps > 0 is ignored."""
-    affine: AffineLangevin = affine_langevin(0.0, 5, q, 0.5, 0.7)
-    M, r, N = affine.constrained_euler(H)
-    for eps in (0.0, 0.1):
-        problem = affine_constraint(eps, d=5, q=q)
-        x = problem.initial(20)
-        noise = increments(x)
-        new = ConstrainedEuler(direction=direction).step(problem, x, 0.0, H, noise).state
-        assert np.abs(new - (M @ x + r[:, None] + N @ noise.dW / np.sqrt(H))).max() < 16 * EPS * np.abs(x).max()
 
 
 def sphere(d: int = 3) -> ConstrainedLangevin:
@@ -121,21 +86,6 @@ def test_the_root_on_the_sphere_is_the_near_one(h: float) -> None:
     assert np.all(norm(result.state - expected)[known] <= error[known])
 
 
-@pytest.mark.parametrize("h", [0.05, 0.5])
-def test_along_the_new_normal_a_step_on_the_sphere_is_radial(h: float) -> None:
-    """Along the new normal the new point is y/|y|, which is near enough where |y| > 1/2."""
-    x, noise = kicked(h)
-    y = x + noise.dW
-    expected, length = y / norm(y), norm(y)
-
-    result = ConstrainedEuler(direction="new").step(sphere(), x, 0.0, h, noise)
-
-    found = ~result.failed
-    assert found[length > 0.75].all()
-    # Rounding of y over the distance to the centre.
-    assert np.all(norm(result.state - expected)[found] <= 32 * EPS / length[found])
-
-
 @pytest.mark.parametrize("no_root", ["hold", "fail"])
 def test_paths_without_root_are_reported(no_root: str) -> None:
     """They keep their state or become NaN, as the parameter says, and their neighbours go where they go alone."""
@@ -181,21 +131,3 @@ def test_the_root_is_connected_to_the_small_multipliers(q: int) -> None:
     assert connected.all() == (q < 3)
     assert not (reached.found & ~(connected & same)).any()
     assert np.mean(connected & ~reached.found) <= 1e-3
-
-
-@pytest.mark.parametrize("direction", ["old", "new"])
-def test_the_strong_order_is_one_half(direction: str) -> None:
-    """One step and two half steps differ by the Milstein term, of size h and mean 0: not order 1, but 1/2."""
-    record = local_strong(ConstrainedEuler(direction=direction), sphere())
-    orders = strong_order(record, None)
-
-    assert judge_strong(orders, 0.5 - 0.2).verdict == "verified"
-    assert judge_strong(orders, 1.0 - 0.2).verdict == "refuted"
-
-
-def test_parameters_that_make_no_sense_are_refused() -> None:
-    """The direction and the solver are named."""
-    with pytest.raises(ParameterError, match="direction must be old or new, got 'mean'"):
-        ConstrainedEuler(direction="mean")
-    with pytest.raises(ParameterError, match="needs the normals at the old point"):
-        ConstrainedEuler(direction="new", solver="frozen")

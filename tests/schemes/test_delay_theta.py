@@ -7,16 +7,13 @@ import pytest
 from scipy.optimize import brentq, root
 
 from schemes.delay_cells import MESHES, PATHS, H, T, given, nonlinear
-from sdaeverify import DelaySDAE, DelayState, Increment, ParameterError, Scheme, Step
+from sdaeverify import DelaySDAE, DelayState, Increment, Scheme, Step
 from sdaeverify.arrays import Array
 from sdaeverify.contracts.matching import match
-from sdaeverify.noise.brownian import LevelNoise
-from sdaeverify.simulate.tracks import Track
 from sdaeverify_problems._delay_coefficients import SETS
 from sdaeverify_problems.delay_ou import delay_ou
 from sdaeverify_problems.delay_test import delay_test
 from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.gbm_algebraic import gbm_algebraic
 from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta
 from sdaeverify_schemes.stochastic_theta import StochasticTheta
 
@@ -81,27 +78,6 @@ def test_a_step_is_the_coupled_solution(kind: type, theta: float, mesh: str) -> 
         np.testing.assert_allclose(np.concatenate(step.state)[:, path], expected(path), rtol=CLOSE, atol=CLOSE)
 
 
-@pytest.mark.parametrize("name", SETS)
-@pytest.mark.parametrize("theta", THETAS)
-@pytest.mark.parametrize("h", [0.125, 1.0, 1.0 / 2.7, 1.0 / 1.4])
-def test_a_step_of_the_test_problem_has_its_closed_form(name: str, theta: float, h: float) -> None:
-    """Where the lagged value of the step's end is known, the step is section 5's quotient to 1e-13."""
-    problem, (a, b, c, d, l, q) = delay_test(name), SETS[name]
-    (x, y), noise = state, _ = given(problem, h)
-    v, w = noise.lagged, noise.ahead if problem.mesh(h).weight == 0.0 else None
-    assert v is not None
-    assert w is not None
-    implicit = h * theta * (b * w + l * np.sin(w))
-    explicit = x + h * (1.0 - theta) * (a * x + b * v + y) + (c * x + d * v) * noise.dW
-    x_new = (explicit + implicit) / (1.0 - h * theta * (a + q))
-    y_new = l * np.sin(w) + q * x_new
-
-    got = StochasticTheta(theta).step(problem, state, T, h, noise).state
-
-    np.testing.assert_allclose(got.x, x_new, rtol=CLOSE, atol=CLOSE)
-    np.testing.assert_allclose(got.y, y_new, rtol=CLOSE, atol=CLOSE * max(1.0, abs(q)))
-
-
 @pytest.mark.parametrize("theta", THETAS)
 def test_a_step_longer_than_the_delay_solves_for_its_own_past(theta: float) -> None:
     """With m = 1 and delta > 0, x+ is the root of one scalar equation, to 1e-13."""
@@ -122,21 +98,6 @@ def test_a_step_longer_than_the_delay_solves_for_its_own_past(theta: float) -> N
         y_new = l * np.sin(known + weight * x_new) + q * x_new
         assert got.x[0, p] == pytest.approx(x_new, rel=CLOSE, abs=CLOSE)
         assert got.y[0, p] == pytest.approx(y_new, rel=CLOSE, abs=CLOSE)
-
-
-def test_with_theta_zero_both_schemes_are_the_same() -> None:
-    """The old y appears in the explicit part of both."""
-    steps = [moved(kind(0.0), nonlinear(), 0.125).state for kind in (StochasticTheta, LaggedAlgebraicTheta)]
-
-    for one, other in zip(*steps, strict=True):
-        np.testing.assert_allclose(one, other, rtol=CLOSE)
-
-
-def test_the_schemes_differ_where_y_is_implicit() -> None:
-    """With theta = 1 the lagged y is seen in x."""
-    steps = [moved(kind(1.0), nonlinear(), 0.125).state for kind in (StochasticTheta, LaggedAlgebraicTheta)]
-
-    assert np.abs(steps[0].x - steps[1].x).min() > 1e-5
 
 
 def parabola() -> DelaySDAE:
@@ -172,28 +133,6 @@ def test_a_path_without_root_is_held_and_counted(kind: type, theta: float) -> No
     assert np.all(step.costs["newton_iterations"] >= 1.0)
 
 
-@pytest.mark.parametrize("kind", [StochasticTheta, LaggedAlgebraicTheta])
-def test_paths_that_reach_a_singular_constraint_are_counted_along_a_run(kind: type) -> None:
-    """Where du/dy = 2 y becomes singular some paths fail; the run goes on, and all states stay finite."""
-    h, paths, steps = 1.0 / 16.0, 200, 16
-    track = Track(kind(0.0), parabola(), 0, h, paths)
-    dW = np.sqrt(h) * np.random.default_rng(8).standard_normal((steps, 1, paths))
-    with np.errstate(all="ignore"):
-        track.advance(LevelNoise(dW, None), ())
-
-    assert track.step == steps
-    assert 0 < np.count_nonzero(track.failed) < paths
-    assert all(np.isfinite(part).all() for part in track.state)
-
-
-@pytest.mark.parametrize("kind", [StochasticTheta, LaggedAlgebraicTheta])
-@pytest.mark.parametrize("theta", [-0.1, 1.1, np.nan])
-def test_theta_is_between_0_and_1(kind: type, theta: float) -> None:
-    """Any other theta is refused in one line."""
-    with pytest.raises(ParameterError, match=r"theta .*must be (between 0 and 1|finite), got"):
-        kind(theta)
-
-
 @pytest.mark.parametrize(
     ("problem", "reason"),
     [(delay_ou(), "no algebraic component: use stochastic-theta"), (gbm(), "solves the form DelaySDAE")],
@@ -201,14 +140,6 @@ def test_theta_is_between_0_and_1(kind: type, theta: float) -> None:
 def test_what_the_lagged_method_refuses(problem: DelaySDAE, reason: str) -> None:
     """It is for problems with y, and says which method is for the others."""
     assert reason in match(LaggedAlgebraicTheta(), problem).reason
-
-
-def test_the_theta_method_takes_problems_with_and_without_delay() -> None:
-    """A delay problem is offered as it is, not in its view as an SDE."""
-    problem = gbm_algebraic()
-
-    assert match(StochasticTheta(), problem).problem is problem
-    assert match(StochasticTheta(), delay_ou()).problem is not None
 
 
 @pytest.mark.parametrize("kind", [StochasticTheta, LaggedAlgebraicTheta])

@@ -1,18 +1,14 @@
 """Projected Euler-Maruyama on curves and surfaces, and which directions of projection are right."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 from scipy.optimize import root
 
-from schemes.local_order import strong_order
 from sdaeverify import SDE, Array, Increment, Step
-from sdaeverify.numerics import apply, apply_transposed, newton, product_transposed
+from sdaeverify.numerics import apply
 from sdaeverify_problems.circle import circle
 from sdaeverify_problems.ellipse import ellipse
 from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.sphere import sphere
 from sdaeverify_schemes.projected_euler import ProjectedEuler
 
 EPS = np.finfo(float).eps
@@ -30,15 +26,6 @@ def moved(problem: SDE, paths: int = 7) -> tuple[Array, Array, Step]:
     dW = np.sqrt(H) * rng.standard_normal((problem.noise_dim, paths))
     step = ProjectedEuler().prepare(problem, H)(x, 0.2, Increment(dW, np.full_like(dW, np.nan)))
     return x, euler(problem, x, dW), step
-
-
-@pytest.mark.parametrize("problem", [circle(), sphere()], ids=["circle", "sphere"])
-def test_on_spheres_the_point_is_brought_back_along_the_radius(problem: SDE) -> None:
-    """x+ = y/|y|, the nearest point."""
-    _, y, step = moved(problem)
-
-    assert not step.failed.any()
-    assert np.abs(step.state - y / np.linalg.norm(y, axis=0)).max() <= 16 * EPS
 
 
 @pytest.mark.parametrize("measure", ["arc", "delta"])
@@ -82,48 +69,3 @@ def test_problems_without_constraint_are_refused() -> None:
     """There is nothing to project onto."""
     assert ProjectedEuler().refuses(gbm()) == "the problem has no constraint to project onto"
     assert not ProjectedEuler().refuses(circle())
-
-
-@dataclass(frozen=True)
-class Along(ProjectedEuler):
-    """The Euler step brought back along another direction, with the normal part of the drift or without."""
-
-    direction: str = "old"
-    drift: bool = True
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        y = state + h * self.drift * problem.drift(t, state) + apply(problem.diffusion(t, state), noise.dW)
-        fixed = np.broadcast_to(np.array([[[0.9], [0.5]]]), (1, *y.shape))
-        normals = problem.dg(state) if self.direction == "old" else fixed
-
-        def linearised(kappa: Array) -> tuple[Array, Array]:
-            x = y + apply_transposed(normals, kappa)
-            return problem.constraint(x), product_transposed(problem.dg(x), normals)
-
-        return Step(y + apply_transposed(normals, newton(linearised, np.zeros((1, y.shape[1])), 1e-10).x))
-
-
-# States at which the fixed direction is far from tangent.
-TRANSVERSAL = np.array([[np.cos(a) for a in (0.1, 0.5, 0.9)], [np.sin(a) for a in (0.1, 0.5, 0.9)]])
-DIRECTIONS = {
-    "at the Euler point": (ProjectedEuler(), 1.0, True),
-    "at the old point": (Along(), 1.0, True),
-    "at the old point, drift by projection": (Along(drift=False), 1.0, True),
-    "fixed": (Along(direction="fixed"), 0.5, True),
-    "fixed, drift by projection": (Along(direction="fixed", drift=False), 0.5, False),
-}
-
-
-@pytest.mark.parametrize("name", DIRECTIONS)
-def test_any_transversal_direction_is_consistent_but_only_normal_ones_give_the_milstein_term(name: str) -> None:
-    """On the circle, normals at the old and at the Euler point give order 1, a fixed direction 1/2.
-
-    The projection of x + B dW alone makes up for the Ito drift only along the normal; along a fixed direction it
-    converges, at order 1/2, to the solution of another equation.
-    """
-    scheme, order, consistent = DIRECTIONS[name]
-    found = strong_order(scheme, circle(), TRANSVERSAL)
-
-    assert found.consistent is consistent
-    assert found.order == pytest.approx(order, abs=0.03)

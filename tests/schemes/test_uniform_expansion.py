@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 
 from schemes.rough_constraints import D, langevin, points
-from sdaeverify import ConstraintGeometry, Increment
+from sdaeverify import ConstraintGeometry
 from sdaeverify.arrays import Array
 from sdaeverify.probe.step.nodes import step_nodes
-from sdaeverify_problems.affine_constraint import affine_constraint, affine_langevin
 from sdaeverify_schemes.uniform_expansion import UniformExpansion
 from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
 
-EPS = float(np.finfo(float).eps)
 EXPANSION, INTEGRATOR = UniformExpansion(xi="three-point"), UniformlyAccurate(xi="three-point")
 STIFF = 10.0 ** np.arange(-9.0, 2.0)
 
@@ -50,25 +48,3 @@ def order(q: int, geometry: object = ConstraintGeometry) -> float:
 def test_means_agree_up_to_three_halves(q: int) -> None:
     """First and second moments of a step differ by O(h^(3/2)) uniformly in eps, Propositions 3.3 and 3.7."""
     assert order(q) > 1.45
-
-
-def test_a_term_that_only_the_expansion_has_is_needed() -> None:
-    """Without the traces over the normal space, the order is 1: one step is not consistent."""
-    wrong = type("Wrong", (ConstraintGeometry,), {"normal_traces": property(lambda at: 0.0 * at.zeta)})
-
-    assert order(2, wrong) < 1.1
-
-
-@pytest.mark.parametrize("eps", [0.0, 1e-9, 0.01, 0.3, 1e5])
-@pytest.mark.parametrize("q", [1, 2, 3])
-def test_a_step_on_a_flat_is_the_closed_recursion(q: int, eps: float) -> None:
-    """Where the constraint is affine, the expansion is the uniformly accurate step to rounding."""
-    affine, problem, h = affine_langevin(eps, 5, q, 0.5, 0.7), affine_constraint(eps, d=5, q=q), 0.02
-    M, r, N = affine.uniformly_accurate(h)
-    x = problem.initial(20)
-    noise = Increment(np.sqrt(h) * np.random.default_rng(3).standard_normal(x.shape), None)
-
-    result = UniformExpansion().step(problem, x, 0.0, h, noise)
-
-    expected = M @ x + r[:, None] + N @ noise.dW / np.sqrt(h)
-    assert np.abs(result.state - expected).max() < 32 * EPS * np.abs(x).max()

@@ -7,11 +7,9 @@ import pytest
 from scipy.optimize import root
 
 from schemes.rough_constraints import SIGMA, D, drift, langevin, points, rough
-from sdaeverify import ConstraintGeometry, Increment, ParameterError, Step
+from sdaeverify import ConstraintGeometry, Increment, Step
 from sdaeverify.arrays import Array
 from sdaeverify.forms import ConstrainedLangevin
-from sdaeverify_problems._affine_langevin import AffineLangevin
-from sdaeverify_problems.affine_constraint import affine_constraint, affine_langevin
 from sdaeverify_schemes.constrained_euler import ConstrainedEuler
 from sdaeverify_schemes.uniformly_accurate import UniformlyAccurate
 
@@ -106,17 +104,6 @@ def test_a_step_solves_the_printed_equations(q: int, theta: float, eps: float) -
         assert np.abs(printed.solved(theta) - result.state[:, p]).max() < 1e-11
 
 
-def test_wrong_equations_would_be_noticed() -> None:
-    """Without the Fixman or the quadratic term, the other solver lands more than 1e-4 away."""
-    x = points(2, 0.3)
-    noise = increments(x)
-    result = step(UniformlyAccurate(), langevin(2, H), x, noise)
-
-    for name in ("fixman", "quadratic"):
-        wrong = type("Wrong", (Printed,), {name: np.zeros(D)})(2, x[:, 0], noise.dW[:, 0] / np.sqrt(H), H, H)
-        assert np.abs(wrong.solved(0.0) - result.state[:, 0]).max() > 1e-4
-
-
 class General(ConstraintGeometry):
     """Geometry whose quadratic term does not know of codimension one."""
 
@@ -137,20 +124,6 @@ def test_codimension_one_is_the_general_path(theta: float) -> None:
     assert np.abs(short.state - general.state).max() < 64 * EPS
 
 
-@pytest.mark.parametrize("theta", [0.0, 0.5, 1.0])
-@pytest.mark.parametrize("q", [2, 3])
-def test_mixed_constraints_give_the_same_step(q: int, theta: float) -> None:
-    """With A zeta in place of zeta, A constant, a step changes by rounding."""
-    A = np.array([[2.0, 0.5, 0.3], [-0.3, 1.5, 0.1], [0.2, 0.4, -0.7]])[:q, :q]
-    x, scheme, zeta = points(q, 0.1), UniformlyAccurate(theta=theta), rough(q).zeta
-    mixed = langevin(q, H, constraint=lambda x: A @ zeta(x), jacobian=None, second=None)
-
-    difference = step(scheme, langevin(q, H), x, increments(x)).state - step(scheme, mixed, x, increments(x)).state
-
-    # The iteration with new normals leaves up to 2e-15 |x| of its error.
-    assert np.abs(difference).max() < 64 * EPS
-
-
 @pytest.mark.parametrize(("theta", "direction"), [(0.0, "old"), (1.0, "new")])
 @pytest.mark.parametrize("q", [1, 3])
 def test_the_limit_is_constrained_euler(q: int, theta: float, direction: str) -> None:
@@ -162,67 +135,6 @@ def test_the_limit_is_constrained_euler(q: int, theta: float, direction: str) ->
 
     assert not got.failed.any()
     assert np.abs(got.state - expected.state).max() < 64 * EPS
-
-
-@pytest.mark.parametrize("eps", [1e-300, 1e-12, 1e12, 1e300])
-@pytest.mark.parametrize("theta", [0.0, 0.5, 1.0])
-def test_extreme_stiffness(theta: float, eps: float) -> None:
-    """For eps = 1e-300 a step is that of eps = 0, and for eps = 1e300 that of eps = 1e6, up to what eps explains."""
-    x = points(2, 0.0)
-    limit = 0.0 if eps < 1.0 else 1e6
-
-    states = [step(UniformlyAccurate(theta=theta), langevin(2, e), x, increments(x)).state for e in (eps, limit)]
-
-    # Theorem 2.9 below; above, e^{-h/eps} and its means are 1 up to h/eps.
-    assert np.abs(states[0] - states[1]).max() < max(
-        10.0 * np.sqrt(min(eps, 1.0 / eps)), 100.0 * H * 1e-6 * bool(limit), 64 * EPS
-    )
-
-
-def recursion(problem: ConstrainedLangevin, affine: AffineLangevin, h: float, x: Array, noise: Increment) -> Array:
-    M, r, N = affine.uniformly_accurate(h)
-    return M @ x + r[:, None] + N @ noise.dW / np.sqrt(h)
-
-
-@pytest.mark.parametrize("eps", [0.0, 1e-9, 0.01, 0.3, 1e5])
-@pytest.mark.parametrize("theta", [0.0, 0.5, 1.0])
-@pytest.mark.parametrize("q", [1, 2, 3])
-def test_a_step_on_a_flat_is_the_closed_recursion(q: int, theta: float, eps: float) -> None:
-    """A step is M x + r + N xi to rounding, whatever theta is, beside the flat as well."""
-    affine, problem = affine_langevin(eps, 5, q, 0.5, 0.7), affine_constraint(eps, d=5, q=q)
-    x = problem.initial(20) + (0.4 if eps else 0.0) * np.random.default_rng(2).standard_normal((5, 20))
-    noise = increments(x)
-
-    result = step(UniformlyAccurate(theta=theta), problem, x, noise)
-
-    expected = recursion(problem, affine, H, x, noise)
-    assert np.abs(result.state - expected).max() < 32 * EPS * np.abs(x).max()
-
-
-def distances(q: int, sigma: float, scheme: UniformlyAccurate, sizes: Array) -> Array:
-    """Return the root mean square distance of five steps for each eps from those of (1.6) on the same noise."""
-    rng = np.random.default_rng(4)
-    dW = 0.25 * scheme.law.couple(rng.standard_normal((5, D, 60)))
-
-    def end(run: object, problem: ConstrainedLangevin) -> Array:
-        x = problem.initial(60)
-        for part in dW:
-            x = step(run, problem, x, Increment(part, None), 1.0 / 16.0).state
-        return x
-
-    base = end(ConstrainedEuler(xi=scheme.xi), langevin(q, 0.0, strength=sigma))
-    runs = (end(scheme, langevin(q, float(eps), strength=sigma)) for eps in sizes)
-    return np.array([np.sqrt(np.mean((run - base) ** 2)) for run in runs])
-
-
-@pytest.mark.parametrize("q", [1, 2, 3])
-@pytest.mark.parametrize(("sigma", "slope"), [(0.4, 0.5), (0.0, 1.0)])
-def test_distance_from_the_limit(q: int, sigma: float, slope: float) -> None:
-    """At fixed h, |X^eps_n - X^0_n| has slope 1/2 in eps, 1 without noise, Theorem 2.9."""
-    sizes = np.array([1e-9, 1e-7])
-    near, far = distances(q, sigma, UniformlyAccurate(xi="three-point"), sizes)
-
-    assert np.log(far / near) / np.log(100.0) == pytest.approx(slope, abs=0.02)
 
 
 @pytest.mark.parametrize("eps", [1e-8, 1e-4, 1e-2, 1.0, 10.0])
@@ -252,24 +164,6 @@ def test_the_frozen_gram_matrix_leads_to_the_same_step(q: int) -> None:
     assert np.abs(newton.state - frozen.state).max() < 64 * EPS
     assert frozen.costs["updates"].mean() > newton.costs["updates"].mean() + 1.0
     assert np.all(frozen.costs["newton_iterations"] == 1)
-
-
-@pytest.mark.parametrize(
-    ("parameters", "message"),
-    [
-        ({"theta": -0.1}, "theta must be between 0 and 1, got -0.1"),
-        ({"theta": float("nan")}, "theta of scheme 'uniformly-accurate' must be finite, got nan"),
-        ({"xi": "two-point"}, "xi must be gaussian, three-point or clipped"),
-        ({"p": 0.0}, "p must be positive"),
-        ({"solver": "picard"}, "solver must be newton or frozen"),
-        ({"no_root": "redraw"}, "no_root must be hold or fail"),
-        ({"theta": 0.5, "solver": "frozen"}, "solver=frozen needs the normals at the old point"),
-    ],
-)
-def test_parameters_that_make_no_sense_are_refused(parameters: dict[str, object], message: str) -> None:
-    """Each is refused in one line that names it."""
-    with pytest.raises(ParameterError, match=message):
-        UniformlyAccurate(**parameters)
 
 
 def test_bounded_variables_have_no_strong_order() -> None:

@@ -6,10 +6,9 @@ import pytest
 from sdaeverify import Problem
 from sdaeverify.noise.brownian import Source, brownian_steps
 from sdaeverify.testing.check import Inapplicable
-from sdaeverify.testing.checks.sampled import COARSEST, euler_walker, exact_walker, walk_together
+from sdaeverify.testing.checks.sampled import COARSEST, euler_walker, walk_together
 from sdaeverify_problems.delay_martingale import delay_martingale
 from sdaeverify_problems.gbm import gbm
-from sdaeverify_problems.gbm_algebraic import gbm_algebraic
 from sdaeverify_problems.ou import ou
 
 
@@ -35,26 +34,6 @@ def test_mirrored_paths_have_opposite_noise():
     x = walker.parts(1.0)["x"][0]
 
     np.testing.assert_allclose(x[:4] + x[4:], 2.0 * (1.0 - 1.0 / COARSEST) ** COARSEST, rtol=1e-13)
-
-
-def test_a_solution_walks_on_the_same_paths():
-    """An exact solution over coarse steps ends where Euler's scheme tends to."""
-    runs = [euler_walker(gbm(), 6, 16), exact_walker(gbm(), gbm().pathwise, 0, 16)]
-    list(walk_together(gbm(), "gbm", runs, 16))
-    simulated, exact = (run.parts(1.0)["x"] for run in runs)
-
-    assert np.abs(simulated - exact).max() < 0.1 * np.abs(exact).max()
-
-
-@pytest.mark.parametrize("tau", [0.0, 0.3])
-def test_algebraic_components_are_solved_for(tau):
-    """With and without delay, y solves its constraint after every step."""
-    problem = gbm_algebraic(tau=tau)
-    walker = euler_walker(problem, 1, 3)
-    list(walk_together(problem, "gbm-algebraic", [walker], 3))
-    parts = walker.parts(1.0)
-
-    np.testing.assert_allclose(parts["y"], 0.5 * parts["x"], rtol=1e-15)
 
 
 def test_a_delay_is_looked_up():

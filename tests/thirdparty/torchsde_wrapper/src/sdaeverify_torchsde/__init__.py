@@ -1,1 +1,0 @@
-"""Methods of torchsde as schemes of sdaeverify."""
