@@ -28,7 +28,7 @@ VARIANTS = {
     "gbm-algebraic": ({"tau": "0.3"},),
     "nonlinear-constraint": ({"tau": "0.0"},),
     "ou": ({"a": "-0.8"},),
-    "penalised-sphere": ({"damping": "0.7", "spin": "1.3"}, {"eps": "0.0", "spin": "1.3"}),
+    "penalised-sphere": ({"pull": "0.0", "damping": "0.7", "spin": "1.3"},),
     "pendulum": ({"c_g": "0.0"}, {"c_g": "0.0", "omega_0": "-1.5", "theta_0": "2.0"}),
     "pendulum-velocity-noise": ({"gamma": "0.7", "sigma": "0.3"}, {"gamma": "0.5", "sigma": "1.0"}),
 }
