@@ -141,8 +141,15 @@ LABELLED = tuple(column for column in VERDICTS if column.label)
 READERS: dict[str, Callable[[Row, str], Any]] = {
     TEXT: text,
     NUMBER: number,
-    WHOLE: lambda row, name: int(number(row, name)) if text(row, name) else 0,
+    WHOLE: lambda row, name: _whole(text(row, name)),
 }
+
+
+def _whole(told: str) -> int:
+    try:
+        return int(told)
+    except ValueError:
+        return 0
 
 
 def _in_words(value: object) -> str:

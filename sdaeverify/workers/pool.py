@@ -33,6 +33,8 @@ NONE = Limits()
 FRAMEWORK = ("sdaeverify.study.blocks", "scipy.linalg", "scipy.optimize", "scipy.sparse.linalg", "scipy.special")
 # pebble takes the exit code 0 for that of a worker that has nothing left to do, which none of ours comes to.
 ENDED = 256
+# Seconds that pebble is given to end its workers before they are killed.
+ENDING = 10.0
 
 
 class Processes(Executor):
@@ -55,6 +57,7 @@ class Processes(Executor):
         self._plugins, self._marks, self._numbers = plugins, marks, count()
         self._watched: dict[Path, Future[Any]] = {}
         self._pool: ProcessPool | None = None
+        self._context = _Context()
 
     @property
     def active(self) -> bool:
@@ -72,8 +75,9 @@ class Processes(Executor):
                 # Broken since a worker died while none had a call, or never made.
                 self.shutdown()
                 printed = MOST_PRINTED // self.jobs
+                self._context = _Context()
                 self._pool = ProcessPool(
-                    self.jobs, initializer=_begin, initargs=(self._plugins, printed), context=_Context()
+                    self.jobs, initializer=_begin, initargs=(self._plugins, printed), context=self._context
                 )
             assert self._pool is not None
             return self._pool.schedule(fn, args, kwargs)
@@ -105,9 +109,18 @@ class Processes(Executor):
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = True) -> None:  # noqa: ARG002
         """End the workers, whatever they do; calls that wait are given up."""
-        if self._pool is not None:
-            self._pool.stop()  # type: ignore[no-untyped-call]
-            self._pool.join()
+        if self._pool is None:
+            return
+        self._pool.stop()  # type: ignore[no-untyped-call]
+        # pebble waits for threads of its own, which may wait for a worker: to take a call, or to give back a lock.
+        ending = threading.Thread(target=self._pool.join, daemon=True)
+        with suppress(RuntimeError):
+            # Where no thread is to be had, pebble had none to wait for.
+            ending.start()
+            ending.join(ENDING)
+        for worker in self._context.made:
+            if SpawnProcess.is_alive(worker):
+                worker.terminate()
 
 
 def available_cores() -> int:
@@ -251,7 +264,15 @@ class _Worker(SpawnProcess):
 
 
 class _Context(SpawnContext):
-    Process = _Worker
+    """Makes workers, and knows them."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.made: list[_Worker] = []
+
+    def Process(self, *args: Any, **named: Any) -> _Worker:  # type: ignore[override]
+        self.made = [*filter(SpawnProcess.is_alive, self.made), _Worker(*args, **named)]
+        return self.made[-1]
 
 
 def _begin(plugins: Sequence[str], printed: int) -> None:

@@ -148,14 +148,14 @@ def test_plain_progress(call):
 
 
 def test_bar_on_a_terminal(call, monkeypatch):
-    """A terminal shows a bar with the problem and how many schemes on problems are decided, and colours."""
+    """A terminal shows a bar with the problem, the share that is done and the time that is left, and colours."""
     monkeypatch.setenv("FORCE_COLOR", "1")
 
     outcome = call("matrix", "--paths", "40", "--levels", "3", "-j", "1", "-p", "gbm", "-s", "milstein")
 
     assert "gbm" in outcome.err
-    assert re.search(r"[01] of 1 schemes on problems", outcome.err)
-    assert "strong  1 " not in outcome.err
+    assert re.search(r"100%.*0:00:\d\d.*0:00:00", outcome.err)
+    assert "milstein  gbm" not in outcome.err
     assert re.search(r"\x1b\[33m\? inconclusive: milstein on gbm", outcome.out)
 
 

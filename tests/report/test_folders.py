@@ -2,14 +2,16 @@
 
 import json
 
+import pandas as pd
+
 from sdaeverify.report.folders import LEVELS, RUN, VERDICTS, save_tables
 
 
 def test_tables_of_another_run_are_replaced(tmp_path):
     """Of details, those of measures that the run is not about are removed."""
-    one = {"scheme": ["a"], "measure": ["m"]}
+    one = pd.DataFrame({"scheme": ["a"], "measure": ["m"]})
     save_tables(tmp_path, {VERDICTS: one, LEVELS: one, "details/m.csv": one}, {"seed": 1})
-    two = {"scheme": ["b"], "measure": ["n"]}
+    two = pd.DataFrame({"scheme": ["b"], "measure": ["n"]})
     save_tables(tmp_path, {VERDICTS: two, LEVELS: two, "details/n.csv": two}, {"seed": 2})
 
     assert (tmp_path / VERDICTS).read_text() == (tmp_path / LEVELS).read_text() == "scheme,measure\nb,n\n"

@@ -13,7 +13,7 @@ SEED = 2
 
 def test_coverage_in_a_quick_sample():
     """On forty samples of 400 paths on gbm, no rate of the slope disagrees with what is promised for it."""
-    calibration = Calibration(calibration_plan(load_registry(), SEED, 40, ["slope euler-maruyama on gbm"]))
+    calibration = Calibration(calibration_plan(load_registry(lab=True), SEED, 40, ["slope euler-maruyama on gbm"]))
     for _ in calibration.run():
         pass
 
@@ -23,7 +23,7 @@ def test_coverage_in_a_quick_sample():
 @pytest.mark.slow
 def test_coverage_on_other_seeds(capsys):
     """On a thousand samples of 400 paths a case, no rate disagrees with what is promised for it."""
-    calibration = Calibration(calibration_plan(load_registry(), SEED, 1000))
+    calibration = Calibration(calibration_plan(load_registry(lab=True), SEED, 1000))
     with worker_pool(available_cores()) as executor:
         for _ in calibration.run(executor):
             pass

@@ -206,3 +206,14 @@ def test_a_plugin_file_that_was_saved_meanwhile():
     """A worker that has loaded another version of a plugin file says so, and not that something is badly defined."""
     with pytest.raises(UsageError, match="a plugin file was saved while the run was under way; run it again"):
         unpickle_argument(b"csdaeverify_file_odd_0123456789\nOdd\n.")
+
+
+@POSIX
+def test_workers_are_ended_though_pebble_waits(monkeypatch, tmp_path):
+    """Threads of pebble that never end keep no program from ending, and no worker alive."""
+    monkeypatch.setattr("sdaeverify.workers.pool.ENDING", 0.1)
+    with worker_pool(1, limits=Limits(PATIENCE)) as pool:
+        process = pool.submit(os.getpid).result()
+        monkeypatch.setattr(pool._pool, "join", lambda: time.sleep(PATIENCE))
+
+    assert not is_alive(process)

@@ -56,7 +56,7 @@ class EnergyDefect(m.Measure):
         order, ahead = float(found.order), float(found.ahead)
 
         def judge(claim):
-            bound, text = claim.value - claim.margin, f"local order {order:.3f}, claimed {claim.value}"
+            bound, text = claim.value.floor, f"local order {order:.3f}, claimed {claim.value.least}"
             if min(order, ahead) >= bound:
                 return m.local_opinion(m.Verdict.VERIFIED, text)
             if max(order, ahead) < bound:
