@@ -2,6 +2,9 @@
 
 import pickle
 
+import pytest
+
+from sdaeverify import UsageError
 from sdaeverify.contracts.finding import Finding, Kind, Opinion, Reason, Verdict
 from sdaeverify.verdicts.way import withhold
 
@@ -54,3 +57,9 @@ def test_remarks_go_behind_and_doubts_before():
     assert str(opinion.reason) == "order 0.90; rounding at 1 level"
     assert (withheld.verdict, withheld.p_verified) == (Verdict.INCONCLUSIVE, 1.0)
     assert str(withheld.reason) == "not confirmed; order 0.90; rounding at 1 level"
+
+
+def test_a_method_is_no_text():
+    """Whoever writes a measure is told what a method is."""
+    with pytest.raises(UsageError, match="expects a Method, such as .*got 'paths'"):
+        Finding(quantity="x", verdict=Verdict.VERIFIED, method="paths")

@@ -8,6 +8,7 @@ from itertools import takewhile
 from math import nan
 from typing import NamedTuple
 
+from ..errors import UsageError
 from .scheme import Claim
 
 
@@ -236,6 +237,12 @@ class Finding:
     settled: bool = True
     details: Mapping[str, object] = field(default_factory=dict)
     excluded: frozenset[Verdict] = frozenset()
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.method, Method | None):
+            raise UsageError(
+                f"method of a finding expects a Method, such as Method('paths', 3), got {self.method!r:.200}"
+            )
 
 
 class LevelFinding(NamedTuple):

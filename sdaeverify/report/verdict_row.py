@@ -141,11 +141,11 @@ LABELLED = tuple(column for column in VERDICTS if column.label)
 READERS: dict[str, Callable[[Row, str], Any]] = {
     TEXT: text,
     NUMBER: number,
-    WHOLE: lambda row, name: _whole(text(row, name)),
+    WHOLE: lambda row, name: _read_whole(text(row, name)),
 }
 
 
-def _whole(told: str) -> int:
+def _read_whole(told: str) -> int:
     try:
         return int(told)
     except ValueError:

@@ -64,7 +64,9 @@ class EnergyDefect(m.Measure):
             return m.local_doubt(f"{text}; still changing, to {ahead:.3f}")
 
         covered = m.coverage(evidence, self.name, ENERGY)
-        row = m.finding(covered, m.judge_claim(covered, judge, tier=1), estimate=order, method="one step (T1)")
+        row = m.finding(
+            covered, m.judge_claim(covered, judge, tier=1), estimate=order, method=m.Method("one step", 1)
+        )
         sizes = zip(record.h, record.size, strict=True)
         return m.Judgement((row,), tuple(m.LevelFinding(ENERGY, None, float(e), h=float(h)) for h, e in sizes))
 
