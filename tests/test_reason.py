@@ -61,5 +61,5 @@ def test_remarks_go_behind_and_doubts_before():
 
 def test_a_method_is_no_text():
     """Whoever writes a measure is told what a method is."""
-    with pytest.raises(UsageError, match="expects a Method, such as .*got 'paths'"):
+    with pytest.raises(UsageError, match=r"expects a Method, such as .*got 'paths'"):
         Finding(quantity="x", verdict=Verdict.VERIFIED, method="paths")

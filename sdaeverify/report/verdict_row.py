@@ -136,6 +136,9 @@ class VerdictRow:
         return {name: _jsonable(value) for name, value in self.cells.items()}
 
 
+# Digits of a whole number that a float holds as well.
+LONGEST_WHOLE = 16
+
 VERDICTS = tuple(Column(f.name, **f.metadata) for f in fields(VerdictRow))
 LABELLED = tuple(column for column in VERDICTS if column.label)
 READERS: dict[str, Callable[[Row, str], Any]] = {
@@ -146,10 +149,8 @@ READERS: dict[str, Callable[[Row, str], Any]] = {
 
 
 def _read_whole(told: str) -> int:
-    try:
-        return int(told)
-    except ValueError:
-        return 0
+    # Of a file from elsewhere, which may hold any number.
+    return int(told) if told.isdecimal() and len(told) < LONGEST_WHOLE else 0
 
 
 def _in_words(value: object) -> str:
