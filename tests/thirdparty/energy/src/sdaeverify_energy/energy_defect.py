@@ -31,11 +31,7 @@ class EnergyDefect(m.Measure):
         if ENERGY not in problem.observables:
             return f"the problem has no observable {ENERGY}"
         view = scheme.view_of(problem)
-        return (
-            "the problem has no view of the scheme's form"
-            if view is None
-            else p.OneStep(scheme, view).why_not_probed()
-        )
+        return "no view of the form" if view is None else p.OneStep(scheme, view).why_not_probed()
 
     def probe(self, scheme, view, settings):
         """Return the defects of one step of each size, from states where solutions go."""
