@@ -29,7 +29,7 @@ problem; opinions of one step (`local_opinion`) are guarded by paths (`guard`).
 """
 
 from .contracts.claimed import Bound, Order, Word
-from .contracts.finding import UNMEASURED, Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
+from .contracts.finding import Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from .contracts.measure import Evidence, Measure, Observer, Snapshot
 from .contracts.tally import Tally, packed, unpacked
 from .numerics.statistics import Estimate, group_sums, jackknife, order_of
@@ -40,21 +40,17 @@ from .verdicts.opinions import (
     finding,
     guard,
     judge_claim,
-    leave_open,
     local_doubt,
     local_opinion,
     no_fit,
 )
-from .verdicts.path_tests import DEEP_PATHS, FEWEST, FITTED, RESOLVED, PathTests, order_tests, with_sample
+from .verdicts.path_tests import FEWEST, FITTED, PathTests, order_tests, with_sample
 from .verdicts.sound_levels import sound_levels
 
 __all__ = [
-    "DEEP_PATHS",
     "FEWEST",
     "FITTED",
     "NOT_PROBED",
-    "RESOLVED",
-    "UNMEASURED",
     "Bound",
     "Coverage",
     "Estimate",
@@ -82,7 +78,6 @@ __all__ = [
     "guard",
     "jackknife",
     "judge_claim",
-    "leave_open",
     "local_doubt",
     "local_opinion",
     "no_fit",

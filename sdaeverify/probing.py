@@ -21,6 +21,9 @@ Orders
 Linear steps
     `moment_errors` propagates first and second moments to the final time where problem and step are linear, and
     `mean_square_distance` the distance to the solution where the noise is additive.
+Delays
+    `linear_delay_run` has the exact moments of a scheme that is linear on an equation with a delay; they give the
+    mean of each observable that `is_quadratic`.
 Stationary laws
     `invariant_errors` takes stationary means from the powers of a transition operator where the problem has a chart
     of one or two coordinates; `error_floors` says how far they can be off.
@@ -36,13 +39,14 @@ A record of numbers that a probe returns is `sdaeverify.measuring.packed` into e
 
 from .forms import Multiplied, StiffnessFamily
 from .noise.brownian import LevelNoise, Source, brownian_steps
-from .probe.linear.equation import linear_equation
+from .probe.linear.equation import linear_equation, why_not_linear_equation
 from .probe.linear.moments import MomentErrors, moment_errors, why_not_moments
 from .probe.linear.pair import mean_square_distance, why_not_linear_pair
 from .probe.local.orders import LocalOrders, last_orders
 from .probe.operator.functional_orders import error_floors, why_not_evidence
 from .probe.operator.transition import why_not_operator
 from .probe.operator.transition_errors import TransitionErrors, invariant_errors, invariant_observables
+from .probe.stability.delay_run import LinearDelayRun, is_quadratic, linear_delay_run
 from .probe.step.nodes import Nodes, step_nodes
 from .probe.step.one_step import OneStep, why_not_resolved
 from .probe.step.states import cloud, extreme_states
@@ -50,6 +54,7 @@ from .probe.step.step_noise import StepNoise
 
 __all__ = [
     "LevelNoise",
+    "LinearDelayRun",
     "LocalOrders",
     "MomentErrors",
     "Multiplied",
@@ -65,12 +70,15 @@ __all__ = [
     "extreme_states",
     "invariant_errors",
     "invariant_observables",
+    "is_quadratic",
     "last_orders",
+    "linear_delay_run",
     "linear_equation",
     "mean_square_distance",
     "moment_errors",
     "step_nodes",
     "why_not_evidence",
+    "why_not_linear_equation",
     "why_not_linear_pair",
     "why_not_moments",
     "why_not_operator",

@@ -10,6 +10,7 @@ What is no study of measures follows a scheme by itself: a `Track` is one step s
 the pieces of noise that `follow` gives in their order, which a `Source` determines by seed, label and block.
 """
 
+from .contracts.finding import UNMEASURED
 from .contracts.labels import parse_label
 from .contracts.matching import match
 from .contracts.specs import ProblemSpec, check_scheme, unknown
@@ -21,9 +22,13 @@ from .simulate.ensemble import Entry, SchemeEvidence, Task, one_thread, run_bloc
 from .simulate.tracks import Track, follow
 from .study import Advanced, Cell, CellResult, Plan, ProblemPlan, Study, plan
 from .study.holm import holm
+from .verdicts.path_tests import DEEP_PATHS, RESOLVED
 from .workers.pool import in_turn
 
 __all__ = [
+    "DEEP_PATHS",
+    "RESOLVED",
+    "UNMEASURED",
     "Advanced",
     "Brownian",
     "Cell",

@@ -8,91 +8,16 @@ L L^T = E z z^T - m m^T and k rows,
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from typing import NamedTuple
+from functools import partial
 
 import numpy as np
 
 from sdaeverify import Array, DelayState, Problem, Scheme
-from sdaeverify.contracts.scheme import flatten
 from sdaeverify.errors import FAULTS
-from sdaeverify.forms import Delayed
-from sdaeverify.probe.linear.affine import AFFINE, relative
-from sdaeverify.probe.linear.delay_equation import at_rest, is_autonomous, is_scalar, linear_delay
-from sdaeverify.probe.linear.delay_step import LinearDelayStep, RunMoments, probe_step, run_moments, run_start
-from sdaeverify.probe.stability.delay_radius import radius
-from sdaeverify.probe.step.nodes import SEED
+from sdaeverify.probing import LinearDelayRun, is_quadratic, linear_delay_run
 from sdaeverify.studying import match
 
 from .experiment import SchemeMean, SchemeValue
-
-# Lines along which an observable is differenced.
-LINES = 8
-
-
-class LongRunGrowth(NamedTuple):
-    """How second moments grow in the long run.
-
-    Attributes
-    ----------
-    factor : float
-        Of a step of the scheme: its spectral radius.
-    rate : float
-        Of the equation, as e^(rate t); NaN if it is not known.
-    """
-
-    factor: float
-    rate: float
-
-
-class LinearRun(NamedTuple):
-    """A scheme with one step size on a linear equation with a delay.
-
-    Attributes
-    ----------
-    scheme : Scheme
-    view : Delayed
-        As the scheme sees the equation.
-    h : float
-    step : LinearDelayStep
-    """
-
-    scheme: Scheme
-    view: Delayed
-    h: float
-    step: LinearDelayStep
-
-    def moments(self, steps: int) -> RunMoments:
-        """Return means and second moments of x and y up to so many steps."""
-        start = run_start(self.scheme, self.view, self.h, steps)
-        return run_moments(self.step, self.view.mesh(self.h), start, steps)
-
-    def growth(self) -> LongRunGrowth:
-        """Return how second moments grow; the equation's rate is known of one x and one noise."""
-        rate = linear_delay(self.view).growth_rate if is_scalar(self.view) else np.nan
-        return LongRunGrowth(radius(self.step, self.view.mesh(self.h)).rho, rate)
-
-
-def linear_run(scheme: Scheme, steps: int, problem: Problem) -> LinearRun | None:
-    """Return the run of a scheme with so many steps to the final time; None where it is not linear.
-
-    Parameters
-    ----------
-    scheme : Scheme
-    steps : int
-        From 0 to the horizon.
-    problem : Problem
-        With or without a delay.
-    """
-    matched, h = match(scheme, problem).problem, problem.horizon / steps
-    view = None if matched is None else matched.capability(Delayed)
-    if view is None or scheme.law.clip:
-        return None
-    memory = flatten(scheme.start(view, 1, h))
-    if len(memory) != view.dimension + view.constraints or not at_rest(view) or not is_autonomous(view):
-        return None
-    found = probe_step(scheme, view, h)
-    linear = not found.failed and max(found.defect, np.abs(found.offset).max()) <= AFFINE
-    return LinearRun(scheme, view, h, found.step) if linear else None
 
 
 def scheme_means(
@@ -117,13 +42,18 @@ def scheme_means(
         own = [value for value in values if (value.scheme, value.steps) == (scheme, steps)]
         # A step that cannot be made at states of its own choice has no known mean; its samples stand.
         with suppress(*FAULTS), np.errstate(all="ignore"):
-            run = linear_run(schemes[scheme], steps, problem)
+            run = _linear_run(schemes[scheme], steps, problem)
             if run is not None:
                 found |= _means(run, problem, [value for value in own if _is_quadratic(run, problem, value)])
     return found
 
 
-def _means(run: LinearRun, problem: Problem, values: Sequence[SchemeValue]) -> dict[SchemeValue, SchemeMean]:
+def _linear_run(scheme: Scheme, steps: int, problem: Problem) -> LinearDelayRun | None:
+    view = match(scheme, problem).problem
+    return None if view is None else linear_delay_run(scheme, view, steps)
+
+
+def _means(run: LinearDelayRun, problem: Problem, values: Sequence[SchemeValue]) -> dict[SchemeValue, SchemeMean]:
     moments, growth = run.moments(max((value.at for value in values), default=0)), run.growth()
     return {
         value: SchemeMean(_mean(run, problem, value, (moments.mean[value.at], moments.second[value.at])), *growth)
@@ -131,7 +61,7 @@ def _means(run: LinearRun, problem: Problem, values: Sequence[SchemeValue]) -> d
     }
 
 
-def _mean(run: LinearRun, problem: Problem, value: SchemeValue, moments: tuple[Array, Array]) -> float:
+def _mean(run: LinearDelayRun, problem: Problem, value: SchemeValue, moments: tuple[Array, Array]) -> float:
     mean, second = moments
     size, directions = np.linalg.eigh(second - np.outer(mean, mean))
     # Of a y that x determines there is no variance of its own, and rounding may give it a negative one.
@@ -139,18 +69,12 @@ def _mean(run: LinearRun, problem: Problem, value: SchemeValue, moments: tuple[A
     return float(_evaluate_observable(run, problem, value, mean[:, None] + np.concatenate([L, -L], axis=1)).mean())
 
 
-def _evaluate_observable(run: LinearRun, problem: Problem, value: SchemeValue, z: Array) -> Array:
+def _evaluate_observable(run: LinearDelayRun, problem: Problem, value: SchemeValue, z: Array) -> Array:
     d, t = run.view.dimension, problem.horizon * (value.at / value.steps)
     parts = run.scheme.parts(run.view, DelayState(z[:d], z[d:]))
     return problem.observables[value.observable](t, parts)
 
 
-def _is_quadratic(run: LinearRun, problem: Problem, value: SchemeValue) -> bool:
-    """Tell whether third differences along random lines are rounding."""
-    if value.observable not in problem.observables:
-        return False
-    rng = np.random.Generator(np.random.Philox(key=SEED + 8))
-    start, along = rng.standard_normal((2, run.step.rows, LINES))
-    at = np.stack([_evaluate_observable(run, problem, value, start + i * along) for i in range(4)])
-    third = np.array([-1.0, 3.0, -3.0, 1.0]) @ at
-    return relative(third, np.abs(at).max(axis=0)) <= AFFINE
+def _is_quadratic(run: LinearDelayRun, problem: Problem, value: SchemeValue) -> bool:
+    known = value.observable in problem.observables
+    return known and is_quadratic(partial(_evaluate_observable, run, problem, value), run.step.rows)

@@ -6,7 +6,7 @@ NumPy; they are run on the library's arrays (`Coefficients`), traced and compile
 blocks.
 """
 
-from sdaeverify.probe.linear.equation import linear_equation, why_not_linear_equation
+from sdaeverify.probing import linear_equation, why_not_linear_equation
 
 from .batches import in_batches, vectorised
 from .bridge import Bridge, Compiled

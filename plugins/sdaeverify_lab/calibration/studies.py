@@ -24,9 +24,9 @@ import numpy as np
 import scipy
 
 from sdaeverify import Array, Mask
-from sdaeverify.measuring import DEEP_PATHS, FITTED, RESOLVED, Estimate
+from sdaeverify.measuring import FITTED, Estimate
 from sdaeverify.numerics import GROUPS, log_norms, slope_weights
-from sdaeverify.studying import Source, holm
+from sdaeverify.studying import DEEP_PATHS, RESOLVED, Source, holm
 
 from .judged import ABOVE, LOOKS
 from .rates import COVERED, NOTHING, ExpectedRate, Rate, Trials

@@ -9,8 +9,8 @@ from rich.table import Table
 from rich.text import Text
 
 from sdaeverify.commands import empty_table, visible
-from sdaeverify.measuring import UNMEASURED, Finding, Verdict
-from sdaeverify.studying import Cell, CellResult
+from sdaeverify.measuring import Finding, Verdict
+from sdaeverify.studying import UNMEASURED, Cell, CellResult
 
 from ..cases import Planted
 from .trial import SelfTest

@@ -1,0 +1,99 @@
+"""Runs of a scheme that are linear on an equation with a delay: their exact moments, and how these grow."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...contracts.scheme import Scheme, flatten
+from ...forms import Delayed, Problem
+from ..linear.affine import AFFINE, relative
+from ..linear.delay_equation import at_rest, is_autonomous, is_scalar, linear_delay
+from ..linear.delay_step import LinearDelayStep, RunMoments, probe_step, run_moments, run_start
+from ..step.nodes import SEED
+from .delay_radius import radius
+
+# Lines along which a function is differenced.
+LINES = 8
+
+
+class LongRunGrowth(NamedTuple):
+    """How second moments grow in the long run.
+
+    Attributes
+    ----------
+    factor : float
+        Of a step of the scheme: its spectral radius.
+    rate : float
+        Of the equation, as e^(rate t); NaN if it is not known.
+    """
+
+    factor: float
+    rate: float
+
+
+class LinearDelayRun(NamedTuple):
+    """A scheme with one step size on a linear equation with a delay.
+
+    Attributes
+    ----------
+    scheme : Scheme
+    view : Problem
+        As the scheme sees the equation.
+    h : float
+    step : LinearDelayStep
+    """
+
+    scheme: Scheme
+    view: Delayed
+    h: float
+    step: LinearDelayStep
+
+    def moments(self, steps: int) -> RunMoments:
+        """Return means and second moments of x and y after each of the first ``steps`` steps."""
+        start = run_start(self.scheme, self.view, self.h, steps)
+        return run_moments(self.step, self.view.mesh(self.h), start, steps)
+
+    def growth(self) -> LongRunGrowth:
+        """Return how second moments grow; the equation's rate is known of one x and one noise."""
+        rate = linear_delay(self.view).growth_rate if is_scalar(self.view) else np.nan
+        return LongRunGrowth(radius(self.step, self.view.mesh(self.h)).rho, rate)
+
+
+def linear_delay_run(scheme: Scheme, view: Problem, steps: int) -> LinearDelayRun | None:
+    """Return the run of a scheme with ``steps`` steps to the final time; None where it is not linear.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Of the scheme's form, with or without a delay.
+    steps : int
+        From 0 to the horizon.
+    """
+    delayed, h = view.capability(Delayed), view.horizon / steps
+    if delayed is None or scheme.law.clip:
+        return None
+    memory = flatten(scheme.start(delayed, 1, h))
+    if len(memory) != delayed.dimension + delayed.constraints or not at_rest(delayed) or not is_autonomous(delayed):
+        return None
+    found = probe_step(scheme, delayed, h)
+    linear = not found.failed and max(found.defect, np.abs(found.offset).max()) <= AFFINE
+    return LinearDelayRun(scheme, delayed, h, found.step) if linear else None
+
+
+def is_quadratic(function: Callable[[Array], Array], dimension: int) -> bool:
+    """Tell whether third differences of a function along random lines are rounding.
+
+    Parameters
+    ----------
+    function : callable
+        Of points of shape (dimension, P), returns shape (P,).
+    dimension : int
+    """
+    rng = np.random.Generator(np.random.Philox(key=SEED + 8))
+    start, along = rng.standard_normal((2, dimension, LINES))
+    at = np.stack([function(start + i * along) for i in range(4)])
+    third = np.array([-1.0, 3.0, -3.0, 1.0]) @ at
+    return relative(third, np.abs(at).max(axis=0)) <= AFFINE
