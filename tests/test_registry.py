@@ -131,7 +131,7 @@ def test_entry_point_of_a_module(install: Install) -> None:
 
 
 def test_entry_point_of_a_package(install: Install) -> None:
-    """Each module of a package is a plugin; one that is broken costs its own names only."""
+    """Each module of a package and of its families is a plugin; one that is broken costs its own names only."""
     files = {
         "fake_package/__init__.py": "",
         "fake_package/good.py": SCHEME,
@@ -139,6 +139,9 @@ def test_entry_point_of_a_package(install: Install) -> None:
         "fake_package/helper.py": "def helper(): ...",
         "fake_package/_private.py": "1 / 0",
         "fake_package/more/__init__.py": PROBLEM,
+        "fake_package/family/__init__.py": "",
+        "fake_package/family/member.py": MEASURE,
+        "fake_package/family/_private.py": "1 / 0",
     }
     install("fake-dist", files, {"fake": "fake_package"})
 
@@ -147,6 +150,7 @@ def test_entry_point_of_a_package(install: Install) -> None:
     rows = [(row.name, row.module, row.status) for row in registry.plugins if row.distribution == "fake-dist"]
     assert rows == [
         ("fake.bad", "fake_package.bad", "broken"),
+        ("fake.family.member", "fake_package.family.member", "loaded"),
         ("fake.good", "fake_package.good", "loaded"),
         ("fake.more", "fake_package.more", "loaded"),
     ]

@@ -247,10 +247,17 @@ def _from_entry_point(
             return [_load_plugin(plugin, origin, before)]
     except FAULTS as error:
         return [_reject(origin, error)]
+    outcomes = _from_modules(modules, disabled, before)
+    return outcomes or [_reject(origin, PluginError("neither the package nor one of its modules implements a hook"))]
+
+
+def _from_modules(
+    modules: Sequence[Origin], disabled: frozenset[str], before: Sequence[LoadedPlugin]
+) -> list[LoadedPlugin]:
     outcomes: list[LoadedPlugin] = []
     for module in modules:
         outcomes += _from_module(module, disabled, [*before, *outcomes])
-    return outcomes or [_reject(origin, PluginError("neither the package nor one of its modules implements a hook"))]
+    return outcomes
 
 
 def _from_module(origin: Origin, disabled: frozenset[str], before: Sequence[LoadedPlugin]) -> list[LoadedPlugin]:
@@ -258,10 +265,12 @@ def _from_module(origin: Origin, disabled: frozenset[str], before: Sequence[Load
         return [_skip(origin)]
     try:
         plugin = import_module(origin.module)
-        # A module without hooks is a helper of its neighbours.
-        return [_load_plugin(plugin, origin, before)] if hooks_of(plugin) else []
+        if hooks_of(plugin):
+            return [_load_plugin(plugin, origin, before)]
     except FAULTS as error:
         return [_reject(origin, error)]
+    # A module without hooks is a helper of its neighbours, a package without hooks a family of plugins.
+    return _from_modules(submodules(plugin, origin), disabled, before)
 
 
 def _skip(origin: Origin) -> LoadedPlugin:
