@@ -127,7 +127,7 @@ def test_entry_point_of_a_module(install: Install) -> None:
         "fake-scheme",
     ]
     assert registry.problems["fake-problem"].make({}).label == "fake-problem"
-    assert registry.measures["fake-question"].measure.name == "fake-question"
+    assert registry.measures["fake-question"].thing.name == "fake-question"
 
 
 def test_entry_point_of_a_package(install: Install) -> None:

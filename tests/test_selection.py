@@ -10,7 +10,7 @@ from sdaeverify.contracts.scheme import Scheme
 from sdaeverify.contracts.specs import ProblemSpec, check_problem_function, in_matrix
 from sdaeverify.errors import ParameterError, UsageError
 from sdaeverify.forms import SDE, Problem
-from sdaeverify.registry.contributions import MeasureEntry, ProblemEntry, SchemeEntry
+from sdaeverify.registry.contributions import ProblemEntry, Registered, SchemeEntry
 from sdaeverify.registry.discovery import Origin
 from sdaeverify.registry.load import Registry
 from sdaeverify.registry.selection import select_measures, select_problems, select_schemes
@@ -89,7 +89,7 @@ def registry() -> Registry:
     return Registry(
         {name: SchemeEntry(name, variants, ORIGIN) for name, variants in schemes.items()},
         {name: ProblemEntry(name, family, ORIGIN) for name, family in families.items()},
-        {name: MeasureEntry(name, measure, ORIGIN) for name, measure in measures.items()},
+        {name: Registered(name, measure, ORIGIN) for name, measure in measures.items()},
     )
 
 
@@ -264,7 +264,7 @@ def test_measure_objects(registry: Registry) -> None:
     """A measure that is not registered may be given as it is."""
     mine = SimpleNamespace(name="mine")
 
-    assert select_measures(registry, [mine, "drift"]) == [registry.measures["drift"].measure, mine]
+    assert select_measures(registry, [mine, "drift"]) == [registry.measures["drift"].thing, mine]
 
 
 @pytest.mark.parametrize(

@@ -5,12 +5,12 @@ from typing import Any
 
 from ..contracts.labels import Parameter, dataclass_parameters, function_parameters
 from ..contracts.scheme import form_names
-from ..registry.contributions import MeasureEntry, ProblemEntry, SchemeEntry
+from ..registry.contributions import ProblemEntry, Registered, SchemeEntry
 from ..registry.load import Registry
 from ..report.passports import docstring
 
 Record = dict[str, Any]
-AnyEntry = SchemeEntry | ProblemEntry | MeasureEntry
+AnyEntry = SchemeEntry | ProblemEntry | Registered
 
 
 def catalogue(registry: Registry) -> dict[str, list[Record]]:
@@ -27,7 +27,7 @@ def subject(entry: AnyEntry) -> object:
     """Return what carries the docstring: the class of a scheme or measure, the function of a problem."""
     if isinstance(entry, SchemeEntry):
         return type(entry.variants[0])
-    return entry.function if isinstance(entry, ProblemEntry) else type(entry.measure)
+    return entry.function if isinstance(entry, ProblemEntry) else type(entry.thing)
 
 
 def parameters_of(entry: AnyEntry) -> tuple[Parameter, ...]:
@@ -45,7 +45,7 @@ def _record(kind: str, entry: AnyEntry) -> Record:
         "parameters": {parameter.name: _plain(parameter.default) for parameter in parameters_of(entry)},
         "summary": lines[0] if lines else "",
         **({"form": form_names(entry.variants[0])} if isinstance(entry, SchemeEntry) else {}),
-        **({} if isinstance(entry, MeasureEntry) else {"on_request": entry.on_request}),
+        **({} if isinstance(entry, Registered) else {"on_request": entry.on_request}),
         "plugin": entry.origin.plugin,
         "distribution": entry.origin.distribution,
         "version": entry.origin.version,

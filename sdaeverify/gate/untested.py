@@ -108,7 +108,7 @@ def _without_cell(registry: Registry, policy: Policy, scheme: Scheme, claim: Cla
 def _on_request(registry: Registry, scheme: Scheme, claim: Claim) -> str:
     """Return the label of a problem that is run on request where a claim holds; empty if there is none."""
     names = [name for name, entry in registry.problems.items() if entry.on_request]
-    measure = registry.measures[claim.measure].measure
+    measure = registry.measures[claim.measure].thing
     for spec in select_problems(registry, names) if names else []:
         try:
             problem = spec.build()

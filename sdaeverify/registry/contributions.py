@@ -105,17 +105,8 @@ class ProblemEntry:
 
 
 @dataclass(frozen=True)
-class MeasureEntry:
-    """A registered measure."""
-
-    name: str
-    measure: Any
-    origin: Origin
-
-
-@dataclass(frozen=True)
-class FurtherEntry:
-    """What is registered by the hook of a plugin, such as an experiment."""
+class Registered:
+    """What is registered as it is: a measure, or what the hook of a plugin brings, such as an experiment."""
 
     name: str
     thing: Any
@@ -135,9 +126,9 @@ class Contribution(NamedTuple):
 
     schemes: Mapping[str, SchemeEntry] = {}
     problems: Mapping[str, ProblemEntry] = {}
-    measures: Mapping[str, MeasureEntry] = {}
+    measures: Mapping[str, Registered] = {}
     report: Callable[..., object] | None = None
-    further: Mapping[str, Mapping[str, FurtherEntry]] = {}
+    further: Mapping[str, Mapping[str, Registered]] = {}
 
 
 def collect(plugin: object, origin: Origin) -> Contribution:
@@ -161,13 +152,13 @@ def collect(plugin: object, origin: Origin) -> Contribution:
     return Contribution(
         {name: SchemeEntry(name, variants, origin) for name, variants in schemes.items()},
         {name: ProblemEntry(name, function, origin) for name, function in functions.items()},
-        {name: MeasureEntry(name, measure, origin) for name, measure in measures.items()},
+        {name: Registered(name, measure, origin) for name, measure in measures.items()},
         getattr(manager.hook, "sdaeverify_report", None),
         {hook: _further(manager, hook, origin) for hook in sorted(set(hooks.values()) - set(HOOKS))},
     )
 
 
-def _further(manager: pluggy.PluginManager, hook: str, origin: Origin) -> dict[str, FurtherEntry]:
+def _further(manager: pluggy.PluginManager, hook: str, origin: Origin) -> dict[str, Registered]:
     kind = further_hooks()[hook].load()
 
     def name_of(thing: Any) -> str:
@@ -178,7 +169,7 @@ def _further(manager: pluggy.PluginManager, hook: str, origin: Origin) -> dict[s
         return name
 
     things = _by_name(kind.__name__, _call(manager, hook), name_of)
-    return {name: FurtherEntry(name, thing, origin) for name, thing in things.items()}
+    return {name: Registered(name, thing, origin) for name, thing in things.items()}
 
 
 class _Hooks(SimpleNamespace):

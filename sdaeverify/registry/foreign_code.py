@@ -4,7 +4,6 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
-from io import TextIOBase
 from typing import Any, TextIO
 
 # Letters that plugins may print at a time.
@@ -12,8 +11,10 @@ MOST_PRINTED = 2**20
 CUT = "\n[what plugins print is cut here, after a megabyte]\n"
 
 
-class BoundedText(TextIOBase):
+class BoundedText:
     """A stream that writes no more than so many letters to another one, and leaves out the rest.
+
+    In all else it is the other one.
 
     Parameters
     ----------
@@ -37,26 +38,8 @@ class BoundedText(TextIOBase):
             self._left -= len(text)
         return len(text)
 
-    def flush(self) -> None:
-        """Flush the other stream."""
-        self.stream.flush()
-
-    def fileno(self) -> int:
-        """Return the number of the other stream's file."""
-        return self.stream.fileno()
-
-    def isatty(self) -> bool:
-        """Tell whether the other stream is a terminal."""
-        return self.stream.isatty()
-
-    def writable(self) -> bool:
-        """Return that it can be written to."""
-        return True
-
-    @property
-    def encoding(self) -> str:  # type: ignore[override]
-        """Encoding of the other stream."""
-        return self.stream.encoding
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.stream, name)
 
 
 def unbounded(stream: TextIO) -> TextIO:

@@ -19,9 +19,8 @@ from ..errors import FAULTS, MissingLibraryError, PluginError, UsageError, one_l
 from .contributions import (
     KINDS,
     Contribution,
-    FurtherEntry,
-    MeasureEntry,
     ProblemEntry,
+    Registered,
     SchemeEntry,
     collect,
     further_hooks,
@@ -93,7 +92,7 @@ class Registry:
     ----------
     schemes : mapping of str to SchemeEntry
     problems : mapping of str to ProblemEntry
-    measures : mapping of str to MeasureEntry
+    measures : mapping of str to Registered
     plugins : tuple of PluginRow
         In the order they were loaded.
     warnings : tuple of str
@@ -102,18 +101,18 @@ class Registry:
         Plugin files, absolute: a worker process loads them by `load_file` before it unpickles anything.
     reports : tuple of (str, callable)
         Plugins with a report hook.
-    further : mapping of str to (mapping of str to FurtherEntry)
+    further : mapping of str to (mapping of str to Registered)
         By hook, what is registered by the hooks that plugins bring.
     """
 
     schemes: Mapping[str, SchemeEntry]
     problems: Mapping[str, ProblemEntry]
-    measures: Mapping[str, MeasureEntry]
+    measures: Mapping[str, Registered]
     plugins: tuple[PluginRow, ...] = ()
     warnings: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
     reports: tuple[tuple[str, Callable[..., object]], ...] = ()
-    further: Mapping[str, Mapping[str, FurtherEntry]] = field(default_factory=dict)
+    further: Mapping[str, Mapping[str, Registered]] = field(default_factory=dict)
 
     @property
     def modules(self) -> tuple[str, ...]:

@@ -222,5 +222,5 @@ def _measures(registry: Registry, pattern: str) -> list[Any]:
     for entry, texts, _ in _matches("measure", pattern, registry.measures):
         if texts:
             raise UsageError(f"measure {entry.name!r} takes no parameters, got {pattern!r}")
-        found.append(entry.measure)
+        found.append(entry.thing)
     return found

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from sdaeverify.registry.contributions import FurtherEntry
+from sdaeverify.registry.contributions import Registered
 from sdaeverify.registry.discovery import Origin
 from sdaeverify.registry.load import Registry, load_registry
 from sdaeverify_papers import Budget, MeanTable, Row
@@ -25,7 +25,7 @@ def planned(registry: Registry) -> Callable[..., ExperimentRun]:
 
     def plan(*rows: Row, paths: int = 10, budget: Budget = Budget.SMOKE, **attributes: object) -> ExperimentRun:
         experiment = MeanTable(name="mine", title="made up", source="nowhere", rows=rows, **attributes)
-        entry = FurtherEntry("mine", experiment, Origin("mine", "", "", "mine.py"))
+        entry = Registered("mine", experiment, Origin("mine", "", "", "mine.py"))
         return ExperimentRun(
             experiment_plan(
                 replace(registry, further={EXPERIMENTS: {"mine": entry}}),

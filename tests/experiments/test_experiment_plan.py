@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import pytest
 
 from sdaeverify import UsageError
-from sdaeverify.registry.contributions import FurtherEntry
+from sdaeverify.registry.contributions import Registered
 from sdaeverify.registry.discovery import Origin
 from sdaeverify_papers import Budget, Exhibit, Experiment, Row, SchemeRun, SharedNoise
 from sdaeverify_papers.experiment_plan import experiment_plan
@@ -90,7 +90,7 @@ class OnOneNoise(Experiment):
 def test_runs_on_a_shared_noise(registry):
     """Runs on one noise are planned together, whatever their problems, with steps that fit."""
     for steps, fits in (((4, 8), True), ((4, 12), False)):
-        entry = FurtherEntry(
+        entry = Registered(
             "mine", OnOneNoise(name="mine", title="t", source="s", steps=steps), Origin("mine", "", "", "mine.py")
         )
         changed = replace(registry, further={"sdaeverify_experiments": {"mine": entry}})

@@ -12,7 +12,7 @@ from sdaeverify.contracts.specs import problem_spec
 from sdaeverify.gate.gated import Gated
 from sdaeverify.gate.outcomes import outcomes
 from sdaeverify.gate.policy import Policy
-from sdaeverify.registry.contributions import MeasureEntry, ProblemEntry, SchemeEntry
+from sdaeverify.registry.contributions import ProblemEntry, Registered, SchemeEntry
 from sdaeverify.registry.discovery import Origin
 from sdaeverify.registry.load import Registry
 from sdaeverify.study import Cell, CellResult
@@ -80,7 +80,7 @@ def registered(schemes=(Plain(), Fussy()), families=(line, added, plane), distri
     return Registry(
         {name: SchemeEntry(name, tuple(variants), origin) for name, variants in named.items()},
         {family.__name__: ProblemEntry(family.__name__, family, origin) for family in families},
-        {measure.name: MeasureEntry(measure.name, measure, origin) for measure in (Blunt(), Sharp())},
+        {measure.name: Registered(measure.name, measure, origin) for measure in (Blunt(), Sharp())},
     )
 
 

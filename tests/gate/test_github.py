@@ -1,5 +1,6 @@
 """Output for GitHub's runner."""
 
+import inspect
 from pathlib import Path
 
 import pytest
@@ -49,13 +50,14 @@ def test_escapes():
     assert property_text("C:\\a,b%") == "C%3A\\a%2Cb%25"
 
 
-def test_place_of_a_claim(tmp_path):
-    """An annotation names the file relative to the root, and none where the scheme is elsewhere."""
+def test_place_of_a_scheme(tmp_path):
+    """An annotation names file and line of the class relative to the root, and none where the scheme is elsewhere."""
     here = Path(__file__).parent
+    line = inspect.getsourcelines(Plain)[1]
     (inside,) = lines_of(gated(result(Verdict.REFUTED)), here)
     (outside,) = lines_of(gated(result(Verdict.REFUTED)), tmp_path)
 
-    assert inside.startswith("::error file=conftest.py,line=")
+    assert inside.startswith(f"::error file=conftest.py,line={line},title=")
     assert outside.startswith("::error title=")
 
 
@@ -63,15 +65,15 @@ def test_source_of_an_installed_module(tmp_path):
     """The file of the checkout with the same text is meant, that which ends in the same names; another is none."""
     checkout, installed = tmp_path / "checkout", tmp_path / "lib" / "site-packages" / "mine" / "scheme.py"
     inside = checkout / ".venv" / "site-packages" / "mine" / "scheme.py"
-    same = [checkout / "docs" / "scheme.py", checkout / "src" / "mine" / "scheme.py"]
+    same = [checkout / "mine" / "scheme.py", checkout / "src" / "mine" / "scheme.py"]
     for file in (installed, inside, *same, checkout / "build" / "lib" / "mine" / "scheme.py"):
         file.parent.mkdir(parents=True)
         file.write_text("claims = ()\n")
 
+    assert source_in(checkout, installed) == source_in(checkout, inside) == "mine/scheme.py"
+    same[0].write_text("\n")
     assert source_in(checkout, installed) == source_in(checkout, inside) == "src/mine/scheme.py"
     same[1].write_text("\n")
-    assert source_in(checkout, installed) == "docs/scheme.py"
-    same[0].write_text("\n")
     assert source_in(checkout, installed) == source_in(checkout, inside) == ""
 
 

@@ -9,7 +9,7 @@ from sdaeverify import SDE, Claim, Scheme
 from sdaeverify.contracts.finding import Finding, Reason, Verdict
 from sdaeverify.contracts.measure import Measure
 from sdaeverify.contracts.specs import problem_spec
-from sdaeverify.registry.contributions import FurtherEntry, MeasureEntry, ProblemEntry, SchemeEntry
+from sdaeverify.registry.contributions import ProblemEntry, Registered, SchemeEntry
 from sdaeverify.registry.discovery import Origin
 from sdaeverify.registry.load import Registry
 from sdaeverify.study import Cell, CellResult
@@ -68,8 +68,8 @@ def registry_of():
         return Registry(
             {"good": SchemeEntry("good", (Good(),), HERE)},
             {name: ProblemEntry(name, family, HERE) for name, family in {"line": line, "curve": curve}.items()},
-            {measure.name: MeasureEntry(measure.name, measure, HERE) for measure in (Blunt(), Sharp())},
-            further={"sdaeverify_planted": {b.label: FurtherEntry(b.label, b, HERE) for b in bugs}},
+            {measure.name: Registered(measure.name, measure, HERE) for measure in (Blunt(), Sharp())},
+            further={"sdaeverify_planted": {b.label: Registered(b.label, b, HERE) for b in bugs}},
         )
 
     return make

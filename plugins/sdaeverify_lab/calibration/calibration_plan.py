@@ -131,7 +131,7 @@ def calibration_plan(registry: Registry, seed: int, repetitions: int, only: Sequ
     placed = [_place(registry, case, only) for case in cases.values()]
     made = CalibrationPlan(
         tuple(one for one in placed if one.studies),
-        tuple(registry.measures[name].measure for name in MEASURES),
+        tuple(registry.measures[name].thing for name in MEASURES),
         seed,
         repetitions,
         _is_asked_for(only, FAMILIES, f"runs of {CELLS} cells"),

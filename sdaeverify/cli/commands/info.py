@@ -23,7 +23,7 @@ from ...forms.controls import Control
 from ...noise.brownian import Increment
 from ...noise.records import NoiseRecord
 from ...probe.linear.delay_equation import LARGE, SMALL, at_rest, is_autonomous, is_scalar, linear_delay
-from ...registry.contributions import MeasureEntry, ProblemEntry, SchemeEntry
+from ...registry.contributions import ProblemEntry, Registered, SchemeEntry
 from ...registry.load import PluginRow, Registry
 from ...report.passports import (
     Passport,
@@ -96,7 +96,7 @@ def _passports(registry: Registry, name: str, texts: Mapping[str, str]) -> list[
         spec = registry.problems[name].make(texts)
         found.append({"kind": "problem", **problem_passport(spec, make(spec.label, spec.build, given=bool(texts)))})
     if name in registry.measures:
-        found.append({"kind": "measure", **measure_passport(registry.measures[name].measure)})
+        found.append({"kind": "measure", **measure_passport(registry.measures[name].thing)})
     return found
 
 
@@ -144,7 +144,7 @@ def describe_entry(entry: AnyEntry, texts: Mapping[str, str]) -> list[str]:
 
     Parameters
     ----------
-    entry : SchemeEntry, ProblemEntry or MeasureEntry
+    entry : SchemeEntry, ProblemEntry or Registered
     texts : mapping of str to str
         Parameters as written in a label.
 
@@ -177,7 +177,7 @@ def describe_plugin(row: PluginRow) -> list[str]:
 def _docstring(entry: AnyEntry) -> list[str]:
     thing = subject(entry)
     texts = [docstring(thing)]
-    if isinstance(entry, MeasureEntry):
+    if isinstance(entry, Registered):
         # What a measure asks and how it judges stands at the top of its file.
         texts.append(inspect.cleandoc(getattr(inspect.getmodule(thing), "__doc__", None) or ""))
     return [line for text in texts if text for line in ("", *text.splitlines())]

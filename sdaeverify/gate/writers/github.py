@@ -1,92 +1,22 @@
-"""A gate as GitHub reads it: a summary, annotations at the lines of claims, other output fenced off from commands.
+"""A gate as GitHub reads it: a summary, annotations at the classes of schemes, other output fenced off from commands.
 
 The runner takes a line that begins with ``::`` for a command. All that plugins may print is printed between
 ``::stop-commands::TOKEN`` and ``::TOKEN::``, with a token that nobody can guess; in annotations it is escaped.
 """
 
-import ast
-import os
+import inspect
 import secrets
-import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from itertools import takewhile
 from pathlib import Path
 
-from ...contracts.claimed import Bound, Order, Word
-from ...contracts.scheme import Claim, Scheme
+from ...contracts.scheme import Scheme
 from ...report.markdown import escape
 from ...report.plain import visible
 from ..gated import WORDS, Gated, limit_lines
 from ..outcomes import ORDER, Outcome, Status
 from .messages import estimate_text, headline
-
-# Where in the source of a scheme a claim is written.
-
-
-LITERAL = ("measure", "value", "source", "margin")
-
-
-def claim_place(scheme: Scheme, claim: Claim | None) -> tuple[Path, int] | None:
-    """Return the line of a claim, or that of its scheme's class where it is not written in the same file.
-
-    Parameters
-    ----------
-    scheme : Scheme
-    claim : Claim or None
-        None for the class itself.
-
-    Returns
-    -------
-    (Path, int) or None
-        File and line; None where there is no source.
-    """
-    kind = type(scheme)
-    file = getattr(sys.modules.get(kind.__module__), "__file__", None)
-    tree = _parse_module(Path(file)) if file else None
-    if file is None or tree is None:
-        return None
-    classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and node.name == kind.__name__]
-    if claim is not None:
-        for part in (*classes, tree):
-            if (line := next((call.lineno for call in _calls(part) if _agrees(call, claim)), None)) is not None:
-                return Path(file), line
-    return Path(file), classes[0].lineno if classes else 1
-
-
-def _parse_module(file: Path) -> ast.Module | None:
-    try:
-        return ast.parse(file.read_bytes())
-    except (OSError, SyntaxError, ValueError):
-        return None
-
-
-def _calls(node: ast.AST) -> Iterator[ast.Call]:
-    """Yield the calls of ``Claim``, as a name or as an attribute of a module."""
-    for call in ast.walk(node):
-        if isinstance(call, ast.Call):
-            name = getattr(call.func, "id", None) or getattr(call.func, "attr", None)
-            if name == Claim.__name__:
-                yield call
-
-
-def _agrees(call: ast.Call, claim: Claim) -> bool:
-    given = {keyword.arg: keyword.value for keyword in call.keywords if keyword.arg in LITERAL}
-    known = {name: node.value for name, node in given.items() if isinstance(node, ast.Constant)}
-    margin = getattr(claim.value, "margin", None)
-    written = {"measure": claim.measure, "value": _as_written(claim), "source": claim.source, "margin": margin}
-    return known.get("measure") == claim.measure and all(written[str(name)] == each for name, each in known.items())
-
-
-def _as_written(claim: Claim) -> float | str:
-    match claim.value:
-        case Order(least):
-            return least
-        case Bound(text) | Word(text):
-            return text
-    return str(claim)
-
 
 MOST = 10
 # Folders that hold copies of sources: of what is installed, and of what is built to be.
@@ -140,10 +70,8 @@ def data_text(text: str) -> str:
 def _annotation(outcome: Outcome, gated: Gated, root: Path) -> str:
     finding = outcome.finding
     kind = "error" if gated.is_red(outcome) else KINDS[outcome.status]
-    place = claim_place(outcome.cell.scheme, finding.claim)
-    properties = {"title": f"sdaeverify: {outcome.cell.measure.name} {outcome.status}"}
-    if place is not None and (file := source_in(root, place[0])):
-        properties = {"file": file, "line": str(place[1]), **properties}
+    title = f"sdaeverify: {outcome.cell.measure.name} {outcome.status}"
+    properties = {**place_of(outcome.cell.scheme, root), "title": title}
     parts = (
         headline(outcome),
         estimate_text(finding, gated.settings.confidence),
@@ -158,11 +86,21 @@ def _command(kind: str, properties: dict[str, str], message: str) -> str:
     return f"::{kind} {listed}::{data_text(message)}"
 
 
+def place_of(scheme: Scheme, root: Path) -> dict[str, str]:
+    """Return file and line of a scheme's class in a checkout; empty where the checkout has no source of it."""
+    try:
+        _, line = inspect.getsourcelines(type(scheme))
+        file = source_in(root, Path(inspect.getsourcefile(type(scheme)) or ""))
+    except (OSError, TypeError, SyntaxError):
+        return {}
+    return {"file": file, "line": str(line)} if file else {}
+
+
 def source_in(root: Path, file: Path) -> str:
     """Return the source of a module in a checkout, relative to it; empty where it has none.
 
-    A module that is installed is a copy of its source, byte by byte, and so are the lines of its claims: the file of
-    the checkout is meant that ends in the same names, as many as possible, and holds the same.
+    A module that is installed is a copy of its source: the file of the checkout, or of its folder ``src``, is meant
+    that ends in the same names, as many as possible, and holds the same.
 
     Parameters
     ----------
@@ -171,26 +109,11 @@ def source_in(root: Path, file: Path) -> str:
     file : Path
         That the module was imported from.
     """
-    root, file = root.resolve(), file.resolve()
-    if file.is_relative_to(root) and INSTALLED.isdisjoint(file.parts):
-        return file.relative_to(root).as_posix()
-    copies = [path for path in _sources(root, file.name) if path.read_bytes() == file.read_bytes()]
-    best = max(copies, key=lambda path: (_common_end(path, file), path.as_posix()), default=None)
-    return "" if best is None else best.relative_to(root).as_posix()
-
-
-def _sources(root: Path, name: str) -> Iterator[Path]:
-    """Yield the files of a name below a folder, but for those in hidden folders and in environments."""
-    for folder, folders, files in os.walk(root):
-        folders[:] = [each for each in folders if not each.startswith(".") and each not in INSTALLED]
-        if name in files:
-            yield Path(folder, name)
-
-
-def _common_end(one: Path, other: Path) -> int:
-    """Return in how many names two paths end alike."""
-    pairs = zip(reversed(one.parts), reversed(other.parts), strict=False)
-    return len(list(takewhile(lambda pair: pair[0] == pair[1], pairs)))
+    root, names = root.resolve(), file.resolve().parts
+    ends = (names[first:] for first in range(1, len(names)))
+    copies = (Path(*folder, *end) for end in ends if INSTALLED.isdisjoint(end) for folder in ((), ("src",)))
+    same = (copy for copy in copies if (root / copy).is_file() and (root / copy).read_bytes() == file.read_bytes())
+    return next((copy.as_posix() for copy in same), "")
 
 
 # The summary of a job, in Markdown.

@@ -135,7 +135,7 @@ def _of_measure(cell: _Cell, registry: Registry, name: str) -> Iterator[Comparis
     elif 0 not in blocks:
         yield Omitted(*cell.key, name, "", "the first block of paths is not in both runs on as many levels")
     else:
-        measure = registry.measures[name].measure
+        measure = registry.measures[name].thing
         try:
             sizes = [cell.sizes(measure, run, blocks) for run in runs]
         except FAULTS as error:

@@ -99,7 +99,7 @@ def _why_not_tested(subject: SchemeSubject, claim: Claim) -> Iterator[str]:
     if not specs:
         where = f" with {', '.join(sorted(claim.when))}" if claim.when else ""
         yield f"{what} holds on no registered problem{where}"
-    elif not subject.registry.measures[claim.measure].measure.lengthy:
+    elif not subject.registry.measures[claim.measure].thing.lengthy:
         found: set[str] = set()
         for spec in specs[:FEW]:
             if found.issuperset(claim.quantities):
@@ -121,7 +121,7 @@ def _in_scope(subject: SchemeSubject, claim: Claim) -> list[ProblemSpec]:
 
 def _size(subject: SchemeSubject, claim: Claim, spec: ProblemSpec) -> int:
     """Return the number of components of a problem where a claim holds; 0 where it does not."""
-    measure = subject.registry.measures[claim.measure].measure
+    measure = subject.registry.measures[claim.measure].thing
     try:
         with np.errstate(all="ignore"):
             problem = spec.build()
@@ -134,7 +134,7 @@ def _size(subject: SchemeSubject, claim: Claim, spec: ProblemSpec) -> int:
 
 
 def _quantities(subject: SchemeSubject, claim: Claim, spec: ProblemSpec) -> set[str]:
-    made = plan([subject.scheme], [spec], [subject.registry.measures[claim.measure].measure])
+    made = plan([subject.scheme], [spec], [subject.registry.measures[claim.measure].thing])
     study = Study(made, SMALLEST)
     for _ in study.run():
         pass
