@@ -1,6 +1,7 @@
 """The affine problem: its law against moment equations, and the schemes against their closed recursions."""
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from sdaeverify.arrays import Array
 from sdaeverify.probe.linear.second_moments import smat, svec
 from sdaeverify.probe.linear.step_moments import step_moments
 from sdaeverify.probe.step.one_step import OneStep
-from sdaeverify_problems._affine_langevin import AffineLangevin, Recursion
+from sdaeverify_problems._affine_langevin import AffineLangevin
 from sdaeverify_problems.affine_constraint import affine_constraint, affine_langevin
 from sdaeverify_schemes.constrained_euler import ConstrainedEuler
 from sdaeverify_schemes.penalised_euler import PenalisedEuler
@@ -52,15 +53,69 @@ def test_moments_solve_their_equations(eps: float, d: int, q: int) -> None:
     assert known["x_1 x_2"] == pytest.approx(second[0, 1], rel=1e-9)
 
 
+class Recursion(NamedTuple):
+    """A step x+ = M x + r + N xi with independent xi of mean 0 and variance 1.
+
+    Attributes
+    ----------
+    M, N : ndarray, shape (d, d)
+    r : ndarray, shape (d,)
+    """
+
+    M: Array
+    r: Array
+    N: Array
+
+    def moments(self, x: Array, steps: int) -> tuple[Array, Array]:
+        """Return mean and covariance after some steps from x, shapes (d,) and (d, d)."""
+        covariance = np.zeros_like(self.M)
+        for _ in range(steps):
+            x, covariance = self.M @ x + self.r, self.M @ covariance @ self.M.T + self.N @ self.N.T
+        return x, covariance
+
+
+def explicit_euler(given: AffineLangevin, h: float) -> Recursion:
+    """Return the step (1.5), for eps > 0: M = Id - hK - (h/eps) P, N = sqrt(h) sigma Id."""
+    one = np.eye(len(given.k))
+    M = one - h * given.K - h / given.eps * given.P
+    return Recursion(M, h * given.k + h / given.eps * given.p, np.sqrt(h) * given.sigma * one)
+
+
+def constrained_euler(given: AffineLangevin, h: float) -> Recursion:
+    """Return the steps (1.6) and (2.7), with Pi = Id - P: M = Pi (Id - hK), N = sqrt(h) sigma Pi."""
+    one = np.eye(len(given.k))
+    Pi = one - given.P
+    return Recursion(Pi @ (one - h * given.K), h * Pi @ given.k + given.p, np.sqrt(h) * given.sigma * Pi)
+
+
+def uniformly_accurate(given: AffineLangevin, h: float) -> Recursion:
+    """Return the step (2.2), whatever theta is.
+
+    With e = exp(-h/eps), M = Pi (Id - hK) + eP - eps (1 - e) PK and
+    N = sqrt(h) sigma Pi + sigma sqrt((eps/2) (1 - e^2)) P.
+    """
+    M, r, N = constrained_euler(given, h)
+    if given.eps == 0.0:
+        return Recursion(M, r, N)
+    e, gone = np.exp(-h / given.eps), -np.expm1(-h / given.eps)
+    root = np.sqrt(-0.5 * given.eps * np.expm1(-2.0 * h / given.eps))
+    P, slow = given.P, given.eps * gone
+    return Recursion(
+        M + e * P - slow * P @ given.K,
+        r + slow * P @ given.k - e * given.p,
+        N + given.sigma * root * P,
+    )
+
+
 SCHEMES: dict[str, tuple[Scheme, Callable[[AffineLangevin, float], Recursion]]] = {
-    "explicit": (PenalisedEuler(), AffineLangevin.explicit_euler),
-    "constrained": (ConstrainedEuler(), AffineLangevin.constrained_euler),
-    "constrained, implicit direction": (ConstrainedEuler(direction="new"), AffineLangevin.constrained_euler),
-    "theta = 0": (UniformlyAccurate(), AffineLangevin.uniformly_accurate),
-    "theta = 1/2": (UniformlyAccurate(theta=0.5), AffineLangevin.uniformly_accurate),
-    "theta = 1": (UniformlyAccurate(theta=1.0), AffineLangevin.uniformly_accurate),
-    "three points": (UniformlyAccurate(xi="three-point"), AffineLangevin.uniformly_accurate),
-    "expansion": (UniformExpansion(), AffineLangevin.uniformly_accurate),
+    "explicit": (PenalisedEuler(), explicit_euler),
+    "constrained": (ConstrainedEuler(), constrained_euler),
+    "constrained, implicit direction": (ConstrainedEuler(direction="new"), constrained_euler),
+    "theta = 0": (UniformlyAccurate(), uniformly_accurate),
+    "theta = 1/2": (UniformlyAccurate(theta=0.5), uniformly_accurate),
+    "theta = 1": (UniformlyAccurate(theta=1.0), uniformly_accurate),
+    "three points": (UniformlyAccurate(xi="three-point"), uniformly_accurate),
+    "expansion": (UniformExpansion(), uniformly_accurate),
 }
 
 
