@@ -87,7 +87,6 @@ def home_of(file: Path) -> Path:
     return next(folder for folder in file.parents if not (folder.parent / INIT).is_file())
 
 
-@cache
 def is_library(path: str) -> bool:
     """Tell whether a path is that of an installed package or of the standard library."""
     return path.startswith(LIBRARY) or _is_installed(path)

@@ -98,13 +98,11 @@ class BlockBanded:
         return np.asarray(np.maximum.reduce(rows, axis=(0, 1)))
 
 
-@lru_cache
 def identity(nodes: int, size: int) -> BlockBanded:
     """Return the identity with blocks of shape (size, size), one for all paths."""
     return BlockBanded(np.broadcast_to(np.eye(size)[..., None], (1, nodes, size, size, 1)))
 
 
-@lru_cache
 def overlap(nodes: int, offset: int) -> tuple[slice, slice]:
     """Return the rows i of blocks that have a node i + offset, and these nodes."""
     rows, columns = (slice(max(0, -o), max(0, min(nodes, nodes - o))) for o in (offset, -offset))

@@ -1,7 +1,7 @@
 """Small linear algebra on every path at once, paths last."""
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -217,17 +217,11 @@ def eliminated(A: Array) -> Elimination:
         for k in range(len(A) - 1):
             F[k + 1 :, k] /= F[k, k]
             F[k + 1 :, k + 1 :] -= F[k + 1 :, k, None] * F[k, k + 1 :]
-        sizes, above = np.abs(F), _above(len(A))
+        sizes, above = np.abs(F), np.triu(np.ones((len(A), len(A)), dtype=bool))
         growth = sizes[above].max(axis=0) * sizes[~above].max(axis=0, initial=1.0) / np.abs(A).max(axis=(0, 1))
     # Written so that a NaN counts as poor.
     poor = ~(growth <= GROWTH)
     return Elimination(A, F, poor)
-
-
-@lru_cache
-def _above(m: int) -> Mask:
-    # Which entries are on or above the diagonal.
-    return np.triu(np.ones((m, m), dtype=bool))
 
 
 def _substitute(F: Array, b: Array) -> Array:

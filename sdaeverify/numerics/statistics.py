@@ -199,28 +199,14 @@ def leave_out(sums: Array, counts: Array) -> Array:
 
 def slope_weights(x: Array) -> Array:
     """Return the weights w of the least-squares slope sum_l w_l y_l over abscissae x."""
-    return _slope_weights(tuple(x.tolist()))
-
-
-@lru_cache
-def _slope_weights(abscissae: tuple[float, ...]) -> Array:
-    x = np.array(abscissae)
     centred = x - np.add.reduce(x) / len(x)
-    found = np.asarray(centred / (centred @ centred))
-    found.flags.writeable = False
-    return found
+    return np.asarray(centred / (centred @ centred))
 
 
 def corrected_slope_weights(x: Array, power: float = 1.0) -> Array:
     """Return the weights of p in the fit y = a + p x + c 2^(power x): the asymptotic order, x = log2 h."""
-    return np.array(_solve_corrected(tuple(x.tolist()), power))
-
-
-@lru_cache
-def _solve_corrected(abscissae: tuple[float, ...], power: float) -> tuple[float, ...]:
-    x = np.array(abscissae)
     design = np.stack([np.ones_like(x), x, 2.0 ** (power * (x - x.max()))], axis=1)
-    return tuple(np.linalg.pinv(design)[1].tolist())
+    return np.array(np.linalg.pinv(design)[1])
 
 
 def order_of(h: Array, sums: Array, counts: Array, p: float = 1.0) -> Estimate:

@@ -50,7 +50,7 @@ class MemoryStep:
         """The initial state on one path."""
         return self.one_step.scheme.start(self.one_step.view, 1, self.h)
 
-    @cached_property
+    @property
     def dimension(self) -> int:
         """Number k of rows."""
         return len(flatten(self.start))

@@ -65,7 +65,7 @@ class Basis:
         grid = np.meshgrid(*(axis.nodes for axis in self.axes), indexing="ij")
         return np.stack([part.ravel() for part in grid[: self.dimension]])
 
-    @cached_property
+    @property
     def weights(self) -> Array:
         """Weights of the quadrature, of sum 1, shape (Q,)."""
         return np.outer(*(axis.weights for axis in self.axes)).ravel()

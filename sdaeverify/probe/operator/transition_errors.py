@@ -103,7 +103,6 @@ class _Means(NamedTuple):
     noticed: Array
 
 
-@lru_cache
 def chart_observables(view: Problem) -> tuple[str, ...]:
     """Return the names of the observables that are functions of the chart, in the problem's order."""
     return tuple(name for name in view.observables if _is_function(view, name))
@@ -294,7 +293,6 @@ def stationary_densities(scheme: Scheme, view: Problem, h: float) -> Densities:
     return Densities(np.array(h), at, *found)
 
 
-@lru_cache(maxsize=4)
 def _invariant(view: Problem, basis: Basis) -> Array:
     """Return pi with pi G = 0 and pi(1) = 1."""
     G = generator(*require_chart(view), basis)

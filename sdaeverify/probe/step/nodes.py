@@ -295,7 +295,6 @@ def law_nodes(dimension: int, noise: frozenset[str], law: Law = GAUSSIAN) -> tup
     return _law_nodes(dimension, tuple(sorted(noise)), law)
 
 
-@lru_cache(maxsize=64)
 def _law_nodes(l: int, noise: tuple[str, ...], law: Law) -> tuple[Nodes, Nodes]:
     sizes = {"dW": l} | {name: l for name in ("H", "K") if name in noise}
     if "A" in noise and l > 1:

@@ -223,7 +223,6 @@ class OneStep:
         return self.equation.euler(t, x, h, noise)
 
 
-@lru_cache(maxsize=8)
 def _usable_states(step: OneStep, h: float) -> Array:
     x = cloud(step.view, step.equation)
     with np.errstate(all="ignore"):

@@ -112,7 +112,6 @@ def _fixed_times(step: OneStep, states: bytes) -> tuple[ProbeTime, ...]:
     return tuple(ProbeTime(t[place]) for place in chosen)
 
 
-@lru_cache(maxsize=8)
 def strata(horizon: float) -> tuple[float, ...]:
     """Return 0.2 of a horizon, and a random time in each of its parts, whole numbers of steps from begin and end."""
     parts = np.arange(STRATA) + np.random.Generator(np.random.Philox(key=SEED + 8)).uniform(size=STRATA)
@@ -160,8 +159,6 @@ def _first_row(step: OneStep) -> _Row:
     return _row(step, h * step.view.time_unit, step.time)
 
 
-# Asked for two of its steps, of all sizes one after the other.
-@lru_cache(maxsize=32)
 def _row(step: OneStep, h: float, begin: float) -> _Row:
     """Return how far the steps of a row go from the mean of where their neighbours go, with the same noise.
 
