@@ -16,8 +16,7 @@ from pathlib import Path
 
 from ...contracts.claimed import Bound, Order, Word
 from ...contracts.scheme import Claim, Scheme
-from ...report.markdown import escape
-from ...report.plain import visible
+from ...report.plain import escape, visible
 from ..gated import WORDS, Gated, limit_lines
 from ..outcomes import ORDER, Outcome, Status
 from .messages import estimate_text, headline
