@@ -23,8 +23,7 @@ from .cli.loading import load_and_warn
 from .cli.on_workers import run_on_workers
 from .report.files import require_writable, write_json, write_table, write_text
 from .report.html import PAGE, TablePage, write_tables
-from .report.markdown import escape
-from .report.plain import empty_table, visible
+from .report.plain import empty_table, escape, visible
 from .report.provenance import describe_making
 
 __all__ = [

@@ -9,14 +9,13 @@ import numpy as np
 
 from ..arrays import Parts
 from ..forms import Problem
-from .error_sizes import ErrorSizes
 from .finding import Judgement
 from .scheme import Claim, Scheme
 from .settings import Settings
 from .tally import Tally
 
 # What of a measure decides what is asked, makes findings of evidence, or words them: evidence does not depend on it.
-JUDGING = frozenset({"refuses", "judge", "error_sizes", "detail_columns", "level_columns", "value_of"})
+JUDGING = frozenset({"refuses", "judge", "detail_columns", "level_columns", "value_of"})
 
 
 class Snapshot(NamedTuple):
@@ -183,10 +182,6 @@ class Measure:
     def judge(self, evidence: Evidence) -> Judgement:
         """Turn evidence into rows; a pure function."""
         raise NotImplementedError
-
-    def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:  # noqa: ARG002 - most measures size nothing
-        """Return how large errors are, by quantity, to compare two versions of a scheme; a pure function."""
-        return {}
 
 
 def measures_following(*what: str) -> frozenset[str]:

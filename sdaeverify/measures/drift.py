@@ -34,7 +34,6 @@ import numpy as np
 
 from ..arrays import Array, Parts
 from ..contracts.claimed import ROUND_OFF, Exact, Order
-from ..contracts.error_sizes import ErrorSizes, without_error
 from ..contracts.finding import Finding, Judgement, LevelFinding, Method, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence, Measure, Snapshot
 from ..contracts.scheme import Claim, Scheme
@@ -51,7 +50,6 @@ from ..numerics.statistics import (
     group_sums,
     jackknives,
     leave_out,
-    pseudo_values,
     slope_weights,
 )
 from ..registry.hookspecs import hookimpl
@@ -291,10 +289,6 @@ class Drift(Measure):
         findings = tuple(_finding(evidence, defect) for defect in defects)
         return Judgement(findings, tuple(row for defect in defects for row in _levels(defect)))
 
-    def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:
-        """Return the residual of each constraint, as supremum over time of its root mean square."""
-        return {defect.name: _sizes(evidence, defect) for defect in _defects(evidence)}
-
 
 @hookimpl
 def sdaeverify_measures() -> list[Measure]:
@@ -325,18 +319,6 @@ def _read_defects(tally: Tally, *step_sizes: float) -> tuple[Defect, ...]:
         )
         for name in (key.removeprefix("histogram ") for key in sums if key.startswith("histogram "))
     )
-
-
-def _sizes(evidence: Evidence, defect: Defect) -> ErrorSizes:
-    bound = 64.0 * EPS * defect.scale * np.sqrt(evidence.settings.steps)
-    if not np.any(defect.worst > bound):
-        return without_error(ROUND_OFF)
-    sound, remarks = sound_levels_of(evidence)
-    levels = sound[defect.worst[sound] > bound[sound]]
-    found = [pseudo_values(defect.squares[level], defect.counts, _log_sup) for level in levels]
-    means = [_log_sup(defect.squares[level].sum(axis=0) / defect.counts.sum()) for level in levels]
-    replicates = np.stack(found, axis=1) if found else np.empty((len(defect.counts), 0))
-    return ErrorSizes(defect.h[levels], np.array(means), replicates, defect.counts, remark=str(remarks))
 
 
 def _finding(evidence: Evidence, defect: Defect) -> Finding:

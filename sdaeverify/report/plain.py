@@ -108,3 +108,9 @@ def errors() -> Console:
 def silence(stream: IO[str]) -> None:
     """Let whatever is still written to a stream vanish, at the end of the process too."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def escape(text: str) -> str:
+    """Return a text that stays in its line and in its cell, and is neither HTML, nor code, nor a link or image."""
+    safe = visible(text).replace("&", "&amp;").replace("<", "&lt;").replace("`", "&#96;")
+    return safe.replace("](", "]&#40;").replace("|", "\\|")

@@ -100,9 +100,6 @@ def test_order_kept_and_error_doubled(measured, compared):
     assert row["verdict"] == "worse"
     assert 1.9 < row["ci_low"] < row["factor"] < row["ci_high"] < 2.1
     assert (row["paths"], row["levels"]) == (256, 4)
-    # Of one step it is known without sampling, up to what a defect has beside its leading term.
-    step = by_quantity(answer)["one step: root mean square of x"]
-    assert step["factor"] == step["ci_low"] == step["ci_high"] == pytest.approx(2.0, rel=0.02)
 
 
 def test_guards_are_compared_where_they_were_enough(measured, compared):
@@ -127,8 +124,8 @@ def test_improvement_is_shown_and_no_failure(measured, call):
 
     assert outcome.code == 0
     assert "mine on gbm, strong x@T: better, error x 0.5" in outcome.out
-    assert outcome.out.count(": better, ") == 3
-    assert "4 quantities compared: none worse, 3 better, 1 the same, none" in " ".join(outcome.out.split())
+    assert outcome.out.count(": better, ") == 2
+    assert "2 quantities compared: none worse, 2 better, none the same, none" in " ".join(outcome.out.split())
     assert all(len(line) <= 80 for line in outcome.out.splitlines())
 
 

@@ -5,10 +5,10 @@ import pytest
 from scipy.stats import binom
 
 from sdaeverify import UsageError
-from sdaeverify.contracts.error_sizes import ErrorSizes, deterministic, estimate_sizes, without_error
-from sdaeverify.numerics.statistics import group_sums
+from sdaeverify.numerics.statistics import group_sums, leave_out
 from sdaeverify.report.compare.changes import Change, changes
-from sdaeverify.report.compare.factors import BOTH_EXACT, IS_EXACT, WAS_EXACT, factor
+from sdaeverify.report.compare.factors import IS_EXACT, ORDER_ALONE, WAS_EXACT, factor
+from sdaeverify.report.compare.level_errors import NO_LEVELS, LevelErrors
 
 H = 2.0 ** -np.arange(3.0, 9.0)
 PATHS = 256
@@ -16,11 +16,16 @@ PATHS = 256
 
 def sizes(errors, h=H):
     """Return sizes from errors of shape (levels, paths)."""
-    return estimate_sizes(h, group_sums(errors), group_sums(np.ones(errors.shape[-1])))
+    counts = group_sums(np.ones(errors.shape[-1]))
+    return LevelErrors(h, np.log2(leave_out(group_sums(errors), counts)), np.ones(len(h), dtype=bool), counts)
 
 
 def known(values, h=H):
-    return deterministic(h, np.asarray(values), np.ones(len(h), dtype=bool))
+    return LevelErrors(h, np.log2(values)[np.newaxis], np.ones(len(h), dtype=bool))
+
+
+def untold(found):
+    return found._replace(told=np.zeros(len(found.h), dtype=bool))
 
 
 @pytest.fixture
@@ -88,15 +93,28 @@ def test_errors_known_without_sampling_are_compared_as_they_are():
     assert changes([found], margin=1.3)[0].change is Change.SAME
 
 
-def test_rounding_that_has_become_an_error_is_worse(errors):
+@pytest.mark.parametrize("rounding", [0.0, 2.0**-50])
+def test_rounding_that_has_become_an_error_is_worse(errors, rounding):
     """Who was exact and is not any more has lost everything, and the other way round."""
-    exact = without_error("exact")
-    pairs = [(exact, exact), (exact, sizes(errors)), (sizes(errors), exact)]
-    found = [factor(*pair) for pair in pairs]
+    with np.errstate(divide="ignore"):
+        exact = untold(sizes(rounding * errors))
+    found = [factor(exact, sizes(errors)), factor(sizes(errors), exact)]
 
-    assert [each.reason for each in found] == [BOTH_EXACT, WAS_EXACT, IS_EXACT]
-    assert [each.change for each in changes(found)] == [Change.SAME, Change.WORSE, Change.BETTER]
-    assert changes(found)[1].factor == np.inf
+    assert [each.reason for each in found] == [WAS_EXACT, IS_EXACT]
+    assert [each.change for each in changes(found)] == [Change.WORSE, Change.BETTER]
+    assert changes(found)[0].factor == np.inf
+    assert not factor(exact, exact).known
+
+
+def test_an_order_that_is_known_without_errors():
+    """Where no error is told, an order that falls is worse, one that rises better, and one that stays the same."""
+    orders = [(2.0, 1.0), (1.0, 2.0), (1.0, 1.0)]
+    found = [factor(*(NO_LEVELS._replace(order=order) for order in pair)) for pair in orders]
+    judged = changes(found)
+
+    assert {each.reason for each in found} == {ORDER_ALONE}
+    assert [each.change for each in judged] == [Change.WORSE, Change.BETTER, Change.SAME]
+    assert [each.order_moved for each in judged] == [True, True, False]
 
 
 @pytest.mark.parametrize(
@@ -105,11 +123,7 @@ def test_rounding_that_has_become_an_error_is_worse(errors):
         (lambda e: sizes(e[:, :200]), "256 paths in one run, 200 in the other"),
         (lambda e: known(np.sqrt(H)), "sampled in one run only"),
         (lambda e: sizes(e, h=3.0 * H), "no step size at which both errors can be told"),
-        (lambda e: sizes(0.0 * e), "no step size"),
-        (
-            lambda e: ErrorSizes(H[:0], H[:0], np.zeros((20, 0)), sizes(e).counts, remark="failed paths"),
-            "failed paths",
-        ),
+        (lambda e: untold(sizes(e)), "no step size"),
     ],
 )
 def test_what_cannot_be_compared_says_why(errors, other, words):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sdaeverify.report.markdown import escape
+from sdaeverify.report.plain import escape
 
 
 @pytest.mark.parametrize(

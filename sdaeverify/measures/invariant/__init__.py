@@ -13,7 +13,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import Scheme
@@ -43,7 +42,6 @@ from ...registry.hookspecs import hookimpl
 from ...simulate.chains import ChainPlan, ChainRecord, run_chains
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.opinions import finding, judge_claim, leave_open
-from ..error_sizes import of_operator
 from ..resolution import stationary_resolution
 from .bias import bias_bound, bias_of_operator, with_bias
 from .chain_findings import chain_findings, chain_levels, is_decided
@@ -224,13 +222,6 @@ class Invariant(Measure):
                 findings |= {name: sampled[name] for name in _open_quantities(findings)}
                 levels += chain_levels(evidence, chains)
         return Judgement(tuple(findings.values()), tuple(levels))
-
-    def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:
-        """Return the errors of stationary means by the transition operator; those of chains are not compared."""
-        record = unpacked(OPERATOR, TransitionErrors, evidence.tally)
-        if record is None or not usable(record):
-            return {}
-        return dict(of_operator(record, invariant_observables(evidence.view), "by the operator"))
 
 
 @hookimpl

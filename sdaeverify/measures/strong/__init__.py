@@ -9,7 +9,6 @@ from itertools import chain
 from typing import Any, ClassVar
 
 from ...arrays import Array, Parts
-from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Finding, Judgement, Reason
 from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import AT_T, Scheme
@@ -20,7 +19,6 @@ from ...registry.hookspecs import hookimpl
 from ...verdicts.coverage import coverage
 from ...verdicts.path_tests import FITTED
 from ...verdicts.way import withhold_in_doubt
-from ..error_sizes import of_paths
 from ..path_errors.errors import ErrorObserver
 from ..path_errors.order import usable_levels
 from ..path_errors.quantity import ERROR_COLUMNS, Quantity, level_rows, quantities_of
@@ -30,7 +28,6 @@ from .findings import (
     Orders,
     local_orders,
     probe_strong,
-    step_sizes,
     strong_finding,
     unknown_components,
 )
@@ -73,10 +70,6 @@ class Strong(Measure):
         findings += unknown_components(evidence, self.name, orders, {quantity.name for quantity in quantities})
         rows = (level_rows(quantity, set(levels[-FITTED:].tolist()), NORMS) for quantity, (levels, _) in pairs)
         return Judgement(tuple(findings), chain.from_iterable(rows))
-
-    def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:
-        """Return errors along paths, and defects of one step where it was probed."""
-        return {**{each.name: of_paths(evidence, each) for each in quantities_of(evidence)}, **step_sizes(evidence)}
 
 
 @hookimpl

@@ -8,7 +8,6 @@ import numpy as np
 
 from ...arrays import Array
 from ...contracts.claimed import Order
-from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Finding, Kind, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim, Scheme
@@ -24,7 +23,6 @@ from ...probe.step.one_step import OneStep
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.opinions import finding, guard, leave_open, local_doubt, local_opinion, no_fit, of_smooth
 from ...verdicts.path_tests import FEWEST, FITTED, SUSPECT, PathTests, unlike
-from ..error_sizes import of_step
 from ..path_errors.errors import STATE
 from ..path_errors.order import (
     EXACT,
@@ -173,14 +171,6 @@ def _read_orders(tally: Tally, scheme: Scheme, view: Problem, span: Span) -> Ord
     own = unpacked(_of_y(span), AlgebraicDefects, tally)
     bound = np.inf if own is None else algebraic_order(own)
     return orders | {Y: at_most(orders[X], bound), STATE: at_most(orders[STATE], bound)}
-
-
-def step_sizes(evidence: Evidence) -> dict[str, ErrorSizes]:
-    """Return the sizes of the defects of one step, if the one-step map was probed."""
-    record = unpacked(WHOLE.name, LocalStrong, evidence.tally)
-    if record is None:
-        return {}
-    return dict(of_step(record, list(OneStep(*remove_delay(evidence.scheme, evidence.view)).names)))
 
 
 def _local(evidence: Evidence, covered: Coverage, order: StrongOrder | None) -> _Local:

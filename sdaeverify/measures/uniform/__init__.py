@@ -20,7 +20,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...arrays import Array, Parts
-from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Finding, Judgement, Opinion
 from ...contracts.measure import Evidence, Measure, Snapshot
 from ...contracts.scheme import Scheme
@@ -36,7 +35,6 @@ from ...registry.hookspecs import hookimpl
 from ...verdicts.coverage import coverage, why_not_claimed
 from ...verdicts.opinions import finding, leave_open
 from ...verdicts.way import withhold_in_doubt
-from ..error_sizes import of_paths
 from ..path_errors.errors import POWERS, STATE, ErrorObserver, largest_errors, power_sums
 from ..path_errors.quantity import ERROR_COLUMNS, ErrorLogarithms, Quantity, level_rows, quantities_of
 from .findings import judge_consistency, judge_pair
@@ -223,10 +221,6 @@ class Uniform(Measure):
         findings = withhold_in_doubt([each.finding for each in judged]) + list(_unknown_components(evidence))
         rows = (level_rows(each.quantity, each.fitted, NORMS) for each in judged)
         return Judgement(tuple(findings), tuple(chain.from_iterable(rows)))
-
-    def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:
-        """Return the largest errors on the grid; those in continuous time are of the paths' own roughness."""
-        return {grid.name: of_paths(evidence, grid) for _, grid, _ in pairs_of(evidence)}
 
 
 @hookimpl

@@ -17,7 +17,6 @@ import numpy as np
 
 from ...arrays import Array, Parts
 from ...contracts.claimed import Order
-from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import Claim, Scheme
@@ -42,10 +41,9 @@ from ...verdicts.path_tests import (
 )
 from ...verdicts.sound_levels import sound_levels_of
 from ...verdicts.way import withhold
-from ..error_sizes import of_means
 from ..means import MeanObserver, Means, known_mean, means_of
 from ..resolution import probe_resolution, weak_resolution
-from .probe import WeakProbe, judge_probe, probe_sizes, probe_weak, weak_probe
+from .probe import WeakProbe, judge_probe, probe_weak, weak_probe
 
 STATE = "state"
 LOST = Reason("paths are lost at the finest level")
@@ -300,11 +298,6 @@ class Weak(Measure):
         findings = [_finding(evidence, found, probed) for found in means.values()]
         findings = _enough(findings or [_of_state(evidence, probed)])
         return Judgement(tuple(findings), (row for found in means.values() for row in _levels(found)))
-
-    def error_sizes(self, evidence: Evidence) -> Mapping[str, ErrorSizes]:
-        """Return mean differences along paths, and errors that are known without sampling."""
-        found = means_of(evidence).values()
-        return {**{means.name: of_means(evidence, means) for means in found}, **probe_sizes(evidence)}
 
 
 @hookimpl

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...contracts.claimed import Order
-from ...contracts.error_sizes import ErrorSizes
 from ...contracts.finding import Kind, Opinion, Reason, Verdict
 from ...contracts.measure import Evidence
 from ...contracts.scheme import Claim, Scheme
@@ -43,7 +42,6 @@ from ...probe.step import test_functions
 from ...probe.step.states import cloud
 from ...verdicts.coverage import claim_for
 from ...verdicts.opinions import local_doubt, local_opinion, of_smooth
-from ..error_sizes import of_moments, of_operator, of_step_expectations
 from ..means import known_mean
 
 LOCAL, MOMENTS, OPERATOR, POINTS = "local weak", "moments", "operator", "points"
@@ -136,18 +134,6 @@ def _read_probe(tally: Tally, view: Problem) -> WeakProbe:
         None if moments is None else least_order(widen(moment_orders(moments), view)),
         orders,
     )
-
-
-def probe_sizes(evidence: Evidence) -> dict[str, ErrorSizes]:
-    """Return the sizes of errors of expectations: in one step, of moments at T, by the operator."""
-    defects = unpacked(LOCAL, LocalWeak, evidence.tally)
-    moments = unpacked(MOMENTS, MomentErrors, evidence.tally)
-    operator = unpacked(OPERATOR, TransitionErrors, evidence.tally)
-    found = {} if defects is None else {"one step": of_step_expectations(defects)}
-    found |= {} if moments is None else dict(of_moments(moments))
-    if operator is not None and not why_not_evidence(operator):
-        found |= of_operator(operator, chart_observables(evidence.view), "by the operator")
-    return found
 
 
 def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tuple[Opinion | None, bool]:

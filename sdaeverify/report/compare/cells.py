@@ -1,13 +1,12 @@
 """Two runs cell by cell: the factors of all quantities that both know, and why the others have none."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...contracts.error_sizes import ErrorSizes
 from ...contracts.matching import match
 from ...contracts.measure import Evidence, Measure
 from ...contracts.scheme import Scheme
@@ -18,6 +17,7 @@ from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
 from ...store.lanes import StoredLane
 from .factors import Factor, factor
+from .level_errors import LevelErrors, level_errors
 from .runs import Lanes, StoredRun, why_not_on_common_noise
 
 DRAWN = "paths of the block"
@@ -63,16 +63,16 @@ class _Cell:
     new: StoredRun
     key: tuple[str, str]
 
-    def sizes(self, measure: Measure, run: StoredRun, blocks: list[int]) -> Mapping[str, ErrorSizes]:
-        """Return the sizes of the errors of a run on some blocks."""
+    def errors(self, measure: Measure, run: StoredRun, blocks: list[int]) -> Mapping[str, LevelErrors]:
+        """Return the errors of a run on some blocks."""
         lanes = [run.lanes[self.key][block] for block in blocks]
         records = [lane.measures[measure.name] for lane in lanes]
-        tally = reduce(Tally.merge, [record.sampled for record in records])
-        tally = tally.merge(reduce(Tally.merge, [record.probed for record in records]))
-        health, level = reduce(Tally.merge, [lane.health for lane in lanes]), run.settings.level
-        evidence = Evidence(self.scheme, self.problem, self.view, run.settings, tally, health, level)
+        sampled = reduce(Tally.merge, [record.sampled for record in records])
+        probed = reduce(Tally.merge, [record.probed for record in records])
+        health, tally = reduce(Tally.merge, [lane.health for lane in lanes]), sampled.merge(probed)
+        evidence = Evidence(self.scheme, self.problem, self.view, run.settings, tally, health, run.settings.level)
         with np.errstate(all="ignore"):
-            return measure.error_sizes(evidence)
+            return level_errors(measure.judge, replace(evidence, sampled=sampled, probed=probed))
 
 
 def compare(old: StoredRun, new: StoredRun, registry: Registry) -> tuple[list[Comparison], list[Omitted]]:
@@ -134,21 +134,23 @@ def _of_measure(cell: _Cell, registry: Registry, name: str) -> Iterator[Comparis
         yield Omitted(*cell.key, name, "", f"only in {(cell.old if name in _measures(a) else cell.new).folder}")
     elif 0 not in blocks:
         yield Omitted(*cell.key, name, "", "the first block of paths is not in both runs on as many levels")
+    elif what := registry.measures[name].measure.value_of:
+        yield Omitted(*cell.key, name, "", f"measure {name} finds no error and no order, but a {what}")
     else:
         measure = registry.measures[name].thing
         try:
-            sizes = [cell.sizes(measure, run, blocks) for run in runs]
+            errors = [cell.errors(measure, run, blocks) for run in runs]
         except FAULTS as error:
             yield Omitted(*cell.key, name, "", f"its evidence cannot be read: {one_line(error)}")
             return
-        yield from _of_quantities(cell, name, *sizes)
+        yield from _of_quantities(cell, name, *errors)
 
 
 def _of_quantities(
-    cell: _Cell, measure: str, old: Mapping[str, ErrorSizes], new: Mapping[str, ErrorSizes]
+    cell: _Cell, measure: str, old: Mapping[str, LevelErrors], new: Mapping[str, LevelErrors]
 ) -> Iterator[Comparison | Omitted]:
     if not (old or new):
-        yield Omitted(*cell.key, measure, "", f"measure {measure} keeps no sizes of errors here")
+        yield Omitted(*cell.key, measure, "", f"measure {measure} tells no error of a level here")
     for quantity in dict.fromkeys((*old, *new)):
         where = (*cell.key, measure, quantity)
         if quantity not in old or quantity not in new:

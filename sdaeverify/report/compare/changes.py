@@ -96,6 +96,8 @@ def _judge_change(found: Factor, bound: float, alpha: float, significant: int) -
     low, high = found.log2.interval(1.0 - alpha) if found.sampled else (value, value)
     if not found.sampled:
         significant = int(value > bound) - int(value < -bound)
+    if found.is_order_alone:
+        significant = int(found.order.value < -ORDER) - int(found.order.value > ORDER)
     change = Change.SAME if -bound <= low and high <= bound else Change.UNDECIDED
     if significant:
         change = Change.WORSE if significant > 0 else Change.BETTER

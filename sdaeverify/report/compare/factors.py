@@ -1,6 +1,6 @@
 """By which factor the errors of a quantity have grown: a paired estimate on common noise.
 
-With the mean errors e_l of the old run and e'_l of the new one at the finest step sizes that both could fit,
+With the mean errors e_l of the old run and e'_l of the new one at the finest step sizes that both could tell,
 
     log2 F = mean_l log2(e'_l/e_l),
 
@@ -16,13 +16,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...contracts.error_sizes import ErrorSizes
-from ...numerics.statistics import GROUPS, Estimate, slope_weights
+from ...numerics.statistics import Estimate, estimates, slope_weights
 from ...verdicts.path_tests import CALIBRATED_PATHS, FITTED
+from .level_errors import LevelErrors
 
-BOTH_EXACT, WAS_EXACT, IS_EXACT = "exact in both runs", "it was exact", "it is exact now"
+WAS_EXACT, IS_EXACT, ORDER_ALONE = "it was exact", "it is exact now", "its order alone is known"
+UNTOLD = "no step size at which both errors can be told"
 # Step sizes of two runs are the same up to rounding.
 SAME = 1e-9
+# An error of less than 2 to this part of the other one is rounding.
+ROUNDING = -20.0
 
 
 class Factor(NamedTuple):
@@ -31,7 +34,7 @@ class Factor(NamedTuple):
     Attributes
     ----------
     log2 : Estimate
-        Of its logarithm; without standard error where nothing is sampled.
+        Of its logarithm; without standard error where nothing is sampled, 0 where the order alone is known.
     levels : int
         Step sizes it is the mean of.
     sampled : bool
@@ -52,13 +55,18 @@ class Factor(NamedTuple):
         """Whether there is one."""
         return not np.isnan(self.log2.value)
 
+    @property
+    def is_order_alone(self) -> bool:
+        """Whether no error is told in both runs, and only the order is known of each."""
+        return not self.levels and not np.isnan(self.order.value)
 
-def factor(old: ErrorSizes, new: ErrorSizes) -> Factor:
+
+def factor(old: LevelErrors, new: LevelErrors) -> Factor:
     """Return by which factor errors have grown from one run to another.
 
     Parameters
     ----------
-    old, new : ErrorSizes
+    old, new : LevelErrors
         Of one quantity, on the same noise.
 
     Returns
@@ -66,37 +74,43 @@ def factor(old: ErrorSizes, new: ErrorSizes) -> Factor:
     Factor
         Infinite where errors were rounding and are not now, 0 the other way round.
     """
-    if old.exact or new.exact:
-        return _with_exact(old, new)
     if obstacle := _obstacle(old, new):
         return _no_factor(obstacle)
     mine, others = _common(old, new)
-    if not len(mine):
-        return _no_factor("; ".join(["no step size at which both errors can be told", *_remarks(old, new)]))
-    mean = np.full(len(mine), 1.0 / len(mine))
-    slope = slope_weights(np.log2(old.h[mine])) if len(mine) > 1 else np.full(1, nan)
-    if old.replicates is None or new.replicates is None:
-        moved = new.log2[others] - old.log2[mine]
-        size, order = (Estimate(float(weights @ moved), 0.0) for weights in (mean, slope))
-        return Factor(size, len(mine), order=order)
-    size, order = (_estimate((new.replicates[:, others] - old.replicates[:, mine]) @ w) for w in (mean, slope))
-    return Factor(size, len(mine), sampled=True, order=order)
+    with np.errstate(invalid="ignore"):  # Both may be 0.
+        moved = new.log2[:, others] - old.log2[:, mine]
+    told = (old.told[mine] & new.told[others] & np.isfinite(moved).all(axis=0)).nonzero()[0][-FITTED:]
+    if not len(told):
+        return _without_common_levels(old, new, moved[0, old.told[mine] | new.told[others]])
+    mean = np.full(len(told), 1.0 / len(told))
+    slope = slope_weights(np.log2(old.h[mine[told]])) if len(told) > 1 else np.full(1, nan)
+    size, order = (_estimate(moved[:, told] @ weights) for weights in (mean, slope))
+    return Factor(size, len(told), sampled=old.counts is not None, order=order)
 
 
-def _estimate(pseudo: Array) -> Estimate:
-    return Estimate(float(pseudo.mean()), float(pseudo.std(ddof=1) / np.sqrt(GROUPS)))
+def _estimate(values: Array) -> Estimate:
+    return estimates(values)[0] if len(values) > 1 else Estimate(float(values[0]), 0.0)
 
 
-def _with_exact(old: ErrorSizes, new: ErrorSizes) -> Factor:
-    if old.exact and new.exact:
-        return Factor(Estimate(0.0, 0.0), reason=BOTH_EXACT)
-    reason, other = (WAS_EXACT, new) if old.exact else (IS_EXACT, old)
-    if not len(other.h):
-        return _no_factor(f"{reason}, and the other run has no step size to tell an error at")
-    return Factor(Estimate(inf if old.exact else -inf, 0.0), reason=reason)
+def _without_common_levels(old: LevelErrors, new: LevelErrors, moved: Array) -> Factor:
+    """Return what is known where no error is told in both runs: one of them may be rounding, or orders are known.
+
+    Parameters
+    ----------
+    old, new : LevelErrors
+    moved : ndarray
+        Logarithms of the ratios of errors of which one is told.
+    """
+    for sign, reason in ((1.0, WAS_EXACT), (-1.0, IS_EXACT)):
+        if len(moved) and (sign * moved > -ROUNDING).all():
+            return Factor(Estimate(sign * inf, 0.0), reason=reason)
+    order = new.order - old.order
+    if np.isfinite(order):
+        return Factor(Estimate(0.0, 0.0), reason=ORDER_ALONE, order=Estimate(order, 0.0))
+    return _no_factor(UNTOLD)
 
 
-def _obstacle(old: ErrorSizes, new: ErrorSizes) -> str:
+def _obstacle(old: LevelErrors, new: LevelErrors) -> str:
     if (old.counts is None) != (new.counts is None):
         return "sampled in one run only"
     if old.counts is None or new.counts is None:
@@ -108,27 +122,10 @@ def _obstacle(old: ErrorSizes, new: ErrorSizes) -> str:
     return ""
 
 
-def _common(old: ErrorSizes, new: ErrorSizes) -> tuple[Array, Array]:
-    """Return the places of the finest step sizes that both have, in either."""
-    pairs = [
-        (i, j)
-        for i, h in enumerate(old.h)
-        for j in np.flatnonzero(np.isclose(new.h, h, rtol=SAME, atol=0.0))
-        if _finite(old, i) and _finite(new, int(j))
-    ]
-    kept = np.array(pairs[-FITTED:], dtype=int).reshape(-1, 2)
-    return kept[:, 0], kept[:, 1]
-
-
-def _remarks(old: ErrorSizes, new: ErrorSizes) -> list[str]:
-    if old.remark == new.remark:
-        return [old.remark] if old.remark else []
-    return [f"{name}: {sizes.remark}" for name, sizes in (("old", old), ("new", new)) if sizes.remark]
-
-
-def _finite(sizes: ErrorSizes, level: int) -> bool:
-    replicates = sizes.replicates
-    return bool(np.isfinite(sizes.log2[level]) and (replicates is None or np.isfinite(replicates[:, level]).all()))
+def _common(old: LevelErrors, new: LevelErrors) -> tuple[Array, Array]:
+    """Return the places of the step sizes that both have, in either."""
+    mine, others = np.nonzero(np.isclose(old.h[:, np.newaxis], new.h, rtol=SAME, atol=0.0))
+    return mine, others
 
 
 def _no_factor(reason: str) -> Factor:

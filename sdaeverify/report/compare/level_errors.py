@@ -1,0 +1,135 @@
+"""Errors of the quantities of a cell at each step size, on all paths and without each group of them.
+
+They are what `Measure.judge` tells of levels: it is asked again without each group, so that the jackknife needs
+nothing of a measure.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from math import isfinite, nan
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array, Mask
+from ...contracts.finding import Finding, Judgement, LevelFinding
+from ...contracts.measure import Evidence
+from ...contracts.tally import Tally
+from ...numerics.statistics import EPS, GROUPS
+from ...verdicts.path_tests import RESOLVED
+from ...verdicts.sound_levels import sound_levels_of
+
+# Columns of levels: whether a slope was fitted to it, what an error has to exceed, the size of what cancels in it.
+FITTED, FLOOR, SCALE = "fitted", "error_floor", "scale"
+ROUNDING = 64.0 * EPS
+# The tier of what is sampled along paths.
+SAMPLED = 3
+
+Judge = Callable[[Evidence], Judgement]
+
+
+class LevelErrors(NamedTuple):
+    """Errors of one quantity.
+
+    Attributes
+    ----------
+    h : ndarray, shape (L,)
+        Step sizes, coarsest first.
+    log2 : ndarray, shape (1 + G, L) or (1, L)
+        Logarithms of the errors on all paths and without each group; of one row where nothing is sampled.
+    told : ndarray of bool, shape (L,)
+        Where the error is told from rounding and from chance.
+    counts : ndarray, shape (G,), or None
+        Paths of each group; None where nothing is sampled.
+    order : float
+        That is known without sampling; NaN if there is none.
+    """
+
+    h: Array
+    log2: Array
+    told: Mask
+    counts: Array | None = None
+    order: float = nan
+
+
+NO_LEVELS = LevelErrors(np.empty(0), np.empty((1, 0)), np.empty(0, dtype=bool))
+
+
+def level_errors(judge: Judge, evidence: Evidence) -> Mapping[str, LevelErrors]:
+    """Return the errors that a measure tells of its levels, by quantity.
+
+    Parameters
+    ----------
+    judge : callable, Evidence -> Judgement
+    evidence : Evidence
+        With its parts, `sampled` and `probed`.
+    """
+    judgement = judge(evidence)
+    orders = {each.quantity: each.estimate for each in judgement.findings if _is_known_order(each)}
+    rows = _by_quantity(judgement.levels)
+    known = {name: NO_LEVELS._replace(order=order) for name, order in orders.items()}
+    known |= {name: _known_errors(own, orders.get(name, nan)) for name, own in rows.items() if _has_floors(own)}
+    sampled = {name: own for name, own in rows.items() if all(row.level is not None for row in own)}
+    if not sampled:
+        return known
+    left_out = [_by_quantity(judge(_without(evidence, group)).levels) for group in range(GROUPS)]
+    every = {name: [own, *(each[name] for each in left_out)] for name, own in sampled.items()}
+    found = {name: _sampled_errors(evidence, tables) for name, tables in every.items()}
+    return known | {name: own._replace(order=orders.get(name, nan)) for name, own in found.items()}
+
+
+def _is_known_order(found: Finding) -> bool:
+    # What has an interval is an order along paths, whatever tier decided.
+    without_sampling = found.tier < SAMPLED and not found.low < found.high
+    return without_sampling and not found.value_of and isfinite(found.estimate)
+
+
+def _by_quantity(levels: Iterable[LevelFinding]) -> dict[str, list[LevelFinding]]:
+    rows: dict[str, list[LevelFinding]] = {}
+    for row in levels:
+        rows.setdefault(row.quantity, []).append(row)
+    return rows
+
+
+def _has_floors(rows: list[LevelFinding]) -> bool:
+    return all(row.level is None and FLOOR in row.details for row in rows)
+
+
+def _known_errors(rows: list[LevelFinding], order: float) -> LevelErrors:
+    sizes, floors = (np.array(column, dtype=float) for column in zip(*map(_size_and_floor, rows), strict=True))
+    return LevelErrors(np.array([row.h for row in rows]), np.log2(sizes)[np.newaxis], sizes > floors, None, order)
+
+
+def _size_and_floor(row: LevelFinding) -> tuple[float, float]:
+    return abs(row.estimate), RESOLVED * np.float64(row.details[FLOOR])  # type: ignore[arg-type]
+
+
+def _sampled_errors(evidence: Evidence, tables: list[list[LevelFinding]]) -> LevelErrors:
+    """Return the errors along paths, from the rows on all paths and those without each group."""
+    rows, sound = tables[0], set(sound_levels_of(evidence)[0].tolist())
+    sizes = np.abs([[row.estimate for row in table] for table in tables])
+    told = np.array([row.level in sound and _is_told(row, evidence) for row in rows])
+    h = np.array([evidence.step_sizes[row.level] for row in rows if row.level is not None])
+    return LevelErrors(h, np.log2(sizes), told, evidence.along_paths.sums["paths"])
+
+
+def _is_told(row: LevelFinding, evidence: Evidence) -> bool:
+    assert row.level is not None
+    rounding = ROUNDING * np.float64(row.details.get(SCALE, 0.0)) * np.sqrt(evidence.settings.steps[row.level])  # type: ignore[arg-type]
+    return bool(row.details.get(FITTED, True)) and abs(row.estimate) > max(RESOLVED * row.std_error, rounding)
+
+
+def _without(evidence: Evidence, group: int) -> Evidence:
+    """Return evidence with the mean of all others in the place of a group of paths: all means are without it."""
+
+    def others(sums: Array) -> Array:
+        if sums.ndim == 0 or len(sums) != GROUPS:
+            return sums
+        found = sums.copy()
+        found[group] = (sums.sum(axis=0) - sums[group]) / (GROUPS - 1)
+        return found
+
+    paths = evidence.along_paths
+    sampled = Tally({name: others(sums) for name, sums in paths.sums.items()}, paths.maxima, paths.largest)
+    # No claim is judged anew: levels are asked for.
+    return replace(evidence, tally=sampled.merge(evidence.without_paths), sampled=sampled, claims=())
