@@ -19,10 +19,10 @@ from ..contracts.opened import home_of, is_library
 
 ROOT = Path(__file__).parents[1]
 # The rooms of the framework that evidence comes from. What judges and reports is none of them.
-MEASURING = ("arrays.py", "bridges", "conformance", "contracts", "forms", "noise", "numerics", "probe", "simulate")
+MEASURING = ("arrays.py", "conformance", "contracts", "forms", "noise", "numerics", "probe", "simulate")
 MEASURES = ROOT / "measures"
-# Modules of these rooms that say what is made of evidence.
-SAYING = frozenset({f"{name}.py" for name in ("cases", "coverage", "exhibit", "experiment", "finding")})
+# The module of these rooms that says what is made of evidence.
+SAYING = frozenset({"finding.py"})
 # Packages whose arithmetic the numbers come from.
 ARITHMETIC = ("numpy", "scipy")
 KNOWN = frozenset({*sys.stdlib_module_names, ROOT.name})

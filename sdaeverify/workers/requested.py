@@ -1,11 +1,11 @@
 """The limits that somebody asks for, in the words of the command line, and those that hold by default."""
 
 import os
+import re
 from math import inf
 from pathlib import Path
 
 from ..errors import UsageError
-from .amounts import read_memory
 from .limits import Limits
 from .pool import available_cores
 
@@ -13,6 +13,10 @@ TIMEOUT = 600.0
 # Of the memory of the machine or of its container, for all workers together.
 SHARE = 0.8
 CONTAINER = Path("/sys/fs/cgroup/memory.max")
+UNITS = {"": 1, "K": 2**10, "M": 2**20, "G": 2**30, "T": 2**40}
+# Measured: libraries that a worker loads as it begins, and gbm and the pendulum on all measures, take 50M to 100M.
+LEAST = 2**28
+_AMOUNT = re.compile(r"([0-9]{1,15}(?:\.[0-9]{1,6})?) ?([KMGT]?)i?B?")
 
 
 def read_limits(timeout: float | None, memory: str | None, jobs: int | None) -> tuple[int, Limits | None]:
@@ -46,6 +50,30 @@ def read_limits(timeout: float | None, memory: str | None, jobs: int | None) -> 
     workers = jobs or available_cores()
     size = _default_memory(workers) if memory is None else 0 if memory == "0" else read_memory("--memory", memory)
     return workers, Limits(TIMEOUT if timeout is None else timeout or inf, size)
+
+
+def read_memory(name: str, text: str) -> int:
+    """Return the number of bytes that a worker may have.
+
+    Parameters
+    ----------
+    name : str
+        Of the option or key, for the message.
+    text : str
+        A number with K, M, G or T behind it, for powers of 1024: ``2G``.
+
+    Raises
+    ------
+    UsageError
+        If it is no such amount, or less than a worker needs whatever it runs.
+    """
+    match = _AMOUNT.fullmatch(text.strip())
+    size = int(float(match[1]) * UNITS[match[2]]) if match else 0
+    if size < 1:
+        raise UsageError(f"{name} expects an amount of memory such as 500M or 2G, got {text!r}")
+    if size < LEAST:
+        raise UsageError(f"{name} expects at least {LEAST >> 20}M, since a worker needs some itself, got {text!r}")
+    return size
 
 
 def _default_memory(workers: int) -> int:

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from sdaeverify.errors import UsageError
-from sdaeverify.workers.amounts import read_memory
+from sdaeverify.workers.requested import read_memory
 
 
 @pytest.mark.parametrize(
