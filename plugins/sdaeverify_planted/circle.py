@@ -6,27 +6,13 @@ from typing import ClassVar
 import numpy as np
 
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, hookimpl
-from sdaeverify.numerics import apply, apply_transposed, product_transposed, solve
+from sdaeverify.numerics import apply_transposed, product_transposed, solve
 from sdaeverify_lab import Planted
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.heun import Heun
 from sdaeverify_schemes.projected_euler import ProjectedEuler
 
 from ._projection import project_step
-
-
-def euler(problem: SDE, x: Array, t: float, h: float, noise: Increment) -> Array:
-    """Return x + h f + B dW.
-
-    Parameters
-    ----------
-    problem : SDE
-    x : ndarray, shape (d, P)
-    t, h : float
-        Start and size of the step.
-    noise : Increment
-    """
-    return x + h * problem.drift(t, x) + apply(problem.diffusion(t, x), noise.dW)
 
 
 @dataclass(frozen=True)
@@ -39,7 +25,7 @@ class FixedDirection(ProjectedEuler):
         """Make one step; the state x has shape (d, P)."""
         axis = np.zeros((1, *state.shape))
         axis[0, 0] = 1.0
-        return project_step(problem, state, euler(problem, state, t, h, noise), axis)
+        return project_step(problem, state, problem.euler(t, state, h, noise), axis)
 
 
 @dataclass(frozen=True)
@@ -51,7 +37,7 @@ class OneNewtonStep(ProjectedEuler):
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""
         assert problem.constraint is not None
-        y = euler(problem, state, t, h, noise)
+        y = problem.euler(t, state, h, noise)
         Dg = problem.dg(y)
         return Step(y - apply_transposed(Dg, solve(product_transposed(Dg, Dg), problem.constraint(y))))
 

@@ -19,7 +19,7 @@ class AcceptsAll(MALA):
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (1, P)."""
-        return Step(state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW))
+        return Step(problem.euler(t, state, h, noise))
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class WithoutProposal(MALA):
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (1, P)."""
-        y = state + h * problem.drift(t, state) + problem.diffused(t, state, noise.dW)
+        y = problem.euler(t, state, h, noise)
         return Step(np.where(np.log(noise.uniform(h)) < density_ratio(problem, t, state, y), y, state))
 
 

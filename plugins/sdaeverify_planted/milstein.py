@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from sdaeverify import SDE, Array, Increment, Step, hookimpl
-from sdaeverify.numerics import apply
 from sdaeverify_lab import Planted
 from sdaeverify_schemes.milstein import Milstein
 
@@ -19,7 +18,7 @@ class ScaledCorrection(Milstein):
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (1, P)."""
-        euler = state + h * problem.drift(t, state) + apply(problem.diffusion(t, state), noise.dW)
+        euler = problem.euler(t, state, h, noise)
         correction = super().step(problem, state, t, h, noise).state - euler
         return Step(euler + 2.0 * self.factor * correction)
 
@@ -45,8 +44,7 @@ class WithoutDerivative(Milstein):
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (1, P)."""
         B = problem.diffusion(t, state)
-        euler = state + h * problem.drift(t, state) + apply(B, noise.dW)
-        return Step(euler + 0.5 * B[:, 0] * (noise.dW**2 - h))
+        return Step(problem.euler(t, state, h, noise) + 0.5 * B[:, 0] * (noise.dW**2 - h))
 
 
 @hookimpl

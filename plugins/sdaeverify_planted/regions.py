@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from sdaeverify import SDE, Array, Increment, Step, hookimpl
+from sdaeverify import SDE, Array, Increment, Scheme, Step, hookimpl
 from sdaeverify_lab import Planted
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.heun import Heun
@@ -57,14 +57,9 @@ class EulerBelow(Milstein):
         return Step(np.where(state[0] < self.bound, euler.state, right.state))
 
 
-def cut(state: Array, bound: float) -> Array:
-    """Return states whose components are no larger than a bound."""
-    return np.clip(state, -bound, bound)
-
-
 @dataclass(frozen=True)
-class CutEuler(EulerMaruyama):
-    """Euler-Maruyama whose components are cut at a bound.
+class Cut(Scheme):
+    """A scheme whose components are cut at a bound after each step.
 
     Attributes
     ----------
@@ -73,47 +68,32 @@ class CutEuler(EulerMaruyama):
 
     bound: float = 2.0
 
-    name: ClassVar[str] = "planted-em-cut"
-
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         """Make one step; the state x has shape (d, P)."""
-        return Step(cut(super().step(problem, state, t, h, noise).state, self.bound))
+        return Step(np.clip(super().step(problem, state, t, h, noise).state, -self.bound, self.bound))
 
 
 @dataclass(frozen=True)
-class CutHeun(Heun):
-    """Heun's scheme whose components are cut at a bound.
+class CutEuler(Cut, EulerMaruyama):
+    """Euler-Maruyama whose components are cut at a bound."""
 
-    Attributes
-    ----------
-    bound : float
-    """
+    name: ClassVar[str] = "planted-em-cut"
+
+
+@dataclass(frozen=True)
+class CutHeun(Cut, Heun):
+    """Heun's scheme whose components are cut at a bound."""
 
     bound: float = 2.7
 
     name: ClassVar[str] = "planted-heun-cut"
 
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step; the state x has shape (d, P)."""
-        return Step(cut(super().step(problem, state, t, h, noise).state, self.bound))
-
 
 @dataclass(frozen=True)
-class CutPlaten(PlatenWeak2):
-    """Platen's scheme whose components are cut at a bound.
-
-    Attributes
-    ----------
-    bound : float
-    """
-
-    bound: float = 2.0
+class CutPlaten(Cut, PlatenWeak2):
+    """Platen's scheme whose components are cut at a bound."""
 
     name: ClassVar[str] = "planted-platen-cut"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step; the state x has shape (d, P)."""
-        return Step(cut(super().step(problem, state, t, h, noise).state, self.bound))
 
 
 @hookimpl

@@ -5,7 +5,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from sdaeverify import SDE, Array, DelaySDAE, DelayState, Increment, Parts, Problem, Step, hookimpl
+from sdaeverify import SDE, Array, DelaySDAE, DelayState, Increment, Parts, Problem, Scheme, Step, hookimpl
 from sdaeverify_lab import Planted
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.lagged_algebraic_theta import LaggedAlgebraicTheta
@@ -48,57 +48,37 @@ class StaleDrift(EulerMaruyama):
         return Step(Remembering(x, np.where(stale, state.drift, problem.drift(t + h, x))))
 
 
-def kept(old: DelayState, step: Step, bound: float) -> Step:
-    """Return a step that keeps the old y where |x_1| is larger than a bound.
-
-    Parameters
-    ----------
-    old : DelayState
-        Before the step.
-    step : Step
-    bound : float
-    """
-    new = step.state
-    return step._replace(state=new._replace(y=np.where(np.abs(new.x[0]) > bound, old.y, new.y)))
-
-
 @dataclass(frozen=True)
-class UnsolvedTheta(StochasticTheta):
-    """The theta method whose algebraic component is kept where |x_1| is larger than a bound.
+class Unsolved(Scheme):
+    """A scheme whose algebraic component is kept where |x_1| is larger than a bound.
 
     Attributes
     ----------
-    theta : float
     bound : float
     """
 
     bound: float = 1.2
+
+    def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        step = super().step(problem, state, t, h, noise)
+        new = step.state
+        return step._replace(state=new._replace(y=np.where(np.abs(new.x[0]) > self.bound, state.y, new.y)))
+
+
+@dataclass(frozen=True)
+class UnsolvedTheta(Unsolved, StochasticTheta):
+    """The theta method whose algebraic component is kept where |x_1| is larger than a bound."""
 
     name: ClassVar[str] = "planted-theta-unsolved"
     form: ClassVar[tuple[type[Problem], ...]] = (DelaySDAE,)
 
-    def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        return kept(state, super().step(problem, state, t, h, noise), self.bound)
-
 
 @dataclass(frozen=True)
-class UnsolvedLagged(LaggedAlgebraicTheta):
-    """The theta method with the old y, which is kept where |x_1| is larger than a bound.
-
-    Attributes
-    ----------
-    theta : float
-    bound : float
-    """
-
-    bound: float = 1.2
+class UnsolvedLagged(Unsolved, LaggedAlgebraicTheta):
+    """The theta method with the old y, which is kept where |x_1| is larger than a bound."""
 
     name: ClassVar[str] = "planted-lagged-unsolved"
-
-    def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        return kept(state, super().step(problem, state, t, h, noise), self.bound)
 
 
 @hookimpl
