@@ -9,6 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import pytest
 
+from cells import Formula, Rule
 from sdaeverify import (
     SDE,
     Array,
@@ -40,23 +41,14 @@ from sdaeverify_problems.ou import ou
 from sdaeverify_problems.pendulum import pendulum
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 
-Rule = Callable[[Any, Any, float, Increment], Any]
+HALF = Claim(measure="strong", value=0.5, source="made up")
 
 
 @dataclass(frozen=True)
-class Ruled(Scheme):
-    """A scheme that is one rule (problem, state, h, noise) -> new state."""
+class Ruled(Formula):
+    """The same that claims the strong order 1/2."""
 
-    rule: Rule
-
-    name: ClassVar[str] = "ruled"
-    form: ClassVar[type[Problem]] = SDE
-    claims: ClassVar[tuple[Claim, ...]] = (Claim(measure="strong", value=0.5, source="made up"),)
-
-    def step(self, problem: Any, state: Any, t: float, h: float, noise: Increment) -> Any:
-        """Make one step."""
-        new = self.rule(problem, state, h, noise)
-        return new if isinstance(new, Step) else Step(new)
+    promised: tuple[Claim, ...] = (HALF,)
 
 
 @dataclass(frozen=True)
@@ -155,9 +147,7 @@ def test_what_a_step_raises_passes_through() -> None:
 
 def test_what_a_step_raises_in_another_batch_is_no_violation() -> None:
     """An error tells nothing of the numbers: it is told as one, with the occasion, the file and the line."""
-    with pytest.raises(
-        SchemeError, match=r"^a step of few paths raises IndexError: .* \(\S*test_violation.py:\d+\)$"
-    ):
+    with pytest.raises(SchemeError, match=r"^a step of few paths raises IndexError: .* \(\S*cells.py:\d+\)$"):
         violation(Ruled(needs_many), ou())
 
 
@@ -341,7 +331,7 @@ def test_to_need_an_invariant_where_there_is_none_is_an_error_and_no_refutation(
     class Projected(Scheme):
         name: ClassVar[str] = "projected"
         form: ClassVar[type[SDE]] = SDE
-        claims: ClassVar[tuple[Claim, ...]] = Ruled.claims
+        claims: ClassVar[tuple[Claim, ...]] = (HALF,)
 
         def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
             """Make one step."""

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cells import Rule
 from probe import linear_cells as c
 from sdaeverify import SDE, Array, Claim, Increment, MeanSquareStability, Scheme, Settings
 from sdaeverify.contracts.finding import Finding, Judgement, Verdict
@@ -39,12 +40,12 @@ def judged(scheme: Scheme, problem: Problem) -> Judgement:
     return measure.judge(Evidence(scheme, problem, view, SETTINGS, tally, Tally()))
 
 
-def finding(rule: c.Rule, problem: SDE, claim: Claim) -> Finding:
+def finding(rule: Rule, problem: SDE, claim: Claim) -> Finding:
     """Return the finding on a claim about a step of one formula."""
     return judged(c.Formula(rule, (claim,)), problem).findings[0]
 
 
-def theta(value: float) -> c.Rule:
+def theta(value: float) -> Rule:
     """Return the theta method for linear drifts."""
 
     def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
@@ -153,7 +154,7 @@ def turned(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
         (turned, "marginal at"),
     ],
 )
-def test_what_cannot_be_decided_is_inconclusive_with_a_reason(rule: c.Rule, reason: str) -> None:
+def test_what_cannot_be_decided_is_inconclusive_with_a_reason(rule: Rule, reason: str) -> None:
     """Steps that are not linear, poles in the noise, and radii of 1, whichever of the two is claimed."""
     problem = c.linear(-2.0 * np.eye(2), [np.eye(2)])
     tally = Stability().probe(c.Formula(rule), problem, SETTINGS)

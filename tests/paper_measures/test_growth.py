@@ -1,13 +1,10 @@
 """Growth of E V in one step: the generator's closed forms, bounded and unbounded rates."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import ClassVar
-
 import numpy as np
 import pytest
 
-from sdaeverify import SDE, Array, HolonomicSDAE, Increment, Scheme, Step
+from cells import Formula
+from sdaeverify import SDE, Array, HolonomicSDAE, Increment, Scheme
 from sdaeverify.contracts.finding import Verdict
 from sdaeverify.contracts.tally import packed, unpacked
 from sdaeverify.numerics import apply, norm
@@ -22,22 +19,6 @@ from sdaeverify_problems.pendulum_velocity_noise import pendulum_velocity_noise
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.half_explicit_euler import HalfExplicitEuler
 from sdaeverify_schemes.heun import HeunAdditive
-
-Rule = Callable[[SDE, Array, float, Increment], Array]
-
-
-@dataclass(frozen=True)
-class Formula(Scheme):
-    """A step of one formula."""
-
-    rule: Rule
-
-    name: ClassVar[str] = "formula"
-    form: ClassVar[type[SDE]] = SDE
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        return Step(self.rule(problem, state, h, noise))
 
 
 def found(scheme: Scheme, problem: HolonomicSDAE | SDE) -> Growth:

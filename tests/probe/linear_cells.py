@@ -1,16 +1,14 @@
 """Linear problems and schemes of one formula each, for the tests of second moments and of stability."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from cells import Formula
 from sdaeverify import SDE, TWO_POINT, Array, Claim, Increment, Scheme, Step
 from sdaeverify.noise.laws import Law
 from sdaeverify.numerics import apply
-
-Rule = Callable[[Any, Array, float, Increment], Array]
 
 
 def linear(a: Any, columns: Any = (), x_0: Any = (1.0,), **further: Any) -> SDE:
@@ -29,29 +27,6 @@ def linear(a: Any, columns: Any = (), x_0: Any = (1.0,), **further: Any) -> SDE:
         noise_dim=len(C),
         **{"horizon": 1.0, "source": "test", **further},
     )
-
-
-@dataclass(frozen=True)
-class Formula(Scheme):
-    """A step (problem, x, h, noise) -> x+."""
-
-    rule: Rule
-    promised: tuple[Claim, ...] = ()
-
-    name: ClassVar[str] = "formula"
-    form: ClassVar[type[SDE]] = SDE
-
-    @property
-    def label(self) -> str:
-        return "formula"
-
-    @property
-    def promises(self) -> tuple[Claim, ...]:
-        return self.promised
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        return Step(self.rule(problem, state, h, noise))
 
 
 @dataclass(frozen=True)

@@ -6,39 +6,20 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from cells import Formula, Rule
 from sdaeverify import SDE, Array, HolonomicSDAE, HolonomicState, Increment, Scheme, Step
 from sdaeverify.numerics import apply
 
-Rule = Callable[[Any, Array, float, Increment], Array]
-
 
 @dataclass(frozen=True)
-class OneFormula(Scheme):
-    """A step (problem, x, h, noise) -> x+ of one formula for autonomous SDEs."""
-
-    rule: Rule
-
-    name: ClassVar[str] = "one-formula"
-    form: ClassVar[type[SDE]] = SDE
-
-    @property
-    def label(self) -> str:
-        return "one formula"
-
-    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
-        """Make one step."""
-        return Step(self.rule(problem, state, h, noise))
-
-
-@dataclass(frozen=True)
-class WithAreas(OneFormula):
+class WithAreas(Formula):
     """The same for a formula that uses H."""
 
     noise: ClassVar[frozenset[str]] = frozenset({"dW", "H"})
 
 
 @dataclass(frozen=True)
-class NotSharp(OneFormula):
+class NotSharp(Formula):
     """The same with the waiver."""
 
     sharp_locally: ClassVar[bool] = False

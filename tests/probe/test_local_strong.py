@@ -68,10 +68,10 @@ def tamed(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
 
 
 CORRECT: dict[str, tuple[Scheme, Problem, float]] = {
-    "exact gbm": (s.OneFormula(exact_gbm), gbm(), INF),
-    "exact in law on ou": (s.OneFormula(exact_law_ou), ou(), 1.0),
+    "exact gbm": (s.Formula(exact_gbm), gbm(), INF),
+    "exact in law on ou": (s.Formula(exact_law_ou), ou(), 1.0),
     "heun on gbm": (Heun(), gbm(), 1.0),
-    "cayley on the circle": (s.OneFormula(s.cayley), circle(), 1.0),
+    "cayley on the circle": (s.Formula(s.cayley), circle(), 1.0),
     "sra1 on the pendulum": (SRA1(), angle_pendulum(), 2.0),
     "sra1 with noise in a position": (SRA1(), double_well(), 1.5),
     "projected euler on the sphere": (ProjectedEuler(), sphere(), 0.5),
@@ -96,9 +96,9 @@ def test_the_order_of_a_correct_scheme_is_found(cell: str) -> None:
 
 
 INCONSISTENT: dict[str, tuple[Scheme, Problem]] = {
-    "euler without Ito correction": (s.OneFormula(s.no_correction), gbm()),
-    "euler, variance + 1 %": (s.OneFormula(lambda p, x, h, n: s.euler(p, x, h, n, strength=1.01**0.5)), gbm()),
-    "euler, drift x 0.98": (s.OneFormula(lambda p, x, h, n: s.euler(p, x, h, n, drift=0.98)), gbm()),
+    "euler without Ito correction": (s.Formula(s.no_correction), gbm()),
+    "euler, variance + 1 %": (s.Formula(lambda p, x, h, n: s.euler(p, x, h, n, strength=1.01**0.5)), gbm()),
+    "euler, drift x 0.98": (s.Formula(lambda p, x, h, n: s.euler(p, x, h, n, drift=0.98)), gbm()),
     "half-explicit, variance + 1 %": (s.Altered(HalfExplicitEuler(), s.velocity_noise), pendulum()),
 }
 
@@ -116,8 +116,8 @@ def test_a_step_of_another_equation_is_inconsistent(cell: str) -> None:
 
 
 TOO_LOW: dict[str, tuple[Scheme, Problem, float, float]] = {
-    "milstein, sign": (s.OneFormula(s.milstein(-0.5)), gbm(), 1.0, 0.5),
-    "milstein, factor .45": (s.OneFormula(s.milstein(0.45)), gbm(), 1.0, 0.5),
+    "milstein, sign": (s.Formula(s.milstein(-0.5)), gbm(), 1.0, 0.5),
+    "milstein, factor .45": (s.Formula(s.milstein(0.45)), gbm(), 1.0, 0.5),
     "sra1, H doubled": (s.WithAreas(s.sra1(2.0)), angle_pendulum().view(SDE), 1.5, 1.0),
     "euler with small noise": (EulerMaruyama(), gbm(b=0.1), 1.0, 0.5),
 }
@@ -137,8 +137,8 @@ def test_a_lower_order_than_claimed_is_refuted(cell: str) -> None:
 
 def test_a_fixed_direction_of_projection_is_refuted() -> None:
     """Onto the circle along an axis, the order 1 of the nearest point is lost."""
-    assert opinion(s.OneFormula(s.radially), circle(), 1.0).verdict is Verdict.VERIFIED
-    wrong = opinion(s.OneFormula(s.along_an_axis), circle(), 1.0)
+    assert opinion(s.Formula(s.radially), circle(), 1.0).verdict is Verdict.VERIFIED
+    wrong = opinion(s.Formula(s.along_an_axis), circle(), 1.0)
     # At a state beside the axis the step is no step of the equation, which alone would decide nothing.
     assert wrong.verdict is Verdict.REFUTED
     assert not wrong.reason.has(Kind.INCONSISTENT)
@@ -146,13 +146,13 @@ def test_a_fixed_direction_of_projection_is_refuted() -> None:
 
 def test_clipped_noise_is_consistent_with_the_variance_that_it_has_left() -> None:
     """Clipping at a multiple of sqrt(h) leaves out a fixed part of the variance; at sqrt(|log h|) it does not."""
-    fixed = opinion(s.OneFormula(s.milstein(0.5, clip=2.5)), gbm(), 1.0)
+    fixed = opinion(s.Formula(s.milstein(0.5, clip=2.5)), gbm(), 1.0)
     assert fixed.reason.has(Kind.INCONSISTENT)
 
     def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
         return s.milstein(0.5, clip=np.sqrt(4.0 * abs(np.log(h))))(problem, x, h, noise)
 
-    order = found(s.OneFormula(rule), gbm())
+    order = found(s.Formula(rule), gbm())
     assert order.order == pytest.approx(1.0, abs=0.02)
 
 
@@ -175,18 +175,18 @@ def test_bounded_increments_have_no_local_strong_order() -> None:
     """Two of them make no increment of a longer step."""
 
     @dataclass(frozen=True)
-    class Bounded(s.OneFormula):
+    class Bounded(s.Formula):
         law: ClassVar[Law] = THREE_POINT
 
     assert "three-point" in why_not_local_order(Bounded(s.euler), gbm())
-    assert not why_not_local_order(s.OneFormula(s.euler), gbm())
+    assert not why_not_local_order(s.Formula(s.euler), gbm())
 
 
 def test_memory_that_only_steps_can_set_cannot_be_probed() -> None:
     """A scheme whose start is more than what it enters with is left to the paths."""
 
     @dataclass(frozen=True)
-    class Remembers(s.OneFormula):
+    class Remembers(s.Formula):
         def start(self, problem: Any, paths: int, h: float) -> Array:
             return np.concatenate([problem.initial(paths), np.zeros((1, paths))])
 
@@ -199,7 +199,7 @@ def test_an_inconsistency_at_few_states_decides_nothing() -> None:
     def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
         return s.euler(problem, x, h, noise) + 0.1 * h * (x > 3.5)
 
-    order = found(s.OneFormula(rule), gbm())
+    order = found(s.Formula(rule), gbm())
 
     assert 0.0 < order.inconsistent_share < 0.5
     assert judge_strong(order, 0.5).verdict is Verdict.INCONCLUSIVE
@@ -212,7 +212,7 @@ def stops_early(tolerance: float) -> Scheme:
         exact = (x + 0.7 * noise.dW) / (1.0 + h)
         return exact + tolerance * np.sin(1e5 * exact)
 
-    return s.OneFormula(rule)
+    return s.Formula(rule)
 
 
 @pytest.mark.parametrize("tolerance", [1e-7, 1e-8])
@@ -245,7 +245,7 @@ def test_newtons_method_with_a_loose_tolerance_keeps_its_order() -> None:
             going &= np.abs(update[0]) > 1e-6
         return y
 
-    order = found(s.OneFormula(rule), double_well())
+    order = found(s.Formula(rule), double_well())
 
     assert order.order == pytest.approx(1.0, abs=0.02)
     assert judge_strong(order, 1.0).verdict is Verdict.VERIFIED
@@ -255,7 +255,7 @@ def test_a_wrong_noise_does_not_pass_for_a_tolerance() -> None:
     """A relative error of 1e-7 of the noise is smaller than a plateau may be, and still refuted."""
     strength = 1.0 + 1e-7
 
-    answer = opinion(s.OneFormula(lambda p, x, h, n: s.euler(p, x, h, n, strength=strength)), ou(), 0.5)
+    answer = opinion(s.Formula(lambda p, x, h, n: s.euler(p, x, h, n, strength=strength)), ou(), 0.5)
 
     assert answer.reason.has(Kind.INCONSISTENT)
 
@@ -283,7 +283,7 @@ def many_noises(strength: float) -> tuple[Scheme, SDE]:
         horizon=1.0,
         source="test",
     )
-    return s.OneFormula(lambda p, x, h, n: s.euler(p, x, h, n, strength=strength)), problem
+    return s.Formula(lambda p, x, h, n: s.euler(p, x, h, n, strength=strength)), problem
 
 
 def test_many_noises_resolve_means() -> None:
@@ -326,7 +326,7 @@ def test_a_map_that_breaks_down_at_small_steps_has_no_order() -> None:
     def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
         return s.euler(problem, x, h, noise) * (1.0 if h > 1e-4 else np.nan)
 
-    order = found(s.OneFormula(rule), gbm())
+    order = found(s.Formula(rule), gbm())
 
     assert np.isnan(order.order)
     assert judge_strong(order, 0.5).verdict is Verdict.INCONCLUSIVE
@@ -347,7 +347,7 @@ def test_a_layer_at_few_states_that_steps_still_miss_decides_nothing(layer: floa
     def rule(problem: SDE, x: Array, h: float, noise: Increment) -> Array:
         return s.euler(problem, x, h, noise) + 10.0 * (x > 1.2) * h * noise.dW / (np.sqrt(h) + np.sqrt(layer))
 
-    order = found(s.OneFormula(rule), ou())
+    order = found(s.Formula(rule), ou())
 
     assert order.order < 0.8
     assert order.typical == pytest.approx(1.0, abs=0.05)
@@ -380,7 +380,7 @@ def test_a_step_is_asked_at_its_time() -> None:
     )
 
     @dataclass(frozen=True)
-    class Late(s.OneFormula):
+    class Late(s.Formula):
         def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
             return Step(state + h * problem.drift(2.0 * t, state) + 0.3 * noise.dW)
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from cells import Rule
 from probe import linear_cells as c
 from sdaeverify import SDE, Array, Increment, Langevin, Scheme
 from sdaeverify.contracts.tally import packed, unpacked
@@ -165,7 +166,7 @@ def test_a_scheme_that_is_exact_for_two_moments_shows_no_error() -> None:
 
 
 @pytest.mark.parametrize("rule", [c.tamed, c.implicit_in_noise], ids=["not linear", "a pole"])
-def test_steps_without_moments_have_no_order(rule: c.Rule) -> None:
+def test_steps_without_moments_have_no_order(rule: Rule) -> None:
     """Neither a step that is not linear nor one whose second moment is infinite."""
     assert least(errors(c.Formula(rule), c.linear(-1.0, [0.5]))) == (-np.inf, np.inf)
 

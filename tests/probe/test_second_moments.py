@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
+from cells import Rule
 from probe import linear_cells as c
 from sdaeverify import SDE, Array, Increment, Scheme
 from sdaeverify.noise.laws import GAUSSIAN
@@ -192,7 +193,7 @@ def test_a_pole_of_the_step_in_its_noise_is_found() -> None:
 
 @pytest.mark.parametrize("rule", [c.milstein, c.balanced])
 @pytest.mark.parametrize("h", [1e-3, 0.1, 10.0, 1e3])
-def test_steps_without_poles_have_none(rule: c.Rule, h: float) -> None:
+def test_steps_without_poles_have_none(rule: Rule, h: float) -> None:
     """Polynomials and |dW| in a denominator have peaks, but none that grow without bound."""
     assert moments(c.Formula(rule), SCALAR, h).far.pole == np.inf
 
