@@ -203,7 +203,7 @@ def _candidates(rows: Rows) -> Iterable[str]:
 
 
 def _measures(registry: Registry) -> str:
-    told = (measure_passport(entry.measure) for _, entry in sorted(registry.measures.items()))
+    told = (measure_passport(entry.thing) for _, entry in sorted(registry.measures.items()))
     return page(
         "Measures", "What each asks, and how it judges.", *(f"## {p['label']}\n\n{verbatim(p['text'])}" for p in told)
     )

@@ -91,7 +91,7 @@ def exit_codes() -> str:
 def columns() -> str:
     """Return a table for each file of a run."""
     files: dict[str, list[dict[str, str]]] = {}
-    for row in dictionary(entry.measure for entry in load_registry(environ={}).measures.values()):
+    for row in dictionary(entry.thing for entry in load_registry(environ={}).measures.values()):
         files.setdefault(row["file"], []).append(row)
     sections = (
         f"## {file}\n\n"

@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from typing import Any, TextIO
 
@@ -37,6 +37,11 @@ class BoundedText:
                 self.stream.write(CUT)
             self._left -= len(text)
         return len(text)
+
+    def writelines(self, lines: Iterable[str]) -> None:
+        """Write lines, which end as they are."""
+        for line in lines:
+            self.write(line)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.stream, name)

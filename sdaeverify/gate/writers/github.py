@@ -11,15 +11,8 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-<<<<<<< HEAD
 from ...contracts.scheme import Scheme
-from ...report.markdown import escape
-from ...report.plain import visible
-=======
-from ...contracts.claimed import Bound, Order, Word
-from ...contracts.scheme import Claim, Scheme
 from ...report.plain import escape, visible
->>>>>>> w-reports
 from ..gated import WORDS, Gated, limit_lines
 from ..outcomes import ORDER, Outcome, Status
 from .messages import estimate_text, headline

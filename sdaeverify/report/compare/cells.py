@@ -134,7 +134,7 @@ def _of_measure(cell: _Cell, registry: Registry, name: str) -> Iterator[Comparis
         yield Omitted(*cell.key, name, "", f"only in {(cell.old if name in _measures(a) else cell.new).folder}")
     elif 0 not in blocks:
         yield Omitted(*cell.key, name, "", "the first block of paths is not in both runs on as many levels")
-    elif what := registry.measures[name].measure.value_of:
+    elif what := registry.measures[name].thing.value_of:
         yield Omitted(*cell.key, name, "", f"measure {name} finds no error and no order, but a {what}")
     else:
         measure = registry.measures[name].thing
